@@ -1,0 +1,1 @@
+"""Everything that touches time and hardware: clock, loop, gateway, trial, safety, recorder."""

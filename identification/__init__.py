@@ -1,0 +1,1 @@
+"""Reads recordings, never a bus: signals, models and the report."""

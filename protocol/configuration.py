@@ -1,0 +1,101 @@
+"""Configuration is read once, from TOML, into frozen objects; an unknown key is an error."""
+
+import difflib
+import tomllib
+from pathlib import Path
+from typing import Annotated, Any, TypeVar
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationError
+
+from protocol.errors import InputError
+from protocol.units import parse_quantity
+
+
+class Section(BaseModel):
+    """One table of a TOML file: frozen, with no unknown keys."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, arbitrary_types_allowed=True)
+
+
+def _quantity(unit: str) -> BeforeValidator:
+    def convert(value: Any) -> Any:
+        try:
+            return parse_quantity(value, unit) if isinstance(value, (str, int, float)) else value
+        except InputError as cause:
+            raise ValueError(str(cause)) from cause
+
+    return BeforeValidator(convert)
+
+
+Seconds = Annotated[float, _quantity("s")]
+Hertz = Annotated[float, _quantity("Hz")]
+Metres = Annotated[float, _quantity("m")]
+MetresPerSecond = Annotated[float, _quantity("m/s")]
+Radians = Annotated[float, _quantity("rad")]
+RadiansPerSecond = Annotated[float, _quantity("rad/s")]
+Ratio = Annotated[float, _quantity("")]
+RatioPerSecond = Annotated[float, _quantity("1/s")]
+
+Model = TypeVar("Model", bound=BaseModel)
+
+
+def load_toml(path: Path) -> dict[str, Any]:
+    """Read a TOML file as plain data; a fault names the file, the line and the remedy."""
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError as cause:
+        raise InputError("no such file", where=str(path), remedy="check the path") from cause
+    except IsADirectoryError as cause:
+        raise InputError("this is a folder, not a file", where=str(path)) from cause
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as cause:
+        raise InputError(
+            "not valid TOML", where=str(path), found=str(cause), remedy="mend that line"
+        ) from cause
+
+
+def read_toml(path: Path, model: type[Model]) -> Model:
+    """Read a TOML file into `model`; every fault of the file is told at once."""
+    return parse(load_toml(path), model, where=str(path))
+
+
+def parse(data: dict[str, Any], model: type[Model], where: str) -> Model:
+    """Check plain data against `model`; faults name the key and, for unknown keys, the nearest."""
+    try:
+        return model.model_validate(data)
+    except ValidationError as cause:
+        faults = [_fault(error, model) for error in cause.errors()]
+        raise InputError("; ".join(faults), where=where) from cause
+
+
+def _fault(error: Any, model: type[BaseModel]) -> str:
+    path = ".".join(str(part) for part in error["loc"])
+    if error["type"] == "extra_forbidden":
+        known = _known_keys(model, error["loc"][:-1])
+        near = difflib.get_close_matches(str(error["loc"][-1]), known, n=1, cutoff=0.4)
+        hint = f"did you mean {near[0]!r}?" if near else "known here: " + ", ".join(sorted(known))
+        return f"unknown key {path!r}; {hint}"
+    if error["type"] == "missing":
+        return f"{path} is missing"
+    message = error["msg"].removeprefix("Value error, ")
+    return f"{path} = {error['input']!r}: {message}" if path else message
+
+
+def _known_keys(model: type[BaseModel], path: tuple[Any, ...]) -> list[str]:
+    """Name the keys of the table at `path` below `model` (discriminated unions included)."""
+    level: list[type[BaseModel]] = [model]
+    for part in path:
+        deeper = [
+            inner
+            for candidate in level
+            for name, field in candidate.model_fields.items()
+            if name == part
+            for inner in _models_in(field.annotation)
+        ]
+        level = deeper or level
+    return sorted({name for candidate in level for name in candidate.model_fields})
+
+
+def _models_in(annotation: Any) -> list[type[BaseModel]]:
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return [annotation]
+    return [found for part in getattr(annotation, "__args__", ()) for found in _models_in(part)]

@@ -1,0 +1,77 @@
+"""A role map binds the signals of one vehicle to roles, with unit, sign and clock."""
+
+import difflib
+from typing import Literal
+
+from pydantic import Field, model_validator
+
+from protocol.configuration import Metres, Seconds, Section
+from protocol.roles import ROLES
+
+
+class Source(Section):
+    """Where one role comes from: a signal of the database, a tooth message, or a table column.
+
+    signals       "Message.signal"; several are averaged (a left and a right wheel, say); they must
+                  then stand in one message. A multiplexed signal is named like any other.
+    teeth         "Message": a message of tooth intervals (see protocol.messages.ToothIntervals)
+    anchor        "Message": with `teeth`, the encoder's status that anchors their times
+    table, column a column of a side table; `time_column` if it has a clock of its own
+    bus           only frames of this bus ("can0"); empty: any
+    unit          overrides the database's unit (or gives the table column's)
+    sign, offset  value = sign * SI(value) + offset
+    clock         "bus": arrival times. A name: the device whose `time_signal` stamps the samples
+    time_signal   "Message.signal" with the device's own time, wrapping at the signal's width
+    delay         s, known latency, taken off the times
+    radius        m, turns a wheel's angular speed into peripheral speed where the unit asks for it
+    modulo        a wrapping counter's period
+    """
+
+    signals: tuple[str, ...] = ()
+    teeth: str = ""
+    anchor: str = ""
+    table: str = ""
+    column: str = ""
+    time_column: str = ""
+    bus: str = ""
+    unit: str | None = None
+    sign: Literal[1, -1] = 1
+    offset: float = 0.0
+    clock: str = "bus"
+    time_signal: str = ""
+    delay: Seconds = 0.0
+    radius: Metres | None = Field(default=None, gt=0)
+    modulo: int | None = Field(default=None, gt=1)
+
+    @model_validator(mode="after")
+    def _one_source(self) -> "Source":
+        given = [bool(self.signals), bool(self.teeth), bool(self.column)]
+        if sum(given) != 1:
+            raise ValueError('give exactly one of "signals", "teeth" or "column"')
+        return self
+
+
+class Geometry(Section):
+    """What identification must know of a vehicle beside its channels."""
+
+    driven_axle: Literal["rear", "front", "both"] = "rear"
+    rear_radius: Metres | None = None
+    front_radius: Metres | None = None
+    teeth_per_turn: int | None = None
+
+
+class RoleMap(Section):
+    """One role-map file."""
+
+    title: str
+    vehicle: Geometry = Geometry()
+    roles: dict[str, Source]
+
+    @model_validator(mode="after")
+    def _known_roles(self) -> "RoleMap":
+        for name in self.roles:
+            if name not in ROLES:
+                near = difflib.get_close_matches(name, ROLES, n=1, cutoff=0.4)
+                hint = f"did you mean {near[0]!r}?" if near else "see protocol/roles.py"
+                raise ValueError(f"unknown role {name!r}; {hint}")
+        return self

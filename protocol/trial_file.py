@@ -1,0 +1,130 @@
+"""A trial as its TOML file describes it: what is excited, when, and within which limits."""
+
+from typing import Annotated, Literal
+
+from pydantic import Field, field_validator, model_validator
+
+from protocol.configuration import (
+    Hertz,
+    Metres,
+    MetresPerSecond,
+    Radians,
+    RadiansPerSecond,
+    Ratio,
+    RatioPerSecond,
+    Seconds,
+    Section,
+)
+
+RPM = 0.10471975511965977  # rad/s
+
+
+class OperatingPoint(Section):
+    """Where the rider must hold the motorcycle before the bench arms."""
+
+    gear: int = Field(ge=1, le=8)
+    engine_speed: RadiansPerSecond
+    engine_speed_window: RadiansPerSecond = Field(default=300 * RPM, gt=0)
+    steady_for: Seconds = Field(default=0.5, gt=0)
+
+
+class _Excitation(Section):
+    """What every waveform has: an actuator, an amplitude in its unit, a duration."""
+
+    actuator: Literal["throttle", "spark"]
+    amplitude: str | float
+    duration: Seconds = Field(gt=0)
+
+
+class Sweep(_Excitation):
+    """A sine whose frequency runs from `start` to `stop`."""
+
+    waveform: Literal["linear_sweep", "logarithmic_sweep"]
+    start: Hertz = Field(gt=0)
+    stop: Hertz = Field(gt=0)
+
+
+class Square(_Excitation):
+    """A square wave: opening and closing steps about the operating point."""
+
+    waveform: Literal["square"]
+    frequency: Hertz = Field(gt=0)
+
+
+class Multisine(_Excitation):
+    """A random-phase odd multisine: odd harmonics of 1 / `period` between two frequencies."""
+
+    waveform: Literal["multisine"]
+    lowest: Hertz = Field(gt=0)
+    highest: Hertz = Field(gt=0)
+    period: Seconds = Field(gt=0)
+    seed: int = 1
+
+
+Excitation = Annotated[Sweep | Square | Multisine, Field(discriminator="waveform")]
+
+
+class Command(Section):
+    """How the bench speaks to the actuators."""
+
+    period: Seconds = 0.001
+    silence: Seconds = 0.020  # the devices take authority back after this much silence
+
+    @field_validator("period")
+    @classmethod
+    def _whole_milliseconds(cls, period: float) -> float:
+        ticks = round(period / 0.001)
+        if ticks < 1 or abs(period - ticks * 0.001) > 1e-9:
+            raise ValueError("must be a whole number of milliseconds, 1 ms or more")
+        return ticks * 0.001
+
+
+class Limits(Section):
+    """What `permit` lets through, and what trips the trial."""
+
+    throttle: tuple[Ratio, Ratio] = (0.0, 1.0)
+    throttle_deviation: Ratio = Field(gt=0)  # from the operating point
+    throttle_rate: RatioPerSecond = Field(gt=0)
+    spark: tuple[Radians, Radians]  # offset from the map
+    spark_rate: RadiansPerSecond = Field(gt=0)
+    engine_speed: tuple[RadiansPerSecond, RadiansPerSecond]
+    speed: tuple[MetresPerSecond, MetresPerSecond]
+    slip: Ratio = Field(gt=0)  # trips above it
+    distance: Metres = Field(gt=0)  # from the button on
+    grip_closed: Ratio = 0.02  # the rider lets go below it
+    brake_pressure: Annotated[float, Field(gt=0)] = 2e5  # Pa
+    clutch: Ratio = 0.1
+    stale: Seconds = 0.015  # no frame of a safety-relevant status for this long
+    faults: int = Field(default=3, ge=1)  # consecutive faulty frames of one message that trip
+
+    @model_validator(mode="after")
+    def _ordered(self) -> "Limits":
+        for name in ("throttle", "spark", "engine_speed", "speed"):
+            low, high = getattr(self, name)
+            if not low < high:
+                raise ValueError(f"{name} = [{low:g}, {high:g}]: the lower bound comes first")
+        return self
+
+
+class VirtualRider(Section):
+    """What the scripted rider of the virtual motorcycle does."""
+
+    presses_button_after: Seconds = 1.0  # from the moment the bench has armed
+    holds_button_for: Seconds | None = None  # None: until the bench is done
+
+
+class TrialFile(Section):
+    """One trial file."""
+
+    name: str = Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$")
+    description: str = ""
+    vehicle: str  # path of the vehicle file, relative to the trial file
+    seed: int = 1
+    operating_point: OperatingPoint
+    excitation: Excitation
+    command: Command = Command()
+    settling: Seconds = Field(default=1.0, ge=0)
+    hand_back: Seconds = Field(default=0.5, gt=0)
+    armed_for_at_most: Seconds = Field(default=120.0, gt=0)
+    limits: Limits
+    rider: VirtualRider = VirtualRider()

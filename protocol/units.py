@@ -1,0 +1,57 @@
+"""Units are converted once, at the edge: inside, everything is SI (angles rad, ratios 1)."""
+
+from functools import cache, lru_cache
+
+import pint
+
+from protocol.errors import InputError
+
+# Spellings that databases and loggers use and that mean something else, or nothing, to pint.
+ALIASES = {
+    "": "dimensionless", "-": "dimensionless", "1": "dimensionless",
+    "C": "degC", "°C": "degC", "deg C": "degC", "degrees C": "degC", "F": "degF", "°F": "degF",
+    "Nm": "N m", "RPM": "rpm", "1/min": "rpm", "KPH": "km/h", "kmh": "km/h", "MPH": "mph",
+    "°": "deg",
+    "degrees": "deg", "deg/sec": "deg/s", "sec": "s", "KPa": "kPa", "G": "standard_gravity",
+}  # fmt: skip
+
+
+@cache
+def _registry() -> pint.UnitRegistry[float]:
+    return pint.UnitRegistry(autoconvert_offset_to_baseunit=True)
+
+
+@lru_cache(maxsize=1024)
+def linear(unit: str, to: str) -> tuple[float, float]:
+    """Slope and offset with ``value_in_to = slope * value_in_unit + offset``.
+
+    Raises ValueError where the units are unknown or measure different things.
+    """
+    unit_name, to_name = ALIASES.get(unit, unit), ALIASES.get(to, to)
+    if unit_name == "g" and to_name in ("m/s^2", "m/s**2"):
+        unit_name = "standard_gravity"  # an accelerometer's g, not a gram
+    try:
+        source = _registry()
+        zero = float(source.Quantity(0.0, unit_name).to(to_name).magnitude)
+        one = float(source.Quantity(1.0, unit_name).to(to_name).magnitude)
+    except (pint.PintError, AttributeError, TypeError) as cause:
+        raise ValueError(f"unit {unit!r} does not convert to {to!r} ({cause})") from cause
+    return one - zero, zero
+
+
+def parse_quantity(text: str | float | int, to: str) -> float:
+    """Turn ``"14000 rpm"`` into SI; a bare number is taken to be in `to` already."""
+    if isinstance(text, (int, float)):
+        return float(text)
+    number, _, unit = text.strip().partition(" ")
+    try:
+        magnitude = float(number)
+        slope, offset = linear(unit.strip(), to)
+    except ValueError as cause:
+        raise InputError(
+            f"{text!r} is not a quantity",
+            expected=f"a number, a space and a unit that converts to {to or 'a pure number'}",
+            found=str(cause),
+            remedy='write it as in "14000 rpm", "4 %" or "20 ms"',
+        ) from cause
+    return slope * magnitude + offset

@@ -1,0 +1,22 @@
+"""The one command: it joins the sub-commands of the packages."""
+
+import sys
+
+import typer
+
+from protocol.errors import InputError
+
+app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False)
+
+
+def main() -> None:
+    """Run the command; a user's mistake ends in one message and status 2."""
+    try:
+        app()
+    except InputError as fault:
+        sys.stderr.write(f"slipbench: {fault}\n")
+        sys.exit(2)
+
+
+if __name__ == "__main__":
+    main()
