@@ -22,7 +22,7 @@ def _quantity(unit: str) -> BeforeValidator:
         try:
             return parse_quantity(value, unit) if isinstance(value, (str, int, float)) else value
         except InputError as cause:
-            raise ValueError(str(cause)) from cause
+            raise ValueError(f"{cause.expected} is expected; {cause.remedy}") from cause
 
     return BeforeValidator(convert)
 
@@ -63,12 +63,12 @@ def parse(data: dict[str, Any], model: type[Model], where: str) -> Model:
     try:
         return model.model_validate(data)
     except ValidationError as cause:
-        faults = [_fault(error, model) for error in cause.errors()]
+        faults = [_fault(error, model, data) for error in cause.errors()]
         raise InputError("; ".join(faults), where=where) from cause
 
 
-def _fault(error: Any, model: type[BaseModel]) -> str:
-    path = ".".join(str(part) for part in error["loc"])
+def _fault(error: Any, model: type[BaseModel], data: Any) -> str:
+    path = _written_path(error["loc"], data)
     if error["type"] == "extra_forbidden":
         known = _known_keys(model, error["loc"][:-1])
         near = difflib.get_close_matches(str(error["loc"][-1]), known, n=1, cutoff=0.4)
@@ -78,6 +78,17 @@ def _fault(error: Any, model: type[BaseModel]) -> str:
         return f"{path} is missing"
     message = error["msg"].removeprefix("Value error, ")
     return f"{path} = {error['input']!r}: {message}" if path else message
+
+
+def _written_path(location: tuple[Any, ...], data: Any) -> str:
+    """Name a key as the file has it: without the tags that pydantic adds for unions."""
+    written = []
+    for part in location[:-1]:
+        inner = data[part] if isinstance(data, list | tuple) else (data or {}).get(part)
+        if inner is not None:
+            written.append(str(part))
+            data = inner
+    return ".".join([*written, str(location[-1])]) if location else ""
 
 
 def _known_keys(model: type[BaseModel], path: tuple[Any, ...]) -> list[str]:

@@ -51,6 +51,8 @@ class TripReason(IntEnum):
     AUTHORITY_LOST = 16
     RECORDER = 17
     STOPPED = 18
+    NEVER_PRESSED = 19
+    THROTTLE_FAULT = 20
 
 
 class Intervals(IntEnum):

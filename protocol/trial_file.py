@@ -128,3 +128,13 @@ class TrialFile(Section):
     armed_for_at_most: Seconds = Field(default=120.0, gt=0)
     limits: Limits
     rider: VirtualRider = VirtualRider()
+
+    @model_validator(mode="after")
+    def _hand_back_fits(self) -> "TrialFile":
+        fastest = self.limits.throttle_deviation / self.hand_back
+        if fastest > self.limits.throttle_rate:
+            raise ValueError(
+                f"hand_back = {self.hand_back:g} s could ask for {fastest:.3g}/s, more than "
+                f"limits.throttle_rate = {self.limits.throttle_rate:.3g}/s; lengthen it"
+            )
+        return self

@@ -1,0 +1,196 @@
+"""Excitations: what is added to the operating point, as pure functions of time."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from protocol.errors import InputError
+from protocol.trial_file import Multisine, Square, Sweep, TrialFile
+from protocol.units import parse_quantity
+
+FloatArray = npt.NDArray[np.float64]
+COMMANDS_PER_CYCLE = 20  # fewer make a sine a staircase whose images reach the slip
+
+
+@dataclass(frozen=True)
+class Excitation:
+    """A waveform, sampled at the command period before anything is armed.
+
+    actuator  "throttle" or "spark"
+    table     (n,) deviation from the operating point at each command, throttle 0..1 or rad
+    period    s between commands
+    """
+
+    actuator: str
+    table: FloatArray
+    period: float
+
+    @property
+    def duration(self) -> float:
+        """Give the excitation's length in s."""
+        return self.table.size * self.period
+
+    def value(self, time: float) -> float:
+        """Give the deviation that is due `time` s after the button; zero outside."""
+        index = int(time / self.period + 1e-9)
+        return float(self.table[index]) if 0 <= index < self.table.size else 0.0
+
+
+def plan_excitation(trial: TrialFile) -> Excitation:
+    """Compute the waveform of a trial and check that the bench can carry it.
+
+    Raises InputError where a frequency is beyond the command rate, or where amplitude or rate
+    exceed the trial's own limits.
+    """
+    spec, limits = trial.excitation, trial.limits
+    throttle = spec.actuator == "throttle"
+    unit, rate = ("1", limits.throttle_rate) if throttle else ("rad", limits.spark_rate)
+    amplitude = parse_quantity(spec.amplitude, "" if throttle else unit)
+    most = limits.throttle_deviation if throttle else min(-limits.spark[0], limits.spark[1])
+    _check_amplitude(trial, amplitude, most)
+    _check_frequency(trial)
+    count = round(spec.duration / trial.command.period)
+    time = np.arange(count, dtype=np.float64) * trial.command.period
+    wave = amplitude * _shape(trial)(time)
+    step = rate * trial.command.period
+    wave = _limit_rate(wave, step) if isinstance(spec, Square) else _end_at_zero(wave)
+    _check_rate(trial, wave, rate)
+    return Excitation(spec.actuator, wave, trial.command.period)
+
+
+def linear_sweep(time: FloatArray, start: float, stop: float, duration: float) -> FloatArray:
+    """Sine of unit amplitude whose frequency (Hz) runs linearly; starts at zero."""
+    return np.sin(2 * np.pi * (start * time + (stop - start) * time**2 / (2 * duration)))
+
+
+def logarithmic_sweep(time: FloatArray, start: float, stop: float, duration: float) -> FloatArray:
+    """Sine of unit amplitude that spends the same time in every octave (Farina, AES 2000)."""
+    if np.isclose(start, stop):
+        return np.sin(2 * np.pi * start * time)
+    growth = np.log(stop / start) / duration
+    phase: FloatArray = 2 * np.pi * start * np.expm1(growth * time) / growth
+    return np.sin(phase)
+
+
+def square_wave(time: FloatArray, frequency: float) -> FloatArray:
+    """Square wave of unit amplitude, +1 first; half periods are half open, so none is doubled."""
+    return np.where(np.floor(2 * frequency * time + 1e-9) % 2 == 0, 1.0, -1.0)
+
+
+def odd_multisine(
+    time: FloatArray, period: float, lowest: float, highest: float, seed: int
+) -> FloatArray:
+    """Odd harmonics of 1/`period` with random phases, a peak of one, starting at a zero crossing.
+
+    Even lines stay free, so that even distortion shows in them (Pintelon and Schoukens, System
+    Identification: A Frequency Domain Approach, 2nd ed., chapter 4).
+    """
+    harmonics = np.arange(1, int(np.floor(highest * period + 1e-9)) + 1, 2)
+    harmonics = harmonics[harmonics >= lowest * period - 1e-9]
+    phases = np.random.default_rng(seed).uniform(0, 2 * np.pi, harmonics.size)
+
+    def wave(at: FloatArray) -> FloatArray:
+        angles = 2 * np.pi * np.outer(at / period, harmonics) + phases
+        return np.asarray(np.sum(np.sin(angles), axis=1))
+
+    fine = np.linspace(0.0, period, 64 * int(harmonics[-1]) + 1)
+    values = wave(fine)
+    rising = np.flatnonzero((values[:-1] <= 0) & (values[1:] > 0))[0]
+    share = values[rising] / (values[rising] - values[rising + 1])
+    crossing = fine[rising] + share * (fine[1] - fine[0])
+    return wave(time + crossing) / float(np.max(np.abs(values)))
+
+
+def _shape(trial: TrialFile) -> Callable[[FloatArray], FloatArray]:
+    spec = trial.excitation
+    match spec:
+        case Sweep(waveform="linear_sweep"):
+            return lambda t: linear_sweep(t, spec.start, spec.stop, spec.duration)
+        case Sweep():
+            return lambda t: logarithmic_sweep(t, spec.start, spec.stop, spec.duration)
+        case Square():
+            return lambda t: square_wave(t, spec.frequency)
+        case Multisine():
+            return lambda t: odd_multisine(t, spec.period, spec.lowest, spec.highest, spec.seed)
+
+
+def _check_frequency(trial: TrialFile) -> None:
+    spec, period = trial.excitation, trial.command.period
+    match spec:
+        case Sweep():
+            key, highest = "stop", max(spec.start, spec.stop)
+        case Square():
+            key, highest = "frequency", spec.frequency
+        case Multisine():
+            key, highest = "highest", spec.highest
+            _check_multisine(spec)
+    carried = 1 / (COMMANDS_PER_CYCLE * period)
+    if highest > carried * (1 + 1e-9):
+        raise InputError(
+            f"excitation.{key} = {highest:g} Hz is more than the command rate carries",
+            where=trial.name,
+            expected=f"at most {carried:g} Hz ({1 / period:g} commands/s / {COMMANDS_PER_CYCLE})",
+            found=f"{highest:g} Hz",
+            remedy="lower it or shorten command.period",
+        )
+
+
+def _check_multisine(spec: Multisine) -> None:
+    lines = np.arange(1, int(spec.highest * spec.period + 1e-9) + 1, 2)
+    if not np.any(lines >= spec.lowest * spec.period - 1e-9):
+        raise InputError(
+            "excitation: no odd harmonic lies between lowest and highest",
+            found=f"{spec.lowest:g} .. {spec.highest:g} Hz with a period of {spec.period:g} s",
+            remedy="lengthen the period or widen the band",
+        )
+    if spec.duration < spec.period:
+        raise InputError(
+            "excitation.duration is shorter than one period of the multisine",
+            expected=f"at least {spec.period:g} s",
+            found=f"{spec.duration:g} s",
+        )
+
+
+def _check_amplitude(trial: TrialFile, amplitude: float, most: float) -> None:
+    if not 0 < amplitude <= most:
+        key = "throttle_deviation" if trial.excitation.actuator == "throttle" else "spark"
+        raise InputError(
+            f"excitation.amplitude = {trial.excitation.amplitude} is outside the trial's limits",
+            where=trial.name,
+            expected=f"above 0 and at most {most:.4g} (limits.{key})",
+            found=f"{amplitude:.4g}",
+            remedy=f"lower the amplitude, or widen limits.{key} if the rider can take it",
+        )
+
+
+def _check_rate(trial: TrialFile, wave: FloatArray, rate: float) -> None:
+    fastest = float(np.max(np.abs(np.diff(wave, prepend=0.0, append=0.0)))) / trial.command.period
+    if isinstance(trial.excitation, Sweep | Multisine) and fastest > rate * (1 + 1e-9):
+        raise InputError(
+            "the excitation moves faster than the trial's rate limit",
+            where=trial.name,
+            expected=f"at most {rate:.4g} per second (limits.{trial.excitation.actuator}_rate)",
+            found=f"{fastest:.4g} per second",
+            remedy="lower the amplitude or the highest frequency, or raise the rate limit",
+        )
+
+
+def _end_at_zero(wave: FloatArray) -> FloatArray:
+    """Rest after the last zero crossing, so that the hand-over to settling does not jump."""
+    crossings = np.flatnonzero(np.diff(np.signbit(wave)))
+    if not crossings.size:
+        return wave
+    return np.where(np.arange(wave.size) <= crossings[-1], wave, 0.0)
+
+
+def _limit_rate(wave: FloatArray, step: float) -> FloatArray:
+    """Turn jumps into ramps of `step` per command, from zero and back to zero."""
+    limited = np.empty_like(wave)
+    value, last = 0.0, wave.size - 1
+    for index, target in enumerate(wave):
+        reach = (last - index) * step  # come home in time for the last command
+        value += float(np.clip(np.clip(target, -reach, reach) - value, -step, step))
+        limited[index] = value
+    return limited

@@ -1,0 +1,68 @@
+"""The periodic loop: absolute deadlines, and every tick sent, late or skipped, and counted."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from bench.clock import Clock
+
+# A tick is told its number and the time at which it was due; it answers whether to go on.
+Tick = Callable[[int, int], bool]
+
+
+@dataclass(frozen=True)
+class Lateness:
+    """What became of every tick.
+
+    tick      (n,) int64, number of each tick that ran, increasing
+    lateness  (n,) int64, ns from when it was due to when it began
+    period    ns
+    start     ns, when tick 0 was due
+    """
+
+    tick: npt.NDArray[np.int64]
+    lateness: npt.NDArray[np.int64]
+    period: int
+    start: int
+
+    @property
+    def due(self) -> int:
+        """Count the ticks that fell due."""
+        return int(self.tick[-1]) + 1 if self.tick.size else 0
+
+    @property
+    def skipped(self) -> int:
+        """Count the ticks that were past before they could run."""
+        return self.due - int(self.tick.size)
+
+    def quantiles(self) -> dict[str, float]:
+        """Give lateness at p50, p99, p99.9 and the maximum, in s."""
+        if not self.tick.size:
+            return {}
+        names = {"p50": 50.0, "p99": 99.0, "p99_9": 99.9, "max": 100.0}
+        return {key: float(np.percentile(self.lateness, q)) * 1e-9 for key, q in names.items()}
+
+
+def run_periodic(tick: Tick, period: int, clock: Clock, most: int = 3_600_000) -> Lateness:
+    """Call `tick` every `period` ns until it answers False or `most` ticks fell due.
+
+    A late tick runs at once and is told its own number; ticks that are wholly past are skipped,
+    so the value sent is always the one that is due now.
+    """
+    numbers, lateness = np.empty(most, np.int64), np.empty(most, np.int64)
+    start = clock.now_ns() + period
+    number = ran = 0
+    while number < most:
+        clock.sleep_until_ns(start + number * period)
+        late = clock.now_ns() - (start + number * period)
+        if late >= period:
+            number += late // period
+            late %= period
+        numbers[ran], lateness[ran] = number, late
+        ran += 1
+        if not tick(number, start + number * period):
+            break
+        number += 1
+    return Lateness(numbers[:ran].copy(), lateness[:ran].copy(), period, start)

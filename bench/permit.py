@@ -1,0 +1,145 @@
+"""The last word before the bus: a command passes as it is, or the trial trips.
+
+Written apart from the trial and from the controllers, and trusting neither: it decides on the
+command itself and on what was last seen of rider and motorcycle.
+"""
+
+from dataclasses import dataclass
+
+from bench.seen import Seen
+from protocol.messages import ActuatorCommand, Authority, TripReason
+from protocol.trial_file import Limits
+
+# Float comparison only: a thousandth of the command's resolution on the wire.
+TOLERANCE = 1e-7
+
+
+@dataclass(frozen=True, slots=True)
+class Trip:
+    """Why authority goes back at once, for the record and in words for people."""
+
+    reason: TripReason
+    detail: str
+
+
+@dataclass(frozen=True, slots=True)
+class Held:
+    """What the bench holds authority over, since the rider pressed the button.
+
+    throttle     opening at the button, 0..1
+    gear         gear of the trial
+    last         command sent last; its authority is NONE where none was sent yet
+    asked_since  s, when authority was first asked for
+    """
+
+    throttle: float
+    gear: int
+    last: ActuatorCommand
+    asked_since: float
+
+
+def permit(
+    command: ActuatorCommand, held: Held, seen: Seen, limits: Limits, silence: float
+) -> ActuatorCommand | Trip:
+    """Let `command` pass unchanged, or say why authority goes back.
+
+    A command without authority always passes, with neutral values. `silence` is the time in s
+    after which the devices must have answered a request for authority.
+    """
+    if command.authority == Authority.NONE:
+        return ActuatorCommand(Authority.NONE, 0.0, 0.0, command.time)
+    return (
+        _links(command, held, seen, limits, silence)
+        or _rider(seen, limits)
+        or _motion(seen, limits, held)
+        or _throttle(command, held, limits)
+        or _spark(command, held, limits)
+        or command
+    )
+
+
+def _links(
+    command: ActuatorCommand, held: Held, seen: Seen, limits: Limits, silence: float
+) -> Trip | None:
+    """Judge the bus, the recorder, and the devices at the other end."""
+    if seen.bus_off:
+        return Trip(TripReason.BUS_OFF, "the CAN controller is off the bus")
+    if not seen.recording:
+        return Trip(TripReason.RECORDER, "the recorder cannot write")
+    if not seen.oldest_age <= limits.stale:
+        return Trip(TripReason.STALE, f"{seen.oldest}: silent for {seen.oldest_age * 1e3:.1f} ms")
+    if seen.faults >= limits.faults:
+        return Trip(TripReason.FAULTY, f"{seen.faulty}: {seen.faults} faulty frames in a row")
+    if seen.throttle_faulty:
+        return Trip(TripReason.THROTTLE_FAULT, "the throttle body reports a fault")
+    waited = command.time - held.asked_since
+    if waited > silence and seen.authority != command.authority:
+        detail = f"asked for {command.authority.name}, the ECU grants {seen.authority.name}"
+        return Trip(TripReason.AUTHORITY_LOST, detail)
+    return None
+
+
+def _rider(seen: Seen, limits: Limits) -> Trip | None:
+    """Judge the rider's controls: any of them takes the motorcycle back."""
+    if not seen.button:
+        return Trip(TripReason.BUTTON_RELEASED, "the rider let go of the button")
+    if not seen.brake_pressure < limits.brake_pressure:
+        return Trip(TripReason.BRAKE, f"brake at {seen.brake_pressure / 1e5:.2f} bar")
+    if not seen.clutch < limits.clutch:
+        return Trip(TripReason.CLUTCH, f"clutch at {seen.clutch:.0%}")
+    if not seen.grip > limits.grip_closed:
+        return Trip(TripReason.GRIP_CLOSED, f"grip at {seen.grip:.1%}")
+    return None
+
+
+def _motion(seen: Seen, limits: Limits, held: Held) -> Trip | None:
+    """Judge how the motorcycle moves."""
+    if seen.gear != held.gear:
+        return Trip(TripReason.GEAR, f"gear {seen.gear}, the trial began in {held.gear}")
+    if not _inside(seen.engine_speed, limits.engine_speed):
+        return Trip(TripReason.ENGINE_SPEED, f"engine at {seen.engine_speed * 9.5492966:.0f} rpm")
+    if not _inside(seen.speed, limits.speed):
+        return Trip(TripReason.SPEED, f"{seen.speed:.1f} m/s")
+    if not seen.slip <= limits.slip:
+        return Trip(TripReason.SLIP, f"slip of {seen.slip:.1%}")
+    if not seen.distance <= limits.distance:
+        return Trip(TripReason.DISTANCE, f"{seen.distance:.0f} m since the button")
+    return None
+
+
+def _throttle(command: ActuatorCommand, held: Held, limits: Limits) -> Trip | None:
+    """Judge the throttle that the command asks for."""
+    if not command.authority & Authority.THROTTLE:
+        return None
+    deviation = abs(command.throttle - held.throttle)
+    if not deviation <= limits.throttle_deviation + TOLERANCE:
+        return Trip(TripReason.AMPLITUDE, f"throttle {deviation:.2%} off the operating point")
+    if not _inside(command.throttle, limits.throttle):
+        return Trip(TripReason.RANGE, f"throttle command of {command.throttle:.2%}")
+    asked = held.last.authority & Authority.THROTTLE
+    before = held.last.throttle if asked else held.throttle
+    return _rate("throttle", command.throttle - before, limits.throttle_rate, command, held)
+
+
+def _spark(command: ActuatorCommand, held: Held, limits: Limits) -> Trip | None:
+    """Judge the spark offset that the command asks for."""
+    if not command.authority & Authority.SPARK:
+        return None
+    if not _inside(command.spark, limits.spark):
+        return Trip(TripReason.RANGE, f"spark command of {command.spark * 57.29578:.2f} deg")
+    before = held.last.spark if held.last.authority & Authority.SPARK else 0.0
+    return _rate("spark", command.spark - before, limits.spark_rate, command, held)
+
+
+def _rate(
+    actuator: str, change: float, limit: float, command: ActuatorCommand, held: Held
+) -> Trip | None:
+    elapsed = command.time - held.last.time
+    if abs(change) <= limit * elapsed + TOLERANCE:
+        return None
+    return Trip(TripReason.RATE, f"{actuator} asked to move {change:.4g} in {elapsed * 1e3:.2f} ms")
+
+
+def _inside(value: float, bounds: tuple[float, float]) -> bool:
+    """Tell whether `value` lies in `bounds`; NaN lies nowhere."""
+    return bounds[0] - TOLERANCE <= value <= bounds[1] + TOLERANCE

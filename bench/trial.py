@@ -1,0 +1,160 @@
+"""A trial as a state machine: what phase it is in, and what it asks for, as pure functions.
+
+idle -> armed -> exciting -> settling -> handing back -> done
+              any of them -> tripped
+"""
+
+import math
+from dataclasses import dataclass, replace
+
+from bench.excitation import Excitation
+from bench.permit import Trip
+from bench.seen import Seen
+from protocol.messages import ActuatorCommand, Authority, Phase, TripReason
+from protocol.trial_file import TrialFile
+
+HOLDING = frozenset({Phase.EXCITING, Phase.SETTLING, Phase.HANDING_BACK})
+ENDED = frozenset({Phase.DONE, Phase.TRIPPED})
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """A trial, its waveform computed, and the authority that it needs."""
+
+    trial: TrialFile
+    excitation: Excitation
+
+    @property
+    def authority(self) -> Authority:
+        """Name the actuator that is excited."""
+        throttle = self.excitation.actuator == "throttle"
+        return Authority.THROTTLE if throttle else Authority.SPARK
+
+
+@dataclass(frozen=True, slots=True)
+class TrialState:
+    """Where a trial stands.
+
+    since         s, when the phase began
+    steady_since  s, since when rpm and gear have been inside the window (NaN: they are not)
+    released      the button has been seen released since arming
+    throttle      operating point: opening when the button was pressed, 0..1
+    target        opening that the hand-back ramps to: the rider's grip when the ramp began
+    pressed_at    s, when the button was pressed
+    trip          why the trial ended early
+    """
+
+    phase: Phase = Phase.IDLE
+    since: float = 0.0
+    steady_since: float = math.nan
+    released: bool = False
+    throttle: float = math.nan
+    target: float = math.nan
+    pressed_at: float = math.nan
+    trip: Trip | None = None
+
+
+def advance(state: TrialState, seen: Seen, plan: Plan, now: float) -> TrialState:
+    """Move the trial on by what was seen; `now` in s. Ended trials stay as they are."""
+    if state.phase == Phase.IDLE:
+        return _idle(state, seen, plan, now)
+    if state.phase == Phase.ARMED:
+        return _armed(state, seen, plan, now)
+    if state.phase in HOLDING:
+        return _holding(state, seen, plan, now)
+    return state
+
+
+def tripped(state: TrialState, trip: Trip, now: float) -> TrialState:
+    """End the trial because of `trip`; an ended trial keeps its first reason."""
+    return state if state.phase in ENDED else replace(_enter(state, Phase.TRIPPED, now), trip=trip)
+
+
+def wanted(state: TrialState, plan: Plan, now: float) -> ActuatorCommand:
+    """Say what the trial asks for at `now`: the operating point plus what is due."""
+    if state.phase not in HOLDING:
+        return ActuatorCommand(Authority.NONE, 0.0, 0.0, now)
+    due = plan.excitation.value(now - state.since) if state.phase == Phase.EXCITING else 0.0
+    if plan.authority == Authority.SPARK:
+        return ActuatorCommand(Authority.SPARK, 0.0, due, now)
+    throttle = state.throttle + due
+    if state.phase == Phase.HANDING_BACK:
+        share = min((now - state.since) / plan.trial.hand_back, 1.0)
+        throttle += share * (state.target - state.throttle)
+    return ActuatorCommand(Authority.THROTTLE, throttle, 0.0, now)
+
+
+def _idle(state: TrialState, seen: Seen, plan: Plan, now: float) -> TrialState:
+    if not _steady(seen, plan):
+        return replace(state, steady_since=math.nan)
+    since = now if math.isnan(state.steady_since) else state.steady_since
+    if now - since >= plan.trial.operating_point.steady_for:
+        return replace(_enter(state, Phase.ARMED, now), steady_since=since, released=False)
+    return replace(state, steady_since=since)
+
+
+def _armed(state: TrialState, seen: Seen, plan: Plan, now: float) -> TrialState:
+    if not _steady(seen, plan):
+        return replace(_enter(state, Phase.IDLE, now), steady_since=math.nan)
+    if now - state.since > plan.trial.armed_for_at_most:
+        return tripped(state, Trip(TripReason.NEVER_PRESSED, "the button was not pressed"), now)
+    if not seen.button:
+        return state if state.released else replace(state, released=True)
+    return _pressed(state, seen, plan, now) if state.released else state
+
+
+def _pressed(state: TrialState, seen: Seen, plan: Plan, now: float) -> TrialState:
+    """Take the operating point that stands now, if the whole waveform fits around it."""
+    low, high = plan.trial.limits.throttle
+    table, throttle = plan.excitation.table, seen.throttle_command
+    if plan.authority == Authority.THROTTLE and not (
+        low <= throttle + float(table.min()) and throttle + float(table.max()) <= high
+    ):
+        swing = float(abs(table).max())
+        detail = f"{swing:.1%} about {throttle:.1%} would leave {low:.1%} .. {high:.1%}"
+        return tripped(state, Trip(TripReason.RANGE, detail), now)
+    return replace(_enter(state, Phase.EXCITING, now), throttle=throttle, pressed_at=now)
+
+
+def _holding(state: TrialState, seen: Seen, plan: Plan, now: float) -> TrialState:
+    """Go on to the next phase when this one's time is up.
+
+    Once the excitation is over the rider may let go: that is a hand-back, not a trip.
+    """
+    if state.phase != Phase.EXCITING and not seen.button:
+        return _enter(state, Phase.DONE, now)
+    lasts, then = {
+        Phase.EXCITING: (plan.excitation.duration, Phase.SETTLING),
+        Phase.SETTLING: (plan.trial.settling, Phase.HANDING_BACK),
+        Phase.HANDING_BACK: (plan.trial.hand_back, Phase.DONE),
+    }[state.phase]
+    if now - state.since < lasts - 1e-9:
+        return state
+    if then == Phase.HANDING_BACK:
+        state = replace(state, target=_hand_back_target(state, seen, plan))
+    return _enter(state, then, now)
+
+
+def _hand_back_target(state: TrialState, seen: Seen, plan: Plan) -> float:
+    """Aim for what the rider's grip asks for, as far as range and deviation allow.
+
+    The aim is taken once: a grip that moves during the ramp must not make the command jump.
+    """
+    most = plan.trial.limits.throttle_deviation
+    low, high = plan.trial.limits.throttle
+    inside = min(max(seen.grip, low), high)
+    return min(max(inside, state.throttle - most), state.throttle + most)
+
+
+def _steady(seen: Seen, plan: Plan) -> bool:
+    """Tell whether the motorcycle is at the trial's operating point and all of it is heard."""
+    point = plan.trial.operating_point
+    return (
+        seen.oldest_age <= plan.trial.limits.stale
+        and seen.gear == point.gear
+        and abs(seen.engine_speed - point.engine_speed) <= point.engine_speed_window
+    )
+
+
+def _enter(state: TrialState, phase: Phase, now: float) -> TrialState:
+    return replace(state, phase=phase, since=now)
