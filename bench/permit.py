@@ -70,34 +70,37 @@ def _links(
         return Trip(TripReason.STALE, f"{seen.oldest}: silent for {seen.oldest_age * 1e3:.1f} ms")
     if seen.faults >= limits.faults:
         return Trip(TripReason.FAULTY, f"{seen.faulty}: {seen.faults} faulty frames in a row")
-    if seen.throttle_faulty:
+    if seen.throttle.faulty:
         return Trip(TripReason.THROTTLE_FAULT, "the throttle body reports a fault")
     waited = command.time - held.asked_since
-    if waited > silence and seen.authority != command.authority:
-        detail = f"asked for {command.authority.name}, the ECU grants {seen.authority.name}"
+    if waited > silence and seen.ecu.authority != command.authority:
+        detail = f"asked for {command.authority.name}, the ECU grants {seen.ecu.authority.name}"
         return Trip(TripReason.AUTHORITY_LOST, detail)
     return None
 
 
 def _rider(seen: Seen, limits: Limits) -> Trip | None:
     """Judge the rider's controls: any of them takes the motorcycle back."""
-    if not seen.button:
+    if not seen.rider.button:
         return Trip(TripReason.BUTTON_RELEASED, "the rider let go of the button")
-    if not seen.brake_pressure < limits.brake_pressure:
-        return Trip(TripReason.BRAKE, f"brake at {seen.brake_pressure / 1e5:.2f} bar")
-    if not seen.clutch < limits.clutch:
-        return Trip(TripReason.CLUTCH, f"clutch at {seen.clutch:.0%}")
-    if not seen.grip > limits.grip_closed:
-        return Trip(TripReason.GRIP_CLOSED, f"grip at {seen.grip:.1%}")
+    for pressure in (seen.rider.front_brake, seen.rider.rear_brake):
+        if not pressure < limits.brake_pressure:
+            return Trip(TripReason.BRAKE, f"brake at {pressure / 1e5:.2f} bar")
+    if not seen.rider.clutch < limits.clutch:
+        return Trip(TripReason.CLUTCH, f"clutch at {seen.rider.clutch:.0%}")
+    if not seen.rider.grip > limits.grip_closed:
+        return Trip(TripReason.GRIP_CLOSED, f"grip at {seen.rider.grip:.1%}")
     return None
 
 
 def _motion(seen: Seen, limits: Limits, held: Held) -> Trip | None:
     """Judge how the motorcycle moves."""
-    if seen.gear != held.gear:
-        return Trip(TripReason.GEAR, f"gear {seen.gear}, the trial began in {held.gear}")
-    if not _inside(seen.engine_speed, limits.engine_speed):
-        return Trip(TripReason.ENGINE_SPEED, f"engine at {seen.engine_speed * 9.5492966:.0f} rpm")
+    if seen.engine.gear != held.gear:
+        return Trip(TripReason.GEAR, f"gear {seen.engine.gear}, the trial began in {held.gear}")
+    if not _inside(seen.engine.engine_speed, limits.engine_speed):
+        return Trip(
+            TripReason.ENGINE_SPEED, f"engine at {seen.engine.engine_speed * 9.5492966:.0f} rpm"
+        )
     if not _inside(seen.speed, limits.speed):
         return Trip(TripReason.SPEED, f"{seen.speed:.1f} m/s")
     if not seen.slip <= limits.slip:

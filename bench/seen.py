@@ -3,31 +3,38 @@
 import math
 from dataclasses import dataclass
 
-from protocol.messages import Authority
+from protocol.messages import Authority, EcuStatus, EngineStatus, RiderControls, ThrottleStatus
+
+NAN = math.nan
+NO_ECU = EcuStatus(Authority.NONE, NAN, NAN, NAN)
+NO_THROTTLE = ThrottleStatus(Authority.NONE, NAN, NAN, False, NAN)
+NO_ENGINE = EngineStatus(NAN, 0, NAN, NAN)
+NO_RIDER = RiderControls(False, NAN, NAN, NAN, NAN)
 
 
 @dataclass(frozen=True, slots=True)
 class Seen:
-    """A snapshot at one tick; NaN where a status has not been seen yet.
+    """A snapshot at one tick: the last good status of each kind; NaN where none came yet.
 
-    oldest_age and oldest name the safety-relevant status that has been silent longest;
-    faults and faulty name the message with the most faulty frames in a row.
+    speed            m/s, optical
+    slip             of the rear wheel against `speed`
+    distance         m since the button was pressed
+    oldest_age       s, silence of the safety-relevant status that has been silent longest
+    oldest           its name
+    faults, faulty   most faulty frames in a row of one message, and its name
+    bus_off          the controller has left the bus
+    recording        the recorder takes and writes frames
     """
 
-    authority: Authority = Authority.NONE  # granted by the ECU
-    throttle_command: float = math.nan  # what the servo is told, bench or rider, 0..1
-    throttle_faulty: bool = False
-    engine_speed: float = math.nan  # rad/s
-    gear: int = 0
-    button: bool = False
-    grip: float = math.nan  # opening that the rider asks for, 0..1
-    brake_pressure: float = math.nan  # Pa, the larger of both
-    clutch: float = math.nan  # 0 released .. 1 pulled
-    speed: float = math.nan  # m/s
-    slip: float = math.nan
-    distance: float = 0.0  # m since the button was pressed
-    oldest_age: float = math.inf  # s
-    oldest: str = ""
+    ecu: EcuStatus = NO_ECU
+    throttle: ThrottleStatus = NO_THROTTLE
+    engine: EngineStatus = NO_ENGINE
+    rider: RiderControls = NO_RIDER
+    speed: float = NAN
+    slip: float = NAN
+    distance: float = 0.0
+    oldest_age: float = math.inf
+    oldest: str = "every status"
     faults: int = 0
     faulty: str = ""
     bus_off: bool = False

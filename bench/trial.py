@@ -98,7 +98,7 @@ def _armed(state: TrialState, seen: Seen, plan: Plan, now: float) -> TrialState:
         return replace(_enter(state, Phase.IDLE, now), steady_since=math.nan)
     if now - state.since > plan.trial.armed_for_at_most:
         return tripped(state, Trip(TripReason.NEVER_PRESSED, "the button was not pressed"), now)
-    if not seen.button:
+    if not seen.rider.button:
         return state if state.released else replace(state, released=True)
     return _pressed(state, seen, plan, now) if state.released else state
 
@@ -106,7 +106,7 @@ def _armed(state: TrialState, seen: Seen, plan: Plan, now: float) -> TrialState:
 def _pressed(state: TrialState, seen: Seen, plan: Plan, now: float) -> TrialState:
     """Take the operating point that stands now, if the whole waveform fits around it."""
     low, high = plan.trial.limits.throttle
-    table, throttle = plan.excitation.table, seen.throttle_command
+    table, throttle = plan.excitation.table, seen.ecu.throttle_command
     if plan.authority == Authority.THROTTLE and not (
         low <= throttle + float(table.min()) and throttle + float(table.max()) <= high
     ):
@@ -121,7 +121,7 @@ def _holding(state: TrialState, seen: Seen, plan: Plan, now: float) -> TrialStat
 
     Once the excitation is over the rider may let go: that is a hand-back, not a trip.
     """
-    if state.phase != Phase.EXCITING and not seen.button:
+    if state.phase != Phase.EXCITING and not seen.rider.button:
         return _enter(state, Phase.DONE, now)
     lasts, then = {
         Phase.EXCITING: (plan.excitation.duration, Phase.SETTLING),
@@ -142,7 +142,7 @@ def _hand_back_target(state: TrialState, seen: Seen, plan: Plan) -> float:
     """
     most = plan.trial.limits.throttle_deviation
     low, high = plan.trial.limits.throttle
-    inside = min(max(seen.grip, low), high)
+    inside = min(max(seen.rider.grip, low), high)
     return min(max(inside, state.throttle - most), state.throttle + most)
 
 
@@ -151,8 +151,8 @@ def _steady(seen: Seen, plan: Plan) -> bool:
     point = plan.trial.operating_point
     return (
         seen.oldest_age <= plan.trial.limits.stale
-        and seen.gear == point.gear
-        and abs(seen.engine_speed - point.engine_speed) <= point.engine_speed_window
+        and seen.engine.gear == point.gear
+        and abs(seen.engine.engine_speed - point.engine_speed) <= point.engine_speed_window
     )
 
 

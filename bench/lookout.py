@@ -1,0 +1,116 @@
+"""The lookout takes in decoded frames and says, at each tick, what is seen of the motorcycle."""
+
+import math
+from dataclasses import dataclass
+
+from bench.seen import NO_ECU, NO_ENGINE, NO_RIDER, NO_THROTTLE, Seen
+from protocol.messages import (
+    EcuStatus,
+    EncoderStatus,
+    EngineStatus,
+    Intervals,
+    OpticalSpeed,
+    RiderControls,
+    ThrottleStatus,
+    ToothIntervals,
+)
+
+SLOWEST = 3.0  # m/s: below it a slip is noise over nothing
+
+# The statuses that a decision to keep authority rests on, by the name of their message.
+SAFETY = (
+    "EcuStatus", "ThrottleStatus", "EngineStatus", "RiderControls", "OpticalSpeed",
+    "RearTeeth", "FrontTeeth",
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Wheels:
+    """What turns tooth intervals into speeds.
+
+    rear_radius, front_radius  m, rolling
+    teeth                      per turn, of either encoder
+    """
+
+    rear_radius: float
+    front_radius: float
+    teeth: int
+
+
+class Lookout:
+    """Keeps the last good message of each kind, and how long ago it came."""
+
+    def __init__(self, wheels: Wheels) -> None:
+        """Know nothing yet."""
+        self._pitch = {  # m of tread per tooth
+            "RearTeeth": 2 * math.pi * wheels.rear_radius / wheels.teeth,
+            "FrontTeeth": 2 * math.pi * wheels.front_radius / wheels.teeth,
+        }
+        self._heard = dict.fromkeys(SAFETY, -math.inf)
+        self._faults = dict.fromkeys(SAFETY, 0)
+        self._wheel_speed = dict.fromkeys(self._pitch, math.nan)
+        self._ecu, self._throttle, self._engine, self._rider = (
+            NO_ECU, NO_THROTTLE, NO_ENGINE, NO_RIDER,
+        )  # fmt: skip
+        self._speed = math.nan
+        self._distance = 0.0
+        self._counted_until = math.nan
+
+    def observe(self, name: str, message: object, now: float) -> None:
+        """Take in a good frame of message `name` that arrived at `now` (s)."""
+        match message:
+            case EcuStatus():
+                self._ecu = message
+            case ThrottleStatus():
+                self._throttle = message
+            case EngineStatus():
+                self._engine = message
+            case RiderControls():
+                self._rider = message
+            case ToothIntervals():
+                self._wheel_speed[name] = self._tooth_speed(name, message)
+            case OpticalSpeed(speed, valid):
+                if not valid:
+                    return  # a sensor that sees nothing is as silent as one that says nothing
+                self._speed = speed
+            case EncoderStatus(faulty=True):
+                self.fault(name.replace("EncoderStatus", "Teeth"))
+        if name in self._heard:
+            self._heard[name] = now
+            self._faults[name] = 0
+
+    def fault(self, name: str) -> None:
+        """Take note of a frame of message `name` that cannot be trusted."""
+        if name in self._faults:
+            self._faults[name] += 1
+
+    def start_distance(self, now: float) -> None:
+        """Measure the distance on the straight from here."""
+        self._distance, self._counted_until = 0.0, now
+
+    def seen(self, now: float, *, bus_off: bool = False, recording: bool = True) -> Seen:
+        """Give the snapshot at `now` (s)."""
+        if not math.isnan(self._counted_until):
+            self._distance += self._speed * (now - self._counted_until)
+            self._counted_until = now
+        oldest = min(self._heard, key=self._heard.__getitem__)
+        faulty = max(self._faults, key=self._faults.__getitem__)
+        return Seen(
+            self._ecu, self._throttle, self._engine, self._rider,
+            self._speed, self._slip(), self._distance,
+            now - self._heard[oldest], oldest, self._faults[faulty], faulty, bus_off, recording,
+        )  # fmt: skip
+
+    def _tooth_speed(self, name: str, teeth: ToothIntervals) -> float:
+        """Peripheral speed, m/s; while no tooth comes, the most that the silence allows."""
+        span = sum(teeth.intervals)
+        if span <= 0:
+            return self._wheel_speed[name]
+        if teeth.layout == Intervals.STANDING:
+            return min(self._wheel_speed[name], self._pitch[name] / span)
+        return self._pitch[name] * len(teeth.intervals) / span
+
+    def _slip(self) -> float:
+        if self._speed <= SLOWEST:
+            return 0.0
+        return self._wheel_speed["RearTeeth"] / self._speed - 1.0
