@@ -1,0 +1,78 @@
+"""Logs of raw frames, in the formats that loggers write, become one thing: columns of frames.
+
+Every log is first candump text: other formats are converted line by line by the libraries that know
+them, and one reader turns the text into columns. So an imported recording keeps, as plain text, the
+very frames that were analysed.
+
+    reading = read_log(Path("drive.asc"))
+    reading.frames.time_ns, reading.frames.identifier, reading.warnings
+"""
+
+from pathlib import Path
+
+from protocol.errors import InputError
+from protocol.logs.candump import candump_pieces, parse_pieces
+from protocol.logs.formats import FORMATS, looks_like, read_head, refuse
+from protocol.logs.reading import LogReading, LogText, Progress, quiet
+
+__all__ = ["LogReading", "LogText", "Progress", "open_log", "quiet", "read_log"]
+
+
+def read_log(path: Path, progress: Progress = quiet) -> LogReading:
+    """Read all data frames of a log, in order of time. Raises InputError if there are none."""
+    text = open_log(path, progress)
+    frames = parse_pieces(text.pieces, str(path), text.warnings)
+    if not len(frames):
+        raise no_frames(path, text.format, frames.skipped)
+    return LogReading(frames, text.format, tuple(text.warnings))
+
+
+def no_frames(path: Path, form: str, skipped: tuple[tuple[str, int], ...]) -> InputError:
+    """Say that a log has no data frame, and what it has instead."""
+    beside = ", ".join(f"{count} {name}" for name, count in skipped)
+    return InputError(
+        "the log holds no data frames", where=str(path), expected="at least one frame",
+        found=beside or f"{form} without frames",
+        remedy="was the logger on the right bus, at the right bit rate?",
+    )  # fmt: skip
+
+
+def open_log(path: Path, progress: Progress = quiet) -> LogText:
+    """Open a log of any format as candump text. Raises InputError if it is none, or unreadable."""
+    name = looks_like(read_head(path))
+    if name is None:
+        raise _unknown(path)
+    form = FORMATS[name]
+    text = LogText(form.title, iter(()))
+    if form.reader == "candump":
+        text.pieces = candump_pieces(path, progress)
+    elif form.reader == "python-can":
+        from protocol.logs.through_python_can import python_can_pieces
+
+        text.pieces = python_can_pieces(path, name, text.warnings, progress)
+    elif form.reader == "asammdf":
+        from protocol.logs.through_asammdf import mdf_pieces
+
+        text.pieces = mdf_pieces(path, text.warnings, progress)
+    else:
+        raise refuse(name, path) if form.refused else _a_table(path, form.title)
+    return text
+
+
+def _a_table(path: Path, title: str) -> InputError:
+    return InputError(
+        f"this is a table ({title}), not a log of frames", where=str(path),
+        remedy="import it with a role map of columns, or beside a log with --table",
+    )  # fmt: skip
+
+
+def _unknown(path: Path) -> InputError:
+    head = read_head(path)
+    text = head.decode("utf-8", errors="replace")
+    binary = sum(not character.isprintable() for character in text) > len(text) / 10 + 2
+    first = "binary data" if binary else repr(next(filter(str.strip, text.splitlines()), "")[:80])
+    return InputError(
+        "not a log of frames that is known here", where=str(path),
+        expected="candump text, Vector ASC or BLF, PCAN TRC, python-can CSV, ASAM MF4",
+        found=first, remedy="convert it with the program that wrote it, or with SavvyCAN",
+    )  # fmt: skip

@@ -1,0 +1,124 @@
+"""A log as candump text becomes columns, in order of time."""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from protocol.errors import InputError
+from protocol.frame_log import FrameLog
+from protocol.logs.candump_line import EXPECTED
+from protocol.logs.candump_text import DATA, KINDS, TextColumns, line_at, parse_text
+from protocol.logs.reading import Progress, quiet
+
+PIECE = 8_000_000  # bytes read at once: some 170 000 lines
+
+
+def candump_pieces(path: Path, progress: Progress = quiet, size: int = PIECE) -> Iterator[bytes]:
+    """Read the file in pieces that end at a line's end (all but the last)."""
+    total, done, rest = max(path.stat().st_size, 1), 0, b""
+    with path.open("rb") as file:
+        while piece := file.read(size):
+            done += len(piece)
+            whole, newline, rest = (rest + piece).rpartition(b"\n")
+            progress(done / total)
+            if newline:
+                yield whole + newline
+    if rest:
+        yield rest
+
+
+def parse_pieces(pieces: Iterable[bytes], where: str, warnings: list[str]) -> FrameLog:
+    """Read candump text. A torn end is dropped and told; any other line that is no frame raises."""
+    buses: list[bytes] = []
+    parts: list[TextColumns] = []
+    lines = 0
+    for piece in pieces:
+        piece = _without_torn_end(piece, where, warnings)
+        text = np.frombuffer(piece, np.uint8)
+        part = parse_text(text, buses)
+        if part.bad_line is not None:
+            raise _not_a_frame(line_at(text, part.bad_line), lines + part.bad_line + 1, where)
+        lines += part.kind.size
+        parts.append(part)
+    if len(buses) > 256:
+        raise InputError("more than 256 buses", where=where, found=f"{len(buses)} bus names")
+    return _in_order(_join(parts, buses), where, warnings)
+
+
+def _without_torn_end(piece: bytes, where: str, warnings: list[str]) -> bytes:
+    """Drop a last line that was cut while it was written (NUL bytes: the file system's padding)."""
+    if piece.endswith(b"\n"):
+        return piece
+    whole, newline, last = piece.rpartition(b"\n")
+    last_line = last.rstrip(b"\0")
+    if parse_text(np.frombuffer(last_line, np.uint8), []).bad_line is None:
+        if last_line.strip():
+            warnings.append(f"{where}: the last line has no line end; it is taken as it stands")
+        return whole + newline + last_line
+    if not newline:
+        return piece  # nothing but one unreadable line: not a torn log, another kind of file
+    warnings.append(f"{where}: the last line is torn and left out: {_shown(last_line)}")
+    return whole + newline
+
+
+def _not_a_frame(line: bytes, number: int, where: str) -> InputError:
+    from protocol.logs.formats import FORMATS, looks_like
+
+    other = looks_like(line)
+    hint = f", as in {FORMATS[other].title}: two formats in one file?" if other else ""
+    return InputError(
+        "this line is not a frame of candump text",
+        where=f"{where}: line {number}",
+        expected=EXPECTED,
+        found=_shown(line) + hint,
+        remedy="mend or delete that line in a copy of the log; nothing was read or written",
+    )
+
+
+def _shown(line: bytes) -> str:
+    text = line[:80].decode("ascii", errors="backslashreplace")
+    return repr(text) + ("..." if len(line) > 80 else "")
+
+
+def _join(parts: list[TextColumns], buses: list[bytes]) -> FrameLog:
+    kinds = np.concatenate([part.kind for part in parts] or [np.zeros(0, np.uint8)])
+    skipped = tuple(
+        (name, int(count)) for kind, name in KINDS.items() if (count := np.sum(kinds == kind))
+    )
+    width = max((part.data.shape[1] for part in parts), default=8)
+    data = np.zeros((int(np.sum(kinds == DATA)), width), np.uint8)
+    rows = [part.kind == DATA for part in parts]
+    first = 0
+    for part, keep in zip(parts, rows, strict=True):
+        last = first + int(keep.sum())
+        data[first:last, : part.data.shape[1]] = part.data[keep]
+        first = last
+
+    def column(name: str, dtype: type[np.generic]) -> np.ndarray:
+        empty = [np.zeros(0, dtype)]
+        found = [getattr(part, name)[keep] for part, keep in zip(parts, rows, strict=True)]
+        return np.concatenate(found or empty).astype(dtype, copy=False)
+
+    return FrameLog(
+        column("time_ns", np.int64), column("bus", np.uint8), column("identifier", np.uint32),
+        column("extended", np.bool_), column("fd", np.bool_), column("sent", np.bool_),
+        column("length", np.uint8), data,
+        tuple(bus.decode("utf-8", errors="backslashreplace") for bus in buses), skipped,
+    )  # fmt: skip
+
+
+def _in_order(log: FrameLog, where: str, warnings: list[str]) -> FrameLog:
+    """Sort by time, frames of one time staying as they were logged; tell if that moved any."""
+    steps = np.diff(log.time_ns)
+    back = np.flatnonzero(steps < 0)
+    if not back.size:
+        return log
+    largest = -float(steps[back].min()) * 1e-9
+    doubt = "; two recordings in one file?" if largest > 1.0 else ""
+    warnings.append(
+        f"{where}: not in order of time: {back.size} steps back, the largest {largest:g} s, the"
+        f" first at frame {back[0] + 2} ({log.time_ns[back[0] + 1] * 1e-9:.6f} s); sorted{doubt}"
+    )
+    return replace(log.select(np.argsort(log.time_ns, kind="stable")))

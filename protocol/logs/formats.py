@@ -1,0 +1,121 @@
+"""Which program wrote a log is told by its content; the file's ending only breaks ties."""
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+from protocol.errors import InputError
+
+HEAD = 4096  # bytes looked at
+
+_CONVERT = "save it as candump text, PCAN .trc, Vector .asc or .blf, or ASAM .mf4"
+_TABLE = "export it as CSV or Parquet"
+
+
+@dataclass(frozen=True)
+class Format:
+    """One kind of file. `refused` says what to do instead of reading it."""
+
+    title: str
+    reader: str  # "candump", "python-can", "asammdf", "table" or ""
+    head: re.Pattern[bytes]
+    refused: str = ""
+
+
+def _starts(pattern: bytes) -> re.Pattern[bytes]:
+    return re.compile(rb"(?:\xef\xbb\xbf)?\s*" + pattern, re.IGNORECASE)
+
+
+FORMATS = {
+    "mf4": Format("ASAM MDF", "asammdf", _starts(rb"(?:MDF     |UnFinMF )")),
+    "blf": Format("Vector BLF", "python-can", _starts(rb"LOGG")),
+    "candump": Format("candump text", "candump", _starts(rb"\(\d+\.\d+\)\s+\S+\s+[0-9a-f]+#")),
+    "candump-screen": Format(
+        "candump's screen output", "",
+        _starts(rb"(?:\(\d+\.\d+\)\s+)?\S+\s+(?:[TR]X\s+\S+\s+)?[0-9a-f]{3,8}\s+\[\d+\]"),
+        'record with "candump -L" (or -l), which keeps exact times',
+    ),
+    "asc": Format(
+        "Vector ASC", "python-can",
+        _starts(rb"(?:date\s+\w{2,4}\s|base\s+(?:hex|dec)|Begin Triggerblock|// version \d"
+                rb"|\d+\.\d+\s+(?:\d+|CANFD)\s+.*\b[RT]x\b)"),
+    ),
+    "trc": Format(
+        "PCAN trace", "python-can",
+        _starts(rb"(?:;\$FILEVERSION|;[^\n]*(?:PCAN|Start time|###)|\d+\)\s+\d+\.?\d*\s)"),
+    ),
+    "can-csv": Format("python-can CSV", "python-can", _starts(rb"timestamp,arbitration_id,")),
+    "busmaster": Format(
+        "a BUSMASTER log", "", _starts(rb"(?:\*\*\*BUSMASTER|\d+:\d+:\d+:\d+\s+[RT]x\s)"),
+        f"open it in SavvyCAN and {_CONVERT}",
+    ),
+    "crtd": Format(
+        "a CRTD log (Open Vehicle Monitoring System)", "",
+        _starts(rb"\d+\.\d+\s+\d*(?:C[A-Z]{2}|[RT](?:11|29))\s"),
+        f"open it in SavvyCAN and {_CONVERT}",
+    ),
+    "gvret": Format(
+        "a GVRET log (SavvyCAN)", "",
+        _starts(rb"(?:Time Stamp,ID,Extended|\d+,[0-9a-f]{8},(?:true|false),)"),
+        f"open it in SavvyCAN and {_CONVERT}",
+    ),
+    "carbus": Format(
+        "a CAR BUS Analyzer trace", "", _starts(rb"@ TEXT @"),
+        f"open it in SavvyCAN and {_CONVERT}",
+    ),
+    "motec-ld": Format(
+        "a MoTeC binary log (.ld)", "", re.compile(rb"\x40\x00\x00\x00\x00\x00\x00\x00"),
+        "export it from MoTeC i2 as CSV and give that",
+    ),
+    "compressed": Format(
+        "a compressed file", "",
+        re.compile(rb"(?:\x1f\x8b|PK\x03\x04|BZh|\xfd7zXZ|\x28\xb5\x2f\xfd)"),
+        "unpack it first",
+    ),
+    "spreadsheet": Format(
+        "an old spreadsheet", "", re.compile(rb"\xd0\xcf\x11\xe0"), "save it as CSV"
+    ),
+    "sqlite": Format(
+        "an SQLite database", "", re.compile(rb"SQLite format 3"), f"export the frames: {_CONVERT}"
+    ),
+    "matlab": Format("a MATLAB file", "", re.compile(rb"MATLAB 5\.0"), _TABLE),
+    "hdf5": Format("an HDF5 file", "", re.compile(rb"\x89HDF"), _TABLE),
+    "parquet": Format("Parquet", "table", re.compile(rb"PAR1")),
+    "motec-csv": Format("MoTeC CSV", "table", _starts(rb'"?Format"?[,;]\s*"?MoTeC CSV File')),
+}  # fmt: skip
+
+
+def looks_like(head: bytes) -> str | None:
+    """Name the format (a key of FORMATS) whose files begin like `head`; None: none known."""
+    return next((name for name, one in FORMATS.items() if one.head.match(head)), None)
+
+
+def read_head(path: Path) -> bytes:
+    """Read the first bytes of a file; a missing or an empty file is the user's to mend."""
+    try:
+        with path.open("rb") as file:
+            head = file.read(HEAD)
+    except FileNotFoundError as cause:
+        raise InputError("no such file", where=str(path), remedy="check the path") from cause
+    except IsADirectoryError as cause:
+        raise InputError(
+            "this is a folder, not a log", where=str(path), remedy="name a file in it"
+        ) from cause
+    except OSError as cause:
+        raise InputError("cannot be read", where=str(path), found=str(cause)) from cause
+    if not head.strip(b"\0\r\n\t \xef\xbb\xbf"):
+        what = "the file is empty" if not head else "the file holds nothing but blanks or NUL bytes"
+        raise InputError(
+            what, where=str(path), expected="a log of frames, or a table",
+            found=f"{path.stat().st_size} bytes",
+            remedy="was the recording ever started and closed?",
+        )  # fmt: skip
+    return head
+
+
+def refuse(name: str, path: Path) -> InputError:
+    """Say what a file is and what to convert it to."""
+    form = FORMATS[name]
+    return InputError(
+        f"this is {form.title}, which no library here reads", where=str(path), remedy=form.refused
+    )

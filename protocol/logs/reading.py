@@ -1,0 +1,36 @@
+"""What a log gave: its frames, in order of time, and what had to be said about them."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+
+from protocol.frame_log import FrameLog
+
+Progress = Callable[[float], None]
+"""Is told the share that is done, 0..1."""
+
+
+def quiet(_share: float) -> None:
+    """Show no progress."""
+
+
+@dataclass
+class LogText:
+    """A log of any format as candump text, piece by piece; every piece ends at a line's end.
+
+    format    what the file is, for people: "candump text", "Vector ASC"
+    pieces    the text; may be consumed once
+    warnings  grows while the pieces are consumed
+    """
+
+    format: str
+    pieces: Iterator[bytes]
+    warnings: list[str] = field(default_factory=list)
+
+
+@dataclass(frozen=True)
+class LogReading:
+    """The frames of one log in order of time, and every warning."""
+
+    frames: FrameLog
+    format: str
+    warnings: tuple[str, ...]
