@@ -1,0 +1,48 @@
+# make trial    set up, run the throttle sweep on the virtual motorcycle, identify it
+# make test     set up, then the whole check
+# make bench    set up, then every benchmark
+# make lock     choose the newest versions that pyproject.toml allows
+# make clean    forget the environment and everything that was made, except runs/
+
+.PHONY: help trial test bench lock setup clean
+.DEFAULT_GOAL := help
+
+# The first interpreter that is new enough; the lock is tested with 3.11.
+PYTHON ?= $(shell .ci/find-python)
+ENVIRONMENT := .venv
+IN := $(ENVIRONMENT)/bin
+READY := $(ENVIRONMENT)/.ready
+WORKERS ?= auto
+
+help:
+	@sed -n 's/^# //p' $(firstword $(MAKEFILE_LIST)) | head -5
+
+trial: setup
+	$(IN)/slipbench trial trials/throttle_sweep.toml --identify
+
+test: setup
+	$(IN)/python -m pytest -n $(WORKERS) --dist loadscope $(TESTS)
+
+bench: setup
+	@for benchmark in benchmarks/*.py; do \
+	  echo "== $$benchmark"; $(IN)/python $$benchmark || exit 1; done
+
+setup: $(READY)
+
+# Every version and every hash comes from the lock, what builds the project included.
+$(READY): requirements.lock pyproject.toml
+	@test -n "$(PYTHON)" || { .ci/find-python; exit 1; }
+	test -x $(IN)/python || $(PYTHON) -m venv $(ENVIRONMENT)
+	$(IN)/python -m pip install --quiet --disable-pip-version-check \
+	  --require-hashes --requirement requirements.lock
+	$(IN)/python -m pip install --quiet --disable-pip-version-check \
+	  --no-build-isolation --no-deps --editable .
+	@touch $@
+
+lock: | $(READY)
+	PYTHON=$(IN)/python .ci/lock
+
+clean:
+	rm -rf $(ENVIRONMENT) build *.egg-info
+	rm -rf .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache
+	find . -name __pycache__ -prune -exec rm -rf {} +
