@@ -1,5 +1,6 @@
 """Excitations: what is added to the operating point, as pure functions of time."""
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -34,7 +35,7 @@ class Excitation:
 
     def value(self, time: float) -> float:
         """Give the deviation that is due `time` s after the button; zero outside."""
-        index = int(time / self.period + 1e-9)
+        index = math.floor(time / self.period + 1e-3)  # float time may fall a hair short
         return float(self.table[index]) if 0 <= index < self.table.size else 0.0
 
 

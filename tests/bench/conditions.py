@@ -1,0 +1,58 @@
+"""A motorcycle at the operating point of the default trial, for tests to disturb."""
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from bench.excitation import plan_excitation
+from bench.seen import Seen
+from bench.trial import Plan
+from protocol.configuration import load_toml, parse
+from protocol.messages import Authority, EcuStatus, EngineStatus, RiderControls, ThrottleStatus
+from protocol.trial_file import RPM, TrialFile
+
+TRIALS = Path(__file__).parents[2] / "trials"
+OPENING = 0.09
+
+
+def trial_file(**changes: Any) -> TrialFile:
+    """The default throttle sweep, shortened; `excitation__stop="3 Hz"` changes one key."""
+    data = load_toml(TRIALS / "throttle_sweep.toml")
+    data["excitation"]["duration"] = "2 s"
+    data["excitation"]["stop"] = "5 Hz"
+    for path, value in changes.items():
+        *tables, key = path.split("__")
+        table = data
+        for name in tables:
+            table = table.setdefault(name, {})
+        table[key] = value
+    return parse(data, TrialFile, where="trial.toml")
+
+
+def plan(**changes: Any) -> Plan:
+    trial = trial_file(**changes)
+    return Plan(trial, plan_excitation(trial))
+
+
+def rider(**changes: Any) -> RiderControls:
+    return replace(RiderControls(False, OPENING, 0.0, 0.0, 0.0), **changes)
+
+
+def engine(**changes: Any) -> EngineStatus:
+    return replace(EngineStatus(14000 * RPM, 2, 0.6, 0.0), **changes)
+
+
+def seen(**changes: Any) -> Seen:
+    """Everything as it must be for the bench to arm; the button is not pressed."""
+    fine = Seen(
+        ecu=EcuStatus(Authority.NONE, OPENING, 0.0, 0.0),
+        throttle=ThrottleStatus(Authority.NONE, OPENING, 0.0, False, 0.0),
+        engine=engine(),
+        rider=rider(),
+        speed=53.0,
+        slip=0.011,
+        oldest_age=0.005,
+        oldest="EngineStatus",
+        faulty="EngineStatus",
+    )
+    return replace(fine, **changes)
