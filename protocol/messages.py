@@ -1,7 +1,9 @@
 """The messages of the bench, in SI, as the programs on the bus mean them.
 
 Field names are the signal names of the database; the codec converts units, once.
-Times are the sender's own clock, s, unwrapped by the reader; on the wire they wrap.
+Times are the sender's own clock, s, and running counts begin where their sender likes; both are
+given to the codec unwrapped, wrap on the wire at their signals' widths, and are unwrapped by the
+reader (`protocol.unwrap`).
 """
 
 from dataclasses import dataclass
@@ -109,9 +111,10 @@ class EngineStatus:
 class ToothIntervals:
     """Encoder, whenever enough teeth have passed or the oldest has waited long enough.
 
-    `tooth_count` is the running count (modulo its width) of the last tooth told here, `intervals`
-    the times between successive teeth that end with it, oldest first. STANDING frames carry no
-    interval: the single number is the time since the last tooth.
+    `tooth_count` is the running count of the last tooth told here, `intervals` the times between
+    successive teeth that end with it, oldest first: on the classic bus 1 to 3 of up to 16.383 ms
+    (SHORT), 1 or 2 of up to 1.048 s (LONG), or one (SINGLE). A STANDING frame carries no interval:
+    its single number is the time since the last tooth.
     """
 
     layout: Intervals
@@ -123,7 +126,7 @@ class ToothIntervals:
 class EncoderStatus:
     """Encoder, every 100 ms: an absolute anchor for the intervals, and its health."""
 
-    tooth_count: int  # same count as in ToothIntervals
+    tooth_count: int  # same count as in ToothIntervals; on the wire it has more bits
     tooth_time: float  # s, encoder clock, of that tooth
     teeth_per_turn: int
     faulty: bool
@@ -174,4 +177,19 @@ class TrialStatus:
     phase: Phase
     authority: Authority
     trip: TripReason
-    tick: int  # running count of the gateway's ticks, modulo its width
+    tick: int  # running count of the gateway's ticks
+
+
+BenchMessage = (
+    ActuatorCommand
+    | EcuStatus
+    | ThrottleStatus
+    | EngineStatus
+    | ToothIntervals
+    | EncoderStatus
+    | OpticalSpeed
+    | RiderControls
+    | ChassisStatus
+    | Temperatures
+    | TrialStatus
+)
