@@ -1,0 +1,115 @@
+"""Machine code for generated text, kept on disk so that no text is compiled twice.
+
+The text goes into a file whose name is its fingerprint, in a cache folder; numba keeps the machine
+code beside it. The file appears by an atomic rename and a lock lets one process compile while the
+others wait. The folder is `$SLIPBENCH_CACHE`, else `slipbench` in the user's cache folder.
+"""
+
+import ast
+import fcntl
+import hashlib
+import importlib.util
+import inspect
+import os
+import platform
+import sys
+import tempfile
+import textwrap
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import numba
+
+HEADER = """import math
+
+import numpy as np
+from numba import njit
+"""
+
+
+def cache_folder() -> Path:
+    """Return the folder for compiled kernels, made if it was not there."""
+    default = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "slipbench"
+    folder = Path(os.environ.get("SLIPBENCH_CACHE") or default)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as trouble:
+        raise OSError(
+            f"cache folder {folder} cannot be made ({trouble.strerror}); "
+            "set SLIPBENCH_CACHE to a folder that can be written"
+        ) from trouble
+    return folder
+
+
+def text_of(function: Callable[..., Any], name: str | None = None) -> str:
+    """Return a function's text, bare of docstring and annotations, under another name if given."""
+    tree = ast.parse(textwrap.dedent(inspect.getsource(function))).body[0]
+    assert isinstance(tree, ast.FunctionDef), f"{function!r} is not a plain function"
+    if ast.get_docstring(tree) is not None:
+        tree.body = tree.body[1:]
+    for argument in tree.args.args:
+        argument.annotation = None
+    tree.returns = None
+    tree.decorator_list = []
+    tree.name = name or tree.name
+    return ast.unparse(tree)
+
+
+FLAGS = "error_model='numpy', fastmath={'arcp', 'contract'}"
+"""Divisions by constants may become products, products with sums may fuse; NaN stays NaN."""
+
+
+def inlined(text: str) -> str:
+    """Return the text of a function that the compiler merges into its callers."""
+    return f"@njit(forceinline=True, {FLAGS})\n{text}\n"
+
+
+def entry(text: str, signature: str) -> str:
+    """Return the text of a function that Python calls, compiled for one signature and kept."""
+    return f"@njit({signature!r}, {FLAGS}, cache=True)\n{text}\n"
+
+
+def load(text: str) -> ModuleType:
+    """Return the module that the text makes, from the cache if it was compiled before."""
+    made_by = f"{numba.__version__} {platform.python_version()} {platform.machine()}"
+    fingerprint = hashlib.sha256(f"{made_by}\n{text}".encode()).hexdigest()[:20]
+    name = f"slipbench_{fingerprint}"
+    if name in sys.modules:
+        return sys.modules[name]
+    folder = cache_folder()
+    with _only_one(folder / f"{name}.lock"):
+        path = folder / f"{name}.py"
+        if not path.exists():
+            _write(path, HEADER + text)
+        return _import(name, path)
+
+
+def _write(path: Path, text: str) -> None:
+    handle, temporary = tempfile.mkstemp(dir=path.parent, suffix=".tmp")
+    with os.fdopen(handle, "w") as file:
+        file.write(text)
+    Path(temporary).replace(path)
+
+
+def _import(name: str, path: Path) -> ModuleType:
+    spec = importlib.util.spec_from_file_location(name, path)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module  # before its code runs: numba asks for it by name
+    try:
+        spec.loader.exec_module(module)
+    except BaseException:
+        del sys.modules[name]
+        raise
+    return module
+
+
+@contextmanager
+def _only_one(path: Path) -> Iterator[None]:
+    with path.open("w") as file:
+        fcntl.flock(file, fcntl.LOCK_EX)
+        yield

@@ -1,0 +1,320 @@
+"""The nominal motorcycle: equations in the order in which cause runs from the servo to the road.
+
+Every equation is a plain function of named quantities and gives the quantity of its own name. Its
+arguments are states (`RATES`), inputs, `time`, `step`, nominal parameters as `<block>_<field>`, and
+what earlier equations gave. Every equation is also a seam: the effects that act there are applied
+right after it.
+
+The servo, intake lag, driveline and Pacejka tyre are the textbook forms that Corno and Savaresi
+(SYSID 2009) and Pacejka, "Tire and Vehicle Dynamics", ch. 4, use; SI throughout.
+"""
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+def servo_velocity(throttle_rate: float) -> float:
+    """Velocity of the plate [1/s]: the servo's own rate."""
+    return throttle_rate
+
+
+def servo_acceleration(
+    throttle: float,
+    throttle_rate: float,
+    throttle_command: float,
+    throttle_servo_natural_frequency: float,
+    throttle_servo_damping: float,
+) -> float:
+    """th'' = w^2 (th_c - th) - 2 z w th' [1/s^2]; th_c: the command, d_c ago."""
+    w = throttle_servo_natural_frequency
+    return w * (w * (throttle_command - throttle) - 2.0 * throttle_servo_damping * throttle_rate)
+
+
+def air_delay(intake_delay: float) -> float:
+    """Delay of the air path [s]."""
+    return intake_delay
+
+
+def arriving(
+    throttle: float,
+    air_delay: float,
+    stage: float,
+    step: float,
+    count: int,
+    history: NDArray[np.float64],
+    history_rate: NDArray[np.float64],
+) -> float:
+    """Throttle, one air delay ago: the cubic through the kept positions and rates.
+
+    The present is `stage` steps after kept sample `count`. Delays shorter than that lie in the
+    step under way and use its own throttle. Without any history there is no delay.
+    """
+    capacity = len(history)
+    if capacity == 0:
+        return throttle
+    back = max(stage - air_delay / step, 2.0 - capacity)
+    i = count & (capacity - 1)
+    if back >= 0.0:
+        if stage == 0.0:
+            return throttle
+        curve = throttle - history[i] - history_rate[i] * step * stage
+        return float(history[i] + history_rate[i] * step * back + curve * (back / stage) ** 2)
+    whole = math.floor(back)
+    f = back - whole
+    i = (count + whole) & (capacity - 1)
+    j = (i + 1) & (capacity - 1)
+    rise = history[j] - history[i]
+    bend = (1.0 - f) * (history_rate[i] * step - rise) - f * (history_rate[j] * step - rise)
+    return float(history[i] + f * rise + f * (1.0 - f) * bend)
+
+
+def filling_time(intake_filling_time: float) -> float:
+    """Time constant of the manifold [s]."""
+    return intake_filling_time
+
+
+def air_rate(arriving: float, air: float, filling_time: float) -> float:
+    """air' = (arriving - air) / tau_m [1/s]; arriving: the throttle, one delay ago."""
+    return (arriving - air) / filling_time
+
+
+def charge(air: float) -> float:
+    """Air that the cylinder gets, as the opening that would give it in steady state."""
+    return air
+
+
+def friction_torque(
+    engine_speed: float, engine_friction: float, engine_friction_rise: float
+) -> float:
+    """T_f = T_0 + T_1 w [N m], fading to zero below 10 rad/s so that the crank can stop."""
+    direction = min(max(0.1 * engine_speed, -1.0), 1.0)
+    return direction * (engine_friction + engine_friction_rise * abs(engine_speed))
+
+
+def full_torque(
+    engine_speed: float,
+    engine_peak_torque: float,
+    engine_peak_speed: float,
+    engine_torque_width: float,
+) -> float:
+    """T_full = T_p / (1 + ((w - w_p) / W)^2) [N m]."""
+    x = (engine_speed - engine_peak_speed) / engine_torque_width
+    return engine_peak_torque / (1.0 + x * x)
+
+
+def spark_factor(spark: float, engine_spark_gain: float) -> float:
+    """1 + s_1 dalpha; dalpha: the spark offset [rad], d_a ago."""
+    return 1.0 + engine_spark_gain * spark
+
+
+def engine_torque(
+    charge: float,
+    friction_torque: float,
+    full_torque: float,
+    spark_factor: float,
+    engine_opening_scale: float,
+    engine_torque_scale: float,
+    engine_disturbance: float,
+) -> float:
+    """T = s_T (-T_f + (T_full + T_f)(1 - exp(-air / th_0))) (1 + s_1 dalpha) [N m]."""
+    filled = 1.0 - math.exp(-max(charge, 0.0) / engine_opening_scale)
+    torque = -friction_torque + (full_torque + friction_torque) * filled
+    return engine_torque_scale * torque * spark_factor + engine_disturbance
+
+
+def spring_motion(
+    twist: float, engine_speed: float, rear_speed: float, gear_ratio: float
+) -> tuple[float, float]:
+    """Twist phi [rad] and its rate w_e / N - w_r [rad/s] while the clutch holds."""
+    return twist, engine_speed / gear_ratio - rear_speed
+
+
+def spring_torque(spring_twist: float, driveline_stiffness: float) -> float:
+    """Elastic torque k phi [N m]."""
+    return driveline_stiffness * spring_twist
+
+
+def damping_torque(spring_rate: float, driveline_damping: float) -> float:
+    """Viscous torque c phi' [N m]."""
+    return driveline_damping * spring_rate
+
+
+def clutch_capacity(driveline_clutch_capacity: float, clutch: float, gear_ratio: float) -> float:
+    """Greatest torque that the clutch passes, referred to the wheel [N m]."""
+    return clutch * driveline_clutch_capacity * gear_ratio
+
+
+def driveline_torque(spring_torque: float, damping_torque: float, clutch_capacity: float) -> float:
+    """T_d = k phi + c phi' [N m], or the clutch's capacity where that is less."""
+    return min(max(spring_torque + damping_torque, -clutch_capacity), clutch_capacity)
+
+
+def twist_velocity(
+    driveline_torque: float,
+    spring_torque: float,
+    damping_torque: float,
+    engine_speed: float,
+    rear_speed: float,
+    gear_ratio: float,
+    driveline_damping: float,
+) -> float:
+    """phi' [rad/s]: the rate that leaves just T_d on a slipping clutch, else w_e / N - w_r."""
+    excess = spring_torque + damping_torque - driveline_torque
+    return engine_speed / gear_ratio - rear_speed - excess / driveline_damping
+
+
+def wheel_torque(driveline_torque: float) -> float:
+    """Torque that arrives at the rear wheel [N m]: nothing is lost on the way."""
+    return driveline_torque
+
+
+def engine_acceleration(
+    engine_torque: float, driveline_torque: float, gear_ratio: float, engine_inertia: float
+) -> float:
+    """J_e w_e' = T - T_d / N [rad/s^2]."""
+    return (engine_torque - driveline_torque / gear_ratio) / engine_inertia
+
+
+def rear_radius(rear_wheel_radius: float) -> float:
+    """Rolling radius of the rear tyre [m]."""
+    return rear_wheel_radius
+
+
+def rear_load(tyre_load: float, load: float) -> float:
+    """Vertical load on the rear tyre [N]."""
+    return tyre_load * load
+
+
+def rear_grip(tyre_friction: float, grip: float) -> float:
+    """Friction coefficient at the peak of the tyre's curve."""
+    return tyre_friction * grip
+
+
+def slip(rear_speed: float, rear_radius: float, speed: float, tyre_low_speed: float) -> float:
+    """lambda = (w_r r - v) / v; below the low speed, over that speed instead of v."""
+    return (rear_speed * rear_radius - speed) / max(abs(speed), tyre_low_speed)
+
+
+def tyre_force(
+    slip: float,
+    rear_grip: float,
+    rear_load: float,
+    load: float,
+    tyre_slip_stiffness: float,
+    tyre_shape: float,
+) -> float:
+    """F_x = D sin(C atan(B lambda)) [N]; D = mu F_z, B C D = C_kappa (Pacejka).
+
+    Grip moves the peak alone; load moves peak and slope.
+    """
+    peak = max(rear_grip * rear_load, 1e-3)
+    B = tyre_slip_stiffness * load / (tyre_shape * peak)
+    return peak * math.sin(tyre_shape * math.atan(B * slip))
+
+
+def rear_acceleration(
+    wheel_torque: float,
+    tyre_force: float,
+    rear_radius: float,
+    rear_speed: float,
+    rear_brake: float,
+    rear_wheel_rolling_torque: float,
+    rear_wheel_inertia: float,
+) -> float:
+    """J_r w_r' = T - r F_x - rolling - brake [rad/s^2]; both drags fade below 1 rad/s."""
+    drag = (rear_brake + rear_wheel_rolling_torque) * min(max(rear_speed, -1.0), 1.0)
+    return (wheel_torque - rear_radius * tyre_force - drag) / rear_wheel_inertia
+
+
+def front_radius(front_wheel_radius: float) -> float:
+    """Rolling radius of the front tyre [m]."""
+    return front_wheel_radius
+
+
+def front_speed(speed: float, front_radius: float) -> float:
+    """w_f = v / r_f [rad/s]: the front wheel rolls."""
+    return speed / front_radius
+
+
+def drag_force(
+    speed: float,
+    front_brake: float,
+    front_radius: float,
+    body_mass: float,
+    body_rolling_resistance: float,
+    body_drag_area: float,
+    body_air_density: float,
+) -> float:
+    """rho/2 C_d A v^2 + m g f_r + brake / r_f [N], against the motion."""
+    direction = min(max(4.0 * speed, -1.0), 1.0)
+    contact = body_mass * 9.80665 * body_rolling_resistance + front_brake / front_radius
+    return 0.5 * body_air_density * body_drag_area * speed * abs(speed) + contact * direction
+
+
+def acceleration(
+    tyre_force: float, drag_force: float, road_force: float, body_mass: float
+) -> float:
+    """m v' = F_x - drag + road force [m/s^2]."""
+    return (tyre_force - drag_force + road_force) / body_mass
+
+
+def optical_speed(speed: float) -> float:
+    """What the optical sensor sees [m/s]: the true speed."""
+    return speed
+
+
+EQUATIONS: tuple[Callable[..., Any], ...] = (
+    servo_velocity,
+    servo_acceleration,
+    air_delay,
+    arriving,
+    filling_time,
+    air_rate,
+    charge,
+    friction_torque,
+    full_torque,
+    spark_factor,
+    engine_torque,
+    spring_motion,
+    spring_torque,
+    damping_torque,
+    clutch_capacity,
+    driveline_torque,
+    twist_velocity,
+    wheel_torque,
+    engine_acceleration,
+    rear_radius,
+    rear_load,
+    rear_grip,
+    slip,
+    tyre_force,
+    rear_acceleration,
+    front_radius,
+    front_speed,
+    drag_force,
+    acceleration,
+    optical_speed,
+)
+"""In the order of evaluation. The name of an equation is its seam, and what it gives."""
+
+GIVES_SEVERAL = {"spring_motion": ("spring_twist", "spring_rate")}
+"""The seams that give something else than one quantity of their own name."""
+
+RATES = {
+    "throttle": "servo_velocity",
+    "throttle_rate": "servo_acceleration",
+    "air": "air_rate",
+    "engine_speed": "engine_acceleration",
+    "twist": "twist_velocity",
+    "rear_speed": "rear_acceleration",
+    "speed": "acceleration",
+    "crank_angle": "engine_speed",
+    "rear_angle": "rear_speed",
+    "front_angle": "front_speed",
+    "distance": "speed",
+}
+"""Each state of the motorcycle and the quantity that is its rate."""

@@ -1,0 +1,193 @@
+"""How the motorcycle moves through time: fourth-order Runge-Kutta steps with kept history.
+
+The text of these functions is compiled together with the equations (see composition.py), where
+`rates` is written. Commands are held between rows; a delayed command that changes inside a step
+enters that step with its exact area and first moment. Hard stops of the throttle act at the end of
+a step, without bounce.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+# The state is one array: count of steps, the states, then four rings of equal length.
+HEADER = 1
+RINGS = 4
+THROTTLE_COMMAND, SPARK, GEAR, CLUTCH = 0, 1, 2, 3
+BAD_GEAR = -1.0
+
+
+Numbers = tuple[float, ...]
+
+
+def rates(
+    x: Numbers,
+    u: Numbers,
+    command: float,
+    spark: float,
+    p: Numbers,
+    step: float,
+    count: int,
+    stage: float,
+    history: Floats,
+    history_rate: Floats,
+) -> tuple[Numbers, Numbers]:
+    """Return rates of x, and outputs. command, spark: those that act now. Written later."""
+    raise NotImplementedError
+
+
+def along(x: Numbers, h: float, k: Numbers) -> Numbers:
+    """Return x + h k. Written later, like the next ones, for the number of states."""
+    raise NotImplementedError
+
+
+def mean_rate(k1: Numbers, k2: Numbers, k3: Numbers, k4: Numbers) -> Numbers:
+    """Return (k1 + 2 k2 + 2 k3 + k4) / 6."""
+    raise NotImplementedError
+
+
+def stopped(x: Numbers) -> Numbers:
+    """Return the states with the throttle plate between its stops."""
+    raise NotImplementedError
+
+
+def read_states(x: Floats) -> Numbers:
+    """Return the states as numbers."""
+    raise NotImplementedError
+
+
+def read_parameters(p: Floats) -> Numbers:
+    """Return the parameters as numbers."""
+    raise NotImplementedError
+
+
+def read_inputs(row: Floats, ratio: float, clutch: float) -> Numbers:
+    """Return a row of inputs as numbers, with the overall ratio for the gear."""
+    raise NotImplementedError
+
+
+def write(row: Floats, numbers: Numbers) -> None:
+    """Write numbers into a row."""
+    raise NotImplementedError
+
+
+def write_states(x: Floats, numbers: Numbers) -> None:
+    """Write the states into an array."""
+    raise NotImplementedError
+
+
+def held_value(ring: Floats, count: int, delay_steps: float) -> tuple[float, float]:
+    """Return mean over step `count` of a held command, `delay_steps` ago, and its tilt.
+
+    A straight line of this mean and this rise over the step has the area and the first moment of
+    the jump, wherever in the step the jump falls.
+    """
+    mask = len(ring) - 1
+    whole = int(delay_steps)
+    f = delay_steps - whole
+    new = ring[(count - whole) & mask]
+    jump = new - ring[(count - whole - 1) & mask]
+    return new - f * jump, 6.0 * f * (1.0 - f) * jump
+
+
+def transmission(row: Floats, ratios: Floats) -> tuple[float, float]:
+    """Return overall ratio and share of the clutch; neutral opens the clutch; no gear: BAD_GEAR."""
+    gear = int(row[GEAR])
+    if gear < 0 or gear > len(ratios):
+        return BAD_GEAR, 0.0
+    return ratios[max(gear, 1) - 1], row[CLUTCH] if gear > 0 else 0.0
+
+
+def in_stops(throttle: float, rate: float) -> tuple[float, float]:
+    """Return position and rate of the plate between its stops; it does not bounce."""
+    if throttle < 0.0:
+        return 0.0, max(rate, 0.0)
+    if throttle > 1.0:
+        return 1.0, min(rate, 0.0)
+    return throttle, rate
+
+
+def advance(
+    state: Floats,
+    table: Floats,
+    parameters: Floats,
+    ratios: Floats,
+    step: float,
+    steps_per_row: int,
+    every: int,
+    states: int,
+    delays: Floats,
+    out: Floats,
+) -> Floats:
+    """Return the state after all rows of the table; fill out, one row per `every` steps.
+
+    delays: of throttle command and spark, in steps. A first entry of -1 in the returned state
+    tells of a gear that does not exist.
+    """
+    new = state.copy()
+    ring = (len(state) - HEADER - states) // RINGS
+    first = HEADER + states
+    history = new[first : first + ring]
+    history_rate = new[first + ring : first + 2 * ring]
+    commands = new[first + 2 * ring : first + 3 * ring]
+    sparks = new[first + 3 * ring : first + 4 * ring]
+    p = read_parameters(parameters)
+    x = read_states(new[HEADER:first])
+    count = int(state[0])
+    mask = ring - 1
+    taken = 0
+    sample = 0
+    k1 = x
+    c_end, s_end = 0.0, 0.0
+    for r in range(len(table)):
+        ratio, clutch = transmission(table[r], ratios)
+        if ratio == BAD_GEAR:
+            new[0] = BAD_GEAR
+            return new
+        u = read_inputs(table[r], ratio, clutch)
+        known = False  # whether k1 holds the rates at x under the inputs of the step's end
+        for _ in range(steps_per_row):
+            commands[count & mask] = table[r, THROTTLE_COMMAND]
+            sparks[count & mask] = table[r, SPARK]
+            c, dc = held_value(commands, count, delays[0])
+            s, ds = held_value(sparks, count, delays[1])
+            a, da = 0.5 * dc, 0.5 * ds
+
+            if not (known and c - a == c_end and s - da == s_end):
+                k1, _y = rates(x, u, c - a, s - da, p, step, count, 0.0, history, history_rate)
+            z = along(x, 0.5 * step, k1)
+            k2, _y = rates(z, u, c, s, p, step, count, 0.5, history, history_rate)
+            z = along(x, 0.5 * step, k2)
+            k3, _y = rates(z, u, c, s, p, step, count, 0.5, history, history_rate)
+            z = along(x, step, k3)
+            k4, _y = rates(z, u, c + a, s + da, p, step, count, 1.0, history, history_rate)
+            x = stopped(along(x, step, mean_rate(k1, k2, k3, k4)))
+
+            count += 1
+            history[count & mask] = x[0]
+            history_rate[count & mask] = x[1]
+            c_end, s_end = c + a, s + da
+            taken += 1
+            known = taken == every
+            if known:
+                taken = 0
+                k1, y = rates(x, u, c_end, s_end, p, step, count, 0.0, history, history_rate)
+                write(out[sample], y)
+                sample += 1
+    new[0] = count
+    write_states(new[HEADER:first], x)
+    return new
+
+
+def evaluate(x: Floats, y: Floats, parameters: Floats, row: Floats, step: float) -> Floats:
+    """Return the rates at x without any delay, and fill the outputs y. row: gear as ratio."""
+    nothing = np.empty(0)
+    u = read_inputs(row, row[GEAR], row[CLUTCH])
+    p = read_parameters(parameters)
+    command, spark = row[THROTTLE_COMMAND], row[SPARK]
+    k, outputs = rates(read_states(x), u, command, spark, p, step, 0, 0.0, nothing, nothing)
+    write(y, outputs)
+    dx = np.empty(len(x))
+    write_states(dx, k)
+    return dx

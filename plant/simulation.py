@@ -1,0 +1,112 @@
+"""A motorcycle in motion: a state, an input, a time step, the next state."""
+
+from dataclasses import dataclass, field
+from types import ModuleType
+
+import numpy as np
+
+from plant.composition import Layout, compose, layout
+from plant.effects.library import LIBRARY
+from plant.kernel import BAD_GEAR, HEADER
+from plant.motorcycle import Motorcycle
+from plant.signals import Floats, Inputs, Outputs
+
+HISTORY = 0.25
+"""Longest delay that is kept [s]."""
+
+__all__ = ["Inputs", "Outputs", "Simulation"]
+
+
+@dataclass(frozen=True, eq=False)
+class Simulation:
+    """The compiled motorcycle.
+
+    step: integration step [s]. steps_per_row: steps for which a row of inputs is held (the command
+    period). every: steps per row of output. Making one is cheap once its kernel has been compiled.
+    """
+
+    motorcycle: Motorcycle
+    step: float = 0.25e-3
+    steps_per_row: int = 4
+    every: int = 1
+    layout: Layout = field(init=False, repr=False)
+    kernel: ModuleType = field(init=False, repr=False)
+    parameters: Floats = field(init=False, repr=False)
+    ratios: Floats = field(init=False, repr=False)
+    delays: Floats = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        if (self.steps_per_row % self.every and self.every % self.steps_per_row) or self.every < 1:
+            raise ValueError(
+                f"every = {self.every} steps and the command period of {self.steps_per_row} steps "
+                "do not divide one another; choose a multiple or a divisor"
+            )
+        foreign = tuple(type(e) for e in self.motorcycle.effects if type(e) not in LIBRARY)
+        effects = (*LIBRARY, *foreign)
+        servo, engine = self.motorcycle.throttle_servo, self.motorcycle.engine
+        self._set("layout", layout(effects))
+        self._set("kernel", compose(effects))
+        self._set("parameters", self.layout.pack(self.motorcycle))
+        self._set("ratios", np.array(self.motorcycle.gears))
+        self._set("delays", np.array([servo.delay, engine.spark_delay]) / self.step)
+
+    def _set(self, name: str, value: object) -> None:
+        object.__setattr__(self, name, value)
+
+    @property
+    def ring(self) -> int:
+        """Length of the kept history, a power of two of steps."""
+        return 1 << int(np.ceil(np.log2(HISTORY / self.step + 4)))
+
+    def advance(self, state: Floats, inputs: Inputs) -> tuple[Floats, Outputs]:
+        """Return the state after all rows of the inputs, and what happened on the way.
+
+        The given state is not changed. Raises ValueError for a gear that does not exist.
+        """
+        table = inputs.table
+        names = self.layout.effect_states
+        samples = len(table) * self.steps_per_row // self.every
+        out = np.empty((samples, len(Outputs.names) + len(names)))
+        new: Floats = self.kernel.advance(
+            state,
+            table,
+            self.parameters,
+            self.ratios,
+            self.step,
+            self.steps_per_row,
+            self.every,
+            len(self.layout.states),
+            self.delays,
+            out,
+        )
+        if new[0] == BAD_GEAR:
+            raise ValueError(
+                f"gears {sorted(set(inputs.gear))} asked for; this motorcycle has 1 to "
+                f"{len(self.ratios)}, and 0 for neutral"
+            )
+        return new, Outputs(out, names)
+
+    def state(
+        self, *, throttle_command: float = 0.0, spark: float = 0.0, **states: float
+    ) -> Floats:
+        """Return a state at time zero: named states, the others zero, commands held until now."""
+        x = np.zeros(len(self.layout.states))
+        for name, value in states.items():
+            x[self.layout.states.index(name)] = value
+        return self.pack(x, throttle_command, spark)
+
+    def pack(self, x: Floats, throttle_command: float, spark: float) -> Floats:
+        """Return the state array for states x, with a history of constant commands and throttle."""
+        past = np.repeat([x[0], x[1], throttle_command, spark], self.ring)
+        return np.concatenate([[0.0], x, past])
+
+    def value(self, state: Floats, name: str) -> float:
+        """Return one named state, such as 'rear_angle' or 'relaxation_length.force'."""
+        return float(state[HEADER + self.layout.states.index(name)])
+
+    def equilibrium(self, gear: int, engine_speed: float) -> tuple[Floats, float]:
+        """Return the steady state at this crank speed [rad/s] and the throttle that holds it."""
+        from plant.equilibrium import steady_state
+
+        x, throttle = steady_state(self, gear, engine_speed)
+        return self.pack(x, throttle, 0.0), throttle

@@ -1,0 +1,207 @@
+"""A vehicle file tells one motorcycle: its numbers and units, how well they are known, its effects.
+
+TOML. A parameter is `{ value = 245, unit = "kg", plus_minus = 5 }`; plus_minus is the half width of
+what is believed with 95 %. Blocks are tables, gears are `[gears]` with keys 1, 2, ...; effects are
+`[[effects]]` with a `name`; `[channels.<name>]` tells how a channel is sampled. What is left out
+keeps the default of its block; what is misspelt is an error.
+"""
+
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+from plant.channels import CHANNEL_UNITS, DEFAULT_CHANNELS, ChannelTiming
+from plant.effects.library import BY_NAME
+from plant.motorcycle import BLOCK_NAMES, Motorcycle
+from plant.parameters import Block, Parameter
+from plant.trouble import ParameterError, VehicleFileError, nearest
+from plant.units import to_si
+
+TOP = ("name", "description", "gears", "effects", "channels", *BLOCK_NAMES)
+QUANTITY = ("value", "unit", "plus_minus")
+
+
+@dataclass(frozen=True)
+class Vehicle:
+    """A motorcycle, how well its numbers are known, and how its channels are sampled.
+
+    plus_minus: 95 % half widths in SI by '<block>.<parameter>', 'gears.<n>' or
+    'effects.<effect>.<parameter>'. channels: every channel, defaults where the file is silent.
+    """
+
+    name: str
+    motorcycle: Motorcycle = field(default_factory=Motorcycle)
+    plus_minus: Mapping[str, float] = field(default_factory=dict)
+    channels: Mapping[str, ChannelTiming] = field(default_factory=lambda: DEFAULT_CHANNELS)
+    description: str = ""
+
+
+def builtin_vehicle(name: str) -> Path:
+    """Return the path of a vehicle file that comes with the plant: 'nominal', 'demonstration'."""
+    return Path(__file__).parent / "vehicles" / f"{name}.toml"
+
+
+def load_vehicle(path: str | Path) -> Vehicle:
+    """Return the vehicle that the file tells. Raises VehicleFileError, which names the cure."""
+    path = Path(path)
+    try:
+        tree = tomllib.loads(path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as trouble:
+        raise VehicleFileError(
+            "cannot be read", str(path), "a TOML file", str(trouble), "correct the file or its path"
+        ) from trouble
+    return _Reader(path.name).vehicle(tree)
+
+
+@dataclass(frozen=True)
+class _Reader:
+    """Walks the tree of one file and keeps what is known of every number."""
+
+    file: str
+    known: dict[str, float] = field(default_factory=dict)
+
+    def vehicle(self, tree: dict[str, Any]) -> Vehicle:
+        self.keys(tree, TOP, "")
+        blocks = {name: self.block(tree, name) for name in BLOCK_NAMES}
+        effects = tuple(self.effect(entry, i) for i, entry in enumerate(self.effects(tree)))
+        gears = {"gears": self.gears(self.table(tree, "gears"))} if "gears" in tree else {}
+        channels = self.channels(self.table(tree, "channels"))
+        try:
+            motorcycle = Motorcycle(**blocks, **gears, effects=effects)  # type: ignore[arg-type]
+        except ParameterError as trouble:
+            raise self.located(trouble, trouble.where) from trouble
+        return Vehicle(
+            name=self.text(tree, "name", required=True),
+            motorcycle=motorcycle,
+            plus_minus=MappingProxyType(self.known),
+            channels=channels,
+            description=self.text(tree, "description"),
+        )
+
+    def block(self, tree: dict[str, Any], name: str) -> Block:
+        kind: type[Block] = type(getattr(_NOMINAL, name))
+        return self.filled(kind, self.table(tree, name), name, name)
+
+    def filled(self, kind: type[Block], table: dict[str, Any], path: str, key: str) -> Block:
+        described = {p.name: p for p in kind.parameters()}
+        self.keys(table, described, path)
+        values = {
+            name: self.quantity(entry, described[name], f"{path}.{name}", f"{key}.{name}")
+            for name, entry in table.items()
+        }
+        try:
+            return kind(**values)
+        except ParameterError as trouble:
+            raise self.located(trouble, f"{path}.{trouble.where.split('.')[-1]}") from trouble
+
+    def effects(self, tree: dict[str, Any]) -> list[dict[str, Any]]:
+        entries = tree.get("effects", [])
+        if isinstance(entries, list) and all(isinstance(e, dict) and "name" in e for e in entries):
+            return entries
+        raise self.trouble("effects are malformed", "effects", "[[effects]] with a name", entries)
+
+    def effect(self, entry: dict[str, Any], number: int) -> Any:
+        where, name = f"effects[{number}]", entry["name"]
+        if name not in BY_NAME:
+            raise VehicleFileError(
+                "no such effect",
+                f"{self.file}: {where}.name",
+                "an effect of the library",
+                f"'{name}'",
+                nearest(str(name), BY_NAME),
+            )
+        table = {key: value for key, value in entry.items() if key != "name"}
+        return self.filled(BY_NAME[name], table, where, f"effects.{name}")
+
+    def gears(self, table: dict[str, Any]) -> tuple[float, ...]:
+        self.keys(table, [str(i) for i in range(1, len(table) + 1)], "gears")
+        return tuple(
+            self.quantity(table[gear], _RATIO, f"gears.{gear}", f"gears.{gear}")
+            for gear in sorted(table, key=int)
+        )
+
+    def channels(self, table: dict[str, Any]) -> Mapping[str, ChannelTiming]:
+        self.keys(table, CHANNEL_UNITS, "channels")
+        told = {name: self.channel(self.table(table, name, "channels."), name) for name in table}
+        return MappingProxyType({**DEFAULT_CHANNELS, **told})
+
+    def channel(self, table: dict[str, Any], name: str) -> ChannelTiming:
+        path = f"channels.{name}"
+        described = {p.name: p for p in ChannelTiming.parameters()}
+        self.keys(table, ["clock", *described], path)
+        given: dict[str, Any] = {
+            f.name: getattr(DEFAULT_CHANNELS[name], f.name) for f in fields(ChannelTiming)
+        }
+        for key, entry in table.items():
+            if key == "clock":
+                given[key] = self.text(table, key, path=f"{path}.")
+                continue
+            unit = described[key].unit or CHANNEL_UNITS[name]
+            given[key] = self.quantity(entry, described[key], f"{path}.{key}", None, unit)
+        try:
+            return ChannelTiming(**given)
+        except ParameterError as trouble:
+            raise self.located(trouble, f"{path}.{trouble.where.split('.')[-1]}") from trouble
+
+    def quantity(
+        self, entry: Any, described: Parameter, path: str, key: str | None, unit: str | None = None
+    ) -> float:
+        if not isinstance(entry, dict) or not {"value", "unit"} <= entry.keys():
+            example = f'{{ value = {described.typical:g}, unit = "{unit or described.unit}" }}'
+            raise self.trouble("a quantity needs value and unit", path, example, entry)
+        self.keys(entry, QUANTITY if key else QUANTITY[:2], path)
+        si = unit or described.unit
+        value = self.number(entry, "value", path, si)
+        if "plus_minus" in entry and key:
+            self.known[key] = abs(self.number(entry, "plus_minus", path, si))
+        return value
+
+    def number(self, entry: dict[str, Any], key: str, path: str, si: str) -> float:
+        value, unit = entry[key], entry["unit"]
+        if isinstance(value, bool) or not isinstance(value, (int, float)):
+            raise self.trouble(f"{key} is not a number", f"{path}.{key}", "a number", value)
+        try:
+            return to_si(value, str(unit), si)
+        except ValueError as trouble:
+            raise self.trouble("wrong unit", f"{path}.unit", str(trouble), unit) from trouble
+
+    def table(self, tree: dict[str, Any], name: str, path: str = "") -> dict[str, Any]:
+        table = tree.get(name, {})
+        if not isinstance(table, dict):
+            raise self.trouble("not a table", path + name, f"[{path}{name}]", table)
+        return table
+
+    def text(
+        self, tree: dict[str, Any], key: str, *, required: bool = False, path: str = ""
+    ) -> str:
+        value = tree.get(key, None if required else "")
+        if not isinstance(value, str) or (required and not value):
+            raise self.trouble(f"{key} is missing or no text", path + key, "a text", value)
+        return value
+
+    def keys(self, table: dict[str, Any], known: Any, path: str) -> None:
+        for key in table:
+            if key not in known:
+                raise VehicleFileError(
+                    "unknown key",
+                    f"{self.file}: {path + '.' if path else ''}{key}",
+                    "a key that means something here",
+                    f"'{key}'",
+                    nearest(key, known),
+                )
+
+    def trouble(self, what: str, path: str, expected: str, found: Any) -> VehicleFileError:
+        remedy = "correct it in the file"
+        return VehicleFileError(what, f"{self.file}: {path}", expected, repr(found), remedy)
+
+    def located(self, trouble: ParameterError, path: str) -> VehicleFileError:
+        return VehicleFileError(
+            trouble.what, f"{self.file}: {path}", trouble.expected, trouble.found, trouble.remedy
+        )
+
+
+_NOMINAL = Motorcycle()
+_RATIO = Parameter("ratio", "1", "overall ratio of a gear", 1.0, 40.0, 8.75, 8.75, False)
