@@ -1,0 +1,39 @@
+"""What moves the virtual motorcycle beside the commands: wind, and combustion that varies."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Roughness:
+    """How rough the ride is; zero everywhere is a test stand.
+
+    wind         N, standard deviation of the force along the road
+    wind_time    s, correlation time of the gusts
+    combustion   N m, standard deviation of the torque from one millisecond to the next; about 2 %
+                 of the full torque, the usual scatter of indicated work between cycles
+                 (Heywood, Internal Combustion Engine Fundamentals, section 9.4)
+    """
+
+    wind: float = 12.0
+    wind_time: float = 3.0
+    combustion: float = 2.0
+
+
+class Disturbances:
+    """Draws the disturbances of a ride, millisecond by millisecond, from a seed."""
+
+    def __init__(self, roughness: Roughness, seed: int) -> None:
+        """Start in a random gust."""
+        self._roughness = roughness
+        self._random = np.random.default_rng(seed)
+        self._wind = float(self._random.normal(0.0, roughness.wind))
+
+    def draw(self, step: float) -> tuple[float, float]:
+        """Give road force (N) and engine torque (N m) for the next `step` (s)."""
+        keep = math.exp(-step / self._roughness.wind_time)
+        gust = self._roughness.wind * math.sqrt(1.0 - keep * keep)
+        self._wind = keep * self._wind + gust * float(self._random.standard_normal())
+        return self._wind, self._roughness.combustion * float(self._random.standard_normal())

@@ -1,0 +1,173 @@
+"""The gateway: one tick reads what arrived, moves the trial, asks `permit`, and sends."""
+
+from dataclasses import dataclass, replace
+
+import can
+
+from bench.clock import SECOND
+from bench.lookout import SAFETY, Lookout, Wheels
+from bench.permit import Held, Trip, permit
+from bench.ring import BIT_RATE_SWITCH, EXTENDED, FD, REMOTE, SENT, Ring
+from bench.seen import Seen
+from bench.trial import ENDED, HOLDING, Plan, TrialState, advance, tripped, wanted
+from protocol import e2e
+from protocol.codec import Codec, Sender
+from protocol.faults import Fault, FrameFault
+from protocol.messages import ActuatorCommand, Authority, Phase, TrialStatus, TripReason
+
+STATUS_PERIOD = 0.020  # s, of TrialStatus
+AFTERWARDS = 0.2  # s for which the gateway stays on the bus after the end, released
+
+
+@dataclass(frozen=True)
+class PhaseChange:
+    """When the trial entered a phase; ns on the recording's clock."""
+
+    phase: Phase
+    time_ns: int
+
+
+class Gateway:
+    """Holds the trial's state between ticks; everything that decides is elsewhere, and pure."""
+
+    def __init__(self, plan: Plan, bus: can.BusABC, codec: Codec, ring: Ring, wheels: Wheels):
+        """Speak `codec` on `bus` and put every frame that is seen there into `ring`.
+
+        The bus must hear its own frames: the record tells when a command was on the wire.
+        """
+        self._plan, self._bus, self._codec, self._ring = plan, bus, codec, ring
+        self._sender = Sender(codec)
+        self._lookout = Lookout(wheels)
+        self._protected = dict.fromkeys(SAFETY, e2e.INITIAL)
+        self._last = ActuatorCommand(Authority.NONE, 0.0, 0.0, 0.0)
+        self._asked_since = 0.0
+        self._bus_off = False
+        self._full = False
+        self._status_due = 0.0
+        self._ended_at: float | None = None
+        self.state = TrialState()
+        self.changes: list[PhaseChange] = []
+        self.refusals: list[str] = []
+
+    def tick(self, number: int, due: int) -> bool:
+        """Do what is due at `due` (ns); False once the trial has ended and was told about."""
+        now = due / SECOND
+        self._listen(now)
+        seen = self._lookout.seen(
+            now, bus_off=self._bus_off, recording=not (self._full or self._ring.failed)
+        )
+        self._move_to(advance(self.state, seen, self._plan, now), due)
+        self._send(self._decide(seen, now, due), now)
+        self._report(number, now)
+        return self._ended_at is None or now - self._ended_at < AFTERWARDS
+
+    def stop(self, due: int) -> None:
+        """End the trial from outside: the operator's interrupt."""
+        self._move_to(
+            tripped(self.state, Trip(TripReason.STOPPED, "stopped by the operator"), due / SECOND),
+            due,
+        )
+
+    def _listen(self, now: float) -> None:
+        """Take in every frame that has arrived."""
+        while True:
+            try:
+                message = self._bus.recv(0)
+            except can.CanError as fault:
+                self._refused(fault)
+                return
+            if message is None:
+                return
+            self._record(message)
+            if message.is_rx and not (message.is_error_frame or message.is_remote_frame):
+                self._observe(message.arbitration_id, message.data, now)
+
+    def _observe(self, identifier: int, data: bytearray, now: float) -> None:
+        decoded = self._codec.decode(identifier, data)
+        if isinstance(decoded, FrameFault):
+            self._lookout.fault(decoded.message)
+            return
+        name = self._codec.name(identifier)
+        if name is None:
+            return
+        if name in self._protected and not self._in_sequence(name, identifier, data, now):
+            self._lookout.fault(name)
+            return
+        self._lookout.observe(name, decoded, now)
+
+    def _in_sequence(self, name: str, identifier: int, data: bytearray, now: float) -> bool:
+        """Tell whether the counter moved; frames lost before this one do not spoil it."""
+        counter = self._codec.counter(identifier, data)
+        if counter is None:
+            return True
+        timeout = self._plan.trial.limits.stale
+        state, fault = e2e.check(self._protected[name], counter, True, now, timeout)
+        self._protected[name] = state
+        return fault is None or fault.fault in (Fault.LOST, Fault.STALE)
+
+    def _record(self, message: can.Message) -> None:
+        flags = (
+            (EXTENDED if message.is_extended_id else 0)
+            | (FD if message.is_fd else 0)
+            | (BIT_RATE_SWITCH if message.bitrate_switch else 0)
+            | (REMOTE if message.is_remote_frame else 0)
+            | (0 if message.is_rx else SENT)
+        )
+        time_ns = round(message.timestamp * SECOND)
+        if not self._ring.append(time_ns, message.arbitration_id, flags, bytes(message.data)):
+            self._full = True
+
+    def _decide(self, seen: Seen, now: float, due: int) -> ActuatorCommand:
+        """Ask for what the trial wants; a trip turns it into a release in this very tick."""
+        command = wanted(self.state, self._plan, now)
+        if command.authority == Authority.NONE:
+            return command
+        if self._last.authority == Authority.NONE:
+            self._asked_since = now
+        held = Held(
+            self.state.throttle, self._plan.trial.operating_point.gear,
+            self._last, self._asked_since,
+        )  # fmt: skip
+        answer = permit(
+            command, held, seen, self._plan.trial.limits, self._plan.trial.command.silence
+        )
+        if isinstance(answer, ActuatorCommand):
+            return answer
+        self._move_to(tripped(self.state, answer, now), due)
+        return ActuatorCommand(Authority.NONE, 0.0, 0.0, now)
+
+    def _move_to(self, state: TrialState, due: int) -> None:
+        if state.phase != self.state.phase:
+            self.changes.append(PhaseChange(state.phase, due))
+            if state.phase == Phase.EXCITING:
+                self._lookout.start_distance(due / SECOND)
+            if state.phase in ENDED:
+                self._ended_at = due / SECOND
+        self.state = state
+
+    def _send(self, command: ActuatorCommand, now: float) -> None:
+        self._put(*self._sender.encode(command))
+        self._last = replace(command, time=now)
+
+    def _report(self, number: int, now: float) -> None:
+        if now < self._status_due:
+            return
+        self._status_due = now + STATUS_PERIOD - 1e-6
+        trip = self.state.trip.reason if self.state.trip else TripReason.NONE
+        holding = self.state.phase in HOLDING
+        authority = self._plan.authority if holding else Authority.NONE
+        self._put(*self._sender.encode(TrialStatus(self.state.phase, authority, trip, number)))
+
+    def _put(self, identifier: int, data: bytes) -> None:
+        """Send a frame; a bus that refuses it is off, until it takes one again."""
+        message = can.Message(arbitration_id=identifier, data=data, is_extended_id=False)
+        try:
+            self._bus.send(message)
+            self._bus_off = False
+        except can.CanError as fault:
+            self._refused(fault)
+
+    def _refused(self, fault: can.CanError) -> None:
+        self._bus_off = True
+        if len(self.refusals) < 100:
+            self.refusals.append(str(fault))
