@@ -95,7 +95,7 @@ def kernel_text(effects: tuple[EffectClass, ...]) -> str:
         parts += [inlined(text_of(h.function, _hook_name(effect, h))) for h in effect.hooks]
     parts.append(inlined(rates_text(layout(effects))))
     parts += [
-        inlined(text_of(f)) for f in (kernel.held_value, kernel.transmission, kernel.in_stops)
+        inlined(text_of(f)) for f in (kernel.held_value, kernel.transmission, kernel.off_the_stop)
     ]
     parts += [inlined(text) for text in tuple_texts(layout(effects))]
     parts += [entry(text_of(kernel.advance), ADVANCE), entry(text_of(kernel.evaluate), EVALUATE)]
@@ -136,7 +136,7 @@ def tuple_texts(order: Layout) -> list[str]:
         _tuple_text("read_states(x)", "x[{0}]", n),
         _tuple_text("read_parameters(p)", "p[{0}]", len(order.parameters)),
         _inputs_text(),
-        _stopped_text(n),
+        _throttle_text(n),
         _write_text("write", outputs),
         _write_text("write_states", n),
     ]
@@ -153,9 +153,9 @@ def _inputs_text() -> str:
     return f"def read_inputs(row, ratio, clutch):\n    return ({elements},)"
 
 
-def _stopped_text(states: int) -> str:
+def _throttle_text(states: int) -> str:
     others = ", ".join(f"x[{i}]" for i in range(2, states))
-    return f"def stopped(x):\n    a, b = in_stops(x[0], x[1])\n    return (a, b, {others})"
+    return f"def with_throttle(x, position, rate):\n    return (position, rate, {others})"
 
 
 def _write_text(name: str, length: int) -> str:

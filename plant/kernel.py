@@ -1,9 +1,10 @@
-"""How the motorcycle moves through time: fourth-order Runge-Kutta steps with kept history.
+"""How the motorcycle moves through time: third-order Runge-Kutta steps with kept history.
 
 The text of these functions is compiled together with the equations (see composition.py), where
-`rates` is written. Commands are held between rows; a delayed command that changes inside a step
-enters that step with its exact area and first moment. Hard stops of the throttle act at the end of
-a step, without bounce.
+`rates` is written. Kutta's third-order rule evaluates three times in a step, at its start, middle
+and end; docs/decisions/plant-integrator.md tells why. Commands are held between rows; a delayed
+command that changes inside a step enters that step with its exact area and first moment. The hard
+stops of the throttle do not bounce.
 """
 
 import numpy as np
@@ -42,13 +43,18 @@ def along(x: Numbers, h: float, k: Numbers) -> Numbers:
     raise NotImplementedError
 
 
-def mean_rate(k1: Numbers, k2: Numbers, k3: Numbers, k4: Numbers) -> Numbers:
-    """Return (k1 + 2 k2 + 2 k3 + k4) / 6."""
+def past_middle(x: Numbers, h: float, k1: Numbers, k2: Numbers) -> Numbers:
+    """Return x + h (2 k2 - k1)."""
     raise NotImplementedError
 
 
-def stopped(x: Numbers) -> Numbers:
-    """Return the states with the throttle plate between its stops."""
+def mean_rate(k1: Numbers, k2: Numbers, k3: Numbers) -> Numbers:
+    """Return (k1 + 4 k2 + k3) / 6."""
+    raise NotImplementedError
+
+
+def with_throttle(x: Numbers, position: float, rate: float) -> Numbers:
+    """Return the states with another position and rate of the throttle plate."""
     raise NotImplementedError
 
 
@@ -99,13 +105,17 @@ def transmission(row: Floats, ratios: Floats) -> tuple[float, float]:
     return ratios[max(gear, 1) - 1], row[CLUTCH] if gear > 0 else 0.0
 
 
-def in_stops(throttle: float, rate: float) -> tuple[float, float]:
-    """Return position and rate of the plate between its stops; it does not bounce."""
-    if throttle < 0.0:
-        return 0.0, max(rate, 0.0)
-    if throttle > 1.0:
-        return 1.0, min(rate, 0.0)
-    return throttle, rate
+def off_the_stop(position: float, rate: float, push: float, step: float) -> tuple[float, float]:
+    """Return position and rate of a plate that ran past a stop in this step; it does not bounce.
+
+    push: its acceleration at rest on the stop. It met the stop some time ago, lost its speed there
+    and, where it is pushed inwards, has been coming off since.
+    """
+    edge = 0.0 if position < 0.0 else 1.0
+    since = min((position - edge) / rate, step) if rate * (position - edge) > 0.0 else 0.0
+    if push * (0.5 - edge) <= 0.0:
+        return edge, 0.0
+    return edge + 0.5 * push * since * since, push * since
 
 
 def advance(
@@ -158,11 +168,14 @@ def advance(
                 k1, _y = rates(x, u, c - a, s - da, p, step, count, 0.0, history, history_rate)
             z = along(x, 0.5 * step, k1)
             k2, _y = rates(z, u, c, s, p, step, count, 0.5, history, history_rate)
-            z = along(x, 0.5 * step, k2)
-            k3, _y = rates(z, u, c, s, p, step, count, 0.5, history, history_rate)
-            z = along(x, step, k3)
-            k4, _y = rates(z, u, c + a, s + da, p, step, count, 1.0, history, history_rate)
-            x = stopped(along(x, step, mean_rate(k1, k2, k3, k4)))
+            z = past_middle(x, step, k1, k2)
+            k3, _y = rates(z, u, c + a, s + da, p, step, count, 1.0, history, history_rate)
+            x = along(x, step, mean_rate(k1, k2, k3))
+            if x[0] < 0.0 or x[0] > 1.0:
+                z = with_throttle(x, min(max(x[0], 0.0), 1.0), 0.0)
+                k, _y = rates(z, u, c + a, s + da, p, step, count, 1.0, history, history_rate)
+                position, rate = off_the_stop(x[0], x[1], k[1], step)
+                x = with_throttle(x, position, rate)
 
             count += 1
             history[count & mask] = x[0]
