@@ -130,9 +130,8 @@ def tuple_texts(order: Layout) -> list[str]:
     n, outputs = len(order.states), len(Outputs.names) + len(order.effect_states)
     return [
         _tuple_text("along(x, h, k)", "x[{0}] + h * k[{0}]", n),
-        _tuple_text(
-            "mean_rate(a, b, c, d)", "(a[{0}] + 2.0 * (b[{0}] + c[{0}]) + d[{0}]) / 6.0", n
-        ),
+        _tuple_text("past_middle(x, h, k1, k2)", "x[{0}] + h * (2.0 * k2[{0}] - k1[{0}])", n),
+        _tuple_text("mean_rate(a, b, c)", "(a[{0}] + 4.0 * b[{0}] + c[{0}]) / 6.0", n),
         _tuple_text("read_states(x)", "x[{0}]", n),
         _tuple_text("read_parameters(p)", "p[{0}]", len(order.parameters)),
         _inputs_text(),
