@@ -16,7 +16,8 @@ class Source(Section):
                   then stand in one message. A multiplexed signal is named like any other.
     teeth         "Message": a message of tooth intervals (see protocol.messages.ToothIntervals)
     anchor        "Message": with `teeth`, the encoder's status that anchors their times
-    table, column a column of a side table; `time_column` if it has a clock of its own
+    table, column a column of a side table (no name: of the table that stands in place of the log);
+                  `time_column` if it has a clock of its own
     bus           only frames of this bus ("can0"); empty: any
     unit          overrides the database's unit (or gives the table column's)
     sign, offset  value = sign * SI(value) + offset
@@ -51,6 +52,24 @@ class Source(Section):
         return self
 
 
+class TableRules(Section):
+    """How the times of one side table are to be read: [tables.gps] in the role map.
+
+    time_column    column with the time of all others (else found by its name)
+    time_unit      unit of that column where its name does not tell: "ms"
+    sample_period  s, for a table without a time column
+    align          "epoch": its times count from the same instant as the log's. "start": its first
+                   row was taken when the log began. "auto": epoch, and refused where no overlap
+    time_offset    s, added to the table's times: what its clock was behind
+    """
+
+    time_column: str = ""
+    time_unit: str = ""
+    sample_period: Seconds | None = Field(default=None, gt=0)
+    align: Literal["auto", "epoch", "start"] = "auto"
+    time_offset: Seconds = 0.0
+
+
 class Geometry(Section):
     """What identification must know of a vehicle beside its channels."""
 
@@ -65,6 +84,7 @@ class RoleMap(Section):
 
     title: str
     vehicle: Geometry = Geometry()
+    tables: dict[str, TableRules] = Field(default_factory=dict)
     roles: dict[str, Source]
 
     @model_validator(mode="after")

@@ -1,0 +1,92 @@
+"""Read a CSV file into a Table, the numbers by pyarrow, all at once."""
+
+from pathlib import Path
+from typing import Any
+
+from protocol.errors import InputError
+from protocol.tables.csv_layout import EMPTY, LINES, Layout, find_layout, split
+from protocol.tables.table import Table
+
+
+def read_csv(path: Path) -> Table:
+    """Read a CSV file. Raises InputError where no table can be seen in it."""
+    lines = _lines(path)
+    layout = find_layout(lines[:LINES])
+    if layout is None:
+        raise InputError(
+            "no rows of numbers in this file", where=str(path),
+            expected="a table: names, perhaps units, then rows of numbers",
+            found=repr(next((line for line in lines if line.strip()), "")[:80]),
+            remedy="export it as CSV with one row for each sample",
+        )  # fmt: skip
+    warnings: list[str] = []
+    rows = _rows(lines, layout, str(path), warnings)
+    data = _parse("\n".join(rows), layout, str(path))
+    keep = [name for name in data.column_names if not _is_nothing(name, data[name])]
+    units = {name: unit for name, unit in zip(layout.names, layout.units, strict=True) if unit}
+    return Table(str(path), data.select(keep), units, {}, tuple(warnings))
+
+
+def _lines(path: Path) -> list[str]:
+    content = path.read_bytes()
+    if content.startswith((b"\xff\xfe", b"\xfe\xff")):
+        return content.decode("utf-16", errors="replace").splitlines()
+    try:
+        return content.decode("utf-8-sig").splitlines()
+    except UnicodeDecodeError:
+        return content.decode("cp1252", errors="replace").splitlines()
+
+
+def _rows(lines: list[str], layout: Layout, where: str, warnings: list[str]) -> list[str]:
+    """Keep the rows of numbers. A torn last row is dropped and told; another odd one raises."""
+    width = len(layout.names)
+    numbered = [
+        (number, line)
+        for number, line in enumerate(lines[layout.first_row :], layout.first_row + 1)
+        if line.strip() and not line.lstrip().startswith(("#", "%", "//"))
+    ]
+    if layout.delimiter == " ":
+        numbered = [(number, " ".join(line.split())) for number, line in numbered]
+    for number, line in numbered:
+        if line.count(layout.delimiter) + 1 == width:
+            continue
+        cells = len(split(line, layout.delimiter))
+        if cells < width and number == numbered[-1][0]:
+            warnings.append(f"{where}: the last row is torn and left out: {line[:60]!r}")
+            return [line for _, line in numbered[:-1]]
+        if cells != width:
+            raise _odd_row(where, number, line, cells, layout)
+    return [line for _, line in numbered]
+
+
+def _odd_row(where: str, number: int, line: str, cells: int, layout: Layout) -> InputError:
+    return InputError(
+        "this row does not fit the table", where=f"{where}: line {number}",
+        expected=f"{len(layout.names)} cells between {layout.delimiter!r}",
+        found=f"{cells} cells: {line[:60]!r}", remedy="mend or delete that row in a copy",
+    )  # fmt: skip
+
+
+def _parse(text: str, layout: Layout, where: str) -> Any:
+    import pyarrow as pa
+    from pyarrow import csv
+
+    try:
+        return csv.read_csv(
+            pa.py_buffer(text.encode("utf-8")),
+            csv.ReadOptions(column_names=list(layout.names)),
+            csv.ParseOptions(delimiter=layout.delimiter),
+            csv.ConvertOptions(
+                null_values=sorted(EMPTY), strings_can_be_null=True, decimal_point=layout.decimal
+            ),
+        )
+    except pa.ArrowInvalid as cause:
+        raise InputError(
+            "not a table that can be read", where=where, found=str(cause)[:200],
+            remedy="mend that row in a copy, or export the table anew",
+        ) from cause  # fmt: skip
+
+
+def _is_nothing(name: str, column: Any) -> bool:
+    """Tell the empty column that a delimiter at the end of each line makes."""
+    return not name.split(" #")[0] and column.null_count == len(column)

@@ -1,0 +1,118 @@
+"""One column of a table with its times: the samples of a channel, on the table's own clock."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from protocol.errors import InputError
+from protocol.role_map import TableRules
+from protocol.tables.table import Table
+from protocol.tables.times import is_time_name, seconds
+
+FloatArray = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Samples:
+    """time: (n,) s on the table's clock, not decreasing. value: (n,) in `unit`. No NaN in either.
+
+    clock    name of the time column; "" where a sample period stands in for it
+    """
+
+    time: FloatArray
+    value: FloatArray
+    unit: str
+    clock: str
+    warnings: tuple[str, ...] = ()
+
+
+def samples(table: Table, column: str, time_column: str, rules: TableRules) -> Samples:
+    """Read one column. Cells that are empty or not a number are left out: they are no samples."""
+    name = table.find(column)
+    time, clock = _time(table, name, time_column, rules)
+    value = _numbers(table, name)
+    known = np.isfinite(time) & np.isfinite(value)
+    lost = int(np.sum(np.isfinite(value) & ~np.isfinite(time)))
+    warnings = [f"{table.where}: {name}: {lost} values without a time are left out"] if lost else []
+    time, value = time[known], value[known]
+    order = _order(time, f"{table.where}: {clock or name}", warnings)
+    return Samples(time[order], value[order], table.units.get(name, ""), clock, tuple(warnings))
+
+
+def _time(table: Table, name: str, wanted: str, rules: TableRules) -> tuple[FloatArray, str]:
+    if rules.sample_period is not None and not wanted:
+        return np.arange(table.data.num_rows) * rules.sample_period, ""
+    clock = table.find(wanted or rules.time_column or table.clocks.get(name) or _clock(table))
+    unit = rules.time_unit or table.units.get(clock, "")
+    return seconds(table.data[clock].combine_chunks(), clock, unit, table.where), clock
+
+
+def _clock(table: Table) -> str:
+    """Find the table's one time column by its name."""
+    found = [name for name in table.names if is_time_name(name)]
+    if found:
+        return found[0]
+    raise InputError(
+        "the table has no time column", where=table.where,
+        expected='a column called "Time", "t" or "timestamp"', found=", ".join(table.names[:40]),
+        remedy='in the role map, under [tables.NAME], give time_column = "..." or, for samples at'
+        ' one rate, sample_period = "2 ms"',
+    )  # fmt: skip
+
+
+def _numbers(table: Table, name: str) -> FloatArray:
+    """Values of a column, NaN where a cell is empty. Text among numbers raises."""
+    import pyarrow as pa
+
+    column = table.data[name].combine_chunks()
+    if pa.types.is_boolean(column.type):
+        column = column.cast(pa.int8())
+    if pa.types.is_null(column.type):
+        return np.full(len(column), np.nan)
+    if pa.types.is_string(column.type):
+        raise _text_among_numbers(table, name, column)
+    try:
+        numbers = column.cast(pa.float64(), safe=False)
+    except (pa.ArrowInvalid, pa.ArrowNotImplementedError) as cause:
+        raise InputError(
+            f"column {name!r} holds no numbers", where=table.where, found=str(column.type),
+            remedy="bind another column",
+        ) from cause  # fmt: skip
+    return np.asarray(numbers.to_numpy(zero_copy_only=False), np.float64)
+
+
+def _text_among_numbers(table: Table, name: str, column: Any) -> InputError:
+    texts = column.to_pylist()
+    row = next(
+        row
+        for row, text in enumerate(texts)
+        if text is not None and not _is_float(text.replace(",", "."))
+    )
+    return InputError(
+        f"column {name!r} holds text", where=f"{table.where}: data row {row + 1}",
+        expected="a number, or an empty cell", found=repr(texts[row]),
+        remedy="empty that cell in a copy of the table, or bind another column",
+    )  # fmt: skip
+
+
+def _is_float(text: str) -> bool:
+    try:
+        float(text.replace(",", "."))
+    except ValueError:
+        return False
+    return True
+
+
+def _order(time: FloatArray, where: str, warnings: list[str]) -> npt.NDArray[np.intp]:
+    """Sort by time, samples of one time staying as they were; tell if that moved any."""
+    back = np.flatnonzero(np.diff(time) < 0)
+    if back.size:
+        largest = -float(np.diff(time)[back].min())
+        doubt = "; two recordings in one table?" if largest > 1.0 else ""
+        warnings.append(
+            f"{where}: not in order of time: {back.size} steps back, the largest {largest:g} s,"
+            f" the first at {time[back[0] + 1]:.6f} s; sorted{doubt}"
+        )
+    return np.argsort(time, kind="stable")

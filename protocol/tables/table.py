@@ -1,0 +1,58 @@
+"""A table as a logger exported it: named columns, units, and which column holds whose time."""
+
+import difflib
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from protocol.errors import InputError
+
+_NAME_AND_UNIT = re.compile(r"(.*?)\s*[(\[]\s*([^()\[\]]{0,16}?)\s*[)\]]\s*")
+
+
+@dataclass(frozen=True)
+class Table:
+    """Columns of one file, as read.
+
+    where     the file, for messages
+    data      pyarrow.Table; a column that is not all numbers is text, timestamps or truth values
+    units     column -> unit, where the file tells one
+    clocks    column -> its time column, where the file tells it
+    warnings  what had to be said while reading
+    """
+
+    where: str
+    data: Any
+    units: Mapping[str, str] = field(default_factory=dict)
+    clocks: Mapping[str, str] = field(default_factory=dict)
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def names(self) -> list[str]:
+        """Names of the columns, as in the file but for a unit in brackets."""
+        return list(self.data.column_names)
+
+    def find(self, wanted: str) -> str:
+        """Give the column called `wanted`, with or without its unit; else an InputError."""
+        bare = split_unit(wanted)[0]
+        for name in (wanted, bare):
+            if name in self.names:
+                return name
+        same = [name for name in self.names if name.casefold() == bare.casefold()]
+        if len(same) == 1:
+            return same[0]
+        near = difflib.get_close_matches(bare, self.names, n=1, cutoff=0.4)
+        raise InputError(
+            f"the table has no column {wanted!r}", where=self.where,
+            found=", ".join(self.names[:40]),
+            remedy=f"did you mean {near[0]!r}?" if near else "name one of these",
+        )  # fmt: skip
+
+
+def split_unit(title: str) -> tuple[str, str]:
+    """Take "Throttle Pos (%)" or "Time[s]" apart into name and unit."""
+    match = _NAME_AND_UNIT.fullmatch(title.strip())
+    if match and match[1].strip():
+        return match[1].strip(), match[2]
+    return title.strip(), ""
