@@ -1,10 +1,9 @@
 """The other end of the bus: device clocks, and who holds authority over an actuator."""
 
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from heapq import heappop, heappush
 
-from protocol.messages import ActuatorCommand, Authority
+from protocol.messages import ActuatorCommand, Authority, BenchMessage
 
 
 @dataclass(frozen=True)
@@ -56,16 +55,18 @@ class Outbox:
 
     def __init__(self) -> None:
         """Hold nothing."""
-        self._waiting: list[tuple[float, int, str, object]] = []
+        self._waiting: list[tuple[float, int, str, BenchMessage]] = []
         self._sequence = 0
 
-    def put(self, due: float, name: str, message: object) -> None:
+    def put(self, due: float, name: str, message: BenchMessage) -> None:
         """Hold `message` back until `due` (s)."""
         self._sequence += 1
         heappush(self._waiting, (due, self._sequence, name, message))
 
-    def due(self, now: float) -> Iterator[tuple[str, object]]:
+    def due(self, now: float) -> list[tuple[str, BenchMessage]]:
         """Take out what is due at `now`, in the order in which it is."""
+        taken = []
         while self._waiting and self._waiting[0][0] <= now + 1e-9:
             _, _, name, message = heappop(self._waiting)
-            yield name, message
+            taken.append((name, message))
+        return taken

@@ -22,6 +22,10 @@ class Roughness:
     combustion: float = 2.0
 
 
+ON_THE_ROAD = Roughness()
+TEST_STAND = Roughness(wind=0.0, combustion=0.0)
+
+
 class Disturbances:
     """Draws the disturbances of a ride, millisecond by millisecond, from a seed."""
 

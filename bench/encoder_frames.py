@@ -1,6 +1,6 @@
 """An encoder's sending side: tooth times become frames of intervals with a running count."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
 from protocol.messages import Intervals, ToothIntervals
 
@@ -9,15 +9,12 @@ MICROSECOND = 1e-6
 
 
 class EncoderFrames:
-    """Collects teeth (us on the encoder's own clock) and packs them.
+    """Collects teeth (us on the encoder's own clock) and packs them."""
 
-    capacity  intervals that fit a frame of SHORT and of LONG layout
-    longest   us, that such an interval can hold
-    """
-
-    def __init__(self, capacity: dict[Intervals, int], longest: dict[Intervals, int]) -> None:
-        """Have seen no tooth yet."""
-        self._capacity, self._longest = capacity, longest
+    def __init__(self, capacity: Mapping[Intervals, tuple[int, float]]) -> None:
+        """Have seen no tooth yet; `capacity` is that of the frames, see `Codec.capacity`."""
+        self._capacity = {layout: number for layout, (number, _) in capacity.items()}
+        self._longest = {layout: longest * 1e6 for layout, (_, longest) in capacity.items()}
         self._pending: list[int] = []
         self._told_at = 0
         self.count = 0

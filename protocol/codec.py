@@ -1,5 +1,7 @@
 """A message of the bench becomes a frame and back: SI here, the field's units on the wire."""
 
+from collections.abc import Mapping
+
 from protocol import e2e
 from protocol.errors import InputError
 from protocol.faults import Fault, FrameFault
@@ -11,6 +13,7 @@ from protocol.messages import (
     EcuStatus,
     EncoderStatus,
     EngineStatus,
+    Intervals,
     OpticalSpeed,
     RiderControls,
     Temperatures,
@@ -96,6 +99,11 @@ class Codec:
     def period(self, name: str, field: str) -> float:
         """Tell after how much a clock (s) or a running count wraps."""
         return self._plan(name).period(field)
+
+    def capacity(self, name: str) -> Mapping[Intervals, tuple[int, float]]:
+        """Tell how many intervals a tooth frame of each layout holds, and the longest (s)."""
+        plan = self._plan(name)
+        return plan.capacity() if isinstance(plan, TeethPlan) else {}
 
     def _plan(self, name: str) -> Plan:
         try:

@@ -197,6 +197,13 @@ class TeethPlan(Plan):
         ordered = sorted(present, key=lambda signal: signal.first_bit)
         return tuple(slot(database, self.message, signal.name, float) for signal in ordered)
 
+    def capacity(self) -> dict[Intervals, tuple[int, float]]:
+        """Tell how many intervals each layout holds, and the longest that it can (s)."""
+        return {
+            layout: (len(slots), slots[0].high * slots[0].scale)
+            for layout, slots in self._slots.items()
+        }
+
     def pack(self, message: ToothIntervals) -> int:
         """Lay the message out as one little-endian integer."""
         word = self._layout.pack(message.layout) | self._count.pack(message.tooth_count)

@@ -1,0 +1,193 @@
+"""The virtual motorcycle: ECU, throttle, encoders, optical sensor and rider, on any CAN bus.
+
+The one file of the bench that knows the physics. It speaks the database like the real devices,
+each on its own clock, and it takes authority back when the bench falls silent.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import can
+
+from bench.clock import SECOND
+from bench.devices import DeviceClock, Grant
+from bench.disturbances import ON_THE_ROAD, Disturbances, Roughness
+from bench.instruments import Instruments, Motion, Timing
+from bench.lookout import Wheels
+from bench.rider import Rider
+from plant.encoder import ToothedDisc, begin, passing_teeth, toothed_disc
+from plant.signals import Floats
+from plant.simulation import Inputs, Outputs, Simulation
+from plant.trouble import VehicleFileError
+from plant.vehicle_file import Vehicle, load_vehicle
+from protocol import e2e
+from protocol.codec import Codec, Sender
+from protocol.errors import InputError
+from protocol.faults import Fault, FrameFault
+from protocol.messages import ActuatorCommand, Authority, TrialStatus
+from protocol.trial_file import TrialFile
+
+STEP = 0.001  # s, the devices' own cycle
+
+
+def read_vehicle(path: Path) -> Vehicle:
+    """Load a vehicle file; its faults are a user's mistake like any other."""
+    try:
+        return load_vehicle(path)
+    except VehicleFileError as fault:
+        raise InputError(str(fault)) from fault
+
+
+def wheels_of(vehicle: Vehicle) -> Wheels:
+    """Tell the gateway what turns tooth intervals into speeds."""
+    motorcycle = vehicle.motorcycle
+    rear, front = motorcycle.rear_wheel.radius, motorcycle.front_wheel.radius
+    return Wheels(rear, front, int(motorcycle.rear_encoder.teeth))
+
+
+@dataclass(frozen=True)
+class Ride:
+    """What the virtual motorcycle is to do: a vehicle, a trial's operating point, a seed."""
+
+    vehicle: Vehicle
+    trial: TrialFile
+    roughness: Roughness = ON_THE_ROAD
+
+    def equilibrium(self, simulation: Simulation) -> tuple[Floats, float]:
+        """Find the steady state of the operating point, and the opening that holds it."""
+        point = self.trial.operating_point
+        try:
+            return simulation.equilibrium(point.gear, point.engine_speed)
+        except (ValueError, IndexError) as fault:
+            raise InputError(
+                "the vehicle cannot stand at the trial's operating point",
+                where=self.trial.name,
+                found=str(fault),
+                remedy="change operating_point in the trial, or the vehicle file",
+            ) from fault
+
+
+class VirtualMotorcycle:
+    """Lives a millisecond at a time and speaks for all devices on the bus."""
+
+    def __init__(self, ride: Ride, bus: can.BusABC, codec: Codec) -> None:
+        """Ride at the trial's operating point, the rider's hand on the grip."""
+        trial, motorcycle = ride.trial, ride.vehicle.motorcycle
+        self._silence = trial.command.silence
+        self._gear = trial.operating_point.gear
+        self._bus, self._codec, self._sender = bus, codec, Sender(codec)
+        self._simulation = Simulation(motorcycle)
+        self._state, self.opening = ride.equilibrium(self._simulation)
+        self._rider = Rider(trial.rider, self.opening)
+        self._instruments = Instruments(_timings(ride.vehicle), codec, self._rider, trial.seed)
+        self._disturbances = Disturbances(ride.roughness, trial.seed)
+        self._inputs = Inputs.held(1, gear=float(self._gear), throttle_command=self.opening)
+        self._grant, self._heard = Grant(), e2e.INITIAL
+        self._discs = {
+            "rear": toothed_disc(motorcycle.rear_encoder, motorcycle.effects, "rear_encoder"),
+            "front": toothed_disc(motorcycle.front_encoder, motorcycle.effects, "front_encoder"),
+        }
+        self._pickups: dict[str, Floats] = {}
+        self._start: int | None = None
+        self._lived = 0
+        self._throttle_rate = 0.0
+        self.taken_back: list[float] = []  # s, when silence ended the bench's authority
+
+    def tick(self, number: int, due: int) -> bool:
+        """Live up to and including millisecond `number`, due at `due` ns; go on for ever."""
+        if self._start is None:
+            self._start = due - round((number + 1) * STEP * SECOND)
+        while self._lived <= number:
+            self._lived += 1
+            self._live(self._lived * STEP)
+        return True
+
+    def _live(self, now: float) -> None:
+        """Live the millisecond that ends at `now`, s since the ride began."""
+        self._listen(now)
+        grant = self._grant.at(now, self._silence)
+        if grant.latched and not self._grant.latched:
+            self.taken_back.append(now)
+        self._grant = grant
+        motion = self._move(now)
+        for name, message in self._instruments.speak(self._lived - 1, now, motion, grant):
+            self._send(*self._sender.encode(message, name=name))
+
+    def _listen(self, now: float) -> None:
+        while (frame := self._bus.recv(0)) is not None:
+            if frame.is_error_frame or frame.is_remote_frame or frame.is_extended_id:
+                continue
+            message = self._codec.decode(frame.arbitration_id, frame.data)
+            match message:
+                case ActuatorCommand() if self._in_sequence(frame, now):
+                    self._grant = self._grant.hear(message, now)
+                case TrialStatus():
+                    self._rider.sees(message.phase, now)
+
+    def _in_sequence(self, frame: can.Message, now: float) -> bool:
+        counter = self._codec.counter(frame.arbitration_id, frame.data)
+        if counter is None:
+            return True
+        self._heard, fault = e2e.check(self._heard, counter, True, now, self._silence)
+        return not (isinstance(fault, FrameFault) and fault.fault is Fault.REPEATED)
+
+    def _move(self, now: float) -> Motion:
+        """Let devices and disturbances drive the motorcycle for a millisecond."""
+        authority, command, inputs = self._grant.authority, self._grant.command, self._inputs
+        throttle = command.throttle if authority & Authority.THROTTLE else self._rider.grip
+        inputs.throttle_command[0] = throttle
+        inputs.spark[0] = command.spark if authority & Authority.SPARK else 0.0
+        inputs.road_force[0], inputs.engine_disturbance[0] = self._disturbances.draw(STEP)
+        self._state, out = self._simulation.advance(self._state, inputs)
+        times = now + (out.time - out.time[-1])
+        self._turn("rear", times, out.rear_angle, out.rear_speed)
+        self._turn("front", times, out.front_angle, out.front_speed)
+        return self._motion(out)
+
+    def _turn(self, wheel: str, times: Floats, angle: Floats, speed: Floats) -> None:
+        disc = self._discs[wheel]
+        if wheel not in self._pickups:
+            self._pickups[wheel] = begin(float(times[0]), float(angle[0]), float(speed[0]))
+            return
+        self._pickups[wheel], passed = passing_teeth(
+            disc, self._pickups[wheel], times, angle, speed
+        )
+        seconds = [float(tick) * disc.resolution for tick in passed.ticks]
+        self._instruments.teeth(wheel, seconds, _teeth(disc))
+
+    def _motion(self, out: Outputs) -> Motion:
+        rate = float(out.throttle_rate[-1])
+        acceleration = (rate - self._throttle_rate) / STEP
+        self._throttle_rate = rate
+        return Motion(
+            throttle=float(out.throttle[-1]),
+            throttle_acceleration=acceleration,
+            engine_speed=float(out.engine_speed[-1]),
+            gear=self._gear,
+            optical_speed=float(out.optical_speed[-1]),
+            acceleration=float(out.acceleration[-1]),
+            rear_angle=float(out.rear_angle[-1]),
+            front_angle=float(out.front_angle[-1]),
+        )
+
+    def _send(self, identifier: int, data: bytes) -> None:
+        frame = can.Message(arbitration_id=identifier, data=data, is_extended_id=False)
+        try:
+            self._bus.send(frame)
+        except can.CanOperationError:
+            return  # a full queue loses the frame, as on a real device; its counter tells
+
+
+def _teeth(disc: ToothedDisc) -> int:
+    return int(disc.angles.size)
+
+
+def _timings(vehicle: Vehicle) -> Mapping[str, Timing]:
+    """Turn the vehicle file's channels into what the instruments add to the truth."""
+    return {
+        name: Timing(
+            DeviceClock(channel.clock_offset, channel.clock_drift), channel.latency, channel.noise
+        )
+        for name, channel in vehicle.channels.items()
+    }
