@@ -1,0 +1,105 @@
+"""How figures look: one hand for all of them, legible on a phone and on paper."""
+
+import io
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from identification.samples import BoolArray
+from protocol.channel import FloatArray
+
+INK, MUTED, GRID = "#1c2733", "#66717d", "#dfe4ea"
+BLUE, ORANGE, GREEN, RED, VIOLET = "#1f62b0", "#d9680a", "#1d8a5b", "#c23030", "#7a4fb5"
+SHADE = "#eaf1fa"
+POINTS = 1600  # that a line keeps; more cannot be seen
+
+STYLE = {
+    "font.family": "DejaVu Sans", "font.size": 9.5, "axes.titlesize": 10.5,
+    "axes.titleweight": "bold", "axes.titlelocation": "left", "axes.labelcolor": INK,
+    "axes.edgecolor": "#aab3bd", "axes.grid": True, "grid.color": GRID, "grid.linewidth": 0.7,
+    "axes.spines.top": False, "axes.spines.right": False, "axes.axisbelow": True,
+    "xtick.color": MUTED, "ytick.color": MUTED, "text.color": INK, "lines.linewidth": 1.3,
+    "legend.frameon": False, "legend.fontsize": 9, "svg.fonttype": "path",
+    "figure.facecolor": "white", "axes.facecolor": "white",
+}  # fmt: skip
+
+
+@contextmanager
+def hand() -> Iterator[None]:
+    """Draw in the project's hand inside this context."""
+    with mpl.rc_context(STYLE):
+        yield
+
+
+def panels(rows: int, height: float, ratios: list[float] | None = None) -> tuple[Figure, list[Axes]]:
+    """Make a figure with panels over one another that share their horizontal axis."""
+    figure = Figure(figsize=(9.0, height), layout="constrained")
+    FigureCanvasAgg(figure)
+    grid = figure.subplots(rows, 1, sharex=True, squeeze=False, height_ratios=ratios)
+    figure.get_layout_engine().set(h_pad=0.06, w_pad=0.06)  # type: ignore[union-attr]
+    return figure, [grid[row, 0] for row in range(rows)]
+
+
+def side_by_side(columns: int, height: float) -> tuple[Figure, list[Axes]]:
+    """Make a figure with panels next to one another."""
+    figure = Figure(figsize=(9.0, height), layout="constrained")
+    FigureCanvasAgg(figure)
+    grid = figure.subplots(1, columns, squeeze=False)
+    return figure, list(grid[0])
+
+
+def line(axes: Axes, x: FloatArray, y: FloatArray, **look: object) -> None:
+    """Draw a line with as many points as can be seen; its extremes are kept."""
+    axes.plot(*thinned(x, y), **look)  # type: ignore[arg-type]
+
+
+def thinned(x: FloatArray, y: FloatArray, points: int = POINTS) -> tuple[FloatArray, FloatArray]:
+    """Keep the least and the greatest of every stretch, so that no peak is lost."""
+    length = x.size // (points // 2)
+    if length < 3:
+        return x, y
+    rows = x.size // length
+    table = y[: rows * length].reshape(rows, length)
+    unknown = np.isnan(table).all(axis=1)
+    low = np.argmin(np.where(np.isnan(table), np.inf, table), axis=1)
+    high = np.argmax(np.where(np.isnan(table), -np.inf, table), axis=1)
+    pairs = np.sort(np.stack((low, high), axis=1), axis=1) + np.arange(rows)[:, None] * length
+    kept = pairs.ravel()
+    return x[kept], np.where(np.repeat(unknown, 2), np.nan, y[kept])
+
+
+def shade(axes: Axes, time: FloatArray, active: BoolArray, label: str = "") -> None:
+    """Shade the stretches in which something was active."""
+    edges = np.flatnonzero(np.diff(np.concatenate(([0], active.astype(int), [0]))))
+    for start, end in zip(edges[::2], edges[1::2], strict=True):
+        axes.axvspan(time[start], time[min(end, time.size - 1)], color=SHADE, lw=0, label=label)
+        label = ""
+
+
+def legend(axes: Axes, columns: int = 4) -> None:
+    """Set the legend over the panel, where it covers no data."""
+    axes.legend(
+        loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=columns, borderaxespad=0.1,
+        handlelength=1.6, columnspacing=1.4,
+    )  # fmt: skip
+
+
+def svg(figure: Figure, name: str) -> str:
+    """Turn a figure into inline SVG, the same bytes each time."""
+    buffer = io.StringIO()
+    with mpl.rc_context({**STYLE, "svg.hashsalt": name}):
+        figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
+    text = buffer.getvalue()
+    return text[text.index("<svg") :].replace("<svg ", f'<svg role="img" aria-label="{name}" ', 1)
+
+
+def png(figure: Figure, path: Path) -> None:
+    """Write a figure as PNG."""
+    with mpl.rc_context(STYLE):
+        figure.savefig(path, format="png", dpi=160)

@@ -1,0 +1,70 @@
+"""Filters that move nothing in time: low pass, and a notch that follows the wheel.
+
+The 1X line of an encoder is a wave locked to the wheel's angle. Turned back by that angle it stands
+still; what is slow there is the line. It is turned forward again and taken off. With a first-order
+filter for "slow" this is the second-order notch that follows the wheel frequency (Corno and Savaresi
+2009), without coefficients that change in time; run forwards and backwards it has no phase.
+"""
+
+import numpy as np
+from scipy import signal
+
+from protocol.channel import FloatArray
+
+SMOOTH = 1.0  # Hz, low pass that estimates the wheel frequency
+WIDTH = 0.5  # Hz, half width of the notch
+
+
+def low_pass(value: FloatArray, rate: float, cutoff: float) -> FloatArray:
+    """Fourth-order Butterworth run forwards and backwards: no phase, unknown samples stay NaN."""
+    known = np.isfinite(value)
+    if cutoff >= 0.45 * rate or np.count_nonzero(known) < 16:
+        return value
+    sections = signal.butter(4, cutoff, fs=rate, output="sos")
+    smooth = np.asarray(signal.sosfiltfilt(sections, bridged(value)))
+    return np.where(known, smooth, np.nan)
+
+
+def wheel_frequency(speed: FloatArray, rate: float, radius: float) -> FloatArray:
+    """Turns in a second, through a 1 Hz low pass. speed: m/s, (n,); radius: m. Returns Hz."""
+    return low_pass(speed, rate, SMOOTH) / (2 * np.pi * radius)
+
+
+def rolling_line(
+    value: FloatArray, frequency: FloatArray, rate: float, order: int = 1, width: float = WIDTH
+) -> FloatArray:
+    """Estimate the component of `value` that turns with the wheel, `order` times a turn.
+
+    frequency: Hz, (n,), the wheel's; width: Hz. Returns the line alone, in the unit of `value`.
+    """
+    angle = order * 2 * np.pi * np.cumsum(bridged(frequency)) / rate
+    filled = bridged(value)
+    turned = (filled - low_pass(filled, rate, SMOOTH)) * np.exp(-1j * angle)
+    b, a = signal.butter(1, width, fs=rate)
+    settle = min(int(3 * rate / width), value.size - 1)
+    still = signal.filtfilt(b, a, turned, padlen=settle, padtype="even")
+    return np.asarray(2 * np.real(still * np.exp(1j * angle)))
+
+
+def notch(
+    value: FloatArray, frequency: FloatArray, rate: float, order: int = 1, width: float = WIDTH
+) -> FloatArray:
+    """Take the line of one wheel order off; everything else stays, unknown samples stay NaN."""
+    line = rolling_line(value, frequency, rate, order, width)
+    return np.where(np.isfinite(value), value - line, np.nan)
+
+
+def line_reduction(before: FloatArray, after: FloatArray, angle: FloatArray) -> float:
+    """Reduction of the component exp(j angle), dB, positive where it got smaller."""
+    wave = np.exp(-1j * angle)
+    amplitude = [abs(np.mean((x - np.mean(x)) * wave)) for x in (before, after)]
+    return float(20 * np.log10(amplitude[0] / max(amplitude[1], 1e-300)))
+
+
+def bridged(value: FloatArray) -> FloatArray:
+    """Fill unknown samples by straight lines, for a filter's or a transform's sake only."""
+    known = np.isfinite(value)
+    if known.all() or not known.any():
+        return np.nan_to_num(value) if not known.any() else value
+    index = np.arange(value.size)
+    return np.interp(index, index[known], value[known])
