@@ -7,7 +7,7 @@ import numpy as np
 from scipy.optimize import root
 
 from plant.equations import RATES
-from plant.signals import INPUT_REST, Floats, Inputs, Outputs
+from plant.signals import Floats
 
 if TYPE_CHECKING:
     from plant.simulation import Simulation
@@ -17,14 +17,6 @@ ZERO = ("air", "engine_speed", "twist", "rear_speed", "speed")
 SCALES = (0.1, 0.1, 0.05, 100.0, 50.0)
 
 
-def inputs_at(simulation: "Simulation", gear: int, throttle: float) -> Floats:
-    """Return one row of inputs at rest as the kernel wants it, gear as overall ratio."""
-    u = INPUT_REST.copy()
-    u[Inputs.names.index("throttle_command")] = throttle
-    u[Inputs.names.index("gear")] = simulation.motorcycle.gears[gear - 1]
-    return u
-
-
 def steady_state(simulation: "Simulation", gear: int, engine_speed: float) -> tuple[Floats, float]:
     """Return the states and the throttle that hold the speed. Raises ValueError if none does."""
     states = simulation.layout.states
@@ -32,7 +24,6 @@ def steady_state(simulation: "Simulation", gear: int, engine_speed: float) -> tu
     extra = _present_states(simulation)
     zeros = [states.index(name) for name in ZERO] + extra
     scales = np.array(SCALES + (1.0,) * len(extra))
-    y = np.empty(len(Outputs.names) + len(simulation.layout.effect_states))
 
     def fill(z: Floats) -> Floats:
         x = np.zeros(len(states))
@@ -42,8 +33,7 @@ def steady_state(simulation: "Simulation", gear: int, engine_speed: float) -> tu
 
     def residual(z: Floats) -> Floats:
         x = fill(z)
-        u = inputs_at(simulation, gear, float(x[0]))
-        dx: Floats = simulation.kernel.evaluate(x, y, simulation.parameters, u, simulation.step)
+        dx, _ = simulation.instant(x, simulation.row(gear, float(x[0])))
         return dx[zeros]
 
     guess = _guess(simulation, gear, engine_speed, len(extra))

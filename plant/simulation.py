@@ -100,9 +100,29 @@ class Simulation:
         past = np.repeat([x[0], x[1], throttle_command, spark], self.ring)
         return np.concatenate([[0.0], x, past])
 
+    def states(self, state: Floats) -> Floats:
+        """Return all states as numbers, in the order of `layout.states`."""
+        return state[HEADER : HEADER + len(self.layout.states)].copy()
+
     def value(self, state: Floats, name: str) -> float:
         """Return one named state, such as 'rear_angle' or 'relaxation_length.force'."""
         return float(state[HEADER + self.layout.states.index(name)])
+
+    def instant(self, x: Floats, row: Floats) -> tuple[Floats, Outputs]:
+        """Return the rates of states x, and the outputs, as if nothing had a pure delay.
+
+        row: one row of inputs, as `Inputs.table[0]`, but with the overall ratio for the gear.
+        """
+        names = self.layout.effect_states
+        out = np.empty((1, len(Outputs.names) + len(names)))
+        dx: Floats = self.kernel.evaluate(x, out[0], self.parameters, row, self.step)
+        return dx, Outputs(out, names)
+
+    def row(self, gear: int, throttle: float) -> Floats:
+        """Return a row of inputs for `instant`: a gear and a throttle command, the rest at rest."""
+        ratio = self.motorcycle.gears[gear - 1]
+        only: Floats = Inputs.held(gear=ratio, throttle_command=throttle).table[0]
+        return only
 
     def equilibrium(self, gear: int, engine_speed: float) -> tuple[Floats, float]:
         """Return the steady state at this crank speed [rad/s] and the throttle that holds it."""
