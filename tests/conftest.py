@@ -1,0 +1,18 @@
+"""What pytest itself is told about these tests; fixtures live beside those who use them."""
+
+import pytest
+
+
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+    """Say what ran on a real CAN interface: those tests are counted by an inner pytest."""
+    lines = [
+        value
+        for outcome in ("passed", "failed")
+        for report in terminalreporter.getreports(outcome)
+        for name, value in report.user_properties
+        if name == "inside"
+    ]
+    if lines:
+        terminalreporter.section("SocketCAN")
+        for line in sorted(map(str, lines)):
+            terminalreporter.line(line)

@@ -1,0 +1,101 @@
+"""What real sockets do that no imitation does: they fill up, and then refuse or forget."""
+
+import subprocess
+import threading
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import can
+import pytest
+
+from tests.bus.test_load import BURST, numbered, numbers
+from tests.bus.wires import PATIENCE, VCAN, receive, send, socketcan
+
+
+def wait_for_listeners(count: int) -> None:
+    """Wait until the kernel itself says that `count` sockets hear every frame of the interface."""
+    deadline = time.monotonic() + PATIENCE
+    while Path("/proc/net/can/rcvlist_all").read_text(encoding="ascii").count(f" {VCAN} ") < count:
+        assert time.monotonic() < deadline, "nobody is listening"
+        time.sleep(0.01)
+
+
+@pytest.fixture
+def slow_wire() -> Iterator[None]:
+    """Let the interface carry 8 kB/s from a short queue, as a bus that others keep busy does."""
+    limit = ["root", "netem", "rate", "64kbit", "limit", "50"]
+    subprocess.run(["tc", "qdisc", "replace", "dev", VCAN, *limit], check=True)
+    yield
+    subprocess.run(["tc", "qdisc", "del", "dev", VCAN, "root"], check=True)
+
+
+@pytest.mark.usefixtures("slow_wire")
+def test_a_full_queue_refuses_and_a_sender_that_tries_again_loses_nothing() -> None:
+    with socketcan() as wire:
+        sender, listener = wire.node(False), wire.node(False)
+        refusals = sum(send(sender, numbered(number)) for number in range(200))
+        assert refusals > 0
+        assert numbers(receive(listener, 200)) == list(range(200))
+
+
+def send_without_patience(sender: can.BusABC) -> None:
+    for number in range(200):
+        sender.send(numbered(number))
+
+
+@pytest.mark.usefixtures("slow_wire")
+def test_the_refusal_names_the_full_buffer() -> None:
+    with socketcan() as wire:
+        sender = wire.node(False)
+        with pytest.raises(can.CanOperationError, match="No buffer space available"):
+            send_without_patience(sender)
+
+
+def test_a_listener_in_another_thread_keeps_up_with_a_burst() -> None:
+    with socketcan() as wire:
+        sender, listener = wire.node(False), wire.node(False)
+        heard: list[can.Message] = []
+        thread = threading.Thread(target=lambda: heard.extend(receive(listener, BURST)))
+        thread.start()
+        for number in range(BURST):
+            send(sender, numbered(number))
+        thread.join(PATIENCE * 4)
+        assert numbers(heard) == list(range(BURST))
+
+
+def test_a_listener_that_does_not_read_loses_the_newest_and_is_not_told() -> None:
+    """Why a gateway must empty its socket every tick, and why counters are checked."""
+    with socketcan() as wire:
+        sender, listener = wire.node(False), wire.node(False)
+        for number in range(BURST):
+            send(sender, numbered(number))
+        heard = []
+        while (message := listener.recv(0.2)) is not None:
+            heard.append(message)
+        assert numbers(heard) == list(range(len(heard)))
+        assert 100 < len(heard) < BURST
+
+
+def test_candump_sees_what_was_sent_and_cansend_is_heard() -> None:
+    """can-utils are the other implementation: neither side can be wrong in the same way."""
+    witness = subprocess.Popen(
+        ["candump", "-L", "-n", "9", VCAN], stdout=subprocess.PIPE, text=True
+    )
+    with socketcan() as wire:
+        node = wire.node(False)
+        wait_for_listeners(2)
+        for length in range(8):
+            send(node, can.Message(
+                arbitration_id=length, data=range(length), is_extended_id=bool(length % 2)
+            ))  # fmt: skip
+        subprocess.run(["cansend", VCAN, "7FF##1" + "A5" * 12], check=True)
+        [heard] = receive(node, 1)
+    lines = witness.communicate(timeout=PATIENCE)[0].splitlines()
+    assert (heard.arbitration_id, bytes(heard.data), heard.is_fd) == (0x7FF, b"\xa5" * 12, True)
+    *classic, wide = (line.split()[2] for line in lines)
+    assert classic == [
+        f"{n:0{8 if n % 2 else 3}X}#{bytes(range(n)).hex().upper()}" for n in range(8)
+    ]
+    # Newer kernels add the flag 4, "this is CAN FD", to 1, "its data was sent at the higher rate".
+    assert wide in {f"7FF##{flags}" + "A5" * 12 for flags in "15"}
