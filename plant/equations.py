@@ -161,10 +161,16 @@ def twist_velocity(
     rear_speed: float,
     gear_ratio: float,
     driveline_damping: float,
+    driveline_stiffness: float,
+    step: float,
 ) -> float:
-    """phi' [rad/s]: the rate that leaves just T_d on a slipping clutch, else w_e / N - w_r."""
+    """phi' [rad/s]: w_e / N - w_r while the clutch holds, less what a slipping clutch lets go.
+
+    A slipping clutch unwinds the spring at k / c, but never faster than the step can follow.
+    """
     excess = spring_torque + damping_torque - driveline_torque
-    return engine_speed / gear_ratio - rear_speed - excess / driveline_damping
+    viscosity = max(driveline_damping, 0.5 * driveline_stiffness * step)
+    return engine_speed / gear_ratio - rear_speed - excess / viscosity
 
 
 def wheel_torque(driveline_torque: float) -> float:

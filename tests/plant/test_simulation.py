@@ -1,0 +1,256 @@
+"""Laws of the simulation: time, inputs, delays, steps."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from plant.effects.library import LIBRARY
+from plant.kernel import held_value
+from plant.motorcycle import BLOCK_NAMES, Motorcycle
+from plant.signals import Inputs, Outputs
+from plant.simulation import Simulation
+
+CRANK_SPEED = 1466.0
+
+
+@pytest.mark.parametrize("name", ["nominal", "demonstration"])
+@pytest.mark.parametrize("crank_speed", [400.0, 900.0, CRANK_SPEED])
+def test_a_steady_state_stays_for_ten_seconds(name, crank_speed, request):
+    simulation = Simulation(request.getfixturevalue(name), every=40, steps_per_row=40)
+    state, throttle = simulation.equilibrium(2, crank_speed)
+    _, out = simulation.advance(state, Inputs.held(1000, gear=2.0, throttle_command=throttle))
+    assert out.time[-1] == pytest.approx(10.0)
+    for column in ("engine_speed", "rear_speed", "speed", "slip", "optical_speed", "tyre_force"):
+        values = getattr(out, column)
+        assert np.ptp(values) < 1e-7 * (1e-2 + abs(values[0])), column
+
+
+def test_an_impossible_steady_state_is_refused_with_a_remedy(nominal):
+    with pytest.raises(ValueError, match="choose a lower speed or a lower gear"):
+        Simulation(nominal).equilibrium(6, 1600.0)
+
+
+def test_slip_at_the_operating_point_is_that_of_a_motorcycle(demonstration):
+    simulation = Simulation(demonstration)
+    state, throttle = simulation.equilibrium(2, CRANK_SPEED)
+    _, out = simulation.advance(state, Inputs.held(1, gear=2.0, throttle_command=throttle))
+    assert 0.005 < out.slip[0] < 0.03
+    assert 50.0 < out.speed[0] < 56.0
+
+
+def test_steady_slip_is_pacejkas(nominal):
+    simulation = Simulation(nominal)
+    state, throttle = simulation.equilibrium(2, CRANK_SPEED)
+    _, out = simulation.advance(state, Inputs.held(1, gear=2.0, throttle_command=throttle))
+    tyre, body = nominal.tyre, nominal.body
+    peak = tyre.friction * tyre.load
+    v = out.speed[0]
+    drag = 0.5 * body.air_density * body.drag_area * v**2
+    force = drag + body.mass * 9.80665 * body.rolling_resistance
+    B = tyre.slip_stiffness / (tyre.shape * peak)
+    assert out.slip[0] == pytest.approx(np.tan(np.arcsin(force / peak) / tyre.shape) / B, rel=1e-9)
+
+
+def errors(out: Outputs, reference: Outputs, columns: tuple[str, ...]) -> np.ndarray:
+    return np.array(
+        [np.abs(out[c] - reference[c]).max() / np.ptp(reference[c]) for c in columns]
+    )
+
+
+def test_halving_the_step_divides_the_error_by_eight(nominal, swept):
+    columns = ("throttle", "air", "engine_speed", "rear_speed", "slip", "tyre_force")
+    reference = swept(nominal, 1e-3 / 64)
+    coarse, fine = (errors(swept(nominal, h), reference, columns) for h in (0.5e-3, 0.25e-3))
+    assert (coarse / fine > 6.5).all()
+    assert (fine < 2e-6).all()
+
+
+def test_the_step_imitates_no_relaxation_length(demonstration, swept):
+    """An integration error that looks like a lag of the force counts as a length: under 5 um."""
+    out, reference = swept(demonstration), swept(demonstration, 1e-3 / 64)
+    slope = np.gradient(reference.tyre_force, reference.time)
+    lag = -((out.tyre_force - reference.tyre_force) @ slope) / (slope @ slope)
+    assert abs(lag) * reference.speed.mean() < 5e-6
+
+
+def test_many_calls_give_the_same_bits_as_one(demonstration, swept):
+    t = np.arange(400) * 1e-3
+    simulation = Simulation(demonstration)
+    state, throttle = simulation.equilibrium(2, CRANK_SPEED)
+    wave = throttle + 0.05 * np.sin(40 * t)
+    inputs = Inputs.held(400, gear=2.0, throttle_command=wave, spark=0.1 * np.cos(60 * t))
+    last, whole = simulation.advance(state, inputs)
+    pieces = []
+    for row in inputs.table:
+        state, out = simulation.advance(state, Inputs(row[None, :].copy()))
+        pieces.append(out.table)
+    assert (np.concatenate(pieces) == whole.table).all()
+    assert (state == last).all()
+
+
+def test_a_run_does_not_touch_the_state_that_it_was_given(demonstration):
+    simulation = Simulation(demonstration)
+    state, _ = simulation.equilibrium(2, CRANK_SPEED)
+    before = state.copy()
+    first = simulation.advance(state, Inputs.held(50, gear=2.0, throttle_command=0.5))[1]
+    second = simulation.advance(state, Inputs.held(50, gear=2.0, throttle_command=0.5))[1]
+    assert (state == before).all()
+    assert (first.table == second.table).all()
+
+
+def test_thinned_output_is_every_kth_row(demonstration, swept):
+    whole, thin = swept(demonstration, every_ms=False), swept(demonstration)
+    assert (whole.table[3::4] == thin.table).all()
+
+
+@pytest.mark.parametrize("delay", [0.0, 0.1e-3, 1e-3, 4e-3, 4.1e-3, 7.77e-3])
+def test_the_servo_answers_a_step_exactly_one_delay_later(nominal, delay):
+    bike = replace(nominal, throttle_servo=replace(nominal.throttle_servo, delay=delay))
+    simulation = Simulation(bike)
+    rest = 0.3
+    state = simulation.state(throttle=rest, throttle_command=rest, speed=50.0, rear_speed=156.0)
+    inputs = Inputs.held(60, gear=0.0, throttle_command=rest + 0.1)
+    _, out = simulation.advance(state, inputs)
+    w, z = bike.throttle_servo.natural_frequency, bike.throttle_servo.damping
+    t = np.maximum(out.time - delay, 0.0)
+    wd = w * np.sqrt(1 - z**2)
+    answer = 1 - np.exp(-z * w * t) * (np.cos(wd * t) + z / np.sqrt(1 - z**2) * np.sin(wd * t))
+    quiet = out.time <= delay - simulation.step
+    assert out.throttle == pytest.approx(rest + 0.1 * answer, abs=2e-7)
+    assert (out.throttle[quiet] == rest).all()
+
+
+@pytest.mark.parametrize("delay", [0.0, 0.15e-3, 0.9e-3, 10e-3, 10.1e-3])
+def test_the_air_follows_the_throttle_of_one_delay_ago(nominal, delay):
+    """The delayed run's air is the prompt run's air, shifted, between samples as well."""
+
+    def air(d: float) -> np.ndarray:
+        bike = replace(nominal, intake=replace(nominal.intake, delay=d))
+        simulation = Simulation(bike)
+        state = simulation.state(throttle=0.3, air=0.3, throttle_command=0.3)
+        t = np.arange(300) * 1e-3
+        wave = 0.3 + 0.1 * np.sin(50 * t)
+        out = simulation.advance(state, Inputs.held(300, gear=0.0, throttle_command=wave))[1]
+        return np.array([out.time, out.air])
+
+    t, prompt = air(0.0)
+    seen = air(delay)[1]
+    shifted = np.interp(t - delay, t, prompt)
+    late = t > 0.05
+    error = np.abs(seen - shifted)[late].max()
+    assert error < 0.5 * (0.1 * 50**2) * simulation_step() ** 2 / 4 + 1e-6
+
+
+def simulation_step() -> float:
+    return 0.25e-3
+
+
+@settings(max_examples=50, deadline=None)
+@given(delay=st.floats(0, 20), start=st.floats(0, 1), jump=st.floats(-1, 1))
+def test_a_delayed_jump_keeps_its_area_and_its_moment(delay, start, jump):
+    ring = np.full(64, start)
+    step_of_jump = 100
+    whole, f = int(delay), delay - int(delay)
+    count = step_of_jump + whole
+    ring[[(step_of_jump + k) & 63 for k in range(whole + 1)]] = start + jump
+    mean, tilt = held_value(ring, count, delay)
+    assert mean == pytest.approx(start + (1 - f) * jump)
+    assert mean / 2 + tilt / 12 == pytest.approx(start / 2 + jump * (1 - f**2) / 2)
+
+
+def test_commands_are_held_not_interpolated(nominal):
+    simulation = Simulation(nominal, steps_per_row=40)
+    state = simulation.state(throttle=0.2, throttle_command=0.2)
+    inputs = Inputs.held(2, gear=0.0, throttle_command=np.array([0.2, 0.4]))
+    _, out = simulation.advance(state, inputs)
+    moved = out.time[out.throttle != 0.2][0]
+    assert moved == pytest.approx(10e-3 + 4e-3 + simulation.step)
+
+
+def test_an_unknown_gear_is_refused(nominal):
+    simulation = Simulation(nominal)
+    with pytest.raises(ValueError, match=r"1 to 6, and 0 for neutral"):
+        simulation.advance(simulation.state(), Inputs.held(1, gear=7.0))
+    with pytest.raises(TypeError, match="no input"):
+        Inputs.held(1, geer=1.0)
+
+
+def test_neutral_and_a_pulled_clutch_pass_no_torque(nominal):
+    simulation = Simulation(nominal)
+    state, throttle = simulation.equilibrium(2, CRANK_SPEED)
+    for released in ({"gear": 0.0}, {"gear": 2.0, "clutch": 0.0}):
+        inputs = Inputs.held(50, throttle_command=throttle, **released)
+        assert np.abs(simulation.advance(state, inputs)[1].driveline_torque).max() == 0.0
+
+
+def test_the_clutch_passes_no_more_than_its_capacity(nominal):
+    simulation = Simulation(nominal)
+    state = simulation.state(engine_speed=1200.0, air=1.0, throttle=1.0, throttle_command=1.0)
+    inputs = Inputs.held(3000, gear=1.0, throttle_command=1.0, clutch=0.1)
+    _, out = simulation.advance(state, inputs)
+    limit = 0.1 * nominal.driveline.clutch_capacity * nominal.gears[0]
+    assert out.driveline_torque.max() <= limit
+    assert out.driveline_torque[1000] == pytest.approx(limit)
+    assert out.speed[-1] > 5.0
+
+
+def test_disturbances_act_where_they_say(nominal):
+    simulation = Simulation(nominal)
+    state, throttle = simulation.equilibrium(2, CRANK_SPEED)
+    held = {"gear": 2.0, "throttle_command": throttle}
+    calm = simulation.advance(state, Inputs.held(1, **held))[1]
+    pushed = simulation.advance(state, Inputs.held(1, **held, road_force=100.0))[1]
+    push = (pushed.acceleration - calm.acceleration) * nominal.body.mass
+    assert push == pytest.approx(100.0, abs=1.0)
+    turned = simulation.advance(state, Inputs.held(1, **held, engine_disturbance=5.0))[1]
+    assert turned.engine_torque - calm.engine_torque == pytest.approx(5.0, abs=0.01)
+    wet = simulation.advance(state, Inputs.held(200, **held, grip=0.3))[1]
+    assert wet.slip.max() > 1.2 * calm.slip[0]
+    assert wet.tyre_force.max() <= 0.3 * nominal.tyre.friction * nominal.tyre.load
+    crest = simulation.advance(state, Inputs.held(200, **held, load=0.0))[1]
+    assert np.abs(crest.tyre_force).max() < 0.01
+
+
+def extreme(draw: st.DrawFn, block: object) -> object:
+    described = type(block).parameters()
+    return type(block)(
+        **{
+            p.name: float(draw(st.sampled_from([p.low, p.typical, min(p.high, 1e6)])))
+            for p in described
+        }
+    )
+
+
+@st.composite
+def motorcycles(draw: st.DrawFn) -> Motorcycle:
+    blocks = {name: extreme(draw, getattr(Motorcycle(), name)) for name in BLOCK_NAMES}
+    present = draw(st.lists(st.sampled_from(LIBRARY), unique=True))
+    return Motorcycle(**blocks, effects=tuple(extreme(draw, effect()) for effect in present))
+
+
+@settings(max_examples=150, deadline=None)
+@given(
+    bike=motorcycles(),
+    speed=st.sampled_from([-3.0, 0.0, 1e-9, 0.5, 3.0, 20.0, 90.0]),
+    engine_speed=st.sampled_from([0.0, 100.0, 1600.0]),
+    gear=st.sampled_from([0.0, 1.0, 6.0]),
+    brake=st.sampled_from([0.0, 500.0]),
+)
+def test_nothing_in_the_valid_ranges_leaves_the_finite_numbers(
+    bike, speed, engine_speed, gear, brake
+):
+    simulation = Simulation(bike)
+    state = simulation.state(
+        speed=speed, engine_speed=engine_speed, rear_speed=speed / bike.rear_wheel.radius
+    )
+    wave = np.repeat([1.0, 0.0, 0.6], 100)
+    inputs = Inputs.held(
+        300, gear=gear, throttle_command=wave, spark=0.3, rear_brake=brake, front_brake=brake / 2
+    )
+    _, out = simulation.advance(state, inputs)
+    assert np.isfinite(out.table).all()
+    assert (out.throttle >= 0.0).all()
+    assert (out.throttle <= 1.0).all()
