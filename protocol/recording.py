@@ -42,5 +42,6 @@ class Recording:
     missing: Mapping[str, str]  # role that the map names -> why the recording has no samples of it
     frame_count: int = 0
     duration: float = 0.0  # s
+    start_time_ns: int = 0  # of the time zero of all channels, on the log's clock
     faults: tuple[BusFault, ...] = ()
     bus_load: Mapping[str, Any] = field(default_factory=dict)

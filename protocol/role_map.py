@@ -5,7 +5,7 @@ from typing import Literal
 
 from pydantic import Field, model_validator
 
-from protocol.configuration import Metres, Seconds, Section
+from protocol.configuration import Hertz, Metres, Seconds, Section
 from protocol.roles import ROLES
 
 
@@ -19,6 +19,8 @@ class Source(Section):
     table, column a column of a side table (no name: of the table that stands in place of the log);
                   `time_column` if it has a clock of its own
     bus           only frames of this bus ("can0"); empty: any
+    valid         "Message.signal" of the same message, or a column of the same table: samples count
+                  only where it is not 0
     unit          overrides the database's unit (or gives the table column's)
     sign, offset  value = sign * SI(value) + offset
     clock         "bus": arrival times. A name: the device whose `time_signal` stamps the samples
@@ -35,6 +37,7 @@ class Source(Section):
     column: str = ""
     time_column: str = ""
     bus: str = ""
+    valid: str = ""
     unit: str | None = None
     sign: Literal[1, -1] = 1
     offset: float = 0.0
@@ -49,6 +52,10 @@ class Source(Section):
         given = [bool(self.signals), bool(self.teeth), bool(self.column)]
         if sum(given) != 1:
             raise ValueError('give exactly one of "signals", "teeth" or "column"')
+        if bool(self.teeth) != bool(self.anchor):
+            raise ValueError('"teeth" and "anchor" belong together')
+        if (self.clock != "bus") != bool(self.time_signal or self.teeth):
+            raise ValueError('a "clock" of its own and the "time_signal" that tells it go together')
         return self
 
 
@@ -80,10 +87,14 @@ class Geometry(Section):
 
 
 class RoleMap(Section):
-    """One role-map file."""
+    """One role-map file.
+
+    bitrate  bit/s, of an imported capture's buses; without it their load is not told
+    """
 
     title: str
     vehicle: Geometry = Geometry()
+    bitrate: Hertz | None = Field(default=None, gt=0)
     tables: dict[str, TableRules] = Field(default_factory=dict)
     roles: dict[str, Source]
 

@@ -33,7 +33,8 @@ def read_parquet(path: Path) -> Table:
         metadata = column.metadata or {}
         units |= {name: metadata[b"unit"].decode()} if b"unit" in metadata else {}
         clocks |= {name: metadata[b"clock"].decode()} if b"clock" in metadata else {}
-    return Table(str(path), data.rename_columns([name for name, _ in titles]), units, clocks)
+    where = (data.schema.metadata or {}).get(b"source", str(path).encode()).decode()
+    return Table(where, data.rename_columns([name for name, _ in titles]), units, clocks)
 
 
 def write_parquet(table: Table, path: Path) -> None:
@@ -46,7 +47,8 @@ def write_parquet(table: Table, path: Path) -> None:
         for field in table.data.schema
     ]
     columns = [table.data[name] for name in table.names]
-    parquet.write_table(pa.table(columns, schema=pa.schema(fields)), path)
+    schema = pa.schema(fields, {"source": Path(table.where).name})
+    parquet.write_table(pa.table(columns, schema=schema), path)
 
 
 def _metadata(table: Table, name: str) -> dict[str, str]:

@@ -1,0 +1,225 @@
+"""Samples of one role out of the frames of a log, in SI, with the times at which they arrived."""
+
+import difflib
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from protocol.channel import FloatArray
+from protocol.decode import Frames, SortedLog
+from protocol.errors import InputError
+from protocol.layout import Database, Message, Signal
+from protocol.role_map import Source
+from protocol.roles import ROLES
+from protocol.senders import TWO_SENDERS, interleaved, repeated
+from protocol.teeth import Teeth, teeth
+from protocol.units import linear
+from protocol.unwrap import unwrap_clock
+
+Rows = npt.NDArray[np.intp]
+IntArray = npt.NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class BusSamples:
+    """n samples of one role.
+
+    arrival  (n,) s since the recording's start; None where nothing but the sender's time is known
+    value    (n,) in the role's unit
+    device   (n,) s on the sender's own clock, None where the arrival is the time
+    turn     s after which that clock wraps on the wire; None where its turns are known
+    """
+
+    arrival: FloatArray
+    value: FloatArray
+    origin: str
+    device: FloatArray | None = None
+    turn: float | None = None
+
+
+class Missing(Exception):  # noqa: N818 - not an error: the log has nothing of this role
+    """A role has no samples; the text says why."""
+
+
+@dataclass(frozen=True)
+class BusLog:
+    """A log sorted by message, and where its time begins."""
+
+    sorted_log: SortedLog
+    database: Database
+    start_ns: int
+
+    def samples(self, role: str, source: Source) -> BusSamples:
+        """Give the samples of a role. Raises InputError for a wrong map, Missing for no samples."""
+        if source.teeth:
+            return self._teeth(source)
+        message, signals = _signals(self.database, role, source)
+        frames = self.frames(message, role, source)
+        rows, value = _mean(frames, signals, role, source)
+        if source.valid:
+            rows, value = _only_valid(frames, source.valid, rows, value, role)
+        if not rows.size:
+            raise Missing(f"no frame of {message.name} holds valid samples of it")
+        device, turn = self._device(frames, rows, source)
+        origin = f"{self._bus_name(frames)} {message.name}." + "+".join(s.name for s in signals)
+        return BusSamples(self._arrival(rows), value, origin, device, turn)
+
+    def frames(self, message: Message, role: str, source: Source) -> Frames:
+        """Give the frames of a message that can be trusted, of the one bus that is meant."""
+        frames = self._of_bus(self.sorted_log.frames[message.name], role, source)
+        if not len(frames):
+            raise Missing(self._why_none(message, source))
+        good = frames.select(frames.protected)
+        if not len(good):
+            raise Missing(f"all {len(frames)} frames of {message.name} have a wrong CRC")
+        if interleaved(good):
+            raise Missing(f"{TWO_SENDERS}: the counters of {message.name} interleave")
+        return good.select(~repeated(good))
+
+    def _of_bus(self, frames: Frames, role: str, source: Source) -> Frames:
+        log = self.sorted_log.log
+        found = np.unique(log.bus[frames.rows])
+        if source.bus:
+            wanted = [n for n in found if log.buses[n] == source.bus]
+            return frames.select(np.isin(log.bus[frames.rows], wanted))
+        if found.size > 1:
+            names = ", ".join(log.buses[number] for number in found)
+            raise InputError(
+                f"{frames.message.name} ({frames.message.identifier:#05x}) came on several buses",
+                where=f"role {role}", expected="one bus", found=names,
+                remedy=f'name the bus in the role map: bus = "{log.buses[found[0]]}"',
+            )  # fmt: skip
+        return frames
+
+    def _why_none(self, message: Message, source: Source) -> str:
+        name = f"{message.name} ({message.identifier:#05x})"
+        short = self.sorted_log.short.get(message.name)
+        if short is not None:
+            longest = int(self.sorted_log.log.length[short].max())
+            return f"all {short.size} frames of {name} are too short: {longest} of {message.length}"
+        buses = ", ".join(self.sorted_log.log.buses)
+        return f"no frame of {name} came on {source.bus or buses or 'any bus'}"
+
+    def _arrival(self, rows: Rows) -> FloatArray:
+        return _seconds(self.sorted_log.log.time_ns[rows] - self.start_ns)
+
+    def _bus_name(self, frames: Frames) -> str:
+        return self.sorted_log.log.buses[int(self.sorted_log.log.bus[frames.rows[0]])]
+
+    def _device(
+        self, frames: Frames, rows: Rows, source: Source
+    ) -> tuple[FloatArray | None, float | None]:
+        """Unwrap the sender's own clock at the frames `rows`."""
+        if not source.time_signal:
+            return None, None
+        signal = _named(frames.message, source.time_signal)
+        tick = signal.scale * linear(signal.unit, "s")[0]
+        stamps = frames.samples(signal.name)
+        raw = stamps.raw[np.searchsorted(stamps.rows, rows)].astype(np.int64)
+        waited = np.rint(self._arrival(rows) / tick).astype(np.int64)
+        modulo = 1 << signal.length
+        return unwrap_clock(raw, modulo, waited) * np.float64(tick), modulo * tick
+
+    def _teeth(self, source: Source) -> BusSamples:
+        """Give time and running count of every tooth of one encoder."""
+        message, status = (_message(self.database, name) for name in (source.teeth, source.anchor))
+        frames = self._of_bus(self.sorted_log.frames[message.name], source.teeth, source)
+        if not len(frames):
+            raise Missing(self._why_none(message, source))
+        anchors = self._of_bus(self.sorted_log.frames[status.name], source.anchor, source)
+        found = teeth(frames, anchors, self.sorted_log.log.time_ns)
+        if not found.count.size:
+            raise Missing(f"no tooth in the {len(frames)} frames of {message.name}")
+        return self._as_samples(found, f"{self._bus_name(frames)} {message.name}")
+
+    def _as_samples(self, found: Teeth, origin: str) -> BusSamples:
+        arrival = _seconds(found.arrival_ns - self.start_ns)
+        count = found.count.astype(np.float64)
+        if not found.anchored.any():
+            origin += " (times from arrivals: the encoder's status never came)"
+            return BusSamples(_seconds(found.time_us * 1000 - self.start_ns), count, origin)
+        return BusSamples(arrival, count, origin, found.time)
+
+
+def _seconds(time_ns: IntArray) -> FloatArray:
+    return time_ns * np.float64(1e-9)
+
+
+def _signals(database: Database, role: str, source: Source) -> tuple[Message, list[Signal]]:
+    messages = [_message(database, name.partition(".")[0]) for name in source.signals]
+    if len({message.name for message in messages}) > 1:
+        raise InputError(
+            "signals that are averaged must stand in one message", where=f"role {role}",
+            found=", ".join(source.signals), remedy="bind one, or each to a role of its own",
+        )  # fmt: skip
+    return messages[0], [_named(messages[0], name) for name in source.signals]
+
+
+def _message(database: Database, name: str) -> Message:
+    if name in database.by_name:
+        return database.by_name[name]
+    near = difflib.get_close_matches(name, database.by_name, n=1, cutoff=0.4)
+    raise InputError(
+        f"the database has no message {name!r}, which the role map names", where=database.origin,
+        remedy=f"did you mean {near[0]!r}?" if near else "is it the database of this vehicle?",
+    )  # fmt: skip
+
+
+def _named(message: Message, full_name: str) -> Signal:
+    """Look up "Message.signal" in its message."""
+    owner, dot, name = full_name.partition(".")
+    if not dot or owner != message.name or name not in message.by_name:
+        near = difflib.get_close_matches(name, message.by_name, n=1, cutoff=0.0)
+        raise InputError(
+            f"{full_name!r} in the role map is no signal of message {message.name}",
+            expected='"Message.signal"', found=", ".join(message.by_name),
+            remedy=f'did you mean "{message.name}.{near[0]}"?' if near else "",
+        )  # fmt: skip
+    return message.by_name[name]
+
+
+def _mean(
+    frames: Frames, signals: list[Signal], role: str, source: Source
+) -> tuple[Rows, FloatArray]:
+    """Mean of the signals in SI over the frames that hold them all."""
+    parts = [frames.samples(signal.name) for signal in signals]
+    rows = parts[0].rows
+    for part in parts[1:]:
+        rows = np.intersect1d(rows, part.rows, assume_unique=True)
+    values = [
+        to_si(part.value[np.searchsorted(part.rows, rows)], signal.unit, role, source)
+        for part, signal in zip(parts, signals, strict=True)
+    ]
+    return rows, np.mean(values, axis=0) if len(values) > 1 else values[0]
+
+
+def _only_valid(
+    frames: Frames, valid: str, rows: Rows, value: FloatArray, role: str
+) -> tuple[Rows, FloatArray]:
+    flag = frames.samples(_named(frames.message, valid).name)
+    keep = np.isin(rows, flag.rows[flag.raw != 0])
+    if not keep.any():
+        raise Missing(f"{valid} never says that {role} is valid")
+    return rows[keep], value[keep]
+
+
+def to_si(
+    value: npt.NDArray[np.generic], unit: str, role: str, source: Source
+) -> npt.NDArray[np.float64]:
+    """Turn values of the database's or the table's unit into the role's, with sign and offset."""
+    target = ROLES[role].unit
+    number = np.asarray(value, np.float64)
+    stated = unit if source.unit is None else source.unit
+    try:
+        if target != "count":
+            slope, zero = linear(stated, "rad/s" if source.radius else target)
+            number = number * (slope * (source.radius or 1.0)) + zero
+    except ValueError as cause:
+        raise InputError(
+            f"the unit {stated!r} does not suit this role", where=f"role {role}",
+            expected=f"a unit that converts to {target}", found=str(cause),
+            remedy='state the unit in the role map, as in unit = "km/h"; a wheel that tells'
+            " rad/s or rpm needs radius as well",
+        ) from cause  # fmt: skip
+    return source.sign * number + source.offset

@@ -1,0 +1,45 @@
+"""One message has one sender: its counter counts on, and its values follow one course."""
+
+import numpy as np
+import numpy.typing as npt
+
+from protocol.channel import FloatArray
+from protocol.decode import Frames
+from protocol.e2e import PERIOD
+
+TWO_SENDERS = "two senders"
+_FEWEST = 50  # samples from which two courses can be told
+_ALTERNATES = 5.0  # times as far from the sample before as from the one before that
+
+
+def counters(frames: Frames) -> npt.NDArray[np.int64]:
+    """Counter of the end-to-end protection of every frame, (n,)."""
+    return np.asarray(frames.samples("counter").raw, np.int64)
+
+
+def repeated(frames: Frames) -> npt.NDArray[np.bool_]:
+    """Find frames whose counter is that of the frame before, (n,); none without protection."""
+    same = np.zeros(len(frames), np.bool_)
+    if frames.message.protection is not None:
+        same[1:] = np.diff(counters(frames)) % PERIOD == 0
+    return same
+
+
+def interleaved(frames: Frames) -> bool:
+    """Tell two counts that alternate from one: every second frame is the next of its own."""
+    if frames.message.protection is None or len(frames) < PERIOD:
+        return False
+    counter = counters(frames)
+    own = (counter[2:] - counter[:-2]) % PERIOD == 1
+    return bool(np.mean(own) > 0.6 and np.mean(np.diff(counter) % PERIOD == 1) < 0.6)
+
+
+def alternates(value: FloatArray) -> bool:
+    """Tell two interleaved courses from one: each sample is near the last but one, not the last.
+
+    For messages without a counter. Courses of few levels (a gear, a switch) tell nothing.
+    """
+    if value.size < _FEWEST or np.unique(value[:1000]).size < 5:
+        return False
+    near, far = np.abs(np.diff(value)), np.abs(value[2:] - value[:-2])
+    return bool(np.median(near) > _ALTERNATES * max(np.percentile(far, 75), 1e-9))
