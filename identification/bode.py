@@ -12,9 +12,7 @@ from identification.words import decibel, gain_unit, name
 from protocol.channel import FloatArray
 
 
-def bode(
-    found: list[FrequencyResponse], peak: Resonance | NoResonance | None = None
-) -> Figure:
+def bode(found: list[FrequencyResponse], peak: Resonance | NoResonance | None = None) -> Figure:
     """Draw responses over one another; lines without enough coherence are left pale."""
     figure, axes = d.panels(3, 6.6, [3, 3, 1.5])
     factor, unit = gain_unit(found[0].input, found[0].output)
@@ -64,10 +62,9 @@ def _furnish(axes: list[Axes], found: list[FrequencyResponse], unit: str) -> Non
     factor = gain_unit(found[0].input, found[0].output)[0]
     axes[0].set(xscale="log", yscale="log", ylabel=f"gain / ({unit})")
     if believed:
-        axes[0].set_ylim(
-            min(g.min() for g in believed) * factor / 1.6,
-            max(g.max() for g in believed) * factor * 1.7,
-        )
+        low, high = min(g.min() for g in believed), max(g.max() for g in believed)
+        room = max(1.6, 2.5 * np.sqrt(low / high))
+        axes[0].set_ylim(low * factor / room, high * factor * room)
     axes[0].yaxis.set_major_locator(LogLocator(base=10, subs=(1, 2, 5)))
     axes[0].yaxis.set_major_formatter(FuncFormatter(lambda y, _: f"{y:.3g}"))
     axes[0].yaxis.set_minor_formatter(FuncFormatter(lambda *_: ""))

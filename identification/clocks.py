@@ -105,9 +105,7 @@ def _drift(device: FloatArray, lead: FloatArray, slope: float) -> float:
     return slope + float(stats.theilslopes(least, time).slope)
 
 
-def _fit(
-    clock: str, device: FloatArray, lead: FloatArray, slope: float
-) -> ClockFit | Unaligned:
+def _fit(clock: str, device: FloatArray, lead: FloatArray, slope: float) -> ClockFit | Unaligned:
     latency = lead - slope * device
     time, least = _window_minima(device, latency)
     stray = np.abs(least - np.median(least)) > STRAY

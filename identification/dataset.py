@@ -1,4 +1,4 @@
-"""All that a recording knows, on one time base: here, and nowhere else, channels are interpolated."""
+"""All that a recording knows, on one time base: only here are channels interpolated."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -40,9 +40,7 @@ def dataset(data: Aligned) -> Dataset:
     end = max((float(t[-1]) for t in data.time.values()), default=0.0)
     time = np.arange(max(int(np.floor(end * rate)) + 1, 1)) / rate
     signals = {
-        role: _method(role)(data.samples(role), time)
-        for role in data.time
-        if role not in COUNTS
+        role: _method(role)(data.samples(role), time) for role in data.time if role not in COUNTS
     }
     return Dataset(time, rate, signals)
 

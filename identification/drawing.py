@@ -10,6 +10,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
 
 from identification.samples import BoolArray
 from protocol.channel import FloatArray
@@ -33,16 +34,17 @@ STYLE = {
 @contextmanager
 def hand() -> Iterator[None]:
     """Draw in the project's hand inside this context."""
-    with mpl.rc_context(STYLE):
+    with mpl.rc_context(STYLE):  # type: ignore[arg-type]
         yield
 
 
-def panels(rows: int, height: float, ratios: list[float] | None = None) -> tuple[Figure, list[Axes]]:
+def panels(
+    rows: int, height: float, ratios: list[float] | None = None
+) -> tuple[Figure, list[Axes]]:
     """Make a figure with panels over one another that share their horizontal axis."""
-    figure = Figure(figsize=(9.0, height), layout="constrained")
+    figure = Figure(figsize=(9.0, height), layout=ConstrainedLayoutEngine(h_pad=0.06, w_pad=0.06))
     FigureCanvasAgg(figure)
     grid = figure.subplots(rows, 1, sharex=True, squeeze=False, height_ratios=ratios)
-    figure.get_layout_engine().set(h_pad=0.06, w_pad=0.06)  # type: ignore[union-attr]
     return figure, [grid[row, 0] for row in range(rows)]
 
 
@@ -93,7 +95,8 @@ def legend(axes: Axes, columns: int = 4) -> None:
 def svg(figure: Figure, name: str) -> str:
     """Turn a figure into inline SVG, the same bytes each time."""
     buffer = io.StringIO()
-    with mpl.rc_context({**STYLE, "svg.hashsalt": name}):
+    look = {**STYLE, "svg.hashsalt": name}
+    with mpl.rc_context(look):  # type: ignore[arg-type]
         figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
     text = buffer.getvalue()
     return text[text.index("<svg") :].replace("<svg ", f'<svg role="img" aria-label="{name}" ', 1)
@@ -101,5 +104,5 @@ def svg(figure: Figure, name: str) -> str:
 
 def png(figure: Figure, path: Path) -> None:
     """Write a figure as PNG."""
-    with mpl.rc_context(STYLE):
+    with mpl.rc_context(STYLE):  # type: ignore[arg-type]
         figure.savefig(path, format="png", dpi=160)

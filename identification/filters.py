@@ -1,9 +1,10 @@
 """Filters that move nothing in time: low pass, and a notch that follows the wheel.
 
-The 1X line of an encoder is a wave locked to the wheel's angle. Turned back by that angle it stands
-still; what is slow there is the line. It is turned forward again and taken off. With a first-order
-filter for "slow" this is the second-order notch that follows the wheel frequency (Corno and Savaresi
-2009), without coefficients that change in time; run forwards and backwards it has no phase.
+The 1X line of an encoder is a wave locked to the wheel's angle. Turned back by that angle it
+stands still; what is slow there is the line. It is turned forward again and taken off. With a
+first-order filter for "slow" this is the second-order notch that follows the wheel frequency
+(Corno and Savaresi 2009), without coefficients that change in time; run forwards and backwards it
+has no phase.
 """
 
 import numpy as np

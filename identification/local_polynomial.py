@@ -1,10 +1,11 @@
 """Frequency response of one record under a broad excitation, such as a sweep.
 
-Over a narrow window of DFT lines the response G and the transient T of the record's ends are smooth,
-so each is taken as a parabola: Y(k + r) = (g0 + g1 r + g2 r^2) U(k + r) + t0 + t1 r + t2 r^2 + V.
-Least squares in each window gives G, the noise that is left, and from both the coherence: no taper,
-no leakage, no averaging over a resonance (Pintelon and Schoukens, System Identification: A Frequency
-Domain Approach, 2nd ed., chapter 7).
+Over a narrow window of DFT lines the response G and the transient T of the record's ends are
+smooth, so each is taken as a parabola:
+Y(k + r) = (g0 + g1 r + g2 r^2) U(k + r) + t0 + t1 r + t2 r^2 + V.
+Least squares in each window gives G, the noise that is left, and from both the coherence: no
+taper, no leakage, no averaging over a resonance (Pintelon and Schoukens, System Identification: A
+Frequency Domain Approach, 2nd ed., chapter 7).
 """
 
 import numpy as np
@@ -45,7 +46,7 @@ def sweep_response(
     U, Y = (np.fft.rfft(x - np.mean(x))[window] for x in (u, y))
     g, deviation, coherence, freedom = _local_fit(U, Y, r)
     return FrequencyResponse(
-        *names, centres * resolution, g, coherence, deviation,
+        *names, np.asarray(centres * resolution, dtype=np.float64), g, coherence, deviation,
         float(stats.t.ppf(0.975, 2 * freedom)),
         f"local polynomial, windows of {(2 * half + 1) * resolution:.2f} Hz",
     )  # fmt: skip
@@ -55,15 +56,15 @@ def _local_fit(
     U: ComplexArray, Y: ComplexArray, r: FloatArray
 ) -> tuple[ComplexArray, FloatArray, FloatArray, int]:
     """Fit all windows at once. U, Y, r: (windows, lines). Returns G, its deviation, coherence."""
-    powers = r[..., None] ** np.arange(ORDER)
+    powers: ComplexArray = (r[..., None] ** np.arange(ORDER)).astype(np.complex128)
     size = np.sqrt(np.mean(np.abs(U) ** 2, axis=1, keepdims=True)) + 1e-300
-    regressors = np.concatenate(((U / size)[..., None] * powers, powers + 0j), axis=2)
+    regressors: ComplexArray = np.concatenate(((U / size)[..., None] * powers, powers), axis=2)
     freedom = U.shape[1] - 2 * ORDER
-    solve = np.linalg.pinv(regressors)
-    coefficients = np.einsum("wij,wj->wi", solve, Y)
+    solve: ComplexArray = np.linalg.pinv(regressors).astype(np.complex128)
+    coefficients: ComplexArray = np.einsum("wij,wj->wi", solve, Y)
     noise = _left(Y, regressors, coefficients) / freedom
-    transient = np.einsum("wij,wj->wi", np.linalg.pinv(powers), Y)
-    power = _left(Y, powers + 0j, transient) / (U.shape[1] - ORDER)
+    transient: ComplexArray = np.einsum("wij,wj->wi", np.linalg.pinv(powers), Y)
+    power = _left(Y, powers, transient) / (U.shape[1] - ORDER)
     g = coefficients[:, 0] / size[:, 0]
     leverage = np.sum(np.abs(solve[:, 0, :]) ** 2, axis=1)
     deviation = np.sqrt(noise * leverage) / size[:, 0]

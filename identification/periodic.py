@@ -5,7 +5,7 @@ between them is noise: the response, its deviation and the coherence follow from
 """
 
 import numpy as np
-from scipy import signal, stats
+from scipy import stats
 
 from identification.response import ComplexArray, FrequencyResponse
 from protocol.channel import FloatArray
@@ -51,6 +51,17 @@ def _lines(
     length = round(rate * period)
     starts = [round(k * rate * period) for k in range(1, count)]
     starts = [start for start in starts if start + length <= x.size]
-    parts = signal.detrend(np.stack([x[start : start + length] for start in starts]), axis=1)
+    parts = np.stack([x[start : start + length] for start in starts])
+    parts = parts - _drift(parts)[:, None] * np.arange(length) / length
     wave = np.exp(-2j * np.pi * np.outer(np.arange(length) / (rate * period), harmonics))
     return np.asarray(2 / length * parts @ wave)
+
+
+def _drift(parts: FloatArray) -> FloatArray:
+    """Drift over one period, the same for all: from the means of whole periods.
+
+    A straight line through each period would take a part of the answer with it.
+    """
+    means = parts.mean(axis=1)
+    slope = np.polyfit(np.arange(means.size), means, 1)[0] if means.size > 1 else 0.0
+    return np.full(means.size, slope)

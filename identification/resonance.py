@@ -12,7 +12,7 @@ LOW_SHARE = 0.06  # of the band, from below: there the low-frequency gain is rea
 
 @dataclass(frozen=True)
 class Resonance:
-    """frequency: Hz. peak: gain there over the low-frequency gain, 1. low_gain: output per input."""
+    """frequency: Hz. peak: gain there over the low-frequency gain. low_gain: output per input."""
 
     frequency: float
     peak: float

@@ -41,7 +41,7 @@ class FrequencyResponse:
     @property
     def gain(self) -> FloatArray:
         """Amplitude of the output per amplitude of the input."""
-        return np.abs(self.value)
+        return np.asarray(np.hypot(self.value.real, self.value.imag))
 
     @property
     def phase(self) -> FloatArray:
@@ -51,7 +51,7 @@ class FrequencyResponse:
     @property
     def gain_band(self) -> FloatArray:
         """Half width of the 95 % band of the gain."""
-        return self.quantile * self.deviation / np.sqrt(2)
+        return np.asarray(self.quantile * self.deviation / np.sqrt(2))
 
     @property
     def phase_band(self) -> FloatArray:

@@ -10,6 +10,7 @@ import numpy as np
 
 from protocol.channel import FloatArray
 
+WIDE_RANGE = 0.3  # of throttle, that a drive must show for its low end to mean little torque
 LOW_TORQUE = 0.10  # of the throttle's range seen, from its lowest
 LEAST_SPEED = 5.0  # m/s
 FEWEST = 50
@@ -17,7 +18,7 @@ FEWEST = 50
 
 @dataclass(frozen=True)
 class RadiusEstimate:
-    """ratio: driven over reference speed when rolling. deviation: 1-sigma, robust, of one sample."""
+    """ratio: driven over reference speed when rolling. deviation: robust, of one sample."""
 
     ratio: float
     deviation: float
@@ -36,7 +37,7 @@ def rolling_ratio(
         low, high = np.nanpercentile(throttle, (0.5, 99.5))
         rolling &= throttle <= low + LOW_TORQUE * (high - low)
     ratio = driven[rolling] / reference[rolling]
-    if ratio.size < FEWEST or high - low < 0.05:
+    if ratio.size < FEWEST or high - low < WIDE_RANGE:
         return None
     middle = float(np.median(ratio))
     spread = float(1.4826 * np.median(np.abs(ratio - middle)))

@@ -48,9 +48,7 @@ def slip(driven: FloatArray, reference: FloatArray, least: float = LEAST_SPEED) 
     return Slip(ratio, speed, defined, kind, _statement(defined, standing, spinning, least))
 
 
-def slip_ratio(
-    driven: FloatArray, reference: FloatArray, least: float = LEAST_SPEED
-) -> FloatArray:
+def slip_ratio(driven: FloatArray, reference: FloatArray, least: float = LEAST_SPEED) -> FloatArray:
     """Give (driven - reference) / reference; NaN where the reference is below `least` m/s."""
     safe = np.where(reference >= least, reference, np.nan)
     return (driven - safe) / safe

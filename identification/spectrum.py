@@ -47,15 +47,17 @@ def spectrum(
     if part.size < 64 or np.mean(~np.isfinite(part)) > MOST_UNKNOWN:
         return None
     length = min(part.size, round(SEGMENT * rate))
-    frequency, power = signal.welch(
-        bridged(part), rate, "hann", length, detrend="linear", scaling="spectrum"
+    lines, power = signal.welch(
+        signal.detrend(bridged(part)), rate, "hann", length, scaling="spectrum"
     )
     turning = wheel[stretch] if wheel is not None else np.empty(0)
     turning = turning[np.isfinite(turning)]
     mean = float(turning.mean()) if turning.size else 0.0
-    orders = mean * np.arange(1, int(rate / 2 / mean) + 1) if mean > 0.5 else np.empty(0)
+    count = int(rate / 2 / mean) if mean > 0.5 else 0
+    orders: FloatArray = mean * np.arange(1.0, count + 1)
     width = float(np.ptp(turning)) if turning.size else 0.0
-    amplitude = np.sqrt(2 * power)
+    frequency: FloatArray = np.asarray(lines, dtype=np.float64)
+    amplitude: FloatArray = np.asarray(np.sqrt(2 * power), dtype=np.float64)
     start = stretch.start / rate
     return Spectrum(
         role, unit, frequency, amplitude, orders, width, start, part.size / rate

@@ -47,10 +47,10 @@ def swing(value: FloatArray, si: str) -> FloatArray:
 
 
 def of_role(role: str) -> str:
-    """Give the SI unit of what a response goes from or to."""
+    """Give the SI unit of an input, of slip or of the engine speed."""
     if role.startswith("spark"):
         return "rad"
-    return "1"
+    return "rad/s" if role == "engine_speed" else "1"
 
 
 def gain_unit(input_role: str, output_role: str) -> tuple[float, str]:

@@ -91,7 +91,9 @@ def recording(
     channels = {
         "throttle_command": maker.sampled("throttle_command", t, u, 1e-3, "ecu", "1", 0),
         "throttle_position": maker.sampled("throttle_position", t, u, 1e-3, "ecu", "1"),
-        "engine_speed": maker.sampled("engine_speed", t, wheel / RADIUS * 8.8, 5e-3, "ecu", "rad/s"),
+        "engine_speed": maker.sampled(
+            "engine_speed", t, wheel / RADIUS * 8.8, 5e-3, "ecu", "rad/s"
+        ),
         "optical_speed": maker.sampled("optical_speed", t, v, 4e-3, "optical", "m/s"),
         "rear_teeth": maker.teeth("rear_teeth", t, wheel, "rear_encoder", lost_frames),
     }
@@ -125,7 +127,7 @@ class _Maker:
     rng: np.random.Generator
 
     def stamped(self, role, true_time, value, clock, unit, resolution=1e-6) -> Channel:
-        """Device time with offset and drift, arrival with one-sided latency and a queue at times."""
+        """Device time with offset and drift; arrivals late, never early, at times queued."""
         n = true_time.size
         device = true_time * (1 + self.truth.drift.get(clock, 0.0)) + 17.25
         latency = 150e-6 + self.rng.exponential(200e-6, n)

@@ -1,0 +1,125 @@
+"""The sub-command of this package: `slipbench identify`."""
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from identification.identify import Identification, identify
+from identification.trial_window import NoExcitation
+from protocol.errors import InputError
+from protocol.recording import Recording
+
+EXAMPLE = "Example: slipbench identify runs/throttle_sweep --figures figures"
+
+
+def register(app: typer.Typer) -> None:
+    """Add `identify` to the one command."""
+    app.command("identify", epilog=EXAMPLE)(identify_command)
+
+
+def identify_command(
+    run: Annotated[Path, typer.Argument(help="Run folder: of a trial or of an imported log.")],
+    out: Annotated[
+        Path | None, typer.Option(help="Where to write the report.  [default: the run folder]")
+    ] = None,
+    figures: Annotated[
+        Path | None, typer.Option(help="Also write every figure as PNG into this folder.")
+    ] = None,
+) -> None:
+    """Identify a recording: slip, its response to throttle or spark, and a report.
+
+    Writes report.html, which needs nothing but a browser, and identification.json.
+    """
+    console = Console(stderr=True)
+    with console.status("") as progress:
+        progress.update("reading the recording")
+        recording = read_run(run)
+        progress.update("identifying")
+        found = identified(recording)
+        progress.update("drawing")
+        written = write_report(found, out or run, figures)
+    for line in summary(found):
+        typer.echo(line)
+    typer.echo(f"report: {written}")
+
+
+def read_run(run: Path) -> Recording:
+    """Read a run folder. Raises InputError where there is none."""
+    from protocol.run_folder import read_recording
+
+    if not (run / "run.toml").is_file():
+        raise InputError(
+            "this is not a run folder",
+            where=str(run),
+            expected="a folder with run.toml, as `slipbench trial` and `slipbench import` write it",
+            found="no run.toml" if run.is_dir() else "no such folder",
+            remedy="give the folder of a run, or import a log first: slipbench import --help",
+        )
+    return read_recording(run)
+
+
+def identified(recording: Recording) -> Identification:
+    """Identify, or say why nothing can be identified. Raises InputError."""
+    if not any(channel.time.size for channel in recording.channels.values()):
+        raise InputError(
+            "the recording holds no samples of any role",
+            where=str(recording.folder),
+            expected=f"samples of {', '.join(sorted(recording.roles.roles)) or 'some role'}",
+            found=f"{recording.frame_count} frames, none of which a role comes from",
+            remedy="check that the role map and the database belong to this vehicle",
+        )
+    found = identify(recording)
+    if isinstance(found.window, NoExcitation) and found.window.tripped:
+        raise InputError(
+            "the trial tripped before it excited anything",
+            where=str(recording.folder),
+            expected="a phase EXCITING in trial_phase",
+            found=found.window.reason,
+            remedy="mend the cause of the trip and repeat the trial",
+        )
+    return found
+
+
+def write_report(found: Identification, out: Path, figures: Path | None) -> Path:
+    """Write report.html, identification.json and, if asked, the figures. Raises InputError."""
+    from identification.key_figures import key_figures
+    from identification.report import draw, report, write_figures
+
+    drawn = draw(found)
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        numbers = json.dumps(_plain(key_figures(found)), indent=2, allow_nan=False)
+        (out / "identification.json").write_text(numbers + "\n", encoding="utf-8")
+        path = out / "report.html"
+        path.write_text(report(found, drawn), encoding="utf-8")
+        if figures is not None:
+            write_figures(drawn, figures)
+    except OSError as fault:
+        raise InputError(
+            "the report cannot be written", where=str(fault.filename or out),
+            found=fault.strerror or str(fault), remedy="give another folder with --out",
+        ) from fault  # fmt: skip
+    return path
+
+
+def summary(found: Identification) -> list[str]:
+    """Give the key figures as lines for a terminal."""
+    from identification.headline import headline
+    from identification.tiles import tiles
+
+    lines = [headline(found), ""]
+    lines += [f"  {tile.label:<22} {tile.value}" for tile in tiles(found)]
+    left = [f"  left out: {item.analysis} ({item.reason})" for item in found.left_out]
+    return [*lines, *left, ""]
+
+
+def _plain(tree: object) -> object:
+    """Turn what is not a number into null: JSON has no NaN."""
+    if isinstance(tree, dict):
+        return {key: _plain(value) for key, value in tree.items()}
+    if isinstance(tree, list):
+        return [_plain(value) for value in tree]
+    return None if isinstance(tree, float) and not abs(tree) < float("inf") else tree

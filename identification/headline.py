@@ -1,0 +1,61 @@
+"""The first sentence of a report: what the recording tells, with its figure."""
+
+import numpy as np
+
+from identification.identify import Identification, slip_range
+from identification.motion import Motion
+from identification.resonance import Resonance
+from identification.response import FrequencyResponse
+from identification.trial_window import NoExcitation, TrialWindow, trip_in_words
+from identification.words import decibel, gain_unit, name
+
+
+def headline(found: Identification) -> str:
+    """Say the key result in a sentence or two."""
+    parts = [_response(found.main, found)] if found.main else [_without(found)]
+    if isinstance(found.window, TrialWindow) and found.window.trip:
+        parts.append(
+            f"The trial tripped at {found.window.trip_time:.2f} s: "
+            f"{trip_in_words(found.window.trip)}."
+        )
+    return " ".join(parts)
+
+
+def _response(main: FrequencyResponse, found: Identification) -> str:
+    factor, unit = gain_unit(main.input, main.output)
+    low, high = main.frequency[0], main.frequency[-1]
+    actuator = "spark" if main.input.startswith("spark") else "throttle"
+    quality = f"coherence is at least {main.coherence.min():.2f} from {low:.2g} to {high:.3g} Hz"
+    if isinstance(found.resonance, Resonance):
+        peak = found.resonance
+        return (
+            f"Slip answers the {actuator} with a resonance at {peak.frequency:.1f} Hz, "
+            f"{decibel(peak.peak):.1f} dB above its low-frequency gain of "
+            f"{peak.low_gain * factor:.2g} {unit}; {quality}."
+        )
+    return (
+        f"The response of slip to the {actuator} was measured, and {quality}; no resonance is "
+        f"given: {found.resonance.reason}."
+    )
+
+
+def _without(found: Identification) -> str:
+    sentence = _slip(found)
+    if isinstance(found.window, NoExcitation):
+        return f"{sentence} No frequency response is given: {found.window.reason}."
+    return f"{sentence} No frequency response is given; see what was left out."
+
+
+def _slip(found: Identification) -> str:
+    moved = found.motion
+    if not isinstance(moved, Motion):
+        return f"Slip cannot be told from this recording: {moved.reason}."
+    span, reach = slip_range(found), moved.reference[np.isfinite(moved.reference)]
+    if span is None:
+        top = np.nanmax(moved.slip.speed) if np.isfinite(moved.slip.speed).any() else 0.0
+        return f"{moved.slip.statement} It reached {top * 3.6:.0f} km/h."
+    return (
+        f"{name('slip').capitalize()} of the {moved.axle.axle} axle lay between "
+        f"{span[0] * 100:.1f} and {span[1] * 100:.1f} % (99 % of the time that it is defined) "
+        f"at speeds up to {reach.max() * 3.6:.0f} km/h."
+    )

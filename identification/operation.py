@@ -1,0 +1,59 @@
+"""How the bus and the bench ran: load and lateness, drawn where they were recorded."""
+
+import csv
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from identification import drawing as d
+from protocol.bus_load import BusLoad
+from protocol.channel import FloatArray
+from protocol.recording import Recording
+
+LIMIT = 60.0  # %, what the database may load the bus with in the worst case
+
+
+def bus_load(recording: Recording) -> Figure | None:
+    """Draw the load of each bus over time."""
+    curves = {bus: _curve(of) for bus, of in recording.bus_load.items()}
+    drawn = {bus: curve for bus, curve in curves.items() if curve is not None}
+    if not drawn:
+        return None
+    figure, (axes,) = d.panels(1, 2.4)
+    for (bus, (time, load)), colour in zip(
+        drawn.items(), (d.BLUE, d.ORANGE, d.GREEN), strict=False
+    ):
+        d.line(axes, time, load * 100, color=colour, label=bus)
+    axes.axhline(LIMIT, color=d.MUTED, lw=0.9, ls=(0, (4, 3)))
+    axes.set(xlabel="time / s", ylabel="bus load / %", ylim=(0, None))
+    d.legend(axes)
+    return figure
+
+
+def lateness(recording: Recording) -> Figure | None:
+    """Draw how late the late ticks were, from ticks.csv."""
+    late = late_ticks(recording)
+    if late is None or late.size < 2:
+        return None
+    figure, (axes,) = d.panels(1, 2.4)
+    positive = np.maximum(late[np.isfinite(late)] * 1e6, 0.1)
+    edges = np.geomspace(0.1, max(positive.max(), 1.0) * 1.1, 60).tolist()
+    axes.hist(positive, bins=edges, color=d.BLUE)
+    axes.set(xlabel="lateness / µs", ylabel="ticks", xscale="log", yscale="log")
+    return figure
+
+
+def late_ticks(recording: Recording) -> FloatArray | None:
+    """Lateness of every late tick, s; None where nothing was recorded."""
+    path = recording.folder / "ticks.csv"
+    if not path.is_file():
+        return None
+    with path.open(encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    both = [(row.get("scheduled"), row.get("actual")) for row in rows]
+    late = [float(actual) - float(due) for due, actual in both if due and actual]
+    return np.array(late)
+
+
+def _curve(of: object) -> tuple[FloatArray, FloatArray] | None:
+    return (of.time, of.load) if isinstance(of, BusLoad) and of.time.size > 1 else None
