@@ -55,9 +55,7 @@ def test_steady_slip_is_pacejkas(nominal):
 
 
 def errors(out: Outputs, reference: Outputs, columns: tuple[str, ...]) -> np.ndarray:
-    return np.array(
-        [np.abs(out[c] - reference[c]).max() / np.ptp(reference[c]) for c in columns]
-    )
+    return np.array([np.abs(out[c] - reference[c]).max() / np.ptp(reference[c]) for c in columns])
 
 
 def test_halving_the_step_divides_the_error_by_eight(nominal, swept):

@@ -1,0 +1,57 @@
+"""Laws of the kernel's cache: its place can be chosen, and a text is compiled once."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from plant.compiled import cache_folder, entry, inlined, load, text_of
+
+PROGRAM = """
+from plant.compiled import entry, load
+module = load(entry("def twice(x):\\n    return 2.0 * x", "f8(f8)"))
+print(module.twice(21.0), sum(module.twice.stats.cache_hits.values()))
+"""
+
+
+def triple(x: float) -> float:
+    """Docstring, annotations and comments do not belong to the compiled text."""
+    return 3.0 * x  # nor does this
+
+
+def started(folder: Path) -> subprocess.Popen[str]:
+    root = Path(__file__).parents[2]
+    env = {**os.environ, "SLIPBENCH_CACHE": str(folder), "PYTHONPATH": str(root)}
+    return subprocess.Popen([sys.executable, "-c", PROGRAM], env=env, stdout=-1, text=True)
+
+
+def test_several_processes_at_once_compile_once(tmp_path):
+    running = [started(tmp_path) for _ in range(2)]
+    told = sorted(process.communicate(timeout=60)[0].split()[-1] for process in running)
+    assert told == ["0", "1"]
+    assert len(list(tmp_path.glob("slipbench_*.py"))) == 1
+    assert not list(tmp_path.glob("*.tmp"))
+
+
+def test_the_folder_follows_the_environment(tmp_path, monkeypatch):
+    monkeypatch.setenv("SLIPBENCH_CACHE", str(tmp_path / "deep" / "folder"))
+    assert cache_folder() == tmp_path / "deep" / "folder"
+    assert cache_folder().is_dir()
+
+
+def test_a_folder_that_cannot_be_made_is_told_with_a_remedy(tmp_path, monkeypatch):
+    (tmp_path / "file").write_text("")
+    monkeypatch.setenv("SLIPBENCH_CACHE", str(tmp_path / "file" / "below"))
+    with pytest.raises(OSError, match="set SLIPBENCH_CACHE"):
+        cache_folder()
+
+
+def test_the_text_is_bare(tmp_path, monkeypatch):
+    monkeypatch.setenv("SLIPBENCH_CACHE", str(tmp_path))
+    assert text_of(triple, "thrice") == "def thrice(x):\n    return 3.0 * x"
+    text = inlined(text_of(triple)) + entry("def nine(x):\n    return triple(triple(x))", "f8(f8)")
+    module = load(text)
+    assert module.nine(1.0) == 9.0
+    assert load(text) is module
