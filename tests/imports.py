@@ -1,0 +1,64 @@
+"""Which file may import which library: what import-linter has no words for."""
+
+import ast
+from collections.abc import Iterator
+from pathlib import Path
+
+PACKAGES = ("dbc", "protocol", "plant", "controllers", "bench", "identification")
+
+# A library, and the files that may import it.
+ALLOWED = {
+    # The bus and logs of it.
+    "can": (
+        "protocol/logs/*.py", "bench/buses.py", "bench/gateway.py", "bench/simulated_bus.py",
+        "bench/virtual_motorcycle.py", "bench/replay.py",
+    ),
+    "cantools": ("protocol/database.py",),
+    "e2e": ("protocol/e2e.py",),
+    # Files that others wrote.
+    "asammdf": ("protocol/logs/*.py", "protocol/tables/*.py"),
+    "pyarrow": ("protocol/*.py", "protocol/tables/*.py"),
+    # Mathematics.
+    "control": ("plant/linear.py", "controllers/*.py", "identification/response.py"),
+    "numba": ("plant/*.py",),
+    "pint": ("protocol/units.py", "plant/units.py", "plant/parameters.py"),
+    # Drawing and talking.
+    "matplotlib": (
+        "identification/report.py", "identification/drawing.py", "identification/bode.py",
+        "identification/close_ups.py", "identification/distributions.py",
+        "identification/operation.py", "identification/overview.py",
+    ),
+    "jinja2": ("identification/report.py",),
+    "typer": ("*/commands.py", "slipbench.py"),
+    "rich": ("*/commands.py", "slipbench.py"),
+    # Time, and whatever runs beside the loop.
+    "time": ("bench/clock.py", "bench/loop.py", "bench/recorder.py", "bench/commands.py"),
+    "threading": ("bench/loop.py", "bench/recorder.py", "bench/commands.py", "bench/live_*.py"),
+    "multiprocessing": ("bench/ring.py", "bench/recorder.py", "bench/live_*.py"),
+    "asyncio": (),
+}  # fmt: skip
+
+
+def breaches(root: Path) -> list[str]:
+    """Name every import below `root` that is not allowed, wherever in its file it stands."""
+    return [
+        f"{path.relative_to(root)}:{line} imports {library}"
+        for path in _files(root)
+        for library, line in _imports(path)
+        if not any(path.relative_to(root).match(where) for where in ALLOWED.get(library, ("*",)))
+    ]
+
+
+def _files(root: Path) -> list[Path]:
+    packages = [path for package in PACKAGES for path in (root / package).rglob("*.py")]
+    return sorted([*packages, *root.glob("*.py")])
+
+
+def _imports(path: Path) -> Iterator[tuple[str, int]]:
+    """Give the libraries that a file imports, and on which line."""
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"), str(path))):
+        if isinstance(node, ast.Import):
+            for alias in node.names:
+                yield alias.name.partition(".")[0], node.lineno
+        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+            yield node.module.partition(".")[0], node.lineno

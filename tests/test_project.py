@@ -1,0 +1,114 @@
+"""The project keeps its own rules: style, types, imports, versions and documents."""
+
+import re
+import subprocess
+import sys
+import tomllib
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from packaging.requirements import Requirement
+
+from tests.imports import ALLOWED, PACKAGES, breaches
+
+ROOT = Path(__file__).parent.parent
+PROGRAMS = Path(sys.executable).parent
+
+
+def run(*command: str | Path, where: Path = ROOT) -> "subprocess.CompletedProcess[str]":
+    return subprocess.run(
+        [PROGRAMS / command[0], *command[1:]],
+        cwd=where, check=False, text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("command", [
+    ("ruff", "check", "."),
+    ("ruff", "format", "--check", "."),
+    ("mypy", "--strict", *PACKAGES, "slipbench.py", "tests/bus", "tests/socketcan"),
+    ("lint-imports", "--no-cache"),
+], ids=" ".join)  # fmt: skip
+def test_the_checkers_have_nothing_to_say(command: tuple[str, ...]) -> None:
+    said = run(*command)
+    assert said.returncode == 0, said.stdout
+
+
+def test_every_library_is_imported_only_where_it_belongs() -> None:
+    assert breaches(ROOT) == []
+
+
+@pytest.mark.parametrize("library", sorted(ALLOWED))
+def test_a_library_in_the_wrong_place_is_found(tmp_path: Path, library: str) -> None:
+    (tmp_path / "controllers").mkdir()
+    path = tmp_path / "dbc" / "inner" / "wrong.py"
+    path.parent.mkdir(parents=True)
+    path.write_text(f"def late() -> None:\n    import {library}.part\n", encoding="utf-8")
+    assert breaches(tmp_path) == [f"dbc/inner/wrong.py:2 imports {library}"]
+
+
+@pytest.mark.parametrize(("importer", "imported", "contract"), [
+    ("bench.loop", "identification", "Users meet only on disk"),
+    ("identification.slip", "bench", "Users meet only on disk"),
+    ("protocol.codec", "plant", "Users meet only on disk"),
+    ("plant.wheel", "protocol", "Users meet only on disk"),
+    ("controllers.slip", "plant", "Users meet only on disk"),
+    ("protocol.codec", "bench", "Users meet only on disk"),
+    ("dbc.check", "protocol", "Users meet only on disk"),
+    ("identification.slip", "dbc", "The database is for those who are on the wire"),
+    ("bench.gateway", "plant", "In the bench only the virtual motorcycle"),
+    ("bench.gateway", "tests", "Nobody imports the tests"),
+    ("plant.wheel", "slipbench", "Nobody imports the tests"),
+])  # fmt: skip
+def test_an_import_against_the_contract_breaks_it(
+    tmp_path: Path, importer: str, imported: str, contract: str
+) -> None:
+    lay_out(tmp_path, importer, imported)
+    said = run("lint-imports", "--no-cache", where=tmp_path)
+    assert said.returncode == 1, said.stdout
+    assert re.search(rf"{contract}.* BROKEN", said.stdout), said.stdout
+
+
+def test_imports_within_the_contract_keep_it(tmp_path: Path) -> None:
+    lay_out(tmp_path, "bench.virtual_motorcycle", "plant")
+    said = run("lint-imports", "--no-cache", where=tmp_path)
+    assert said.returncode == 0, said.stdout
+
+
+def lay_out(root: Path, importer: str, imported: str) -> None:
+    """Make a project of empty packages with our contracts and one import."""
+    text = (ROOT / "pyproject.toml").read_text(encoding="utf-8")
+    contracts = text[text.index("[tool.importlinter]") :]
+    (root / "pyproject.toml").write_text(contracts, encoding="utf-8")
+    for package in (*PACKAGES, "tests"):
+        (root / package).mkdir()
+        (root / package / "__init__.py").touch()
+    (root / "slipbench.py").touch()
+    path = root / Path(*importer.split(".")).with_suffix(".py")
+    path.write_text(f"import {imported}\n", encoding="utf-8")
+
+
+def test_the_lock_satisfies_the_project() -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    wanted = [*project["dependencies"], *project["optional-dependencies"]["dev"]]
+    locked = dict(locked_versions())
+    for requirement in map(Requirement, wanted):
+        version = locked.get(requirement.name.lower())
+        assert version, f"{requirement} is not in requirements.lock; run: make lock"
+        assert requirement.specifier.contains(version), f"{requirement}, locked {version}"
+
+
+def test_the_lock_names_versions_and_hashes_and_no_place_to_fetch_from() -> None:
+    text = (ROOT / "requirements.lock").read_text(encoding="utf-8")
+    pin, hashed = r"[a-z0-9.-]+==[\w.+!]+ \\", r"    --hash=sha256:[0-9a-f]{64}( \\)?"
+    strange = [
+        line
+        for line in text.splitlines()
+        if line and not re.fullmatch(rf"{pin}|{hashed}|\s*#.*", line)
+    ]
+    assert strange == []
+
+
+def locked_versions() -> Iterator[tuple[str, str]]:
+    text = (ROOT / "requirements.lock").read_text(encoding="utf-8")
+    yield from re.findall(r"^([a-z0-9.-]+)==(\S+)", text, re.MULTILINE)
