@@ -4,9 +4,11 @@ import sys
 
 import typer
 
+import bench.commands
 from protocol.errors import InputError
 
 app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False)
+bench.commands.register(app)
 
 
 def main() -> None:

@@ -9,10 +9,12 @@ from bench.lookout import SAFETY, Lookout, Wheels
 from bench.permit import Held, Trip, permit
 from bench.ring import BIT_RATE_SWITCH, EXTENDED, FD, REMOTE, SENT, Ring
 from bench.seen import Seen
+from bench.senders import Senders
 from bench.trial import ENDED, HOLDING, Plan, TrialState, advance, tripped, wanted
 from protocol import e2e
 from protocol.codec import Codec, Sender
 from protocol.faults import Fault, FrameFault
+from protocol.layout import Database
 from protocol.messages import ActuatorCommand, Authority, Phase, TrialStatus, TripReason
 
 STATUS_PERIOD = 0.020  # s, of TrialStatus
@@ -30,14 +32,23 @@ class PhaseChange:
 class Gateway:
     """Holds the trial's state between ticks; everything that decides is elsewhere, and pure."""
 
-    def __init__(self, plan: Plan, bus: can.BusABC, codec: Codec, ring: Ring, wheels: Wheels):
-        """Speak `codec` on `bus` and put every frame that is seen there into `ring`.
+    def __init__(
+        self,
+        plan: Plan,
+        bus: can.BusABC,
+        database: Database,
+        ring: Ring,
+        wheels: Wheels,
+    ) -> None:
+        """Speak `database` on `bus` and put every frame that is seen there into `ring`.
 
         The bus must hear its own frames: the record tells when a command was on the wire.
         """
+        codec = Codec(database)
         self._plan, self._bus, self._codec, self._ring = plan, bus, codec, ring
         self._sender = Sender(codec)
         self._lookout = Lookout(wheels)
+        self._senders = Senders(_cycles(database))
         self._protected = dict.fromkeys(SAFETY, e2e.INITIAL)
         self._last = ActuatorCommand(Authority.NONE, 0.0, 0.0, 0.0)
         self._asked_since = 0.0
@@ -56,6 +67,8 @@ class Gateway:
         seen = self._lookout.seen(
             now, bus_off=self._bus_off, recording=not (self._full or self._ring.failed)
         )
+        if self._senders.trouble:
+            self._trip(TripReason.TWO_SENDERS, self._senders.trouble, due)
         self._move_to(advance(self.state, seen, self._plan, now), due)
         self._send(self._decide(seen, now, due), now)
         self._report(number, now)
@@ -63,10 +76,10 @@ class Gateway:
 
     def stop(self, due: int) -> None:
         """End the trial from outside: the operator's interrupt."""
-        self._move_to(
-            tripped(self.state, Trip(TripReason.STOPPED, "stopped by the operator"), due / SECOND),
-            due,
-        )
+        self._trip(TripReason.STOPPED, "stopped by the operator", due)
+
+    def _trip(self, reason: TripReason, detail: str, due: int) -> None:
+        self._move_to(tripped(self.state, Trip(reason, detail), due / SECOND), due)
 
     def _listen(self, now: float) -> None:
         """Take in every frame that has arrived."""
@@ -79,7 +92,7 @@ class Gateway:
             if message is None:
                 return
             self._record(message)
-            if message.is_rx and not (message.is_error_frame or message.is_remote_frame):
+            if message.is_rx and not _carries_nothing(message):
                 self._observe(message.arbitration_id, message.data, now)
 
     def _observe(self, identifier: int, data: bytearray, now: float) -> None:
@@ -90,6 +103,7 @@ class Gateway:
         name = self._codec.name(identifier)
         if name is None:
             return
+        self._senders.heard(name, now)
         if name in self._protected and not self._in_sequence(name, identifier, data, now):
             self._lookout.fault(name)
             return
@@ -171,3 +185,17 @@ class Gateway:
         self._bus_off = True
         if len(self.refusals) < 100:
             self.refusals.append(str(fault))
+
+
+def _carries_nothing(message: can.Message) -> bool:
+    """Tell whether a frame cannot be one of the bench's messages, all of which are 11-bit data."""
+    return message.is_error_frame or message.is_remote_frame or message.is_extended_id
+
+
+def _cycles(database: Database) -> dict[str, float]:
+    """Name the messages that come periodically, with their cycle times (s)."""
+    return {
+        message.name: message.cycle_time
+        for message in database.messages
+        if message.cycle_time and not message.attributes.get("GenMsgSendType", 0)
+    }

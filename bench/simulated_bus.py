@@ -1,26 +1,24 @@
 """A CAN bus on the simulated clock: arbitration by identifier, and frames that take their time.
 
 It imitates bit rate, arbitration and frame length with the stuff bits that each frame really has.
-It does not imitate error frames, error counters, bus-off, or losses.
+It does not imitate CAN FD, error frames, error counters, bus-off, or losses.
 """
 
 import heapq
 from collections import deque
-from collections.abc import Callable
 from typing import Any
 
 import can
 
-FrameBits = Callable[[can.Message], int]
+from protocol.frame_bits import classic_frame_bits
 
 
 class SimulatedBus:
     """The wire; nodes are python-can buses, so that the gateway cannot tell the difference."""
 
-    def __init__(self, bitrate: int, frame_bits: FrameBits) -> None:
-        """Run at `bitrate` (bit/s); `frame_bits` counts a frame's bits with interframe space."""
+    def __init__(self, bitrate: int) -> None:
+        """Run at `bitrate` (bit/s)."""
         self._bit = 1e9 / bitrate
-        self._frame_bits = frame_bits
         self._nodes: list[SimulatedNode] = []
         self._waiting: list[tuple[int, int, can.Message, SimulatedNode]] = []  # by time sent
         self._contending: list[tuple[int, int, can.Message, SimulatedNode]] = []  # by identifier
@@ -29,9 +27,9 @@ class SimulatedBus:
         self._sequence = 0
         self.now_ns = 0
 
-    def node(self, name: str, receive_own_messages: bool = False) -> "SimulatedNode":
+    def node(self, name: str, hears_itself: bool = False) -> "SimulatedNode":
         """Attach one more node."""
-        node = SimulatedNode(self, name, receive_own_messages)
+        node = SimulatedNode(self, name, hears_itself)
         self._nodes.append(node)
         return node
 
@@ -60,7 +58,7 @@ class SimulatedBus:
             begins = max(begins, self._waiting[0][0])
         self._join_contention(begins)
         _, _, message, sender = heapq.heappop(self._contending)
-        return begins + round(self._frame_bits(message) * self._bit), message, sender
+        return begins + round(_bits(message) * self._bit), message, sender
 
     def _join_contention(self, time_ns: int) -> None:
         while self._waiting and self._waiting[0][0] <= time_ns:
@@ -98,3 +96,7 @@ class SimulatedNode(can.BusABC):
 
     def _apply_filters(self, filters: Any) -> None:
         """Leave filtering to the base class."""
+
+
+def _bits(message: can.Message) -> int:
+    return classic_frame_bits(message.arbitration_id, message.is_extended_id, message.data)

@@ -11,7 +11,7 @@ from bench.excitation import Excitation
 from bench.permit import Trip
 from bench.seen import Seen
 from protocol.messages import ActuatorCommand, Authority, Phase, TripReason
-from protocol.trial_file import TrialFile
+from protocol.trial_file import RPM, TrialFile
 
 HOLDING = frozenset({Phase.EXCITING, Phase.SETTLING, Phase.HANDING_BACK})
 ENDED = frozenset({Phase.DONE, Phase.TRIPPED})
@@ -35,7 +35,7 @@ class Plan:
 class TrialState:
     """Where a trial stands.
 
-    since         s, when the phase began
+    since         s, when the phase began (NaN before the first tick)
     steady_since  s, since when rpm and gear have been inside the window (NaN: they are not)
     released      the button has been seen released since arming
     throttle      operating point: opening when the button was pressed, 0..1
@@ -45,7 +45,7 @@ class TrialState:
     """
 
     phase: Phase = Phase.IDLE
-    since: float = 0.0
+    since: float = math.nan
     steady_since: float = math.nan
     released: bool = False
     throttle: float = math.nan
@@ -85,7 +85,12 @@ def wanted(state: TrialState, plan: Plan, now: float) -> ActuatorCommand:
 
 
 def _idle(state: TrialState, seen: Seen, plan: Plan, now: float) -> TrialState:
-    if not _steady(seen, plan):
+    if math.isnan(state.since):
+        state = replace(state, since=now)
+    trouble = unsteady(seen, plan)
+    if trouble and now - state.since > plan.trial.ready_within:
+        return tripped(state, Trip(TripReason.NEVER_READY, trouble), now)
+    if trouble:
         return replace(state, steady_since=math.nan)
     since = now if math.isnan(state.steady_since) else state.steady_since
     if now - since >= plan.trial.operating_point.steady_for:
@@ -94,7 +99,7 @@ def _idle(state: TrialState, seen: Seen, plan: Plan, now: float) -> TrialState:
 
 
 def _armed(state: TrialState, seen: Seen, plan: Plan, now: float) -> TrialState:
-    if not _steady(seen, plan):
+    if unsteady(seen, plan):
         return replace(_enter(state, Phase.IDLE, now), steady_since=math.nan)
     if now - state.since > plan.trial.armed_for_at_most:
         return tripped(state, Trip(TripReason.NEVER_PRESSED, "the button was not pressed"), now)
@@ -146,14 +151,19 @@ def _hand_back_target(state: TrialState, seen: Seen, plan: Plan) -> float:
     return min(max(inside, state.throttle - most), state.throttle + most)
 
 
-def _steady(seen: Seen, plan: Plan) -> bool:
-    """Tell whether the motorcycle is at the trial's operating point and all of it is heard."""
-    point = plan.trial.operating_point
-    return (
-        seen.oldest_age <= plan.trial.limits.stale
-        and seen.engine.gear == point.gear
-        and abs(seen.engine.engine_speed - point.engine_speed) <= point.engine_speed_window
-    )
+def unsteady(seen: Seen, plan: Plan) -> str:
+    """Say what keeps the bench from arming; empty where nothing does."""
+    point, limits = plan.trial.operating_point, plan.trial.limits
+    if not seen.oldest_age <= limits.stale:
+        return f"{seen.oldest} is silent"
+    if seen.engine.gear != point.gear:
+        return f"gear {seen.engine.gear}, the trial wants {point.gear}"
+    if not abs(seen.engine.engine_speed - point.engine_speed) <= point.engine_speed_window:
+        wanted_rpm, window = point.engine_speed / RPM, point.engine_speed_window / RPM
+        return f"engine at {seen.engine.engine_speed / RPM:.0f} rpm, the trial wants " + (
+            f"{wanted_rpm:.0f} +- {window:.0f} rpm"
+        )
+    return ""
 
 
 def _enter(state: TrialState, phase: Phase, now: float) -> TrialState:

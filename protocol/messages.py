@@ -55,6 +55,8 @@ class TripReason(IntEnum):
     STOPPED = 18
     NEVER_PRESSED = 19
     THROTTLE_FAULT = 20
+    TWO_SENDERS = 21
+    NEVER_READY = 22
 
 
 class Intervals(IntEnum):

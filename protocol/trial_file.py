@@ -125,6 +125,7 @@ class TrialFile(Section):
     command: Command = Command()
     settling: Seconds = Field(default=1.0, ge=0)
     hand_back: Seconds = Field(default=0.5, gt=0)
+    ready_within: Seconds = Field(default=120.0, gt=0)
     armed_for_at_most: Seconds = Field(default=120.0, gt=0)
     limits: Limits
     rider: VirtualRider = VirtualRider()

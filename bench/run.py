@@ -1,0 +1,71 @@
+"""A trial and its recording: the run folder is made, filled while the trial runs, and described."""
+
+import shutil
+from collections.abc import Callable
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+import dbc
+from bench.buses import BusAddress
+from bench.live_trial import run_live
+from bench.outcome import Outcome, ticks_table, told
+from bench.preparation import Prepared
+from bench.simulated_trial import BITRATE, BUS, START, run_simulated
+from bench.vehicle_roles import roles_text
+from bench.virtual_motorcycle import wheels_of
+from protocol.messages import Phase
+from protocol.run_folder import create, versions, write_description
+
+
+def run_trial(
+    prepared: Prepared,
+    folder: Path,
+    address: BusAddress | None,
+    progress: Callable[[float], None] = lambda _: None,
+    phases: Callable[[Phase], None] = lambda _: None,
+) -> Outcome:
+    """Run a trial into `folder`: on the simulated clock, or in real time at `address`.
+
+    `progress` is told the simulated time in s, `phases` each phase of a live trial. Raises
+    InputError where the folder exists or the bus cannot be opened.
+    """
+    create(folder)
+    _keep_inputs(prepared, folder)
+    description = _description(prepared, address)
+    write_description(folder, description)
+    if address is None:
+        outcome = run_simulated(prepared, folder / "frames.log", progress)
+    else:
+        outcome = run_live(prepared, folder / "frames.log", address, phases)
+    (folder / "ticks.csv").write_text(ticks_table(outcome.lateness))
+    write_description(folder, {**description, **told(outcome)})
+    return outcome
+
+
+def _keep_inputs(prepared: Prepared, folder: Path) -> None:
+    """Copy what the trial was made of, so that the folder alone repeats a judgement."""
+    shutil.copyfile(prepared.trial_path, folder / "trial.toml")
+    shutil.copyfile(prepared.vehicle_path, folder / "vehicle.toml")
+    shutil.copyfile(prepared.database_path, folder / "database.dbc")
+    (folder / "roles.toml").write_text(roles_text(dbc.MOTORBIKE_ROLES, wheels_of(prepared.vehicle)))
+
+
+def _description(prepared: Prepared, address: BusAddress | None) -> dict[str, Any]:
+    """Describe the run before it begins, so that even a killed one says what it was."""
+    run: dict[str, Any] = {
+        "kind": "trial",
+        "name": prepared.trial.name,
+        "vehicle": prepared.vehicle.name,
+        "started": datetime.now(UTC).isoformat(timespec="seconds"),
+        "database_sha256": prepared.database.sha256,
+    }
+    if address is None:
+        run["start_time_ns"] = START
+        bus = {"interface": "simulated", "name": BUS, "bitrate": BITRATE, "clock": "simulated"}
+    else:
+        bus = {
+            "interface": address.interface, "channel": address.channel, "name": address.name,
+            "bitrate": address.bitrate, "clock": "monotonic",
+        }  # fmt: skip
+    return {"run": run, "bus": bus, "versions": versions()}

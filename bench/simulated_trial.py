@@ -1,0 +1,73 @@
+"""A trial in lock step: gateway, bus and virtual motorcycle on one simulated clock.
+
+The same loop, gateway and virtual motorcycle as on a real bus, faster than real time, and the same
+frames to the last bit whenever the trial is the same.
+"""
+
+from collections.abc import Callable
+from pathlib import Path
+
+from bench.clock import MILLISECOND, SECOND, SimulatedClock
+from bench.gateway import Gateway
+from bench.loop import run_periodic
+from bench.outcome import Outcome
+from bench.preparation import Prepared, check_swing
+from bench.recorder import Recorder, open_log
+from bench.ring import Ring
+from bench.simulated_bus import SimulatedBus
+from bench.virtual_motorcycle import VirtualMotorcycle, wheels_of
+from protocol.codec import Codec
+
+BITRATE = 1_000_000  # bit/s
+BUS = "can0"
+START = SECOND  # ns; simulated recordings begin a second into the epoch, whatever the date
+DEVICE_PHASE = 350_000  # ns after the gateway's tick at which the devices wake
+
+
+def run_simulated(
+    prepared: Prepared, log_path: Path, progress: Callable[[float], None] = lambda _: None
+) -> Outcome:
+    """Run the trial and write its frames to `log_path`; `progress` is told the time in s."""
+    wire = SimulatedBus(BITRATE)
+    with (
+        wire.node("gateway", hears_itself=True) as ours,
+        wire.node("motorcycle") as theirs,
+        open_log(log_path) as log,
+    ):
+        motorcycle = VirtualMotorcycle(prepared.ride, theirs, Codec(prepared.database))
+        check_swing(prepared, motorcycle.opening)
+        ring = Ring.local()
+        recorder = Recorder(ring, log, BUS)
+        gateway = Gateway(prepared.plan, ours, prepared.database, ring, wheels_of(prepared.vehicle))
+        world = _World(wire, motorcycle, recorder, progress)
+        clock = SimulatedClock(START, world.live_until)
+        period = round(prepared.trial.command.period * SECOND)
+        lateness = run_periodic(gateway.tick, period, clock)
+        recorder.drain()
+    return Outcome(gateway.state, tuple(gateway.changes), lateness, tuple(gateway.refusals))
+
+
+class _World:
+    """Everything that lives while the gateway waits for its next tick."""
+
+    def __init__(
+        self,
+        wire: SimulatedBus,
+        motorcycle: VirtualMotorcycle,
+        recorder: Recorder,
+        progress: Callable[[float], None],
+    ) -> None:
+        self._wire, self._motorcycle, self._recorder = wire, motorcycle, recorder
+        self._progress = progress
+        self._number = 0
+
+    def live_until(self, time_ns: int) -> None:
+        """Wake the devices every millisecond up to `time_ns`, frames arriving in between."""
+        while (due := START + self._number * MILLISECOND + DEVICE_PHASE) <= time_ns:
+            self._wire.advance_to(due)
+            self._motorcycle.tick(self._number, due)
+            self._number += 1
+        self._wire.advance_to(time_ns)
+        self._recorder.drain()
+        if self._number % 100 == 0:
+            self._progress((time_ns - START) / SECOND)
