@@ -29,7 +29,7 @@ def load_database(path: Path) -> Database:
     database = Database(
         origin=str(path),
         sha256=hashlib.sha256(content).hexdigest(),
-        messages=tuple(_message(message) for message in parsed.messages),
+        messages=tuple(describe(message) for message in parsed.messages),
         nodes=tuple(node.name for node in parsed.nodes),
     )
     check(database)
@@ -70,7 +70,8 @@ def _parse(content: bytes, path: Path) -> CantoolsDatabase:
     return parsed
 
 
-def _message(message: CantoolsMessage) -> Message:
+def describe(message: CantoolsMessage) -> Message:
+    """Describe one message of cantools, unchecked."""
     attributes = _attributes(message)
     return Message(
         name=message.name,

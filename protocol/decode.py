@@ -176,12 +176,13 @@ def _samples(signal: Signal, frames: Frames) -> Samples:
 
 def _unknown_multiplexers(frames: Frames) -> Iterator[tuple[str, int]]:
     for signal in frames.message.signals:
-        if signal.is_multiplexer:
-            selected = [
-                number
-                for other in frames.message.signals
-                if other.multiplexer == signal.name
-                for number in other.multiplexer_ids
-            ]
-            known = np.isin(frames.samples(signal.name).raw, [*selected, *signal.choices])
-            yield signal.name, int(np.count_nonzero(~known))
+        known = [*signal.choices, *_selected(frames.message, signal)]
+        if signal.is_multiplexer and known:
+            found = np.isin(frames.samples(signal.name).raw, known)
+            yield signal.name, int(np.count_nonzero(~found))
+
+
+def _selected(message: Message, multiplexer: Signal) -> Iterator[int]:
+    for signal in message.signals:
+        if signal.multiplexer == multiplexer.name:
+            yield from signal.multiplexer_ids

@@ -26,7 +26,8 @@ def raw(signal: Signal, payloads: Words) -> Raw:
     unused = np.uint64(64 - signal.length)
     if signal.is_float:
         bits, number = _FLOATS[signal.length]
-        return (top >> unused).astype(bits).view(number).astype(np.float64)
+        with np.errstate(invalid="ignore"):
+            return (top >> unused).astype(bits).view(number).astype(np.float64)
     if signal.signed:
         return top.view(np.int64) >> np.int64(unused)
     value = top >> unused
@@ -64,7 +65,8 @@ def physical(signal: Signal, values: Raw) -> npt.NDArray[Any]:
     """
     scale, offset = signal.scale, signal.offset
     if signal.is_float:
-        return values if (scale, offset) == (1, 0) else values * float(scale) + float(offset)
+        with np.errstate(all="ignore"):  # a NaN or an infinity that was sent is no trouble here
+            return values if (scale, offset) == (1, 0) else values * float(scale) + float(offset)
     if float(scale).is_integer() and float(offset).is_integer():
         return _whole(signal, values, int(scale), int(offset))
     if isinstance(scale, int) and signal.length + scale.bit_length() > EXACT_BITS:

@@ -30,10 +30,11 @@ class Teeth:
     """m teeth, in order.
 
     time_us     (m,) encoder's own clock; on the arrivals' clock where there is no anchor at all
-    count       (m,) running count, a step above 1 says how many teeth are unknown
+    count       (m,) running count; a step of 1 is an exact interval, a greater one says how many
+                teeth are unknown
     arrival_ns  (m,) when the frame came that told the tooth, the log's clock
     anchored    (m,) False where the time was laid by arrival: exact only relative to the teeth
-                before and after it that the count joins to it
+                to which steps of 1 join it
     """
 
     time_us: IntArray
@@ -78,7 +79,21 @@ def lay(frames: ToothFrames, anchors: Anchors) -> Teeth:
     elapsed -= elapsed[first][run]
     arrival = frames.arrival[frame]
     time, anchored = _times(count, elapsed, run, arrival, anchors)
-    return Teeth(time, count, arrival, anchored)
+    sure = _sure(count, first, anchored)
+    return Teeth(time[sure], count[sure], arrival[sure], anchored[sure])
+
+
+def _sure(
+    count: IntArray, first: npt.NDArray[np.bool_], anchored: npt.NDArray[np.bool_]
+) -> npt.NDArray[np.bool_]:
+    """Leave out the tooth from which a run counts where only its time before that is lost.
+
+    The run before ended one tooth earlier. Unless both are anchored the interval between them is
+    not known, and a count that steps by one would claim that it is.
+    """
+    next_to = np.diff(count, prepend=count[0] - 2) == 1
+    both = anchored & np.concatenate([[False], anchored[:-1]])
+    return np.asarray(~(first & next_to) | both, np.bool_)
 
 
 def _repeated(frames: ToothFrames) -> npt.NDArray[np.bool_]:

@@ -1,0 +1,89 @@
+"""How fast a whole log is decoded: ours against cantools, on the motorbike's own traffic.
+
+`python -m benchmarks.decode [frames]` prints one table. Both decode every signal of every frame to
+physical values. cantools goes frame by frame, on a part of the same log, its time scaled up.
+"""
+
+import sys
+import time
+from collections.abc import Callable
+from statistics import median
+
+import cantools.database
+import numpy as np
+
+from protocol.database import MOTORBIKE, load_database
+from protocol.decode import decode, sort_log
+from protocol.frame_log import FrameLog
+from protocol.layout import Database
+
+FRAMES = 1_000_000
+REPETITIONS = 5
+PART = 50_000  # frames that cantools decodes
+
+
+def traffic(database: Database, n: int, seed: int = 1) -> FrameLog:
+    """Draw n frames, mixed as the cycle times say, with random bits."""
+    random = np.random.default_rng(seed)
+    rates = np.array([1 / (message.cycle_time or 1.0) for message in database.messages])
+    chosen = random.choice(len(rates), size=n, p=rates / rates.sum())
+    identifiers = np.array([message.identifier for message in database.messages], np.uint32)
+    lengths = np.array([message.length for message in database.messages], np.uint8)[chosen]
+    data = random.integers(0, 256, (n, 8), np.uint8)
+    data[np.arange(8) >= lengths[:, None]] = 0
+    none = np.zeros(n, np.bool_)
+    return FrameLog(
+        time_ns=np.arange(n, dtype=np.int64) * 200_000,
+        bus=none.astype(np.uint8),
+        identifier=identifiers[chosen],
+        extended=none,
+        fd=none,
+        sent=none,
+        length=lengths,
+        data=data,
+        buses=("can0",),
+    )
+
+
+def ours(log: FrameLog, database: Database) -> None:
+    """Decode everything."""
+    for signals in decode(sort_log(log, database)).values():
+        for samples in signals.values():
+            samples.value  # noqa: B018 (computed when asked for)
+
+
+def theirs(log: FrameLog, database: cantools.database.can.Database) -> None:
+    """Decode everything, a frame at a time."""
+    identifiers, lengths, data = log.identifier.tolist(), log.length.tolist(), log.data.tobytes()
+    by_identifier = {message.frame_id: message for message in database.messages}
+    for row, (identifier, length) in enumerate(zip(identifiers, lengths, strict=True)):
+        by_identifier[identifier].decode(data[8 * row : 8 * row + length], decode_choices=False)
+
+
+def seconds(action: Callable[[], None], repetitions: int) -> float:
+    """Median time that an action takes."""
+    times = []
+    for _ in range(repetitions):
+        start = time.perf_counter()
+        action()
+        times.append(time.perf_counter() - start)
+    return median(times)
+
+
+def main(frames: int = FRAMES) -> None:
+    """Print the table."""
+    database, reference = load_database(MOTORBIKE), cantools.database.load_file(MOTORBIKE)
+    assert isinstance(reference, cantools.database.can.Database)
+    log = traffic(database, frames)
+    part = log.select(np.arange(frames) < PART)
+    our_time = seconds(lambda: ours(log, database), REPETITIONS)
+    their_time = seconds(lambda: theirs(part, reference), 3) * frames / len(part)
+    print(f"decode, {frames:,} frames, every signal, median of {REPETITIONS} runs")
+    print(f"{'':12}{'s':>10}{'frames/s':>16}")
+    for name, taken in (("slipbench", our_time), ("cantools", their_time)):
+        print(f"{name:12}{taken:10.3f}{frames / taken:16,.0f}")
+    print(f"{'ratio':12}{their_time / our_time:10.1f}")
+
+
+if __name__ == "__main__":
+    main(int(sys.argv[1]) if len(sys.argv) > 1 else FRAMES)
