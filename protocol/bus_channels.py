@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from protocol.channel import FloatArray
-from protocol.decode import Frames, SortedLog
+from protocol.decode import Frames, Samples, SortedLog
 from protocol.errors import InputError
 from protocol.layout import Database, Message, Signal
 from protocol.role_map import Source
@@ -183,7 +183,7 @@ def _mean(
     frames: Frames, signals: list[Signal], role: str, source: Source
 ) -> tuple[Rows, FloatArray]:
     """Mean of the signals in SI over the frames that hold them all."""
-    parts = [frames.samples(signal.name) for signal in signals]
+    parts = [_known(frames.samples(signal.name), source) for signal in signals]
     rows = parts[0].rows
     for part in parts[1:]:
         rows = np.intersect1d(rows, part.rows, assume_unique=True)
@@ -192,6 +192,14 @@ def _mean(
         for part, signal in zip(parts, signals, strict=True)
     ]
     return rows, np.mean(values, axis=0) if len(values) > 1 else values[0]
+
+
+def _known(samples: Samples, source: Source) -> Samples:
+    """Leave out the values that say "not known"."""
+    if not source.unknown:
+        return samples
+    keep = ~np.isin(samples.value, source.unknown)
+    return Samples(samples.signal, samples.rows[keep], samples.raw[keep])
 
 
 def _only_valid(

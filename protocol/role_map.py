@@ -21,6 +21,7 @@ class Source(Section):
     bus           only frames of this bus ("can0"); empty: any
     valid         "Message.signal" of the same message, or a column of the same table: samples count
                   only where it is not 0
+    unknown       values, in the database's unit, that say "not known": no samples
     unit          overrides the database's unit (or gives the table column's)
     sign, offset  value = sign * SI(value) + offset
     clock         "bus": arrival times. A name: the device whose `time_signal` stamps the samples
@@ -38,6 +39,7 @@ class Source(Section):
     time_column: str = ""
     bus: str = ""
     valid: str = ""
+    unknown: tuple[float, ...] = ()
     unit: str | None = None
     sign: Literal[1, -1] = 1
     offset: float = 0.0

@@ -13,6 +13,7 @@ import hashlib
 import os
 import platform
 from collections.abc import Mapping
+from dataclasses import replace
 from importlib import metadata
 from pathlib import Path
 from typing import Any
@@ -29,8 +30,9 @@ from protocol.layout import Database
 from protocol.log_faults import log_faults
 from protocol.logs import Progress, quiet
 from protocol.logs.candump import candump_pieces, parse_pieces
-from protocol.recording import Recording
+from protocol.recording import BusFault, Recording
 from protocol.role_map import RoleMap
+from protocol.senders import interleaved_messages
 from protocol.tables import Table, read_table
 from protocol.trial_file import TrialFile
 
@@ -105,7 +107,7 @@ def read(folder: Path, progress: Progress = quiet) -> Recording:
         frame_count=len(sorted_log.log) if sorted_log else 0,
         duration=_duration(sorted_log, bound, start_ns),
         start_time_ns=start_ns,
-        faults=bound.faults + (log_faults(sorted_log, start_ns) if sorted_log else ()),
+        faults=_faults(sorted_log, bound, start_ns),
         bus_load=_bus_load(sorted_log, description, roles),
     )
 
@@ -178,6 +180,18 @@ def _duration(sorted_log: SortedLog | None, bound: Bound, start_ns: int) -> floa
     if sorted_log is not None and len(sorted_log.log):
         return float(sorted_log.log.time_ns[-1] - start_ns) * 1e-9
     return max((float(channel.time[-1]) for channel in bound.channels.values()), default=0.0)
+
+
+def _faults(sorted_log: SortedLog | None, bound: Bound, start_ns: int) -> tuple[BusFault, ...]:
+    """Give all faults in order of time, counted from the recording's start."""
+    if sorted_log is None or not len(sorted_log.log):
+        return bound.faults
+    before = (int(sorted_log.log.time_ns[0]) - start_ns) * 1e-9
+    found = [
+        replace(fault, first_time=fault.first_time + before) for fault in log_faults(sorted_log)
+    ]
+    found += [*interleaved_messages(sorted_log, start_ns), *bound.faults]
+    return tuple(sorted(found, key=lambda fault: fault.first_time))
 
 
 def _bus_load(

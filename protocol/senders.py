@@ -1,11 +1,14 @@
 """One message has one sender: its counter counts on, and its values follow one course."""
 
+from collections.abc import Iterator
+
 import numpy as np
 import numpy.typing as npt
 
 from protocol.channel import FloatArray
-from protocol.decode import Frames
+from protocol.decode import Frames, SortedLog
 from protocol.e2e import PERIOD
+from protocol.recording import BusFault
 
 TWO_SENDERS = "two senders"
 _FEWEST = 50  # samples from which two courses can be told
@@ -32,6 +35,17 @@ def interleaved(frames: Frames) -> bool:
     counter = counters(frames)
     own = (counter[2:] - counter[:-2]) % PERIOD == 1
     return bool(np.mean(own) > 0.6 and np.mean(np.diff(counter) % PERIOD == 1) < 0.6)
+
+
+def interleaved_messages(sorted_log: SortedLog, start_ns: int) -> Iterator[BusFault]:
+    """Find the protected messages whose counters interleave on one bus."""
+    for name, frames in sorted_log.frames.items():
+        bus = sorted_log.log.bus[frames.rows]
+        for number in np.unique(bus):
+            one = frames.select(bus == number)
+            if interleaved(one.select(one.protected)):
+                first = (int(sorted_log.log.time_ns[one.rows[0]]) - start_ns) * 1e-9
+                yield BusFault(name, TWO_SENDERS, len(one), first)
 
 
 def alternates(value: FloatArray) -> bool:

@@ -50,6 +50,8 @@ class TableLog:
         found = self._read(source)
         if source.valid:
             found = self._only_valid(found, source)
+        if source.unknown:
+            found = found.select(~np.isin(found.value, source.unknown))
         if not found.time.size:
             raise Missing(f"column {source.column!r} of table {name!r} holds no numbers")
         time = self._since(start, found, self._rules(source), name) - source.delay
@@ -67,17 +69,18 @@ class TableLog:
     def _only_valid(self, found: Samples, source: Source) -> Samples:
         table = self.tables[source.table or MAIN]
         flag = samples(table, source.valid, source.time_column, self._rules(source))
-        keep = np.isin(found.time, flag.time[flag.value != 0])
-        return Samples(found.time[keep], found.value[keep], found.unit, found.clock, found.warnings)
+        return found.select(np.isin(found.time, flag.time[flag.value != 0]))
 
     def _since(self, start: float, found: Samples, rules: TableRules, name: str) -> FloatArray:
         """Lay the table's times onto the recording's."""
         if rules.align == "start" or (self.span is not None and not found.clock):
-            return found.time - found.time[0] + rules.time_offset
-        time = found.time + rules.time_offset
+            first: float = found.time[0] - rules.time_offset
+            return found.time - first
+        time: FloatArray = found.time + rules.time_offset
         if self.span is not None and rules.align == "auto":
             self._check_overlap(time, name)
-        return np.asarray(time - start, np.float64)
+        since: FloatArray = time - start
+        return since
 
     def _check_overlap(self, time: FloatArray, name: str) -> None:
         assert self.span is not None

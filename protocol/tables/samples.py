@@ -1,6 +1,6 @@
 """One column of a table with its times: the samples of a channel, on the table's own clock."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -26,6 +26,10 @@ class Samples:
     unit: str
     clock: str
     warnings: tuple[str, ...] = ()
+
+    def select(self, keep: npt.NDArray[np.bool_]) -> "Samples":
+        """Keep only some samples."""
+        return replace(self, time=self.time[keep], value=self.value[keep])
 
 
 def samples(table: Table, column: str, time_column: str, rules: TableRules) -> Samples:
