@@ -6,7 +6,7 @@ compiled once (docs/decisions/plant-one-kernel.md tells why).
 """
 
 import inspect
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache
 from types import ModuleType
@@ -32,7 +32,9 @@ ARGUMENTS = (
     "history",
     "history_rate",
 )
-HELD = ["gear_ratio", *(n for n in Inputs.names if n not in ("throttle_command", "spark", "gear"))]
+LED = ("throttle", "engine_speed", "rear_speed", "speed")
+ELSEWHERE = ("throttle_command", "spark", "gear", *(f"measured_{state}" for state in LED))
+HELD = ("gear_ratio", *(name for name in Inputs.names if name not in ELSEWHERE))
 RENAMED_OUTPUTS = {"spark_applied": "spark"}
 ADVANCE = "f8[::1](f8[::1],f8[:,::1],f8[::1],f8[::1],f8,i8,i8,i8,f8[::1],f8[:,::1])"
 EVALUATE = "f8[::1](f8[::1],f8[::1],f8[::1],f8[::1],f8)"
@@ -59,6 +61,8 @@ class Layout:
             here = present.get(effect)
             values.append(float(here is not None))
             values.extend((here or effect.absent()).values())
+        acting = {hook.seam for effect in present for hook in effect.hooks}
+        values.extend(float(seam in acting) for seam in _seams(self.effects))
         return np.array(values)
 
 
@@ -73,8 +77,14 @@ def layout(effects: tuple[EffectClass, ...]) -> Layout:
     for effect in effects:
         parameters.append(f"{effect.name}.present")
         parameters.extend(f"{effect.name}.{p.name}" for p in effect.parameters())
+    parameters.extend(f"acting.{seam}" for seam in _seams(effects))
     states = [*RATES, *(f"{e.name}.{s}" for e in effects for s in e.states)]
     return Layout(effects, tuple(parameters), tuple(states))
+
+
+def _seams(effects: tuple[EffectClass, ...]) -> list[str]:
+    """Return the seams at which any of these effects acts."""
+    return sorted({hook.seam for effect in effects for hook in effect.hooks})
 
 
 @cache
@@ -105,7 +115,7 @@ def kernel_text(effects: tuple[EffectClass, ...]) -> str:
 def rates_text(order: Layout) -> str:
     """Return the text of `rates`: every equation, each followed by the effects at its seam."""
     known = _Names(order)
-    signature = "x, u, throttle_command, spark, p, step, count, stage, history, history_rate"
+    signature = "x, u, led, throttle_command, spark, p, step, count, stage, history, history_rate"
     lines = [f"def rates({signature}):"]
     lines += [f"    {name} = x[{i}]" for i, name in enumerate(RATES)]
     lines += [f"    {name} = u[{i}]" for i, name in enumerate(HELD)]
@@ -116,13 +126,24 @@ def rates_text(order: Layout) -> str:
         gives = GIVES_SEVERAL.get(seam, (seam,))
         lines.append(f"    {', '.join(gives)} = nominal__{seam}({known.arguments(equation, None)})")
         known.add(gives)
-        for effect in order.effects:
-            lines += _effect_lines(known, effect, seam, gives)
-    rates = [*RATES.values(), *(f"dx{i}" for i in range(len(RATES), len(order.states)))]
+        lines += _seam_lines(known, order.effects, seam, gives)
+    rates = [*_led(RATES), *(f"dx{i}" for i in range(len(RATES), len(order.states)))]
     outputs = [RENAMED_OUTPUTS.get(name, name) for name in Outputs.names]
     outputs += [f"x[{i}]" for i in range(len(RATES), len(order.states))]
     lines.append(f"    return ({', '.join(rates)},), ({', '.join(outputs)},)")
     return "\n".join(lines)
+
+
+def _led(rates: Mapping[str, str]) -> Iterator[str]:
+    """Yield the rate of each nominal state: its equation's, or the slope of what leads it."""
+    for state, rate in rates.items():
+        if state == "throttle_rate":
+            yield f"{rate} if led[0] != led[0] else 0.0"
+        elif state in LED:
+            i = LED.index(state)
+            yield f"{rate} if led[{i}] != led[{i}] else led[{i}]"
+        else:
+            yield rate
 
 
 def tuple_texts(order: Layout) -> list[str]:
@@ -136,6 +157,7 @@ def tuple_texts(order: Layout) -> list[str]:
         _tuple_text("read_parameters(p)", "p[{0}]", len(order.parameters)),
         _inputs_text(),
         _throttle_text(n),
+        _slopes_text(),
         _write_text("write", outputs),
         _write_text("write_states", n),
     ]
@@ -157,19 +179,30 @@ def _throttle_text(states: int) -> str:
     return f"def with_throttle(x, position, rate):\n    return (position, rate, {others})"
 
 
+def _slopes_text() -> str:
+    places = ((Inputs.names.index(f"measured_{s}"), list(RATES).index(s)) for s in LED)
+    elements = ", ".join(f"(row[{column}] - x[{state}]) / duration" for column, state in places)
+    return f"def slopes(row, x, duration):\n    return ({elements},)"
+
+
 def _write_text(name: str, length: int) -> str:
     lines = "\n".join(f"    row[{i}] = numbers[{i}]" for i in range(length))
     return f"def {name}(row, numbers):\n{lines}"
 
 
-def _effect_lines(
-    known: "_Names", effect: EffectClass, seam: str, gives: tuple[str, ...]
+def _seam_lines(
+    known: "_Names", effects: tuple[EffectClass, ...], seam: str, gives: tuple[str, ...]
 ) -> Iterator[str]:
-    for hook in (h for h in effect.hooks if h.seam == seam):
-        yield f"    if p[{known.parameter(effect, 'present')}] > 0.5:"
-        targets = [*gives, *(f"dx{known.state(effect, state)}" for state in hook.governs)]
-        call = f"{_hook_name(effect, hook)}({known.arguments(hook.function, effect)})"
-        yield f"        {', '.join(targets)} = {call}"
+    """Yield the effects at a seam, behind one switch for the seam and one for each effect."""
+    if seam not in _seams(effects):
+        return
+    yield f"    if p[{known.place(f'acting.{seam}')}] > 0.5:"
+    for effect in effects:
+        for hook in (h for h in effect.hooks if h.seam == seam):
+            yield f"        if p[{known.place(f'{effect.name}.present')}] > 0.5:"
+            targets = [*gives, *(f"dx{known.state(effect, state)}" for state in hook.governs)]
+            call = f"{_hook_name(effect, hook)}({known.arguments(hook.function, effect)})"
+            yield f"            {', '.join(targets)} = {call}"
 
 
 def _hook_name(effect: EffectClass, hook: Hook) -> str:
@@ -188,9 +221,9 @@ class _Names:
         """Count these quantities as known from here on."""
         self._known.update(names)
 
-    def parameter(self, effect: EffectClass, name: str) -> int:
-        """Return the place of an effect's parameter."""
-        return self._parameters[f"{effect.name}.{name}"]
+    def place(self, parameter: str) -> int:
+        """Return the place of a parameter."""
+        return self._parameters[parameter]
 
     def state(self, effect: EffectClass, name: str) -> int:
         """Return the place of an effect's state."""

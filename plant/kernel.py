@@ -25,6 +25,7 @@ Numbers = tuple[float, ...]
 def rates(
     x: Numbers,
     u: Numbers,
+    led: Numbers,
     command: float,
     spark: float,
     p: Numbers,
@@ -34,7 +35,11 @@ def rates(
     history: Floats,
     history_rate: Floats,
 ) -> tuple[Numbers, Numbers]:
-    """Return rates of x, and outputs. command, spark: those that act now. Written later."""
+    """Return rates of x, and outputs. Written later.
+
+    led: slopes of the states that a recording leads, NaN for free ones. command, spark: those that
+    act now.
+    """
     raise NotImplementedError
 
 
@@ -70,6 +75,11 @@ def read_parameters(p: Floats) -> Numbers:
 
 def read_inputs(row: Floats, ratio: float, clutch: float) -> Numbers:
     """Return a row of inputs as numbers, with the overall ratio for the gear."""
+    raise NotImplementedError
+
+
+def slopes(row: Floats, x: Numbers, duration: float) -> Numbers:
+    """Return the slopes that lead measured states to the row's values; NaN for free ones."""
     raise NotImplementedError
 
 
@@ -156,6 +166,9 @@ def advance(
             new[0] = BAD_GEAR
             return new
         u = read_inputs(table[r], ratio, clutch)
+        led = slopes(table[r], x, steps_per_row * step)
+        if led[0] == led[0]:
+            x = with_throttle(x, x[0], led[0])
         known = False  # whether k1 holds the rates at x under the inputs of the step's end
         for _ in range(steps_per_row):
             commands[count & mask] = table[r, THROTTLE_COMMAND]
@@ -165,15 +178,15 @@ def advance(
             a, da = 0.5 * dc, 0.5 * ds
 
             if not (known and c - a == c_end and s - da == s_end):
-                k1, _y = rates(x, u, c - a, s - da, p, step, count, 0.0, history, history_rate)
+                k1, _y = rates(x, u, led, c - a, s - da, p, step, count, 0.0, history, history_rate)
             z = along(x, 0.5 * step, k1)
-            k2, _y = rates(z, u, c, s, p, step, count, 0.5, history, history_rate)
+            k2, _y = rates(z, u, led, c, s, p, step, count, 0.5, history, history_rate)
             z = past_middle(x, step, k1, k2)
-            k3, _y = rates(z, u, c + a, s + da, p, step, count, 1.0, history, history_rate)
+            k3, _y = rates(z, u, led, c + a, s + da, p, step, count, 1.0, history, history_rate)
             x = along(x, step, mean_rate(k1, k2, k3))
             if x[0] < 0.0 or x[0] > 1.0:
                 z = with_throttle(x, min(max(x[0], 0.0), 1.0), 0.0)
-                k, _y = rates(z, u, c + a, s + da, p, step, count, 1.0, history, history_rate)
+                k, _y = rates(z, u, led, c + a, s + da, p, step, count, 1.0, history, history_rate)
                 position, rate = off_the_stop(x[0], x[1], k[1], step)
                 x = with_throttle(x, position, rate)
 
@@ -185,7 +198,7 @@ def advance(
             known = taken == every
             if known:
                 taken = 0
-                k1, y = rates(x, u, c_end, s_end, p, step, count, 0.0, history, history_rate)
+                k1, y = rates(x, u, led, c_end, s_end, p, step, count, 0.0, history, history_rate)
                 write(out[sample], y)
                 sample += 1
     new[0] = count
@@ -197,9 +210,10 @@ def evaluate(x: Floats, y: Floats, parameters: Floats, row: Floats, step: float)
     """Return the rates at x without any delay, and fill the outputs y. row: gear as ratio."""
     nothing = np.empty(0)
     u = read_inputs(row, row[GEAR], row[CLUTCH])
+    led = slopes(row, read_states(x), 1.0)
     p = read_parameters(parameters)
     command, spark = row[THROTTLE_COMMAND], row[SPARK]
-    k, outputs = rates(read_states(x), u, command, spark, p, step, 0, 0.0, nothing, nothing)
+    k, outputs = rates(read_states(x), u, led, command, spark, p, step, 0, 0.0, nothing, nothing)
     write(y, outputs)
     dx = np.empty(len(x))
     write_states(dx, k)

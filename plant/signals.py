@@ -31,9 +31,16 @@ class Column:
         return self if instance is None else instance.table[:, self.index]
 
 
-@dataclass(frozen=True)
+FREE = float("nan")
+MEASURED = "value that this state is led to by the end of the row, along a line; NaN leaves it free"
+
+
+@dataclass(frozen=True, eq=False)
 class Inputs:
     """What acts on the motorcycle, one row per command period, held until the next row.
+
+    The measured_... columns cut the chain of cause: a state that was recorded can be imposed, so
+    that the rest of the motorcycle is driven by the recording instead of by the model.
 
     table: shape (rows, len(names)), in the order of `names`. `Inputs.held(...)` makes one; columns
     are views, so that `inputs.throttle_command[:] = wave` fills one in place.
@@ -52,6 +59,17 @@ class Inputs:
     engine_disturbance = Column("N m", "torque added at the crank")
     grip = Column("1", "factor on the tyre's friction: wet patch", 1.0)
     load = Column("1", "factor on the rear load: crest, dip", 1.0)
+    measured_throttle = Column("1", MEASURED, FREE)
+    measured_engine_speed = Column("rad/s", MEASURED, FREE)
+    measured_rear_speed = Column("rad/s", MEASURED, FREE)
+    measured_speed = Column("m/s", MEASURED, FREE)
+
+    def __post_init__(self) -> None:
+        if self.table.ndim != 2 or self.table.shape[1] != len(self.names):
+            raise ValueError(
+                f"a table of shape {self.table.shape}; inputs need (rows, {len(self.names)}): "
+                "make it with Inputs.held"
+            )
 
     @classmethod
     def held(cls, rows: int = 1, **columns: float | Floats) -> Self:
@@ -68,7 +86,7 @@ class Inputs:
 INPUT_REST = np.array([vars(Inputs)[name].rest for name in Inputs.names])
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Outputs:
     """What the motorcycle did, one row per sample, at the end of every `every`-th step.
 

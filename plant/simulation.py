@@ -1,13 +1,15 @@
 """A motorcycle in motion: a state, an input, a time step, the next state."""
 
+import math
 from dataclasses import dataclass, field
 from types import ModuleType
 
 import numpy as np
 
 from plant.composition import Layout, compose, layout
+from plant.effects.effect import Effect
 from plant.effects.library import LIBRARY
-from plant.kernel import BAD_GEAR, HEADER
+from plant.kernel import BAD_GEAR, HEADER, RINGS
 from plant.motorcycle import Motorcycle
 from plant.signals import Floats, Inputs, Outputs
 
@@ -22,18 +24,21 @@ class Simulation:
     """The compiled motorcycle.
 
     step: integration step [s]. steps_per_row: steps for which a row of inputs is held (the command
-    period). every: steps per row of output. Making one is cheap once its kernel has been compiled.
+    period). every: steps per row of output. library: the effects that are in the kernel, present or
+    not; those of the motorcycle are added. Making one is cheap once its kernel has been compiled.
     """
 
     motorcycle: Motorcycle
     step: float = 0.25e-3
     steps_per_row: int = 4
     every: int = 1
+    library: tuple[type[Effect], ...] = LIBRARY
     layout: Layout = field(init=False, repr=False)
     kernel: ModuleType = field(init=False, repr=False)
     parameters: Floats = field(init=False, repr=False)
     ratios: Floats = field(init=False, repr=False)
     delays: Floats = field(init=False, repr=False)
+    size: int = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         if (self.steps_per_row % self.every and self.every % self.steps_per_row) or self.every < 1:
@@ -41,13 +46,15 @@ class Simulation:
                 f"every = {self.every} steps and the command period of {self.steps_per_row} steps "
                 "do not divide one another; choose a multiple or a divisor"
             )
-        foreign = tuple(type(e) for e in self.motorcycle.effects if type(e) not in LIBRARY)
-        effects = (*LIBRARY, *foreign)
+        present = (type(effect) for effect in self.motorcycle.effects)
+        effects = (*self.library, *(kind for kind in present if kind not in self.library))
         servo, engine = self.motorcycle.throttle_servo, self.motorcycle.engine
         self._set("layout", layout(effects))
         self._set("kernel", compose(effects))
         self._set("parameters", self.layout.pack(self.motorcycle))
         self._set("ratios", np.array(self.motorcycle.gears))
+        ring = 1 << math.ceil(math.log2(HISTORY / self.step + 4))
+        self._set("size", HEADER + len(self.layout.states) + RINGS * ring)
         self._set("delays", np.array([servo.delay, engine.spark_delay]) / self.step)
 
     def _set(self, name: str, value: object) -> None:
@@ -56,14 +63,21 @@ class Simulation:
     @property
     def ring(self) -> int:
         """Length of the kept history, a power of two of steps."""
-        return 1 << int(np.ceil(np.log2(HISTORY / self.step + 4)))
+        states: int = len(self.layout.states)
+        return (self.size - HEADER - states) // RINGS
 
     def advance(self, state: Floats, inputs: Inputs) -> tuple[Floats, Outputs]:
         """Return the state after all rows of the inputs, and what happened on the way.
 
-        The given state is not changed. Raises ValueError for a gear that does not exist.
+        The given state is not changed. Raises ValueError for a gear that does not exist and for a
+        state that another kind of simulation has made.
         """
         table = inputs.table
+        if len(state) != self.size:
+            raise ValueError(
+                f"a state of {len(state)} numbers; this simulation's have {self.size}: it was made "
+                "with another step or other effects; make it with this simulation"
+            )
         names = self.layout.effect_states
         samples = len(table) * self.steps_per_row // self.every
         out = np.empty((samples, len(Outputs.names) + len(names)))

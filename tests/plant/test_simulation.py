@@ -212,6 +212,45 @@ def test_disturbances_act_where_they_say(nominal):
     assert np.abs(crest.tyre_force).max() < 0.01
 
 
+def recorded(nominal: Motorcycle, **columns: np.ndarray) -> Outputs:
+    simulation = Simulation(nominal, every=4)
+    state, throttle = simulation.equilibrium(2, CRANK_SPEED)
+    t = np.arange(1500) * 1e-3
+    wave = throttle + 0.03 * np.sin(2 * np.pi * (2 + 3 * t) * t)
+    return simulation.advance(state, Inputs.held(1500, gear=2.0, throttle_command=wave, **columns))[
+        1
+    ]
+
+
+def test_a_measured_signal_takes_the_place_of_its_model(nominal):
+    """Driven by its own recording each block gives the same answer, to the interpolation."""
+    free = recorded(nominal)
+    for name in ("throttle", "engine_speed", "rear_speed", "speed"):
+        led = recorded(nominal, **{f"measured_{name}": free[name]})
+        assert led[name] == pytest.approx(free[name], rel=1e-12)
+        for other in ("air", "rear_speed", "speed", "tyre_force"):
+            worst = np.abs(led[other] - free[other]).max() / np.ptp(free[other])
+            assert worst < 2e-3, (name, other)
+
+
+def test_a_measured_signal_shields_what_comes_after_from_what_came_before(nominal):
+    free = recorded(nominal)
+    slow = replace(nominal, throttle_servo=replace(nominal.throttle_servo, natural_frequency=20.0))
+    wrong, led = recorded(slow), recorded(slow, measured_throttle=free.throttle)
+    assert (
+        np.abs(led.rear_speed - free.rear_speed).max()
+        < 1e-2 * np.abs(wrong.rear_speed - free.rear_speed).max()
+    )
+
+
+def test_a_state_or_table_of_another_kind_is_refused(nominal):
+    state = Simulation(nominal, step=1e-3).state()
+    with pytest.raises(ValueError, match="another step or other effects"):
+        Simulation(nominal).advance(state, Inputs.held(1))
+    with pytest.raises(ValueError, match=r"make it with Inputs\.held"):
+        Inputs(np.zeros((3, 2)))
+
+
 def extreme(draw: st.DrawFn, block: object) -> object:
     described = type(block).parameters()
     return type(block)(
