@@ -69,7 +69,7 @@ class Frames:
         if protection is None:
             return np.ones(len(self), np.bool_)
         data = self.words.view(np.uint8)[:, : self.message.length]
-        return np.asarray(e2e.crcs(data, protection.data_id) == data[:, 0])
+        return e2e.rightly_protected(data, protection.data_id)
 
 
 @dataclass(frozen=True)
