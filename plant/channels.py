@@ -75,8 +75,10 @@ def sample(
     """Return sampling times [s, true time] and quantised values, no noise, no latency.
 
     time: increasing, shape (n,). Samples fall at start + k period within [time[0], time[-1]];
-    between the given times the value is interpolated.
+    between the given times the value is interpolated. Raises ValueError for a channel of events.
     """
+    if timing.period == 0.0:
+        raise ValueError("a period of 0 tells every event; such a channel is not sampled")
     first = np.ceil((time[0] - start) / timing.period - 1e-9)
     last = np.floor((time[-1] - start) / timing.period + 1e-9)
     at = start + timing.period * np.arange(first, last + 1)

@@ -7,21 +7,18 @@ compiled once (docs/decisions/plant-one-kernel.md tells why).
 
 import inspect
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
 from functools import cache
 from types import ModuleType
 from typing import Any
 
-import numpy as np
-
 from plant import kernel
 from plant.compiled import entry, inlined, load, text_of
-from plant.effects.effect import Effect, Hook
+from plant.effects.effect import Hook
 from plant.equations import EQUATIONS, GIVES_SEVERAL, RATES
-from plant.motorcycle import BLOCK_NAMES, Motorcycle
-from plant.signals import Floats, Inputs, Outputs
+from plant.kernel_parts import HELD, LED, tuple_texts
+from plant.layout import EffectClass, Layout, layout, seams
+from plant.signals import Outputs
 
-EffectClass = type[Effect]
 ARGUMENTS = (
     "throttle_command",
     "spark",
@@ -32,59 +29,9 @@ ARGUMENTS = (
     "history",
     "history_rate",
 )
-LED = ("throttle", "engine_speed", "rear_speed", "speed")
-ELSEWHERE = ("throttle_command", "spark", "gear", *(f"measured_{state}" for state in LED))
-HELD = ("gear_ratio", *(name for name in Inputs.names if name not in ELSEWHERE))
 RENAMED_OUTPUTS = {"spark_applied": "spark"}
 ADVANCE = "f8[::1](f8[::1],f8[:,::1],f8[::1],f8[::1],f8,i8,i8,i8,f8[::1],f8[:,::1])"
 EVALUATE = "f8[::1](f8[::1],f8[::1],f8[::1],f8[::1],f8)"
-
-
-@dataclass(frozen=True)
-class Layout:
-    """Where everything stands in the kernel's arrays, for one set of effects."""
-
-    effects: tuple[EffectClass, ...]
-    parameters: tuple[str, ...]
-    states: tuple[str, ...]
-
-    @property
-    def effect_states(self) -> tuple[str, ...]:
-        """Names of the states that effects add, as '<effect>.<state>'."""
-        return self.states[len(RATES) :]
-
-    def pack(self, motorcycle: Motorcycle) -> Floats:
-        """Return the motorcycle's numbers in the kernel's order; absent effects are off."""
-        present = {type(effect): effect for effect in motorcycle.effects}
-        values = [value for _, block in motorcycle.blocks() for value in block.values()]
-        for effect in self.effects:
-            here = present.get(effect)
-            values.append(float(here is not None))
-            values.extend((here or effect.absent()).values())
-        acting = {hook.seam for effect in present for hook in effect.hooks}
-        values.extend(float(seam in acting) for seam in _seams(self.effects))
-        return np.array(values)
-
-
-@cache
-def layout(effects: tuple[EffectClass, ...]) -> Layout:
-    """Return the layout of the kernel for these effects."""
-    parameters = [
-        f"{block}_{p.name}"
-        for block in BLOCK_NAMES
-        for p in Motorcycle.__dataclass_fields__[block].default_factory.parameters()  # type: ignore[union-attr]
-    ]
-    for effect in effects:
-        parameters.append(f"{effect.name}.present")
-        parameters.extend(f"{effect.name}.{p.name}" for p in effect.parameters())
-    parameters.extend(f"acting.{seam}" for seam in _seams(effects))
-    states = [*RATES, *(f"{e.name}.{s}" for e in effects for s in e.states)]
-    return Layout(effects, tuple(parameters), tuple(states))
-
-
-def _seams(effects: tuple[EffectClass, ...]) -> list[str]:
-    """Return the seams at which any of these effects acts."""
-    return sorted({hook.seam for effect in effects for hook in effect.hooks})
 
 
 @cache
@@ -146,55 +93,11 @@ def _led(rates: Mapping[str, str]) -> Iterator[str]:
             yield rate
 
 
-def tuple_texts(order: Layout) -> list[str]:
-    """Return the texts of the kernel's small functions, written out for the number of states."""
-    n, outputs = len(order.states), len(Outputs.names) + len(order.effect_states)
-    return [
-        _tuple_text("along(x, h, k)", "x[{0}] + h * k[{0}]", n),
-        _tuple_text("past_middle(x, h, k1, k2)", "x[{0}] + h * (2.0 * k2[{0}] - k1[{0}])", n),
-        _tuple_text("mean_rate(a, b, c)", "(a[{0}] + 4.0 * b[{0}] + c[{0}]) / 6.0", n),
-        _tuple_text("read_states(x)", "x[{0}]", n),
-        _tuple_text("read_parameters(p)", "p[{0}]", len(order.parameters)),
-        _inputs_text(),
-        _throttle_text(n),
-        _slopes_text(),
-        _write_text("write", outputs),
-        _write_text("write_states", n),
-    ]
-
-
-def _tuple_text(head: str, element: str, length: int) -> str:
-    return f"def {head}:\n    return ({', '.join(element.format(i) for i in range(length))},)"
-
-
-def _inputs_text() -> str:
-    given = {"gear_ratio": "ratio", "clutch": "clutch"}
-    places = {name: f"row[{i}]" for i, name in enumerate(Inputs.names)}
-    elements = ", ".join(given.get(name) or places[name] for name in HELD)
-    return f"def read_inputs(row, ratio, clutch):\n    return ({elements},)"
-
-
-def _throttle_text(states: int) -> str:
-    others = ", ".join(f"x[{i}]" for i in range(2, states))
-    return f"def with_throttle(x, position, rate):\n    return (position, rate, {others})"
-
-
-def _slopes_text() -> str:
-    places = ((Inputs.names.index(f"measured_{s}"), list(RATES).index(s)) for s in LED)
-    elements = ", ".join(f"(row[{column}] - x[{state}]) / duration" for column, state in places)
-    return f"def slopes(row, x, duration):\n    return ({elements},)"
-
-
-def _write_text(name: str, length: int) -> str:
-    lines = "\n".join(f"    row[{i}] = numbers[{i}]" for i in range(length))
-    return f"def {name}(row, numbers):\n{lines}"
-
-
 def _seam_lines(
     known: "_Names", effects: tuple[EffectClass, ...], seam: str, gives: tuple[str, ...]
 ) -> Iterator[str]:
     """Yield the effects at a seam, behind one switch for the seam and one for each effect."""
-    if seam not in _seams(effects):
+    if seam not in seams(effects):
         return
     yield f"    if p[{known.place(f'acting.{seam}')}] > 0.5:"
     for effect in effects:

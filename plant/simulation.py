@@ -6,10 +6,11 @@ from types import ModuleType
 
 import numpy as np
 
-from plant.composition import Layout, compose, layout
+from plant.composition import compose
 from plant.effects.effect import Effect
 from plant.effects.library import LIBRARY
 from plant.kernel import BAD_GEAR, HEADER, RINGS
+from plant.layout import Layout, layout
 from plant.motorcycle import Motorcycle
 from plant.signals import Floats, Inputs, Outputs
 

@@ -1,0 +1,61 @@
+"""Where every parameter and state stands in the kernel's arrays, for one set of effects."""
+
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+
+from plant.effects.effect import Effect
+from plant.equations import RATES
+from plant.motorcycle import Motorcycle
+from plant.signals import Floats
+
+EffectClass = type[Effect]
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Names in the kernel's order.
+
+    parameters: of the blocks, then of each effect with its switch, then the switches of the seams.
+    """
+
+    effects: tuple[EffectClass, ...]
+    parameters: tuple[str, ...]
+    states: tuple[str, ...]
+
+    @property
+    def effect_states(self) -> tuple[str, ...]:
+        """Names of the states that effects add, as '<effect>.<state>'."""
+        return self.states[len(RATES) :]
+
+    def pack(self, motorcycle: Motorcycle) -> Floats:
+        """Return the motorcycle's numbers in the kernel's order; absent effects are off."""
+        present = {type(effect): effect for effect in motorcycle.effects}
+        values = [value for _, block in motorcycle.blocks() for value in block.values()]
+        for effect in self.effects:
+            here = present.get(effect)
+            values.append(float(here is not None))
+            values.extend((here or effect.absent()).values())
+        acting = {hook.seam for effect in present for hook in effect.hooks}
+        values.extend(float(seam in acting) for seam in seams(self.effects))
+        return np.array(values)
+
+
+@cache
+def layout(effects: tuple[EffectClass, ...]) -> Layout:
+    """Return the layout of the kernel for these effects."""
+    parameters = [
+        f"{name}_{p.name}" for name, block in Motorcycle().blocks() for p in block.parameters()
+    ]
+    for effect in effects:
+        parameters.append(f"{effect.name}.present")
+        parameters.extend(f"{effect.name}.{p.name}" for p in effect.parameters())
+    parameters.extend(f"acting.{seam}" for seam in seams(effects))
+    states = [*RATES, *(f"{e.name}.{s}" for e in effects for s in e.states)]
+    return Layout(effects, tuple(parameters), tuple(states))
+
+
+def seams(effects: tuple[EffectClass, ...]) -> list[str]:
+    """Return the seams at which any of these effects acts."""
+    return sorted({hook.seam for effect in effects for hook in effect.hooks})
