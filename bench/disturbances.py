@@ -12,14 +12,14 @@ class Roughness:
 
     wind         N, standard deviation of the force along the road
     wind_time    s, correlation time of the gusts
-    combustion   N m, standard deviation of the torque from one millisecond to the next; about 2 %
-                 of the full torque, the usual scatter of indicated work between cycles
-                 (Heywood, Internal Combustion Engine Fundamentals, section 9.4)
+    combustion   N m, standard deviation of the torque from one millisecond to the next: 2 % of the
+                 40 N m that hold 14 000 rpm, the scatter of indicated work between the cycles of a
+                 healthy engine (Heywood, Internal Combustion Engine Fundamentals, section 9.4)
     """
 
     wind: float = 12.0
     wind_time: float = 3.0
-    combustion: float = 2.0
+    combustion: float = 0.8
 
 
 ON_THE_ROAD = Roughness()

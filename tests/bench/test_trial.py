@@ -76,11 +76,11 @@ def test_the_press_is_answered_in_the_same_tick_around_the_opening_that_stood():
 
 def test_a_waveform_that_would_leave_the_range_never_takes_authority():
     pressed = seen(rider=rider(button=True))
-    near = replace(pressed, ecu=replace(pressed.ecu, throttle_command=0.03))
+    near = replace(pressed, ecu=replace(pressed.ecu, throttle_command=0.02))
     state = advance(armed(), near, plan(), 1.0)
     assert state.trip is not None
     assert state.trip.reason == TripReason.RANGE
-    assert "4.0% about 3.0%" in state.trip.detail
+    assert "2.0% about 2.0%" in state.trip.detail
 
 
 def test_the_button_never_pressed_ends_the_trial():

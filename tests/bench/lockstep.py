@@ -1,0 +1,48 @@
+"""A virtual motorcycle on the simulated bus with nobody at the gateway but the test itself."""
+
+import can
+
+import dbc
+from bench.clock import MILLISECOND, SECOND
+from bench.simulated_bus import SimulatedBus
+from bench.virtual_motorcycle import Ride, VirtualMotorcycle
+from protocol.codec import Codec
+from protocol.database import load_database
+
+
+class LockStep:
+    """The test sends what it likes, a millisecond passes, and the test reads what was said."""
+
+    def __init__(self, ride: Ride) -> None:
+        self.codec = Codec(load_database(dbc.MOTORBIKE))
+        self._wire = SimulatedBus(1_000_000)
+        self._ours, self._theirs = self._wire.node("test"), self._wire.node("motorcycle")
+        self.motorcycle = VirtualMotorcycle(ride, self._theirs, self.codec)
+        self._number = 0
+
+    def __enter__(self) -> "LockStep":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._ours.shutdown()
+        self._theirs.shutdown()
+
+    def send(self, identifier: int, data: bytes) -> None:
+        message = can.Message(arbitration_id=identifier, data=data, is_extended_id=False)
+        self._ours.send(message)
+
+    def live(self) -> None:
+        """Let a millisecond pass."""
+        due = SECOND + (self._number + 1) * MILLISECOND
+        self._wire.advance_to(due - MILLISECOND // 2)
+        self.motorcycle.tick(self._number, due - MILLISECOND // 2)
+        self._wire.advance_to(due)
+        self._number += 1
+
+    def heard(self):
+        """Every message since the last look, with its time in s since the start."""
+        said = []
+        while (frame := self._ours.recv(0)) is not None:
+            decoded = self.codec.decode(frame.arbitration_id, frame.data)
+            said.append((frame.timestamp - 1.0, decoded))
+        return said
