@@ -36,7 +36,7 @@ class Layout:
         for effect in self.effects:
             here = present.get(effect)
             values.append(float(here is not None))
-            values.extend((here or effect.absent()).values())
+            values.extend(here.values() if here else _off(effect))
         acting = {hook.seam for effect in present for hook in effect.hooks}
         values.extend(float(seam in acting) for seam in seams(self.effects))
         return np.array(values)
@@ -56,6 +56,11 @@ def layout(effects: tuple[EffectClass, ...]) -> Layout:
     return Layout(effects, tuple(parameters), tuple(states))
 
 
-def seams(effects: tuple[EffectClass, ...]) -> list[str]:
+@cache
+def seams(effects: tuple[EffectClass, ...]) -> tuple[str, ...]:
     """Return the seams at which any of these effects acts."""
-    return sorted({hook.seam for effect in effects for hook in effect.hooks})
+    return tuple(sorted({hook.seam for effect in effects for hook in effect.hooks}))
+
+
+def _off(effect: EffectClass) -> tuple[float, ...]:
+    return tuple(p.absent for p in effect.parameters())

@@ -60,7 +60,7 @@ class Block:
     @classmethod
     def parameters(cls) -> tuple[Parameter, ...]:
         """Return the description of every parameter, in the order of the fields."""
-        return tuple(_described(f) for f in fields(cls) if "unit" in f.metadata)
+        return _parameters(cls)
 
     def values(self) -> Iterator[float]:
         """Yield the values, in the order of `parameters`."""
@@ -69,6 +69,16 @@ class Block:
     def __post_init__(self) -> None:
         for described in self.parameters():
             check(described, getattr(self, described.name), type(self).__name__)
+
+
+_KNOWN: dict[type[Block], tuple[Parameter, ...]] = {}
+
+
+def _parameters(block: type[Block]) -> tuple[Parameter, ...]:
+    """Return the descriptions, gathered once a class: fits make very many blocks."""
+    if block not in _KNOWN:
+        _KNOWN[block] = tuple(_described(f) for f in fields(block) if "unit" in f.metadata)
+    return _KNOWN[block]
 
 
 def check(described: Parameter, value: object, owner: str) -> None:
