@@ -5,10 +5,20 @@ import sys
 import typer
 
 import bench.commands
+import identification.commands
+import protocol.commands
 from protocol.errors import InputError
 
-app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False)
+app = typer.Typer(
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode="markdown",
+    help="Excite, record and identify the rear-wheel slip of a motorcycle over CAN.",
+)
 bench.commands.register(app)
+identification.commands.register(app)
+protocol.commands.register(app)
 
 
 def main() -> None:

@@ -1,6 +1,9 @@
 """ASAM MDF files (.mf4) with bus logging: raw frames in groups called CAN_DataFrame."""
 
+import gc
+import sys
 from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
@@ -21,19 +24,38 @@ _BESIDE = {
 }  # fmt: skip
 
 
-def open_mdf(path: Path) -> Any:
-    """Open an MDF file; a damaged one is an InputError."""
+@contextmanager
+def opened(path: Path) -> Iterator[Any]:
+    """Open an MDF file; whatever asammdf meets in a damaged one becomes an InputError."""
     import asammdf
 
-    try:
-        return asammdf.MDF(path)
-    except Exception as cause:  # asammdf lets through whatever its parsing meets
+    trouble = ""
+    with _silent_finalisers():
+        try:
+            with asammdf.MDF(path) as mdf:
+                yield mdf
+        except InputError:
+            raise
+        except Exception as cause:  # asammdf lets through whatever its parsing meets
+            trouble = f"{type(cause).__name__}: {cause}"[:300]
+    if trouble:
         raise InputError(
             "asammdf cannot read this file", where=str(path), expected="a whole ASAM MDF file",
-            found=f"{type(cause).__name__}: {cause}"[:300],
+            found=trouble,
             remedy="was the logger switched off before it closed the file? repair it with the"
             " logger's own program, or take a copy",
-        ) from cause  # fmt: skip
+        )  # fmt: skip
+
+
+@contextmanager
+def _silent_finalisers() -> Iterator[None]:
+    """Keep asammdf's half-made objects from writing tracebacks when they are collected."""
+    told, sys.unraisablehook = sys.unraisablehook, lambda _: None
+    try:
+        yield
+        gc.collect()
+    finally:
+        sys.unraisablehook = told
 
 
 def has_raw_frames(mdf: Any) -> bool:
@@ -43,7 +65,7 @@ def has_raw_frames(mdf: Any) -> bool:
 
 def mdf_pieces(path: Path, warnings: list[str], progress: Progress) -> Iterator[bytes]:
     """Read all raw frames as pieces of candump text, in order of time."""
-    with open_mdf(path) as mdf:
+    with opened(path) as mdf:
         if not has_raw_frames(mdf):
             raise InputError(
                 "this MDF file holds no raw CAN frames", where=str(path),

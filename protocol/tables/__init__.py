@@ -39,9 +39,9 @@ def is_table(path: Path) -> bool:
     """Tell a table from a log of frames, by content."""
     form = looks_like(read_head(path))
     if form == "mf4":
-        from protocol.logs.through_asammdf import has_raw_frames, open_mdf
+        from protocol.logs.through_asammdf import has_raw_frames, opened
 
-        with open_mdf(path) as mdf:
+        with opened(path) as mdf:
             return not has_raw_frames(mdf)
     if form is not None:
         return FORMATS[form].reader == "table"

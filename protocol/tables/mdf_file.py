@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from protocol.logs.through_asammdf import open_mdf
+from protocol.logs.through_asammdf import opened
 from protocol.tables.table import Table
 
 
@@ -16,7 +16,7 @@ def read_mdf(path: Path) -> Table:
     Groups differ in length, so the shorter columns end in empty cells. Times are s since 1970 where
     the file states its start.
     """
-    with open_mdf(path) as mdf:
+    with opened(path) as mdf:
         start = mdf.header.start_time.timestamp()
         groups = [_group(mdf, index) for index in range(len(mdf.groups))]
     names = Counter(name for _, signals in groups for name in signals)

@@ -1,0 +1,146 @@
+"""The sub-commands for logs and captures: decode, import."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from protocol.errors import InputError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+Logs = Annotated[
+    list[Path],
+    typer.Argument(metavar="LOG", help="candump, ASC, BLF, TRC or MF4; told by content."),
+]
+OneDatabase = Annotated[Path, typer.Option("--dbc", help="The vehicle's CAN database.")]
+
+
+def register(app: typer.Typer) -> None:
+    """Add these commands to the one command."""
+    app.command("decode")(decode)
+    app.command("import")(import_)
+
+
+def decode(
+    log: Logs,
+    database: OneDatabase,
+    out: Annotated[Path, typer.Option(help="New file, .parquet or .csv.")],
+    signals: Annotated[
+        str,
+        typer.Option(help='Only these: "Message", "Message.signal" or "signal", commas between.'),
+    ] = "",
+) -> None:
+    """Decode a log: every signal of every message that the database knows, in one long table.
+
+    One row a sample, with the columns time (s since the first frame), time_ns (as logged), bus,
+    message, signal, value (in the database's unit), unit and label (the value's name, if it has
+    one). In Parquet each signal is a row group of its own. To get one signal in pandas:
+
+      df = pd.read_parquet("drive.parquet", filters=[("signal", "==", "RPM")])
+
+    Frames that the database does not know, and frames too short for their message, are counted
+    and told. A log that is torn or out of order is read as far as it goes, and told.
+
+    Exit status: 0 done, 2 something given must be mended.
+
+    Examples:
+
+      slipbench decode drive.log --dbc car.dbc --out drive.parquet
+
+      slipbench decode drive.asc --dbc car.dbc --out wheels.csv --signals WheelSpeeds,Engine.RPM
+    """
+    from protocol.database import load_database
+    from protocol.decode import sort_log
+    from protocol.export import chosen, export
+    from protocol.logs import read_log
+    from protocol.summary import decoded
+
+    known = load_database(database)
+    wanted = chosen(known, [name.strip() for name in signals.split(",") if name.strip()])
+    with _progress(f"reading {_one(log).name}") as told:
+        reading = read_log(_one(log), told)
+    sorted_log = sort_log(reading.frames, known)
+    with _progress(f"writing {out.name}") as told:
+        samples = export(sorted_log, wanted, out, told)
+    decoded(reading, sorted_log, samples, out)
+
+
+def import_(
+    log: Logs,
+    roles: Annotated[Path, typer.Option(help="Role map: which signal means what (TOML).")],
+    out: Annotated[Path, typer.Option(help="Run folder to make.")],
+    database: Annotated[
+        Path | None, typer.Option("--dbc", help="The vehicle's CAN database (not for a table).")
+    ] = None,
+    table: Annotated[
+        list[str] | None, typer.Option(metavar="NAME=FILE", help="Side table; may be repeated.")
+    ] = None,
+) -> None:
+    """Import a capture as a recording that `slipbench identify` reads.
+
+    LOG is a log of frames (candump, Vector ASC and BLF, PCAN TRC, python-can CSV, ASAM MF4), or a
+    table in place of one (CSV, MoTeC i2's CSV export, Parquet, MF4 of decoded channels). All frames
+    are kept, those with unknown identifiers as well, with the database, the role map and the side
+    tables in one new folder; the frames are decoded afresh whenever it is read. What the role map
+    names and the capture lacks is listed with the reason.
+
+    Exit status: 0 done, 2 something given must be mended (nothing is left behind then).
+
+    Examples:
+
+      slipbench import drive.log --dbc car.dbc --roles trials/roles/subaru_wrx.toml --out runs/wrx
+
+      slipbench import session.log --dbc r1.dbc --roles trials/roles/yamaha_r1.toml \\
+        --table gps=gps.csv --table lean=lean.csv --out runs/r1
+
+      slipbench import logger.csv --roles my_roles.toml --out runs/logger
+    """
+    from protocol.import_log import Capture, import_capture
+    from protocol.summary import imported
+
+    capture = Capture(_one(log), roles, database, _named(table or []))
+    with _progress(f"importing {capture.log.name}") as told:
+        recording = import_capture(capture, out, told)
+    imported(recording)
+
+
+def _one(logs: list[Path]) -> Path:
+    if len(logs) > 1:
+        raise InputError(
+            f"{len(logs)} logs at once", where=" ".join(map(str, logs)),
+            expected="one log: the clocks of several cannot be told to agree",
+            remedy="if one logger wrote them on one clock, join them as candump text first:"
+            " sort -m -k1.2,1 A.log B.log > both.log",
+        )  # fmt: skip
+    return logs[0]
+
+
+def _named(tables: list[str]) -> dict[str, Path]:
+    """Take "gps=gps.csv" apart."""
+    found: dict[str, Path] = {}
+    for text in tables:
+        name, equals, file = text.partition("=")
+        if not equals or not file or not name.isidentifier() or name in found or name == "main":
+            raise InputError(
+                f"--table {text!r} is not understood",
+                expected="NAME=FILE, each name once, letters, digits and _ only",
+                remedy="as in --table gps=gps.csv, with the name that the role map uses",
+            )
+        found[name] = Path(file)
+    return found
+
+
+@contextmanager
+def _progress(what: str) -> "Iterator[Callable[[float], None]]":
+    """Show a bar on a terminal, nothing elsewhere."""
+    from rich.console import Console
+    from rich.progress import Progress
+
+    console = Console(stderr=True)
+    with Progress(console=console, disable=not console.is_terminal, transient=True) as bar:
+        task = bar.add_task(what, total=1.0)
+        yield lambda share: bar.update(task, completed=share)
