@@ -6,6 +6,7 @@ from identification.identify import Identification
 from identification.key_figures import servo_bandwidth
 from identification.motion import Motion
 from identification.trial_window import NoExcitation, TrialWindow, trip_in_words
+from identification.words import listed
 from protocol.trial_file import Multisine, Square, Sweep, TrialFile
 
 Rows = list[tuple[str, str]]
@@ -84,7 +85,10 @@ def how(found: Identification) -> Rows:
         ("Time base", f"{found.base.rate:g} Hz"),
     ]
     if moved.notch_reduction is not None:
-        rows.append(("1X line", f"{moved.notch_reduction:.0f} dB less behind the notch"))
+        orders = listed([f"{order}X" for order in moved.orders])
+        rows.append(
+            ("Wheel orders", f"{orders} taken off; 1X is {moved.notch_reduction:.0f} dB less")
+        )
     if moved.slip.statement:
         rows.append(("Where defined", moved.slip.statement))
     if moved.radius is not None:

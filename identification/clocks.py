@@ -1,16 +1,17 @@
 """Every device has a clock of its own; it is laid onto the bus clock by the frames' arrivals.
 
 A frame arrives late, never early: arrival = offset + rate * device time + latency, latency >= 0.
-The line sought is therefore the lower edge of the cloud, where frames met an idle bus. It is found
-by the least latency in each of many windows and the median of the slopes between them (Theil and
-Sen), which a queue on the bus does not move.
+The line sought is therefore the lower edge of the cloud, where frames met an idle bus. The least
+latency in each of many windows stands for the edge; the median of the slopes between them (Theil
+and Sen) gives the drift roughly, whatever queues there were, and the highest line that lies under
+all of them gives it finely (Moon, Skelly and Towsley, INFOCOM 1999).
 """
 
 from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import stats
+from scipy import optimize, stats
 
 from protocol.channel import Channel, FloatArray
 
@@ -72,9 +73,14 @@ def align(clock: str, device: FloatArray, arrival: FloatArray) -> ClockFit | Una
     if span < SHORTEST_SPAN:
         return Unaligned(clock, f"it spans {span:.3f} s, at least {SHORTEST_SPAN:g} s are needed")
     lead = arrival - device  # drifts slowly; numbers stay small
-    slope = _drift(device, lead, 0.0)
-    slope = _drift(device, lead, slope)
-    return _fit(clock, device, lead, slope)
+    rough = _rough_drift(device, lead)
+    unsteady = _jump(clock, device, lead - rough * device)
+    if unsteady:
+        return unsteady
+    offset, fine = _edge(device, lead - rough * device)
+    slope = rough + fine
+    p50, p99 = np.percentile(lead - slope * device - offset, (50, 99))
+    return ClockFit(clock, offset, 1.0 + slope, float(p50), float(p99), device.size)
 
 
 def _align_pool(clock: str, pool: list[Channel]) -> ClockFit | Unaligned:
@@ -100,19 +106,31 @@ def _window_minima(time: FloatArray, lead: FloatArray) -> tuple[FloatArray, Floa
     return time[lowest], lead[lowest]
 
 
-def _drift(device: FloatArray, lead: FloatArray, slope: float) -> float:
-    time, least = _window_minima(device, lead - slope * device)
-    return slope + float(stats.theilslopes(least, time).slope)
+def _rough_drift(device: FloatArray, lead: FloatArray) -> float:
+    slope = 0.0
+    for _ in range(2):  # the windows' own drift hides their minima the first time
+        time, least = _window_minima(device, lead - slope * device)
+        slope += float(stats.theilslopes(least, time).slope)
+    return slope
 
 
-def _fit(clock: str, device: FloatArray, lead: FloatArray, slope: float) -> ClockFit | Unaligned:
-    latency = lead - slope * device
-    time, least = _window_minima(device, latency)
-    stray = np.abs(least - np.median(least)) > STRAY
-    if stray.mean() > STRAY_SHARE:
-        span = float(np.ptp(least))
-        moment = time[np.argmax(np.abs(np.diff(least)))]
-        return Unaligned(clock, f"it jumps: {span * 1e3:.1f} ms about {moment:.2f} s of its time")
-    offset = float(least[~stray].min())
-    p50, p99 = np.percentile(latency - offset, (50, 99))
-    return ClockFit(clock, offset, 1.0 + slope, float(p50), float(p99), device.size)
+def _jump(clock: str, device: FloatArray, lead: FloatArray) -> Unaligned | None:
+    """Find out whether the edge leaves a straight line for more than a few windows."""
+    time, least = _window_minima(device, lead)
+    if np.mean(np.abs(least - np.median(least)) > STRAY) <= STRAY_SHARE:
+        return None
+    span = float(np.ptp(least))
+    moment = time[np.argmax(np.abs(np.diff(least)))]
+    return Unaligned(clock, f"it jumps: {span * 1e3:.1f} ms about {moment:.2f} s of its time")
+
+
+def _edge(device: FloatArray, lead: FloatArray) -> tuple[float, float]:
+    """Offset and slope of the highest line under all windows' minima."""
+    time, least = _window_minima(device, lead)
+    middle, base = float(np.mean(device)), float(least.min())
+    under = np.column_stack((np.ones_like(time), time - middle))
+    found = optimize.linprog(
+        [-1.0, -float(np.mean(time - middle))], under, (least - base) * 1e6, bounds=(None, None)
+    )
+    height, slope = np.asarray(found.x, dtype=np.float64) * 1e-6
+    return base + float(height) - float(slope) * middle, float(slope)

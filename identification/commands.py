@@ -2,15 +2,16 @@
 
 import json
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
 
-from identification.identify import Identification, identify
-from identification.trial_window import NoExcitation
 from protocol.errors import InputError
-from protocol.recording import Recording
+
+if TYPE_CHECKING:  # the analyses take seconds to import; --help should not
+    from identification.identify import Identification
+    from protocol.recording import Recording
 
 EXAMPLE = "Example: slipbench identify runs/throttle_sweep --figures figures"
 
@@ -23,7 +24,7 @@ def register(app: typer.Typer) -> None:
 def identify_command(
     run: Annotated[Path, typer.Argument(help="Run folder: of a trial or of an imported log.")],
     out: Annotated[
-        Path | None, typer.Option(help="Where to write the report.  [default: the run folder]")
+        Path | None, typer.Option(help="Where to write the report; by default the run folder.")
     ] = None,
     figures: Annotated[
         Path | None, typer.Option(help="Also write every figure as PNG into this folder.")
@@ -46,23 +47,18 @@ def identify_command(
     typer.echo(f"report: {written}")
 
 
-def read_run(run: Path) -> Recording:
-    """Read a run folder. Raises InputError where there is none."""
-    from protocol.run_folder import read_recording
+def read_run(run: Path) -> "Recording":
+    """Read a run folder. Raises InputError where there is none, or where it is damaged."""
+    from protocol.run_folder import read
 
-    if not (run / "run.toml").is_file():
-        raise InputError(
-            "this is not a run folder",
-            where=str(run),
-            expected="a folder with run.toml, as `slipbench trial` and `slipbench import` write it",
-            found="no run.toml" if run.is_dir() else "no such folder",
-            remedy="give the folder of a run, or import a log first: slipbench import --help",
-        )
-    return read_recording(run)
+    return read(run)
 
 
-def identified(recording: Recording) -> Identification:
+def identified(recording: "Recording") -> "Identification":
     """Identify, or say why nothing can be identified. Raises InputError."""
+    from identification.identify import identify
+    from identification.trial_window import NoExcitation
+
     if not any(channel.time.size for channel in recording.channels.values()):
         raise InputError(
             "the recording holds no samples of any role",
@@ -83,7 +79,7 @@ def identified(recording: Recording) -> Identification:
     return found
 
 
-def write_report(found: Identification, out: Path, figures: Path | None) -> Path:
+def write_report(found: "Identification", out: Path, figures: Path | None) -> Path:
     """Write report.html, identification.json and, if asked, the figures. Raises InputError."""
     from identification.key_figures import key_figures
     from identification.report import draw, report, write_figures
@@ -105,7 +101,7 @@ def write_report(found: Identification, out: Path, figures: Path | None) -> Path
     return path
 
 
-def summary(found: Identification) -> list[str]:
+def summary(found: "Identification") -> list[str]:
     """Give the key figures as lines for a terminal."""
     from identification.headline import headline
     from identification.tiles import tiles

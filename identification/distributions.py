@@ -42,11 +42,12 @@ def spectra(found: Identification) -> Figure | None:
         panel.semilogy(item.frequency[inside], amplitude[inside], color=d.BLUE, lw=1.1)
         panel.set_title(name(item.role))
         panel.set_ylabel(f"amplitude / {unit(item.unit)}")
-        panel.set_ylim(bottom=float(np.percentile(amplitude[inside], 2)) / 2)
+        low, high = np.percentile(amplitude[inside], 2), amplitude[inside].max()
+        panel.set_ylim(low / 2, high * (high / low) ** 0.22)
         _mark_orders(panel, item.orders, item.width)
     axes[-1].set_xlabel("frequency / Hz")
-    top = min(found.base.rate / 2, 200.0)
-    axes[-1].set_xlim(0, min(top, item.orders[7] * 1.03) if item.orders.size > 7 else top)
+    top = min(max(float(item.frequency[-1]) for item in found.spectra), MOST)
+    axes[-1].set_xlim(0, top)
     return figure
 
 
@@ -56,5 +57,5 @@ def _mark_orders(axes: Axes, orders: FloatArray, width: float) -> None:
         axes.axvspan(frequency - half, frequency + half, color=d.ORANGE, alpha=0.18, lw=0)
         axes.text(
             frequency, 0.97, f"{index}X", transform=axes.get_xaxis_transform(), va="top",
-            ha="center", fontsize=8.5, color=d.ORANGE, fontweight="bold",
+            ha="center", clip_on=True, fontsize=8.5, color=d.ORANGE, fontweight="bold",
         )  # fmt: skip

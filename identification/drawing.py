@@ -10,7 +10,6 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from matplotlib.layout_engine import ConstrainedLayoutEngine
 
 from identification.samples import BoolArray
 from protocol.channel import FloatArray
@@ -18,6 +17,7 @@ from protocol.channel import FloatArray
 INK, MUTED, GRID = "#1c2733", "#66717d", "#dfe4ea"
 BLUE, ORANGE, GREEN, RED, VIOLET = "#1f62b0", "#d9680a", "#1d8a5b", "#c23030", "#7a4fb5"
 SHADE = "#eaf1fa"
+WIDTH = 9.0  # in
 POINTS = 1600  # that a line keeps; more cannot be seen
 
 STYLE = {
@@ -41,18 +41,28 @@ def hand() -> Iterator[None]:
 def panels(
     rows: int, height: float, ratios: list[float] | None = None
 ) -> tuple[Figure, list[Axes]]:
-    """Make a figure with panels over one another that share their horizontal axis."""
-    figure = Figure(figsize=(9.0, height), layout=ConstrainedLayoutEngine(h_pad=0.06, w_pad=0.06))
+    """Make a figure with panels over one another that share their horizontal axis. height: in."""
+    figure = Figure(figsize=(WIDTH, height))
     FigureCanvasAgg(figure)
-    grid = figure.subplots(rows, 1, sharex=True, squeeze=False, height_ratios=ratios)
+    margins = {"top": 1 - 0.4 / height, "bottom": 0.55 / height, "hspace": 0.45 * rows / height}
+    grid = figure.subplots(
+        rows, 1, sharex=True, squeeze=False, height_ratios=ratios,
+        gridspec_kw={"left": 0.9 / WIDTH, "right": 1 - 0.25 / WIDTH, **margins},
+    )  # fmt: skip
+    for row in range(rows):
+        grid[row, 0].yaxis.set_label_coords(-0.65 / (WIDTH - 1.15), 0.5)
     return figure, [grid[row, 0] for row in range(rows)]
 
 
 def side_by_side(columns: int, height: float) -> tuple[Figure, list[Axes]]:
-    """Make a figure with panels next to one another."""
-    figure = Figure(figsize=(9.0, height), layout="constrained")
+    """Make a figure with panels next to one another. height: in."""
+    figure = Figure(figsize=(WIDTH, height))
     FigureCanvasAgg(figure)
-    grid = figure.subplots(1, columns, squeeze=False)
+    margins = {"left": 0.8 / WIDTH, "right": 1 - 0.75 / WIDTH, "wspace": 0.3}
+    grid = figure.subplots(
+        1, columns, squeeze=False,
+        gridspec_kw={"top": 1 - 0.4 / height, "bottom": 0.6 / height, **margins},
+    )  # fmt: skip
     return figure, list(grid[0])
 
 

@@ -22,7 +22,8 @@ def low_pass(value: FloatArray, rate: float, cutoff: float) -> FloatArray:
     if cutoff >= 0.45 * rate or np.count_nonzero(known) < 16:
         return value
     sections = signal.butter(4, cutoff, fs=rate, output="sos")
-    smooth = np.asarray(signal.sosfiltfilt(sections, bridged(value)))
+    settle = min(int(2 * rate / cutoff), value.size - 1)
+    smooth = np.asarray(signal.sosfiltfilt(sections, bridged(value), padlen=settle))
     return np.where(known, smooth, np.nan)
 
 

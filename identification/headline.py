@@ -5,7 +5,7 @@ import numpy as np
 from identification.identify import Identification, slip_range
 from identification.motion import Motion
 from identification.resonance import Resonance
-from identification.response import FrequencyResponse
+from identification.response import BELIEVED, FrequencyResponse, believed_band
 from identification.trial_window import NoExcitation, TrialWindow, trip_in_words
 from identification.words import decibel, gain_unit, name
 
@@ -23,9 +23,8 @@ def headline(found: Identification) -> str:
 
 def _response(main: FrequencyResponse, found: Identification) -> str:
     factor, unit = gain_unit(main.input, main.output)
-    low, high = main.frequency[0], main.frequency[-1]
     actuator = "spark" if main.input.startswith("spark") else "throttle"
-    quality = f"coherence is at least {main.coherence.min():.2f} from {low:.2g} to {high:.3g} Hz"
+    quality = coherence(main)
     if isinstance(found.resonance, Resonance):
         peak = found.resonance
         return (
@@ -36,6 +35,20 @@ def _response(main: FrequencyResponse, found: Identification) -> str:
     return (
         f"The response of slip to the {actuator} was measured, and {quality}; no resonance is "
         f"given: {found.resonance.reason}."
+    )
+
+
+def coherence(main: FrequencyResponse) -> str:
+    """Say in which band how much of the slip is explained."""
+    low, high = main.frequency[0], main.frequency[-1]
+    if main.believed.all():
+        return f"coherence is at least {main.coherence.min():.2f} from {low:.2g} to {high:.3g} Hz"
+    band = believed_band(main)
+    if band is None:
+        return f"coherence is under {BELIEVED:g} from {low:.2g} to {high:.3g} Hz"
+    return (
+        f"coherence is at least {BELIEVED:g} from {band[0]:.2g} to {band[1]:.3g} Hz, "
+        f"of {low:.2g} to {high:.3g} Hz that were excited"
     )
 
 

@@ -13,6 +13,7 @@ from identification.wheels import AxleSpeed, NoAxleSpeed, axle_speed
 from protocol.channel import FloatArray
 
 CUTOFF = 60.0  # Hz, of the low pass before the notch
+MOST_ORDERS = 3  # to be taken off; more of them would hollow out the band of a slow wheel
 TRUE_SPEEDS = ("optical_speed",)
 OTHER_SPEEDS = ("gnss_speed", "vehicle_speed")
 
@@ -22,9 +23,10 @@ class Motion:
     """Speeds on one time base and the slip between them.
 
     raw              (n,) m/s, driven axle before the filters
-    driven           (n,) m/s, low-passed, 1X taken off where teeth were timed
+    driven           (n,) m/s, low-passed, wheel orders taken off where teeth were timed
     reference        (n,) m/s
     wheel_frequency  (n,) Hz of the driven wheel; None where its radius is not known
+    orders           wheel orders that were taken off
     notch_reduction  dB by which 1X got smaller; None where no notch was used
     """
 
@@ -35,8 +37,9 @@ class Motion:
     reference: FloatArray
     slip: Slip
     wheel_frequency: FloatArray | None
-    notch_reduction: float | None
     radius: RadiusEstimate | None
+    orders: tuple[int, ...] = ()
+    notch_reduction: float | None = None
 
 
 @dataclass(frozen=True)
@@ -65,21 +68,30 @@ def _moved(
 ) -> Motion:
     driven, reference = (low_pass(x, base.rate, CUTOFF) for x in (raw, reference))
     radius = rolling_ratio(driven, reference, base.get("throttle_position"))
-    move = Motion(axle, name, raw, driven, reference, slip(driven, reference), None, None, radius)
+    move = Motion(axle, name, raw, driven, reference, slip(driven, reference), None, radius)
     return _without_line(move, base.rate) if axle.radius and axle.teeth_per_turn else move
 
 
 def _without_line(move: Motion, rate: float) -> Motion:
     assert move.axle.radius is not None
     frequency = wheel_frequency(move.raw, rate, move.axle.radius)
-    driven = notch(move.driven, frequency, rate)
+    orders = passing_orders(float(np.nanmedian(frequency)))
+    driven = move.driven
+    for order in orders:
+        driven = notch(driven, frequency, rate, order)
     known = np.isfinite(move.driven) & np.isfinite(frequency)
     angle = 2 * np.pi * np.cumsum(np.where(known, frequency, 0.0)) / rate
     reduction = line_reduction(move.driven[known], driven[known], angle[known])
     return replace(
         move, driven=driven, slip=slip(driven, move.reference), wheel_frequency=frequency,
-        notch_reduction=reduction,
+        orders=orders,        notch_reduction=reduction,
     )  # fmt: skip
+
+
+def passing_orders(frequency: float) -> tuple[int, ...]:
+    """Wheel orders that the low pass lets through, the first `MOST_ORDERS` of them. Hz."""
+    count = int(1.5 * CUTOFF / frequency) if frequency > 0.5 else 0
+    return tuple(range(1, min(count, MOST_ORDERS) + 1))
 
 
 def _reference(

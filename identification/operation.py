@@ -49,10 +49,8 @@ def late_ticks(recording: Recording) -> FloatArray | None:
     if not path.is_file():
         return None
     with path.open(encoding="utf-8", newline="") as file:
-        rows = list(csv.DictReader(file))
-    both = [(row.get("scheduled"), row.get("actual")) for row in rows]
-    late = [float(actual) - float(due) for due, actual in both if due and actual]
-    return np.array(late)
+        told = [row.get("lateness_ns") for row in csv.DictReader(file)]
+    return np.array([float(lateness) * 1e-9 for lateness in told if lateness])
 
 
 def _curve(of: object) -> tuple[FloatArray, FloatArray] | None:

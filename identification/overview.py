@@ -50,12 +50,12 @@ def _rows(found: Identification) -> list[Callable[[Axes], None]]:
 
 
 def _draw(axes: Axes, found: Identification, roles: tuple[str, ...], label: str) -> None:
-    for role, colour in zip(roles, (d.BLUE, d.ORANGE, d.GREEN), strict=False):
+    looks = ((d.BLUE, 0.9, 3), (d.ORANGE, 1.5, 2))  # the command is drawn over the measurement
+    for role, (colour, width, over) in zip(roles, looks, strict=False):
         value = found.base.get(role)
         if value is not None:
-            d.line(
-                axes, found.base.time, shown(value, of_role(role)), color=colour, label=name(role)
-            )
+            y = shown(value, of_role(role))
+            d.line(axes, found.base.time, y, color=colour, lw=width, zorder=over, label=name(role))
     axes.set_ylabel(label)
 
 

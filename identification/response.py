@@ -75,6 +75,17 @@ class FrequencyResponse:
         )  # fmt: skip
 
 
+def believed_band(response: FrequencyResponse) -> tuple[float, float] | None:
+    """Widest band without a line of too little coherence, Hz; None where no line is believed."""
+    edges = np.flatnonzero(np.diff(np.concatenate(([0], response.believed.astype(int), [0]))))
+    if not edges.size:
+        return None
+    starts, ends = edges[::2], edges[1::2] - 1
+    widest = int(np.argmax(response.frequency[ends] - response.frequency[starts]))
+    low, high = response.frequency[starts[widest]], response.frequency[ends[widest]]
+    return float(low), float(high)
+
+
 def unwrapped(value: ComplexArray, trusted: BoolArray) -> FloatArray:
     """Unwrap the phase along trusted lines; the others follow the nearest of them. rad."""
     phase = np.angle(value)

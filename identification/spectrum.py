@@ -41,8 +41,12 @@ def spectrum(
     rate: float,
     stretch: slice,
     wheel: FloatArray | None,
+    reach: float = np.inf,
 ) -> Spectrum | None:
-    """Welch spectrum of one signal over `stretch`; None where too much of it is unknown."""
+    """Welch spectrum of one signal over `stretch`; None where too much of it is unknown.
+
+    value: (n,) in `unit`; rate: Hz; wheel: (n,) Hz; reach: Hz, nothing above it is given.
+    """
     part = value[stretch]
     if part.size < 64 or np.mean(~np.isfinite(part)) > MOST_UNKNOWN:
         return None
@@ -59,8 +63,9 @@ def spectrum(
     frequency: FloatArray = np.asarray(lines, dtype=np.float64)
     amplitude: FloatArray = np.asarray(np.sqrt(2 * power), dtype=np.float64)
     start = stretch.start / rate
+    kept = frequency <= reach
     return Spectrum(
-        role, unit, frequency, amplitude, orders, width, start, part.size / rate
+        role, unit, frequency[kept], amplitude[kept], orders, width, start, part.size / rate
     )  # fmt: skip
 
 

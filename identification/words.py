@@ -20,6 +20,8 @@ _NAMES = {
     "spark_advance": "spark advance applied",
     "engine_speed": "engine speed",
     "slip": "slip",
+    "rear_wheel_speed": "rear wheel speed, before the filters",
+    "front_wheel_speed": "front wheel speed, before the filters",
     "rear_suspension_travel": "rear suspension travel",
     "front_suspension_travel": "front suspension travel",
 }
