@@ -1,7 +1,8 @@
 """The parts of the motorcycle and their numbers, in SI; defaults are those of a 1000 cc superbike.
 
 The structure follows the racing motorcycle of Corno and Savaresi, "Experimental Identification of
-Rear Wheel Slip Dynamics of a Motorbike", IFAC SYSID 2009; the figures are typical of its class.
+Rear Wheel Slip Dynamics of a Motorbike", IFAC SYSID 2009; the figures are typical of its class
+and those of vehicles/nominal.toml.
 """
 
 from dataclasses import dataclass
@@ -26,17 +27,21 @@ class Intake(Block):
     """The way of the air from the throttle plate into the cylinder: a delay, then a lag."""
 
     delay: float = parameter(10e-3, "s", 0.0, 0.06, "pure delay of the air path")
-    filling_time: float = parameter(6e-3, "s", 1e-3, 0.1, "time constant of the manifold")
+    filling_time: float = parameter(5e-3, "s", 1e-3, 0.1, "time constant of the manifold")
 
 
 @dataclass(frozen=True)
 class Engine(Block):
     """Torque from air, speed and spark; the full-load curve is a hump about its peak."""
 
-    inertia: float = parameter(0.0195, "kg m^2", 4e-3, 0.08, "crank, clutch basket and shafts")
+    inertia: float = parameter(0.0175, "kg m^2", 4e-3, 0.08, "crank, clutch basket and shafts")
     peak_torque: float = parameter(112.0, "N m", 20.0, 250.0, "greatest full-load torque")
-    peak_speed: float = parameter(1204.0, "rad/s", 300.0, 2000.0, "crank speed of the peak")
-    torque_width: float = parameter(840.0, "rad/s", 100.0, 3000.0, "half width of the hump")
+    peak_speed: float = parameter(
+        11500 * pi / 30, "rad/s", 300.0, 2000.0, "crank speed of the peak"
+    )
+    torque_width: float = parameter(
+        8000 * pi / 30, "rad/s", 100.0, 3000.0, "half width of the hump"
+    )
     friction: float = parameter(4.0, "N m", 0.0, 20.0, "friction and pumping near standstill")
     friction_rise: float = parameter(
         7.5e-3, "N m s/rad", 0.0, 0.05, "growth of the friction with crank speed"
@@ -73,7 +78,7 @@ class RearWheel(Block):
 class Tyre(Block):
     """The static longitudinal force of the rear tyre: Pacejka's sine of an arc tangent."""
 
-    slip_stiffness: float = parameter(30e3, "N", 3e3, 120e3, "force per slip at zero slip")
+    slip_stiffness: float = parameter(45e3, "N", 3e3, 120e3, "force per slip at zero slip")
     friction: float = parameter(1.25, "1", 0.1, 2.5, "peak force over load")
     load: float = parameter(1350.0, "N", 100.0, 5000.0, "vertical load on the rear wheel")
     shape: float = parameter(1.55, "1", 1.05, 1.95, "shape factor C of the curve")

@@ -42,6 +42,24 @@ def test_every_effect_and_channel_survives_the_file(tmp_path):
     assert load_vehicle(tmp_path / "all.toml") == vehicle
 
 
+def test_the_default_motorcycle_is_the_nominal_vehicle():
+    nominal = load_vehicle(builtin_vehicle("nominal")).motorcycle
+    for (name, told), (_, default) in zip(nominal.blocks(), Motorcycle().blocks(), strict=True):
+        assert list(told.values()) == pytest.approx(list(default.values())), name
+    assert nominal.gears == Motorcycle().gears
+
+
+def test_the_demonstration_lies_within_what_is_believed_of_the_nominal():
+    nominal = load_vehicle(builtin_vehicle("nominal"))
+    demonstration = load_vehicle(builtin_vehicle("demonstration")).motorcycle
+    for key, half_width in nominal.plus_minus.items():
+        block, _, parameter = key.partition(".")
+        if block != "gears":
+            believed = getattr(getattr(nominal.motorcycle, block), parameter)
+            actual = getattr(getattr(demonstration, block), parameter)
+            assert abs(actual - believed) <= half_width, key
+
+
 def test_units_become_si(tmp_path):
     path = written(
         tmp_path,
