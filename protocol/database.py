@@ -10,6 +10,7 @@ from cantools.database.can import Message as CantoolsMessage
 from cantools.database.can import Signal as CantoolsSignal
 
 from protocol.database_check import check
+from protocol.database_text import breaks
 from protocol.errors import InputError
 from protocol.layout import Database, Message, Protection, Signal
 
@@ -25,7 +26,7 @@ def load_database(path: Path) -> Database:
     mark. What would decode to wrong values does not: overlaps, bits outside, doubled identifiers.
     """
     content = _read(path)
-    parsed = _parse(content, path)
+    parsed = _parse(_text(content), path)
     database = Database(
         origin=str(path),
         sha256=hashlib.sha256(content).hexdigest(),
@@ -52,22 +53,27 @@ def _text(content: bytes) -> str:
         return content.decode("cp1252", errors="replace")
 
 
-def _parse(content: bytes, path: Path) -> CantoolsDatabase:
+def _parse(text: str, path: Path) -> CantoolsDatabase:
     try:
         # Not strict: `check` finds overlaps and misfits itself, to name them all with a remedy.
-        parsed = cantools.database.load_string(_text(content), database_format="dbc", strict=False)
+        parsed = cantools.database.load_string(text, database_format="dbc", strict=False)
     except Exception as cause:  # cantools raises KeyError, ValueError and others on broken files
-        raise InputError(
-            "not a usable DBC file",
-            where=str(path),
-            found=f"{type(cause).__name__}: {cause}",
-            remedy="mend that line, or give the right file",
-        ) from cause
+        raise _unusable(path, f"{type(cause).__name__}: {cause}") from cause
     if not isinstance(parsed, CantoolsDatabase) or not parsed.messages:
-        raise InputError(
-            "this database has no message", where=str(path), remedy="is it a DBC file?"
-        )
+        raise _unusable(path, "no message")
+    lost = list(breaks(text, {each.name: len(each.signals) for each in parsed.messages}))
+    if lost:
+        raise _unusable(path, "; ".join(lost))
     return parsed
+
+
+def _unusable(path: Path, found: str) -> InputError:
+    return InputError(
+        "not a usable DBC file",
+        where=str(path),
+        found=found,
+        remedy="mend that line, or give the right file",
+    )
 
 
 def describe(message: CantoolsMessage) -> Message:

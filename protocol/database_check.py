@@ -75,7 +75,8 @@ def _overlaps(message: Message) -> Iterator[str]:
         shared = bits[one.name] & bits[other.name]
         if shared and _can_meet(message, one, other):
             where = (shared & -shared).bit_length() - 1
-            yield f"message {message.name}: signals {one.name} and {other.name} overlap at {where}"
+            pair = f"signals {one.name} and {other.name}"
+            yield f"message {message.name}: {pair} overlap at bit {where}"
 
 
 def _bits(signal: Signal) -> int:

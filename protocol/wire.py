@@ -1,104 +1,16 @@
-"""Where each value of a message lies in its frame, worked out once from the database."""
+"""How each message of the bench is laid out in its frame, worked out once from the database."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
-from enum import IntEnum
-from math import ceil, floor
+from dataclasses import fields
 from operator import attrgetter
 from typing import Any, get_type_hints
 
 from protocol.errors import InputError
 from protocol.faults import Fault, FrameFault
-from protocol.layout import Database, Message, Signal
+from protocol.layout import Database, Message
 from protocol.messages import BenchMessage, Intervals, ToothIntervals
-from protocol.units import linear
-
-SI = {
-    "": "", "%": "", "us": "s", "ms": "s", "s": "s", "deg": "rad", "rad": "rad", "rpm": "rad/s",
-    "rad/s": "rad/s", "bar": "Pa", "kPa": "Pa", "Pa": "Pa", "mm": "m", "m": "m", "degC": "K",
-    "K": "K", "m/s": "m/s", "km/h": "m/s", "A": "A",
-}  # fmt: skip
-
-
-@dataclass(frozen=True, slots=True)
-class Slot:
-    """One signal's place and meaning: value in SI = raw * scale + offset.
-
-    low, high: raw values that the database allows. values: of an enumeration or a truth value, by
-    raw value. wraps: sent modulo 2^bits.
-    """
-
-    name: str
-    shift: int
-    mask: int
-    sign: int
-    low: int
-    high: int
-    scale: float
-    offset: float
-    values: tuple[Any, ...] | None
-    wraps: bool
-
-    def pack(self, value: float) -> int:
-        """Place a value in the frame's bits. Raises ValueError where it does not fit."""
-        try:
-            raw = round((value - self.offset) / self.scale)
-        except (ValueError, OverflowError):
-            raise ValueError(f"{self.name} = {value!r} is not a number that can be sent") from None
-        if self.wraps:
-            return (raw & self.mask) << self.shift
-        if not self.low <= raw <= self.high:
-            low, high = (limit * self.scale + self.offset for limit in (self.low, self.high))
-            raise ValueError(f"{self.name} = {value!r} is not in {low:g} to {high:g} (SI)")
-        return (raw & self.mask) << self.shift
-
-    def told(self, raw: int) -> str:
-        """Tell a raw value in SI, for people."""
-        return f"{raw * self.scale + self.offset:g}"
-
-
-def slot(database: Database, message: Message, name: str, kind: type) -> Slot:
-    """Work out the place of one signal that holds a value of type `kind`."""
-    signal = message.signal(name)
-    where = f"{database.origin}: {message.name}.{name}"
-    if not signal.little_endian or signal.is_float:
-        raise InputError("the bench's own signals are little-endian integers", where=where)
-    scale, offset = (1, 0) if kind is int else _si(signal, where)
-    low, high = _limits(signal)
-    return Slot(
-        where, signal.start, (1 << signal.length) - 1,
-        1 << (signal.length - 1) if signal.signed else 0,
-        low, high, scale, offset, _values(kind, high, where), signal.wraps,
-    )  # fmt: skip
-
-
-def _si(signal: Signal, where: str) -> tuple[float, float]:
-    if signal.unit not in SI:
-        known = ", ".join(unit for unit in SI if unit)
-        raise InputError(f"unit {signal.unit!r} is unknown here", where=where, expected=known)
-    slope, zero = linear(signal.unit, SI[signal.unit])
-    return signal.scale * slope, signal.offset * slope + zero
-
-
-def _limits(signal: Signal) -> tuple[int, int]:
-    low, high = signal.raw_range
-    if signal.minimum is not None:
-        low = max(low, ceil((signal.minimum - signal.offset) / signal.scale - 1e-6))
-    if signal.maximum is not None:
-        high = min(high, floor((signal.maximum - signal.offset) / signal.scale + 1e-6))
-    return low, high
-
-
-def _values(kind: type, high: int, where: str) -> tuple[Any, ...] | None:
-    if kind is bool:
-        return (False, True)
-    if not issubclass(kind, IntEnum):
-        return None
-    missing = set(range(high + 1)) - {int(member) for member in kind}
-    if missing:
-        raise InputError(f"{kind.__name__} has no member for {sorted(missing)}", where=where)
-    return tuple(kind(number) for number in range(high + 1))
+from protocol.slot import Slot, si, slot
 
 
 class Plan(ABC):
@@ -130,7 +42,7 @@ class Plan(ABC):
     def period(self, field: str) -> float:
         """Tell after how much a clock (s) or a running count wraps."""
         signal = self.message.signal(field)
-        return (1 << signal.length) * _si(signal, self.name)[0]
+        return (1 << signal.length) * si(signal, self.name)[0]
 
 
 def _data_id(database: Database, message: Message) -> int | None:

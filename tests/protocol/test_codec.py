@@ -26,8 +26,8 @@ from protocol.messages import (
     TrialStatus,
     TripReason,
 )
+from protocol.slot import SI
 from protocol.units import linear
-from protocol.wire import SI
 
 DATABASES = {path.stem: load_database(path) for path in (MOTORBIKE, MOTORBIKE_FD)}
 CODECS = {name: Codec(database) for name, database in DATABASES.items()}
