@@ -1,5 +1,6 @@
 """Opening a python-can bus, with errors that say what to do about them."""
 
+import errno
 from dataclasses import dataclass
 from typing import Any
 
@@ -50,6 +51,8 @@ def open_bus(address: BusAddress, hears_itself: bool) -> can.BusABC:
         )
     except (can.CanError, OSError, ImportError, NameError, ValueError, TypeError) as cause:
         remedy = REMEDIES.get(address.interface, "see python-can's page on this interface")
+        if isinstance(cause, OSError) and cause.errno == errno.EAFNOSUPPORT:
+            remedy = "this kernel has no CAN; without hardware, leave --interface out"
         raise InputError(
             f"the CAN bus cannot be opened: interface {address.interface!r}, "
             f"channel {address.channel!r}",

@@ -15,7 +15,7 @@ from protocol.trial_file import TrialFile
 
 TRIPPED = 3  # exit status of a trial that ended early; 2 is a user's mistake, 1 a fault of ours
 
-TrialPath = Annotated[Path, typer.Argument(help="Trial file (TOML).", metavar="FILE")]
+TrialPath = Annotated[Path, typer.Argument(help="Trial file (TOML).")]
 Interface = Annotated[
     str | None, typer.Option(help="python-can interface: socketcan, pcan, kvaser, virtual, ...")
 ]
@@ -35,7 +35,7 @@ def register(app: typer.Typer) -> None:
 def trial(
     file: TrialPath,
     out: Annotated[
-        Path | None, typer.Option(help="Run folder to make.  [default: runs/<name>-<number>]")
+        Path | None, typer.Option(help="Run folder to make.  [default: runs/NAME-NUMBER]")
     ] = None,
     interface: Interface = None,
     channel: Channel = "can0",
@@ -81,9 +81,8 @@ def trial(
         )
     for note in outcome.notes[:5]:
         console.print(f"note: {note}")
-    console.print(
-        f"{prepared.trial.name}: {_words(outcome.state.phase.name)} {outcome.trip}".strip()
-    )
+    if outcome.trip:
+        console.print(f"{prepared.trial.name} tripped: {outcome.trip}")
     typer.echo(folder)
     if not outcome.done:
         raise typer.Exit(TRIPPED)

@@ -10,7 +10,9 @@ from multiprocessing.process import BaseProcess
 from pathlib import Path
 from types import FrameType
 
-from bench.buses import BusAddress, open_bus
+import can
+
+from bench.buses import BusAddress
 from bench.clock import SECOND, Clock, MonotonicClock
 from bench.gateway import Gateway
 from bench.live_vehicle import riding
@@ -26,9 +28,13 @@ PRIORITY = 80  # of SCHED_FIFO: above everything but the kernel's own threads
 
 
 def run_live(
-    prepared: Prepared, log_path: Path, address: BusAddress, told: Callable[[Phase], None]
+    prepared: Prepared,
+    log_path: Path,
+    bus: can.BusABC,
+    address: BusAddress,
+    told: Callable[[Phase], None],
 ) -> Outcome:
-    """Run the trial on the bus at `address` and write its frames to `log_path`.
+    """Run the trial on `bus`, opened at `address`, and write its frames to `log_path`.
 
     On python-can's "virtual" interface, which ends at this process, the virtual motorcycle rides
     along in a thread; elsewhere a vehicle, virtual or real, is expected on the bus. `told` is
@@ -38,15 +44,11 @@ def run_live(
     memory, ring = create_shared()
     recorder = start_recorder(memory.name, log_path, address.name)
     try:
-        with (
-            open_bus(address, hears_itself=True) as bus,
-            riding(prepared.ride, prepared.database, address) if alone else nullcontext(),
-        ):
-            gateway = Gateway(
-                prepared.plan, bus, prepared.database, ring, wheels_of(prepared.vehicle)
-            )
-            with _telling(gateway, told):
-                lateness, notes = _loop(gateway, round(prepared.trial.command.period * SECOND))
+        wheels = wheels_of(prepared.vehicle)
+        gateway = Gateway(prepared.plan, bus, prepared.database, ring, wheels)
+        riders = riding(prepared.ride, prepared.database, address) if alone else nullcontext()
+        with riders, _telling(gateway, told):
+            lateness, notes = _loop(gateway, round(prepared.trial.command.period * SECOND))
         notes = (*notes, *gateway.refusals, *_finish(ring, recorder))
         return Outcome(gateway.state, tuple(gateway.changes), lateness, notes)
     finally:

@@ -7,15 +7,15 @@ from pathlib import Path
 from typing import Any
 
 import dbc
-from bench.buses import BusAddress
+from bench.buses import BusAddress, open_bus
 from bench.live_trial import run_live
 from bench.outcome import Outcome, ticks_table, told
-from bench.preparation import Prepared
+from bench.preparation import Prepared, check_swing
 from bench.simulated_trial import BITRATE, BUS, START, run_simulated
 from bench.vehicle_roles import roles_text
-from bench.virtual_motorcycle import wheels_of
+from bench.virtual_motorcycle import opening, wheels_of
 from protocol.messages import Phase
-from protocol.run_folder import create, versions, write_description
+from protocol.run_folder import FRAMES, create, versions, write_description
 
 
 def run_trial(
@@ -28,19 +28,29 @@ def run_trial(
     """Run a trial into `folder`: on the simulated clock, or in real time at `address`.
 
     `progress` is told the simulated time in s, `phases` each phase of a live trial. Raises
-    InputError where the folder exists or the bus cannot be opened.
+    InputError, and leaves no folder behind, where the folder exists, the trial does not suit the
+    vehicle, or the bus cannot be opened.
     """
+    if address is None:
+        check_swing(prepared, opening(prepared.ride))
+        description = _begin(prepared, folder, address)
+        outcome = run_simulated(prepared, folder / FRAMES, progress)
+    else:
+        with open_bus(address, hears_itself=True) as bus:
+            description = _begin(prepared, folder, address)
+            outcome = run_live(prepared, folder / FRAMES, bus, address, phases)
+    (folder / "ticks.csv").write_text(ticks_table(outcome.lateness))
+    write_description(folder, {**description, **told(outcome)})
+    return outcome
+
+
+def _begin(prepared: Prepared, folder: Path, address: BusAddress | None) -> dict[str, Any]:
+    """Make the run folder, with everything in it that is known beforehand."""
     create(folder)
     _keep_inputs(prepared, folder)
     description = _description(prepared, address)
     write_description(folder, description)
-    if address is None:
-        outcome = run_simulated(prepared, folder / "frames.log", progress)
-    else:
-        outcome = run_live(prepared, folder / "frames.log", address, phases)
-    (folder / "ticks.csv").write_text(ticks_table(outcome.lateness))
-    write_description(folder, {**description, **told(outcome)})
-    return outcome
+    return description
 
 
 def _keep_inputs(prepared: Prepared, folder: Path) -> None:

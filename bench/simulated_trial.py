@@ -11,7 +11,7 @@ from bench.clock import MILLISECOND, SECOND, SimulatedClock
 from bench.gateway import Gateway
 from bench.loop import run_periodic
 from bench.outcome import Outcome
-from bench.preparation import Prepared, check_swing
+from bench.preparation import Prepared
 from bench.recorder import Recorder, open_log
 from bench.ring import Ring
 from bench.simulated_bus import SimulatedBus
@@ -35,7 +35,6 @@ def run_simulated(
         open_log(log_path) as log,
     ):
         motorcycle = VirtualMotorcycle(prepared.ride, theirs, Codec(prepared.database))
-        check_swing(prepared, motorcycle.opening)
         ring = Ring.local()
         recorder = Recorder(ring, log, BUS)
         gateway = Gateway(prepared.plan, ours, prepared.database, ring, wheels_of(prepared.vehicle))

@@ -46,6 +46,11 @@ def wheels_of(vehicle: Vehicle) -> Wheels:
     return Wheels(rear, front, int(motorcycle.rear_encoder.teeth))
 
 
+def opening(ride: "Ride") -> float:
+    """Tell which throttle opening (0..1) holds the trial's operating point."""
+    return ride.equilibrium(Simulation(ride.vehicle.motorcycle))[1]
+
+
 @dataclass(frozen=True)
 class Ride:
     """What the virtual motorcycle is to do: a vehicle, a trial's operating point, a seed."""
@@ -78,11 +83,11 @@ class VirtualMotorcycle:
         self._gear = trial.operating_point.gear
         self._bus, self._codec, self._sender = bus, codec, Sender(codec)
         self._simulation = Simulation(motorcycle)
-        self._state, self.opening = ride.equilibrium(self._simulation)
-        self._rider = Rider(trial.rider, self.opening)
+        self._state, grip = ride.equilibrium(self._simulation)
+        self._rider = Rider(trial.rider, grip)
         self._instruments = Instruments(_timings(ride.vehicle), codec, self._rider, trial.seed)
         self._disturbances = Disturbances(ride.roughness, trial.seed)
-        self._inputs = Inputs.held(1, gear=float(self._gear), throttle_command=self.opening)
+        self._inputs = Inputs.held(1, gear=float(self._gear), throttle_command=grip)
         self._grant, self._heard = Grant(), e2e.INITIAL
         self._discs = {
             "rear": toothed_disc(motorcycle.rear_encoder, motorcycle.effects, "rear_encoder"),

@@ -1,0 +1,91 @@
+"""The bench's commands as a user meets them."""
+
+import pytest
+
+import slipbench
+from protocol.run_folder import read
+from tests.bench.conditions import TRIALS
+
+
+def run(monkeypatch, capsys, *arguments):
+    """Exit status, standard output, standard error."""
+    monkeypatch.setattr("sys.argv", ["slipbench", *map(str, arguments)])
+    with pytest.raises(SystemExit) as end:
+        slipbench.main()
+    told = capsys.readouterr()
+    return end.value.code or 0, told.out, told.err
+
+
+@pytest.fixture
+def short(tmp_path):
+    """The default trial file, its excitation shortened and its paths made absolute."""
+
+    def write(*changes):
+        text = (TRIALS / "throttle_sweep.toml").read_text()
+        vehicle = TRIALS.parent / "plant" / "vehicles" / "demonstration.toml"
+        for old, new in (
+            ('vehicle = "../plant/vehicles/demonstration.toml"', f'vehicle = "{vehicle}"'),
+            ('duration = "30 s"', 'duration = "1 s"'),
+            ('stop = "15 Hz"', 'stop = "5 Hz"'),
+            *changes,
+        ):
+            assert old in text
+            text = text.replace(old, new)
+        (tmp_path / "trial.toml").write_text(text)
+        return tmp_path / "trial.toml"
+
+    return write
+
+
+def test_a_trial_prints_its_run_folder_and_ends_with_0(monkeypatch, capsys, short, tmp_path):
+    monkeypatch.chdir(tmp_path)
+    status, out, _ = run(monkeypatch, capsys, "trial", short())
+    assert (status, out) == (0, "runs/throttle_sweep-001\n")
+    assert read(tmp_path / out.strip()).frame_count > 10_000
+    _, again, _ = run(monkeypatch, capsys, "trial", short())
+    assert again == "runs/throttle_sweep-002\n"
+
+
+def test_a_tripped_trial_ends_with_3_and_says_why(monkeypatch, capsys, short, tmp_path):
+    file = short(('slip = "8 %"', 'slip = "1.2 %"'))
+    status, _, err = run(monkeypatch, capsys, "trial", file, "--out", tmp_path / "run")
+    assert status == 3
+    assert "tripped: slip of 1." in err
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (('stop = "5 Hz"', 'stpo = "5 Hz"'), "unknown key 'excitation.stpo'; did you mean 'stop'?"),
+        (('stop = "5 Hz"', 'stop = "80 Hz"'), "lower it or shorten command.period"),
+        (('stop = "5 Hz"', 'stop = "5 bananas"'), "converts to Hz is expected"),
+        (('amplitude = "2 %"', 'amplitude = "9 %"'), "limits.throttle_deviation"),
+        (("gear = 2", "gear = 6"), "cannot stand at the trial's operating point"),
+        (("gear = 2", 'gear = "second"'), "operating_point.gear"),
+        (("[limits]", "[limits"), "not valid TOML"),
+        (('slip = "8 %"', ""), "limits.slip is missing"),
+    ],
+)
+def test_a_users_mistake_ends_with_2_and_the_remedy(
+    monkeypatch, capsys, short, tmp_path, change, words
+):
+    status, out, err = run(monkeypatch, capsys, "trial", short(change), "--out", tmp_path / "run")
+    assert (status, out) == (2, "")
+    assert words in err
+    assert "Traceback" not in err
+    assert not (tmp_path / "run").exists()
+
+
+def test_a_missing_trial_or_vehicle_file_is_named(monkeypatch, capsys, short):
+    status, _, err = run(monkeypatch, capsys, "trial", "nowhere.toml")
+    assert (status, "nowhere.toml: no such file" in err) == (2, True)
+    file = short(("demonstration.toml", "nobody.toml"))
+    status, _, err = run(monkeypatch, capsys, "trial", file)
+    assert (status, "nobody.toml" in err) == (2, True)
+
+
+@pytest.mark.parametrize("command", ["trial", "vehicle", "replay", "decode", "import", "identify"])
+def test_every_command_explains_itself_with_an_example(monkeypatch, capsys, command):
+    status, out, _ = run(monkeypatch, capsys, command, "--help")
+    assert status == 0
+    assert f"slipbench {command}" in " ".join(out.replace("│", " ").split())

@@ -1,0 +1,18 @@
+"""Where the real recordings are; tests that need one skip where they are not."""
+
+import os
+from pathlib import Path
+
+import pytest
+
+FOLDER = Path(
+    os.environ.get("SLIPBENCH_RECORDINGS", Path(__file__).parents[2] / "shared" / "recordings")
+)
+
+
+def recording(name: str) -> Path:
+    """Path of a real recording below the folder, or a skip that says how to enable the test."""
+    path = FOLDER / name
+    if not path.exists():
+        pytest.skip(f"no real recording {name}: set SLIPBENCH_RECORDINGS to the folder that has it")
+    return path
