@@ -44,7 +44,7 @@ def run_live(
     memory, ring = create_shared()
     recorder = start_recorder(memory.name, log_path, address.name)
     try:
-        wheels = wheels_of(prepared.vehicle)
+        wheels = wheels_of(prepared.ride.vehicle)
         gateway = Gateway(prepared.plan, bus, prepared.database, ring, wheels)
         riders = riding(prepared.ride, prepared.database, address) if alone else nullcontext()
         with riders, _telling(gateway, told):

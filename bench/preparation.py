@@ -6,7 +6,6 @@ from pathlib import Path
 from bench.excitation import plan_excitation
 from bench.trial import Plan
 from bench.virtual_motorcycle import Ride, read_vehicle
-from plant.vehicle_file import Vehicle
 from protocol.configuration import read_toml
 from protocol.database import load_database
 from protocol.errors import InputError
@@ -19,7 +18,7 @@ class Prepared:
     """A trial that can be run, and where its files came from."""
 
     plan: Plan
-    vehicle: Vehicle
+    ride: Ride
     database: Database
     trial_path: Path
     vehicle_path: Path
@@ -30,11 +29,6 @@ class Prepared:
         """The trial file as read."""
         return self.plan.trial
 
-    @property
-    def ride(self) -> Ride:
-        """What the virtual motorcycle is to do."""
-        return Ride(self.vehicle, self.trial)
-
 
 def prepare(trial_path: Path, database_path: Path) -> Prepared:
     """Read and check a trial; raises InputError for whatever the user must mend."""
@@ -42,7 +36,7 @@ def prepare(trial_path: Path, database_path: Path) -> Prepared:
     vehicle_path = (trial_path.parent / trial.vehicle).resolve()
     return Prepared(
         Plan(trial, plan_excitation(trial)),
-        read_vehicle(vehicle_path),
+        Ride(read_vehicle(vehicle_path), trial),
         load_database(database_path),
         trial_path,
         vehicle_path,

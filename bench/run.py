@@ -58,7 +58,9 @@ def _keep_inputs(prepared: Prepared, folder: Path) -> None:
     shutil.copyfile(prepared.trial_path, folder / "trial.toml")
     shutil.copyfile(prepared.vehicle_path, folder / "vehicle.toml")
     shutil.copyfile(prepared.database_path, folder / "database.dbc")
-    (folder / "roles.toml").write_text(roles_text(dbc.MOTORBIKE_ROLES, wheels_of(prepared.vehicle)))
+    (folder / "roles.toml").write_text(
+        roles_text(dbc.MOTORBIKE_ROLES, wheels_of(prepared.ride.vehicle))
+    )
 
 
 def _description(prepared: Prepared, address: BusAddress | None) -> dict[str, Any]:
@@ -66,7 +68,7 @@ def _description(prepared: Prepared, address: BusAddress | None) -> dict[str, An
     run: dict[str, Any] = {
         "kind": "trial",
         "name": prepared.trial.name,
-        "vehicle": prepared.vehicle.name,
+        "vehicle": prepared.ride.vehicle.name,
         "started": datetime.now(UTC).isoformat(timespec="seconds"),
         "database_sha256": prepared.database.sha256,
     }

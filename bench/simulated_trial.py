@@ -37,7 +37,9 @@ def run_simulated(
         motorcycle = VirtualMotorcycle(prepared.ride, theirs, Codec(prepared.database))
         ring = Ring.local()
         recorder = Recorder(ring, log, BUS)
-        gateway = Gateway(prepared.plan, ours, prepared.database, ring, wheels_of(prepared.vehicle))
+        gateway = Gateway(
+            prepared.plan, ours, prepared.database, ring, wheels_of(prepared.ride.vehicle)
+        )
         world = _World(wire, motorcycle, recorder, progress)
         clock = SimulatedClock(START, world.live_until)
         period = round(prepared.trial.command.period * SECOND)

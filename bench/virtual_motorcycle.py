@@ -17,6 +17,7 @@ from bench.instruments import Instruments, Motion, Timing
 from bench.lookout import Wheels
 from bench.rider import Rider
 from plant.encoder import ToothedDisc, begin, passing_teeth, toothed_disc
+from plant.equilibrium import equilibrium
 from plant.signals import Floats
 from plant.simulation import Inputs, Outputs, Simulation
 from plant.trouble import VehicleFileError
@@ -63,7 +64,7 @@ class Ride:
         """Find the steady state of the operating point, and the opening that holds it."""
         point = self.trial.operating_point
         try:
-            return simulation.equilibrium(point.gear, point.engine_speed)
+            return equilibrium(simulation, point.gear, point.engine_speed)
         except (ValueError, IndexError) as fault:
             raise InputError(
                 "the vehicle cannot stand at the trial's operating point",

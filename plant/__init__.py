@@ -2,7 +2,7 @@
 
     vehicle = load_vehicle(builtin_vehicle("demonstration"))        # vehicle_file
     simulation = Simulation(vehicle.motorcycle)                      # simulation
-    state, throttle = simulation.equilibrium(gear=2, engine_speed=1466.0)
+    state, throttle = equilibrium(simulation, gear=2, engine_speed=1466.0)
     state, out = simulation.advance(state, Inputs.held(1000, gear=2, throttle_command=throttle))
     out.slip, out.rear_angle, out["optical_lag.seen"]
 

@@ -1,23 +1,29 @@
 """The steady state of the motorcycle: every rate is zero while the crank turns at a given speed."""
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.optimize import root
 
 from plant.equations import RATES
 from plant.signals import Floats
-
-if TYPE_CHECKING:
-    from plant.simulation import Simulation
+from plant.simulation import Simulation
 
 UNKNOWN = ("throttle", "air", "twist", "rear_speed", "speed")
 ZERO = ("air", "engine_speed", "twist", "rear_speed", "speed")
 SCALES = (0.1, 0.1, 0.05, 100.0, 50.0)
 
 
-def steady_state(simulation: "Simulation", gear: int, engine_speed: float) -> tuple[Floats, float]:
+def equilibrium(simulation: Simulation, gear: int, engine_speed: float) -> tuple[Floats, float]:
+    """Return the steady state at a crank speed [rad/s] and the throttle (0..1) that holds it.
+
+    Raises ValueError where none does.
+    """
+    x, throttle = steady_state(simulation, gear, engine_speed)
+    return simulation.pack(x, throttle, 0.0), throttle
+
+
+def steady_state(simulation: Simulation, gear: int, engine_speed: float) -> tuple[Floats, float]:
     """Return the states and the throttle that hold the speed. Raises ValueError if none does."""
     states = simulation.layout.states
     places = [states.index(name) for name in UNKNOWN]
@@ -43,13 +49,13 @@ def steady_state(simulation: "Simulation", gear: int, engine_speed: float) -> tu
     return x, float(x[0])
 
 
-def _present_states(simulation: "Simulation") -> list[int]:
+def _present_states(simulation: Simulation) -> list[int]:
     present = {effect.name for effect in simulation.motorcycle.effects}
     names = simulation.layout.states
     return [i for i in range(len(RATES), len(names)) if names[i].split(".")[0] in present]
 
 
-def _guess(simulation: "Simulation", gear: int, engine_speed: float, extra: int) -> Floats:
+def _guess(simulation: Simulation, gear: int, engine_speed: float, extra: int) -> Floats:
     bike = simulation.motorcycle
     rear_speed = engine_speed / bike.gears[gear - 1]
     speed = rear_speed * bike.rear_wheel.radius
@@ -68,7 +74,7 @@ def _polished(residual: Callable[[Floats], Floats], z: Floats) -> Floats:
 
 
 def _check(
-    simulation: "Simulation", gear: int, engine_speed: float, x: Floats, residual: Floats
+    simulation: Simulation, gear: int, engine_speed: float, x: Floats, residual: Floats
 ) -> None:
     if np.abs(residual).max() < 1e-6 and 0.0 <= x[0] <= 1.0:
         return

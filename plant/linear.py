@@ -11,6 +11,7 @@ import control
 import numpy as np
 
 from plant.equations import RATES
+from plant.equilibrium import equilibrium
 from plant.motorcycle import Motorcycle
 from plant.signals import Floats, Inputs, Outputs
 from plant.simulation import Simulation
@@ -43,7 +44,7 @@ def linearise(
 ) -> LinearModel:
     """Return the motorcycle as it answers small changes about a steady state in this gear."""
     simulation = Simulation(motorcycle)
-    state, throttle = simulation.equilibrium(gear, engine_speed)
+    state, throttle = equilibrium(simulation, gear, engine_speed)
     x = simulation.states(state)
     u = simulation.row(gear, throttle)
     kept = _kept(simulation)

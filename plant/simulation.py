@@ -138,10 +138,3 @@ class Simulation:
         ratio = self.motorcycle.gears[gear - 1]
         only: Floats = Inputs.held(gear=ratio, throttle_command=throttle).table[0]
         return only
-
-    def equilibrium(self, gear: int, engine_speed: float) -> tuple[Floats, float]:
-        """Return the steady state at this crank speed [rad/s] and the throttle that holds it."""
-        from plant.equilibrium import steady_state
-
-        x, throttle = steady_state(self, gear, engine_speed)
-        return self.pack(x, throttle, 0.0), throttle

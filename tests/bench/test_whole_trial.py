@@ -14,7 +14,7 @@ from bench.run import run_trial
 from bench.simulated_bus import SimulatedNode
 from bench.simulated_trial import run_simulated
 from bench.trial import Plan
-from bench.virtual_motorcycle import VirtualMotorcycle, read_vehicle
+from bench.virtual_motorcycle import Ride, VirtualMotorcycle, read_vehicle
 from protocol.codec import Codec, Sender
 from protocol.database import load_database
 from protocol.errors import InputError
@@ -37,7 +37,8 @@ VEHICLE = TRIALS.parent / "plant" / "vehicles" / "demonstration.toml"
 def prepared(**changes) -> Prepared:
     the_plan: Plan = plan(rider__presses_button_after="100 ms", settling="200 ms", **changes)
     return Prepared(
-        the_plan, read_vehicle(VEHICLE), load_database(dbc.MOTORBIKE),
+        the_plan,
+        Ride(read_vehicle(VEHICLE), the_plan.trial), load_database(dbc.MOTORBIKE),
         TRIALS / "throttle_sweep.toml", VEHICLE, dbc.MOTORBIKE,
     )  # fmt: skip
 

@@ -15,6 +15,7 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 from plant.composition import compose
 from plant.effects.effect import Effect
 from plant.effects.library import LIBRARY
+from plant.equilibrium import equilibrium
 from plant.motorcycle import Motorcycle
 from plant.signals import Inputs
 from plant.simulation import Simulation
@@ -34,7 +35,7 @@ def seconds(run: Callable[[], object]) -> float:
 
 def record(motorcycle: Motorcycle, every: int, library: Library) -> Callable[[], object]:
     simulation = Simulation(motorcycle, every=every, library=library)
-    state, throttle = simulation.equilibrium(2, 1466.0)
+    state, throttle = equilibrium(simulation, 2, 1466.0)
     inputs = Inputs.held(ROWS, gear=2.0, throttle_command=throttle)
     return lambda: simulation.advance(state, inputs)
 
@@ -42,7 +43,7 @@ def record(motorcycle: Motorcycle, every: int, library: Library) -> Callable[[],
 def per_call(motorcycle: Motorcycle) -> float:
     """Microseconds for one row, with filling the input and reading an output."""
     simulation = Simulation(motorcycle, every=4)
-    state, throttle = simulation.equilibrium(2, 1466.0)
+    state, throttle = equilibrium(simulation, 2, 1466.0)
     row = Inputs.held(1, gear=2.0, throttle_command=throttle)
 
     def second() -> float:

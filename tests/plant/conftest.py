@@ -5,6 +5,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
+from plant.equilibrium import equilibrium
 from plant.motorcycle import Motorcycle
 from plant.signals import Inputs, Outputs
 from plant.simulation import Simulation
@@ -37,7 +38,7 @@ def swept() -> Callable[..., Outputs]:
     ) -> Outputs:
         n = round(1e-3 / step)
         simulation = Simulation(motorcycle, step, n, n if every_ms else 1)
-        state, throttle = simulation.equilibrium(2, crank_speed)
+        state, throttle = equilibrium(simulation, 2, crank_speed)
         t = np.arange(round(1e3 * seconds)) * 1e-3
         wave = throttle + 0.04 * np.sin(2 * np.pi * (1 + 4 * t) * t)
         inputs = Inputs.held(

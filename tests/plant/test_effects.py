@@ -15,6 +15,7 @@ from plant.effects.rate_limit import RateLimit
 from plant.effects.relaxation_length import RelaxationLength
 from plant.encoder import begin, passing_teeth, toothed_disc
 from plant.equations import EQUATIONS
+from plant.equilibrium import equilibrium
 from plant.motorcycle import BLOCK_NAMES, Motorcycle
 from plant.signals import Inputs, Outputs
 from plant.simulation import Simulation
@@ -124,7 +125,7 @@ def test_a_loaded_driveline_does_not_know_of_its_slack(nominal):
     seen = []
     for effects in ((), (Backlash(slack=5e-3),)):
         simulation = Simulation(with_effects(nominal, *effects))
-        state, throttle = simulation.equilibrium(2, 1466.0)
+        state, throttle = equilibrium(simulation, 2, 1466.0)
         t = np.arange(500) * 1e-3
         wave = throttle + 0.005 * np.sin(50 * t)
         inputs = Inputs.held(500, gear=2.0, throttle_command=wave)
@@ -205,7 +206,7 @@ def test_misplaced_teeth_repeat_every_turn_and_add_up_to_a_full_turn(demonstrati
 def test_the_optical_speed_trails_by_lag_times_acceleration(nominal):
     lag = 0.03
     simulation = Simulation(with_effects(nominal, OpticalLag(time_constant=lag)))
-    state, throttle = simulation.equilibrium(2, 1466.0)
+    state, throttle = equilibrium(simulation, 2, 1466.0)
     pull = Inputs.held(2000, gear=2.0, throttle_command=throttle + 0.1)
     _, out = simulation.advance(state, pull)
     trail = (out.speed - out.optical_speed) / out.acceleration

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from plant.equilibrium import equilibrium
 from plant.linear import LinearModel, linearise
 from plant.signals import Inputs
 from plant.simulation import Simulation
@@ -73,7 +74,7 @@ def test_small_motion_of_the_simulation_is_that_of_the_linear_model(nominal, sou
     model = linearise(nominal, 2, CRANK_SPEED)
     frequency, period, rows = 2 * np.pi * 5, 1e-3, 4000
     simulation = Simulation(nominal, every=4)
-    state, throttle = simulation.equilibrium(2, CRANK_SPEED)
+    state, throttle = equilibrium(simulation, 2, CRANK_SPEED)
     size = 1e-4
     wave = size * np.sin(frequency * period * np.arange(rows))
     held = {"throttle_command": throttle, "gear": 2.0}

@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from plant.effects.library import LIBRARY
+from plant.equilibrium import equilibrium
 from plant.kernel import held_value
 from plant.motorcycle import BLOCK_NAMES, Motorcycle
 from plant.signals import Inputs, Outputs
@@ -20,7 +21,7 @@ CRANK_SPEED = 1466.0
 @pytest.mark.parametrize("crank_speed", [400.0, 900.0, CRANK_SPEED])
 def test_a_steady_state_stays_for_ten_seconds(name, crank_speed, request):
     simulation = Simulation(request.getfixturevalue(name), every=40, steps_per_row=40)
-    state, throttle = simulation.equilibrium(2, crank_speed)
+    state, throttle = equilibrium(simulation, 2, crank_speed)
     _, out = simulation.advance(state, Inputs.held(1000, gear=2.0, throttle_command=throttle))
     assert out.time[-1] == pytest.approx(10.0)
     for column in ("engine_speed", "rear_speed", "speed", "slip", "optical_speed", "tyre_force"):
@@ -30,12 +31,12 @@ def test_a_steady_state_stays_for_ten_seconds(name, crank_speed, request):
 
 def test_an_impossible_steady_state_is_refused_with_a_remedy(nominal):
     with pytest.raises(ValueError, match="choose a lower speed or a lower gear"):
-        Simulation(nominal).equilibrium(6, 1600.0)
+        equilibrium(Simulation(nominal), 6, 1600.0)
 
 
 def test_slip_at_the_operating_point_is_that_of_a_motorcycle(demonstration):
     simulation = Simulation(demonstration)
-    state, throttle = simulation.equilibrium(2, CRANK_SPEED)
+    state, throttle = equilibrium(simulation, 2, CRANK_SPEED)
     _, out = simulation.advance(state, Inputs.held(1, gear=2.0, throttle_command=throttle))
     assert 0.005 < out.slip[0] < 0.03
     assert 50.0 < out.speed[0] < 56.0
@@ -43,7 +44,7 @@ def test_slip_at_the_operating_point_is_that_of_a_motorcycle(demonstration):
 
 def test_steady_slip_is_pacejkas(nominal):
     simulation = Simulation(nominal)
-    state, throttle = simulation.equilibrium(2, CRANK_SPEED)
+    state, throttle = equilibrium(simulation, 2, CRANK_SPEED)
     _, out = simulation.advance(state, Inputs.held(1, gear=2.0, throttle_command=throttle))
     tyre, body = nominal.tyre, nominal.body
     peak = tyre.friction * tyre.load
@@ -77,7 +78,7 @@ def test_the_step_imitates_no_relaxation_length(demonstration, swept):
 def test_many_calls_give_the_same_bits_as_one(demonstration, swept):
     t = np.arange(400) * 1e-3
     simulation = Simulation(demonstration)
-    state, throttle = simulation.equilibrium(2, CRANK_SPEED)
+    state, throttle = equilibrium(simulation, 2, CRANK_SPEED)
     wave = throttle + 0.05 * np.sin(40 * t)
     inputs = Inputs.held(400, gear=2.0, throttle_command=wave, spark=0.1 * np.cos(60 * t))
     last, whole = simulation.advance(state, inputs)
@@ -91,7 +92,7 @@ def test_many_calls_give_the_same_bits_as_one(demonstration, swept):
 
 def test_a_run_does_not_touch_the_state_that_it_was_given(demonstration):
     simulation = Simulation(demonstration)
-    state, _ = simulation.equilibrium(2, CRANK_SPEED)
+    state, _ = equilibrium(simulation, 2, CRANK_SPEED)
     before = state.copy()
     first = simulation.advance(state, Inputs.held(50, gear=2.0, throttle_command=0.5))[1]
     second = simulation.advance(state, Inputs.held(50, gear=2.0, throttle_command=0.5))[1]
@@ -178,7 +179,7 @@ def test_an_unknown_gear_is_refused(nominal):
 
 def test_neutral_and_a_pulled_clutch_pass_no_torque(nominal):
     simulation = Simulation(nominal)
-    state, throttle = simulation.equilibrium(2, CRANK_SPEED)
+    state, throttle = equilibrium(simulation, 2, CRANK_SPEED)
     for released in ({"gear": 0.0}, {"gear": 2.0, "clutch": 0.0}):
         inputs = Inputs.held(50, throttle_command=throttle, **released)
         assert np.abs(simulation.advance(state, inputs)[1].driveline_torque).max() == 0.0
@@ -197,7 +198,7 @@ def test_the_clutch_passes_no_more_than_its_capacity(nominal):
 
 def test_disturbances_act_where_they_say(nominal):
     simulation = Simulation(nominal)
-    state, throttle = simulation.equilibrium(2, CRANK_SPEED)
+    state, throttle = equilibrium(simulation, 2, CRANK_SPEED)
     held = {"gear": 2.0, "throttle_command": throttle}
     calm = simulation.advance(state, Inputs.held(1, **held))[1]
     pushed = simulation.advance(state, Inputs.held(1, **held, road_force=100.0))[1]
@@ -214,7 +215,7 @@ def test_disturbances_act_where_they_say(nominal):
 
 def recorded(nominal: Motorcycle, **columns: np.ndarray) -> Outputs:
     simulation = Simulation(nominal, every=4)
-    state, throttle = simulation.equilibrium(2, CRANK_SPEED)
+    state, throttle = equilibrium(simulation, 2, CRANK_SPEED)
     t = np.arange(1500) * 1e-3
     wave = throttle + 0.03 * np.sin(2 * np.pi * (2 + 3 * t) * t)
     return simulation.advance(state, Inputs.held(1500, gear=2.0, throttle_command=wave, **columns))[
