@@ -108,7 +108,7 @@ def summary(found: "Identification") -> list[str]:
 
     lines = [headline(found), ""]
     lines += [f"  {tile.label:<22} {tile.value}" for tile in tiles(found)]
-    left = [f"  left out: {item.analysis} ({item.reason})" for item in found.left_out]
+    left = [f"  left out: {item}" for item in found.left_out]
     return [*lines, *left, ""]
 
 

@@ -21,6 +21,11 @@ class LeftOut:
     reason: str
     roles: tuple[str, ...] = ()
 
+    def __str__(self) -> str:
+        """Say it in a line."""
+        missing = f"; missing: {', '.join(self.roles)}" if self.roles else ""
+        return f"{self.analysis} ({self.reason}{missing})"
+
 
 def left_out(
     data: Aligned,

@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from synthetic_recording import Truth, recording, sweep, sweep_trial
 
 from identification.clocks import ClockFit, Unaligned
 from identification.identify import identify, slip_range
@@ -13,6 +12,7 @@ from identification.resonance import Resonance
 from identification.trial_window import NoExcitation, TrialWindow
 from protocol.channel import Channel
 from protocol.messages import Phase, TripReason
+from tests.identification.synthetic_recording import Truth, recording, sweep, sweep_trial
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3, 4])

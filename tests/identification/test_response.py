@@ -8,7 +8,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import signal
-from synthetic_recording import sweep
 
 from identification.local_polynomial import sweep_response
 from identification.periodic import periodic_response
@@ -18,6 +17,7 @@ from identification.resonance import (
     low_frequency_delay,
     resonance,
 )
+from tests.identification.synthetic_recording import sweep
 
 RATE = 1000.0
 T = np.arange(0, 24, 1 / RATE)
