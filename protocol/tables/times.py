@@ -46,7 +46,7 @@ def seconds(column: Any, name: str, unit: str, where: str) -> FloatArray:
     if pa.types.is_string(kind):
         return _moments(column, name, where)
     number: FloatArray = np.asarray(
-        column.cast(pa.float64()).to_numpy(zero_copy_only=False), np.float64
+        column.cast(pa.float64(), safe=False).to_numpy(zero_copy_only=False), np.float64
     )
     return number * _scale(unit or _unit_in(name) or _epoch_unit(number), name, where)
 

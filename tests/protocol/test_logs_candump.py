@@ -2,6 +2,7 @@
 
 import io
 import re
+from itertools import pairwise
 
 import can
 import numpy as np
@@ -168,9 +169,10 @@ def test_damage_is_read_or_refused(frames, data):
         if not text:
             break
     try:
-        assert len(parse(bytes(text))) <= len(frames) + 20
-    except InputError as fault:
-        assert "log" in str(fault)
+        read = len(parse(bytes(text)))
+    except InputError:
+        return
+    assert read <= len(frames) + 20
 
 
 @given(logs(), st.data())
@@ -203,7 +205,7 @@ def test_frames_out_of_order_are_sorted_and_told(frames):
     warnings = []
     log = parse(text_of(frames), warnings)
     assert rows_of(log) == without_flags(sorted(frames, key=lambda one: one[0]))
-    back = sum(b[0] < a[0] for a, b in zip(frames, frames[1:], strict=False))
+    back = sum(b[0] < a[0] for a, b in pairwise(frames))
     assert len(warnings) == (back > 0)
     if back:
         assert f"{back} steps back" in warnings[0]

@@ -118,10 +118,12 @@ def test_damaged_files_are_read_or_refused(tmp_path, samples, name, data):
             content[at : at + data.draw(st.integers(0, 4))] = data.draw(st.binary(max_size=4))
     path = tmp_path / name
     path.write_bytes(bytes(content))
+    told = ""
     try:
         assert len(read_log(path).frames) <= 60
     except InputError as fault:
-        assert str(path) in str(fault)
+        told = str(fault)
+    assert not told or str(path) in told
 
 
 @pytest.mark.parametrize("name", ["x.asc", "x.trc"])
