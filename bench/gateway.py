@@ -6,10 +6,11 @@ import can
 
 from bench.clock import SECOND
 from bench.lookout import SAFETY, Lookout, Wheels
+from bench.own_frames import OwnFrames
 from bench.permit import Held, Trip, permit
 from bench.ring import BIT_RATE_SWITCH, EXTENDED, FD, REMOTE, SENT, Ring
 from bench.seen import Seen
-from bench.senders import Senders
+from bench.senders import OURS, Senders
 from bench.trial import ENDED, HOLDING, Plan, TrialState, advance, tripped, wanted
 from protocol import e2e
 from protocol.codec import Codec, Sender
@@ -18,6 +19,8 @@ from protocol.layout import Database
 from protocol.messages import ActuatorCommand, Authority, Phase, TrialStatus, TripReason
 
 STATUS_PERIOD = 0.020  # s, of TrialStatus
+OFF_THE_BUS = 3  # frames refused in a row; a single one is a queue that is full for a moment
+MOST_NOTES = 100
 AFTERWARDS = 0.2  # s for which the gateway stays on the bus after the end, released
 
 
@@ -47,12 +50,14 @@ class Gateway:
         codec = Codec(database)
         self._plan, self._bus, self._codec, self._ring = plan, bus, codec, ring
         self._sender = Sender(codec)
+        self._own = OwnFrames()
+        self._ours = {codec.identifier(name) for name in OURS}
         self._lookout = Lookout(wheels)
         self._senders = Senders(_cycles(database))
         self._protected = dict.fromkeys(SAFETY, e2e.INITIAL)
         self._last = ActuatorCommand(Authority.NONE, 0.0, 0.0, 0.0)
         self._asked_since = 0.0
-        self._bus_off = False
+        self._refused_in_a_row = 0
         self._full = False
         self._status_due = 0.0
         self._ended_at: float | None = None
@@ -65,7 +70,9 @@ class Gateway:
         now = due / SECOND
         self._listen(now)
         seen = self._lookout.seen(
-            now, bus_off=self._bus_off, recording=not (self._full or self._ring.failed)
+            now,
+            bus_off=self._refused_in_a_row >= OFF_THE_BUS,
+            recording=not (self._full or self._ring.failed),
         )
         if self._senders.trouble:
             self._trip(TripReason.TWO_SENDERS, self._senders.trouble, due)
@@ -91,11 +98,13 @@ class Gateway:
                 return
             if message is None:
                 return
-            self._record(message)
-            if message.is_rx and not _carries_nothing(message):
-                self._observe(message.arbitration_id, message.data, now)
+            identifier, data = message.arbitration_id, bytes(message.data)
+            own = identifier in self._ours and self._own.heard(identifier, data)
+            self._record(message, own)
+            if not (own or _carries_nothing(message)):
+                self._observe(identifier, data, now)
 
-    def _observe(self, identifier: int, data: bytearray, now: float) -> None:
+    def _observe(self, identifier: int, data: bytes, now: float) -> None:
         decoded = self._codec.decode(identifier, data)
         if isinstance(decoded, FrameFault):
             self._lookout.fault(decoded.message)
@@ -109,7 +118,7 @@ class Gateway:
             return
         self._lookout.observe(name, decoded, now)
 
-    def _in_sequence(self, name: str, identifier: int, data: bytearray, now: float) -> bool:
+    def _in_sequence(self, name: str, identifier: int, data: bytes, now: float) -> bool:
         """Tell whether the counter moved; frames lost before this one do not spoil it."""
         counter = self._codec.counter(identifier, data)
         if counter is None:
@@ -119,13 +128,13 @@ class Gateway:
         self._protected[name] = state
         return fault is None or fault.fault in (Fault.LOST, Fault.STALE)
 
-    def _record(self, message: can.Message) -> None:
+    def _record(self, message: can.Message, own: bool) -> None:
         flags = (
             (EXTENDED if message.is_extended_id else 0)
             | (FD if message.is_fd else 0)
             | (BIT_RATE_SWITCH if message.bitrate_switch else 0)
             | (REMOTE if message.is_remote_frame else 0)
-            | (0 if message.is_rx else SENT)
+            | (SENT if own else 0)
         )
         time_ns = round(message.timestamp * SECOND)
         if not self._ring.append(time_ns, message.arbitration_id, flags, bytes(message.data)):
@@ -160,7 +169,7 @@ class Gateway:
         self.state = state
 
     def _send(self, command: ActuatorCommand, now: float) -> None:
-        self._put(*self._sender.encode(command))
+        self._put(*self._sender.encode(command), now)
         self._last = replace(command, time=now)
 
     def _report(self, number: int, now: float) -> None:
@@ -170,20 +179,25 @@ class Gateway:
         trip = self.state.trip.reason if self.state.trip else TripReason.NONE
         holding = self.state.phase in HOLDING
         authority = self._plan.authority if holding else Authority.NONE
-        self._put(*self._sender.encode(TrialStatus(self.state.phase, authority, trip, number)))
+        self._put(*self._sender.encode(TrialStatus(self.state.phase, authority, trip, number)), now)
 
-    def _put(self, identifier: int, data: bytes) -> None:
-        """Send a frame; a bus that refuses it is off, until it takes one again."""
+    def _put(self, identifier: int, data: bytes, now: float) -> None:
+        """Send a frame; a bus that refuses several is off, until it takes one again."""
         message = can.Message(arbitration_id=identifier, data=data, is_extended_id=False)
         try:
             self._bus.send(message)
-            self._bus_off = False
         except can.CanError as fault:
             self._refused(fault)
+            return
+        self._refused_in_a_row = 0
+        self._own.sent(identifier, data)
+        if self._own.silent:  # never heard back: the record tells when it was handed over
+            message.timestamp = now
+            self._record(message, own=True)
 
     def _refused(self, fault: can.CanError) -> None:
-        self._bus_off = True
-        if len(self.refusals) < 100:
+        self._refused_in_a_row += 1
+        if len(self.refusals) < MOST_NOTES:
             self.refusals.append(str(fault))
 
 
