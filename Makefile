@@ -18,7 +18,7 @@ help:
 	@sed -n 's/^# //p' $(firstword $(MAKEFILE_LIST)) | head -5
 
 trial: setup
-	$(IN)/slipbench trial trials/throttle_sweep.toml --identify
+	@run=$$($(IN)/slipbench trial trials/throttle_sweep.toml) && $(IN)/slipbench identify "$$run"
 
 test: setup
 	$(IN)/python -m pytest -n $(WORKERS) --dist loadscope $(TESTS)
@@ -35,7 +35,7 @@ $(READY): requirements.lock pyproject.toml
 	test -x $(IN)/python || $(PYTHON) -m venv $(ENVIRONMENT)
 	$(IN)/python -m pip install --quiet --disable-pip-version-check \
 	  --require-hashes --requirement requirements.lock
-	$(IN)/python -m pip install --quiet --disable-pip-version-check \
+	PYTHONWARNINGS=ignore $(IN)/python -m pip install --quiet --disable-pip-version-check \
 	  --no-build-isolation --no-deps --editable .
 	@touch $@
 

@@ -26,7 +26,7 @@ def short(tmp_path):
         for old, new in (
             ('vehicle = "../plant/vehicles/demonstration.toml"', f'vehicle = "{vehicle}"'),
             ('duration = "30 s"', 'duration = "1 s"'),
-            ('stop = "15 Hz"', 'stop = "5 Hz"'),
+            ('stop = "12 Hz"', 'stop = "5 Hz"'),
             *changes,
         ):
             assert old in text
