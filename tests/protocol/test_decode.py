@@ -16,6 +16,7 @@ from protocol.database import MOTORBIKE, describe, load_database
 from protocol.decode import decode, sort_log, unknown_multiplexers
 from protocol.frame_log import FrameLog
 from protocol.layout import Database
+from protocol.logs import read_log
 
 LENGTHS = [*range(1, 9), 12, 16, 20, 24, 32, 48, 64]
 SCALES = st.sampled_from([1, 2, 3, -1, 1000, 0.5, 0.01, 0.1, -0.25, 0.390625, 1 / 3, 7.0, 1e-7])
@@ -137,7 +138,7 @@ def same(ours, theirs):
     return int(ours) == theirs
 
 
-@settings(max_examples=400, deadline=None)
+@settings(max_examples=250, deadline=None)
 @given(message=messages(), data=st.data())
 def test_every_sample_is_what_cantools_decodes(tmp_path_factory, message, data):
     theirs, database = both_ways(message, tmp_path_factory.getbasetemp() / "random.dbc")
@@ -222,3 +223,27 @@ def test_real_databases_decode_as_cantools_does(name):
             for row, ours in zip(signal.rows, signal.value, strict=True):
                 expected = message.decode(frames[row][2], decode_choices=False)
                 assert same(ours, expected[signal.signal.name])
+
+
+@pytest.mark.parametrize(
+    ("log", "database"),
+    [
+        ("yamaha_r1/session.log", "yamaha_r1/session.dbc"),
+        ("subaru_wrx/can_sample.log", "subaru_wrx/sample_can_spec.dbc"),
+        ("gt86_gt350/gt350_vsslog.trc", "gt86_gt350/ford_lincoln_base_pt.dbc"),
+        ("comma2k19/segment.log", "comma2k19/segment.dbc"),
+    ],
+)
+def test_logs_of_real_vehicles_decode_as_cantools_does(log, database):
+    if not (RECORDINGS / log).exists():
+        pytest.skip(f"{RECORDINGS / log} is not here; put the shared recordings beside the project")
+    frames = read_log(RECORDINGS / log).frames
+    ordered = sort_log(frames, load_database(RECORDINGS / database))
+    decoded = decode(ordered)
+    for message in cantools.database.load_file(RECORDINGS / database).messages:
+        for row in ordered.frames[message.name].rows[::100]:
+            payload = frames.data[row, : frames.length[row]].tobytes()
+            expected = message.decode(payload, decode_choices=False)
+            for name, value in expected.items():
+                samples = decoded[message.name][name]
+                assert same(samples.value[np.searchsorted(samples.rows, row)], value)
