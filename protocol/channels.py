@@ -92,9 +92,10 @@ def _from_bus(
         except Missing as why:
             missing[role] = str(why)
             continue
-        if alternates(samples.value):
+        message = (source.teeth or source.signals[0]).partition(".")[0]
+        counted = database.by_name[message].protection is not None
+        if not counted and alternates(samples.value):
             missing[role] = f"{TWO_SENDERS}: {_TWO_COURSES}"
-            message = source.signals[0].partition(".")[0]
             faults[message] = BusFault(
                 message, TWO_SENDERS, samples.value.size, float(samples.arrival[0])
             )

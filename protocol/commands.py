@@ -114,7 +114,7 @@ def _one(logs: list[Path]) -> Path:
             f"{len(logs)} logs at once", where=" ".join(map(str, logs)),
             expected="one log: the clocks of several cannot be told to agree",
             remedy="if one logger wrote them on one clock, join them as candump text first:"
-            " sort -m -k1.2,1 A.log B.log > both.log",
+            " sort -m -n -k1.2,1 A.log B.log > both.log",
         )  # fmt: skip
     return logs[0]
 

@@ -113,7 +113,8 @@ def _write_frames(log: Path, out: Path, description: dict[str, Any], progress: P
         frames = parse_pieces(_kept(text.pieces, file), str(log), [])
     if not len(frames):
         raise no_frames(log, text.format, frames.skipped)
-    description["sources"].append(_source(log, text.format, frames=len(frames)))
+    beside = {name.replace(" ", "_"): count for name, count in frames.skipped}
+    description["sources"].append(_source(log, text.format, frames=len(frames), **beside))
     description["warnings"].extend(text.warnings)
 
 

@@ -14,13 +14,14 @@ from typing import TYPE_CHECKING, Any
 
 from protocol.errors import InputError
 from protocol.logs.candump_line import ERROR_FLAG, format_line, stamp
-from protocol.logs.formats import FORMATS, looks_like
+from protocol.logs.formats import FORMATS, looks_like, read_head
 from protocol.logs.reading import Progress
 
 if TYPE_CHECKING:
     import can
 
 _LINES_AT_ONCE = 5000
+_RELATIVE = re.compile(rb"timestamps\s+relative", re.IGNORECASE)
 
 # Lines without a frame: what carries none by nature, and bus events that are counted.
 _SILENT = {
@@ -43,6 +44,12 @@ def python_can_pieces(
     path: Path, form: str, warnings: list[str], progress: Progress
 ) -> Iterator[bytes]:
     """Read the log `path` of the format `form`, a key of FORMATS, as pieces of candump text."""
+    if form == "asc" and _RELATIVE.search(read_head(path)):
+        raise InputError(
+            "its times are relative, each to the line before", where=str(path),
+            expected="timestamps absolute", found="timestamps relative",
+            remedy="save it with absolute time stamps: events that are no frames count as well",
+        )  # fmt: skip
     source = _Source(path, form, warnings)
     lines: list[bytes] = []
     for message in source.messages():

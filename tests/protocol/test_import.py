@@ -12,6 +12,7 @@ from protocol.errors import InputError
 from protocol.import_log import Capture, import_capture
 from protocol.logs import read_log
 from protocol.logs.candump_line import format_line
+from protocol.senders import alternates
 
 DBC = """VERSION ""
 NS_ :
@@ -166,6 +167,17 @@ def test_two_vehicles_on_one_bus_are_told_not_averaged(folder):
     assert "front_wheel_speed" not in recording.channels
     assert any(f.fault == "two senders" and f.message == "Wheels" for f in recording.faults)
     assert recording.frame_count == 800
+
+
+def test_a_chattering_signal_is_not_two_senders():
+    """Two courses differ by more than they change; a noisy or a ringing one does not."""
+    draw = np.random.default_rng(3)
+    slow = np.sin(np.arange(500) / 50)
+    assert not alternates(slow)
+    assert not alternates(draw.normal(size=500))
+    assert not alternates(slow + 0.1 * draw.normal(size=500))
+    assert not alternates(np.tile([0.0, 1.0], 250))  # a switch
+    assert alternates(np.where(np.arange(500) % 2, slow, slow[::-1] + 5.0))
 
 
 def test_what_is_missing_is_named_with_the_reason(folder):

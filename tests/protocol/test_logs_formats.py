@@ -137,6 +137,14 @@ def test_a_line_of_another_format_is_refused(tmp_path, samples, name):
     assert "candump" in str(fault.value)
 
 
+def test_relative_times_are_refused(tmp_path, samples):
+    """python-can would take each step for a time."""
+    path = tmp_path / "x.asc"
+    path.write_bytes(samples["x.asc"].replace(b"timestamps absolute", b"timestamps relative"))
+    with pytest.raises(InputError, match="absolute"):
+        read_log(path)
+
+
 def test_bus_events_are_counted_and_told(tmp_path, samples):
     path = tmp_path / "x.asc"
     lines = samples["x.asc"].splitlines(keepends=True)
