@@ -1,7 +1,6 @@
 """Laws: a database that would decode to wrong values is refused, a sloppy one is read."""
 
 import hashlib
-from pathlib import Path
 
 import pytest
 
@@ -9,8 +8,8 @@ from protocol.configuration import read_toml
 from protocol.database import MOTORBIKE, MOTORBIKE_FD, load_database
 from protocol.errors import InputError
 from protocol.role_map import RoleMap
+from tests.recordings import recording
 
-RECORDINGS = Path(__file__).resolve().parents[3] / "shared" / "recordings"
 ROLES = MOTORBIKE.with_name("motorbike_roles.toml")
 
 REFUSED = {
@@ -178,10 +177,7 @@ def test_signals_of_different_multiplexer_values_may_share_bits(tmp_path):
     ],
 )
 def test_databases_of_real_vehicles_are_read(name, messages):
-    path = RECORDINGS / name
-    if not path.exists():
-        pytest.skip(f"{path} is not here; put the shared recordings beside the project")
-    assert len(load_database(path).messages) == messages
+    assert len(load_database(recording(name)).messages) == messages
 
 
 @pytest.mark.parametrize("path", [MOTORBIKE, MOTORBIKE_FD], ids=lambda path: path.stem)

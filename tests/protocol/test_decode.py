@@ -1,7 +1,6 @@
 """Laws: the whole-log decode is cantools' decode, bit for bit, whatever the database."""
 
 import struct
-from pathlib import Path
 
 import cantools.database
 import numpy as np
@@ -17,6 +16,7 @@ from protocol.decode import decode, sort_log, unknown_multiplexers
 from protocol.frame_log import FrameLog
 from protocol.layout import Database
 from protocol.logs import read_log
+from tests.recordings import recording
 
 LENGTHS = [*range(1, 9), 12, 16, 20, 24, 32, 48, 64]
 SCALES = st.sampled_from([1, 2, 3, -1, 1000, 0.5, 0.01, 0.1, -0.25, 0.390625, 1 / 3, 7.0, 1e-7])
@@ -200,16 +200,11 @@ def test_a_short_log_of_a_long_message_is_short_not_wrong(tmp_path):
     assert ordered.frames["M"].samples("s").value.size == 0
 
 
-RECORDINGS = Path(__file__).resolve().parents[3] / "shared" / "recordings"
-
-
 @pytest.mark.parametrize(
     "name", ["yamaha_r1/session.dbc", "subaru_wrx/sample_can_spec.dbc", "comma2k19/segment.dbc"]
 )
 def test_real_databases_decode_as_cantools_does(name):
-    path = RECORDINGS / name
-    if not path.exists():
-        pytest.skip(f"{path} is not here; put the shared recordings beside the project")
+    path = recording(name)
     theirs = cantools.database.load_file(path)
     random = np.random.default_rng(1)
     frames = [
@@ -235,12 +230,10 @@ def test_real_databases_decode_as_cantools_does(name):
     ],
 )
 def test_logs_of_real_vehicles_decode_as_cantools_does(log, database):
-    if not (RECORDINGS / log).exists():
-        pytest.skip(f"{RECORDINGS / log} is not here; put the shared recordings beside the project")
-    frames = read_log(RECORDINGS / log).frames
-    ordered = sort_log(frames, load_database(RECORDINGS / database))
+    frames = read_log(recording(log)).frames
+    ordered = sort_log(frames, load_database(recording(database)))
     decoded = decode(ordered)
-    for message in cantools.database.load_file(RECORDINGS / database).messages:
+    for message in cantools.database.load_file(recording(database)).messages:
         for row in ordered.frames[message.name].rows[::100]:
             payload = frames.data[row, : frames.length[row]].tobytes()
             expected = message.decode(payload, decode_choices=False)
