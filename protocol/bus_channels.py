@@ -1,6 +1,5 @@
 """Samples of one role out of the frames of a log, in SI, with the times at which they arrived."""
 
-import difflib
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,8 +9,8 @@ from protocol.channel import FloatArray
 from protocol.decode import Frames, Samples, SortedLog
 from protocol.errors import InputError
 from protocol.layout import Database, Message, Signal
+from protocol.role_lookup import find_message, find_signal, find_signals, to_si
 from protocol.role_map import Source
-from protocol.roles import ROLES
 from protocol.senders import TWO_SENDERS, interleaved, repeated
 from protocol.teeth import Teeth, teeth
 from protocol.units import linear
@@ -54,7 +53,7 @@ class BusLog:
         """Give the samples of a role. Raises InputError for a wrong map, Missing for no samples."""
         if source.teeth:
             return self._teeth(source)
-        message, signals = _signals(self.database, role, source)
+        message, signals = find_signals(self.database, role, source)
         frames = self.frames(message, role, source)
         rows, value = _mean(frames, signals, role, source)
         if source.valid:
@@ -113,7 +112,7 @@ class BusLog:
         """Unwrap the sender's own clock at the frames `rows`."""
         if not source.time_signal:
             return None, None
-        signal = _named(frames.message, source.time_signal)
+        signal = find_signal(frames.message, source.time_signal)
         tick = signal.scale * linear(signal.unit, "s")[0]
         stamps = frames.samples(signal.name)
         raw = stamps.raw[np.searchsorted(stamps.rows, rows)].astype(np.int64)
@@ -123,7 +122,9 @@ class BusLog:
 
     def _teeth(self, source: Source) -> BusSamples:
         """Give time and running count of every tooth of one encoder."""
-        message, status = (_message(self.database, name) for name in (source.teeth, source.anchor))
+        message, status = (
+            find_message(self.database, name) for name in (source.teeth, source.anchor)
+        )
         frames = self._of_bus(self.sorted_log.frames[message.name], source.teeth, source)
         if not len(frames):
             raise Missing(self._why_none(message, source))
@@ -144,39 +145,6 @@ class BusLog:
 
 def _seconds(time_ns: IntArray) -> FloatArray:
     return time_ns * np.float64(1e-9)
-
-
-def _signals(database: Database, role: str, source: Source) -> tuple[Message, list[Signal]]:
-    messages = [_message(database, name.partition(".")[0]) for name in source.signals]
-    if len({message.name for message in messages}) > 1:
-        raise InputError(
-            "signals that are averaged must stand in one message", where=f"role {role}",
-            found=", ".join(source.signals), remedy="bind one, or each to a role of its own",
-        )  # fmt: skip
-    return messages[0], [_named(messages[0], name) for name in source.signals]
-
-
-def _message(database: Database, name: str) -> Message:
-    if name in database.by_name:
-        return database.by_name[name]
-    near = difflib.get_close_matches(name, database.by_name, n=1, cutoff=0.4)
-    raise InputError(
-        f"the database has no message {name!r}, which the role map names", where=database.origin,
-        remedy=f"did you mean {near[0]!r}?" if near else "is it the database of this vehicle?",
-    )  # fmt: skip
-
-
-def _named(message: Message, full_name: str) -> Signal:
-    """Look up "Message.signal" in its message."""
-    owner, dot, name = full_name.partition(".")
-    if not dot or owner != message.name or name not in message.by_name:
-        near = difflib.get_close_matches(name, message.by_name, n=1, cutoff=0.0)
-        raise InputError(
-            f"{full_name!r} in the role map is no signal of message {message.name}",
-            expected='"Message.signal"', found=", ".join(message.by_name),
-            remedy=f'did you mean "{message.name}.{near[0]}"?' if near else "",
-        )  # fmt: skip
-    return message.by_name[name]
 
 
 def _mean(
@@ -205,29 +173,8 @@ def _known(samples: Samples, source: Source) -> Samples:
 def _only_valid(
     frames: Frames, valid: str, rows: Rows, value: FloatArray, role: str
 ) -> tuple[Rows, FloatArray]:
-    flag = frames.samples(_named(frames.message, valid).name)
+    flag = frames.samples(find_signal(frames.message, valid).name)
     keep = np.isin(rows, flag.rows[flag.raw != 0])
     if not keep.any():
         raise Missing(f"{valid} never says that {role} is valid")
     return rows[keep], value[keep]
-
-
-def to_si(
-    value: npt.NDArray[np.generic], unit: str, role: str, source: Source
-) -> npt.NDArray[np.float64]:
-    """Turn values of the database's or the table's unit into the role's, with sign and offset."""
-    target = ROLES[role].unit
-    number = np.asarray(value, np.float64)
-    stated = unit if source.unit is None else source.unit
-    try:
-        if target != "count":
-            slope, zero = linear(stated, "rad/s" if source.radius else target)
-            number = number * (slope * (source.radius or 1.0)) + zero
-    except ValueError as cause:
-        raise InputError(
-            f"the unit {stated!r} does not suit this role", where=f"role {role}",
-            expected=f"a unit that converts to {target}", found=str(cause),
-            remedy='state the unit in the role map, as in unit = "km/h"; a wheel that tells'
-            " rad/s or rpm needs radius as well",
-        ) from cause  # fmt: skip
-    return source.sign * number + source.offset

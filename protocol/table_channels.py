@@ -5,9 +5,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from protocol.bus_channels import Missing, to_si
+from protocol.bus_channels import Missing
 from protocol.channel import Channel, FloatArray
 from protocol.errors import InputError
+from protocol.role_lookup import to_si
 from protocol.role_map import RoleMap, Source, TableRules
 from protocol.roles import ROLES
 from protocol.tables import Samples, Table, samples
