@@ -43,25 +43,23 @@ class Tested:
         return (self.ended.output.strip().splitlines() or ["no output"])[-1].strip("= ")
 
 
-def run(
-    kernel: Kernel,
-    command: Sequence[str],
-    limit: float,
-    environment: Mapping[str, str] | None = None,
-) -> Ended:
-    """Run `command` in the checkout's folder, for at most `limit` s."""
+def run(kernel: Kernel, command: Sequence[str], limit: float, slow: int = 1) -> Ended:
+    """Run `command` in the checkout's folder, for at most `limit` s on the kernel's own clock.
+
+    Where the kernel is not fast enough, its clock is made to go `slow` times slower.
+    """
     with _folder() as box:
-        return _run(kernel, box, command, limit, {})
+        return _run(kernel, box, command, limit, {}, slow)
 
 
-def test(kernel: Kernel, paths: Sequence[str], limit: float) -> Tested:
-    """Run the tests in `paths` inside, with the interpreter that runs this."""
+def run_tests(kernel: Kernel, paths: Sequence[str], limit: float, slow: int = 1) -> Tested:
+    """Run the tests in `paths` inside, with the interpreter that runs this; see `run`."""
     with _folder() as box:
         command = (
             sys.executable, "-m", "pytest", *paths, "-p", "no:cacheprovider", "--color=no",
             f"--basetemp={box / 'tmp'}", f"--junitxml={box / 'results.xml'}",
         )  # fmt: skip
-        ended = _run(kernel, box, command, limit, {"SLIPBENCH_VCAN": "vcan0"})
+        ended = _run(kernel, box, command, limit, {"SLIPBENCH_VCAN": "vcan0"}, slow)
         return _results(box / "results.xml", ended)
 
 
@@ -75,17 +73,18 @@ def _folder() -> Iterator[Path]:
 
 
 def _run(
-    kernel: Kernel, box: Path, command: Sequence[str], limit: float, extra: Mapping[str, str]
-) -> Ended:
+    kernel: Kernel, box: Path, command: Sequence[str], limit: float, extra: Mapping[str, str],
+    slow: int,
+) -> Ended:  # fmt: skip
     _write_script(box / "command", command, extra)
-    start = kernel.start(box, limit)
+    start = kernel.start(box, limit, slow)
     with (box / "console").open("wb") as console:
         process = subprocess.Popen(
             start.arguments, env=start.environment, cwd=ROOT, start_new_session=True,
             stdin=subprocess.DEVNULL, stdout=console, stderr=subprocess.STDOUT,
         )  # fmt: skip
         try:
-            process.wait(limit + BOOT)
+            process.wait(limit * start.slowness + BOOT)
         except subprocess.TimeoutExpired:
             pass
         finally:

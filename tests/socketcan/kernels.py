@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
 
-from tests.socketcan import wide_registers
+from tests.socketcan.preload import preload
 
 HERE = Path(__file__).parent
 MODULES = Path("/usr/lib/uml/modules")
@@ -22,10 +22,14 @@ _NAMESPACE = ("unshare", "--map-root-user", "--net")
 
 @dataclass(frozen=True)
 class Start:
-    """What to execute so that `command` in the box's folder runs on the kernel."""
+    """What to execute so that `command` in the box's folder runs on the kernel.
+
+    slowness  how many seconds pass outside while one passes on the kernel
+    """
 
     arguments: tuple[str, ...]
     environment: Mapping[str, str]
+    slowness: int = 1
 
 
 class Kernel(Protocol):
@@ -36,8 +40,11 @@ class Kernel(Protocol):
     def missing(self) -> str:
         """Say what is missing, and how to get it; empty where the kernel can be used."""
 
-    def start(self, box: Path, limit: float) -> Start:
-        """Run `box/command` for at most `limit` s, leaving `box/output` and `box/status`."""
+    def start(self, box: Path, limit: float, slow: int) -> Start:
+        """Run `box/command` for at most `limit` s, leaving `box/output` and `box/status`.
+
+        Where the kernel is not fast enough for a whole trial, time passes `slow` times slower.
+        """
 
 
 class Native:
@@ -56,7 +63,7 @@ class Native:
             return ""
         return f"{self.name} makes no vcan ({tried.stderr.strip()}); try: modprobe vcan"
 
-    def start(self, box: Path, limit: float) -> Start:
+    def start(self, box: Path, limit: float, slow: int) -> Start:
         script = (
             'timeout --kill-after=5 "$1" "$0/command" > "$0/output" 2>&1 < /dev/null; '
             'echo $? > "$0/status"'
@@ -75,21 +82,19 @@ class UserModeLinux:
             "kmod": _system_program("insmod"),
             "iproute2": _system_program("ip"),
             "can-utils": _system_program("candump"),
+            "gcc libc6-dev": shutil.which("gcc"),
         }
         absent = [package for package, present in packages.items() if not present]
-        absent += wide_registers.missing().split()
         return f"apt-get install {' '.join(absent)}" if absent else ""
 
-    def start(self, box: Path, limit: float) -> Start:
+    def start(self, box: Path, limit: float, slow: int) -> Start:
         arguments = (
             "linux.uml", "rootfstype=hostfs", "rootflags=/", "rw", f"mem={MEMORY >> 20}M",
             f"init={HERE / 'init.sh'}", f"BOX={box}", f"LIMIT={limit:g}",
             "con=null", "con0=null,fd:1", "ssl=null", "quiet", f"uml_dir={box}/", "umid=uml",
         )  # fmt: skip
-        return Start(
-            arguments,
-            {**os.environ, **wide_registers.preload(box), "TMPDIR": str(_memory_folder())},
-        )
+        memory = {"TMPDIR": str(_memory_folder())}
+        return Start(arguments, {**os.environ, **preload(box, slow), **memory}, slow)
 
 
 def _system_program(name: str) -> bool:

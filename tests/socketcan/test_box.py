@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from tests.socketcan import box
-from tests.socketcan.kernels import Kernel
+from tests.socketcan.kernels import Kernel, UserModeLinux
 
 
 def processes() -> set[str]:
@@ -61,6 +61,17 @@ def test_a_kernel_that_hangs_is_killed_with_all_its_processes(
     assert len([line for line in processes() if "slipbench-box-" in line]) <= before
 
 
+def test_slow_motion_gives_a_kernel_more_time_and_tells_nobody() -> None:
+    kernel = UserModeLinux()
+    if kernel.missing():
+        pytest.skip(kernel.missing())
+    began = time.monotonic()
+    ended = box.run(kernel, ["sh", "-c", "cat /proc/uptime; sleep 1; cat /proc/uptime"], 60, slow=4)
+    before, after = (float(line.split()[0]) for line in ended.output.splitlines())
+    assert after - before == pytest.approx(1.0, abs=0.5)
+    assert time.monotonic() - began > 4.0
+
+
 @pytest.mark.parametrize(("body", "tests", "skipped", "failed"), [
     ("def test_good(): pass", 1, 0, 0),
     ("def test_bad(): assert False", 1, 0, 1),
@@ -73,6 +84,6 @@ def test_what_pytest_finds_inside_is_counted(
 ) -> None:
     path = tmp_path / "test_inner.py"
     path.write_text(body, encoding="utf-8")
-    found = box.test(kernel, [str(path)], limit=60)
+    found = box.run_tests(kernel, [str(path)], limit=60)
     assert (found.tests, found.skipped, found.failed) == (tests, skipped, failed), found.ended
     assert (found.ended.status == 0) == (tests == 1 and not failed)

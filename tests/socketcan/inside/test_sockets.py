@@ -2,9 +2,7 @@
 
 import socket
 import subprocess
-import time
 from collections.abc import Iterator
-from pathlib import Path
 
 import can
 import pytest
@@ -12,14 +10,7 @@ from can.interfaces.socketcan import SocketcanBus
 
 from tests.bus.test_load import BURST, numbered, numbers
 from tests.bus.wires import PATIENCE, VCAN, receive, send, socketcan
-
-
-def wait_for_listeners(count: int) -> None:
-    """Wait until the kernel itself says that `count` sockets hear every frame of the interface."""
-    deadline = time.monotonic() + PATIENCE
-    while Path("/proc/net/can/rcvlist_all").read_text(encoding="ascii").count(f" {VCAN} ") < count:
-        assert time.monotonic() < deadline, "nobody is listening"
-        time.sleep(0.01)
+from tests.socketcan.inside.programs import wait_for_listeners
 
 
 @pytest.fixture

@@ -1,0 +1,70 @@
+"""The programs that meet on the bus, and the trial that they are given."""
+
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from tests.bus.wires import VCAN
+
+TRIALS = Path(__file__).parents[3] / "trials"
+ON_THE_BUS = ("--interface", "socketcan", "--channel", VCAN)
+AMPLITUDE = 0.04  # of the throttle, as in the trial file
+SHORTER = {'duration = "30 s"': 'duration = "2 s"', 'start = "0.5 Hz"': 'start = "2 Hz"'}
+QUICKER = """
+settling = "200 ms"
+hand_back = "200 ms"
+rider.presses_button_after = "300 ms"
+"""
+PATIENCE = 30.0  # s
+
+
+def short_trial(folder: Path) -> Path:
+    """Shorten the sweep that everybody is shown first."""
+    text = (TRIALS / "throttle_sweep.toml").read_text(encoding="utf-8")
+    for old, new in SHORTER.items():
+        assert old in text
+        text = text.replace(old, new)
+    text = text.replace('"../', f'"{TRIALS.parent}/').replace("\n[", f"{QUICKER}\n[", 1)
+    path = folder / "short.toml"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def slipbench(*arguments: str | Path) -> "subprocess.Popen[str]":
+    """Start the one command; what it says is in its `stdout`."""
+    return subprocess.Popen(
+        [sys.executable, "-u", "-m", "slipbench", *arguments],
+        text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+    )  # fmt: skip
+
+
+@contextmanager
+def candump(log: Path) -> Iterator[None]:
+    """Write down all that is on the bus, from before the block until after it."""
+    with log.open("wb") as file:
+        witness = subprocess.Popen(["candump", "-L", VCAN], stdout=file)
+        wait_for_listeners(1)
+        try:
+            yield
+        finally:
+            time.sleep(0.2)
+            witness.send_signal(signal.SIGINT)
+            witness.wait(10)
+
+
+def wait_for_listeners(count: int) -> None:
+    """Wait until the kernel itself says that `count` sockets hear every frame of the interface."""
+    table = Path("/proc/net/can/rcvlist_all")
+    deadline = time.monotonic() + PATIENCE
+    while table.read_text(encoding="ascii").count(f" {VCAN} ") < count:
+        assert time.monotonic() < deadline, table.read_text(encoding="ascii")
+        time.sleep(0.01)
+
+
+def frames(log: Path) -> list[str]:
+    """Give the frame of each line of a candump log, without time, bus and direction."""
+    return [line.split()[2] for line in log.read_text(encoding="ascii").splitlines()]
