@@ -11,7 +11,7 @@ ALLOWED = {
     # The bus and logs of it.
     "can": (
         "protocol/logs/*.py", "bench/buses.py", "bench/gateway.py", "bench/simulated_bus.py",
-        "bench/virtual_motorcycle.py", "bench/replay.py",
+        "bench/live_trial.py", "bench/virtual_motorcycle.py", "bench/replay.py",
     ),
     "cantools": ("protocol/database.py",),
     "e2e": ("protocol/e2e.py",),
@@ -19,18 +19,23 @@ ALLOWED = {
     "asammdf": ("protocol/logs/*.py", "protocol/tables/*.py"),
     "pyarrow": ("protocol/*.py", "protocol/tables/*.py"),
     # Mathematics.
-    "control": ("plant/linear.py", "controllers/*.py", "identification/response.py"),
-    "numba": ("plant/*.py",),
+    "control": (
+        "plant/linear.py", "controllers/*.py", "identification/response.py",
+        "identification/rational_model.py", "identification/uncertainty_set.py",
+        "identification/switched.py", "identification/scheduled.py",
+    ),
+    "numba": ("plant/*.py", "identification/switched.py"),
     "pint": ("protocol/units.py", "plant/units.py", "plant/parameters.py"),
     # Drawing and talking.
     "matplotlib": (
         "identification/report.py", "identification/drawing.py", "identification/bode.py",
         "identification/close_ups.py", "identification/distributions.py",
         "identification/operation.py", "identification/overview.py",
+        "identification/*_figures.py", "identification/paper_report.py",
     ),
     "jinja2": ("identification/report.py",),
     "typer": ("*/commands.py", "slipbench.py"),
-    "rich": ("*/commands.py", "slipbench.py"),
+    "rich": ("*/commands.py", "protocol/summary.py", "slipbench.py"),
     # Time, and whatever runs beside the loop.
     "time": ("bench/clock.py", "bench/loop.py", "bench/recorder.py", "bench/commands.py"),
     "threading": ("bench/loop.py", "bench/recorder.py", "bench/commands.py", "bench/live_*.py"),
