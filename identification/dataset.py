@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from identification.aligned import Aligned
-from identification.samples import Samples, averaged, held, onto
+from identification.samples import Samples, averaged, held, onto, smoothly
 from identification.wheels import AxleSpeed
 from protocol.channel import FloatArray
 
@@ -47,7 +47,7 @@ def dataset(data: Aligned) -> Dataset:
 
 def axle_signal(axle: AxleSpeed, time: FloatArray) -> FloatArray:
     """Put an axle's speed onto the time base, wheels averaged. Returns m/s, NaN where unknown."""
-    wheels: FloatArray = np.stack([onto(part, time) for part in axle.parts])
+    wheels: FloatArray = np.stack([smoothly(part, time) for part in axle.parts])
     return np.asarray(wheels.mean(axis=0))
 
 

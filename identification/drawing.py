@@ -58,7 +58,7 @@ def side_by_side(columns: int, height: float) -> tuple[Figure, list[Axes]]:
     """Make a figure with panels next to one another. height: in."""
     figure = Figure(figsize=(WIDTH, height))
     FigureCanvasAgg(figure)
-    margins = {"left": 0.8 / WIDTH, "right": 1 - 0.75 / WIDTH, "wspace": 0.3}
+    margins = {"left": 0.8 / WIDTH, "right": 1 - 0.75 / WIDTH, "wspace": 0.42}
     grid = figure.subplots(
         1, columns, squeeze=False,
         gridspec_kw={"top": 1 - 0.4 / height, "bottom": 0.6 / height, **margins},

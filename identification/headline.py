@@ -5,9 +5,16 @@ import numpy as np
 from identification.identify import Identification, slip_range
 from identification.motion import Motion
 from identification.resonance import Resonance
-from identification.response import BELIEVED, FrequencyResponse, believed_band
+from identification.response import (
+    BELIEVED,
+    FrequencyResponse,
+    believed_band,
+    least_coherence,
+)
 from identification.trial_window import NoExcitation, TrialWindow, trip_in_words
 from identification.words import decibel, gain_unit, name
+
+MOST = 0.97  # of the excited band; what is believed of it counts as all of it
 
 
 def headline(found: Identification) -> str:
@@ -28,8 +35,8 @@ def _response(main: FrequencyResponse, found: Identification) -> str:
     if isinstance(found.resonance, Resonance):
         peak = found.resonance
         return (
-            f"Slip answers the {actuator} with a resonance at {peak.frequency:.1f} Hz, "
-            f"{decibel(peak.peak):.1f} dB above its low-frequency gain of "
+            f"Slip answers the {actuator} with a resonance at {peak.frequency:.1f}\u00a0Hz, "
+            f"{decibel(peak.peak):.1f}\u00a0dB above its low-frequency gain of "
             f"{peak.low_gain * factor:.2g} {unit}; {quality}."
         )
     return (
@@ -41,15 +48,13 @@ def _response(main: FrequencyResponse, found: Identification) -> str:
 def coherence(main: FrequencyResponse) -> str:
     """Say in which band how much of the slip is explained."""
     low, high = main.frequency[0], main.frequency[-1]
-    if main.believed.all():
-        return f"coherence is at least {main.coherence.min():.2f} from {low:.2g} to {high:.3g} Hz"
     band = believed_band(main)
     if band is None:
-        return f"coherence is under {BELIEVED:g} from {low:.2g} to {high:.3g} Hz"
-    return (
-        f"coherence is at least {BELIEVED:g} from {band[0]:.2g} to {band[1]:.3g} Hz, "
-        f"of {low:.2g} to {high:.3g} Hz that were excited"
-    )
+        return f"coherence is under {BELIEVED:g} from {low:.2g} to {high:.3g}\u00a0Hz"
+    least = np.floor(100 * least_coherence(main)) / 100
+    said = f"coherence is at least {least:.2f} from {band[0]:.2g} to {band[1]:.3g}\u00a0Hz"
+    whole = band[1] - band[0] > MOST * (high - low)
+    return said if whole else f"{said} (excited: {low:.2g} to {high:.3g}\u00a0Hz)"
 
 
 def _without(found: Identification) -> str:

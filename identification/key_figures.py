@@ -9,7 +9,7 @@ from identification.headline import headline
 from identification.identify import Identification, slip_range
 from identification.motion import Motion
 from identification.resonance import Resonance, low_frequency_delay
-from identification.response import FrequencyResponse
+from identification.response import FrequencyResponse, believed_band, least_coherence
 from identification.teeth import tooth_interval
 from identification.trial_window import TrialWindow
 from protocol.channel import FloatArray
@@ -24,7 +24,8 @@ def key_figures(found: Identification) -> dict[str, Any]:
         "trial": _trial(found),
         "slip": _slip(found),
         "resonance": _resonance(found),
-        "coherence_min": _rounded(found.main.coherence.min()) if found.main else None,
+        "believed_band": found.main and believed_band(found.main),
+        "coherence_min": found.main and _rounded(least_coherence(found.main)),
         "delays": delays(found),
         "clocks": {name: _clock(fit) for name, fit in found.data.clocks.items()},
         "faults": [

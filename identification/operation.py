@@ -1,12 +1,13 @@
 """How the bus and the bench ran: load and lateness, drawn where they were recorded."""
 
 import csv
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
 
 from identification import drawing as d
-from protocol.bus_load import BusLoad
 from protocol.channel import FloatArray
 from protocol.recording import Recording
 
@@ -53,5 +54,6 @@ def late_ticks(recording: Recording) -> FloatArray | None:
     return np.array([float(lateness) * 1e-9 for lateness in told if lateness])
 
 
-def _curve(of: object) -> tuple[FloatArray, FloatArray] | None:
-    return (of.time, of.load) if isinstance(of, BusLoad) and of.time.size > 1 else None
+def _curve(of: Mapping[str, Any]) -> tuple[FloatArray, FloatArray] | None:
+    time, load = (np.asarray(of[key], dtype=np.float64) for key in ("time", "load"))
+    return (time, load) if time.size > 1 else None

@@ -91,8 +91,8 @@ OVERVIEW = (
 )
 CLOSE_UPS = "The same, close up, at three frequencies of the sweep."
 BODE = (
-    "First harmonic with its 95 % band. Pale lines have a coherence below the dashed limit and "
-    "are not believed."
+    "First harmonic with its 95 % band. Pale stretches are not believed: their coherence is below "
+    "the dashed limit, or their band is wider than half the gain."
 )
 SERVO = "From what the servo was told to what it measured."
 STATISTICS = "Slip wherever it is defined; the colour of the right panel counts samples."

@@ -7,6 +7,7 @@ import numpy as np
 from identification.response import FrequencyResponse
 from protocol.channel import FloatArray
 
+FALLS_TO = 0.84  # of the peak, 1.5 dB: beyond a resonance the gain comes down again
 LOW_SHARE = 0.06  # of the band, from below: there the low-frequency gain is read
 
 
@@ -39,6 +40,8 @@ def resonance(response: FrequencyResponse) -> Resonance | NoResonance:
     if top in (0, frequency.size - 1):
         where = "lower" if top == 0 else "upper"
         return NoResonance(f"the gain is highest at the {where} end of the believed band")
+    if gain[top:].min() > FALLS_TO * gain[top]:
+        return NoResonance("the gain does not fall again inside the believed band")
     if gain[top] - band[top] <= low_gain + float(np.median(band[low])):
         return NoResonance("the highest gain does not stand out of the confidence band")
     at, height = _summit(frequency, np.log(gain), top)

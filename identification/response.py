@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 
 ComplexArray = npt.NDArray[np.complex128]
 BELIEVED = 0.8  # coherence from which a line is believed
+WIDEST_BAND = 0.5  # of the gain; a line that is less certain is not believed
 
 
 @dataclass(frozen=True)
@@ -61,8 +62,9 @@ class FrequencyResponse:
 
     @property
     def believed(self) -> BoolArray:
-        """Lines whose coherence is high enough to be read."""
-        return np.asarray(self.coherence >= BELIEVED)
+        """Lines with enough coherence and a band that is narrow beside the gain."""
+        narrow = self.gain_band <= WIDEST_BAND * self.gain
+        return np.asarray((self.coherence >= BELIEVED) & narrow)
 
     def to_control(self) -> "control.FrequencyResponseData":
         """Give the believed lines as a python-control object; frequencies become rad/s."""
@@ -84,6 +86,13 @@ def believed_band(response: FrequencyResponse) -> tuple[float, float] | None:
     widest = int(np.argmax(response.frequency[ends] - response.frequency[starts]))
     low, high = response.frequency[starts[widest]], response.frequency[ends[widest]]
     return float(low), float(high)
+
+
+def least_coherence(response: FrequencyResponse) -> float:
+    """Least coherence inside the believed band; over all lines where there is none."""
+    band = believed_band(response) or (0.0, np.inf)
+    inside = (response.frequency >= band[0]) & (response.frequency <= band[1])
+    return float(response.coherence[inside].min())
 
 
 def unwrapped(value: ComplexArray, trusted: BoolArray) -> FloatArray:

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
+from scipy.interpolate import Akima1DInterpolator
 
 from protocol.channel import FloatArray
 
@@ -48,6 +49,18 @@ def onto(samples: Samples, grid: FloatArray) -> FloatArray:
     if samples.time.size < 2:
         return np.full(grid.shape, np.nan)
     value = np.interp(grid, samples.time, samples.value, left=np.nan, right=np.nan)
+    return np.where(_in_gap(samples, grid), np.nan, value)
+
+
+def smoothly(samples: Samples, grid: FloatArray) -> FloatArray:
+    """Interpolate what moves smoothly, as wheels do: local cubics lose less than straight lines.
+
+    At 14 Hz and a tooth each 2.4 ms, lines lose 0.4 % of the amplitude, cubics 0.02 %.
+    """
+    if samples.time.size < 4:
+        return onto(samples, grid)
+    cubic = Akima1DInterpolator(samples.time, samples.value, method="makima", extrapolate=False)
+    value: FloatArray = cubic(grid)
     return np.where(_in_gap(samples, grid), np.nan, value)
 
 

@@ -7,7 +7,6 @@ import numpy as np
 
 from identification.clocks import BUS, ClockFit
 from identification.identify import Identification
-from protocol.bus_load import BusLoad
 from protocol.faults import Fault
 from protocol.recording import Recording
 
@@ -60,16 +59,28 @@ def roles(found: Identification) -> list[tuple[str, str, str, str, str]]:
 def bus_load(recording: Recording) -> Rows:
     """Say how loaded each bus was."""
     return [
-        (bus, f"{of.mean * 100:.1f} % on average, {of.peak * 100:.1f} % at most in 0.1 s")
+        (bus, f"{of['mean'] * 100:.1f} % on average, {of['peak'] * 100:.1f} % at most in 0.1 s")
         for bus, of in recording.bus_load.items()
-        if isinstance(of, BusLoad)
     ]
 
 
 def lateness(recording: Recording) -> Rows:
     """Say how late the bench's ticks were."""
     told = recording.description.get("lateness")
-    return _flat(told, _duration) if isinstance(told, Mapping) else []
+    if not isinstance(told, Mapping):
+        return []
+    return [
+        (label, _duration(value) if isinstance(value, float) else str(value))
+        for key, label in _LATENESS.items()
+        if (value := told.get(key)) is not None
+    ]
+
+
+_LATENESS = {
+    "period": "period of the ticks", "due": "ticks due", "ran": "ticks that ran",
+    "skipped": "ticks skipped", "p50": "lateness, median", "p99": "99 % are earlier than",
+    "p99_9": "99.9 % are earlier than", "max": "latest tick",
+}  # fmt: skip
 
 
 def provenance(recording: Recording) -> Rows:

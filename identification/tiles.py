@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from identification.identify import Identification, slip_range
 from identification.key_figures import delays
 from identification.resonance import Resonance
+from identification.response import believed_band, least_coherence
 from identification.trial_window import TrialWindow
 from identification.words import decibel, gain_unit, milliseconds
 from protocol.faults import Fault
@@ -30,8 +31,9 @@ def tiles(found: Identification) -> list[Tile]:
         made.append(Tile("Resonance", f"{peak.frequency:.2f} Hz", low))
         made.append(Tile("Peak", f"{decibel(peak.peak):+.1f} dB", "over the low-frequency gain"))
     if main:
-        band = f"least from {main.frequency[0]:.2g} to {main.frequency[-1]:.3g} Hz"
-        made.append(Tile("Coherence", f"{main.coherence.min():.3f}", band))
+        first, last = believed_band(main) or (main.frequency[0], main.frequency[-1])
+        band = f"least from {first:.2g} to {last:.3g}\u00a0Hz"
+        made.append(Tile("Coherence", f"{least_coherence(main):.3f}", band))
     if span:
         where = "in the trial" if isinstance(found.window, TrialWindow) else "where defined"
         made.append(

@@ -59,7 +59,7 @@ def gain_unit(input_role: str, output_role: str) -> tuple[float, str]:
     """Factor and unit in which a gain is read: percent slip per percent throttle, or per degree."""
     over, under = of_role(output_role), of_role(input_role)
     factor = _SHOWN[over][0] / _SHOWN[under][0]
-    return factor, f"{_SHOWN[over][2]} / {_SHOWN[under][2]}"
+    return factor, f"{_SHOWN[over][2]}\u2009/\u2009{_SHOWN[under][2]}"
 
 
 def decibel(ratio: float) -> float:

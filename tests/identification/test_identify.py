@@ -121,6 +121,7 @@ def test_a_trip_in_the_middle_leaves_the_band_that_was_swept():
     assert found.window.trip == TripReason.SLIP
     assert found.window.trip_time == pytest.approx(13.0, abs=0.05)
     assert found.main.frequency[-1] == pytest.approx(7.75, abs=0.2)
+    assert not isinstance(found.resonance, Resonance)
 
 
 def test_missing_channels_are_named():

@@ -52,7 +52,7 @@ def test_the_report_needs_nothing_but_a_browser(folder):
 def test_the_first_sentence_gives_the_resonance_and_the_coherence(folder):
     text = (folder / "report.html").read_text(encoding="utf-8")
     first = re.search(r"<h1>(.*?)</h1>", text).group(1)
-    assert "resonance at 7.5 Hz" in first
+    assert "resonance at 7.5\u00a0Hz" in first
     assert "coherence" in first
 
 
