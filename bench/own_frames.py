@@ -1,7 +1,8 @@
 """Which frames are our own: on a shared bus only a comparison with what was sent can tell.
 
-python-can marks frames of the same machine as sent on some interfaces, of the same socket on others
-(docs/decisions/own-frames-on-socketcan.md), so every frame that was sent is remembered until it is heard.
+On some interfaces python-can marks as sent all frames of the same machine, on others those of the
+same socket (docs/decisions/own-frames-on-socketcan.md), so every frame that was sent is remembered
+until it is heard.
 """
 
 from collections import deque

@@ -2,6 +2,7 @@
 
 import shutil
 from collections.abc import Callable
+from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -39,9 +40,7 @@ def run_trial(
         with open_bus(address, hears_itself=True) as bus:
             description = _begin(prepared, folder, address)
             outcome = run_live(prepared, folder / FRAMES, bus, address, phases)
-    (folder / "ticks.csv").write_text(ticks_table(outcome.lateness))
-    write_description(folder, {**description, **told(outcome)})
-    return outcome
+    return _end(folder, description, outcome)
 
 
 def _begin(prepared: Prepared, folder: Path, address: BusAddress | None) -> dict[str, Any]:
@@ -51,6 +50,17 @@ def _begin(prepared: Prepared, folder: Path, address: BusAddress | None) -> dict
     description = _description(prepared, address)
     write_description(folder, description)
     return description
+
+
+def _end(folder: Path, description: dict[str, Any], outcome: Outcome) -> Outcome:
+    """Describe how it ended; a disk that has no room for that costs no frame that it holds."""
+    try:
+        (folder / "ticks.csv").write_text(ticks_table(outcome.lateness))
+        write_description(folder, {**description, **told(outcome)})
+    except OSError as cause:
+        note = f"run.toml does not tell how the trial ended: {cause.strerror}"
+        return replace(outcome, notes=(*outcome.notes, note))
+    return outcome
 
 
 def _keep_inputs(prepared: Prepared, folder: Path) -> None:

@@ -27,7 +27,7 @@ from protocol.messages import (
     TrialStatus,
     TripReason,
 )
-from protocol.run_folder import read
+from protocol.run_folder import read, write_description
 from tests.bench.conditions import TRIALS, plan
 from tests.bench.lockstep import LockStep
 
@@ -236,6 +236,18 @@ def test_a_full_disk_hands_back_and_leaves_what_was_written_readable(tmp_path, m
     assert outcome.excited
     recording = read(tmp_path / "run")
     assert recording.duration > 1.5
+
+
+def test_a_disk_without_room_for_the_description_keeps_the_frames(tmp_path, monkeypatch):
+    def full(folder, description):
+        if "outcome" in description:
+            raise OSError(28, "No space left on device")
+        write_description(folder, description)
+
+    monkeypatch.setattr("bench.run.write_description", full)
+    outcome = run_trial(prepared(), tmp_path / "run", None)
+    assert outcome.notes == ("run.toml does not tell how the trial ended: No space left on device",)
+    assert read(tmp_path / "run").frame_count > 10_000
 
 
 def test_the_gateway_goes_on_releasing_while_the_bus_refuses_frames(tmp_path, monkeypatch):
