@@ -89,6 +89,7 @@ def how(found: Identification) -> Rows:
         rows.append(
             ("Wheel orders", f"{orders} taken off; 1X is {moved.notch_reduction:.0f} dB less")
         )
+    rows += _orders_in_band(found, moved)
     if moved.slip.statement:
         rows.append(("Where defined", moved.slip.statement))
     if moved.radius is not None:
@@ -96,6 +97,24 @@ def how(found: Identification) -> Rows:
     rows += [(f"{r.input} to {r.output}", r.method) for r in found.responses]
     bandwidth = servo_bandwidth(found)
     return [*rows, ("Servo bandwidth", f"{bandwidth:.1f} Hz (−3 dB)")] if bandwidth else rows
+
+
+def _orders_in_band(found: Identification, moved: Motion) -> Rows:
+    """Warn where a notch took a part of the answer with the wheel's line."""
+    if (
+        found.main is None
+        or moved.wheel_frequency is None
+        or not isinstance(found.window, TrialWindow)
+    ):
+        return []
+    turning = float(np.nanmean(moved.wheel_frequency[found.window.exciting]))
+    low, high = found.main.frequency[0], found.main.frequency[-1]
+    inside = [f"{k * turning:.1f} Hz" for k in moved.orders if low <= k * turning <= high]
+    if not inside:
+        return []
+    return [
+        ("Not to be believed", f"the response within 1 Hz of {listed(inside)}: a notch is there")
+    ]
 
 
 def _radius(moved: Motion) -> str:

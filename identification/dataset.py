@@ -9,10 +9,12 @@ from identification.aligned import Aligned
 from identification.samples import Samples, averaged, held, onto, smoothly
 from identification.wheels import AxleSpeed
 from protocol.channel import FloatArray
+from protocol.errors import InputError
 
 STATES = frozenset({"gear", "trial_phase", "authority", "trip_reason", "rider_button"})
 COMMANDS = frozenset({"throttle_command", "spark_command"})
 RATES = (10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1000.0)  # Hz
+MOST_SAMPLES = 6_000_000  # 100 minutes at 1 kHz
 COUNTS = frozenset({"rear_teeth", "front_teeth", "rear_tooth_counter", "front_tooth_counter"})
 
 
@@ -36,8 +38,8 @@ class Dataset:
 
 def dataset(data: Aligned) -> Dataset:
     """Put every channel but tooth counts onto one time base."""
-    rate = _rate(data)
-    end = max((float(t[-1]) for t in data.time.values()), default=0.0)
+    end = data.recording.duration or max((float(t[-1]) for t in data.time.values()), default=0.0)
+    rate = _bounded(_rate(data), end, str(data.recording.folder))
     time = np.arange(max(int(np.floor(end * rate)) + 1, 1)) / rate
     signals = {
         role: _method(role)(data.samples(role), time) for role in data.time if role not in COUNTS
@@ -63,6 +65,20 @@ def _rate(data: Aligned) -> float:
         return RATES[-1]
     fastest = max((_usual_rate(t) for t in data.time.values()), default=RATES[0])
     return next((rate for rate in RATES if rate >= 0.9 * fastest), RATES[-1])
+
+
+def _bounded(rate: float, end: float, where: str) -> float:
+    """Lower the rate until the time base fits into memory. Raises InputError where none does."""
+    fitting = [r for r in RATES if r <= rate and r * end <= MOST_SAMPLES]
+    if fitting:
+        return fitting[-1]
+    raise InputError(
+        "the recording is too long to be put onto one time base",
+        where=where,
+        expected=f"at most {MOST_SAMPLES / RATES[0] / 3600:.0f} hours",
+        found=f"{end / 3600:.0f} hours",
+        remedy="check the time columns and offsets of its tables, or cut the log",
+    )
 
 
 def _usual_rate(time: FloatArray) -> float:

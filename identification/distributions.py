@@ -7,6 +7,7 @@ from matplotlib.figure import Figure
 from identification import drawing as d
 from identification.identify import Identification
 from identification.motion import Motion
+from identification.spectrum import LOWEST
 from identification.words import name, shown, unit
 from protocol.channel import FloatArray
 
@@ -38,7 +39,7 @@ def spectra(found: Identification) -> Figure | None:
     figure, axes = d.panels(len(found.spectra), 1.0 + 1.8 * len(found.spectra))
     for panel, item in zip(axes, found.spectra, strict=True):
         amplitude = np.maximum(shown(item.amplitude, item.unit), 1e-12)
-        inside = item.frequency > 0.3
+        inside = item.frequency > LOWEST
         panel.semilogy(item.frequency[inside], amplitude[inside], color=d.BLUE, lw=1.1)
         panel.set_title(name(item.role))
         panel.set_ylabel(f"amplitude / {unit(item.unit)}")

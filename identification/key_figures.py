@@ -45,7 +45,8 @@ def delays(found: Identification) -> dict[str, float]:
     known: dict[str, float] = {}
     moved = found.motion
     if isinstance(moved, Motion) and moved.axle.teeth_per_turn and moved.axle.radius:
-        speed = float(np.nanmean(moved.driven[_part(found)]))
+        driven = moved.driven[_part(found)]
+        speed = float(np.nanmean(driven)) if np.isfinite(driven).any() else 0.0
         if speed > 0:
             known["encoder"] = tooth_interval(speed, moved.axle.radius, moved.axle.teeth_per_turn)
     if found.main is not None and np.count_nonzero(found.main.believed) >= 3:

@@ -6,7 +6,7 @@ import numpy as np
 
 from identification.aligned import Aligned
 from identification.dataset import Dataset, axle_signal
-from identification.filters import line_reduction, low_pass, notch, wheel_frequency
+from identification.filters import bridged, line_reduction, low_pass, notch, wheel_frequency
 from identification.rolling_radius import RadiusEstimate, rolling_ratio
 from identification.slip import Slip, slip
 from identification.wheels import AxleSpeed, NoAxleSpeed, axle_speed
@@ -75,16 +75,18 @@ def _moved(
 def _without_line(move: Motion, rate: float) -> Motion:
     assert move.axle.radius is not None
     frequency = wheel_frequency(move.raw, rate, move.axle.radius)
+    if not np.isfinite(frequency).any():
+        return move
     orders = passing_orders(float(np.nanmedian(frequency)))
     driven = move.driven
     for order in orders:
         driven = notch(driven, frequency, rate, order)
     known = np.isfinite(move.driven) & np.isfinite(frequency)
-    angle = 2 * np.pi * np.cumsum(np.where(known, frequency, 0.0)) / rate
+    angle = 2 * np.pi * np.cumsum(bridged(frequency)) / rate
     reduction = line_reduction(move.driven[known], driven[known], angle[known])
     return replace(
         move, driven=driven, slip=slip(driven, move.reference), wheel_frequency=frequency,
-        orders=orders,        notch_reduction=reduction,
+        orders=orders, notch_reduction=reduction,
     )  # fmt: skip
 
 

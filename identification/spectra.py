@@ -46,4 +46,4 @@ def _sources(
 
 
 def _half_rate(time: FloatArray) -> float:
-    return 0.5 / float(np.median(np.diff(time)))
+    return 0.5 / float(np.median(np.diff(time))) if time.size > 1 else 0.0

@@ -11,6 +11,7 @@ from protocol.channel import FloatArray
 STRETCH = 10.0  # s
 SEGMENT = 4.0  # s, sets the resolution: 0.25 Hz before the window's widening
 MOST_UNKNOWN = 0.02
+LOWEST = 0.3  # Hz; slower is drift
 
 
 @dataclass(frozen=True)
@@ -64,6 +65,8 @@ def spectrum(
     amplitude: FloatArray = np.asarray(np.sqrt(2 * power), dtype=np.float64)
     start = stretch.start / rate
     kept = frequency <= reach
+    if np.count_nonzero(kept & (frequency > LOWEST)) < 3:
+        return None
     return Spectrum(
         role, unit, frequency[kept], amplitude[kept], orders, width, start, part.size / rate
     )  # fmt: skip

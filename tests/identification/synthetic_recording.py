@@ -115,6 +115,8 @@ def recording(
 
 def _answer(truth, t, u):
     w0 = 2 * np.pi * truth.frequency
+    if truth.gain == 0:
+        return np.zeros_like(t)
     system = ([truth.gain * w0**2], [1, 2 * truth.damping * w0, w0**2])
     late = np.interp(t - truth.delay, t, u, left=0.0)
     b, a, _ = signal.cont2discrete(system, 1 / RATE, method="foh")

@@ -164,7 +164,7 @@ def test_cars_take_the_undriven_axle_and_average_left_and_right():
     channels = {
         role: Channel(role, t, np.full_like(t, v), "m/s", "bus", role) for role, v in speeds.items()
     }
-    found = identify(replace(made, channels=channels))
+    found = identify(replace(made, channels=channels, duration=19.9))
     assert isinstance(found.motion, Motion)
     np.testing.assert_allclose(found.motion.slip.ratio, 0.03, atol=1e-9)
     assert "front" in found.motion.reference_name
