@@ -1,0 +1,1 @@
+"""Where simulation and recording differ: located, named, modelled and proved on held-out data."""

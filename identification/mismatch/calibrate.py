@@ -1,0 +1,53 @@
+"""Re-calibration: the vehicle's own numbers move, as far as they were believed, to fit the data."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from identification.mismatch.fitting import Fit, settle
+from identification.mismatch.model import Model, Point, Series, predict
+from identification.mismatch.sensitivity import sensitivities
+from identification.mismatch.stack import flat, residuals, whiteners
+from identification.mismatch.whitening import Whitener
+from plant.signals import Floats
+
+
+def calibrate(model: Model, start: Point) -> Fit:
+    """Fit the vehicle, the slow road and the noise; no effects but those of the start."""
+    predicted = predict(model, start)
+    slopes = sensitivities(model, start, predicted)
+    noise = _first_noise(model, predicted, slopes)
+    return settle(refreshed(settle(Fit(model, start, predicted, noise, slopes), noises=3)))
+
+
+def refreshed(fit: Fit) -> Fit:
+    """Return the same with sensitivities at its own point."""
+    return replace(fit, slopes=sensitivities(fit.model, fit.point, fit.predicted))
+
+
+def _first_noise(model: Model, predicted: Series, slopes: Series) -> list[Whitener]:
+    """Fit noise models to what plain least squares leaves, so that calibration is not noise."""
+    rest = residuals(model, predicted)
+    plain = [_plain(r) for r in rest]
+    columns, aim = flat(model, plain, slopes), flat(model, plain, rest)
+    normal = columns.T @ columns + np.eye(columns.shape[1])
+    left = aim - columns @ np.linalg.solve(normal, columns.T @ aim)
+    return whiteners(model, _unflat(model, plain, left))
+
+
+def _plain(rest: Sequence[Floats]) -> Whitener:
+    scale = np.sqrt(np.mean(np.concatenate(rest) ** 2, axis=0)) + 1e-12
+    return Whitener(np.zeros((0, scale.size, scale.size)), np.diag(1.0 / scale))
+
+
+def _unflat(model: Model, plain: Sequence[Whitener], rows: Floats) -> Series:
+    found: Series = []
+    place = 0
+    for white, ms in zip(plain, model.measured, strict=True):
+        block = []
+        for m in ms:
+            block.append(rows[place : place + m.size].reshape(m.shape) / np.diag(white.inverse))
+            place += m.size
+        found.append(block)
+    return found

@@ -1,0 +1,156 @@
+"""From a vehicle file and recordings to a verdict: the steps, one after the other."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+from identification.mismatch.calibrate import calibrate
+from identification.mismatch.fitting import Fit
+from identification.mismatch.held_out import Error, carried_over, errors
+from identification.mismatch.improved import not_told
+from identification.mismatch.interval import estimates
+from identification.mismatch.locate import Curve, locate
+from identification.mismatch.model import Model, model
+from identification.mismatch.naming import ALIKE, FAMILY, Named, Say, name
+from identification.mismatch.record import Record
+from identification.mismatch.score import Judge
+from identification.mismatch.verdict import FoundEffect, Location, Verdict
+from identification.mismatch.words import shape_in_words
+from plant.effects.effect import Effect
+from plant.effects.library import LIBRARY
+from plant.vehicle_file import Vehicle
+
+SHOWN = 6.0  # nats that an effect of typical size must be worth to count as excited
+LEFT = 0.05  # share of what was found that a free curve may still find without being named
+
+
+@dataclass(eq=False)
+class Analysis:
+    """Everything that is known so far; filled step by step, so that a stop loses nothing."""
+
+    vehicle: Vehicle
+    training: Model
+    held_out: Model | None
+    base: Fit | None = None
+    before: list[Curve] = field(default_factory=list)
+    named: Named | None = None
+    after: list[Curve] = field(default_factory=list)
+    errors: list[Error] = field(default_factory=list)
+    complete: bool = False
+
+
+def begin(vehicle: Vehicle, training: Sequence[Record], held_out: Sequence[Record]) -> Analysis:
+    """Put the recordings beside the vehicle."""
+    beside = model(vehicle, training)
+    return Analysis(vehicle, beside, model(vehicle, held_out, beside.chain) if held_out else None)
+
+
+def analyse(
+    so_far: Analysis, library: Sequence[type[Effect]] = LIBRARY, say: Say = lambda _: None
+) -> Analysis:
+    """Do all steps. What is done already is not done again."""
+    for step in (_calibrate, _locate, _name, _doubt, _prove):
+        step(so_far, library, say)
+    so_far.complete = True
+    return so_far
+
+
+def _calibrate(a: Analysis, _: Sequence[type[Effect]], say: Say) -> None:
+    say("re-calibrating what the vehicle file knows")
+    a.base = calibrate(a.training, a.training.origin())
+
+
+def _locate(a: Analysis, _: Sequence[type[Effect]], say: Say) -> None:
+    assert a.base is not None
+    say("locating, without the library")
+    a.before = _curves(a, a.base)
+
+
+def _name(a: Analysis, library: Sequence[type[Effect]], say: Say) -> None:
+    assert a.base is not None
+    say(f"scoring {len(library)} effects")
+    a.named = name(a.base, library, say)
+
+
+def _doubt(a: Analysis, _: Sequence[type[Effect]], say: Say) -> None:
+    assert a.named is not None
+    if a.named.fit.candidates:
+        say("looking for what the named effects leave")
+        a.after = _curves(a, a.named.fit)
+
+
+def _prove(a: Analysis, _: Sequence[type[Effect]], say: Say) -> None:
+    assert a.base is not None
+    assert a.named is not None
+    if a.held_out is not None:
+        say("proving on the held-out recordings")
+        a.errors = errors(a.held_out, a.base, a.named.fit)
+
+
+def _curves(a: Analysis, fit: Fit) -> list[Curve]:
+    others = Judge.of(carried_over(fit, a.held_out)) if a.held_out is not None else None
+    return locate(Judge.of(fit), others)
+
+
+def verdict(a: Analysis) -> Verdict:
+    """Say what is known so far."""
+    if a.named is None:
+        return Verdict(_certain(a.before), 1.0, _location(a.before), complete=False)
+    doubt = unexplained(a)
+    effects = () if doubt else tuple(_effects(a.named))
+    left = (a.after if a.named.names else a.before) if doubt else a.before
+    return Verdict(
+        mismatch=bool(effects) or doubt or a.named.p < FAMILY,
+        p_value=a.named.p,
+        location=_location(a.before) or (_location(left) if doubt else None),
+        effects=effects,
+        unknown=doubt,
+        shape=shape_in_words(left[0]) if doubt and left else "",
+        equivalents=tuple(_equivalents(a.named)) if not doubt else (),
+        rivals=a.named.rivals,
+        not_excited=tuple(
+            s.candidate.name for s in a.named.scores if _hidden(s.seen, s.candidate.size)
+        ),
+        not_told=tuple(not_told(a.named.fit)),
+        held_out=tuple(a.errors),
+        complete=a.complete,
+    )
+
+
+def unexplained(a: Analysis) -> bool:
+    """Whether a free curve still finds what the accepted effects (or none) do not explain."""
+    assert a.named is not None
+    if not a.named.names:
+        return _certain(a.before)
+    best = max((c.gain for c in a.after if c.certain), default=0.0)
+    return best > LEFT * a.named.gain or (best > 0.0 and best > 60.0)
+
+
+def _certain(curves: Sequence[Curve]) -> bool:
+    return any(c.certain for c in curves)
+
+
+def _location(curves: Sequence[Curve]) -> Location | None:
+    if not curves or not curves[0].certain:
+        return None
+    c = curves[0]
+    return Location(c.block, c.place, c.regressor, shape_in_words(c), c.gain, c.confirmed)
+
+
+def _effects(named: Named) -> list[FoundEffect]:
+    return [
+        FoundEffect(c.name, c.kind.block, tuple(estimates(named.fit, i)), named.gain)
+        for i, c in enumerate(named.fit.candidates)
+    ]
+
+
+def _equivalents(named: Named) -> list[tuple[str, ...]]:
+    return [
+        (found, *others)
+        for found, behind in named.rivals.items()
+        if (others := [other for other, nats in behind.items() if nats < ALIKE])
+    ]
+
+
+def _hidden(seen: float, size: float) -> bool:
+    """Whether the effect at its typical size would have stayed unseen; gains go with size^2."""
+    return seen / max(abs(size), 1.0) ** 2 < SHOWN

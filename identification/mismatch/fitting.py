@@ -1,0 +1,176 @@
+"""Gauss-Newton with the noise model fitted along: vehicle, slow road and effects move together.
+
+Sensitivities to the vehicle are kept over many steps (they change little), those to the effects'
+dials are taken anew at each. The score is the log-posterior with the noise model that fits it, so
+that hypotheses with different noise can be compared.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from identification.mismatch.candidate import Candidate
+from identification.mismatch.model import Model, Point, Series, predict
+from identification.mismatch.sensitivity import change, coordinates_of, moved
+from identification.mismatch.stack import Nuisances, flat, log_likelihood, residuals, whiteners
+from identification.mismatch.whitening import Whitener
+from plant.signals import Floats
+
+NUDGE = 0.05  # of a size, or of a shape's prior deviation
+WEAK = 10.0  # prior deviation of a size, in typical sizes
+SETTLED = 0.5  # nats that another step must bring
+SHARES = (1.0, 0.4, 0.1)
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """A fitted point. slopes: sensitivities (T, m, p), unwhitened, perhaps of a point nearby."""
+
+    model: Model
+    point: Point
+    predicted: Series
+    noise: list[Whitener]
+    slopes: Series
+    candidates: tuple[Candidate, ...] = ()
+
+    @cached_property
+    def rest(self) -> Series:
+        """Residuals of this point."""
+        return residuals(self.model, self.predicted)
+
+    @cached_property
+    def aim(self) -> Floats:
+        """Whitened residuals."""
+        return flat(self.model, self.noise, self.rest)
+
+    @cached_property
+    def nuisances(self) -> Nuisances:
+        """Whitened sensitivities."""
+        return Nuisances(flat(self.model, self.noise, self.slopes))
+
+    @cached_property
+    def score(self) -> float:
+        """Log-posterior, nats."""
+        likelihood = log_likelihood(self.model, self.rest, self.noise)
+        return likelihood - 0.5 * _prior(self.point, self.candidates)
+
+    @cached_property
+    def columns(self) -> Floats:
+        """Whitened sensitivities to the dials of all effects, (rows, dials)."""
+        series = _dial_columns(self)
+        return flat(self.model, self.noise, series)
+
+
+def settle(start: Fit, noises: int = 4, steps: int = 5) -> Fit:
+    """Fit until nothing moves; the noise model is taken anew up to `noises` times."""
+    fit, score = start, -np.inf
+    for _ in range(noises):
+        fit = _at_fixed_noise(fit, steps)
+        fit = renoised(fit)
+        before, score = score, fit.score
+        if score - before < SETTLED:
+            break
+    return fit
+
+
+def renoised(fit: Fit) -> Fit:
+    """Return the fit with the noise model that its own residuals give."""
+    return replace(fit, noise=whiteners(fit.model, fit.rest))
+
+
+def with_effects(fit: Fit, candidates: Sequence[Candidate]) -> Fit:
+    """Return the fit with these effects turned on; nothing is fitted yet.
+
+    Whitened sensitivities are shared with the given fit. Raises PlantError where it cannot run.
+    """
+    point = replace(fit.point, effects=tuple(c.effect() for c in candidates))
+    new = replace(
+        fit, point=point, predicted=predict(fit.model, point), candidates=tuple(candidates)
+    )
+    new.__dict__["nuisances"] = fit.nuisances
+    return new
+
+
+def _at_fixed_noise(fit: Fit, steps: int) -> Fit:
+    for _ in range(steps):
+        before = _objective(fit)
+        new = _step(fit, before)
+        if before - _objective(new) < 2 * SETTLED:
+            return new
+        fit = new
+    return fit
+
+
+def _objective(fit: Fit) -> float:
+    return float(fit.aim @ fit.aim) + _prior(fit.point, fit.candidates)
+
+
+def _step(fit: Fit, before: float) -> Fit:
+    """Return the best of a full and two shorter steps, or the same fit."""
+    z, u = coordinates_of(fit.point), _dials(fit.candidates)
+    total = fit.aim + fit.nuisances.columns @ z
+    to_u: Floats = np.zeros(0)
+    if u.size:
+        columns = fit.columns
+        total = total + columns @ u
+        off = fit.nuisances.off(columns)
+        normal = columns.T @ off + np.diag(1.0 / _deviations(fit.candidates) ** 2)
+        to_u = np.asarray(np.linalg.solve(normal, off.T @ total))
+        total = total - columns @ to_u
+    to_z = fit.nuisances.fit(total)
+    for share in SHARES:
+        new = _there(fit, share * (to_z - z), share * (to_u - u))
+        if _objective(new) < before:
+            return new
+    return fit
+
+
+def _there(fit: Fit, dz: Floats, du: Floats) -> Fit:
+    candidates = turned(fit.candidates, du)
+    effects = tuple(c.effect() for c in candidates) if candidates else fit.point.effects
+    point = replace(moved(fit.model, fit.point, dz), effects=effects)
+    new = replace(fit, point=point, predicted=predict(fit.model, point), candidates=candidates)
+    new.__dict__["nuisances"] = fit.nuisances
+    return new
+
+
+def turned(now: Sequence[Candidate], step: Floats) -> tuple[Candidate, ...]:
+    """Return the candidates with all their dials moved."""
+    if not now:
+        return ()
+    places = np.cumsum([len(c.dials) for c in now])[:-1]
+    return tuple(c.moved(s) for c, s in zip(now, np.split(step, places), strict=True))
+
+
+def _dial_columns(fit: Fit) -> Series:
+    """Sensitivities (T, m, dials), unwhitened."""
+    total = sum(len(c.dials) for c in fit.candidates)
+    found = [[np.zeros((*m.shape, total)) for m in ms] for ms in fit.model.measured]
+    column = 0
+    for i, candidate in enumerate(fit.candidates):
+        for d in range(len(candidate.dials)):
+            nudge = NUDGE * (candidate.size if d == 0 else 1.0)
+            there = candidate.moved(nudge * np.eye(len(candidate.dials))[d])
+            effects = (*fit.point.effects[:i], there.effect(), *fit.point.effects[i + 1 :])
+            series = change(fit.model, fit.point, effects, fit.predicted)
+            for into, changed in zip(found, series, strict=True):
+                for r, one in enumerate(changed):
+                    if one.size:
+                        into[r][:, :, column] = one / nudge
+            column += 1
+    return found
+
+
+def _dials(now: Sequence[Candidate]) -> Floats:
+    return np.concatenate([c.dials for c in now]) if now else np.zeros(0)
+
+
+def _deviations(now: Sequence[Candidate]) -> Floats:
+    return np.concatenate([[WEAK, *([1.0] * (len(c.dials) - 1))] for c in now])
+
+
+def _prior(point: Point, now: Sequence[Candidate]) -> float:
+    z = coordinates_of(point)
+    return float(z @ z) + (float(np.sum((_dials(now) / _deviations(now)) ** 2)) if now else 0.0)

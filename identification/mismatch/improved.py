@@ -1,0 +1,52 @@
+"""The vehicle file as it should have been: re-calibrated, with the effects that were found."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from identification.mismatch.coordinates import NORMAL_95
+from identification.mismatch.fitting import Fit
+from identification.mismatch.interval import estimates
+from identification.mismatch.model import motorcycle
+from identification.mismatch.stack import Nuisances
+from plant.signals import Floats
+from plant.vehicle_file import Vehicle
+
+UNTOLD = 0.95
+"""Share of what was believed before, above which recordings have told nothing of a parameter."""
+
+
+def improved_vehicle(fit: Fit) -> Vehicle:
+    """Return the fitted vehicle with how well everything is known now."""
+    vehicle = fit.model.vehicle
+    known = dict(vehicle.plus_minus)
+    spread = spreads(fit)
+    for coordinate, x, s in zip(fit.model.known, fit.point.x, spread, strict=False):
+        if coordinate.owner != "clock":
+            known[coordinate.key] = NORMAL_95 * coordinate.scale * s * coordinate.at(float(x))
+    for i, candidate in enumerate(fit.candidates):
+        for e in estimates(fit, i):
+            if e.high > e.low:
+                known[f"effects.{candidate.name}.{e.name}"] = 0.5 * (e.high - e.low)
+    return replace(
+        vehicle, name=f"{vehicle.name} improved", motorcycle=motorcycle(fit.model, fit.point),
+        plus_minus=known, description="Re-calibrated on recordings, with the effects found there",
+    )  # fmt: skip
+
+
+def spreads(fit: Fit) -> Floats:
+    """Posterior deviation of every coordinate in shares of its prior one."""
+    nuisances = fit.nuisances
+    if fit.candidates:
+        nuisances = Nuisances(np.concatenate((nuisances.columns, fit.columns), axis=1))
+    inverse = nuisances.fit(nuisances.columns)  # I - M^-1, since N'N = M - I
+    return np.sqrt(np.clip(1.0 - np.diag(inverse), 0.0, 1.0))[: len(fit.point.x)]
+
+
+def not_told(fit: Fit) -> list[str]:
+    """Parameters of which these recordings say nothing."""
+    return [
+        c.key
+        for c, s in zip(fit.model.known, spreads(fit), strict=False)
+        if s > UNTOLD and c.owner != "clock"
+    ]

@@ -1,0 +1,80 @@
+"""How well the effects' parameters are known: errors may hang together within stretches of 3 s."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import stats
+
+from identification.mismatch.candidate import SMALL, Candidate, shapes, sizes
+from identification.mismatch.fitting import WEAK, Fit
+from identification.mismatch.score import SHARE_OF_SMALL
+from identification.mismatch.stack import Nuisances, clusters
+from plant.parameters import Parameter
+from plant.signals import Floats
+
+CONFIDENCE = 0.95
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A parameter of an effect. low, high: its 95 % interval, SI."""
+
+    name: str
+    unit: str
+    value: float
+    low: float
+    high: float
+
+
+def deviations(fit: Fit) -> tuple[Floats, Floats]:
+    """Standard deviation of every dial of all effects, and its degrees of freedom."""
+    off = fit.nuisances.off(fit.columns)
+    prior = np.concatenate([[1 / WEAK**2, *([1.0] * (len(c.dials) - 1))] for c in fit.candidates])
+    covariance = np.linalg.inv(fit.columns.T @ off + np.diag(prior))
+    everything = Nuisances(np.concatenate((fit.nuisances.columns, fit.columns), axis=1))
+    pushes = off * everything.off(fit.aim)[:, None]
+    groups = clusters(fit.model, fit.noise)
+    meat = np.stack([np.bincount(groups, p) for p in pushes.T], axis=1)
+    weight = np.stack([np.bincount(groups, p * p) for p in off.T], axis=1)
+    count = np.maximum(weight.sum(0) ** 2 / np.maximum((weight**2).sum(0), 1e-300), 1.5)
+    robust = covariance @ (meat.T @ meat) @ covariance
+    spread = np.maximum(np.diag(robust) * count / (count - 1.0), np.diag(covariance))
+    return np.sqrt(spread), np.maximum(count - 1.0, 1.0)
+
+
+def significance(fit: Fit, number: int) -> float:
+    """One-sided p of the size of effect `number`, against sizes so small that they do not count."""
+    spread, freedom = deviations(fit)
+    place = sum(len(c.dials) for c in fit.candidates[:number])
+    beyond = abs(fit.candidates[number].size) - SHARE_OF_SMALL * SMALL
+    return float(stats.t.sf(beyond / spread[place], freedom[place]))
+
+
+def estimates(fit: Fit, number: int) -> list[Estimate]:
+    """Parameters of effect `number` with their intervals; whole ones are as they are."""
+    spread, freedom = deviations(fit)
+    place = sum(len(c.dials) for c in fit.candidates[:number])
+    candidate = fit.candidates[number]
+    reach = stats.t.ppf(0.5 + CONFIDENCE / 2, freedom) * spread
+    found = [_estimate(candidate, 0, p, float(reach[place])) for p in sizes(candidate.kind)]
+    for i, p in enumerate(shapes(candidate.kind), start=1):
+        found.append(_estimate(candidate, i, p, float(reach[place + i])))
+    effect = candidate.effect()
+    named = {e.name for e in found}
+    exact = [p for p in candidate.kind.parameters() if p.name not in named]
+    return found + [
+        Estimate(p.name, p.unit, v := float(getattr(effect, p.name)), v, v) for p in exact
+    ]
+
+
+def _estimate(candidate: Candidate, dial: int, p: Parameter, reach: float) -> Estimate:
+    ends = []
+    for sign in (-1.0, 0.0, 1.0):
+        dials = list(candidate.dials)
+        dials[dial] += sign * reach
+        if dial == 0 and dials[0] * candidate.size <= 0.0:
+            dials[0] = 1e-3 * candidate.size
+        there = Candidate(candidate.kind, tuple(dials), candidate.whole).effect()
+        ends.append(float(getattr(there, p.name)))
+    low, value, high = ends
+    return Estimate(p.name, p.unit, value, min(low, high), max(low, high))

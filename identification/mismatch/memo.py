@@ -1,0 +1,98 @@
+"""The verdict as an engineer would say it."""
+
+from collections.abc import Iterator
+
+from identification.mismatch.held_out import Error
+from identification.mismatch.verdict import FoundEffect, Verdict
+from plant.effects.library import BY_NAME
+
+SCALED = {"rad": (1e3, "mrad"), "s": (1e3, "ms"), "1": (100.0, "%"), "1/s": (100.0, "%/s")}
+
+
+def sentence(verdict: Verdict) -> str:
+    """The verdict in a sentence or two."""
+    if not verdict.mismatch:
+        return (
+            "Simulation and recordings agree: nothing is missing that these recordings could show."
+        )
+    if verdict.unknown:
+        where = verdict.location
+        place = f" It acts as {where.injection} along the {where.regressor}" if where else ""
+        return (
+            "Something is missing in the simulation that no effect of the library explains."
+            f"{place}: {verdict.shape}."
+        )
+    found = " and ".join(_effect(e) for e in verdict.effects) or "a mismatch that has no name"
+    return f"The simulation lacks {found}.{_proof(verdict)}"
+
+
+def _effect(effect: FoundEffect) -> str:
+    size = effect.parameters[0]
+    factor, unit = SCALED.get(size.unit, (1.0, size.unit))
+    spread = 0.5 * (size.high - size.low) * factor
+    word = effect.name.replace("_", " ")
+    return f"{word} ({size.name} {size.value * factor:.4g} +- {spread:.2g} {unit}, {effect.block})"
+
+
+def _proof(verdict: Verdict) -> str:
+    best = headline_error(verdict)
+    if best is None:
+        return ""
+    return (
+        f" Held-out error of {best.output.replace('_', ' ')} falls from {best.nominal:.3g}"
+        f" ({best.calibrated:.3g} re-calibrated) to {best.improved:.3g} {best.unit};"
+        f" floor {best.floor:.3g}."
+    )
+
+
+def headline_error(verdict: Verdict) -> Error | None:
+    """The output that the effects improve most beyond re-calibration."""
+    told = [e for e in verdict.held_out if e.improved > 0.0]
+    return max(told, key=lambda e: e.calibrated / e.improved, default=None)
+
+
+def lines(verdict: Verdict) -> list[str]:
+    """The memo for a terminal."""
+    early = [] if verdict.complete else ["Interrupted; this is what was known by then."]
+    return [*early, sentence(verdict), "", *_evidence(verdict), *_limits(verdict)] + [
+        _error(e) for e in verdict.held_out
+    ]
+
+
+def _evidence(verdict: Verdict) -> Iterator[str]:
+    where = verdict.location
+    if where:
+        yield (
+            f"  where          {where.injection} ({where.block}) along {where.regressor}:"
+            f" {where.shape}; {where.gain:.0f} nats, held out {where.confirmed:.0f}"
+        )
+    for effect in verdict.effects:
+        for p in effect.parameters:
+            yield f"  {effect.name}.{p.name} = {p.value:.5g} [{p.low:.5g}, {p.high:.5g}] {p.unit}"
+        yield f"    trace: {_trace(effect.name)}"
+    for found, behind in verdict.rivals.items():
+        others = ", ".join(f"{n} ({nats:.0f} nats behind)" for n, nats in behind.items())
+        yield f"  rivals of {found}: {others or 'none'}"
+
+
+def _limits(verdict: Verdict) -> Iterator[str]:
+    for names in verdict.equivalents:
+        yield f"  cannot be told apart here: {', '.join(names)}"
+    if verdict.not_excited:
+        yield f"  not excited: {', '.join(verdict.not_excited)}"
+    if verdict.not_told:
+        yield f"  these recordings say nothing of: {', '.join(verdict.not_told)}"
+    if verdict.next_trial:
+        yield f"  next trial: {verdict.next_trial['why']}"
+
+
+def _trace(effect: str) -> str:
+    return " ".join(BY_NAME[effect].page().get("Trace", "").split()) if effect in BY_NAME else ""
+
+
+def _error(e: Error) -> str:
+    low, high = e.interval
+    return (
+        f"  {e.output:<20} {e.nominal:10.4g} -> {e.calibrated:10.4g} -> {e.improved:10.4g}"
+        f" {e.unit:<6} floor {e.floor:.3g}; improved/nominal {low:.3f} to {high:.3f}"
+    )

@@ -1,0 +1,158 @@
+"""Name what is missing: every effect is scored, the best are fitted fully, one after the other.
+
+An effect is accepted where it brings enough nats and its size is certain against errors that hang
+together, over all that was tried. Then each accepted one is dropped and must be missed. Where no
+single effect passes, pairs are tried: half of a pair can look useless alone.
+"""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from itertools import combinations
+
+from identification.mismatch.calibrate import refreshed
+from identification.mismatch.candidate import SIZES, Candidate, candidates, reshaped
+from identification.mismatch.fitting import Fit, settle, with_effects
+from identification.mismatch.interval import significance
+from identification.mismatch.score import Judge, Score
+from plant.effects.effect import Effect
+from plant.trouble import PlantError
+
+MOST = 3
+SHORTLIST = 4
+WORTH = 6.0  # nats that a score must promise before a full fit is tried
+ENOUGH = 12.0  # nats that an effect must bring
+ALIKE = 10.0  # nats within which two names are one class
+FAMILY = 0.05
+
+Say = Callable[[str], None]
+
+
+@dataclass(frozen=True, eq=False)
+class Named:
+    """What was accepted. base: without any; rivals: name -> nats behind, by accepted name."""
+
+    base: Fit
+    fit: Fit
+    scores: list[Score]
+    p: float
+    rivals: dict[str, dict[str, float]] = field(default_factory=dict)
+
+    @property
+    def names(self) -> list[str]:
+        """Names of the accepted effects."""
+        return [c.name for c in self.fit.candidates]
+
+    @property
+    def gain(self) -> float:
+        """Nats that the accepted effects bring."""
+        return self.fit.score - self.base.score
+
+
+def name(base: Fit, library: Sequence[type[Effect]], say: Say) -> Named:
+    """Find up to three effects that the recordings ask for."""
+    scores, p = _scored(base, library)
+    fit, rivals = base, dict[str, dict[str, float]]()
+    found = scores
+    while len(fit.candidates) < MOST:
+        tried = _tried(fit, found, say)
+        best = next((t for t in tried if _passes(fit, t, len(library))), None)
+        if best is None and not fit.candidates:
+            best = _pair(fit, found, len(library), say)
+        if best is None:
+            break
+        news = [c.name for c in best.candidates if c.name not in {e.name for e in fit.candidates}]
+        rivals[" + ".join(news)] = _behind(best, tried)
+        say(f"accepted: {', '.join(news)} ({best.score - fit.score:.0f} nats)")
+        fit = settle(refreshed(best))
+        found, _ = _scored(
+            fit, [k for k in library if k.name not in {c.name for c in fit.candidates}]
+        )
+    fit = _pruned(base, fit, len(library), say)
+    return Named(base, fit, scores, p, rivals)
+
+
+def _scored(fit: Fit, library: Sequence[type[Effect]]) -> tuple[list[Score], float]:
+    """Scores, best first, and the family-wise p of the best."""
+    judge = Judge.of(fit)
+    scores = judge.best(c for kind in library for c in candidates(kind))
+    promising = [s.candidate for s in scores[: 2 * SHORTLIST]]
+    again = judge.best([*promising, *(c for p in promising for c in reshaped(p))])
+    rest = [s for s in scores if s.candidate.name not in {a.candidate.name for a in again}]
+    tests = len(SIZES) * len(library)
+    least = min((s.p for s in (*again, *rest)), default=1.0)
+    return sorted([*again, *rest], key=lambda s: -s.gain), min(1.0, tests * least)
+
+
+def _tried(fit: Fit, scores: Sequence[Score], say: Say) -> list[Fit]:
+    """Full fits of the most promising effects, best first."""
+    done = []
+    for score in scores[:SHORTLIST]:
+        if score.gain > WORTH:
+            say(f"fitting {score.candidate.name.replace('_', ' ')}")
+            done.append(_from_several(fit, score))
+    return sorted((d for d in done if d is not None), key=lambda d: -d.score)
+
+
+def _from_several(fit: Fit, score: Score) -> Fit | None:
+    """Fit from the size that scored best, and where that disappoints from others."""
+    at = score.candidate
+    best = _fitted(fit, _resized(at, at.size * min(max(score.amplitude, 0.3), 2.0)))
+    for size in SIZES:
+        if best is not None and best.score - fit.score > 0.5 * score.gain:
+            break
+        other = _fitted(fit, _resized(at, math.copysign(size, at.size)))
+        if other is not None and (best is None or other.score > best.score):
+            best = other
+    return best
+
+
+def _resized(candidate: Candidate, size: float) -> Candidate:
+    return replace(candidate, dials=(size, *candidate.dials[1:]))
+
+
+def _fitted(fit: Fit, *new: Candidate) -> Fit | None:
+    try:
+        return settle(with_effects(fit, (*fit.candidates, *new)))
+    except PlantError:
+        return None
+
+
+def _passes(before: Fit, after: Fit, library: int) -> bool:
+    new = len(after.candidates) - len(before.candidates)
+    if after.score - before.score < ENOUGH * new:
+        return False
+    family = FAMILY / (len(SIZES) * library)
+    places = range(len(before.candidates), len(after.candidates))
+    return all(significance(after, i) < family for i in places)
+
+
+def _pair(fit: Fit, scores: Sequence[Score], library: int, say: Say) -> Fit | None:
+    """Try pairs of the most promising effects."""
+    halves = [s.candidate for s in scores if s.gain > 1.0][:SHORTLIST]
+    done = []
+    for a, b in combinations(halves, 2):
+        say(f"fitting {a.name} with {b.name}".replace("_", " "))
+        done.append(_fitted(fit, a, b))
+    passed = [d for d in done if d is not None and _passes(fit, d, library)]
+    return max(passed, key=lambda d: d.score, default=None)
+
+
+def _behind(best: Fit, tried: Sequence[Fit]) -> dict[str, float]:
+    return {
+        t.candidates[-1].name: best.score - t.score
+        for t in tried if t.candidates[-1].name != best.candidates[-1].name
+    }  # fmt: skip
+
+
+def _pruned(base: Fit, fit: Fit, library: int, say: Say) -> Fit:
+    """Drop each effect in turn; what is not missed stays away."""
+    if len(fit.candidates) < 2:
+        return fit
+    for dropped in fit.candidates:
+        kept = tuple(c for c in fit.candidates if c is not dropped)
+        less = settle(with_effects(fit, kept))
+        if fit.score - less.score < ENOUGH:
+            say(f"not missed: {dropped.name}")
+            return _pruned(base, less, library, say)
+    return fit

@@ -1,0 +1,34 @@
+"""What an analysis leaves on disk: the verdict, the improved vehicle file, the memo."""
+
+from pathlib import Path
+
+from identification.mismatch.explain import Analysis
+from identification.mismatch.improved import improved_vehicle
+from identification.mismatch.verdict import Verdict, as_json
+from plant.vehicle_writer import save_vehicle
+from protocol.errors import InputError
+
+
+def write_outputs(
+    analysis: Analysis, verdict: Verdict, vehicle: Path, json_path: Path | None, folder: Path | None
+) -> list[Path]:
+    """Write what was asked for. Raises InputError where a place cannot be written."""
+    written = []
+    try:
+        if json_path is not None:
+            json_path.write_text(as_json(verdict), encoding="utf-8")
+            written.append(json_path)
+        fit = analysis.named.fit if analysis.named and not verdict.unknown else analysis.base
+        if fit is not None:
+            path = (folder or vehicle.parent) / f"{vehicle.stem}.improved.toml"
+            path.parent.mkdir(parents=True, exist_ok=True)
+            save_vehicle(improved_vehicle(fit), path)
+            written.append(path)
+    except OSError as fault:
+        raise InputError(
+            "a result cannot be written",
+            where=str(fault.filename),
+            found=fault.strerror or str(fault),
+            remedy="give another place with --json or --report",
+        ) from fault
+    return written

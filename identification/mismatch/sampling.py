@@ -1,0 +1,97 @@
+"""The simulated motorcycle is seen at the very instants at which the recorded one was seen.
+
+Interpolation, tooth intervals, their mean over a bin of time: all of it is linear in what the
+simulation gives once a millisecond. So a sensor is a sparse matrix that acts on columns of the
+simulation's output, and the recorded samples pass through the same last steps.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from scipy import sparse
+
+from protocol.channel import FloatArray
+
+STEP = 1e-3  # s, between rows of the simulation
+Matrix = sparse.csr_array
+
+
+@dataclass(frozen=True)
+class Grid:
+    """Bins of time in which residuals are judged. rows: of the simulation; start: s, of bin 0."""
+
+    rows: int
+    start: float
+    bins: int
+    width: float
+
+    @property
+    def centre(self) -> FloatArray:
+        """Middle of each bin, s since the simulation's start."""
+        return np.asarray(self.start + self.width * (np.arange(self.bins) + 0.5))
+
+
+def at_points(time: FloatArray, rows: int) -> Matrix:
+    """Straight line between rows. time: (k,) s since the simulation's start; gives (k, rows)."""
+    place, share = _place(time, rows)
+    return _two(place, 1.0 - share, share, rows)
+
+
+def at_points_smooth(time: FloatArray, rows: int) -> tuple[Matrix, Matrix]:
+    """Cubic between rows from values and rates: the matrices that act on each of them."""
+    place, s = _place(time, rows)
+    h00, h01 = (1 + 2 * s) * (1 - s) ** 2, s * s * (3 - 2 * s)
+    h10, h11 = s * (1 - s) ** 2, s * s * (s - 1)
+    return _two(place, h00, h01, rows), _two(place, STEP * h10, STEP * h11, rows)
+
+
+def interval_means(time: FloatArray, first: npt.NDArray[np.intp], rows: int) -> tuple[Matrix, ...]:
+    """Mean speed from time[first] to time[first + 1], from angle and speed."""
+    span = sparse.diags_array(1.0 / (time[first + 1] - time[first]))
+    return tuple(
+        sparse.csr_array(span @ (m[first + 1] - m[first])) for m in at_points_smooth(time, rows)
+    )
+
+
+def into_bins(time: FloatArray, grid: Grid) -> Matrix:
+    """Mean of the samples in each bin; a bin without one takes the line between its neighbours."""
+    number = np.floor((time - grid.start) / grid.width).astype(int)
+    inside = np.flatnonzero((number >= 0) & (number < grid.bins))
+    count = np.bincount(number[inside], minlength=grid.bins)
+    weight = 1.0 / count[number[inside]]
+    mean = sparse.csr_array((weight, (number[inside], inside)), (grid.bins, time.size))
+    empty = np.flatnonzero(count == 0)
+    if not empty.size or time.size < 2:
+        return mean
+    place = np.clip(np.searchsorted(time, grid.centre[empty]) - 1, 0, time.size - 2)
+    share = (grid.centre[empty] - time[place]) / (time[place + 1] - time[place])
+    share = np.clip(share, 0.0, 1.0)
+    rows, columns = np.tile(empty, 2), np.concatenate((place, place + 1))
+    line = sparse.csr_array(
+        (np.concatenate((1 - share, share)), (rows, columns)), (grid.bins, time.size)
+    )
+    return sparse.csr_array(mean + line)
+
+
+def known_bins(time: FloatArray, grid: Grid) -> npt.NDArray[np.bool_]:
+    """Tell which bins have a sample within a bin's width and the samples' own usual distance."""
+    if time.size < 2:
+        return np.zeros(grid.bins, np.bool_)
+    usual = max(grid.width, 1.5 * float(np.median(np.diff(time))))
+    after = np.clip(np.searchsorted(time, grid.centre), 1, time.size - 1)
+    near = np.minimum(np.abs(time[after] - grid.centre), np.abs(grid.centre - time[after - 1]))
+    return np.asarray(near <= usual, np.bool_)
+
+
+def _place(time: FloatArray, rows: int) -> tuple[npt.NDArray[np.intp], FloatArray]:
+    """Row before each time and the share of the way to the next; a row tells its own end."""
+    position = np.clip(time / STEP - 1.0, 0.0, rows - 1.001)
+    place = np.floor(position).astype(np.intp)
+    return place, position - place
+
+
+def _two(place: npt.NDArray[np.intp], a: FloatArray, b: FloatArray, rows: int) -> Matrix:
+    k = np.arange(place.size)
+    values, lines = np.concatenate((a, b)), np.concatenate((k, k))
+    return sparse.csr_array((values, (lines, np.concatenate((place, place + 1)))), (k.size, rows))

@@ -1,0 +1,88 @@
+"""How everything that sensors show answers to each uncertain number: finite differences."""
+
+from collections.abc import Iterable
+from dataclasses import replace
+
+import numpy as np
+
+from identification.mismatch.model import Model, Point, Series, misplace, predict
+from plant.effects.effect import Effect
+from plant.signals import Floats
+
+NUDGE = 0.02  # of a coordinate's prior deviation
+ROAD_NUDGE = 0.2
+
+
+def sensitivities(model: Model, point: Point, base: Series) -> Series:
+    """Return (T, m, p) by block and record: vehicle first, then the road of every record."""
+    places = len(point.x) + sum(len(q) for q in point.q)
+    found = [[np.zeros((*m.shape, places)) for m in ms] for ms in model.measured]
+    for i in range(len(point.x)):
+        drives = _touched(model, i)
+        x = point.x.copy()
+        x[i] += NUDGE
+        put(model, found, i, predict(model, replace(point, x=x), drives), base, NUDGE)
+    column = len(point.x)
+    for r, q in enumerate(point.q):
+        for k in range(len(q)):
+            moved = q.copy()
+            moved[k] += ROAD_NUDGE
+            there = replace(point, q=(*point.q[:r], moved, *point.q[r + 1 :]))
+            put(model, found, column, predict(model, there, ("motion",), (r,)), base, ROAD_NUDGE)
+            column += 1
+    return found
+
+
+def put(model: Model, into: Series, column: int, there: Series, base: Series, nudge: float) -> None:
+    """Write one column of sensitivities where something was predicted."""
+    for b, ks in enumerate(model.known_bins):
+        for r, known in enumerate(ks):
+            if there[b][r].size:
+                into[b][r][:, :, column] = (there[b][r] - base[b][r]) / nudge * known
+
+
+def change(model: Model, point: Point, effects: tuple[Effect, ...], base: Series) -> Series:
+    """Return what the outputs gain when the point has these effects instead, by block and record.
+
+    Drives that the new effects do not concern are not run and left empty.
+    """
+    new = [e for e in effects if e not in point.effects]
+    if not any(e.hooks for e in new) and len(effects) > len(point.effects):
+        return _of_the_discs(model, new)
+    drives = [d for d in model.chain.drives if any(model.chain.concerns(type(e), d) for e in new)]
+    there = predict(model, replace(point, effects=effects), drives)
+    return [
+        [(t - s) * k if t.size else t for t, s, k in zip(ts, ss, ks, strict=True)]
+        for ts, ss, ks in zip(there, base, model.known_bins, strict=True)
+    ]
+
+
+def _of_the_discs(model: Model, effects: list[Effect]) -> Series:
+    """What displaced teeth add; nothing has to be simulated for it."""
+    found: Series = [[np.empty(0)] * len(model.records) for _ in model.chain.blocks]
+    for b, block in enumerate(model.chain.blocks):
+        for r, record in enumerate(model.records):
+            seen = np.zeros(model.measured[b][r].shape)
+            misplace(seen, block.outputs, record, effects)
+            if seen.any():
+                found[b][r] = seen * model.known_bins[b][r]
+    return found
+
+
+def moved(model: Model, point: Point, step: Floats) -> Point:
+    """Return the point after a step of all coordinates, road included."""
+    places = np.cumsum([len(point.x), *(len(q) for q in point.q)])
+    x, *roads = np.split(step, places[:-1])
+    q = tuple(a + b for a, b in zip(point.q, roads, strict=True))
+    return replace(point, x=point.x + x, q=q)
+
+
+def coordinates_of(point: Point) -> Floats:
+    """Lay all coordinates of a point end to end."""
+    return np.concatenate([point.x, *point.q])
+
+
+def _touched(model: Model, i: int) -> Iterable[str]:
+    if "servo" not in model.chain.drives:
+        return ("motion",)
+    return ("servo",) if model.known[i].owner == "throttle_servo" else ("motion",)

@@ -1,0 +1,150 @@
+"""One recorded output, and the same sensor put on the simulation.
+
+A wheel's teeth give two outputs: the speed of the wheel, from which what repeats with the tooth is
+taken off, and the pattern of the teeth itself, by the recorded tooth. What is periodic in the
+recorded wheel angle is so judged at the recorded wheel angle.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from scipy import sparse
+
+from identification.mismatch.sampling import (
+    Grid,
+    Matrix,
+    at_points,
+    interval_means,
+    into_bins,
+    known_bins,
+)
+from plant.signals import Outputs
+from protocol.channel import FloatArray
+
+SEGMENT = 3.0  # s, over which a tooth pattern is averaged
+Integers = npt.NDArray[np.int_]
+
+
+@dataclass(frozen=True)
+class Sensor:
+    """name: of the output; value: (bins,) recorded; known: (bins,) False where nothing was.
+
+    see: matrices by column of the simulation; then: the last steps, which the recorded samples go
+    through as well. offsets: what the displacement of every tooth (rad) does before these steps.
+    """
+
+    name: str
+    unit: str
+    clock: str
+    value: FloatArray
+    known: npt.NDArray[np.bool_]
+    see: Mapping[str, Matrix]
+    then: Callable[[FloatArray], FloatArray]
+    offsets: Matrix | None = None
+
+    def look(self, out: Outputs) -> FloatArray:
+        """Return what the sensor shows of a simulation, (bins,)."""
+        seen = [matrix @ out[column] for column, matrix in self.see.items()]
+        return self.then(np.sum(seen, axis=0))
+
+    def misplaced(self, displacement: FloatArray) -> FloatArray:
+        """Return what displaced teeth (rad, by tooth) add to the output; zeros without teeth."""
+        if self.offsets is None:
+            return np.zeros(self.value.size)
+        return self.then(self.offsets @ displacement)
+
+
+@dataclass(frozen=True)
+class Sampled:
+    """Samples since the simulation's start. time: (k,) s; value: (k,) SI."""
+
+    time: FloatArray
+    value: FloatArray
+    clock: str
+
+
+def point_sensor(
+    name: str, unit: str, column: str, factor: float, samples: Sampled, grid: Grid
+) -> Sensor:
+    """Make a sensor that shows a column, times a factor, at its instants."""
+    bins = into_bins(samples.time, grid)
+    see = sparse.csr_array(factor * (bins @ at_points(samples.time, grid.rows)))
+    known = known_bins(samples.time, grid)
+    return Sensor(name, unit, samples.clock, bins @ samples.value, known, {column: see}, _as_it_is)
+
+
+def _as_it_is(values: FloatArray) -> FloatArray:
+    return values
+
+
+def tooth_sensors(wheel: str, teeth: Sampled, per_turn: int, grid: Grid) -> tuple[Sensor, Sensor]:
+    """Make the sensors of a wheel's teeth: its speed, and the pattern of its disc."""
+    first = np.flatnonzero((np.diff(teeth.value) == 1) & (np.diff(teeth.time) > 0))
+    span = teeth.time[first + 1] - teeth.time[first]
+    middle = teeth.time[first] + 0.5 * span
+    tooth = teeth.value[first].astype(int) % per_turn
+    speed = 2 * np.pi / per_turn / span
+    bins = into_bins(middle, grid)
+    disc = _disc(middle, tooth, per_turn, np.interp(middle, grid.centre, bins @ speed), grid)
+    angle, rate = interval_means(teeth.time, first, grid.rows)
+    see = {f"{wheel}_angle": angle, f"{wheel}_speed": rate}
+    late = _late(span, tooth, per_turn)
+
+    def clean(intervals: FloatArray) -> FloatArray:
+        return np.asarray(bins @ (intervals - disc.spread(disc.pattern(intervals))))
+
+    return (
+        Sensor(f"{wheel}_teeth", "rad/s", teeth.clock, clean(speed), known_bins(middle, grid),
+               see, clean, late),
+        Sensor(f"{wheel}_tooth_pattern", "1", teeth.clock, disc.pattern(speed), disc.known,
+               see, disc.pattern, late),
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class _Disc:
+    """Cells of (segment of time, tooth). mean: of the relative speed in each; usual: rad/s."""
+
+    mean: Matrix
+    cell: Integers
+    usual: FloatArray
+    per_turn: int
+    known: npt.NDArray[np.bool_]
+
+    def pattern(self, intervals: FloatArray) -> FloatArray:
+        """Mean relative speed over each tooth and segment, less the segment's own mean."""
+        table = (self.mean @ intervals).reshape(-1, self.per_turn)
+        return np.asarray((table - table.mean(axis=1, keepdims=True)).ravel())
+
+    def spread(self, pattern: FloatArray) -> FloatArray:
+        """Put a pattern back onto the intervals that it came from, as speeds."""
+        return np.where(self.cell >= 0, pattern[self.cell] * self.usual, 0.0)
+
+
+def _disc(
+    middle: FloatArray, tooth: Integers, per_turn: int, usual: FloatArray, grid: Grid
+) -> _Disc:
+    end = grid.start + grid.bins * grid.width
+    segments = max(int((end - grid.start) / SEGMENT), 1)
+    number = np.floor((middle - grid.start) / (end - grid.start) * segments).astype(int)
+    inside = (number >= 0) & (number < segments)
+    cell = np.where(inside, number * per_turn + tooth, -1)
+    places = np.flatnonzero(inside)
+    count = np.bincount(cell[places], minlength=segments * per_turn)
+    weight = 1.0 / count[cell[places]] / usual[places]
+    mean = sparse.csr_array((weight, (cell[places], places)), (count.size, middle.size))
+    return _Disc(mean, cell, usual, per_turn, count > 0)
+
+
+def _late(span: FloatArray, tooth: Integers, per_turn: int) -> Matrix:
+    """Speed seen over each interval per displacement of each tooth: a late tooth ends it late.
+
+    The recorded wheel has turned by the pitch plus (late at its end - late at its start); it is
+    read as if it had turned by the pitch, so what is seen is the true speed less that.
+    """
+    lines = np.arange(span.size)
+    values = np.concatenate((-1.0 / span, 1.0 / span))
+    columns = np.concatenate(((tooth + 1) % per_turn, tooth))
+    return sparse.csr_array((values, (np.tile(lines, 2), columns)), (span.size, per_turn))

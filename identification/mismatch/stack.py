@@ -1,0 +1,99 @@
+"""Residuals and sensitivities of all blocks and recordings as one least-squares problem."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import numpy.typing as npt
+from scipy import linalg
+
+from identification.mismatch.model import Model, Series
+from identification.mismatch.whitening import Whitener, whitener
+from plant.signals import Floats
+
+CLUSTER = 3.0  # s, within which errors may hang together
+Integers = npt.NDArray[np.int_]
+
+
+def residuals(model: Model, predicted: Series) -> Series:
+    """Recorded less predicted; zero where nothing was recorded."""
+    return [
+        [(m - p) * k for m, p, k in zip(ms, ps, ks, strict=True)]
+        for ms, ps, ks in zip(model.measured, predicted, model.known_bins, strict=True)
+    ]
+
+
+def whiteners(model: Model, rest: Series) -> list[Whitener]:
+    """Fit the noise model of every block."""
+    return [whitener(r, b.order) for b, r in zip(model.chain.blocks, rest, strict=True)]
+
+
+def flat(model: Model, noise: Sequence[Whitener], series: Series) -> Floats:
+    """Whiten everything and lay it end to end: (rows,), or (rows, p) for sensitivities (T, m, p).
+
+    Empty arrays stand for zeros: blocks and records that a change does not touch.
+    """
+    width = max((s.shape[2] for rs in series for s in rs if s.ndim == 3), default=0)
+    parts = []
+    for b, white in enumerate(noise):
+        for r, one in enumerate(series[b]):
+            shape = model.measured[b][r].shape
+            rows = (shape[0] - white.order) * shape[1]
+            if one.size:
+                parts.append(white(one).reshape(rows, *one.shape[2:]))
+            else:
+                parts.append(np.zeros((rows, width) if width else rows))
+    return np.concatenate(parts)
+
+
+def clusters(model: Model, noise: Sequence[Whitener], length: float = CLUSTER) -> Integers:
+    """Number of the stretch of time, of `length` s in one record, of every whitened row."""
+    parts = []
+    for b, white in enumerate(noise):
+        for r, record in enumerate(model.records):
+            shape = model.measured[b][r].shape
+            rows = shape[0] - white.order
+            count = max(round(record.grid.bins * record.grid.width / length), 1)
+            within = np.minimum(np.arange(rows) * count // rows, count - 1)
+            parts.append(np.repeat(within + 1000 * r, shape[1]))
+    return np.unique(np.concatenate(parts), return_inverse=True)[1]
+
+
+def log_likelihood(model: Model, rest: Series, noise: Sequence[Whitener]) -> float:
+    """Gaussian log-likelihood of residuals under noise models, up to a constant, nats."""
+    total = -0.5 * float(np.sum(flat(model, noise, rest) ** 2))
+    for b, white in enumerate(noise):
+        rows = sum(len(r) - white.order for r in rest[b])
+        total -= 0.5 * rows * white.log_determinant
+    return total
+
+
+@dataclass(frozen=True, eq=False)
+class Nuisances:
+    """Sensitivities (rows, p) to what may vary without meaning anything; unit priors."""
+
+    columns: Floats
+
+    @cached_property
+    def factor(self) -> tuple[Floats, bool]:
+        """Cholesky factor of the normal matrix, priors included."""
+        n = self.columns
+        return linalg.cho_factor(n.T @ n + np.eye(n.shape[1]))
+
+    def fit(self, series: Floats) -> Floats:
+        """Return coordinates that explain a series best, priors weighed in."""
+        return np.asarray(linalg.cho_solve(self.factor, self.columns.T @ series))
+
+    def damped(self, series: Floats, here: Floats, damping: float) -> Floats:
+        """Return the same, held back towards `here` by `damping` prior weights."""
+        if not damping:
+            return self.fit(series)
+        normal = self.columns.T @ self.columns
+        hold = damping * np.eye(len(here))
+        aim = self.columns.T @ series + damping * here
+        return np.asarray(np.linalg.solve(normal + np.eye(len(here)) + hold, aim))
+
+    def off(self, series: Floats) -> Floats:
+        """Return what of a series the nuisances cannot explain."""
+        return np.asarray(series - self.columns @ self.fit(series))

@@ -1,0 +1,93 @@
+"""What an analysis says in the end, as data: the content of verdict.json.
+
+mismatch     {found, p_value}: whether simulation and recordings differ, and the family-wise p
+location     {block, injection, regressor, band, region, direction, shape, gain, confirmed} or null
+effects      [{name, block, parameters: [{name, value, unit, interval}]}], strongest first
+unknown      {found, shape}: something is missing that no effect of the library is
+equivalents  [[names]] that these recordings cannot tell apart
+rivals       {name: {other name: nats behind}}
+not_excited  [names] that would not have shown
+not_told     [parameters] of the vehicle file of which these recordings say nothing
+next_trial   {why, trial} the experiment of the menu that would tell most, or null
+held_out     [{output, unit, nominal, calibrated, improved, floor, interval}]
+complete     false where the analysis was interrupted
+"""
+
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from typing import Any
+
+from identification.mismatch.held_out import Error
+from identification.mismatch.interval import Estimate
+
+
+@dataclass(frozen=True)
+class Location:
+    """Where something is missing. band: Hz; region: range of engine speed, rad/s."""
+
+    block: str
+    injection: str
+    regressor: str
+    shape: str
+    gain: float
+    confirmed: float
+    band: tuple[float, float] | None = None
+    region: tuple[float, float] | None = None
+    direction: str = "both"
+
+
+@dataclass(frozen=True)
+class FoundEffect:
+    """An effect that is missing in the simulation, with its parameters."""
+
+    name: str
+    block: str
+    parameters: tuple[Estimate, ...]
+    gain: float
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """See the head of this file."""
+
+    mismatch: bool
+    p_value: float
+    location: Location | None = None
+    effects: tuple[FoundEffect, ...] = ()
+    unknown: bool = False
+    shape: str = ""
+    equivalents: tuple[tuple[str, ...], ...] = ()
+    rivals: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    not_excited: tuple[str, ...] = ()
+    not_told: tuple[str, ...] = ()
+    next_trial: Mapping[str, Any] | None = None
+    held_out: tuple[Error, ...] = ()
+    complete: bool = True
+
+
+def as_tree(verdict: Verdict) -> dict[str, Any]:
+    """Return the verdict as verdict.json tells it."""
+    tree = asdict(verdict)
+    tree["mismatch"] = {"found": verdict.mismatch, "p_value": tree.pop("p_value")}
+    tree["unknown"] = {"found": verdict.unknown, "shape": tree.pop("shape")}
+    for effect in tree["effects"]:
+        for p in effect["parameters"]:
+            p["interval"] = [p.pop("low"), p.pop("high")]
+    return {key: _plain(value) for key, value in tree.items()}
+
+
+def as_json(verdict: Verdict) -> str:
+    """Return the text of verdict.json."""
+    return json.dumps(as_tree(verdict), indent=2, allow_nan=False) + "\n"
+
+
+def _plain(tree: Any) -> Any:
+    if isinstance(tree, dict):
+        return {str(key): _plain(value) for key, value in tree.items()}
+    if isinstance(tree, (list, tuple)):
+        return [_plain(value) for value in tree]
+    if isinstance(tree, float):
+        return tree if math.isfinite(tree) else None
+    return tree

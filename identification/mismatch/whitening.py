@@ -1,0 +1,78 @@
+"""What a block leaves unexplained is coloured and shared between its outputs; whitening undoes it.
+
+A vector autoregression e_t = sum A_k e_(t-k) + L n_t, n white with unit variance, is fitted to the
+residuals (Luetkepohl, New Introduction to Multiple Time Series Analysis, chapter 3). Filtered by
+it, residuals and sensitivities enter least squares with equal weight.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from scipy import sparse
+
+from plant.signals import Floats
+
+
+@dataclass(frozen=True, eq=False)
+class Whitener:
+    """lags: (order, m, m); inverse: (m, m), of the innovations' Cholesky factor."""
+
+    lags: Floats
+    inverse: Floats
+    made: dict[int, sparse.csr_array] = field(default_factory=dict, repr=False)
+
+    @property
+    def order(self) -> int:
+        """Number of lags."""
+        return len(self.lags)
+
+    @property
+    def log_determinant(self) -> float:
+        """Logarithm of the determinant of the innovations' covariance."""
+        return -2.0 * float(np.log(np.diag(self.inverse)).sum())
+
+    def __call__(self, series: Floats) -> Floats:
+        """Whiten (T, m) or (T, m, p); the first `order` rows are lost."""
+        length, m = series.shape[:2]
+        if length not in self.made:
+            self.made[length] = self._matrix(length)
+        white = self.made[length] @ series.reshape(length * m, -1)
+        return np.asarray(white.reshape(length - self.order, *series.shape[1:]))
+
+    def _matrix(self, length: int) -> sparse.csr_array:
+        """Filter of a series of this length, laid end to end, as a band matrix."""
+        n, m = self.order, len(self.inverse)
+        taps = [-self.inverse @ lag for lag in self.lags[::-1]] + [self.inverse]
+        row = np.concatenate(taps, axis=1)  # (m, m (n + 1)), oldest first
+        starts = m * np.arange(length - n)
+        columns = starts[:, None, None] + np.arange(m * (n + 1))
+        columns = np.broadcast_to(columns, (length - n, m, m * (n + 1)))
+        values = np.broadcast_to(row, columns.shape)
+        ends = np.arange(m * (length - n) + 1) * m * (n + 1)
+        shape = (m * (length - n), m * length)
+        return sparse.csr_array((values.ravel(), columns.ravel(), ends), shape)
+
+
+def whitener(residuals: Sequence[Floats], order: int, ridge: float = 1e-4) -> Whitener:
+    """Fit the noise model of one block to the residuals of all its records, each (T, m)."""
+    m = residuals[0].shape[1]
+    scale = np.sqrt(np.mean(np.concatenate(residuals) ** 2, axis=0)) + 1e-12
+    now = np.concatenate([r[order:] for r in residuals]) / scale
+    lags = np.zeros((order, m, m))
+    rest = now
+    if order:
+        past = np.concatenate([_past(r / scale, order) for r in residuals])
+        normal = past.T @ past + ridge * len(past) * np.eye(order * m)
+        found = np.linalg.solve(normal, past.T @ now)
+        rest = now - past @ found
+        lags = found.reshape(order, m, m).transpose(0, 2, 1) * scale[:, None] / scale
+    freedom = max(len(now) - order * m, len(now) // 2)
+    covariance = rest.T @ rest / freedom + 1e-12 * np.eye(m)
+    inverse = np.linalg.inv(np.linalg.cholesky(covariance)) / scale
+    return Whitener(lags, inverse)
+
+
+def _past(series: Floats, order: int) -> Floats:
+    rows = [series[order - k : len(series) - k] for k in range(1, order + 1)]
+    return np.concatenate(rows, axis=1)

@@ -1,0 +1,45 @@
+"""The shape of a free curve, in words."""
+
+import numpy as np
+
+from identification.mismatch.locate import Curve
+from plant.signals import Floats
+
+
+def shape_in_words(curve: Curve) -> str:
+    """Say what a curve looks like: what the recordings tell beyond its straight line, if much."""
+    z, f = curve.knots, curve.values
+    if z[0] < 0.0 < z[-1] and min(-z[0], z[-1]) > 0.2 * max(-z[0], z[-1]):
+        return _about_zero(curve, z, f)
+    line = np.polynomial.Polynomial.fit(z, f, 1)
+    bent = f - line(z)
+    if np.ptp(bent) < 0.25 * np.ptp(f):
+        return "in proportion to it"
+    return _bump(z, bent)
+
+
+def _about_zero(curve: Curve, z: Floats, f: Floats) -> str:
+    reach = min(-z[0], z[-1])
+    x = np.linspace(-reach, reach, 41)
+    y = curve(x) - curve(np.zeros(1))
+    odd, even = 0.5 * (y - y[::-1]), 0.5 * (y + y[::-1])
+    if np.ptp(even) > 1.5 * np.ptp(odd):
+        return "the same for both signs, growing with its size"
+    inner = (np.interp(0.25 * reach, x, odd)) / 0.25
+    outer = (odd[-1] - np.interp(0.75 * reach, x, odd)) / 0.25
+    both = "" if np.ptp(even) < 0.4 * np.ptp(odd) else ", and different for the two signs"
+    if abs(inner) < 0.4 * abs(outer):
+        return "a dead zone: hardly any effect near zero" + both
+    if abs(outer) < 0.25 * abs(inner):
+        return "a step at zero that then stays level, as of friction or a limit" + both
+    if both:
+        return "a different slope for each sign"
+    late = "rate" in curve.regressor or "acceleration" in curve.regressor
+    return "in proportion to it" + (", as a lag is" if late else "")
+
+
+def _bump(z: Floats, bent: Floats) -> str:
+    top = int(np.argmax(np.abs(bent - np.median(bent))))
+    if 0 < top < z.size - 1:
+        return f"a local bump or dip about {z[top]:.4g}"
+    return "bent, strongest at the end of its range"

@@ -1,0 +1,57 @@
+"""Vehicles that err by several per cent, and the analyses that the laws are tried on."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+
+from identification.mismatch.explain import Analysis, analyse, begin, verdict
+from identification.mismatch.record import prepare
+from identification.mismatch.verdict import Verdict
+from plant.effects.effect import Effect
+from plant.effects.library import LIBRARY
+from plant.motorcycle import Motorcycle
+from plant.vehicle_file import Vehicle, builtin_vehicle, load_vehicle
+from tests.identification.motorcycle_recording import HELD_OUT, TRAINING, ride
+
+
+@cache
+def nominal() -> Vehicle:
+    return load_vehicle(builtin_vehicle("nominal"))
+
+
+def erring(seed: int, share: float = 0.6) -> Motorcycle:
+    """The nominal motorcycle with every number off by a share of what is believed of it."""
+    rng, vehicle = np.random.default_rng(seed), nominal()
+    blocks = {}
+    for name, block in vehicle.motorcycle.blocks():
+        changed = {}
+        for p in block.parameters():
+            if told := vehicle.plus_minus.get(f"{name}.{p.name}"):
+                value = getattr(block, p.name)
+                factor = np.exp(share * rng.standard_normal() * told / (1.96 * value))
+                changed[p.name] = float(np.clip(value * factor, p.low, p.high))
+        blocks[name] = replace(block, **changed)
+    return replace(vehicle.motorcycle, **blocks)
+
+
+def analysis(
+    effects: tuple[Effect, ...] = (), seed: int = 1, without: tuple[str, ...] = (),
+    drop: tuple[str, ...] = (), training=TRAINING, held_out=HELD_OUT,
+) -> Analysis:  # fmt: skip
+    """Ride, record and analyse. without: names taken out of the library; drop: channels."""
+    print(f"seed {seed}")
+    true = replace(erring(seed), effects=effects)
+    records = [
+        [
+            prepare(ride(true, replace(t, seed=t.seed + 100 * seed, drop=drop)), nominal())
+            for t in trials
+        ]
+        for trials in (training, held_out)
+    ]
+    library = [kind for kind in LIBRARY if kind.name not in without]
+    return analyse(begin(nominal(), *records), library)
+
+
+def found(*args, **kwargs) -> Verdict:
+    return verdict(analysis(*args, **kwargs))

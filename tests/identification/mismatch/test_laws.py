@@ -1,0 +1,66 @@
+"""What an explanation must keep to, on motorcycles whose truth is known."""
+
+import json
+
+import pytest
+
+from identification.mismatch.verdict import as_json
+from plant.effects.asymmetric_filling import AsymmetricFilling
+from plant.effects.backlash import Backlash
+from plant.effects.effect import Effect
+from plant.effects.optical_lag import OpticalLag
+from plant.effects.rate_limit import RateLimit
+from plant.effects.relaxation_length import RelaxationLength
+from plant.effects.tooth_misplacement import ToothMisplacement
+from tests.identification.mismatch.conditions import found
+
+SINGLE = [
+    (RateLimit(limit=4.0), "limit", "throttle_servo"),
+    (AsymmetricFilling(asymmetry=0.5), "asymmetry", "engine"),
+    (Backlash(slack=8e-3), "slack", "driveline"),
+    (RelaxationLength(length=0.2), "length", "tyre"),
+    (ToothMisplacement(displacement=2e-3, tooth=5), "displacement", "rear_encoder"),
+    (OpticalLag(time_constant=30e-3), "time_constant", "optical_sensor"),
+]
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_where_nothing_is_missing_nothing_is_claimed(seed: int) -> None:
+    verdict = found(seed=seed)
+    assert not verdict.mismatch
+    assert not verdict.effects
+    assert not verdict.unknown
+
+
+@pytest.mark.parametrize(
+    ("effect", "parameter", "block"), SINGLE, ids=[e.name for e, _, _ in SINGLE]
+)
+def test_a_single_effect_is_named_and_its_size_told(
+    effect: Effect, parameter: str, block: str
+) -> None:
+    verdict = found((effect,), seed=3)
+    assert [e.name for e in verdict.effects] == [effect.name]
+    told = next(p for p in verdict.effects[0].parameters if p.name == parameter)
+    true = getattr(effect, parameter)
+    assert abs(told.value - true) < max(0.1 * true, 1.5 * (told.high - told.low))
+    assert all(e.improved < 1.05 * e.nominal for e in verdict.held_out)
+
+
+def test_without_its_name_an_effect_is_located_and_no_other_name_is_given() -> None:
+    verdict = found((Backlash(slack=8e-3),), seed=4, without=("backlash",))
+    assert verdict.unknown
+    assert not verdict.effects
+    assert verdict.location is not None
+    assert verdict.location.block == "driveline"
+    assert verdict.shape
+
+
+def test_without_a_throttle_position_the_command_drives_the_motion() -> None:
+    verdict = found((Backlash(slack=8e-3),), seed=5, drop=("throttle_position",))
+    assert [e.name for e in verdict.effects] == ["backlash"]
+
+
+def test_the_same_recordings_give_the_same_verdict() -> None:
+    one, two = (as_json(found((Backlash(slack=8e-3),), seed=6)) for _ in range(2))
+    assert one == two
+    assert json.loads(one)["mismatch"]["found"]
