@@ -19,7 +19,7 @@ from identification.mismatch.whitening import Whitener
 from plant.signals import Floats
 
 NUDGE = 0.05  # of a size, or of a shape's prior deviation
-WEAK = 10.0  # prior deviation of a size, in typical sizes
+WEAK = 1e3  # prior deviation of a size, in typical sizes: none to speak of
 SETTLED = 0.5  # nats that another step must bring
 SHARES = (1.0, 0.4, 0.1)
 

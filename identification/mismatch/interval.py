@@ -13,6 +13,8 @@ from plant.parameters import Parameter
 from plant.signals import Floats
 
 CONFIDENCE = 0.95
+UNTOLD = 0.7
+"""Posterior deviation of a shape, in prior ones, above which nothing was told of it."""
 
 
 @dataclass(frozen=True)
@@ -27,10 +29,19 @@ class Estimate:
 
 
 def deviations(fit: Fit) -> tuple[Floats, Floats]:
-    """Standard deviation of every dial of all effects, and its degrees of freedom."""
+    """Standard deviation of every dial of all effects, and its degrees of freedom.
+
+    A shape of which the recordings tell nothing is taken as given: its deviation is its prior's,
+    and it does not blur the size.
+    """
     off = fit.nuisances.off(fit.columns)
     prior = np.concatenate([[1 / WEAK**2, *([1.0] * (len(c.dials) - 1))] for c in fit.candidates])
-    covariance = np.linalg.inv(fit.columns.T @ off + np.diag(prior))
+    normal = fit.columns.T @ off + np.diag(prior)
+    untold = (prior == 1.0) & (np.diag(np.linalg.inv(normal)) > UNTOLD**2)
+    normal[np.ix_(untold, ~untold)] = normal[np.ix_(~untold, untold)] = 0.0
+    normal[np.ix_(untold, untold)] = np.eye(int(untold.sum()))
+    covariance = np.linalg.inv(normal)
+    off = np.where(untold, 0.0, off)
     everything = Nuisances(np.concatenate((fit.nuisances.columns, fit.columns), axis=1))
     pushes = off * everything.off(fit.aim)[:, None]
     groups = clusters(fit.model, fit.noise)

@@ -24,7 +24,10 @@ CONFIRMED = 5.0  # nats, on the held-out ones
 
 @dataclass(frozen=True)
 class Curve:
-    """f(z) at a place. knots: of z, SI; values: of f, SI; gain, confirmed: nats."""
+    """f(z) at a place. knots: of z, SI; values: of f, SI; gain, confirmed: nats.
+
+    tested: nats that the curve would be worth on the held-out recordings if it were right.
+    """
 
     place: str
     block: str
@@ -34,11 +37,15 @@ class Curve:
     values: Floats
     gain: float
     confirmed: float
+    tested: float
 
     @property
     def certain(self) -> bool:
-        """Whether both sets of recordings speak for it."""
-        return self.gain > MINIMUM + 0.5 * self.knots.size and self.confirmed > CONFIRMED
+        """Whether both sets of recordings speak for it, or one that the other cannot contradict."""
+        enough = MINIMUM + 0.5 * self.knots.size
+        if self.tested < CONFIRMED:
+            return self.gain > 2.0 * enough
+        return self.gain > enough and self.confirmed > CONFIRMED
 
     def __call__(self, z: Floats) -> Floats:
         """Evaluate f; beyond the last knots it goes on level."""
@@ -48,13 +55,21 @@ class Curve:
 def locate(training: Judge, held_out: Judge | None) -> list[Curve]:
     """Fit every curve; the best first, by what both sets of recordings say together."""
     found = list(_fits(training))
-    confirmed = [np.inf] * len(found) if held_out is None else _confirmed(held_out, found)
+    nothing = (0.0, 0.0)
+    confirmed = [nothing] * len(found) if held_out is None else _confirmed(held_out, found)
     curves = [
         Curve(f.place.name, f.place.block, f.place.unit, f.regressor, f.knots,
-              f.place.size * f.values, f.gain, held)
+              f.place.size * f.values, f.gain, *held)
         for f, held in zip(found, confirmed, strict=True)
     ]  # fmt: skip
-    return sorted(curves, key=lambda c: -min(c.gain, 3.0 * c.confirmed + 1e-3 * c.gain))
+    return sorted(curves, key=_doubt)
+
+
+def _doubt(curve: Curve) -> float:
+    """Order of curves: by their gain, held down by what the held-out recordings contradict."""
+    if curve.tested < CONFIRMED:
+        return -0.5 * curve.gain
+    return -min(curve.gain, 3.0 * curve.confirmed + 1e-3 * curve.gain)
 
 
 @dataclass(frozen=True)
@@ -107,10 +122,10 @@ def _fits(judge: Judge) -> Iterator[_Try]:
             yield _Try(place, regressor, k, values, 0.5 * float(aims[part] @ values))
 
 
-def _confirmed(judge: Judge, found: list[_Try]) -> list[float]:
-    """What the very same curves gain on other recordings, nats."""
+def _confirmed(judge: Judge, found: list[_Try]) -> list[tuple[float, float]]:
+    """What the very same curves gain on other recordings, and would if they were right; nats."""
     courses = _courses(judge.fit)
-    gained: dict[tuple[str, str], float] = {}
+    gained: dict[tuple[str, str], tuple[float, float]] = {}
     for place in dict.fromkeys(f.place.name for f in found):
         tries = [f for f in found if f.place.name == place]
         known = [f for f in tries if f.regressor in courses[f.place.drive][0]]
@@ -123,9 +138,11 @@ def _confirmed(judge: Judge, found: list[_Try]) -> list[float]:
         replies = _replies(judge.fit, tries[0].place)
         columns = flat(judge.fit.model, judge.fit.noise, _answered(replies, pushes))
         off = judge.nuisances.off(columns)
-        gains = off.T @ judge.fit.aim - 0.5 * np.sum(off * columns, axis=0)
-        gained |= {(place, f.regressor): float(g) for f, g in zip(known, gains, strict=True)}
-    return [gained.get((f.place.name, f.regressor), 0.0) for f in found]
+        worth = 0.5 * np.sum(off * columns, axis=0)
+        gains = off.T @ judge.fit.aim - worth
+        for f, g, w in zip(known, gains, worth, strict=True):
+            gained[place, f.regressor] = float(g), float(w)
+    return [gained.get((f.place.name, f.regressor), (0.0, 0.0)) for f in found]
 
 
 def _sensors(fit: Fit) -> list[Injection]:

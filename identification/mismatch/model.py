@@ -19,6 +19,8 @@ from plant.simulation import Simulation
 from plant.vehicle_file import Vehicle
 
 SMOOTH = 50  # rows
+FINER = 2
+"""Steps of integration in a row."""
 Series = list[list[Floats]]
 """By block and record: (T, m)."""
 
@@ -96,7 +98,7 @@ def simulate(
 ) -> Outputs:  # fmt: skip
     """Run one drive of one record. extra: what is added to columns of the inputs."""
     ready = model.records[record]
-    simulation = Simulation(bike, STEP, 1)
+    simulation = Simulation(bike, STEP / FINER, FINER, FINER)
     table = ready.inputs.table.copy()
     inputs = Inputs(table)
     inputs.road_force[:] += model.hats[record] @ q

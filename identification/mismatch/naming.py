@@ -69,7 +69,9 @@ def name(base: Fit, library: Sequence[type[Effect]], say: Say) -> Named:
             fit, [k for k in library if k.name not in {c.name for c in fit.candidates}]
         )
     fit = _pruned(base, fit, len(library), say)
-    return Named(base, fit, scores, p, rivals)
+    tests = len(SIZES) * len(library)
+    fitted = [tests * significance(fit, i) for i in range(len(fit.candidates))]
+    return Named(base, fit, scores, min(1.0, p, *fitted), rivals)
 
 
 def _scored(fit: Fit, library: Sequence[type[Effect]]) -> tuple[list[Score], float]:

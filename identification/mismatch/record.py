@@ -123,7 +123,8 @@ def _sensors(data: Aligned, vehicle: Vehicle, start: float, grid: Grid) -> dict[
     for role, (column, unit) in LINEAR.items():
         if data.has(role):
             samples = _sampled(data, vehicle, role, start)
-            found[role] = point_sensor(role, unit, column, 1.0, samples, grid)
+            noise = vehicle.channels[role].noise if role in vehicle.channels else 0.0
+            found[role] = point_sensor(role, unit, column, 1.0, samples, grid, noise)
     for wheel in WHEELS:
         if data.has(f"{wheel}_teeth"):
             per_turn = int(getattr(vehicle.motorcycle, f"{wheel}_encoder").teeth)

@@ -66,17 +66,48 @@ class Sampled:
 
 
 def point_sensor(
-    name: str, unit: str, column: str, factor: float, samples: Sampled, grid: Grid
-) -> Sensor:
-    """Make a sensor that shows a column, times a factor, at its instants."""
+    name: str, unit: str, column: str, factor: float, samples: Sampled, grid: Grid,
+    noise: float = 0.0,
+) -> Sensor:  # fmt: skip
+    """Make a sensor that shows a column, times a factor, at its instants.
+
+    noise: deviation of the white noise that its values had before they were rounded.
+    """
     bins = into_bins(samples.time, grid)
-    see = sparse.csr_array(factor * (bins @ at_points(samples.time, grid.rows)))
+    see = sparse.csr_array(factor * at_points(samples.time, grid.rows))
     known = known_bins(samples.time, grid)
-    return Sensor(name, unit, samples.clock, bins @ samples.value, known, {column: see}, _as_it_is)
+    quantum = quantum_of(samples.value)
+
+    def then(values: FloatArray) -> FloatArray:
+        return np.asarray(bins @ rounded(values, quantum, noise))
+
+    return Sensor(name, unit, samples.clock, bins @ samples.value, known, {column: see}, then)
 
 
-def _as_it_is(values: FloatArray) -> FloatArray:
-    return values
+def quantum_of(values: FloatArray) -> float:
+    """Smallest step between values, 0 where they are as good as continuous."""
+    told = np.unique(np.round(values, 9))
+    if told.size < 2 or told.size > 0.3 * values.size:
+        return 0.0
+    return float(np.min(np.diff(told)))
+
+
+def rounded(values: FloatArray, quantum: float, noise: float) -> FloatArray:
+    """Mean of what is told of a value that carries noise and is rounded to whole quanta.
+
+    E[round(x)] = x + sum (-1)^k q / (pi k) exp(-2 (pi k s / q)^2) sin(2 pi k x / q): Widrow and
+    Kollar, Quantization Noise (2008), chapter 4. Below a fifth of a quantum noise is taken as that.
+    """
+    if quantum <= 0.0:
+        return values
+    spread = max(noise / quantum, 0.2)
+    if spread > 0.8:
+        return values
+    told = values.copy()
+    for k in (1, 2, 3):
+        height = (-1) ** k * quantum / (np.pi * k) * np.exp(-2.0 * (np.pi * k * spread) ** 2)
+        told += height * np.sin(2.0 * np.pi * k * values / quantum)
+    return told
 
 
 def tooth_sensors(wheel: str, teeth: Sampled, per_turn: int, grid: Grid) -> tuple[Sensor, Sensor]:
