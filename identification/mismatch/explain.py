@@ -9,8 +9,10 @@ from identification.mismatch.held_out import Error, carried_over, errors
 from identification.mismatch.improved import not_told
 from identification.mismatch.interval import estimates
 from identification.mismatch.locate import Curve, locate
-from identification.mismatch.model import Model, model
+from identification.mismatch.menu import Choice
+from identification.mismatch.model import Model, models
 from identification.mismatch.naming import ALIKE, FAMILY, Named, Say, name
+from identification.mismatch.next_trial import next_trial
 from identification.mismatch.record import Record
 from identification.mismatch.score import Judge
 from identification.mismatch.verdict import FoundEffect, Location, Verdict
@@ -35,20 +37,21 @@ class Analysis:
     named: Named | None = None
     after: list[Curve] = field(default_factory=list)
     errors: list[Error] = field(default_factory=list)
+    proposal: tuple[str, Choice] | None = None
     complete: bool = False
 
 
 def begin(vehicle: Vehicle, training: Sequence[Record], held_out: Sequence[Record]) -> Analysis:
     """Put the recordings beside the vehicle."""
-    beside = model(vehicle, training)
-    return Analysis(vehicle, beside, model(vehicle, held_out, beside.chain) if held_out else None)
+    learnt, proof = models(vehicle, training, held_out)
+    return Analysis(vehicle, learnt, proof if held_out else None)
 
 
 def analyse(
     so_far: Analysis, library: Sequence[type[Effect]] = LIBRARY, say: Say = lambda _: None
 ) -> Analysis:
     """Do all steps. What is done already is not done again."""
-    for step in (_calibrate, _locate, _name, _doubt, _prove):
+    for step in (_calibrate, _locate, _name, _doubt, _prove, _propose):
         step(so_far, library, say)
     so_far.complete = True
     return so_far
@@ -86,6 +89,25 @@ def _prove(a: Analysis, _: Sequence[type[Effect]], say: Say) -> None:
         a.errors = errors(a.held_out, a.base, a.named.fit)
 
 
+def _propose(a: Analysis, library: Sequence[type[Effect]], say: Say) -> None:
+    assert a.named is not None
+    say("choosing the next trial")
+    by_name = {kind.name: kind for kind in library}
+    alike = [n for names in _equivalents(a.named) for n in names if n in by_name]
+    kinds = [by_name[n] for n in alike]
+    a.proposal = next_trial(a.named.fit, kinds, [by_name[n] for n in not_excited(a.named)])
+
+
+def not_excited(named: Named) -> list[str]:
+    """Effects that these recordings would not have shown at their typical size."""
+    known = set(named.names)
+    return [
+        s.candidate.name
+        for s in named.scores
+        if _hidden(s.seen, s.candidate.size) and s.candidate.name not in known
+    ]
+
+
 def _curves(a: Analysis, fit: Fit) -> list[Curve]:
     others = Judge.of(carried_over(fit, a.held_out)) if a.held_out is not None else None
     return locate(Judge.of(fit), others)
@@ -107,10 +129,9 @@ def verdict(a: Analysis) -> Verdict:
         shape=shape_in_words(left[0]) if doubt and left else "",
         equivalents=tuple(_equivalents(a.named)) if not doubt else (),
         rivals=a.named.rivals,
-        not_excited=tuple(
-            s.candidate.name for s in a.named.scores if _hidden(s.seen, s.candidate.size)
-        ),
+        not_excited=tuple(not_excited(a.named)),
         not_told=tuple(not_told(a.named.fit)),
+        next_trial={"why": a.proposal[0]} if a.proposal else None,
         held_out=tuple(a.errors),
         complete=a.complete,
     )

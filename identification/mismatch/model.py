@@ -1,6 +1,6 @@
 """The simulation put beside the recordings: from coordinates and effects to what sensors show."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -71,17 +71,18 @@ class Model:
         return Point(np.zeros(len(self.known)), tuple(np.zeros(h.shape[1]) for h in self.hats))
 
 
-def model(vehicle: Vehicle, records: Iterable[Record], like: Chain | None = None) -> Model:
-    """Put a vehicle beside recordings. like: the chain to use, else the one that they carry."""
-    ready = tuple(records)
-    cut = like or chain(list(ready))
+def models(vehicle: Vehicle, *sets: Sequence[Record]) -> list[Model]:
+    """Put a vehicle beside sets of recordings, cut alike and with the same uncertain numbers."""
+    ready = [r for records in sets for r in records]
+    cut = chain(ready)
     gears = {int(g) for r in ready for g in np.unique(r.inputs.gear) if g > 0}
     clocks = {
         r.sensors[o].clock
         for r in ready for b in cut.blocks if b.drive == "motion" and b.order for o in b.outputs
     }  # fmt: skip
     reference = "ecu" if "ecu" in clocks else min(clocks, default="")
-    return Model(vehicle, ready, cut, coordinates(vehicle, gears, clocks - {reference}))
+    known = coordinates(vehicle, gears, clocks - {reference})
+    return [Model(vehicle, tuple(records), cut, known) for records in sets]
 
 
 def motorcycle(model: Model, point: Point) -> Motorcycle:

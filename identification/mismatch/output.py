@@ -1,9 +1,13 @@
 """What an analysis leaves on disk: the verdict, the improved vehicle file, the memo."""
 
+import os
 from pathlib import Path
+
+import tomli_w
 
 from identification.mismatch.explain import Analysis
 from identification.mismatch.improved import improved_vehicle
+from identification.mismatch.next_trial import trial_tree
 from identification.mismatch.verdict import Verdict, as_json
 from plant.vehicle_writer import save_vehicle
 from protocol.errors import InputError
@@ -23,6 +27,11 @@ def write_outputs(
             path = (folder or vehicle.parent) / f"{vehicle.stem}.improved.toml"
             path.parent.mkdir(parents=True, exist_ok=True)
             save_vehicle(improved_vehicle(fit), path)
+            written.append(path)
+        if analysis.proposal is not None and folder is not None:
+            path = folder / "next_trial.toml"
+            tree = trial_tree(analysis.proposal[1], "next_trial", os.path.relpath(vehicle, folder))
+            path.write_text(tomli_w.dumps(tree), encoding="utf-8")
             written.append(path)
     except OSError as fault:
         raise InputError(

@@ -1,0 +1,113 @@
+"""Trials that one could ride next, and what each would look like in the channels at hand.
+
+A trial of the menu is simulated on the fitted vehicle and seen by sensors like the recorded ones.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from identification.mismatch.fitting import Fit
+from identification.mismatch.model import motorcycle
+from identification.mismatch.record import BIN, LEAD_IN, Record
+from identification.mismatch.sampling import STEP, Grid
+from identification.mismatch.sensor import Sampled, Sensor, point_sensor, tooth_sensors
+from plant.encoder import begin, passing_teeth, toothed_disc
+from plant.equilibrium import equilibrium
+from plant.signals import Floats, Inputs, Outputs
+from plant.simulation import Simulation
+
+SECONDS = 12.0
+RPM = np.pi / 30
+PERIODS = {"throttle_position": 1e-3, "engine_speed": 5e-3, "optical_speed": 4e-3}  # s
+USUAL = 0.01  # s
+
+
+@dataclass(frozen=True)
+class Choice:
+    """A trial of the menu. amplitude: opening, or rad of spark; high: Hz, of sweeps."""
+
+    gear: int
+    engine_speed: float
+    actuator: str
+    waveform: str
+    amplitude: float
+    low: float
+    high: float = 12.0
+
+    def wave(self, time: Floats) -> Floats:
+        """Course of the actuator about its operating point. time: s since the trial began."""
+        t = np.maximum(time - LEAD_IN - 0.25, 0.0)
+        rate = (self.high - self.low) / (SECONDS - LEAD_IN)
+        sine = np.sin(2 * np.pi * (self.low * t + 0.5 * rate * t * t))
+        if self.waveform == "square":
+            sine = np.sign(np.sin(2 * np.pi * self.low * t))
+        return np.asarray(self.amplitude * sine)
+
+    def __str__(self) -> str:
+        """Say it in a line."""
+        shape = "square wave" if self.waveform == "square" else "sweep"
+        band = f"{self.low:g} Hz" if self.waveform == "square" else f"to {self.high:g} Hz"
+        size = f"{100 * self.amplitude:.0f} %" if self.actuator == "throttle" else (
+            f"{np.degrees(self.amplitude):.0f} degrees")  # fmt: skip
+        speed = f"{self.engine_speed / RPM:.0f} rpm in gear {self.gear}"
+        return f"a {shape} of the {self.actuator} {band}, {size}, at {speed}"
+
+
+def menu(gears: int) -> Iterator[Choice]:
+    """Yield every trial of the menu: speeds, gears, amplitudes and waveforms."""
+    for gear in range(2, min(gears, 3) + 1):
+        for rpm in (7000.0, 10000.0, 13000.0):
+            yield Choice(gear, rpm * RPM, "throttle", "linear_sweep", 0.03, 0.5, 14.0)
+            yield Choice(gear, rpm * RPM, "throttle", "square", 0.08, 0.8)
+            yield Choice(gear, rpm * RPM, "spark", "linear_sweep", 0.06, 0.5, 14.0)
+
+
+def rehearse(fit: Fit, choice: Choice) -> Record:
+    """Return the record that the fitted vehicle would give. Raises ValueError where it cannot."""
+    bike = motorcycle(fit.model, fit.point)
+    simulation = Simulation(bike, STEP / 2, 2, 2)
+    state, throttle = equilibrium(simulation, choice.gear, choice.engine_speed)
+    rows = round(SECONDS / STEP)
+    time: Floats = np.asarray(STEP * np.arange(1, rows + 1))
+    inputs = Inputs.held(rows, gear=float(choice.gear), throttle_command=throttle)
+    column = inputs.throttle_command if choice.actuator == "throttle" else inputs.spark
+    column += choice.wave(time)
+    np.clip(inputs.throttle_command, 0.0, 1.0, out=inputs.throttle_command)
+    _, out = simulation.advance(state, inputs)
+    grid = Grid(rows, LEAD_IN, round((rows * STEP - LEAD_IN) / BIN), BIN)
+    sensors, measured = _sensors(fit, out, time, grid), _measured(fit, out)
+    return Record(str(choice), 0.0, grid, inputs, measured, sensors)
+
+
+def _sensors(fit: Fit, out: Outputs, time: Floats, grid: Grid) -> dict[str, Sensor]:
+    found = dict[str, Sensor]()
+    for name, like in fit.model.records[0].sensors.items():
+        if like.offsets is None:
+            (column,) = like.see
+            every = round(PERIODS.get(name, USUAL) / STEP)
+            samples = Sampled(time[every - 1 :: every], out[column][every - 1 :: every], like.clock)
+            found[name] = point_sensor(name, like.unit, column, 1.0, samples, grid)
+        elif name.endswith("_teeth"):
+            wheel = name.removesuffix("_teeth")
+            speed, pattern = tooth_sensors(wheel, _teeth(fit, out, time, wheel, like.clock),
+                                           like.offsets.shape[1], grid)  # fmt: skip
+            found |= {speed.name: speed, pattern.name: pattern}
+    return found
+
+
+def _teeth(fit: Fit, out: Outputs, time: Floats, wheel: str, clock: str) -> Sampled:
+    disc = toothed_disc(getattr(fit.model.vehicle.motorcycle, f"{wheel}_encoder"))
+    angle, speed = out[f"{wheel}_angle"], out[f"{wheel}_speed"]
+    start = begin(float(time[0]), float(angle[0]), float(speed[0]))
+    _, passed = passing_teeth(disc, start, time, angle, speed)
+    ticks: Floats = np.asarray(passed.ticks * disc.resolution, np.float64)
+    return Sampled(ticks, passed.numbers.astype(float), clock)
+
+
+def _measured(fit: Fit, out: Outputs) -> dict[str, Floats]:
+    columns = {"throttle_position": "throttle", "rear": "rear_speed", "front": "front_speed",
+               "gnss_speed": "speed", "vehicle_speed": "speed"}  # fmt: skip
+    names = fit.model.records[0].measured
+    return {n: out[columns.get(n, n)].copy() for n in names if n != "lean_angle"}
