@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 
 from identification.mismatch.calibrate import calibrate
 from identification.mismatch.fitting import Fit
+from identification.mismatch.free_curve import FreeCurve, inside
 from identification.mismatch.held_out import Error, carried_over, errors
 from identification.mismatch.improved import not_told
 from identification.mismatch.interval import estimates
@@ -15,7 +16,7 @@ from identification.mismatch.naming import ALIKE, FAMILY, Named, Say, name
 from identification.mismatch.next_trial import next_trial
 from identification.mismatch.record import Record
 from identification.mismatch.score import Judge
-from identification.mismatch.verdict import FoundEffect, Location, Verdict
+from identification.mismatch.verdict import FoundCurve, FoundEffect, Location, Verdict
 from identification.mismatch.words import shape_in_words
 from plant.effects.effect import Effect
 from plant.effects.library import LIBRARY
@@ -37,6 +38,7 @@ class Analysis:
     named: Named | None = None
     after: list[Curve] = field(default_factory=list)
     errors: list[Error] = field(default_factory=list)
+    free: FreeCurve | None = None
     proposal: tuple[str, Choice] | None = None
     complete: bool = False
 
@@ -51,7 +53,7 @@ def analyse(
     so_far: Analysis, library: Sequence[type[Effect]] = LIBRARY, say: Say = lambda _: None
 ) -> Analysis:
     """Do all steps. What is done already is not done again."""
-    for step in (_calibrate, _locate, _name, _doubt, _prove, _propose):
+    for step in (_calibrate, _locate, _name, _doubt, _free, _prove, _propose):
         step(so_far, library, say)
     so_far.complete = True
     return so_far
@@ -79,6 +81,14 @@ def _doubt(a: Analysis, _: Sequence[type[Effect]], say: Say) -> None:
     if a.named.fit.candidates:
         say("looking for what the named effects leave")
         a.after = _curves(a, a.named.fit)
+
+
+def _free(a: Analysis, _: Sequence[type[Effect]], say: Say) -> None:
+    """Withdraw the names where they do not suffice, and fit the free curve instead."""
+    assert a.base is not None
+    if unexplained(a) and a.before:
+        say("fitting a free curve inside the simulation")
+        a.free = inside(a.base, a.before[0], a.held_out)
 
 
 def _prove(a: Analysis, _: Sequence[type[Effect]], say: Say) -> None:
@@ -127,6 +137,7 @@ def verdict(a: Analysis) -> Verdict:
         effects=effects,
         unknown=doubt,
         shape=shape_in_words(left[0]) if doubt and left else "",
+        curve=_curve(a.free),
         equivalents=tuple(_equivalents(a.named)) if not doubt else (),
         rivals=a.named.rivals,
         not_excited=tuple(not_excited(a.named)),
@@ -155,6 +166,14 @@ def _location(curves: Sequence[Curve]) -> Location | None:
         return None
     c = curves[0]
     return Location(c.block, c.place, c.regressor, shape_in_words(c), c.gain, c.confirmed)
+
+
+def _curve(free: FreeCurve | None) -> FoundCurve | None:
+    if free is None:
+        return None
+    c = free.curve
+    knots, values = (tuple(map(float, x)) for x in (c.knots, c.values))
+    return FoundCurve(c.place, c.unit, c.regressor, knots, values, free.gain, free.confirmed)
 
 
 def _effects(named: Named) -> list[FoundEffect]:

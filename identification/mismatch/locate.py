@@ -65,6 +65,16 @@ def locate(training: Judge, held_out: Judge | None) -> list[Curve]:
     return sorted(curves, key=_doubt)
 
 
+def locate_along(judge: Judge, place: Injection, regressor: str, knots: Floats) -> Floats:
+    """Return f at given knots, SI, that what is left asks for at one place."""
+    courses = _courses(judge.fit)[place.drive]
+    hats = [_hats(c[regressor], knots) * place.size for c in courses]
+    columns = flat(judge.fit.model, judge.fit.noise, _answered(_replies(judge.fit, place), hats))
+    normal = columns.T @ judge.nuisances.off(columns) + 0.01 * np.eye(knots.size)
+    aim = judge.nuisances.off(columns).T @ judge.fit.aim
+    return np.asarray(place.size * np.linalg.solve(normal, aim))
+
+
 def _doubt(curve: Curve) -> float:
     """Order of curves: by their gain, held down by what the held-out recordings contradict."""
     if curve.tested < CONFIRMED:

@@ -7,6 +7,7 @@ import tomli_w
 
 from identification.mismatch.explain import Analysis
 from identification.mismatch.improved import improved_vehicle
+from identification.mismatch.memo_page import memo_page
 from identification.mismatch.next_trial import trial_tree
 from identification.mismatch.verdict import Verdict, as_json
 from plant.vehicle_writer import save_vehicle
@@ -27,6 +28,10 @@ def write_outputs(
             path = (folder or vehicle.parent) / f"{vehicle.stem}.improved.toml"
             path.parent.mkdir(parents=True, exist_ok=True)
             save_vehicle(improved_vehicle(fit), path)
+            written.append(path)
+        if folder is not None:
+            path = folder / "memo.html"
+            path.write_text(memo_page(analysis, verdict), encoding="utf-8")
             written.append(path)
         if analysis.proposal is not None and folder is not None:
             path = folder / "next_trial.toml"

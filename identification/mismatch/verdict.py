@@ -4,6 +4,7 @@ mismatch     {found, p_value}: whether simulation and recordings differ, and the
 location     {block, injection, regressor, band, region, direction, shape, gain, confirmed} or null
 effects      [{name, block, parameters: [{name, value, unit, interval}]}], strongest first
 unknown      {found, shape}: something is missing that no effect of the library is
+curve        {injection, unit, regressor, knots, values, gain, confirmed}: what stands in for it
 equivalents  [[names]] that these recordings cannot tell apart
 rivals       {name: {other name: nats behind}}
 not_excited  [names] that would not have shown
@@ -49,6 +50,19 @@ class FoundEffect:
 
 
 @dataclass(frozen=True)
+class FoundCurve:
+    """A free curve f(regressor) that acts inside the simulation at a place; gains in nats."""
+
+    injection: str
+    unit: str
+    regressor: str
+    knots: tuple[float, ...]
+    values: tuple[float, ...]
+    gain: float
+    confirmed: float
+
+
+@dataclass(frozen=True)
 class Verdict:
     """See the head of this file."""
 
@@ -58,6 +72,7 @@ class Verdict:
     effects: tuple[FoundEffect, ...] = ()
     unknown: bool = False
     shape: str = ""
+    curve: FoundCurve | None = None
     equivalents: tuple[tuple[str, ...], ...] = ()
     rivals: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     not_excited: tuple[str, ...] = ()

@@ -1,0 +1,75 @@
+"""None of the above: a located curve is put into the simulation itself and fitted there.
+
+The curve acts at its place as an input of the simulation, evaluated along its recorded regressor.
+Two rounds of re-fitting the vehicle around it and correcting the curve's values by what it still
+leaves; then the same curve meets the held-out recordings.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from identification.mismatch.fitting import Fit, settle
+from identification.mismatch.held_out import carried_over
+from identification.mismatch.injection import PLACES, Injection, injection_columns
+from identification.mismatch.locate import Curve, locate_along
+from identification.mismatch.model import Model, motorcycle, predict
+from identification.mismatch.regressors import motion_regressors, servo_regressors
+from identification.mismatch.score import Judge
+from plant.signals import Floats
+
+ROUNDS = 2
+
+
+@dataclass(frozen=True, eq=False)
+class FreeCurve:
+    """A curve inside the simulation. gain, confirmed: nats on training and held-out runs."""
+
+    curve: Curve
+    fit: Fit
+    gain: float
+    confirmed: float
+
+
+def inside(base: Fit, curve: Curve, held_out: Model | None) -> FreeCurve | None:
+    """Put a curve into the simulation; None for a sensor's curve, which nothing is driven by."""
+    place = next((p for p in PLACES if p.name == curve.place), None)
+    if place is None:
+        return None
+    fit, best = base, base
+    kept = curve
+    now = curve
+    for _ in range(ROUNDS):
+        fit = settle(_with(base, fit, place, now))
+        if fit.score > best.score:
+            best, kept = fit, now
+        more = locate_along(Judge.of(fit), place, curve.regressor, curve.knots)
+        now = replace(now, values=now.values + more)
+    confirmed = _confirmed(base, best, place, kept, held_out) if held_out is not None else 0.0
+    return FreeCurve(kept, best, best.score - base.score, confirmed)
+
+
+def _with(base: Fit, at: Fit, place: Injection, curve: Curve) -> Fit:
+    """Return the fit with the curve acting in its simulation."""
+    injected = tuple(injected_rows(base, r, place, curve) for r in range(len(base.model.records)))
+    model = replace(base.model, injected=injected)
+    new = replace(at, model=model, predicted=predict(model, at.point))
+    new.__dict__["nuisances"] = at.nuisances
+    return new
+
+
+def injected_rows(fit: Fit, r: int, place: Injection, curve: Curve) -> dict[str, Floats]:
+    """Return the inputs by which a curve acts, row by row."""
+    record, bike = fit.model.records[r], motorcycle(fit.model, fit.point)
+    courses = (servo_regressors if place.drive == "servo" else motion_regressors)(fit, r)
+    course = curve(courses[curve.regressor])
+    rows = np.interp(record.time, record.grid.centre, course)
+    ratio = bike.gears[int(record.inputs.gear[0]) - 1]
+    return injection_columns(place, rows, ratio, bike.rear_wheel.radius)
+
+
+def _confirmed(base: Fit, best: Fit, place: Injection, curve: Curve, held_out: Model) -> float:
+    before = carried_over(base, held_out)
+    after = carried_over(replace(best, candidates=base.candidates), held_out)
+    with_it = settle(_with(before, after, place, curve), noises=2)
+    return with_it.score - before.score
