@@ -1,9 +1,10 @@
 """From a vehicle file and recordings to a verdict: the steps, one after the other."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from identification.mismatch.calibrate import calibrate
+from identification.mismatch.circumstance import Circumstance, circumstance
 from identification.mismatch.fitting import Fit
 from identification.mismatch.free_curve import FreeCurve, inside
 from identification.mismatch.held_out import Error, carried_over, errors
@@ -35,6 +36,7 @@ class Analysis:
     held_out: Model | None
     base: Fit | None = None
     before: list[Curve] = field(default_factory=list)
+    when: Circumstance | None = None
     named: Named | None = None
     after: list[Curve] = field(default_factory=list)
     errors: list[Error] = field(default_factory=list)
@@ -68,6 +70,8 @@ def _locate(a: Analysis, _: Sequence[type[Effect]], say: Say) -> None:
     assert a.base is not None
     say("locating, without the library")
     a.before = _curves(a, a.base)
+    if a.before and a.before[0].certain:
+        a.when = circumstance(Judge.of(a.base), a.before[0])
 
 
 def _name(a: Analysis, library: Sequence[type[Effect]], say: Say) -> None:
@@ -126,14 +130,14 @@ def _curves(a: Analysis, fit: Fit) -> list[Curve]:
 def verdict(a: Analysis) -> Verdict:
     """Say what is known so far."""
     if a.named is None:
-        return Verdict(_certain(a.before), 1.0, _location(a.before), complete=False)
+        return Verdict(_certain(a.before), 1.0, _location(a.before, a.when), complete=False)
     doubt = unexplained(a)
     effects = () if doubt else tuple(_effects(a.named))
     left = (a.after if a.named.names else a.before) if doubt else a.before
     return Verdict(
         mismatch=bool(effects) or doubt or a.named.p < FAMILY,
         p_value=a.named.p,
-        location=_location(a.before) or (_location(left) if doubt else None),
+        location=_location(a.before, a.when) or (_location(left) if doubt else None),
         effects=effects,
         unknown=doubt,
         shape=shape_in_words(left[0]) if doubt and left else "",
@@ -161,11 +165,14 @@ def _certain(curves: Sequence[Curve]) -> bool:
     return any(c.certain for c in curves)
 
 
-def _location(curves: Sequence[Curve]) -> Location | None:
+def _location(curves: Sequence[Curve], when: Circumstance | None = None) -> Location | None:
     if not curves or not curves[0].certain:
         return None
     c = curves[0]
-    return Location(c.block, c.place, c.regressor, shape_in_words(c), c.gain, c.confirmed)
+    where = Location(c.block, c.place, c.regressor, shape_in_words(c), c.gain, c.confirmed)
+    if when is None:
+        return where
+    return replace(where, band=when.band, region=when.region, direction=when.direction)
 
 
 def _curve(free: FreeCurve | None) -> FoundCurve | None:

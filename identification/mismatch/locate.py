@@ -65,6 +65,15 @@ def locate(training: Judge, held_out: Judge | None) -> list[Curve]:
     return sorted(curves, key=_doubt)
 
 
+def effect_of(judge: Judge, curve: Curve) -> Series:
+    """Return what a curve leaves in the outputs, unwhitened, (T, m) by block and record."""
+    place = next(p for p in (*places(judge.fit), *_sensors(judge.fit)) if p.name == curve.place)
+    courses = _courses(judge.fit)[place.drive]
+    pushes = [curve(c[curve.regressor])[:, None] for c in courses]
+    answered = _answered(_replies(judge.fit, place), pushes)
+    return [[one[:, :, 0] if one.size else one for one in block] for block in answered]
+
+
 def locate_along(judge: Judge, place: Injection, regressor: str, knots: Floats) -> Floats:
     """Return f at given knots, SI, that what is left asks for at one place."""
     courses = _courses(judge.fit)[place.drive]

@@ -1,11 +1,13 @@
 """The verdict as an engineer would say it."""
 
 from collections.abc import Iterator
+from math import pi
 
 from identification.mismatch.held_out import Error
 from identification.mismatch.verdict import FoundEffect, Verdict
 from plant.effects.library import BY_NAME
 
+_DIRECTIONS = {"both": "opening and closing", "opening": "opening", "closing": "closing"}
 SCALED = {"rad": (1e3, "mrad"), "s": (1e3, "ms"), "1": (100.0, "%"), "1/s": (100.0, "%/s")}
 
 
@@ -65,6 +67,12 @@ def _evidence(verdict: Verdict) -> Iterator[str]:
         yield (
             f"  where          {where.injection} ({where.block}) along {where.regressor}:"
             f" {where.shape}; {where.gain:.0f} nats, held out {where.confirmed:.0f}"
+        )
+    if where and where.band and where.region:
+        low, high = (30 / pi * w for w in where.region)
+        yield (
+            f"  when           {where.band[0]:.1f} to {where.band[1]:.1f} Hz, {low:.0f} to"
+            f" {high:.0f} rpm, throttle {_DIRECTIONS[where.direction]}"
         )
     for effect in verdict.effects:
         for p in effect.parameters:

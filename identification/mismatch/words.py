@@ -11,11 +11,10 @@ def shape_in_words(curve: Curve) -> str:
     z, f = curve.knots, curve.values
     if z[0] < 0.0 < z[-1] and min(-z[0], z[-1]) > 0.2 * max(-z[0], z[-1]):
         return _about_zero(curve, z, f)
-    line = np.polynomial.Polynomial.fit(z, f, 1)
-    bent = f - line(z)
-    if np.ptp(bent) < 0.25 * np.ptp(f):
+    if not _bent(z, f):
         return "in proportion to it"
-    return _bump(z, bent)
+    line = np.polynomial.Polynomial.fit(z, f, 1)
+    return _bump(z, f - line(z))
 
 
 def _about_zero(curve: Curve, z: Floats, f: Floats) -> str:
@@ -32,10 +31,23 @@ def _about_zero(curve: Curve, z: Floats, f: Floats) -> str:
         return "a dead zone: hardly any effect near zero" + both
     if abs(outer) < 0.25 * abs(inner):
         return "a step at zero that then stays level, as of friction or a limit" + both
+    if _bent(z, f):
+        return f"a kink about {_kink(z, f):.3g}" + both
     if both:
         return "a different slope for each sign"
     late = "rate" in curve.regressor or "acceleration" in curve.regressor
     return "in proportion to it" + (", as a lag is" if late else "")
+
+
+def _bent(z: Floats, f: Floats) -> bool:
+    """Whether a straight line leaves much of it."""
+    line = np.polynomial.Polynomial.fit(z, f, 1)
+    return bool(np.ptp(f - line(z)) > 0.3 * np.ptp(f))
+
+
+def _kink(z: Floats, f: Floats) -> float:
+    """Knot at which the slope changes most."""
+    return float(z[1 + int(np.argmax(np.abs(np.diff(np.diff(f) / np.diff(z)))))])
 
 
 def _bump(z: Floats, bent: Floats) -> str:

@@ -1,0 +1,66 @@
+"""When a located mismatch acts: in which band, at which engine speeds, opening or closing."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from identification.mismatch.locate import Curve, effect_of
+from identification.mismatch.record import BIN
+from identification.mismatch.regressors import motion_regressors
+from identification.mismatch.score import Judge
+from plant.signals import Floats
+
+MOST = 0.75
+"""Share of the gain that one direction must have to be called the one."""
+
+
+@dataclass(frozen=True)
+class Circumstance:
+    """band: Hz, that holds 80 % of the trace; region: rad/s of the crank, that holds 80 %."""
+
+    band: tuple[float, float]
+    region: tuple[float, float]
+    direction: str
+
+
+def circumstance(judge: Judge, curve: Curve) -> Circumstance:
+    """Weigh the trace of a curve over frequency, engine speed and direction of the throttle."""
+    trace = effect_of(judge, curve)
+    power, speed, rate = [], [], []
+    spectrum: Floats = np.zeros(0)
+    grid: Floats = np.zeros(0)
+    for r in range(len(judge.fit.model.records)):
+        one = sum((t[r] ** 2 / np.mean(judge.fit.rest[b][r] ** 2, axis=0)).sum(axis=1)
+                  for b, t in enumerate(trace) if t[r].size)  # fmt: skip
+        seen = motion_regressors(judge.fit, r)
+        power.append(np.asarray(one))
+        speed.append(seen["engine speed"])
+        rate.append(seen["throttle rate"])
+        lines = _lines([t[r] for t in trace if t[r].size])
+        if spectrum.size in (0, lines.size):
+            grid = np.fft.rfftfreq(len(power[-1]), BIN)
+            spectrum = lines + (spectrum if spectrum.size else 0.0)
+    weight, course = np.concatenate(power), np.concatenate(rate)
+    opening = float(weight[course > 0].sum() / max(weight.sum(), 1e-300))
+    direction = "opening" if opening > MOST else "closing" if opening < 1 - MOST else "both"
+    region = _middle(np.concatenate(speed), weight)
+    return Circumstance(_middle(grid, spectrum), region, direction)
+
+
+def _lines(traces: list[Floats]) -> Floats:
+    """Power of the trace at every line above the slow road, all outputs in their own spread."""
+    total = np.zeros(len(traces[0]) // 2 + 1)
+    for trace in traces:
+        level = trace - trace.mean(axis=0)
+        spread = level.std(axis=0) + 1e-300
+        total += np.sum(np.abs(np.fft.rfft(level / spread, axis=0)) ** 2, axis=1)
+    total[: max(int(0.3 * len(traces[0]) * BIN), 1)] = 0.0
+    return total
+
+
+def _middle(values: Floats, weight: Floats) -> tuple[float, float]:
+    """Range of values that holds the middle 80 % of the weight."""
+    order = np.argsort(values)
+    share = np.cumsum(weight[order]) / max(float(weight.sum()), 1e-300)
+    low, high = np.interp((0.1, 0.9), share, values[order])
+    return float(low), float(high)
