@@ -38,7 +38,7 @@ def circumstance(judge: Judge, curve: Curve) -> Circumstance:
         rate.append(seen["throttle rate"])
         lines = _lines([t[r] for t in trace if t[r].size])
         if spectrum.size in (0, lines.size):
-            grid = np.fft.rfftfreq(len(power[-1]), BIN)
+            grid = np.asarray(np.fft.rfftfreq(len(power[-1]), BIN), np.float64)
             spectrum = lines + (spectrum if spectrum.size else 0.0)
     weight, course = np.concatenate(power), np.concatenate(rate)
     opening = float(weight[course > 0].sum() / max(weight.sum(), 1e-300))

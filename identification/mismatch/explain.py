@@ -118,7 +118,7 @@ def not_excited(named: Named) -> list[str]:
     return [
         s.candidate.name
         for s in named.scores
-        if _hidden(s.seen, s.candidate.size) and s.candidate.name not in known
+        if s.typical < SHOWN and s.candidate.name not in known
     ]
 
 
@@ -196,8 +196,3 @@ def _equivalents(named: Named) -> list[tuple[str, ...]]:
         for found, behind in named.rivals.items()
         if (others := [other for other, nats in behind.items() if nats < ALIKE])
     ]
-
-
-def _hidden(seen: float, size: float) -> bool:
-    """Whether the effect at its typical size would have stayed unseen; gains go with size^2."""
-    return seen / max(abs(size), 1.0) ** 2 < SHOWN

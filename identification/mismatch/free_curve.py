@@ -1,8 +1,8 @@
 """None of the above: a located curve is put into the simulation itself and fitted there.
 
 The curve acts at its place as an input of the simulation, evaluated along its recorded regressor.
-Two rounds of re-fitting the vehicle around it and correcting the curve's values by what it still
-leaves; then the same curve meets the held-out recordings.
+It gets a knot more between each two, and its values are corrected by what it still leaves while the
+vehicle is fitted around it; then the same curve meets the held-out recordings.
 """
 
 from dataclasses import dataclass, replace
@@ -18,7 +18,7 @@ from identification.mismatch.regressors import motion_regressors, servo_regresso
 from identification.mismatch.score import Judge
 from plant.signals import Floats
 
-ROUNDS = 2
+ROUNDS = 4
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,17 +36,24 @@ def inside(base: Fit, curve: Curve, held_out: Model | None) -> FreeCurve | None:
     place = next((p for p in PLACES if p.name == curve.place), None)
     if place is None:
         return None
-    fit, best = base, base
-    kept = curve
-    now = curve
+    best, kept = base, replace(_finer(curve), values=np.zeros(2 * curve.knots.size - 1))
+    share = 1.0
     for _ in range(ROUNDS):
-        fit = settle(_with(base, fit, place, now))
+        more = locate_along(Judge.of(best), place, kept.regressor, kept.knots)
+        now = replace(kept, values=kept.values + share * more)
+        fit = settle(_with(base, best, place, now))
         if fit.score > best.score:
             best, kept = fit, now
-        more = locate_along(Judge.of(fit), place, curve.regressor, curve.knots)
-        now = replace(now, values=now.values + more)
+        else:
+            share *= 0.4
     confirmed = _confirmed(base, best, place, kept, held_out) if held_out is not None else 0.0
     return FreeCurve(kept, best, best.score - base.score, confirmed)
+
+
+def _finer(curve: Curve) -> Curve:
+    """Return the curve with a knot more between each two."""
+    knots = np.sort(np.concatenate((curve.knots, 0.5 * (curve.knots[1:] + curve.knots[:-1]))))
+    return replace(curve, knots=knots, values=curve(knots))
 
 
 def _with(base: Fit, at: Fit, place: Injection, curve: Curve) -> Fit:

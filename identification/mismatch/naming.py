@@ -80,6 +80,8 @@ def _scored(fit: Fit, library: Sequence[type[Effect]]) -> tuple[list[Score], flo
     scores = judge.best(c for kind in library for c in candidates(kind))
     promising = [s.candidate for s in scores[: 2 * SHORTLIST]]
     again = judge.best([*promising, *(c for p in promising for c in reshaped(p))])
+    typical = {s.candidate.name: s.typical for s in scores}
+    again = [replace(s, typical=max(s.typical, typical[s.candidate.name])) for s in again]
     rest = [s for s in scores if s.candidate.name not in {a.candidate.name for a in again}]
     tests = len(SIZES) * len(library)
     least = min((s.p for s in (*again, *rest)), default=1.0)

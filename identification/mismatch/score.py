@@ -1,7 +1,7 @@
 """What each candidate effect would explain, without fitting it: its signature off the nuisances."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import stats
@@ -24,7 +24,8 @@ class Score:
     amplitude: of the signature, 1 = as large as tried; error: its standard deviation, robust
     against errors that hang together within 3 s. gain: nats. seen: nats that the signature would
     be worth if it were there as tried. kept: share of the signature that calibration cannot hide.
-    p: one-sided, of an amplitude as small as does not count.
+    p: one-sided, of an amplitude as small as does not count. typical: what `seen` is for the effect
+    at its typical size, the most telling of its tries.
     """
 
     candidate: Candidate
@@ -34,6 +35,7 @@ class Score:
     seen: float
     kept: float
     p: float
+    typical: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,8 +92,12 @@ class Judge:
     def best(self, tried: Iterable[Candidate]) -> list[Score]:
         """Score candidates; the best of every effect, by what it explains, greatest first."""
         found: dict[str, Score] = {}
+        typical: dict[str, float] = {}
         for score in map(self.score, tried):
             name = score.candidate.name
+            if abs(score.candidate.size) <= 1.0:
+                typical[name] = max(typical.get(name, 0.0), score.seen)
             if name not in found or (score.gain, score.seen) > (found[name].gain, found[name].seen):
                 found[name] = score
-        return sorted(found.values(), key=lambda s: -s.gain)
+        told = [replace(s, typical=typical.get(n, 0.0)) for n, s in found.items()]
+        return sorted(told, key=lambda s: -s.gain)
