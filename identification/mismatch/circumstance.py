@@ -8,6 +8,7 @@ from identification.mismatch.locate import Curve, effect_of
 from identification.mismatch.record import BIN
 from identification.mismatch.regressors import motion_regressors
 from identification.mismatch.score import Judge
+from identification.mismatch.tooth_curve import ANGLE
 from plant.signals import Floats
 
 MOST = 0.75
@@ -23,8 +24,13 @@ class Circumstance:
     direction: str
 
 
-def circumstance(judge: Judge, curve: Curve) -> Circumstance:
-    """Weigh the trace of a curve over frequency, engine speed and direction of the throttle."""
+def circumstance(judge: Judge, curve: Curve) -> Circumstance | None:
+    """Weigh the trace of a curve over frequency, engine speed and direction of the throttle.
+
+    What repeats with the wheel's angle is always there; then there is nothing to weigh.
+    """
+    if curve.regressor == ANGLE:
+        return None
     trace = effect_of(judge, curve)
     power, speed, rate = [], [], []
     spectrum: Floats = np.zeros(0)

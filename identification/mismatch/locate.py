@@ -15,6 +15,7 @@ from identification.mismatch.model import Series
 from identification.mismatch.regressors import motion_regressors, servo_regressors
 from identification.mismatch.score import Judge
 from identification.mismatch.stack import flat
+from identification.mismatch.tooth_curve import ANGLE, discs, tooth_columns
 from plant.signals import Floats
 
 KNOTS = 7
@@ -54,9 +55,11 @@ class Curve:
 
 def locate(training: Judge, held_out: Judge | None) -> list[Curve]:
     """Fit every curve; the best first, by what both sets of recordings say together."""
-    found = list(_fits(training))
-    nothing = (0.0, 0.0)
-    confirmed = [nothing] * len(found) if held_out is None else _confirmed(held_out, found)
+    found, teeth = list(_fits(training)), list(_tooth_fits(training))
+    confirmed = [(0.0, 0.0)] * (len(found) + len(teeth))
+    if held_out is not None:
+        confirmed = _confirmed(held_out, found) + [_same_teeth(held_out, t) for t in teeth]
+    found += teeth
     curves = [
         Curve(f.place.name, f.place.block, f.place.unit, f.regressor, f.knots,
               f.place.size * f.values, f.gain, *held)
@@ -139,6 +142,23 @@ def _fits(judge: Judge) -> Iterator[_Try]:
             normal = columns[:, part].T @ off[:, part] + 0.01 * np.eye(k.size)
             values = np.asarray(np.linalg.solve(normal, aims[part]))
             yield _Try(place, regressor, k, values, 0.5 * float(aims[part] @ values))
+
+
+def _tooth_fits(judge: Judge) -> Iterator[_Try]:
+    """Fit one value for every tooth of every toothed wheel."""
+    for place, angles in discs(judge.fit):
+        columns = flat(judge.fit.model, judge.fit.noise, tooth_columns(judge.fit, place))
+        normal = columns.T @ columns + 0.01 * np.eye(angles.size)
+        aim = columns.T @ judge.fit.aim
+        values = np.asarray(np.linalg.solve(normal, aim))
+        yield _Try(place, ANGLE, angles, values, 0.5 * float(aim @ values))
+
+
+def _same_teeth(judge: Judge, found: _Try) -> tuple[float, float]:
+    columns = flat(judge.fit.model, judge.fit.noise, tooth_columns(judge.fit, found.place))
+    course = columns @ found.values
+    worth = 0.5 * float(course @ course)
+    return float(course @ judge.fit.aim) - worth, worth
 
 
 def _confirmed(judge: Judge, found: list[_Try]) -> list[tuple[float, float]]:

@@ -22,7 +22,8 @@ UNITS: Mapping[str, str] = {
     "twist rate": "rad/s", "driveline torque": "N m", "torque rate": "N m/s", "tyre force": "N",
     "force rate over speed": "N/m", "slip": "1", "speed": "m/s", "acceleration": "m/s^2",
     "distance": "m", "time": "s", "spark": "rad", "lean": "rad", "command": "1",
-    "command rate": "1/s", "command less position": "1", "throttle acceleration": "1/s^2",
+    "command rate": "1/s",
+    "wheel angle": "rad", "command less position": "1", "throttle acceleration": "1/s^2",
 }  # fmt: skip
 
 

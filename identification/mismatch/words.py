@@ -3,12 +3,15 @@
 import numpy as np
 
 from identification.mismatch.locate import Curve
+from identification.mismatch.tooth_curve import ANGLE
 from plant.signals import Floats
 
 
 def shape_in_words(curve: Curve) -> str:
     """Say what a curve looks like: what the recordings tell beyond its straight line, if much."""
     z, f = curve.knots, curve.values
+    if curve.regressor == ANGLE:
+        return f"periodic in the wheel's angle, strongest at order {_order(f)}"
     if z[0] < 0.0 < z[-1] and min(-z[0], z[-1]) > 0.2 * max(-z[0], z[-1]):
         return _about_zero(curve, z, f)
     if not _bent(z, f):
@@ -37,6 +40,10 @@ def _about_zero(curve: Curve, z: Floats, f: Floats) -> str:
         return "a different slope for each sign"
     late = "rate" in curve.regressor or "acceleration" in curve.regressor
     return "in proportion to it" + (", as a lag is" if late else "")
+
+
+def _order(f: Floats) -> int:
+    return 1 + int(np.argmax(np.abs(np.fft.rfft(f))[1:]))
 
 
 def _bent(z: Floats, f: Floats) -> bool:
