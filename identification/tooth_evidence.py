@@ -10,6 +10,7 @@ from scipy import signal
 from identification.teeth import STANDING_AFTER
 from protocol.channel import FloatArray
 
+IntArray = npt.NDArray[np.intp]
 TIMER = 1e-6  # s, resolution of the encoders' timers
 MEMORY = 0.3  # s for which an input is remembered
 TAPS = 40
@@ -37,7 +38,7 @@ class Evidence:
     """
 
     value: FloatArray
-    tooth: npt.NDArray[np.intp]
+    tooth: IntArray
     answer: FloatArray
     timer: FloatArray
     window: FloatArray
@@ -53,14 +54,14 @@ def evidence(
     speed = -np.log(np.where(good, interval, 1.0))
     middle = time[:-1] + interval / 2
     lags = _lags(interval[good])
-    columns = [_lagged(a, middle, good, teeth, lags) for a in answers]
     kernel = quick(teeth)
     whole = _whole(good, kernel.size)
-    whole[: lags.max(initial=0) if columns else 0] = False
+    whole[: lags.max() if answers else 0] = False
     kept = _spread(np.flatnonzero(whole), teeth)
     value = filtered(np.where(good, speed, 0.0), kernel)[kept]
     tooth = np.mod(np.round(count[:-1]).astype(np.int64), teeth)[kept]
-    answer = np.concatenate([c[kept] for c in columns], axis=1) if columns else np.empty((kept.size, 0))
+    columns = [_lagged(given, middle, kernel, kept, lags) for given in answers]
+    answer = np.concatenate([np.empty((kept.size, 0)), *columns], axis=1)
     timer = TIMER / np.sqrt(6) / interval[kept]
     window = np.ones(4 * teeth + 1) / (4 * teeth + 1)
     return Evidence(value, tooth, answer, timer, window, max(kept.size // (2 * teeth), 2))
@@ -93,7 +94,7 @@ def _whole(good: npt.NDArray[np.bool_], size: int) -> npt.NDArray[np.bool_]:
     return whole
 
 
-def _lags(interval: FloatArray) -> npt.NDArray[np.intp]:
+def _lags(interval: FloatArray) -> IntArray:
     """Delays at which an input is looked at, in tooth intervals."""
     if not interval.size:
         return np.zeros(1, np.intp)
@@ -102,21 +103,17 @@ def _lags(interval: FloatArray) -> npt.NDArray[np.intp]:
 
 
 def _lagged(
-    given: Answers, middle: FloatArray, good: npt.NDArray[np.bool_], teeth: int, lags: npt.NDArray[np.intp]
+    given: Answers, middle: FloatArray, kernel: FloatArray, kept: IntArray, lags: IntArray
 ) -> FloatArray:
     """Take an input at the intervals' middles, without its slow part, at every delay."""
     known = np.isfinite(given.value)
     if np.count_nonzero(known) < 2 or np.ptp(given.value[known]) == 0:
-        return np.empty((middle.size, 0))
+        return np.empty((kept.size, 0))
     held = np.interp(middle, given.time[known], given.value[known])
-    moving = filtered(held, quick(teeth))
-    late = np.zeros((middle.size, lags.size))
-    for column, lag in enumerate(lags):
-        late[lag:, column] = moving[: moving.size - lag]
-    return late
+    return np.asarray(filtered(held, kernel)[kept[:, None] - lags[None, :]])
 
 
-def _spread(kept: npt.NDArray[np.intp], teeth: int) -> npt.NDArray[np.intp]:
+def _spread(kept: IntArray, teeth: int) -> IntArray:
     """Thin a long recording to whole stretches of 16 turns, evenly spread over it."""
     if kept.size <= MOST:
         return kept
