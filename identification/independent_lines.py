@@ -1,0 +1,93 @@
+"""Lines of a measured response that share no noise: what a fit may count as evidence.
+
+Neighbouring windows of a local polynomial overlap, and so their estimates err together: fitted as
+if independent, 190 lines would pretend to six times the evidence. Taken a stride apart the weights
+of the windows are orthogonal but for a few percent, and nothing is lost, because what lies between
+follows from the rest.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy import optimize, stats
+
+from identification.response import ComplexArray, FrequencyResponse
+from protocol.channel import FloatArray
+
+FEWEST = 8  # lines
+
+
+@dataclass(frozen=True)
+class Lines:
+    """Independent lines of a frequency response.
+
+    frequency  (n,) Hz, increasing
+    value      (n,) complex
+    deviation  (n,) standard deviation of the complex value
+    freedom    real degrees of freedom of which each deviation was estimated; inf where known
+    """
+
+    input: str
+    output: str
+    frequency: FloatArray
+    value: ComplexArray
+    deviation: FloatArray
+    freedom: float = float("inf")
+
+    @property
+    def inflation(self) -> float:
+        """Mean of chi-square per degree of freedom under a right model: above 1 by the scatter
+        of the deviations themselves, the mean of an F distribution.
+        """
+        return self.freedom / (self.freedom - 2) if self.freedom > 4 else 2.0
+
+
+def without_lags(lines: Lines, lags: tuple[float, ...]) -> Lines:
+    """Take known first-order lags 1 / (1 + T s) off a response; lags: T, s.
+
+    A short lag and a pure delay look alike below 1 / T; what is known of one tells the other.
+    """
+    s = 2j * np.pi * lines.frequency
+    lead = np.prod([1 + lag * s for lag in lags], axis=0) if lags else np.ones(s.size)
+    return replace(
+        lines, value=np.asarray(lines.value * lead), deviation=lines.deviation * np.abs(lead)
+    )
+
+
+@dataclass(frozen=True)
+class NoRational:
+    """Why no rational function is given."""
+
+    reason: str
+
+
+def independent_lines(
+    response: FrequencyResponse, low: float = 0.0, high: float = float("inf")
+) -> Lines | NoRational:
+    """Take the believed lines between low and high (Hz) that share no noise.
+
+    The first and last stride are left out where windows overlap: there they are cut off.
+    """
+    n, stride = response.frequency.size, response.stride
+    ends = stride if stride > 1 else 0
+    chosen = np.arange(ends, n - ends, stride)
+    f = response.frequency[chosen]
+    chosen = chosen[response.believed[chosen] & (f >= low) & (f <= high)]
+    if chosen.size < FEWEST:
+        return NoRational(
+            f"{chosen.size} independent lines of the response from {response.input} to "
+            f"{response.output} are believed, at least {FEWEST} are needed"
+        )
+    return Lines(
+        response.input, response.output, response.frequency[chosen], response.value[chosen],
+        np.maximum(response.deviation[chosen], 1e-9 * np.abs(response.value[chosen])),
+        freedom(response.quantile),
+    )  # fmt: skip
+
+
+def freedom(quantile: float) -> float:
+    """Degrees of freedom of the Student distribution with this two-sided 95 % quantile."""
+    limit = float(stats.norm.ppf(0.975))
+    if quantile <= limit + 1e-4:
+        return float("inf")
+    return float(optimize.brentq(lambda n: float(stats.t.ppf(0.975, n)) - quantile, 0.5, 1e5))
