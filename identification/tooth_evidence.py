@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 import numpy.typing as npt
@@ -67,6 +68,7 @@ def evidence(
     return Evidence(value, tooth, answer, timer, window, max(kept.size // (2 * teeth), 2))
 
 
+@cache
 def quick(teeth: int) -> FloatArray:
     """(1 - M)^2 with M the centred mean over one turn: 1 at every order, 0 at zero frequency."""
     mean = np.ones(teeth) / teeth
@@ -74,7 +76,9 @@ def quick(teeth: int) -> FloatArray:
         mean = np.convolve(mean, [0.5, 0.5])
     less = -mean
     less[mean.size // 2] += 1
-    return np.asarray(np.convolve(less, less))
+    kernel = np.convolve(less, less)
+    kernel.flags.writeable = False
+    return kernel
 
 
 def filtered(value: FloatArray, kernel: FloatArray) -> FloatArray:
