@@ -120,16 +120,17 @@ class Notch:
         return np.asarray(value, np.complex128)
 
 
-def notched_online(
-    speed: FloatArray, rate: float, radius: float, cutoff: float, orders: tuple[int, ...] = (1,)
-) -> FloatArray:
-    """Low pass and notch as a controller would run them. speed: m/s, (n,), known. Returns (n,)."""
-    smooth, notch = LowPass(rate, cutoff), Notch(rate, orders)
-    follower = wheel_follower(rate)
-    held, led, state = smooth.initial(speed[0]), follower.initial(speed[0]), notch.initial()
-    clean = np.empty_like(speed)
-    for index, value in enumerate(speed.tolist()):
-        turning, led = follower.update(led, value)
-        value, held = smooth.update(held, value)
-        clean[index], state = notch.update(state, value, turning / (2 * math.pi * radius))
-    return clean
+def smoothed_online(value: FloatArray, smooth: LowPass) -> FloatArray:
+    """Run a low pass over samples as a controller would, from rest at the first. (n,), known."""
+    out, state = np.empty_like(value), smooth.initial(float(value[0]))
+    for index, sample in enumerate(value.tolist()):
+        out[index], state = smooth.update(state, sample)
+    return out
+
+
+def notched_online(value: FloatArray, frequency: FloatArray, notch: Notch) -> FloatArray:
+    """Run a notch over samples as a controller would. frequency: Hz, (n,), the wheel's."""
+    out, state = np.empty_like(value), notch.initial()
+    for index, (sample, wheel) in enumerate(zip(value.tolist(), frequency.tolist(), strict=True)):
+        out[index], state = notch.update(state, sample, wheel)
+    return out

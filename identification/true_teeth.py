@@ -18,7 +18,7 @@ def pitch_of(axle: AxleSpeed, data: Aligned, base: Dataset) -> ToothPitch | NoTo
         return NoToothPitch(f"the {axle.axle} wheel was not timed tooth by tooth")
     role = f"{axle.axle}_teeth"
     count = data.recording.channels[role].value
-    return learn_pitch(data.time[role], count, axle.teeth_per_turn, _inputs(base))
+    return learn_pitch(data.time[role], count, axle.teeth_per_turn, inputs(base))
 
 
 def with_true_teeth(axle: AxleSpeed, pitch: ToothPitch, data: Aligned) -> AxleSpeed:
@@ -34,7 +34,7 @@ def with_true_teeth(axle: AxleSpeed, pitch: ToothPitch, data: Aligned) -> AxleSp
     return replace(axle, parts=(turning.scaled(axle.radius),), method=method)
 
 
-def _inputs(base: Dataset) -> tuple[Answers, ...]:
+def inputs(base: Dataset) -> tuple[Answers, ...]:
     """What was done to the vehicle: what was commanded, else what was measured."""
     found = []
     for command, measured in FALLBACKS:
