@@ -113,7 +113,7 @@ def _ends(law: Law, crossings: FloatArray, duration: float) -> FloatArray:
     start = np.maximum([level, level + slope * duration], least)
 
     def left(p: FloatArray) -> FloatArray:
-        return duration * law(crossings / duration, p[0], p[1])[0] + p[2] - half
+        return np.asarray(duration * law(crossings / duration, p[0], p[1])[0] + p[2] - half)
 
     found = optimize.least_squares(
         left, [*start, 0.0], loss="soft_l1",
