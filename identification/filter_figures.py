@@ -63,8 +63,8 @@ def _stretch(axes: Axes, found: Identification, lines: LineReductions) -> None:
 def _middle(found: Identification) -> int:
     window = found.window
     if isinstance(window, TrialWindow):
-        return (window.exciting.start + window.exciting.stop) // 2
-    return found.base.time.shape[0] // 2
+        return int(window.exciting.start + window.exciting.stop) // 2
+    return int(found.base.time.shape[0]) // 2
 
 
 def _reductions(axes: Axes, lines: LineReductions) -> None:
@@ -75,7 +75,8 @@ def _reductions(axes: Axes, lines: LineReductions) -> None:
         axes.bar(at, height, width, color=LOOKS.get(way, d.MUTED), label=way)
     axes.set(xlabel="wheel order", ylabel="reduction / dB", xticks=lines.orders)
     axes.grid(visible=False, axis="x")
-    d.legend(axes, 2)
+    axes.set_ylim(top=1.35 * axes.get_ylim()[1])
+    axes.legend(loc="upper center", ncols=2, columnspacing=1.0, handlelength=1.2)
 
 
 def phases(
