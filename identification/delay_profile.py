@@ -1,6 +1,6 @@
 """The cost of a fit against the pure delay that it is given: what a recording knows of a delay.
 
-    profile = delay_profile(choose_order(lines))
+    profile = delay_profile(choose_order(lines, all_pole()))
     profile.delay, profile.low, profile.high       # s, 95 % interval
 
 A zero in the right half plane is a delay in disguise: (1 - s d/2) / (1 + s d/2) is nearly e^(-s d).
@@ -8,6 +8,11 @@ So "the" delay is the one beside which the rest is minimum phase; other points o
 kept for the figure, not for the interval. The interval is where the best of the orders within two
 nats loses less than 1.92 nats, its parameters counted: it holds the doubt about the order too
 (profile likelihood, Wilks 1938).
+
+A pair of zeros in the left half plane buys delay just as well, so the orders that are offered
+matter: `model_order.all_pole` are those of a chain of lags and springs without a path around it,
+as from throttle or spark to slip. And a lag shorter than the band can show is delay to it: where
+the filling time of the intake is known, take it off first (`independent_lines.without`).
 """
 
 from dataclasses import dataclass
@@ -24,7 +29,7 @@ from identification.stable_rational import Order
 from protocol.channel import FloatArray
 
 DROP = float(stats.chi2.ppf(0.95, 1)) / 2  # nats
-POINTS = 41
+POINTS = 31
 FELT = np.radians(1.0)  # phase at the top of the band below which a zero cannot be seen
 
 

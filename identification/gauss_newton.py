@@ -27,15 +27,18 @@ class Minimum:
     jacobian: FloatArray
 
 
-def minimise(of: Residuals, start: FloatArray, low: FloatArray, high: FloatArray) -> Minimum:
+def minimise(
+    of: Residuals, start: FloatArray, low: FloatArray, high: FloatArray, most: int = MOST_STEPS
+) -> Minimum:
     """Find the x between low and high, all (p,), with the least sum of squared residuals.
 
     of: x -> residuals (n,) and their Jacobian (n, p). low == high holds a parameter.
+    most: steps after which the search ends.
     """
     x = np.clip(start, low, high)
     residual, jacobian = of(x)
     cost, damping = float(residual @ residual), 1e-3
-    for _ in range(MOST_STEPS):
+    for _ in range(most):
         trial = np.clip(x + _step(residual, jacobian, x, low, high, damping), low, high)
         new_residual, new_jacobian = of(trial)
         new = float(new_residual @ new_residual)

@@ -42,16 +42,37 @@ class Lines:
         return self.freedom / (self.freedom - 2) if self.freedom > 4 else 2.0
 
 
-def without_lags(lines: Lines, lags: tuple[float, ...]) -> Lines:
-    """Take known first-order lags 1 / (1 + T s) off a response; lags: T, s.
+@dataclass(frozen=True)
+class KnownPath:
+    """What is known of a path beforehand: prod(1 + s lead) / prod(1 + s lag) e^(-s delay).
 
-    A short lag and a pure delay look alike below 1 / T; what is known of one tells the other.
+    lags   s: the filling time of the intake, a sensor's lag
+    leads  s: damping over stiffness of the driveline
+    delay  s: of instruments; below zero where a channel is stamped late
+
+    A lag that is short beside the band and a pure delay look alike: what is known of the one is
+    what tells the other.
     """
-    s = 2j * np.pi * lines.frequency
-    lead = np.prod([1 + lag * s for lag in lags], axis=0) if lags else np.ones(s.size)
-    return replace(
-        lines, value=np.asarray(lines.value * lead), deviation=lines.deviation * np.abs(lead)
-    )
+
+    lags: tuple[float, ...] = ()
+    leads: tuple[float, ...] = ()
+    delay: float = 0.0
+
+    def response(self, frequency: FloatArray) -> ComplexArray:
+        """Give the complex response at frequencies in Hz, (n,)."""
+        s = 2j * np.pi * frequency
+        value = np.exp(-s * self.delay)
+        for lead in self.leads:
+            value = value * (1 + lead * s)
+        for lag in self.lags:
+            value = value / (1 + lag * s)
+        return np.asarray(value)
+
+
+def without(lines: Lines, path: KnownPath) -> Lines:
+    """Take a known path off a response; what is left is to be fitted."""
+    known = path.response(lines.frequency)
+    return replace(lines, value=lines.value / known, deviation=lines.deviation / np.abs(known))
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,9 @@
 Akaike's final prediction error and information criterion, Rissanen's description length. One nat
 is half a unit of AIC; within two the data do not tell two orders apart (Burnham and Anderson,
 Model Selection and Multimodel Inference, 2nd ed., section 2.6).
+
+An order whose fit has a resonance narrower than the spacing of the lines has described the noise of
+one line, for no criterion counts the choice of that line: it is left out.
 """
 
 from dataclasses import dataclass
@@ -16,6 +19,7 @@ import numpy as np
 
 from identification.independent_lines import Lines
 from identification.rational_ml import RationalFit, fit_order
+from identification.rational_model import RationalModel
 from identification.stable_rational import Order
 
 NATS = 2.0
@@ -76,6 +80,11 @@ def orders(most_poles: int = 6, most_zeros: int = 3, least_poles: int = 2) -> tu
     )
 
 
+def all_pole(most_poles: int = 6, least_poles: int = 2) -> tuple[Order, ...]:
+    """Orders without zeros: lags and springs in a chain, and no second path around them."""
+    return orders(most_poles, 0, least_poles)
+
+
 def choose_order(
     lines: Lines, tried: tuple[Order, ...] | None = None, delay: float | None = None
 ) -> OrderChoice[RationalFit]:
@@ -84,10 +93,19 @@ def choose_order(
     tried = tried or orders()
     fits = [fit_order(lines, order, delay) for order in tried if 2 * order.size <= samples]
     held = 0 if delay is None else 1
+    kept = [fit for fit in fits if resolved(fit.model, lines)] or fits
     return ranked([
         Row(f.order, f, of_likelihood(f.chi_square / lines.inflation, f.order.size - held, samples))
-        for f in fits
+        for f in kept
     ])  # fmt: skip
+
+
+def resolved(of: RationalModel, lines: Lines) -> bool:
+    """Tell whether every resonance inside the band is as wide as the spacing of the lines."""
+    spacing = float(np.median(np.diff(lines.frequency)))
+    swinging = of.poles[np.abs(of.poles.imag) > np.abs(of.poles.real)]
+    inside = np.abs(swinging) <= 2 * np.pi * lines.frequency[-1]
+    return bool(np.all(2 * np.abs(swinging.real[inside]) >= 2 * np.pi * spacing))
 
 
 def ranked(rows: list[Row[Fit]]) -> OrderChoice[Fit]:

@@ -15,8 +15,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy import stats
 
-from identification.gauss_newton import Minimum, minimise
-from identification.independent_lines import Lines
+from identification.gauss_newton import MOST_STEPS, Minimum, minimise
+from identification.independent_lines import KnownPath, Lines
 from identification.rational_model import RationalModel
 from identification.response import ComplexArray
 from identification.sanathanan_koerner import first_guess
@@ -24,6 +24,7 @@ from identification.stable_rational import GREATEST, LEAST, Order, evaluate, mod
 from protocol.channel import FloatArray
 
 STARTS = (0.0, 0.3, 0.5, 0.7, 0.9)  # of the delay that the phase leaves room for
+REFIT_STEPS = 20
 ACROSS = float(stats.norm.ppf(0.975))
 
 
@@ -113,11 +114,9 @@ def fit_order(lines: Lines, order: Order, delay: float | None = None) -> Rationa
 
 def refit(of: RationalFit, delay: float) -> RationalFit:
     """Fit the same order with another delay (s), from where `of` ended."""
-    start = of.x.copy()
     low, high = _bounds(of.order, 0.0, delay * of.pace)
-    return fitted(
-        of.lines, of.order, _search(of.lines, of.order, of.pace, start, low, high), low, high
-    )
+    at = _search(of.lines, of.order, of.pace, of.x, low, high, REFIT_STEPS)
+    return fitted(of.lines, of.order, at, low, high)
 
 
 def fitted(
@@ -158,7 +157,13 @@ def _laplace(frequency: FloatArray, pace: float) -> ComplexArray:
 
 
 def _search(
-    lines: Lines, order: Order, pace: float, start: FloatArray, low: FloatArray, high: FloatArray
+    lines: Lines,
+    order: Order,
+    pace: float,
+    start: FloatArray,
+    low: FloatArray,
+    high: FloatArray,
+    most: int = MOST_STEPS,
 ) -> Minimum:
     s, weight = _normal(lines, pace)
 
@@ -167,7 +172,7 @@ def _search(
         error, slope = (G - lines.value) * weight, slopes * weight[:, None]
         return np.concatenate((error.real, error.imag)), np.vstack((slope.real, slope.imag))
 
-    return minimise(residuals, start, low, high)
+    return minimise(residuals, start, low, high, most)
 
 
 def _bounds(order: Order, most: float, held: float | None) -> tuple[FloatArray, FloatArray]:
@@ -199,8 +204,10 @@ def _quadratic(rows: FloatArray, covariance: FloatArray) -> FloatArray:
     return np.asarray(np.maximum(np.einsum("ij,jk,ik->i", rows, covariance, rows), 0.0))
 
 
-def with_lags(fit: RationalFit, lags: tuple[float, ...]) -> RationalModel:
-    """Give the model of a response that had known first-order lags (s) taken off it."""
+def with_path(fit: RationalFit, path: KnownPath) -> RationalModel:
+    """Give the model of a response that had a known path taken off it."""
     found = fit.model
-    poles = np.concatenate((found.poles, [-1 / lag for lag in lags]))
-    return replace(found, poles=poles, gain=found.gain / float(np.prod(lags)))
+    poles = np.concatenate((found.poles, [-1 / lag for lag in path.lags]))
+    zeros = np.concatenate((found.zeros, [-1 / lead for lead in path.leads]))
+    gain = found.gain * float(np.prod(path.leads)) / float(np.prod(path.lags))
+    return replace(found, poles=poles, zeros=zeros, gain=gain, delay=found.delay + path.delay)
