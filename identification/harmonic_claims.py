@@ -22,7 +22,8 @@ CUTOFF = 10.0  # Hz, w_c / 2 pi: the servo's stated bandwidth
 NEGLIGIBLE = 0.1
 ZONES = (0.25, 0.7)  # of w_c
 KNOWN = 0.5  # greatest band beside the gain at which a line is known
-FEWEST = 5
+FEWEST = 5  # lines for a peak
+FEWEST_IN_ZONE = 2
 MARGIN = 0.05  # of the band at its ends, where splines hang free
 FIGURE = {"throttle": "figure 6", "spark": "figure 10"}
 RESONANCES = {
@@ -122,7 +123,7 @@ def _zone_levels(found: Found, cutoff: float) -> tuple[float, float, float, str]
     level = np.where(_inside(found), distortion(found), np.nan)
     low, high = x < ZONES[0], x > ZONES[1]
     zones = [level[zone] for zone in (low, ~low & ~high, high)]
-    if any(np.count_nonzero(np.isfinite(zone)) < FEWEST for zone in zones):
+    if any(np.count_nonzero(np.isfinite(zone)) < FEWEST_IN_ZONE for zone in zones):
         return math.nan, math.nan, math.nan, "the sweep does not cover all zones"
     below = float(np.sqrt(np.nanmean(zones[0] ** 2)))
     amplitude = float(np.mean(found.amplitude))

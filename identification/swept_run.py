@@ -7,7 +7,7 @@ The phase is the echoed command's, also where the input is the measured throttle
 harmonics of what was asked for.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -18,6 +18,8 @@ from identification.responses import INPUTS, MOST_UNKNOWN, STILL, excited_actuat
 from identification.swept_phase import NoSweep, SweptPhase, swept_phase
 from identification.trial_window import NoExcitation
 from protocol.channel import FloatArray
+
+RESTS = 0.01  # of the usual step from sample to sample
 
 
 @dataclass(frozen=True)
@@ -40,28 +42,47 @@ def swept_run(
     u: FloatArray, y: FloatArray, rate: float, command: FloatArray | None = None
 ) -> SweptRun | NoSweep:
     """Join input and output of one sweep. command: (n,), whose phase counts; else it is u's."""
-    sweep = swept_phase(u if command is None else command, rate)
-    return sweep if isinstance(sweep, NoSweep) else SweptRun(u, y, rate, sweep)
+    command = u if command is None else command
+    part = moving(command)
+    sweep = swept_phase(command[part], rate)
+    return sweep if isinstance(sweep, NoSweep) else SweptRun(u[part], y[part], rate, sweep)
+
+
+def moving(command: FloatArray) -> slice:
+    """Leave out the rest before and after a waveform, in which it is no sine. command: (n,)."""
+    steps = np.abs(np.diff(command))
+    alive = np.flatnonzero(steps > RESTS * np.median(steps))
+    return slice(int(alive[0]), int(alive[-1]) + 2) if alive.size else slice(0, command.size)
 
 
 def swept_run_of(
     found: Identification, given: str | None = None, taken: str = "slip"
 ) -> SweptRun | NoSweep:
     """Cut the sweep out of a recording. given, taken: roles; the excited command and slip."""
+    parts = signals_of(found, given, taken)
+    if isinstance(parts, NoSweep):
+        return parts
+    signals, names = parts
+    run = swept_run(signals[0], signals[1], found.base.rate, signals[2])
+    return replace(run, input=names[0], output=names[1]) if isinstance(run, SweptRun) else run
+
+
+def signals_of(
+    found: Identification, given: str | None = None, taken: str = "slip"
+) -> tuple[tuple[FloatArray, ...], tuple[str, ...]] | NoSweep:
+    """Input, output and excited command during the excitation, and their roles."""
     if isinstance(found.window, NoExcitation):
         return NoSweep(found.window.reason)
     actuator = excited_actuator(found.recording.trial, found.base, found.window)
     command = INPUTS[actuator][0]
     names = (given or command, taken, command)
-    parts = [_part(found, name) for name in names]
-    for part in parts:
+    parts = []
+    for name in names:
+        part = _part(found, name)
         if isinstance(part, NoSweep):
             return part
-    u, y, reference = (part for part in parts if not isinstance(part, NoSweep))
-    sweep = swept_phase(reference, found.base.rate)
-    if isinstance(sweep, NoSweep):
-        return sweep
-    return SweptRun(u, y, found.base.rate, sweep, names[0], names[1])
+        parts.append(part)
+    return tuple(parts), names
 
 
 def _part(found: Identification, name: str) -> FloatArray | NoSweep:
