@@ -99,7 +99,8 @@ def felt_right_zeros(of: RationalModel, top: float) -> ComplexArray:
 
 def _grid(rows: tuple[Row[RationalFit], ...], points: int) -> FloatArray:
     """Even steps, and closer ones about the delay of every fit."""
-    most = 1.1 * latest(rows[0].fit.lines)
+    longest = max(row.fit.model.delay for row in rows)
+    most = min(1.5 * longest + 5e-3, 1.1 * latest(rows[0].fit.lines))
     near = [
         row.fit.model.delay + k * min(row.fit.delay_deviation, most / 20)
         for row in rows

@@ -9,6 +9,7 @@ figure = order_figure(study)
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, LogLocator
 
 from identification import drawing as d
 from identification.delay_profile import DROP, DelayProfile
@@ -33,7 +34,14 @@ def fit_figure(response: FrequencyResponse, study: RationalStudy, bandwidth: flo
         lines, fine = study.lines, _fine(response)
         factor, unit = gain_unit(response.input, response.output)
         x, at = HZ * fine / bandwidth, HZ * lines.frequency / bandwidth
-        axes[0].plot(at, np.abs(lines.value) * factor, "o", ms=4, color=d.INK, label="measured")
+        axes[0].plot(
+            at,
+            np.abs(lines.value) * factor,
+            "o",
+            ms=4,
+            color=d.INK,
+            label=f"{name(response.input)} to {name(response.output)}",
+        )
         axes[1].plot(at, _degrees(lines.value), "o", ms=4, color=d.INK)
         _likely(axes, fit, fine, x, factor)
         paper = study.with_delay.best_by_fpe.fit.model.response(fine)
@@ -42,7 +50,11 @@ def fit_figure(response: FrequencyResponse, study: RationalStudy, bandwidth: flo
         axes[0].plot(x, np.abs(paper) * factor, label=label, **look)  # type: ignore[arg-type]
         axes[1].plot(x, _degrees(paper), **look)  # type: ignore[arg-type]
         axes[0].set(xscale="log", yscale="log", ylabel=f"gain / ({unit})")
-        axes[0].set_title(f"{name(response.input)} to {name(response.output)}")
+        axes[0].yaxis.set_major_locator(LogLocator(base=10, subs=(1, 1.5, 2, 3, 5, 7)))
+        for way in (axes[0].yaxis, axes[1].xaxis):
+            way.set_major_formatter(FuncFormatter(lambda value, _: f"{value:.3g}"))
+            way.set_minor_formatter(FuncFormatter(lambda *_: ""))
+        axes[1].xaxis.set_major_locator(LogLocator(base=10, subs=(1, 2, 3.5, 5, 7, 9)))
         axes[1].set(xscale="log", ylabel="phase / °", xlabel="ω / ω_c")
         d.legend(axes[0], 3)
     return figure
@@ -80,7 +92,7 @@ def time_figure(stretches: tuple[Stretch | NoStretch, ...], bandwidth: float) ->
             panel.plot(s.time, 100 * s.measured, color=d.INK, lw=1, label="measured")
             panel.plot(s.time, 100 * s.simulated, color=d.ORANGE, label="model")
             panel.set_title(f"{HZ * s.frequency / bandwidth:.2f} ω_c, fit {s.fit:.0f} %")
-        axes[0].legend(loc="upper right")
+        figure.legend(*axes[0].get_legend_handles_labels(), loc="lower right", ncols=2)
     return figure
 
 
