@@ -35,17 +35,24 @@ class LowPass:
     order: int = 4
 
     @cached_property
+    def coefficients(self) -> FloatArray:
+        """Second-order sections, (k, 6)."""
+        sections = signal.butter(self.order, self.cutoff, fs=self.rate, output="sos")
+        return np.asarray(sections, np.float64)
+
+    @cached_property
     def sections(self) -> tuple[tuple[float, ...], ...]:
-        """Second-order sections: b0, b1, b2, a1, a2 each."""
-        rows = signal.butter(self.order, self.cutoff, fs=self.rate, output="sos")
-        return tuple(tuple(float(x) for x in (*row[:3], *row[4:])) for row in rows)
+        """The same as numbers that a loop reads quickly: b0, b1, b2, a1, a2 each."""
+        return tuple(tuple(float(x) for x in (*row[:3], *row[4:])) for row in self.coefficients)
+
+    @cached_property
+    def rest(self) -> Delays:
+        """State after 1 has been there for ever."""
+        return tuple(float(x) for x in signal.sosfilt_zi(self.coefficients).ravel())
 
     def initial(self, value: float = 0.0) -> Delays:
         """Give the state after `value` has been there for ever."""
-        state: Delays = ()
-        for b0, _, b2, _, a2 in self.sections:  # each section lets a constant through as it is
-            state += ((1 - b0) * value, (b2 - a2) * value)
-        return state
+        return tuple(value * x for x in self.rest)
 
     def update(self, state: Delays, value: float) -> tuple[float, Delays]:
         """Take one sample in. Returns the filtered one and the next state."""
@@ -58,8 +65,7 @@ class LowPass:
 
     def response(self, frequency: FloatArray) -> ComplexArray:
         """What becomes of a sine. frequency: Hz."""
-        sections = signal.butter(self.order, self.cutoff, fs=self.rate, output="sos")
-        _, value = signal.freqz_sos(sections, worN=frequency, fs=self.rate)
+        _, value = signal.freqz_sos(self.coefficients, worN=frequency, fs=self.rate)
         return np.asarray(value, np.complex128)
 
 
@@ -111,13 +117,14 @@ class Notch:
     def response(self, frequency: FloatArray, wheel: float) -> ComplexArray:
         """What becomes of a sine while the wheel turns steadily. frequency, wheel: Hz."""
         z = np.exp(2j * np.pi * frequency / self.rate)
-        loop = np.zeros_like(z)
-        for order in self.orders:
-            c = math.cos(2 * math.pi * order * wheel / self.rate)
-            with np.errstate(divide="ignore", invalid="ignore"):
-                loop = loop + self.gain * (z * c - 1) / (z**2 - 2 * z * c + 1)
-        value = np.where(np.isfinite(loop), 1 / (1 + np.nan_to_num(loop)), 0.0)
-        return np.asarray(value, np.complex128)
+        cosines = [math.cos(2 * math.pi * order * wheel / self.rate) for order in self.orders]
+        poles = [z**2 - 2 * z * c + 1 for c in cosines]  # 1 / (1 + sum of loops), over them all
+        whole = np.prod(poles, axis=0)
+        taken = np.zeros_like(z)
+        for index, c in enumerate(cosines):
+            others = np.prod(poles[:index] + poles[index + 1 :], axis=0)
+            taken = taken + self.gain * (z * c - 1) * others
+        return np.asarray(whole / (whole + taken), np.complex128)
 
 
 def smoothed_online(value: FloatArray, smooth: LowPass) -> FloatArray:

@@ -1,4 +1,4 @@
-"""The gaps between teeth are found as they are, with honest errors, and the wheel's motion stays."""
+"""Gaps between teeth are found as they are, with honest errors; the wheel's motion stays."""
 
 import numpy as np
 import pytest
