@@ -39,7 +39,7 @@ class Lines:
         """Mean of chi-square per degree of freedom under a right model: above 1 by the scatter
         of the deviations themselves, the mean of an F distribution.
         """
-        return self.freedom / (self.freedom - 2) if self.freedom > 4 else 2.0
+        return 1 / (1 - 2 / self.freedom) if self.freedom > 4 else 2.0
 
 
 @dataclass(frozen=True)
