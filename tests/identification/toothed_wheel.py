@@ -1,4 +1,4 @@
-"""A toothed wheel whose speed and gaps are known. It does not imitate: frames, clocks, a vehicle."""
+"""A toothed wheel with known speed and gaps. It imitates no frames, no clocks, no vehicle."""
 
 import numpy as np
 
