@@ -4,6 +4,10 @@ Neighbouring windows of a local polynomial overlap, and so their estimates err t
 if independent, 190 lines would pretend to six times the evidence. Taken a stride apart the weights
 of the windows are orthogonal but for a few percent, and nothing is lost, because what lies between
 follows from the rest.
+
+A very quiet recording is not as accurate as it is repeatable: interpolation between teeth, the
+curvature of engine and tyre, the slow drift of the speed each leave some tenths of a percent, which
+a fit of high order would take for dynamics. `ACCURACY` is added to the deviation of every line.
 """
 
 from dataclasses import dataclass, replace
@@ -15,6 +19,8 @@ from identification.response import ComplexArray, FrequencyResponse
 from protocol.channel import FloatArray
 
 FEWEST = 8  # lines
+ACCURACY = 0.005  # of the gain; no line is trusted further, see above
+COMMON = 0.003  # of the gain, how well a run returns to its operating point
 
 
 @dataclass(frozen=True)
@@ -25,6 +31,8 @@ class Lines:
     value      (n,) complex
     deviation  (n,) standard deviation of the complex value
     freedom    real degrees of freedom of which each deviation was estimated; inf where known
+    common     relative standard deviation that the gain of all lines has in common: wind and fuel
+               move the operating point of a run, and the gain with it
     """
 
     input: str
@@ -33,6 +41,7 @@ class Lines:
     value: ComplexArray
     deviation: FloatArray
     freedom: float = float("inf")
+    common: float = 0.0
 
     @property
     def inflation(self) -> float:
@@ -101,8 +110,8 @@ def independent_lines(
         )
     return Lines(
         response.input, response.output, response.frequency[chosen], response.value[chosen],
-        np.maximum(response.deviation[chosen], 1e-9 * np.abs(response.value[chosen])),
-        freedom(response.quantile),
+        np.hypot(response.deviation[chosen], ACCURACY * np.abs(response.value[chosen])),
+        freedom(response.quantile), COMMON,
     )  # fmt: skip
 
 

@@ -132,6 +132,8 @@ def fitted(
     size = np.sqrt(np.sum(J**2, axis=0)) + 1e-300
     inner = np.linalg.pinv((J / size).T @ (J / size), rcond=1e-13) / np.outer(size, size)
     fit.covariance[np.ix_(moves, moves)] = inner * lines.inflation * max(1.0, fit.chi_square_ratio)
+    above = at.x[1 + order.poles :] * lines.common  # all lines may be high or low together
+    fit.covariance[1 + order.poles :, 1 + order.poles :] += np.outer(above, above)
     return fit
 
 

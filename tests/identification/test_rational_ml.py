@@ -127,7 +127,7 @@ def test_a_stride_apart_the_lines_of_a_sweep_are_independent():
     u, z = sweep(t - 2, 20.0), []
     for seed in range(60):
         noise = np.random.default_rng(seed).standard_normal(t.size)
-        got = independent_lines(sweep_response(u, u + 0.05 * noise, rate, (0.5, 15.0)))
+        got = independent_lines(sweep_response(u, u + 0.5 * noise, rate, (0.5, 15.0)))
         z.append((got.value - 1) / got.deviation)
     z = np.array(z)
     together = np.mean(z[:, 1:] * np.conj(z[:, :-1]))
