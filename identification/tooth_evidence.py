@@ -15,6 +15,7 @@ IntArray = npt.NDArray[np.intp]
 TIMER = 1e-6  # s, resolution of the encoders' timers
 MEMORY = 0.3  # s for which an input is remembered
 TAPS = 40
+STILL = 1e-9  # of an input's range; what moves less in the intervals used says nothing there
 MOST = 60_000  # intervals that are used; a longer recording is thinned to turns spread over it
 
 
@@ -114,7 +115,9 @@ def _lagged(
     if np.count_nonzero(known) < 2 or np.ptp(given.value[known]) == 0:
         return np.empty((kept.size, 0))
     held = np.interp(middle, given.time[known], given.value[known])
-    return np.asarray(filtered(held, kernel)[kept[:, None] - lags[None, :]])
+    late = filtered(held, kernel)[kept[:, None] - lags[None, :]]
+    moves = late.std(axis=0) > STILL * np.ptp(given.value[known]) if kept.size else slice(0)
+    return np.asarray(late[:, moves])
 
 
 def _spread(kept: IntArray, teeth: int) -> IntArray:

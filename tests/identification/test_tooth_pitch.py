@@ -147,6 +147,16 @@ def test_an_excitation_that_turns_with_the_wheel_throughout_is_refused():
     assert "turns with the wheel" in found.reason
 
 
+def test_an_input_that_moved_only_while_teeth_were_lost_does_no_harm():
+    rng = np.random.default_rng(10)
+    gaps = random_gaps(rng, 16)
+    t, speed = restless(rng)
+    time, count = tooth_times(t, speed, gaps)
+    seen = (time < 10) | (time > 15)
+    moved = Answers(t, np.where((t > 11) & (t < 14), 1.0, 0.0))
+    assert error(learn_pitch(time[seen], count[seen], 16, (moved, moved)), gaps) < 2e-4
+
+
 def test_too_little_is_refused():
     time, count = tooth_times(*restless(np.random.default_rng(1), 0.5), np.zeros(16))
     assert "turns without a lost tooth" in learn_pitch(time, count, 16).reason
