@@ -1,4 +1,4 @@
-"""Step responses from a square wave: opening steps and closing steps, aligned at the echoed command.
+"""Step responses from a square wave: opening and closing steps, aligned at the echoed command.
 
 Each full swing of the command is one experiment. Averaged, they show what differs between opening
 and closing; their scatter tells how sure that is (Corno and Savaresi 2009, steps of figure 8).
@@ -107,7 +107,9 @@ def step_responses(u: FloatArray, y: FloatArray, rate: float) -> Steps | NoSteps
     time = np.arange(-round(BEFORE * rate), round(lasts * rate)) / rate
     opening, closing = (_bundle(u, y, at, time, rate) for at in (rising, falling))
     fewest = min(len(opening.output), len(closing.output))
-    return Steps(time, rate, opening, closing) if fewest >= FEWEST else NoSteps("too few full steps")
+    if fewest < FEWEST:
+        return NoSteps(f"{fewest} steps over the whole height, at least {FEWEST} are needed")
+    return Steps(time, rate, opening, closing)
 
 
 def pooled(parts: Sequence[Steps]) -> Steps:
@@ -124,9 +126,9 @@ def pooled(parts: Sequence[Steps]) -> Steps:
 
 
 def _crossings(u: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Sample positions, fractions included, at which the command passes from one level to the other.
+    """Sample positions, fractions included, at which the command changes its level: up, down.
 
-    A level is the outer quarter of the swing; rest in the middle is no level. Returns rising, falling.
+    A level is the outer quarter of the swing; rest in the middle is none.
     """
     low, high = np.percentile(u, (10, 90))
     above = u - (low + high) / 2
@@ -142,12 +144,10 @@ def _middle(above: FloatArray, start: int, stop: int) -> float:
     """Position of the zero crossing between two samples that lie on either side."""
     part = above[start : stop + 1]
     first = int(np.flatnonzero(np.sign(part) != np.sign(part[0]))[0])
-    return start + first - 1 + part[first - 1] / (part[first - 1] - part[first])
+    return float(start + first - 1 + part[first - 1] / (part[first - 1] - part[first]))
 
 
-def _bundle(
-    u: FloatArray, y: FloatArray, at: FloatArray, time: FloatArray, rate: float
-) -> Bundle:
+def _bundle(u: FloatArray, y: FloatArray, at: FloatArray, time: FloatArray, rate: float) -> Bundle:
     """Read command and answer about every full step, relative to before it."""
     index = np.arange(u.size)
     places = at[:, None] + time * rate

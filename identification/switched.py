@@ -1,13 +1,13 @@
-"""Slip that answers differently while the throttle opens and while it closes: a switched linear system.
+"""Slip answers differently while the throttle opens and while it closes: a switched linear system.
 
-Corno and Savaresi 2009, equation 5: x' = A_i x + B_i u(t - tau), y = x_1, where i is the sign of the
-reference's derivative. The state is kept at the switch, in observability canonical form: it holds the
-output and its derivatives, so that the slip does not jump. In each direction
+Corno and Savaresi 2009, equation 5: x' = A_i x + B_i u(t - tau), y = x_1; i is the sign of the
+reference's derivative. The state is kept at the switch, in observability canonical form: it holds
+the output and its derivatives, so that the slip does not jump. In each direction
 
-    G_i(s) = k_i (1 + s T_z,i) / (1 + s T_p,i)  prod_j  w_j^2 / (s^2 + 2 z_j w_j s + w_j^2)  e^(-s tau)
+    G_i = k_i (1 + s T_z,i) / (1 + s T_p,i)  prod_j w_j^2 / (s^2 + 2 z_j w_j s + w_j^2)  e^(-s tau)
 
-gain k_i, real pole -1 / T_p,i and zero -1 / T_z,i belong to the direction; resonances (w_j, z_j) and the
-pure delay tau are shared. A linear model is one whose two directions are the same.
+Gain k_i, real pole -1 / T_p,i and zero -1 / T_z,i belong to the direction; resonances (w_j, z_j)
+and the pure delay tau are shared. A linear model is one whose two directions are the same.
 
     model = fit_steps(steps).model                       # identification/switched_fit.py
     slip = simulate(model, command - command[0], opening(command), 1000.0)
@@ -19,7 +19,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 from numba import njit
-from scipy.linalg import expm, toeplitz
 
 from identification.response import ComplexArray
 from protocol.channel import FloatArray
@@ -33,7 +32,7 @@ STILL = 1e-9  # of the command's swing per sample; slower counts as rest, which 
 
 @dataclass(frozen=True)
 class Direction:
-    """What belongs to one direction: gain (output per input), time constants of pole and zero, s."""
+    """gain: output per input; pole, zero: their time constants, s; those of one direction."""
 
     gain: float
     pole: float
@@ -64,7 +63,9 @@ class SwitchedModel:
         value = np.polyval(numerator, s) / np.polyval(denominator, s)
         return np.asarray(value * np.exp(-s * self.delay) if delayed else value)
 
-    def to_control(self, mode: int = 0, names: tuple[str, str] = ("u", "y")) -> "control.StateSpace":
+    def to_control(
+        self, mode: int = 0, names: tuple[str, str] = ("u", "y")
+    ) -> "control.StateSpace":
         """Give one direction, without its delay, as a python-control object with named signals."""
         import control
 
@@ -85,7 +86,8 @@ def polynomials(model: SwitchedModel, mode: int) -> tuple[FloatArray, FloatArray
     scale = 1.0 / side.pole
     denominator = np.array([1.0, scale])
     for w, z in model.resonances:
-        denominator, scale = np.polymul(denominator, [1.0, 2 * z * w, w * w]), scale * w * w
+        denominator = np.convolve(denominator, [1.0, 2 * z * w, w * w])
+        scale *= w * w
     return side.gain * scale * np.array([side.zero, 1.0]), denominator
 
 
@@ -99,8 +101,9 @@ def observability_form(
     """
     n = denominator.size - 1
     b = np.concatenate((np.zeros(n - numerator.size), numerator))
-    column = np.concatenate(([1.0], denominator[1:n]))
-    markov = np.linalg.solve(toeplitz(column, np.zeros(n)), b)
+    markov = np.zeros(n)
+    for k in range(n):
+        markov[k] = b[k] - denominator[1 : k + 1] @ markov[:k][::-1]
     a = np.diag(np.ones(n - 1), 1)
     a[-1] = -denominator[:0:-1]
     return a, markov, np.eye(n)[0]
@@ -119,34 +122,63 @@ def mode_of(signal: FloatArray) -> IntArray:
     return np.asarray(signal[at] < 0, dtype=np.int64)
 
 
-def simulate(model: SwitchedModel, u: FloatArray, mode: IntArray, rate: float) -> FloatArray:
+def simulate(
+    model: SwitchedModel, u: FloatArray, mode: IntArray, rate: float, lag: float | None = None
+) -> FloatArray:
     """Answer of a model that starts at rest. u: (n,) change of the input; mode: (n,); rate: Hz.
 
-    Input and mode both pass the pure delay. The input is taken as straight between samples' means.
+    lag: s by which the mode is late; None: as late as the input, by the pure delay. The input is
+    taken as straight between samples.
     """
-    shift = model.delay * rate
-    index = np.arange(u.size)
-    late = np.interp(index - shift, index, u, left=0.0)
-    held = mode[np.clip(index - round(shift), 0, None)]
+    index, count = np.arange(u.size), u.size
+    late = np.interp(index - model.delay * rate, index, u, left=0.0)
+    shift = round((model.delay if lag is None else lag) * rate)
+    held = mode[np.clip(index - shift, 0, count - 1)]
     if model.opening == model.closing:
-        held = np.zeros_like(held)
-    steps = [_discrete(model, k, rate) for k in (0, 1)]
+        held = np.zeros(count, dtype=np.int64)
+    steps = [_discrete(model, int(k), rate) for k in np.unique(held)]
     a, b = (np.ascontiguousarray(np.stack(part)) for part in zip(*steps, strict=True))
-    return np.asarray(_run(a, b, late, held))
+    return np.asarray(_run(a, b, late, held if len(steps) > 1 else np.zeros_like(held)))
 
 
 def _discrete(model: SwitchedModel, mode: int, rate: float) -> tuple[FloatArray, FloatArray]:
-    """One sample of a direction; derivatives are counted per millisecond, or they differ too much."""
+    """One sample of a direction; derivatives are per millisecond, or they differ too much."""
     a, b, _ = observability_form(*polynomials(model, mode))
     unit = 1e-3 ** np.arange(b.size)
     a, b = a * unit[:, None] / unit, b * unit
     whole = np.zeros((b.size + 1, b.size + 1))
     whole[:-1, :-1], whole[:-1, -1] = a / rate, b / rate
-    step = expm(whole)
+    step = _exponential(whole)
     return step[:-1, :-1], step[:-1, -1]
 
 
-@njit(cache=True)  # type: ignore[misc]
+@njit(cache=True)
+def _exponential(m: FloatArray) -> FloatArray:
+    """Matrix exponential by scaling, Taylor and squaring: small matrices, thousands of them."""
+    n, halvings, size = len(m), 0, np.abs(m).sum(axis=1).max()
+    while size > 0.25:
+        size, halvings = size / 2, halvings + 1
+    scaled = m / 2.0**halvings
+    total, term = np.eye(n), np.eye(n)
+    for k in range(1, 13):
+        term = _product(term, scaled) / k
+        total += term
+    for _ in range(halvings):
+        total = _product(total, total)
+    return total
+
+
+@njit(cache=True)
+def _product(a: FloatArray, b: FloatArray) -> FloatArray:
+    out = np.zeros_like(a)
+    for i in range(len(a)):
+        for k in range(len(a)):
+            for j in range(len(a)):
+                out[i, j] += a[i, k] * b[k, j]
+    return out
+
+
+@njit(cache=True)
 def _run(a: FloatArray, b: FloatArray, u: FloatArray, mode: IntArray) -> FloatArray:
     n = b.shape[1]
     x, new, y = np.zeros(n), np.zeros(n), np.empty(u.size)

@@ -20,7 +20,7 @@ from scipy import stats
 from scipy.optimize import OptimizeResult, least_squares
 
 from identification.steps import Bundle, Steps
-from identification.switched import Direction, SwitchedModel, simulate
+from identification.switched import Direction, IntArray, SwitchedModel, simulate
 from protocol.channel import FloatArray
 
 SPACING = 4  # samples between those that are compared; the wheel's speed was low-passed before
@@ -34,7 +34,7 @@ LEAST_GAIN = 1e-12
 class SwitchedFit:
     """A model with what is known of its error.
 
-    names       of the parameters: "opening.gain", "closing.pole", "frequency 1", "damping 1", "delay"
+    names       of the parameters: "opening.gain", "closing.pole", "frequency 1", "delay" ...
     value       (p,) SI: output per input, s, rad/s, 1; covariance: (p, p) of them
     quantile    two-sided 95 % quantile that belongs to it
     error       root mean square of what is left of the mean steps, over that of the steps
@@ -69,13 +69,23 @@ def fit_steps(steps: Steps, pairs: int | None = None, split: bool = True) -> Swi
     pairs: resonances that are shared; None takes one or two, by BIC of the switched model.
     """
     if pairs is None:
-        pairs = min((1, 2), key=lambda n: fit_steps(steps, n).criterion)
-    names = _names(pairs, split)
+        return min((fit_steps(steps, n, split) for n in (1, 2)), key=lambda fit: fit.criterion)
     problem = _Problem(steps)
     best = _search(problem, pairs)
     if split:
         best = problem.solve(np.concatenate((best.x[:3], best.x)), pairs)
-    return _judged(problem, best, names, pairs)
+    return _judged(problem, best, _names(pairs, split), pairs)
+
+
+def fit_by(steps: Steps, start: SwitchedFit, modes: IntArray, lag: float) -> SwitchedFit:
+    """Fit a switched model whose mode is another signal's sign, from the fit of a first one.
+
+    modes: (2, n), mode during the opening and during the closing step; lag: s, how late it acts.
+    """
+    pairs = len(start.model.resonances)
+    problem = _Problem(steps, modes, lag)
+    x = np.where(_is_log(start.value.size, pairs), np.log(start.value), start.value)
+    return _judged(problem, problem.solve(x, pairs), start.names, pairs)
 
 
 @dataclass(frozen=True)
@@ -83,6 +93,8 @@ class _Problem:
     """Residuals of the mean steps. Parameters are logarithms but for the zeros and the delay."""
 
     steps: Steps
+    modes: IntArray | None = None
+    lag: float | None = None
 
     def residual(self, p: FloatArray, pairs: int) -> FloatArray:
         model = _model(p, pairs)
@@ -91,11 +103,12 @@ class _Problem:
 
     def _answer(self, model: SwitchedModel, mode: int, side: Bundle) -> FloatArray:
         u = side.input.mean(axis=0)
-        return simulate(model, u, np.full(u.size, mode), self.steps.rate)
+        modes = np.full(u.size, mode) if self.modes is None else self.modes[mode]
+        return simulate(model, u, modes, self.steps.rate, self.lag)
 
     @cached_property
     def slow(self) -> FloatArray:
-        """Orthonormal constants of both directions, and one slope that turns at the step. (3, 2 n)."""
+        """Constants of both directions and a slope that turns at the step, orthonormal, (3, 2 n)."""
         time = self.steps.time
         one, none, slope = np.ones_like(time), np.zeros_like(time), np.maximum(time, 0.0)
         rows = [[one, none], [none, one], [slope, -slope]]
@@ -119,9 +132,10 @@ class _Problem:
     def solve(self, start: FloatArray, pairs: int, most: int = 60) -> OptimizeResult:
         low, high = _bounds(pairs, start.size > 4 + 2 * pairs)
         start = np.clip(start, low + 1e-6, high - 1e-6)
-        return least_squares(
+        found: OptimizeResult = least_squares(
             self.residual, start, args=(pairs,), bounds=(low, high), x_scale="jac", max_nfev=most
         )
+        return found
 
 
 def _search(problem: _Problem, pairs: int) -> OptimizeResult:
