@@ -124,14 +124,18 @@ def _assembled(
     value = g.sum(axis=0) / times
     size = np.where(strong, np.abs(u), np.nan)[:, excited]
     of_noise = np.sqrt(np.nansum(noise[:, excited] / size**2, axis=0)) / times
-    total, freedom = _total(g, used, value)
     lines = np.arange(u.shape[1])
-    inside = (lines > excited[0]) & (lines < excited[-1])
+    free = ~strong & (lines > excited[0]) & (lines < excited[-1])
     rest = _unexplained(u, y, excited, value)
+    usual = np.interp(lines, excited, np.sqrt(np.nanmean(size**2, axis=0)))
     even, odd = (
-        _level(rest, noise, size, excited, inside & (lines % 2 == k) & (count == 0), records[0])
+        _level(rest / usual, noise / usual**2, free & (lines % 2 == k), records[0].period)
         for k in (0, 1)
     )
+    if len(records) == 1 and odd.level.size >= FEWEST:
+        total, freedom = _beside(odd, excited / records[0].period), FEWEST
+    else:
+        total, freedom = _scatter(g, used, value)
     return BestLinearApproximation(
         records[0].input, records[0].output, excited / records[0].period, value, of_noise,
         np.maximum(total, of_noise), freedom, even, odd, len(records), periods,
@@ -139,7 +143,7 @@ def _assembled(
     )  # fmt: skip
 
 
-def _total(g: ComplexArray, used: BoolArray, value: ComplexArray) -> tuple[FloatArray, int]:
+def _scatter(g: ComplexArray, used: BoolArray, value: ComplexArray) -> tuple[FloatArray, int]:
     """Deviation of the mean over realisations, pooled over neighbouring lines, and its freedom.
 
     One realisation has no scatter; what a parabola through its neighbouring lines leaves stands in.
@@ -157,6 +161,12 @@ def _total(g: ComplexArray, used: BoolArray, value: ComplexArray) -> tuple[Float
     return np.sqrt(np.sum(np.abs(left) ** 2, axis=1) / (width - 3)), width - 3
 
 
+def _beside(odd: Level, frequency: FloatArray) -> FloatArray:
+    """Deviation by noise and odd distortion, from the free odd lines near some frequencies."""
+    power = np.convolve(np.pad(odd.level**2, NEIGHBOURS, mode="reflect"), np.ones(FEWEST), "valid")
+    return np.sqrt(np.interp(frequency, odd.frequency, power / FEWEST))
+
+
 def _unexplained(
     u: ComplexArray, y: ComplexArray, excited: np.ndarray, value: ComplexArray
 ) -> ComplexArray:
@@ -167,12 +177,11 @@ def _unexplained(
     return np.asarray(y - gain * np.exp(1j * phase) * u)
 
 
-def _level(
-    rest: ComplexArray, noise: FloatArray, size: FloatArray, excited: np.ndarray,
-    chosen: BoolArray, record: PeriodicRecord,
-) -> Level:  # fmt: skip
-    """Root mean square over realisations of what is left at some lines, per input nearby."""
-    lines = np.flatnonzero(chosen)
-    usual = np.interp(lines, excited, np.sqrt(np.nanmean(size**2, axis=0)))
-    power, by_noise = (np.mean(x[:, lines], axis=0) for x in (np.abs(rest) ** 2, noise))
-    return Level(lines / record.period, np.sqrt(power) / usual, np.sqrt(by_noise) / usual)
+def _level(rest: ComplexArray, noise: FloatArray, free: BoolArray, period: float) -> Level:
+    """Root mean square of what is left at free lines, over realisations that leave them free."""
+    lines = np.flatnonzero(free.any(axis=0))
+    power, by_noise = (
+        np.sum(np.where(free, x, 0.0), axis=0)[lines] / free.sum(axis=0)[lines]
+        for x in (np.abs(rest) ** 2, noise)
+    )
+    return Level(lines / period, np.sqrt(power), np.sqrt(by_noise))

@@ -9,6 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from identification import drawing as d
+from identification.best_linear import BestLinearApproximation
 from identification.describing_function import DescribingFunction
 from identification.harmonic_claims import CUTOFF, ZONES
 from identification.words import gain_unit, name
@@ -41,8 +42,32 @@ def describing_figure(
         axes[2].set_xlabel(f"excitation frequency / f_c (f_c = {cutoff:g} Hz)")
         for panel in axes:
             _zones(panel)
-        axes[0].set_title(f"{name(found.input)} to {name(found.output)}")
+        axes[0].set_title(f"{name(found.input)} to {name(found.output)}", loc="left")
         d.legend(axes[0], 3)
+    return figure
+
+
+def linear_figure(found: BestLinearApproximation, cutoff: float = CUTOFF) -> Figure:
+    """Draw the best linear gain with noise, even and odd distortion beside it. cutoff: Hz."""
+    with d.hand():
+        figure, axes = d.panels(2, 6.0, [3, 2])
+        factor, unit = gain_unit(found.input, found.output)
+        x, gain = found.frequency / cutoff, np.abs(found.value)
+        axes[0].plot(x, _decibel(factor * gain), "o-", ms=3, color=d.BLUE, label="best linear")
+        for level, colour, mark, label in (
+            (found.even, d.ORANGE, "s", "even distortion"), (found.odd, d.GREEN, "^", "odd"),
+        ):  # fmt: skip
+            at = level.frequency / cutoff
+            axes[0].plot(at, _decibel(factor * level.level), mark, ms=3, color=colour, label=label)
+        axes[0].plot(x, _decibel(factor * found.total_deviation), color=d.RED, label="total")
+        axes[0].plot(x, _decibel(factor * found.noise_deviation), color=d.MUTED, label="noise")
+        axes[1].plot(x, _unbroken(found.value), "o-", ms=3, color=d.BLUE)
+        top = 20 * np.log10(factor * gain.max())
+        axes[0].set(ylabel=f"dB ({unit})", ylim=(top - DEEPEST, top + 5))
+        axes[1].set(ylabel="phase / °", ylim=(-200, 200), yticks=(-180, -90, 0, 90, 180))
+        axes[1].set_xlabel(f"f / f_c (f_c = {cutoff:g} Hz)")
+        axes[0].set_title(f"{name(found.input)} to {name(found.output)}", pad=22)
+        d.legend(axes[0], 5)
     return figure
 
 

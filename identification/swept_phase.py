@@ -15,6 +15,7 @@ from protocol.channel import FloatArray
 
 FEWEST_CROSSINGS = 8
 HYSTERESIS = 0.3  # of the root mean square: less than this is no crossing
+MOST_STEPS = 30
 MOST_UNEXPLAINED = 0.3  # share of the power that the law may leave; a servo bends it a little
 
 
@@ -63,23 +64,24 @@ def swept_phase(u: FloatArray, rate: float) -> SweptPhase | NoSweep:
     crossings = _crossings(wave, time)
     if crossings.size < FEWEST_CROSSINGS:
         return NoSweep(f"the input crosses its mean {crossings.size} times: not a swept sine")
-    tried = [_fitted(wave, time, crossings, name) for name in LAWS]
-    best = min(tried, key=lambda found: found.unexplained)
+    laws = {name: _through(LAWS[name], crossings, time[-1]) for name in LAWS}
+    name = min(laws, key=lambda law: laws[law][1])
+    best = _refined(wave, time, name, laws[name][0])
     if best.unexplained > MOST_UNEXPLAINED:
         share = 100 * best.unexplained
         return NoSweep(f"a swept sine leaves {share:.0f} % of the input's power unexplained")
     return best
 
 
-def _fitted(wave: FloatArray, time: FloatArray, crossings: FloatArray, name: str) -> SweptPhase:
+def _refined(wave: FloatArray, time: FloatArray, name: str, ends: FloatArray) -> SweptPhase:
+    """Fit the law's first and last frequency to the waveform itself."""
     law, duration = LAWS[name], time[-1]
 
     def left(ends: FloatArray) -> FloatArray:
         return _left(wave, 2 * np.pi * duration * law(time / duration, ends[0], ends[1])[0])[0]
 
-    ends = _ends(law, crossings, duration)
     found = optimize.least_squares(
-        left, ends, x_scale=1 / duration, bounds=(1e-3 / duration, np.inf)
+        left, ends, x_scale=1 / duration, bounds=(1e-3 / duration, np.inf), max_nfev=MOST_STEPS
     )
     cycles, frequency = law(time / duration, *found.x)
     residual, offset = _left(wave, 2 * np.pi * duration * cycles)
@@ -104,8 +106,8 @@ def _crossings(wave: FloatArray, time: FloatArray) -> FloatArray:
     return np.asarray(time[before] + share * (time[after] - time[before]))
 
 
-def _ends(law: Law, crossings: FloatArray, duration: float) -> FloatArray:
-    """First and last frequency of the law that passes the crossings half a cycle apart. Hz."""
+def _through(law: Law, crossings: FloatArray, duration: float) -> tuple[FloatArray, float]:
+    """Ends of the law (Hz) that passes the crossings half a cycle apart, and what it misses."""
     half = np.arange(crossings.size) / 2
     between, pace = (crossings[1:] + crossings[:-1]) / 2, 0.5 / np.diff(crossings)
     slope, level = np.polyfit(between, pace, 1)
@@ -116,7 +118,7 @@ def _ends(law: Law, crossings: FloatArray, duration: float) -> FloatArray:
         return np.asarray(duration * law(crossings / duration, p[0], p[1])[0] + p[2] - half)
 
     found = optimize.least_squares(
-        left, [*start, 0.0], loss="soft_l1",
+        left, [*start, 0.0], loss="soft_l1", max_nfev=100,
         bounds=([least / 10, least / 10, -np.inf], np.inf),
     )  # fmt: skip
-    return np.asarray(found.x[:2])
+    return np.asarray(found.x[:2]), float(found.cost)

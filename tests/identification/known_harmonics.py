@@ -1,8 +1,8 @@
 """Systems whose harmonics are known exactly: a static curve before a linear resonance with a delay.
 
 z = u + b u^2 + c u^3 with u = A cos(phi) has harmonics 1 + 3 c A^2 / 4, b A / 2 and c A^2 / 4 per
-amplitude; each then passes H at its own frequency. They do not imitate a curve behind the resonance,
-nor one with memory.
+amplitude; each then passes H at its own frequency. They do not imitate a curve behind the
+resonance, nor one with memory.
 """
 
 from dataclasses import dataclass
@@ -42,8 +42,9 @@ class Curved:
         rest = int(2 * RATE)
         z = np.concatenate((np.zeros(rest), u + self.square * u**2 + self.cube * u**3))
         w = 2 * np.pi * self.natural
-        system = signal.lti([w**2], [1, 2 * self.damping * w, w**2])
-        y = signal.lsim(system, z, np.arange(z.size) / RATE)[1]
+        plant = [w**2], [1, 2 * self.damping * w, w**2]
+        above, below, _ = signal.cont2discrete(plant, 1 / RATE, method="foh")
+        y = signal.lfilter(above.ravel(), below, z)
         return np.roll(y, round(self.delay * RATE))[rest:]
 
 
