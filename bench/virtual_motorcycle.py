@@ -110,13 +110,17 @@ class VirtualMotorcycle:
         return True
 
     def _live(self, now: float) -> None:
-        """Live the millisecond that ends at `now`, s since the ride began."""
+        """Live the millisecond that ends at `now`, s since the ride began.
+
+        The motorcycle moves under what the devices held since the last one; then they take in what
+        arrived meanwhile, and hold and echo that from `now` on.
+        """
+        motion = self._move(now)
         self._listen(now)
         grant = self._grant.at(now, self._silence)
         if grant.latched and not self._grant.latched:
             self.taken_back.append(now)
         self._grant = grant
-        motion = self._move(now)
         for name, message in self._instruments.speak(self._lived - 1, now, motion, grant):
             self._send(*self._sender.encode(message, name=name))
 

@@ -16,19 +16,16 @@ from identification.time_check import SHARES, NoStretch, Stretch, time_check
 from identification.trial_window import NoExcitation
 from plant.motorcycle import Motorcycle
 
-ECHO_DELAY = -1e-3  # s: the ECU stamps a command at the end of the millisecond that it was held
-
 
 def known_path(motorcycle: Motorcycle, input: str = "throttle_position") -> KnownPath:
     """Say what a nominal vehicle knows of the path from an input to slip, beside resonances.
 
     The filling time of the intake is a lag behind the throttle; the driveline's damping leads by
-    c / k. A command's echo is stamped late, so that its delay seems shorter.
+    c / k.
     """
     spring = motorcycle.driveline
     lags = (motorcycle.intake.filling_time,) if input.startswith("throttle") else ()
-    echo = ECHO_DELAY if input.endswith("command") else 0.0
-    return KnownPath(lags, (spring.damping / spring.stiffness,), echo)
+    return KnownPath(lags, (spring.damping / spring.stiffness,))
 
 
 def study_of(
