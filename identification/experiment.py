@@ -1,7 +1,7 @@
 """One trial as a model sees it: command, slip, and the signals by which a model may switch.
 
-    run = experiment_of(identify(read(folder)))          # Experiment or NoExperiment
-    run.signal["command"], run.signal["torque rate"], run.signal["twist"]
+run = experiment_of(identify(read(folder)))          # Experiment or NoExperiment
+run.signal["command"], run.signal["torque rate"], run.signal["twist"]
 """
 
 from collections.abc import Mapping

@@ -99,7 +99,7 @@ class _Problem:
     def residual(self, p: FloatArray, pairs: int) -> FloatArray:
         model = _model(p, pairs)
         left = [side.mean - self._answer(model, k, side) for k, side in enumerate(self.sides)]
-        return self.cut(np.stack(left)[None])[0] / self.scale
+        return np.asarray(self.cut(np.stack(left)[None])[0] / self.scale)
 
     def _answer(self, model: SwitchedModel, mode: int, side: Bundle) -> FloatArray:
         u = side.input.mean(axis=0)
