@@ -50,6 +50,10 @@ class RateLimit(Effect):
 
     name = "rate_limit"
     block = "throttle_servo"
+    shows_in = ("throttle_position",)
+    confused_with = ("acceleration_limit", "voltage_limit")
     hooks = (Hook("servo_velocity", limit_velocity), Hook("servo_acceleration", hold_at_limit))
 
-    limit: float = parameter(6.0, "1/s", 0.5, 100.0, "greatest speed of the plate", absent=inf)
+    limit: float = parameter(
+        6.0, "1/s", 0.5, 100.0, "greatest speed of the plate", absent=inf, smallest=12.0
+    )
