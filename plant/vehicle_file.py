@@ -16,7 +16,7 @@ from typing import Any, TypeVar
 from plant.channels import CHANNEL_UNITS, DEFAULT_CHANNELS, ChannelTiming
 from plant.effects.library import BY_NAME
 from plant.motorcycle import BLOCK_NAMES, Motorcycle
-from plant.parameters import Block, Parameter
+from plant.parameters import Block, Parameter, check_word
 from plant.trouble import ParameterError, VehicleFileError, nearest
 from plant.units import to_si
 
@@ -147,9 +147,15 @@ class _Reader:
             "channel": {name for name, timing in channels.items() if timing.period > 0.0},
             "clock": {timing.clock for timing in channels.values()},
         }
-        for word, value in words.items():
-            self.keys({value: None}, known.get(word, (value,)), f"{where}.{word}")
+        for word in known.keys() & words.keys():
+            self.word(words[word], tuple(sorted(known[word])), f"{where}.{word}")
         return self.filled(kind, table, where, f"effects.{named.key}", words)
+
+    def word(self, value: str, choices: tuple[str, ...], path: str) -> None:
+        try:
+            check_word(value, choices, path)
+        except ParameterError as trouble:
+            raise self.located(trouble, path) from trouble
 
     def gears(self, table: dict[str, Any]) -> tuple[float, ...]:
         self.keys(table, [str(i) for i in range(1, len(table) + 1)], "gears")

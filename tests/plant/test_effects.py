@@ -21,7 +21,8 @@ from plant.effects.slipper_clutch import SlipperClutch
 from plant.effects.voltage_limit import VoltageLimit
 from plant.encoder import Misplaces, begin, passing_teeth, toothed_disc
 from plant.equations import EQUATIONS
-from plant.equilibrium import mean_instant, steady_state
+from plant.equilibrium import equilibrium, mean_instant, steady_state
+from plant.layout import moving
 from plant.motorcycle import BLOCK_NAMES, Motorcycle
 from plant.parameters import Parameter
 from plant.sensing import Misdates, Tells
@@ -129,6 +130,23 @@ def test_an_effect_is_finite_over_its_range(effect, data):
         assert np.isfinite(present.tooth_offsets(16)).all()
 
 
+@pytest.mark.parametrize("effect", moving(LIBRARY), ids=lambda e: e.name)
+def test_an_effect_is_sound_at_the_usual_step(effect, nominal):
+    """A step of a quarter of it gives the same, corners and dead zones included."""
+    bike = with_effects(nominal, REACHED.get(effect, effect()))
+    t = np.arange(500) * 1e-3
+    wave = 0.08 * np.sin(2 * np.pi * (2 + 10 * t) * t)
+    runs = []
+    for n in (4, 16):
+        simulation = Simulation(bike, 1e-3 / n, n, n)
+        state, throttle = equilibrium(simulation, 2, 1466.0)
+        inputs = Inputs.held(500, gear=2.0, throttle_command=throttle + wave, spark=wave)
+        runs.append(simulation.advance(state, inputs)[1])
+    for name in ("throttle", "air", "engine_speed", "rear_speed", "slip", "speed"):
+        error = np.abs(runs[0][name] - runs[1][name]).max() / np.ptp(runs[1][name])
+        assert error < 1e-3, name
+
+
 @every_effect
 def test_a_steady_state_exists_with_the_effect(effect, nominal):
     """On average over full turns no rate is left, and the effect's own states have settled."""
@@ -232,3 +250,13 @@ def test_an_unknown_argument_of_a_hook_is_named():
 
 def lambda_with_typo(spring_twits: float) -> float:
     return spring_twits
+
+
+def test_the_guide_to_adding_an_effect_shows_a_real_one_whole():
+    root = Path(__file__).parents[2]
+    guide = (root / "docs" / "adding_an_effect.md").read_text()
+    assert (root / "plant" / "effects" / "grip_wear.py").read_text() in guide
+    library = (root / "plant" / "effects" / "library.py").read_text()
+    assert library.count("grip_wear") == 1
+    assert '    "grip_wear",\n' in guide
+    assert '    "grip_wear",\n' in library
