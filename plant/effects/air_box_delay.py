@@ -20,8 +20,8 @@ the spark; the same at every engine speed.
 Confused with
 -------------
 Delay by crank angle (shorter at high engine speed): two speeds separate them. A longer filling lag
-also takes gain away. Latency of the throttle's channel delays the spark's answer no more than this
-does, but shifts the measured plate against its own command.
+also takes gain away. Latency of the throttle's channel: that one shifts the measured plate against
+its own command as well.
 
 Reference
 ---------
@@ -48,7 +48,7 @@ class AirBoxDelay(Effect):
     name = "air_box_delay"
     block = "intake"
     shows_in = ("engine_speed", "rear_teeth")
-    confused_with = ("crank_angle_delay", "channel_latency", "asymmetric_filling")
+    confused_with = ("crank_angle_delay", "channel_latency")
     hooks = (Hook("air_delay", longer),)
 
     delay: float = parameter(

@@ -55,7 +55,7 @@ class Backlash(Effect):
     name = "backlash"
     block = "driveline"
     shows_in = ("rear_teeth", "engine_speed")
-    confused_with = ("hardening_cush", "slipper_clutch")
+    confused_with = ("hardening_cush", "slipper_clutch", "clutch_slip")
     hooks = (Hook("spring_motion", dead_zone),)
 
     slack: float = parameter(

@@ -60,7 +60,7 @@ class ChainPolygon(Effect):
     name = "chain_polygon"
     block = "driveline"
     shows_in = ("rear_teeth",)
-    confused_with = ("tooth_misplacement", "eccentricity", "firing_torque")
+    confused_with = ("tooth_misplacement", "eccentricity", "firing_torque", "compression_torque")
     periodic = True
     hooks = (Hook("spring_motion", roll_over_corners),)
 

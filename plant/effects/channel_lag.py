@@ -68,7 +68,7 @@ class ChannelLag(Effect):
     block = "channel"
     stage = "signal"
     shows_in = ("engine_speed", "throttle_position")
-    confused_with = ("channel_latency", "relaxation_length", "optical_lag")
+    confused_with = ("channel_latency", "relaxation_length", "optical_lag", "held_frames")
 
     channel: str = word("engine_speed", "which one")
     time_constant: float = parameter(

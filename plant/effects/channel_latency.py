@@ -45,7 +45,16 @@ class ChannelLatency(Effect):
     block = "channel"
     stage = "signal"
     shows_in = ("optical_speed", "engine_speed", "throttle_position", "spark_applied")
-    confused_with = ("clock_offset", "channel_lag", "relaxation_length", "optical_lag")
+    confused_with = (
+        "clock_offset",
+        "channel_lag",
+        "relaxation_length",
+        "optical_lag",
+        "air_box_delay",
+        "crank_angle_delay",
+        "clock_drift",
+        "held_frames",
+    )
 
     channel: str = word("optical_speed", "which one")
     latency: float = parameter(

@@ -42,7 +42,7 @@ class ChannelScale(Effect):
     block = "channel"
     stage = "signal"
     shows_in = ("engine_speed", "throttle_position", "spark_applied")
-    confused_with = ("direction_blind_counter", "spark_clip")
+    confused_with = ("direction_blind_counter",)
 
     channel: str = word("engine_speed", "which one")
     error: float = parameter(

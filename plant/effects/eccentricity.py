@@ -49,7 +49,7 @@ class Eccentricity(Effect):
     name = "eccentricity"
     block = "encoder"
     shows_in = ("rear_teeth", "front_teeth")
-    confused_with = ("tooth_misplacement", "chain_polygon", "firing_torque")
+    confused_with = ("tooth_misplacement", "chain_polygon", "firing_torque", "compression_torque")
 
     encoder: str = word("rear_encoder", "whose disc it is", ENCODERS)
     run_out: float = parameter(

@@ -56,7 +56,7 @@ class GearPlay(Effect):
     name = "gear_play"
     block = "throttle_servo"
     shows_in = ("throttle_position",)
-    confused_with = ("throttle_stiction",)
+    confused_with = ("throttle_stiction", "spring_knee")
     states = ("flank",)
     starts = ("throttle",)
     hooks = (Hook("servo_acceleration", cross_the_gap, governs=("flank",)),)

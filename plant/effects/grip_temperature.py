@@ -56,7 +56,7 @@ class GripTemperature(Effect):
     name = "grip_temperature"
     block = "tyre"
     shows_in = ("rear_teeth", "temperatures")
-    confused_with = ("wet_patch", "grip_wear", "load_transfer")
+    confused_with = ("wet_patch", "grip_wear", "load_transfer", "air_density")
     states = ("warmth",)
     starts = (20.0,)
     hooks = (Hook("rear_grip", soften), Hook("tyre_force", heat, governs=("warmth",)))

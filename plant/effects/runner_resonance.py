@@ -57,7 +57,7 @@ class RunnerResonance(Effect):
     name = "runner_resonance"
     block = "intake"
     shows_in = ("engine_speed", "rear_teeth")
-    confused_with = ("hardening_cush", "asymmetric_filling")
+    confused_with = ("hardening_cush",)
     states = ("swing", "swing_rate")
     starts = (0.08, 0.0)
     hooks = (Hook("charge", swing_along, governs=("swing", "swing_rate")),)

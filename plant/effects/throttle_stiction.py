@@ -65,7 +65,7 @@ class ThrottleStiction(Effect):
     name = "throttle_stiction"
     block = "throttle_servo"
     shows_in = ("throttle_position",)
-    confused_with = ("gear_play",)
+    confused_with = ("gear_play", "spring_knee")
     hooks = (Hook("servo_acceleration", stick),)
 
     width: float = parameter(

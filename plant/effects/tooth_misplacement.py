@@ -50,7 +50,7 @@ class ToothMisplacement(Effect):
     name = "tooth_misplacement"
     block = "encoder"
     shows_in = ("rear_teeth", "front_teeth")
-    confused_with = ("eccentricity", "firing_torque", "chain_polygon")
+    confused_with = ("eccentricity", "firing_torque", "chain_polygon", "compression_torque")
 
     encoder: str = word("rear_encoder", "whose disc it is", ENCODERS)
     displacement: float = parameter(

@@ -60,7 +60,7 @@ class Wind(Effect):
     name = "wind"
     block = "road"
     shows_in = ("optical_speed", "front_teeth", "rear_teeth")
-    confused_with = ("grade", "squat", "torque_dip")
+    confused_with = ("grade", "squat", "torque_dip", "closed_throttle_friction")
     hooks = (Hook("drag_force", blow),)
 
     head_wind: float = parameter(

@@ -197,6 +197,7 @@ def test_an_effect_acts_at_seams_that_exist_and_belongs_to_a_block(effect):
 def test_an_effect_shows_somewhere_and_is_like_others_that_exist(effect):
     assert set(effect.shows_in) <= set(CHANNEL_UNITS)
     assert set(effect.confused_with) <= set(BY_NAME) - {effect.name}
+    assert all(effect.name in BY_NAME[other].confused_with for other in effect.confused_with)
     for names in (effect.shows_in, effect.confused_with):
         assert names
         assert len(set(names)) == len(names)
