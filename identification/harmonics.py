@@ -44,8 +44,8 @@ def harmonics(
     """Estimate harmonics per input amplitude, averaged over runs. resolution: Hz."""
     if not runs:
         return NoHarmonics("no run with a sweep")
-    low = max(float(run.sweep.frequency.min()) for run in runs)
-    high = min(float(run.sweep.frequency.max()) for run in runs)
+    ends = [_ends(run, resolution) for run in runs]
+    low, high = max(low for low, _ in ends), min(high for _, high in ends)
     least = min(float(pieces(run, resolution)[-1]) for run in runs)
     if least < FEWEST_PIECES or not high > low:
         return NoHarmonics(
@@ -60,6 +60,14 @@ def harmonics(
         float(stats.t.ppf(0.975, 2 * freedom)), amplitude, len(runs),
         f"least squares along the phase, {len(runs)} run{'s' if len(runs) > 1 else ''}",
     )  # fmt: skip
+
+
+def _ends(run: SweptRun, resolution: float) -> tuple[float, float]:
+    """Lowest and highest frequency, Hz, half a piece inside the sweep, where splines are held."""
+    passed = pieces(run, resolution)
+    inside = (passed > 0.5) & (passed < passed[-1] - 0.5)
+    frequency = run.sweep.frequency[inside] if inside.any() else run.sweep.frequency
+    return float(frequency.min()), float(frequency.max())
 
 
 def _averaged(
