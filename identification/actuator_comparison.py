@@ -150,7 +150,8 @@ def actuator(
     if band is None or band[0] > LOW * cutoff or band[1] < cutoff:
         seen = f"{band[0]:.1f} to {band[1]:.1f} Hz" if band else "nothing"
         return NoComparison(
-            f"from {response.input} {seen} is believed, {LOW * cutoff:g} to {cutoff:g} Hz are needed"
+            f"from {response.input} {seen} is believed, "
+            f"{LOW * cutoff:g} to {cutoff:g} Hz are needed"
         )
     choice = choose_order(lines, all_pole())
     known = delay or _profiled(choice)
@@ -172,13 +173,13 @@ def answer(found: Comparison) -> str:
     """Throttle or spark? The paper's question, in a sentence with its figures."""
     t, s, c = found.throttle, found.spark, found.cutoff
     return (
-        f"Spark for the fast part, throttle for the large one: at w_c ({c:g} Hz) the spark leads the "
-        f"throttle by {found.lead:.0f} ± {found.lead_band:.0f} degrees without their pure delays of "
-        f"{1e3 * s.delay.value:.1f} and {1e3 * t.delay.value:.1f} ms, and it is usable up to "
-        f"{_share(s, c)} w_c where the throttle ends at {_share(t, c)} w_c ({MARGIN:.0f} degrees of "
-        f"phase margin); but one degree of spark moves the slip by only "
-        f"{100 * np.radians(abs(s.low_gain)):.3f} %, one percent of throttle by "
-        f"{abs(t.low_gain):.3f} %."
+        "Spark for the fast part, throttle for the large one: "
+        f"at w_c ({c:g} Hz) the spark leads the throttle by {found.lead:.0f} ± "
+        f"{found.lead_band:.0f} degrees, without pure delays of {1e3 * s.delay.value:.1f} and "
+        f"{1e3 * t.delay.value:.1f} ms, and it is usable up to {_share(s, c)} w_c, the throttle up "
+        f"to {_share(t, c)} w_c (phase margin {MARGIN:.0f} degrees); but one degree of spark "
+        f"moves the slip by only {100 * np.radians(abs(s.low_gain)):.3f} %, "
+        f"one percent of throttle by {abs(t.low_gain):.3f} %."
     )
 
 

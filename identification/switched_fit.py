@@ -55,10 +55,15 @@ class SwitchedFit:
         return self.quantile * float(np.sqrt(self.covariance[i, i]))
 
     def difference(self, name: str) -> tuple[float, float]:
-        """Closing minus opening of "gain", "pole" or "zero", and the half width of its interval."""
+        """Closing minus opening, and the half width of its interval.
+
+        name: "gain", "pole", "zero", or "lag": pole less zero, by how much an answer is later.
+        """
+        parts = {"pole": 1.0, "zero": -1.0} if name == "lag" else {name: 1.0}
         weight = np.zeros(len(self.names))
-        weight[self.names.index(f"closing.{name}")] = 1.0
-        weight[self.names.index(f"opening.{name}")] = -1.0
+        for part, share in parts.items():
+            weight[self.names.index(f"closing.{part}")] = share
+            weight[self.names.index(f"opening.{part}")] = -share
         deviation = float(np.sqrt(weight @ self.covariance @ weight))
         return float(weight @ self.value), self.quantile * deviation
 
@@ -84,7 +89,8 @@ def fit_by(steps: Steps, start: SwitchedFit, modes: IntArray, lag: float) -> Swi
     """
     pairs = len(start.model.resonances)
     problem = _Problem(steps, modes, lag)
-    x = np.where(_is_log(start.value.size, pairs), np.log(start.value), start.value)
+    positive = _is_log(start.value.size, pairs)
+    x = np.where(positive, np.log(np.where(positive, start.value, 1.0)), start.value)
     return _judged(problem, problem.solve(x, pairs), start.names, pairs)
 
 
@@ -108,7 +114,7 @@ class _Problem:
 
     @cached_property
     def slow(self) -> FloatArray:
-        """Constants of both directions and a slope that turns at the step, orthonormal, (3, 2 n)."""
+        """Constants of both directions, a slope that turns at the step; orthonormal, (3, 2 n)."""
         time = self.steps.time
         one, none, slope = np.ones_like(time), np.zeros_like(time), np.maximum(time, 0.0)
         rows = [[one, none], [none, one], [slope, -slope]]
