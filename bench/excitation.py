@@ -113,7 +113,8 @@ def odd_multisine(
     rising = np.flatnonzero((values[:-1] <= 0) & (values[1:] > 0))[0]
     share = values[rising] / (values[rising] - values[rising + 1])
     crossing = fine[rising] + share * (fine[1] - fine[0])
-    return wave(time + crossing) / float(np.max(np.abs(values)))
+    played = wave(time + crossing)
+    return np.asarray(played / max(np.max(np.abs(values)), np.max(np.abs(played))))
 
 
 def _shape(trial: TrialFile) -> Callable[[FloatArray], FloatArray]:

@@ -148,14 +148,15 @@ def _scatter(g: ComplexArray, used: BoolArray, value: ComplexArray) -> tuple[Flo
 
     One realisation has no scatter; what a parabola through its neighbouring lines leaves stands in.
     """
-    runs, n = g.shape
+    n = value.size
     width = min(2 * NEIGHBOURS + 1, n)
     first = np.clip(np.arange(n) - NEIGHBOURS, 0, n - width)
     near = first[:, None] + np.arange(width)
     times = used.sum(axis=0)
-    if runs > 1 and times.min() > 1:
-        variance = np.sum(np.where(used, np.abs(g - value) ** 2, 0), axis=0) / (times - 1) / times
-        return np.sqrt(variance[near].mean(axis=1)), int(width * (times.min() - 1))
+    spread = (times - 1)[near].sum(axis=1)
+    if spread.min() > 0:
+        squares = np.sum(np.where(used, np.abs(g - value) ** 2, 0), axis=0)
+        return np.sqrt(squares[near].sum(axis=1) / spread / times), int(spread.min())
     smooth = np.polynomial.polynomial.polyvander(np.linspace(-1, 1, width), 2)
     left = value[near] - value[near] @ (smooth @ np.linalg.pinv(smooth)).T
     return np.sqrt(np.sum(np.abs(left) ** 2, axis=1) / (width - 3)), width - 3

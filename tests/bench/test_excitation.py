@@ -82,6 +82,14 @@ def test_with_detection_one_odd_line_of_every_four_stays_free(seed):
     assert np.max(lines[2 * np.arange(0, 21, 2)]) < 1e-12
 
 
+@given(seed=st.integers(0, 1_000))
+@settings(max_examples=25, deadline=None)
+def test_a_multisine_never_exceeds_its_amplitude(seed):
+    """Not even between the points at which its peak was sought: the bench would trip."""
+    wave = odd_multisine(np.arange(0, 4.0, 0.001), 4.0, 0.5, 12.0, seed)
+    assert np.max(np.abs(wave)) <= 1.0
+
+
 def test_whole_periods_are_played_to_their_end():
     made = excitation("multisine", duration="6 s")
     periods = made.table.reshape(3, -1)
