@@ -23,13 +23,16 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 from scipy import stats
 
+from identification.describing_function import against_delay
 from identification.periodic_record import Lines, PeriodicRecord, lines_of
 from identification.response import ComplexArray, FrequencyResponse
 from identification.samples import BoolArray
 from protocol.channel import FloatArray
 
+IntArray = npt.NDArray[np.int64]
 NEIGHBOURS = 3  # lines on each side, from whose scatter a single realisation is judged
 FEWEST = 2 * NEIGHBOURS + 1
 STRONG = 0.1  # of the strongest line's amplitude, from which a line counts as excited
@@ -135,7 +138,7 @@ def _assembled(
     if len(records) == 1 and odd.level.size >= FEWEST:
         total, freedom = _beside(odd, excited / records[0].period), FEWEST
     else:
-        total, freedom = _scatter(g, used, value)
+        total, freedom = _scatter(excited, g, used, value)
     return BestLinearApproximation(
         records[0].input, records[0].output, excited / records[0].period, value, of_noise,
         np.maximum(total, of_noise), freedom, even, odd, len(records), periods,
@@ -143,7 +146,9 @@ def _assembled(
     )  # fmt: skip
 
 
-def _scatter(g: ComplexArray, used: BoolArray, value: ComplexArray) -> tuple[FloatArray, int]:
+def _scatter(
+    lines: IntArray, g: ComplexArray, used: BoolArray, value: ComplexArray
+) -> tuple[FloatArray, int]:
     """Deviation of the mean over realisations, pooled over neighbouring lines, and its freedom.
 
     One realisation has no scatter; what a parabola through its neighbouring lines leaves stands in.
@@ -157,8 +162,10 @@ def _scatter(g: ComplexArray, used: BoolArray, value: ComplexArray) -> tuple[Flo
     if spread.min() > 0:
         squares = np.sum(np.where(used, np.abs(g - value) ** 2, 0), axis=0)
         return np.sqrt(squares[near].sum(axis=1) / spread / times), int(spread.min())
-    smooth = np.polynomial.polynomial.polyvander(np.linspace(-1, 1, width), 2)
-    left = value[near] - value[near] @ (smooth @ np.linalg.pinv(smooth)).T
+    turned = (value * against_delay(lines.astype(np.float64), value))[near]
+    away = (lines[near] - lines[:, None]) / (lines[-1] - lines[0])
+    smooth = away[..., None] ** np.arange(3)
+    left = turned - np.einsum("wij,wj->wi", smooth @ np.linalg.pinv(smooth), turned)
     return np.sqrt(np.sum(np.abs(left) ** 2, axis=1) / (width - 3)), width - 3
 
 
@@ -169,7 +176,7 @@ def _beside(odd: Level, frequency: FloatArray) -> FloatArray:
 
 
 def _unexplained(
-    u: ComplexArray, y: ComplexArray, excited: np.ndarray, value: ComplexArray
+    u: ComplexArray, y: ComplexArray, excited: IntArray, value: ComplexArray
 ) -> ComplexArray:
     """What the approximation, interpolated to lines between, does not explain. (runs, lines)."""
     lines = np.arange(u.shape[1])

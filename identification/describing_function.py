@@ -95,7 +95,8 @@ def sliced(
     frequency = _common([f for f, *_ in slices])
     value = np.stack([between(frequency, f, g) for f, g, _ in slices])
     amplitude = np.mean([np.interp(frequency, f, a) for f, _, a in slices], axis=0)
-    deviation, freedom = _scatter(value)
+    turned = value * np.stack([against_delay(frequency, row) for row in value.mean(axis=0)])
+    deviation, freedom = _scatter(turned)
     return DescribingFunction(
         runs[0].input, runs[0].output, frequency, value.mean(axis=0), deviation,
         float(stats.t.ppf(0.975, 2 * freedom)), amplitude, len(runs),
@@ -111,6 +112,12 @@ def between(at: FloatArray, frequency: FloatArray, value: ComplexArray) -> Compl
         for g, p in zip(gain, phase, strict=True)
     ]
     return np.asarray(rows)
+
+
+def against_delay(frequency: FloatArray, value: ComplexArray) -> ComplexArray:
+    """Turn back by the mean slope of the phase, after which neighbours are alike. value: (n,)."""
+    slope = np.polyfit(frequency, np.unwrap(np.angle(value)), 1, w=np.abs(value) + 1e-300)[0]
+    return np.asarray(np.exp(-1j * slope * frequency))
 
 
 def per_amplitude(output: ComplexArray, first: ComplexArray) -> ComplexArray:

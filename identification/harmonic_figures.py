@@ -66,8 +66,8 @@ def linear_figure(found: BestLinearApproximation, cutoff: float = CUTOFF) -> Fig
         axes[0].set(ylabel=f"dB ({unit})", ylim=(top - DEEPEST, top + 5))
         axes[1].set(ylabel="phase / °", ylim=(-200, 200), yticks=(-180, -90, 0, 90, 180))
         axes[1].set_xlabel(f"f / f_c (f_c = {cutoff:g} Hz)")
-        axes[0].set_title(f"{name(found.input)} to {name(found.output)}", pad=22)
-        d.legend(axes[0], 5)
+        axes[0].set_title(f"{name(found.input)} to {name(found.output)}")
+        d.legend(axes[0], 3)
     return figure
 
 
