@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.optimize import minimize
+from scipy.optimize import least_squares
 
 from identification.rational_model import RationalModel
 from identification.response import ComplexArray, FrequencyResponse
@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 FEWEST = 8  # lines
 SECTIONS = 2  # of second order in the weight
 POINTS = 200  # at which the bound is known
+ROUNDS = 8
 MARGIN = 1e-6  # by which the weight lies above the bound
 
 
@@ -121,30 +122,50 @@ def uncertainty_set(nominal: RationalModel, members: Sequence[Member]) -> Uncert
 
 
 def fit_weight(frequency: FloatArray, bound: FloatArray, sections: int = SECTIONS) -> Weight:
-    """Fit a weight that lies above a bound everywhere and in the mean of logarithms close to it.
+    """Fit a weight that follows a bound and lies above it everywhere.
 
-    frequency: Hz, (n,); bound: (n,), positive.
+    frequency: Hz, (n,); bound: (n,), positive. Least squares on logarithms, repeated with more
+    weight on what lies above (Lawson), then lifted until nothing does.
     """
-    target = np.log(np.maximum(bound, 1e-4))
-    centres = 2 * np.pi * np.geomspace(frequency[0], frequency[-1], sections + 2)[1:-1]
-    start = np.log(np.concatenate([[c, 0.7, c, 0.7] for c in centres]))
-    limits = [(np.log(2 * np.pi * frequency[0] / 10), np.log(20 * np.pi * frequency[-1])),
-              (np.log(0.1), np.log(3.0))] * (2 * sections)  # fmt: skip
-
-    def over(p: FloatArray) -> float:
-        shape = np.log(np.abs(_shape(p).response(frequency)))
-        above = shape - target
-        above = above - above.min()  # lifted until it touches the bound from above
-        return float(np.mean(above) + 0.2 * np.mean(above**2))
-
-    best = minimize(over, start, method="Powell", bounds=limits, options={"maxiter": 40})
-    shape = _shape(best.x)
-    lift = float(np.max(bound / np.abs(shape.response(frequency))))
-    return Weight(lift * (1 + MARGIN), shape.sections)
+    target, share = np.log(np.maximum(bound, 1e-4)), np.ones(bound.size)
+    p = _start(frequency, bound, sections)
+    for _ in range(ROUNDS):
+        p = _followed(frequency, target, share, p)
+        share = share * np.exp(2 * np.clip(target - _logarithm(p, frequency), -1, 1))
+        share = share / share.mean()
+    lift = float(np.max(target - _logarithm(p, frequency)))
+    return Weight(float(np.exp(p[0] + lift)) * (1 + MARGIN), np.exp(p[1:]).reshape(-1, 4))
 
 
-def _shape(p: FloatArray) -> Weight:
-    return Weight(1.0, np.exp(p).reshape(-1, 4))
+def _followed(
+    frequency: FloatArray, target: FloatArray, share: FloatArray, start: FloatArray
+) -> FloatArray:
+    def error(p: FloatArray) -> FloatArray:
+        return np.asarray(np.sqrt(share) * (_logarithm(p, frequency) - target))
+
+    found = least_squares(error, start, bounds=_limits(frequency, start.size // 4))
+    return np.asarray(found.x)
+
+
+def _logarithm(p: FloatArray, frequency: FloatArray) -> FloatArray:
+    """Logarithm of the gain. p: logarithms of gain and sections."""
+    shape = Weight(1.0, np.exp(p[1:]).reshape(-1, 4))
+    return np.asarray(p[0] + np.log(np.abs(shape.response(frequency))))
+
+
+def _start(frequency: FloatArray, bound: FloatArray, sections: int) -> FloatArray:
+    """Flat, with a hump where the bound is highest; further sections do nothing yet."""
+    centres = 2 * np.pi * np.geomspace(frequency[0], frequency[-1], sections + 1)[1:]
+    centres[0] = 2 * np.pi * frequency[int(np.argmax(bound))]
+    rows = [[np.log(c), 0.0, np.log(c), -0.5 if i == 0 else 0.1] for i, c in enumerate(centres)]
+    return np.concatenate(([float(np.mean(np.log(np.maximum(bound, 1e-4))))], *rows))
+
+
+def _limits(frequency: FloatArray, sections: int) -> tuple[FloatArray, FloatArray]:
+    low, high = np.log(0.2 * np.pi * frequency[0]), np.log(20 * np.pi * frequency[-1])
+    row = [(low, high), (np.log(0.05), np.log(5.0))] * 2
+    lower, upper = np.array([(-20.0, 20.0), *row * sections]).T
+    return lower, upper
 
 
 def _distance(
