@@ -4,6 +4,7 @@ from collections.abc import Callable
 
 import pytest
 
+from tests.recordings import recording
 from tests.socketcan import box
 from tests.socketcan.kernels import Kernel
 
@@ -15,10 +16,13 @@ LIMIT = 40.0  # s of the kernel's own time
     "tests/socketcan/inside/test_sockets.py",
     "tests/socketcan/inside/test_trial.py",
     "tests/socketcan/inside/test_killed_bench.py",
+    "tests/socketcan/inside/test_replay.py",
 ])  # fmt: skip
 def test_on_a_real_vcan(
     kernel: Kernel, path: str, record_property: Callable[[str, object], None]
 ) -> None:
+    if path.endswith("test_replay.py"):
+        recording("subaru_wrx/can_sample.log")
     found = box.run_tests(kernel, [path], LIMIT)
     record_property("inside", f"{path} on vcan0, {kernel.name}: {found.closing_line}")
     report = f"{found.ended.output}\n{found.ended.console}"
