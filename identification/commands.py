@@ -1,4 +1,4 @@
-"""The sub-command of this package: `slipbench identify`."""
+"""The sub-commands of this package: identify and paper."""
 
 import json
 from pathlib import Path
@@ -14,11 +14,15 @@ if TYPE_CHECKING:  # the analyses take seconds to import; --help should not
     from protocol.recording import Recording
 
 EXAMPLE = "Example: slipbench identify runs/throttle_sweep --figures figures"
+PAPER_EXAMPLE = "Example: slipbench paper --out paper --runs paper/runs"
+HERE = Path(__file__).parent.parent
+FAILED = 3  # exit status where a claim does not hold
 
 
 def register(app: typer.Typer) -> None:
-    """Add `identify` to the one command."""
+    """Add `identify` and `paper` to the one command."""
     app.command("identify", epilog=EXAMPLE)(identify_command)
+    app.command("paper", epilog=PAPER_EXAMPLE)(paper_command)
 
 
 def identify_command(
@@ -45,6 +49,40 @@ def identify_command(
     for line in summary(found):
         typer.echo(line)
     typer.echo(f"report: {written}")
+
+
+def paper_command(
+    out: Annotated[Path, typer.Option(help="Where to write paper.html, claims.json and figures.")],
+    runs: Annotated[
+        Path | None,
+        typer.Option(help="Recordings to use, and where to put those that are missing."),
+    ] = None,
+    nominal: Annotated[
+        Path, typer.Option(help="Vehicle file: what is known beside the recordings.")
+    ] = HERE / "plant" / "vehicles" / "nominal.toml",
+    trials: Annotated[Path, typer.Option(help="Folder of the trial files.")] = HERE / "trials",
+    bandwidth: Annotated[
+        float, typer.Option(help="w_c of the throttle servo, in Hz.", min=0.1)
+    ] = 10.0,
+) -> None:
+    """Reproduce Corno and Savaresi (SYSID 2009) on recordings over CAN, claim by claim.
+
+    Trials whose recordings are not in --runs are run first, on the virtual motorcycle.
+
+    Exit status: 0 every claim holds, 2 something given must be mended, 3 a claim does not hold.
+    """
+    from identification.paper_command import reproduce
+    from identification.paper_report import found_in_words
+
+    console = Console(stderr=True)
+    with console.status("") as progress:
+        done = reproduce(out, runs or out / "runs", nominal, trials, bandwidth, progress.update)
+    for claim in done.claims:
+        mark = "holds" if claim.holds else "FAILS"
+        typer.echo(f"  {mark}  {claim.statement}: {found_in_words(claim)}")
+    typer.echo(f"\n{done.answer}\n\nreport: {done.page}")
+    if not all(claim.holds for claim in done.claims):
+        raise typer.Exit(FAILED)
 
 
 def read_run(run: Path) -> "Recording":
