@@ -22,6 +22,7 @@ from protocol.channel import FloatArray
 
 BEFORE = 0.10  # s kept before a step
 FEWEST = 4  # steps in each direction; fewer have no scatter to judge by
+MOVED = 0.01  # of the swing: less is rest
 SHORTEST = 0.30  # s between two steps, so that the answer to one is over at the next
 
 
@@ -148,12 +149,13 @@ def _middle(above: FloatArray, start: int, stop: int) -> float:
 
 
 def _bundle(u: FloatArray, y: FloatArray, at: FloatArray, time: FloatArray, rate: float) -> Bundle:
-    """Read command and answer about every full step, relative to before it."""
+    """Read command and answer about every full step, relative to before it began to move."""
     index = np.arange(u.size)
     places = at[:, None] + time * rate
     places = places[(places[:, 0] >= 0) & (places[:, -1] <= u.size - 1)]
-    before = time < -BEFORE / 3
     inputs, outputs = (np.interp(places, index, x) for x in (u, y))
     full = np.ptp(inputs, axis=1) > 0.9 * np.ptp(inputs, axis=1).max(initial=0.0)
-    changes = (x[full] - x[full][:, before].mean(axis=1, keepdims=True) for x in (inputs, outputs))
-    return Bundle(*changes)
+    inputs, outputs = inputs[full], outputs[full]
+    moved = np.abs(inputs - inputs[:, :1]) > MOVED * np.ptp(inputs, axis=1, keepdims=True)
+    rest = slice(max(int(np.argmax(moved.any(axis=0))) - 1, 1))
+    return Bundle(*(x - x[:, rest].mean(axis=1, keepdims=True) for x in (inputs, outputs)))
