@@ -113,6 +113,14 @@ def step_responses(u: FloatArray, y: FloatArray, rate: float) -> Steps | NoSteps
     return Steps(time, rate, opening, closing)
 
 
+def mean_levels(
+    u: FloatArray, y: FloatArray, rate: float, like: Steps
+) -> tuple[FloatArray, FloatArray]:
+    """Mean of a signal about the opening and about the closing steps, its level kept. (n,) each."""
+    opening, closing = (_cut(u, y, at, like.time, rate)[1] for at in _crossings(u))
+    return opening.mean(axis=0), closing.mean(axis=0)
+
+
 def pooled(parts: Sequence[Steps]) -> Steps:
     """Put the steps of several like trials together; the shortest sets the length."""
     start = max(part.time[0] for part in parts)
@@ -150,12 +158,19 @@ def _middle(above: FloatArray, start: int, stop: int) -> float:
 
 def _bundle(u: FloatArray, y: FloatArray, at: FloatArray, time: FloatArray, rate: float) -> Bundle:
     """Read command and answer about every full step, relative to before it began to move."""
+    inputs, outputs = _cut(u, y, at, time, rate)
+    moved = np.abs(inputs - inputs[:, :1]) > MOVED * np.ptp(inputs, axis=1, keepdims=True)
+    rest = slice(max(int(np.argmax(moved.any(axis=0))) - 1, 1))
+    return Bundle(*(x - x[:, rest].mean(axis=1, keepdims=True) for x in (inputs, outputs)))
+
+
+def _cut(
+    u: FloatArray, y: FloatArray, at: FloatArray, time: FloatArray, rate: float
+) -> tuple[FloatArray, FloatArray]:
+    """Command and answer about every step over the whole height, (steps, n) each."""
     index = np.arange(u.size)
     places = at[:, None] + time * rate
     places = places[(places[:, 0] >= 0) & (places[:, -1] <= u.size - 1)]
     inputs, outputs = (np.interp(places, index, x) for x in (u, y))
     full = np.ptp(inputs, axis=1) > 0.9 * np.ptp(inputs, axis=1).max(initial=0.0)
-    inputs, outputs = inputs[full], outputs[full]
-    moved = np.abs(inputs - inputs[:, :1]) > MOVED * np.ptp(inputs, axis=1, keepdims=True)
-    rest = slice(max(int(np.argmax(moved.any(axis=0))) - 1, 1))
-    return Bundle(*(x - x[:, rest].mean(axis=1, keepdims=True) for x in (inputs, outputs)))
+    return inputs[full], outputs[full]

@@ -14,13 +14,14 @@ from identification.experiment import Experiment, NoExperiment, experiment_of
 from identification.identify import Identification
 from identification.model_comparison import Rival, Row, compare, rival
 from identification.scheduled import ScheduledFit
-from identification.steps import NoSteps, Steps, pooled, step_responses, steps_of
+from identification.steps import NoSteps, Steps, mean_levels, pooled, steps_of
 from identification.switched import IntArray, mode_of, simulate
 from identification.switched_fit import SwitchedFit, fit_by, fit_steps
 from protocol.channel import FloatArray
 
-LAGS = (0.0, 0.005, 0.010, 0.015)  # s by which a measured signal may act late
-OTHERS = ("torque rate", "twist")
+RESTING = 0.02  # of a mean signal: less has no sign
+# Signals by which a model may switch, and s by which each may act late; twist is the slip's own.
+OTHERS = {"torque rate": (0.0, 0.005, 0.010, 0.015), "twist": (0.0,)}
 
 
 @dataclass(frozen=True)
@@ -90,15 +91,14 @@ def scheduled_rival(fit: ScheduledFit) -> Rival:
 def _by(name: str, steps: Steps, run: Experiment, first: SwitchedFit) -> Rival:
     """Switch by a measured signal; of some lags the one that fits the steps best."""
     modes = _modes(name, steps, run)
-    fits = [(lag, fit_by(steps, first, modes, lag)) for lag in LAGS]
+    fits = [(lag, fit_by(steps, first, modes, lag)) for lag in OTHERS[name]]
     lag, best = min(fits, key=lambda pair: pair[1].error)
     return rival(f"switched by {name}", best.model, name, lag)
 
 
 def _modes(name: str, steps: Steps, run: Experiment) -> IntArray:
     """Mode during the mean opening and the mean closing step, (2, n)."""
-    cut = step_responses(run.u[run.part], run.signal[name][run.part], run.rate)
-    if isinstance(cut, NoSteps):  # the same command was cut before
-        raise ValueError(cut.reason)
-    count = steps.time.size
-    return np.stack([mode_of(side.mean)[:count] for side in (cut.opening, cut.closing)])
+    part = run.part
+    means = mean_levels(run.u[part], run.signal[name][part], run.rate, steps)
+    moving = [np.abs(mean) > RESTING * np.abs(mean).max() for mean in means]
+    return np.stack([mode_of(np.where(on, m, 0.0)) for on, m in zip(moving, means, strict=True)])
