@@ -1,10 +1,11 @@
 # make trial    set up, run the throttle sweep on the virtual motorcycle, identify it
 # make test     set up, then the whole check
+# make paper    set up, then Corno and Savaresi's findings, claim by claim
 # make bench    set up, then every benchmark
 # make lock     choose the newest versions that pyproject.toml allows
 # make clean    forget the environment and everything that was made, except runs/
 
-.PHONY: help trial test bench lock setup clean
+.PHONY: help trial test paper bench lock setup clean
 .DEFAULT_GOAL := help
 
 # The first interpreter that is new enough; the lock is tested with 3.11.
@@ -13,15 +14,20 @@ ENVIRONMENT := .venv
 IN := $(ENVIRONMENT)/bin
 READY := $(ENVIRONMENT)/.ready
 WORKERS ?= auto
+# Libraries that start a thread per core on top of that only get in each other's way.
+export OMP_NUM_THREADS ?= 1
 
 help:
-	@sed -n 's/^# //p' $(firstword $(MAKEFILE_LIST)) | head -5
+	@sed -n 's/^# //p' $(firstword $(MAKEFILE_LIST)) | head -6
 
 trial: setup
 	@run=$$($(IN)/slipbench trial trials/throttle_sweep.toml) && $(IN)/slipbench identify "$$run"
 
 test: setup
 	$(IN)/python -m pytest -n $(WORKERS) --dist loadscope $(TESTS)
+
+paper: setup
+	$(IN)/slipbench paper --out paper --runs paper/runs
 
 bench: setup
 	@for benchmark in benchmarks/*.py; do \

@@ -12,6 +12,7 @@ from protocol.trial_file import Multisine, Square, Sweep, TrialFile
 from protocol.units import parse_quantity
 
 FloatArray = npt.NDArray[np.float64]
+GROUP = 4  # odd lines of a multisine, of which one is left free to detect odd distortion
 COMMANDS_PER_CYCLE = 20  # fewer make a sine a staircase whose images reach the slip
 
 
@@ -81,16 +82,27 @@ def square_wave(time: FloatArray, frequency: float) -> FloatArray:
 
 
 def odd_multisine(
-    time: FloatArray, period: float, lowest: float, highest: float, seed: int
+    time: FloatArray,
+    period: float,
+    lowest: float,
+    highest: float,
+    seed: int,
+    detection: bool = False,
 ) -> FloatArray:
     """Odd harmonics of 1/`period` with random phases, a peak of one, starting at a zero crossing.
 
-    Even lines stay free, so that even distortion shows in them (Pintelon and Schoukens, System
-    Identification: A Frequency Domain Approach, 2nd ed., chapter 4).
+    Even lines stay free, so that even distortion shows in them; with `detection` one random line of
+    every `GROUP` odd ones does too, so that odd distortion shows there (Pintelon and Schoukens,
+    System Identification: A Frequency Domain Approach, 2nd ed., chapter 4).
     """
     harmonics = np.arange(1, int(np.floor(highest * period + 1e-9)) + 1, 2)
     harmonics = harmonics[harmonics >= lowest * period - 1e-9]
-    phases = np.random.default_rng(seed).uniform(0, 2 * np.pi, harmonics.size)
+    random = np.random.default_rng(seed)
+    phases = random.uniform(0, 2 * np.pi, harmonics.size)
+    if detection:
+        whole = np.arange(0, harmonics.size - GROUP + 1, GROUP)
+        free = whole + random.integers(0, GROUP, whole.size)
+        harmonics, phases = np.delete(harmonics, free), np.delete(phases, free)
 
     def wave(at: FloatArray) -> FloatArray:
         angles = 2 * np.pi * np.outer(at / period, harmonics) + phases
@@ -101,7 +113,8 @@ def odd_multisine(
     rising = np.flatnonzero((values[:-1] <= 0) & (values[1:] > 0))[0]
     share = values[rising] / (values[rising] - values[rising + 1])
     crossing = fine[rising] + share * (fine[1] - fine[0])
-    return wave(time + crossing) / float(np.max(np.abs(values)))
+    played = wave(time + crossing)
+    return np.asarray(played / max(np.max(np.abs(values)), np.max(np.abs(played))))
 
 
 def _shape(trial: TrialFile) -> Callable[[FloatArray], FloatArray]:
@@ -114,7 +127,9 @@ def _shape(trial: TrialFile) -> Callable[[FloatArray], FloatArray]:
         case Square():
             return lambda t: square_wave(t, spec.frequency)
         case Multisine():
-            return lambda t: odd_multisine(t, spec.period, spec.lowest, spec.highest, spec.seed)
+            return lambda t: odd_multisine(
+                t, spec.period, spec.lowest, spec.highest, spec.seed, spec.detection
+            )
 
 
 def _check_frequency(trial: TrialFile) -> None:
@@ -181,7 +196,8 @@ def _check_rate(trial: TrialFile, wave: FloatArray, rate: float) -> None:
 def _end_at_zero(wave: FloatArray) -> FloatArray:
     """Rest after the last zero crossing, so that the hand-over to settling does not jump."""
     crossings = np.flatnonzero(np.diff(np.signbit(wave)))
-    if not crossings.size:
+    at_rest = wave.size > 1 and abs(wave[-1]) <= 1.01 * abs(wave[-1] - wave[-2])  # whole periods
+    if at_rest or not crossings.size:
         return wave
     return np.where(np.arange(wave.size) <= crossings[-1], wave, 0.0)
 

@@ -45,17 +45,24 @@ SCHEDULE: Mapping[str, tuple[int, int]] = {
 TRUE_TIME = DeviceClock()
 
 
+def as_it_is(_: float, value: float) -> float:
+    """Tell a value as it is, whatever the time."""
+    return value
+
+
 @dataclass(frozen=True)
 class Timing:
     """How a device tells one channel: its clock, and what it adds.
 
     latency  s, from the moment that a value holds for to the frame
     noise    standard deviation of white noise, SI unit of the channel
+    tell     (true time, value) -> what the frame tells; called once for every frame, in order
     """
 
     clock: DeviceClock = TRUE_TIME
     latency: float = 0.0
     noise: float = 0.0
+    tell: Callable[[float, float], float] = as_it_is
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,19 +122,23 @@ class Instruments:
                 self._outbox.put(now + timing.latency, f"{name.capitalize()}Teeth", message)
         return self._outbox.due(now)
 
-    def _noisy(self, channel: str, value: float) -> float:
-        noise = self._timings[channel].noise
-        return value + noise * float(self._random.standard_normal()) if noise else value
+    def _told(self, channel: str, now: float, value: float) -> float:
+        timing = self._timings[channel]
+        if timing.noise:
+            value += timing.noise * float(self._random.standard_normal())
+        return timing.tell(now, value)
 
     def _ecu(self, now: float, motion: Motion, grant: Grant) -> tuple[BenchMessage, float]:
         timing, authority = self._timings["throttle_command"], grant.authority
         throttle = grant.command.throttle if authority & Authority.THROTTLE else self._rider.grip
         spark = grant.command.spark if authority & Authority.SPARK else 0.0
+        throttle = min(max(self._told("throttle_command", now, throttle), 0.0), 1.0)
+        spark = self._told("spark_command", now, spark)
         return EcuStatus(authority, throttle, spark, timing.clock.read(now)), timing.latency
 
     def _throttle(self, now: float, motion: Motion, grant: Grant) -> tuple[BenchMessage, float]:
         timing = self._timings["throttle_position"]
-        position = min(max(self._noisy("throttle_position", motion.throttle), 0.0), 1.0)
+        position = min(max(self._told("throttle_position", now, motion.throttle), 0.0), 1.0)
         current = HOLDING_CURRENT + CURRENT_PER_ACCELERATION * motion.throttle_acceleration
         current = min(max(current, -25.0), 25.0)
         status = ThrottleStatus(grant.authority, position, current, False, timing.clock.read(now))
@@ -135,23 +146,23 @@ class Instruments:
 
     def _engine(self, now: float, motion: Motion, grant: Grant) -> tuple[BenchMessage, float]:
         timing = self._timings["engine_speed"]
-        speed = max(self._noisy("engine_speed", motion.engine_speed), 0.0)
+        speed = max(self._told("engine_speed", now, motion.engine_speed), 0.0)
         offset = grant.command.spark if grant.authority & Authority.SPARK else 0.0
-        advance = MAP_ADVANCE + offset
+        advance = MAP_ADVANCE + self._told("spark_applied", now, offset)
         return EngineStatus(speed, motion.gear, advance, timing.clock.read(now)), timing.latency
 
     def _optical(self, now: float, motion: Motion, _: Grant) -> tuple[BenchMessage, float]:
         timing = self._timings["optical_speed"]
-        speed = self._noisy("optical_speed", motion.optical_speed)
+        speed = self._told("optical_speed", now, motion.optical_speed)
         return OpticalSpeed(speed, True, timing.clock.read(now)), timing.latency
 
     def _controls(self, now: float, _: Motion, __: Grant) -> tuple[BenchMessage, float]:
         return self._rider.controls(now), self._timings["rider"].latency
 
-    def _travel(self, _: float, motion: Motion, __: Grant) -> tuple[BenchMessage, float]:
+    def _travel(self, now: float, motion: Motion, __: Grant) -> tuple[BenchMessage, float]:
         timing = self._timings["suspension_travel"]
         travels = self._chassis.travels(motion.rear_angle, motion.front_angle)
-        front, rear = (max(self._noisy("suspension_travel", travel), 0.0) for travel in travels)
+        front, rear = (max(self._told("suspension_travel", now, travel), 0.0) for travel in travels)
         return ChassisStatus(front, rear), timing.latency
 
     def _encoder(self, name: str) -> tuple[BenchMessage, float]:

@@ -15,7 +15,7 @@ from protocol.messages import (
     ToothIntervals,
 )
 
-SLOWEST = 3.0  # m/s: below it a slip is noise over nothing
+SLOWEST = 3.0  # m/s: below it a slip is noise over nothing, and not known
 
 # The statuses that a decision to keep authority rests on, by the name of their message.
 SAFETY = (
@@ -112,5 +112,5 @@ class Lookout:
 
     def _slip(self) -> float:
         if self._speed <= SLOWEST:
-            return 0.0
+            return math.nan
         return self._wheel_speed["RearTeeth"] / self._speed - 1.0

@@ -1,5 +1,6 @@
 """How a trial ended, and what of it goes into run.toml."""
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -43,7 +44,7 @@ def told(outcome: Outcome) -> dict[str, Any]:
             "phase": outcome.state.phase.name.lower(),
             "trip": reason.name.lower(),
             "detail": outcome.trip,
-            "operating_throttle": _number(outcome.state.throttle),
+            **_operating_point(outcome.state),
             "notes": list(outcome.notes),
             "phases": [
                 {"phase": change.phase.name.lower(), "time_ns": change.time_ns}
@@ -75,5 +76,6 @@ def ticks_table(lateness: Lateness, late: int = 100_000) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _number(value: float) -> float:
-    return value if value == value else -1.0
+def _operating_point(state: TrialState) -> dict[str, float]:
+    """Tell the opening about which was excited, where the trial came to that."""
+    return {} if math.isnan(state.throttle) else {"operating_throttle": state.throttle}

@@ -6,6 +6,7 @@ It does not imitate CAN FD, error frames, error counters, bus-off, or losses.
 
 import heapq
 from collections import deque
+from copy import copy
 from typing import Any
 
 import can
@@ -68,9 +69,14 @@ class SimulatedBus:
 
     def _deliver(self, message: can.Message, sender: "SimulatedNode", time_ns: int) -> None:
         message.timestamp = time_ns * 1e-9
+        message.is_rx = True
         for node in self._nodes:
-            if node is not sender or node.hears_itself:
-                node.inbox.append((message, node is not sender))
+            if node is not sender:
+                node.inbox.append(message)
+                message = _twin(message)  # each listener may do with its own what it likes
+        if sender.hears_itself:
+            message.is_rx = False
+            sender.inbox.append(message)
 
 
 class SimulatedNode(can.BusABC):
@@ -79,20 +85,18 @@ class SimulatedNode(can.BusABC):
     def __init__(self, wire: SimulatedBus, name: str, hears_itself: bool) -> None:
         """Attach to `wire`."""
         self._wire, self.hears_itself = wire, hears_itself
-        self.inbox: deque[tuple[can.Message, bool]] = deque()
+        self.inbox: deque[can.Message] = deque()
         self.channel_info = f"simulated: {name}"
         super().__init__(channel=name)
 
     def send(self, msg: can.Message, timeout: float | None = None) -> None:
         """Queue a frame for arbitration."""
-        self._wire.offer(msg, self)
+        self._wire.offer(_twin(msg), self)  # who sent it may go on using it
 
     def _recv_internal(self, timeout: float | None) -> tuple[can.Message | None, bool]:
         if not self.inbox:
             return None, False
-        message, received = self.inbox.popleft()
-        message.is_rx = received
-        return message, False
+        return self.inbox.popleft(), False
 
     def _apply_filters(self, filters: Any) -> None:
         """Leave filtering to the base class."""
@@ -100,3 +104,10 @@ class SimulatedNode(can.BusABC):
 
 def _bits(message: can.Message) -> int:
     return classic_frame_bits(message.arbitration_id, message.is_extended_id, message.data)
+
+
+def _twin(message: can.Message) -> can.Message:
+    """Copy a frame, its payload included, which python-can's own shallow copy shares."""
+    twin = copy(message)
+    twin.data = bytearray(message.data)
+    return twin

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import can
+import numpy as np
 
 from bench.clock import SECOND
 from bench.devices import DeviceClock, Grant
@@ -16,8 +17,11 @@ from bench.disturbances import ON_THE_ROAD, Disturbances, Roughness
 from bench.instruments import Instruments, Motion, Timing
 from bench.lookout import Wheels
 from bench.rider import Rider
+from plant.channels import ChannelTiming
 from plant.encoder import ToothedDisc, begin, passing_teeth, toothed_disc
 from plant.equilibrium import equilibrium
+from plant.motorcycle import Motorcycle
+from plant.sensing import Memories, Misdates, Tells, clock_of, tell, telling
 from plant.signals import Floats
 from plant.simulation import Inputs, Outputs, Simulation
 from plant.trouble import VehicleFileError
@@ -30,6 +34,8 @@ from protocol.messages import ActuatorCommand, Authority, TrialStatus
 from protocol.trial_file import TrialFile
 
 STEP = 0.001  # s, the devices' own cycle
+LIVED = ("throttle_position", "engine_speed", "optical_speed")  # told between frames as well
+ECHOED = ("throttle_command", "spark_command", "spark_applied")  # told by the frame only
 
 
 def read_vehicle(path: Path) -> Vehicle:
@@ -74,6 +80,25 @@ class Ride:
             ) from fault
 
 
+class Sensor:
+    """What the vehicle's effects make of one channel, moment by moment."""
+
+    def __init__(self, motorcycle: Motorcycle, channel: str, *stages: str) -> None:
+        """Remember nothing yet; act with the effects of these stages."""
+        self._effects = telling(motorcycle.effects, channel, *stages)
+        self._memories: Memories = ()
+
+    def follow(self, times: Floats, values: Floats) -> float:
+        """Live through these moments (s, true time) and tell the last one's value."""
+        if self._effects:
+            self._memories, values = tell(self._effects, self._memories, times, values)
+        return float(values[-1])
+
+    def tell(self, now: float, value: float) -> float:
+        """Tell the value of one frame."""
+        return self.follow(np.array([now]), np.array([value])) if self._effects else value
+
+
 class VirtualMotorcycle:
     """Lives a millisecond at a time and speaks for all devices on the bus."""
 
@@ -86,7 +111,9 @@ class VirtualMotorcycle:
         self._simulation = Simulation(motorcycle)
         self._state, grip = ride.equilibrium(self._simulation)
         self._rider = Rider(trial.rider, grip)
+        _check_channels(ride.vehicle)
         self._instruments = Instruments(_timings(ride.vehicle), codec, self._rider, trial.seed)
+        self._sensors = {channel: Sensor(motorcycle, channel, "signal") for channel in LIVED}
         self._disturbances = Disturbances(ride.roughness, trial.seed)
         self._inputs = Inputs.held(1, gear=float(self._gear), throttle_command=grip)
         self._grant, self._heard = Grant(), e2e.INITIAL
@@ -110,13 +137,17 @@ class VirtualMotorcycle:
         return True
 
     def _live(self, now: float) -> None:
-        """Live the millisecond that ends at `now`, s since the ride began."""
+        """Live the millisecond that ends at `now`, s since the ride began.
+
+        The motorcycle moves under what the devices held since the last one; then they take in what
+        arrived meanwhile, and hold and echo that from `now` on.
+        """
+        motion = self._move(now)
         self._listen(now)
         grant = self._grant.at(now, self._silence)
         if grant.latched and not self._grant.latched:
             self.taken_back.append(now)
         self._grant = grant
-        motion = self._move(now)
         for name, message in self._instruments.speak(self._lived - 1, now, motion, grant):
             self._send(*self._sender.encode(message, name=name))
 
@@ -149,7 +180,7 @@ class VirtualMotorcycle:
         times = now + (out.time - out.time[-1])
         self._turn("rear", times, out.rear_angle, out.rear_speed)
         self._turn("front", times, out.front_angle, out.front_speed)
-        return self._motion(out)
+        return self._motion(times, out)
 
     def _turn(self, wheel: str, times: Floats, angle: Floats, speed: Floats) -> None:
         disc = self._discs[wheel]
@@ -162,16 +193,16 @@ class VirtualMotorcycle:
         seconds = [float(tick) * disc.resolution for tick in passed.ticks]
         self._instruments.teeth(wheel, seconds, _teeth(disc))
 
-    def _motion(self, out: Outputs) -> Motion:
+    def _motion(self, times: Floats, out: Outputs) -> Motion:
         rate = float(out.throttle_rate[-1])
         acceleration = (rate - self._throttle_rate) / STEP
         self._throttle_rate = rate
         return Motion(
-            throttle=float(out.throttle[-1]),
+            throttle=self._sensors["throttle_position"].follow(times, out.throttle),
             throttle_acceleration=acceleration,
-            engine_speed=float(out.engine_speed[-1]),
+            engine_speed=self._sensors["engine_speed"].follow(times, out.engine_speed),
             gear=self._gear,
-            optical_speed=float(out.optical_speed[-1]),
+            optical_speed=self._sensors["optical_speed"].follow(times, out.optical_speed),
             acceleration=float(out.acceleration[-1]),
             rear_angle=float(out.rear_angle[-1]),
             front_angle=float(out.front_angle[-1]),
@@ -191,9 +222,29 @@ def _teeth(disc: ToothedDisc) -> int:
 
 def _timings(vehicle: Vehicle) -> Mapping[str, Timing]:
     """Turn the vehicle file's channels into what the instruments add to the truth."""
-    return {
-        name: Timing(
-            DeviceClock(channel.clock_offset, channel.clock_drift), channel.latency, channel.noise
-        )
-        for name, channel in vehicle.channels.items()
-    }
+    return {name: _timing(vehicle, name, channel) for name, channel in vehicle.channels.items()}
+
+
+def _timing(vehicle: Vehicle, name: str, channel: ChannelTiming) -> Timing:
+    stages = ("frame",) if name in LIVED else ("signal", "frame")
+    return Timing(
+        DeviceClock(*clock_of(vehicle.motorcycle.effects, channel)),
+        channel.latency,
+        channel.noise,
+        Sensor(vehicle.motorcycle, name, *stages).tell,
+    )
+
+
+def _check_channels(vehicle: Vehicle) -> None:
+    """Refuse effects on what the virtual motorcycle does not tell, or tells without a stamp."""
+    clocks = {channel.clock for channel in vehicle.channels.values()}
+    for effect in vehicle.motorcycle.effects:
+        known = (*LIVED, *ECHOED) if isinstance(effect, Tells) else tuple(sorted(clocks))
+        if isinstance(effect, (Tells, Misdates)) and effect.subject not in known:
+            raise InputError(
+                "the virtual motorcycle has no such channel or clock to act on",
+                where=f"{vehicle.name}: effects.{effect.name}",
+                expected=", ".join(known),
+                found=effect.subject,
+                remedy="let the effect act on one of these",
+            )

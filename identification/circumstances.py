@@ -5,6 +5,7 @@ import numpy as np
 from identification.identify import Identification
 from identification.key_figures import servo_bandwidth
 from identification.motion import Motion
+from identification.tooth_pitch import ToothPitch
 from identification.trial_window import NoExcitation, TrialWindow, trip_in_words
 from identification.words import listed
 from protocol.trial_file import Multisine, Square, Sweep, TrialFile
@@ -84,11 +85,8 @@ def how(found: Identification) -> Rows:
         ("Reference", moved.reference_name),
         ("Time base", f"{found.base.rate:g} Hz"),
     ]
-    if moved.notch_reduction is not None:
-        orders = listed([f"{order}X" for order in moved.orders])
-        rows.append(
-            ("Wheel orders", f"{orders} taken off; 1X is {moved.notch_reduction:.0f} dB less")
-        )
+    if moved.line_reduction is not None:
+        rows.append(("Wheel orders", f"{_orders(moved)}; 1X is {moved.line_reduction:.0f} dB less"))
     rows += _orders_in_band(found, moved)
     if moved.slip.statement:
         rows.append(("Where defined", moved.slip.statement))
@@ -97,6 +95,17 @@ def how(found: Identification) -> Rows:
     rows += [(f"{r.input} to {r.output}", r.method) for r in found.responses]
     bandwidth = servo_bandwidth(found)
     return [*rows, ("Servo bandwidth", f"{bandwidth:.1f} Hz (−3 dB)")] if bandwidth else rows
+
+
+def _orders(moved: Motion) -> str:
+    """Say how the wheel's own line was taken off, and what stood in the way of doing it better."""
+    if isinstance(moved.pitch, ToothPitch):
+        found = moved.pitch
+        worst = 100 * float(np.abs(found.gaps).max())
+        error = 100 * found.quantile * float(found.deviation.max())
+        return f"gaps between teeth learnt: up to {worst:.2g} ± {error:.1g} % of a pitch"
+    why = f" (gaps between teeth: {moved.pitch.reason})" if moved.pitch else ""
+    return f"{listed([f'{order}X' for order in moved.orders])} notched out{why}"
 
 
 def _orders_in_band(found: Identification, moved: Motion) -> Rows:

@@ -30,12 +30,12 @@ class Claim:
     @property
     def holds(self) -> bool:
         """Tell whether the figure lies in its band; an unknown one does not."""
-        return not math.isnan(self.value) and self.low <= self.value <= self.high
+        return bool(self.low <= self.value <= self.high)  # NaN lies nowhere
 
     def described(self) -> dict[str, Any]:
         """Lay it out for claims.json; an unknown figure is null, an open end is null."""
         finite = {
-            key: value if math.isfinite(value) else None
+            key: float(value) if math.isfinite(value) else None
             for key, value in (("value", self.value), ("low", self.low), ("high", self.high))
         }
         return {

@@ -1,4 +1,4 @@
-"""The sub-commands of this package: `slipbench identify` and `slipbench explain`."""
+"""The sub-commands of this package: identify and paper."""
 
 import json
 from pathlib import Path
@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.console import Console
 
+from identification.mismatch import commands as mismatch
 from protocol.errors import InputError
 
 if TYPE_CHECKING:  # the analyses take seconds to import; --help should not
@@ -14,15 +15,16 @@ if TYPE_CHECKING:  # the analyses take seconds to import; --help should not
     from protocol.recording import Recording
 
 EXAMPLE = "Example: slipbench identify runs/throttle_sweep --figures figures"
-EXPLAIN_EXAMPLE = (
-    "Example: slipbench explain --vehicle vehicle.toml runs/sweep runs/square --held-out runs/other"
-)
+PAPER_EXAMPLE = "Example: slipbench paper --out paper --runs paper/runs"
+HERE = Path(__file__).parent.parent
+FAILED = 3  # exit status where a claim does not hold
 
 
 def register(app: typer.Typer) -> None:
-    """Add `identify` and `explain` to the one command."""
+    """Add `identify`, `paper` and `explain` to the one command."""
     app.command("identify", epilog=EXAMPLE)(identify_command)
-    app.command("explain", epilog=EXPLAIN_EXAMPLE)(explain_command)
+    app.command("paper", epilog=PAPER_EXAMPLE)(paper_command)
+    mismatch.register(app)
 
 
 def identify_command(
@@ -51,41 +53,38 @@ def identify_command(
     typer.echo(f"report: {written}")
 
 
-def explain_command(
-    training: Annotated[list[Path], typer.Argument(help="Run folders to learn from.")],
-    vehicle: Annotated[Path, typer.Option(help="Vehicle file: the simulation as it is believed.")],
-    held_out: Annotated[
-        list[Path] | None, typer.Option(help="Run folder to prove on; may be given several times.")
+def paper_command(
+    out: Annotated[Path, typer.Option(help="Where to write paper.html, claims.json and figures.")],
+    runs: Annotated[
+        Path | None,
+        typer.Option(help="Recordings to use, and where to put those that are missing."),
     ] = None,
-    json_path: Annotated[
-        Path | None, typer.Option("--json", help="Write the verdict here.")
-    ] = None,
-    report_folder: Annotated[
-        Path | None, typer.Option("--report", help="Write a memo with figures into this folder.")
-    ] = None,
+    nominal: Annotated[
+        Path, typer.Option(help="Vehicle file: what is known beside the recordings.")
+    ] = HERE / "plant" / "vehicles" / "nominal.toml",
+    trials: Annotated[Path, typer.Option(help="Folder of the trial files.")] = HERE / "trials",
+    bandwidth: Annotated[
+        float, typer.Option(help="w_c of the throttle servo, in Hz.", min=0.1)
+    ] = 10.0,
 ) -> None:
-    """Explain where simulation and recordings differ: where, what is missing, how sure.
+    """Reproduce Corno and Savaresi (SYSID 2009) on recordings over CAN, claim by claim.
 
-    Writes vehicle.improved.toml beside the vehicle file. Interrupted, it says what it has so far.
+    Trials whose recordings are not in --runs are run first, on the virtual motorcycle.
+
+    Exit status: 0 every claim holds, 2 something given must be mended, 3 a claim does not hold.
     """
-    from identification.mismatch.explain import analyse, verdict
-    from identification.mismatch.memo import lines
-    from identification.mismatch.output import write_outputs
-    from identification.mismatch.runs import open_analysis
+    from identification.paper_command import reproduce
+    from identification.paper_report import found_in_words
 
     console = Console(stderr=True)
     with console.status("") as progress:
-        progress.update("reading the recordings")
-        analysis = open_analysis(vehicle, training, held_out or [])
-        try:
-            analyse(analysis, say=lambda words: progress.update(words))
-        except KeyboardInterrupt:
-            console.print("interrupted")
-    found = verdict(analysis)
-    for line in lines(found):
-        typer.echo(line)
-    for path in write_outputs(analysis, found, vehicle, json_path, report_folder):
-        typer.echo(f"written: {path}")
+        done = reproduce(out, runs or out / "runs", nominal, trials, bandwidth, progress.update)
+    for claim in done.claims:
+        mark = "holds" if claim.holds else "FAILS"
+        typer.echo(f"  {mark}  {claim.statement}: {found_in_words(claim)}")
+    typer.echo(f"\n{done.answer}\n\nreport: {done.page}")
+    if not all(claim.holds for claim in done.claims):
+        raise typer.Exit(FAILED)
 
 
 def read_run(run: Path) -> "Recording":

@@ -87,7 +87,7 @@ def _slip(found: Identification) -> dict[str, Any] | None:
     return {
         **ends, **mean, "defined_share": _rounded(moved.slip.defined),
         "driven": moved.axle.method, "reference": moved.reference_name,
-        "notch_reduction_db": moved.notch_reduction and _rounded(moved.notch_reduction),
+        "line_reduction_db": moved.line_reduction and _rounded(moved.line_reduction),
         "rolling_radius_ratio": moved.radius and _rounded(moved.radius.ratio, 6),
     }  # fmt: skip
 

@@ -39,7 +39,8 @@ def sweep_response(
     highest = min(u.size // 2, int(np.floor(band[1] / resolution)))
     if highest - lowest < 2 * half:
         raise ValueError(f"{u.size / rate:.1f} s are too short for {band[0]:g} to {band[1]:g} Hz")
-    centres = np.arange(lowest, highest + 1, max(1, (highest - lowest) // LINES))
+    step = max(1, (highest - lowest) // LINES)
+    centres = np.arange(lowest, highest + 1, step)
     first = np.clip(centres - half, lowest, highest - 2 * half)
     window = first[:, None] + np.arange(2 * half + 1)
     r = (window - centres[:, None]) / half
@@ -49,6 +50,7 @@ def sweep_response(
         *names, np.asarray(centres * resolution, dtype=np.float64), g, coherence, deviation,
         float(stats.t.ppf(0.975, 2 * freedom)),
         f"local polynomial, windows of {(2 * half + 1) * resolution:.2f} Hz",
+        max(1, round(half / step)),  # there a parabola's weights are orthogonal to their shift
     )  # fmt: skip
 
 

@@ -9,6 +9,8 @@ from identification.dataset import Dataset, axle_signal
 from identification.filters import bridged, line_reduction, low_pass, notch, wheel_frequency
 from identification.rolling_radius import RadiusEstimate, rolling_ratio
 from identification.slip import Slip, slip
+from identification.tooth_pitch import NoToothPitch, ToothPitch
+from identification.true_teeth import pitch_of, with_true_teeth
 from identification.wheels import AxleSpeed, NoAxleSpeed, axle_speed
 from protocol.channel import FloatArray
 
@@ -22,12 +24,14 @@ OTHER_SPEEDS = ("gnss_speed", "vehicle_speed")
 class Motion:
     """Speeds on one time base and the slip between them.
 
-    raw              (n,) m/s, driven axle before the filters
-    driven           (n,) m/s, low-passed, wheel orders taken off where teeth were timed
+    axle             the driven one; where its gaps were learnt, they are corrected in its parts
+    raw              (n,) m/s, driven axle before the filters and with equal gaps between teeth
+    driven           (n,) m/s, low-passed, free of the teeth's errors or of the wheel's orders
     reference        (n,) m/s
     wheel_frequency  (n,) Hz of the driven wheel; None where its radius is not known
-    orders           wheel orders that were taken off
-    notch_reduction  dB by which 1X got smaller; None where no notch was used
+    pitch            gaps between the teeth, or why notches took their place; None without teeth
+    orders           wheel orders that notches took off; none where the gaps were learnt
+    line_reduction   dB by which 1X got smaller; None where teeth were not timed
     """
 
     axle: AxleSpeed
@@ -38,8 +42,9 @@ class Motion:
     slip: Slip
     wheel_frequency: FloatArray | None
     radius: RadiusEstimate | None
+    pitch: ToothPitch | NoToothPitch | None = None
     orders: tuple[int, ...] = ()
-    notch_reduction: float | None = None
+    line_reduction: float | None = None
 
 
 @dataclass(frozen=True)
@@ -60,34 +65,57 @@ def motion(data: Aligned, base: Dataset) -> Motion | NoMotion:
     found = _reference(data, base, axle.axle, driven_axle)
     if isinstance(found, NoMotion):
         return found
-    return _moved(axle, axle_signal(axle, base.time), *found, base)
+    return _moved(axle, data, *found, base)
 
 
 def _moved(
-    axle: AxleSpeed, raw: FloatArray, reference: FloatArray, name: str, base: Dataset
+    axle: AxleSpeed, data: Aligned, reference: FloatArray, name: str, base: Dataset
 ) -> Motion:
+    raw = axle_signal(axle, base.time)
     driven, reference = (low_pass(x, base.rate, CUTOFF) for x in (raw, reference))
     radius = rolling_ratio(driven, reference, base.get("throttle_position"))
     move = Motion(axle, name, raw, driven, reference, slip(driven, reference), None, radius)
-    return _without_line(move, base.rate) if axle.radius and axle.teeth_per_turn else move
+    return _without_line(move, data, base) if axle.radius and axle.teeth_per_turn else move
 
 
-def _without_line(move: Motion, rate: float) -> Motion:
+def _without_line(move: Motion, data: Aligned, base: Dataset) -> Motion:
+    """Put the teeth where they stand; where that cannot be learnt, notch the orders out."""
     assert move.axle.radius is not None
-    frequency = wheel_frequency(move.raw, rate, move.axle.radius)
+    frequency = wheel_frequency(move.raw, base.rate, move.axle.radius)
     if not np.isfinite(frequency).any():
         return move
-    orders = passing_orders(float(np.nanmedian(frequency)))
-    driven = move.driven
-    for order in orders:
-        driven = notch(driven, frequency, rate, order)
-    known = np.isfinite(move.driven) & np.isfinite(frequency)
-    angle = 2 * np.pi * np.cumsum(bridged(frequency)) / rate
-    reduction = line_reduction(move.driven[known], driven[known], angle[known])
+    pitch = pitch_of(move.axle, data, base)
+    if isinstance(pitch, ToothPitch):
+        orders: tuple[int, ...] = ()
+        axle = with_true_teeth(move.axle, pitch, data)
+        driven = low_pass(axle_signal(axle, base.time), base.rate, CUTOFF)
+    else:
+        axle, orders = move.axle, passing_orders(float(np.nanmedian(frequency)))
+        driven = notched(move.driven, frequency, base.rate, orders)
     return replace(
-        move, driven=driven, slip=slip(driven, move.reference), wheel_frequency=frequency,
-        orders=orders, notch_reduction=reduction,
+        move, axle=axle, driven=driven, slip=slip(driven, move.reference), pitch=pitch,
+        wheel_frequency=frequency, orders=orders,
+        line_reduction=_reduction(move.driven, driven, frequency, base.rate),
     )  # fmt: skip
+
+
+def notched(
+    value: FloatArray, frequency: FloatArray, rate: float, orders: tuple[int, ...]
+) -> FloatArray:
+    """Take several wheel orders off, one after the other."""
+    for order in orders:
+        value = notch(value, frequency, rate, order)
+    return value
+
+
+def _reduction(
+    before: FloatArray, after: FloatArray, frequency: FloatArray, rate: float
+) -> float | None:
+    known = np.isfinite(before) & np.isfinite(after) & np.isfinite(frequency)
+    angle = 2 * np.pi * np.cumsum(bridged(frequency)) / rate
+    if not known.any():
+        return None
+    return line_reduction(before[known], after[known], angle[known])
 
 
 def passing_orders(frequency: float) -> tuple[int, ...]:
@@ -106,12 +134,18 @@ def _reference(
     other = axle_speed(data, "front" if driven == "rear" else "rear")
     if isinstance(other, AxleSpeed):
         both = ", driven too: slip is of one axle against the other" if axles == "both" else ""
+        other = _with_pitch(other, data, base)
         return axle_signal(other, base.time), f"{other.axle} axle{both}: {other.method}"
     for role in OTHER_SPEEDS:
         if data.has(role):
             return base.signals[role], f"{role.replace('_', ' ')} ({_origin(data, role)})"
     wanted = (*TRUE_SPEEDS, *other.roles, *OTHER_SPEEDS)
     return NoMotion(other.reason or "no reference speed", (" or ".join(wanted),))
+
+
+def _with_pitch(axle: AxleSpeed, data: Aligned, base: Dataset) -> AxleSpeed:
+    pitch = pitch_of(axle, data, base)
+    return with_true_teeth(axle, pitch, data) if isinstance(pitch, ToothPitch) else axle
 
 
 def _origin(data: Aligned, role: str) -> str:

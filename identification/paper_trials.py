@@ -37,6 +37,22 @@ def _again(name: str, base: str, runs: int, **changes: Any) -> list[PaperTrial]:
     return [PaperTrial(f"{name}_{n}", base, {**told, "seed": n}) for n in range(1, runs + 1)]
 
 
+PAPER: tuple[PaperTrial, ...] = (
+    *_again("throttle", "throttle_sweep", 2),
+    *_again("spark", "spark_sweep", 2),
+    *_again("large", "throttle_sweep", 2, excitation__amplitude="5.5 %"),
+    *_again("steps", "throttle_steps", 1),
+    *_again("sparksteps", "spark_steps", 1),
+    *(
+        PaperTrial(f"speed_{base.rpartition('_')[2]}", base)
+        for base in (
+            "throttle_sweep_slow", "throttle_sweep_12000", "throttle_sweep_13000",
+            "throttle_sweep_fast",
+        )
+    ),
+)  # fmt: skip
+
+
 def record_all(
     trials: list[PaperTrial], folder: Path, trial_files: Path, told: Callable[[str], None]
 ) -> dict[str, Recording]:

@@ -28,6 +28,8 @@ class FrequencyResponse:
     deviation      (n,) standard deviation of the complex value
     quantile       two-sided 95 % quantile that belongs to `deviation`'s degrees of freedom
     method         how it was estimated, for people
+    stride         lines from one to the next that shares no noise with it; 1 where all are
+                   independent, more where neighbouring windows overlap
     """
 
     input: str
@@ -38,6 +40,7 @@ class FrequencyResponse:
     deviation: FloatArray
     quantile: float
     method: str
+    stride: int = 1
 
     @property
     def gain(self) -> FloatArray:

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 import numpy.typing as npt
@@ -10,9 +11,11 @@ from scipy import signal
 from identification.teeth import STANDING_AFTER
 from protocol.channel import FloatArray
 
+IntArray = npt.NDArray[np.intp]
 TIMER = 1e-6  # s, resolution of the encoders' timers
 MEMORY = 0.3  # s for which an input is remembered
 TAPS = 40
+STILL = 1e-9  # of an input's range; what moves less in the intervals used says nothing there
 MOST = 60_000  # intervals that are used; a longer recording is thinned to turns spread over it
 
 
@@ -37,7 +40,7 @@ class Evidence:
     """
 
     value: FloatArray
-    tooth: npt.NDArray[np.intp]
+    tooth: IntArray
     answer: FloatArray
     timer: FloatArray
     window: FloatArray
@@ -53,19 +56,20 @@ def evidence(
     speed = -np.log(np.where(good, interval, 1.0))
     middle = time[:-1] + interval / 2
     lags = _lags(interval[good])
-    columns = [_lagged(a, middle, good, teeth, lags) for a in answers]
     kernel = quick(teeth)
     whole = _whole(good, kernel.size)
-    whole[: lags.max(initial=0) if columns else 0] = False
+    whole[: lags.max() if answers else 0] = False
     kept = _spread(np.flatnonzero(whole), teeth)
     value = filtered(np.where(good, speed, 0.0), kernel)[kept]
-    tooth = np.mod(np.round(count[:-1]).astype(np.int64), teeth)[kept]
-    answer = np.concatenate([c[kept] for c in columns], axis=1) if columns else np.empty((kept.size, 0))
+    tooth = np.mod(np.round(count[:-1][kept]).astype(np.int64), teeth)
+    columns = [_lagged(given, middle, kernel, kept, lags) for given in answers]
+    answer = np.concatenate([np.empty((kept.size, 0)), *columns], axis=1)
     timer = TIMER / np.sqrt(6) / interval[kept]
     window = np.ones(4 * teeth + 1) / (4 * teeth + 1)
     return Evidence(value, tooth, answer, timer, window, max(kept.size // (2 * teeth), 2))
 
 
+@cache
 def quick(teeth: int) -> FloatArray:
     """(1 - M)^2 with M the centred mean over one turn: 1 at every order, 0 at zero frequency."""
     mean = np.ones(teeth) / teeth
@@ -73,7 +77,9 @@ def quick(teeth: int) -> FloatArray:
         mean = np.convolve(mean, [0.5, 0.5])
     less = -mean
     less[mean.size // 2] += 1
-    return np.asarray(np.convolve(less, less))
+    kernel = np.convolve(less, less)
+    kernel.flags.writeable = False
+    return kernel
 
 
 def filtered(value: FloatArray, kernel: FloatArray) -> FloatArray:
@@ -93,7 +99,7 @@ def _whole(good: npt.NDArray[np.bool_], size: int) -> npt.NDArray[np.bool_]:
     return whole
 
 
-def _lags(interval: FloatArray) -> npt.NDArray[np.intp]:
+def _lags(interval: FloatArray) -> IntArray:
     """Delays at which an input is looked at, in tooth intervals."""
     if not interval.size:
         return np.zeros(1, np.intp)
@@ -102,21 +108,19 @@ def _lags(interval: FloatArray) -> npt.NDArray[np.intp]:
 
 
 def _lagged(
-    given: Answers, middle: FloatArray, good: npt.NDArray[np.bool_], teeth: int, lags: npt.NDArray[np.intp]
+    given: Answers, middle: FloatArray, kernel: FloatArray, kept: IntArray, lags: IntArray
 ) -> FloatArray:
     """Take an input at the intervals' middles, without its slow part, at every delay."""
     known = np.isfinite(given.value)
     if np.count_nonzero(known) < 2 or np.ptp(given.value[known]) == 0:
-        return np.empty((middle.size, 0))
+        return np.empty((kept.size, 0))
     held = np.interp(middle, given.time[known], given.value[known])
-    moving = filtered(held, quick(teeth))
-    late = np.zeros((middle.size, lags.size))
-    for column, lag in enumerate(lags):
-        late[lag:, column] = moving[: moving.size - lag]
-    return late
+    late = filtered(held, kernel)[kept[:, None] - lags[None, :]]
+    moves = late.std(axis=0) > STILL * np.ptp(given.value[known]) if kept.size else slice(0)
+    return np.asarray(late[:, moves])
 
 
-def _spread(kept: npt.NDArray[np.intp], teeth: int) -> npt.NDArray[np.intp]:
+def _spread(kept: IntArray, teeth: int) -> IntArray:
     """Thin a long recording to whole stretches of 16 turns, evenly spread over it."""
     if kept.size <= MOST:
         return kept

@@ -12,15 +12,15 @@ together with the gaps, so that an excitation that turns with the wheel is not t
 What is left is noise, of a size that is estimated turn by turn and weighs the turn.
 
 Not to be told from a gap is whatever else turns with the wheel and grows with its speed, such as a
-tyre that is out of round; nor an input that keeps to the wheel's order throughout the recording. The
-latter shows in the standard errors, which then are large, and is refused.
+tyre that is out of round; nor an input that keeps to the wheel's order throughout the recording.
+The latter shows in the standard errors, which then are large, and is refused.
 
     found = learn_pitch(time, count, 16)
     if isinstance(found, ToothPitch):
         speed = speed_from_teeth(time, count, 16, gaps=found.gaps)
 
-Errors: sandwich covariance over batches of turns (Liang and Zeger 1986), in the place of the noise's
-colour; Student's t with one degree of freedom less than batches.
+Errors: sandwich covariance over batches of turns (Liang and Zeger 1986), which needs not know the
+noise's colour; Student's t with one degree of freedom less than batches.
 """
 
 from collections.abc import Sequence
@@ -36,8 +36,8 @@ LEAST_TURNS = 20
 MOST_DEVIATION = 2e-3  # of a pitch, standard error above which a correction would add noise
 ROUNDS = 5  # of reweighting; the estimates then move by less than a hundredth of their error
 OUTLIER = 3.0  # deviations from which a tooth interval loses weight (Huber)
+CROOKED = 0.1  # share of the answer to an input that is not believed to be linear
 BATCHES = 24
-TIMER = 1e-6  # s, the least noise of an interval
 
 
 @dataclass(frozen=True)
@@ -106,10 +106,13 @@ def learn_pitch(
 
 
 def order_of_gaps(gaps: FloatArray, order: int) -> float:
-    """Amplitude of one order in w / (1 + g), over w. gaps: (N,)."""
-    shown = 1 / (1 + gaps)
+    """Amplitude of one order in the speed that equal gaps would show, over the speed. gaps: (N,).
+
+    A gap shows w / (1 + g) and lasts (1 + g) as long as an even one, so over the angle of the wheel
+    the error that it contributes is g itself: 2 / N abs(sum g_j exp(-2 pi i m j / N)).
+    """
     wave = np.exp(-2j * np.pi * order * np.arange(gaps.size) / gaps.size)
-    return float(2 * abs(np.mean(shown * wave)))
+    return float(2 * abs(np.mean(gaps * wave)))
 
 
 def _fitted(seen: Evidence, teeth: int) -> ToothPitch:
@@ -119,9 +122,10 @@ def _fitted(seen: Evidence, teeth: int) -> ToothPitch:
     for _ in range(ROUNDS):
         normal, moment = _normal(seen, weight, teeth)
         normal[teeth:, teeth:] += prior
-        level = np.linalg.solve(normal, moment)
-        left = seen.value - level[seen.tooth] - seen.answer @ level[teeth:]
-        weight = _weights(left, seen)
+        level = np.asarray(np.linalg.solve(normal, moment), np.float64)
+        answer = seen.answer @ level[teeth:]
+        left = seen.value - level[seen.tooth] - answer
+        weight = _weights(left, answer, seen)
     normal, _ = _normal(seen, weight, teeth)
     normal[teeth:, teeth:] += prior
     cov = _covariance(seen, weight * left, normal, prior, teeth)
@@ -162,10 +166,10 @@ def _prior(seen: Evidence) -> FloatArray:
     return np.diag(share / size)
 
 
-def _weights(left: FloatArray, seen: Evidence) -> FloatArray:
+def _weights(left: FloatArray, answer: FloatArray, seen: Evidence) -> FloatArray:
     """One over the local variance over about four turns; single outliers count less."""
-    square = signal.fftconvolve(np.minimum(left**2, 1.0), seen.window, mode="same")
-    local = np.maximum(square, 0.0) + seen.timer**2
+    square = np.minimum(left**2, 1.0) + (CROOKED * answer) ** 2
+    local = np.maximum(signal.fftconvolve(square, seen.window, mode="same"), 0.0) + seen.timer**2
     excess = np.abs(left) / np.sqrt(local)
     return np.asarray(np.minimum(1.0, OUTLIER / np.maximum(excess, 1e-12)) / local)
 

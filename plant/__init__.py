@@ -7,5 +7,5 @@
     out.slip, out.rear_angle, out["optical_lag.seen"]
 
 Read on in this order: blocks (the numbers), equations (the physics), effects/ (what may be
-missing), kernel (time), encoder and channels (the sensors), linear (one operating point).
+missing), kernel (time), encoder, channels and sensing (the sensors), linear (one operating point).
 """

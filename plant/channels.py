@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
 import numpy as np
+from numpy.typing import NDArray
 
 from plant.parameters import Block, parameter
 from plant.signals import Floats
@@ -89,3 +90,9 @@ def sample(
 def quantised(values: Floats, quantum: float) -> Floats:
     """Return the values rounded to whole quanta; a quantum of 0 leaves them."""
     return np.asarray(np.round(values / quantum) * quantum) if quantum > 0.0 else values
+
+
+def latest(fresh: NDArray[np.bool_], last: float, values: Floats) -> Floats:
+    """Return for each place the newest fresh value up to there; `last` before the first one."""
+    place = np.maximum.accumulate(np.where(fresh, np.arange(1, len(values) + 1), 0))
+    return np.concatenate([[last], values])[place]

@@ -30,6 +30,8 @@ PASS = "Tuple((i8[::1],i8[::1],i8[::1]))(f8[::1],f8[:],f8[:],f8[:],f8[::1],f8)"
 class Misplaces(Protocol):
     """An effect that moves teeth."""
 
+    encoder: str
+
     def tooth_offsets(self, teeth: int) -> Floats:
         """Return how much later than even every tooth passes [rad], shape (teeth,)."""
         ...
@@ -63,7 +65,7 @@ def toothed_disc(
     teeth = int(encoder.teeth)
     angles: Floats = 2 * np.pi / teeth * np.arange(teeth, dtype=np.float64)
     for effect in effects:
-        if effect.block == wheel and isinstance(effect, Misplaces):
+        if isinstance(effect, Misplaces) and effect.encoder == wheel:
             angles = angles + effect.tooth_offsets(teeth)
     gaps = np.diff(angles, append=angles[0] + 2 * np.pi)
     if gaps.min() <= 0.0:

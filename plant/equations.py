@@ -156,6 +156,7 @@ def driveline_torque(spring_torque: float, damping_torque: float, clutch_capacit
 def twist_velocity(
     driveline_torque: float,
     spring_torque: float,
+    spring_twist: float,
     damping_torque: float,
     engine_speed: float,
     rear_speed: float,
@@ -166,10 +167,12 @@ def twist_velocity(
 ) -> float:
     """phi' [rad/s]: w_e / N - w_r while the clutch holds, less what a slipping clutch lets go.
 
-    A slipping clutch unwinds the spring at k / c, but never faster than the step can follow.
+    A slipping clutch unwinds the spring at k / c, but never faster than the step can follow; of a
+    spring that hardens with phi^2 the slope counts.
     """
     excess = spring_torque + damping_torque - driveline_torque
-    viscosity = max(driveline_damping, 0.5 * driveline_stiffness * step)
+    slope = 3.0 * spring_torque / (spring_twist or 1.0) - 2.0 * driveline_stiffness
+    viscosity = max(driveline_damping, 0.5 * max(driveline_stiffness, slope) * step)
     return engine_speed / gear_ratio - rear_speed - excess / viscosity
 
 
@@ -209,7 +212,7 @@ def tyre_force(
     slip: float,
     rear_grip: float,
     rear_load: float,
-    load: float,
+    tyre_load: float,
     tyre_slip_stiffness: float,
     tyre_shape: float,
 ) -> float:
@@ -218,7 +221,7 @@ def tyre_force(
     Grip moves the peak alone; load moves peak and slope.
     """
     peak = max(rear_grip * rear_load, 1e-3)
-    B = tyre_slip_stiffness * load / (tyre_shape * peak)
+    B = tyre_slip_stiffness * rear_load / (tyre_load * tyre_shape * peak)
     return peak * math.sin(tyre_shape * math.atan(B * slip))
 
 

@@ -1,5 +1,6 @@
 """Where every parameter and state stands in the kernel's arrays, for one set of effects."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cache
 
@@ -11,6 +12,11 @@ from plant.motorcycle import Motorcycle
 from plant.signals import Floats
 
 EffectClass = type[Effect]
+
+
+def moving(effects: Iterable[EffectClass]) -> tuple[EffectClass, ...]:
+    """Return those that act in the equations of motion, each once; the others act in a sensor."""
+    return tuple(dict.fromkeys(effect for effect in effects if effect.hooks))
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ import control
 import numpy as np
 
 from plant.equations import RATES
-from plant.equilibrium import equilibrium
+from plant.equilibrium import equilibrium, mean_instant
 from plant.motorcycle import Motorcycle
 from plant.signals import Floats, Inputs, Outputs
 from plant.simulation import Simulation
@@ -78,8 +78,7 @@ def _owner(state: str) -> str:
 
 
 def _evaluated(simulation: Simulation, x: Floats, u: Floats) -> tuple[Floats, Floats]:
-    dx, out = simulation.instant(x, u)
-    return dx, out.table[0]
+    return mean_instant(simulation, x, u)
 
 
 def _jacobian(

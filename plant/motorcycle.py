@@ -26,7 +26,7 @@ class Motorcycle:
     """Everything that fixes the motion once the inputs are known.
 
     gears: crank turns per turn of the rear wheel, first gear first.
-    effects: what this motorcycle has beyond the nominal equations; no class twice.
+    effects: what this motorcycle has beyond the nominal equations; none twice on one subject.
     """
 
     throttle_servo: ThrottleServo = field(default_factory=ThrottleServo)
@@ -44,7 +44,7 @@ class Motorcycle:
 
     def __post_init__(self) -> None:
         check_gears(self.gears)
-        names = [effect.name for effect in self.effects]
+        names = [effect.key for effect in self.effects]
         for name in names:
             if names.count(name) > 1:
                 raise ParameterError(

@@ -1,11 +1,11 @@
 """A physical parameter is a number with a unit, a meaning and a range; a block is a set of them."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import Field, dataclass, field, fields
 from typing import Any
 
-from plant.trouble import ParameterError
+from plant.trouble import ParameterError, nearest
 
 
 @dataclass(frozen=True)
@@ -20,6 +20,12 @@ class Parameter:
     typical: float
     absent: float
     whole: bool
+    smallest: float | None = None
+
+    @property
+    def sized(self) -> bool:
+        """Return whether this parameter is a size of its effect, rather than its shape."""
+        return self.smallest is not None
 
 
 def parameter(
@@ -30,12 +36,15 @@ def parameter(
     text: str,
     *,
     absent: float | None = None,
+    smallest: float | None = None,
     whole: bool = False,
 ) -> float:
     """Declare a field of a Block: default, SI unit, valid range (inclusive) and meaning.
 
     absent: the value at which the effect that owns the parameter vanishes; a parameter that only
     shapes an effect has none and keeps its typical value.
+    smallest: of a parameter that sizes an effect, the least size that anybody would care for; it
+    lies between absent and typical.
     """
     metadata = {
         "unit": unit,
@@ -45,8 +54,14 @@ def parameter(
         "typical": typical,
         "absent": typical if absent is None else absent,
         "whole": whole,
+        "smallest": smallest,
     }
     return field(default=typical, metadata=metadata)
+
+
+def word(default: str, text: str, choices: tuple[str, ...] = ()) -> str:
+    """Declare a field that is a word: a channel, a clock, a wheel; one of choices if given."""
+    return field(default=default, metadata={"word": text, "choices": choices})
 
 
 def _described(entry: Field[Any]) -> Parameter:
@@ -62,6 +77,11 @@ class Block:
         """Return the description of every parameter, in the order of the fields."""
         return _parameters(cls)
 
+    @classmethod
+    def words(cls) -> Mapping[str, tuple[str, ...]]:
+        """Return the fields that are words, with the choices of each; none: any word."""
+        return {f.name: f.metadata["choices"] for f in fields(cls) if "word" in f.metadata}
+
     def values(self) -> Iterator[float]:
         """Yield the values, in the order of `parameters`."""
         return (float(getattr(self, p.name)) for p in self.parameters())
@@ -69,6 +89,8 @@ class Block:
     def __post_init__(self) -> None:
         for described in self.parameters():
             check(described, getattr(self, described.name), type(self).__name__)
+        for name, choices in self.words().items():
+            check_word(getattr(self, name), choices, f"{type(self).__name__}.{name}")
 
 
 _KNOWN: dict[type[Block], tuple[Parameter, ...]] = {}
@@ -97,3 +119,11 @@ def check(described: Parameter, value: object, owner: str) -> None:
         found=f"{value!r}",
         remedy="correct the value or its unit",
     )
+
+
+def check_word(value: str, choices: tuple[str, ...], where: str) -> None:
+    """Raise ParameterError unless the word is one of the choices; no choices allow any word."""
+    if value in choices or (not choices and value):
+        return
+    expected = f"one of {', '.join(choices)}" if choices else "a word"
+    raise ParameterError("unknown word", where, expected, repr(value), nearest(value, choices))

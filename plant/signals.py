@@ -59,6 +59,8 @@ class Inputs:
     engine_disturbance = Column("N m", "torque added at the crank")
     grip = Column("1", "factor on the tyre's friction: wet patch", 1.0)
     load = Column("1", "factor on the rear load: crest, dip", 1.0)
+    lean = Column("rad", "lean angle of the motorcycle, either side")
+    air_temperature = Column("K", "of the air that the engine draws", 298.15)
     measured_throttle = Column("1", MEASURED, FREE)
     measured_engine_speed = Column("rad/s", MEASURED, FREE)
     measured_rear_speed = Column("rad/s", MEASURED, FREE)

@@ -10,7 +10,7 @@ from plant.composition import compose
 from plant.effects.effect import Effect
 from plant.effects.library import LIBRARY
 from plant.kernel import BAD_GEAR, HEADER, RINGS
-from plant.layout import Layout, layout
+from plant.layout import Layout, layout, moving
 from plant.motorcycle import Motorcycle
 from plant.signals import Floats, Inputs, Outputs
 
@@ -48,7 +48,7 @@ class Simulation:
                 "do not divide one another; choose a multiple or a divisor"
             )
         present = (type(effect) for effect in self.motorcycle.effects)
-        effects = (*self.library, *(kind for kind in present if kind not in self.library))
+        effects = moving((*self.library, *present))
         servo, engine = self.motorcycle.throttle_servo, self.motorcycle.engine
         self._set("layout", layout(effects))
         self._set("kernel", compose(effects))

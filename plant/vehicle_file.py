@@ -11,15 +11,16 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import Any, TypeVar
 
 from plant.channels import CHANNEL_UNITS, DEFAULT_CHANNELS, ChannelTiming
 from plant.effects.library import BY_NAME
 from plant.motorcycle import BLOCK_NAMES, Motorcycle
-from plant.parameters import Block, Parameter
+from plant.parameters import Block, Parameter, check_word
 from plant.trouble import ParameterError, VehicleFileError, nearest
 from plant.units import to_si
 
+AnyBlock = TypeVar("AnyBlock", bound=Block)
 TOP = ("name", "description", "gears", "effects", "channels", *BLOCK_NAMES)
 QUANTITY = ("value", "unit", "plus_minus")
 
@@ -29,7 +30,8 @@ class Vehicle:
     """A motorcycle, how well its numbers are known, and how its channels are sampled.
 
     plus_minus: 95 % half widths in SI by '<block>.<parameter>', 'gears.<n>' or
-    'effects.<effect>.<parameter>'. channels: every channel, defaults where the file is silent.
+    'effects.<effect>.<parameter>', with the effect's subject, if it has one, after its name.
+    channels: every channel, defaults where the file is silent.
     """
 
     name: str
@@ -66,9 +68,11 @@ class _Reader:
     def vehicle(self, tree: dict[str, Any]) -> Vehicle:
         self.keys(tree, TOP, "")
         blocks = {name: self.block(tree, name) for name in BLOCK_NAMES}
-        effects = tuple(self.effect(entry, i) for i, entry in enumerate(self.effects(tree)))
-        gears = {"gears": self.gears(self.table(tree, "gears"))} if "gears" in tree else {}
         channels = self.channels(self.table(tree, "channels"))
+        effects = tuple(
+            self.effect(entry, i, channels) for i, entry in enumerate(self.effects(tree))
+        )
+        gears = {"gears": self.gears(self.table(tree, "gears"))} if "gears" in tree else {}
         try:
             motorcycle = Motorcycle(**blocks, **gears, effects=effects)  # type: ignore[arg-type]
         except ParameterError as trouble:
@@ -85,13 +89,30 @@ class _Reader:
         kind: type[Block] = type(getattr(_NOMINAL, name))
         return self.filled(kind, self.table(tree, name), name, name)
 
-    def filled(self, kind: type[Block], table: dict[str, Any], path: str, key: str) -> Block:
+    def filled(
+        self,
+        kind: type[Block],
+        table: dict[str, Any],
+        path: str,
+        key: str,
+        words: Mapping[str, str] = MappingProxyType({}),
+    ) -> Block:
         described = {p.name: p for p in kind.parameters()}
-        self.keys(table, described, path)
+        self.keys(table, [*described, *kind.words()], path)
+        own = CHANNEL_UNITS.get(words.get("channel", ""))
         values = {
-            name: self.quantity(entry, described[name], f"{path}.{name}", f"{key}.{name}")
+            name: self.quantity(
+                entry,
+                described[name],
+                f"{path}.{name}",
+                f"{key}.{name}",
+                described[name].unit or own,
+            )
             for name, entry in table.items()
         }
+        return self.made(kind, {**values, **words}, path)
+
+    def made(self, kind: type[AnyBlock], values: Mapping[str, Any], path: str) -> AnyBlock:
         try:
             return kind(**values)
         except ParameterError as trouble:
@@ -103,7 +124,9 @@ class _Reader:
             return entries
         raise self.trouble("effects are malformed", "effects", "[[effects]] with a name", entries)
 
-    def effect(self, entry: dict[str, Any], number: int) -> Any:
+    def effect(
+        self, entry: dict[str, Any], number: int, channels: Mapping[str, ChannelTiming]
+    ) -> Any:
         where, name = f"effects[{number}]", entry["name"]
         if name not in BY_NAME:
             raise VehicleFileError(
@@ -113,8 +136,26 @@ class _Reader:
                 f"'{name}'",
                 nearest(str(name), BY_NAME),
             )
-        table = {key: value for key, value in entry.items() if key != "name"}
-        return self.filled(BY_NAME[name], table, where, f"effects.{name}")
+        kind = BY_NAME[name]
+        given = {
+            word: self.text(entry, word, path=f"{where}.") for word in kind.words() if word in entry
+        }
+        table = {key: value for key, value in entry.items() if key != "name" and key not in given}
+        named = self.made(kind, given, where)
+        words = {word: getattr(named, word) for word in kind.words()}
+        known = {
+            "channel": {name for name, timing in channels.items() if timing.period > 0.0},
+            "clock": {timing.clock for timing in channels.values()},
+        }
+        for word in known.keys() & words.keys():
+            self.word(words[word], tuple(sorted(known[word])), f"{where}.{word}")
+        return self.filled(kind, table, where, f"effects.{named.key}", words)
+
+    def word(self, value: str, choices: tuple[str, ...], path: str) -> None:
+        try:
+            check_word(value, choices, path)
+        except ParameterError as trouble:
+            raise self.located(trouble, path) from trouble
 
     def gears(self, table: dict[str, Any]) -> tuple[float, ...]:
         self.keys(table, [str(i) for i in range(1, len(table) + 1)], "gears")

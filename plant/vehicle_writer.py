@@ -26,7 +26,7 @@ def vehicle_tree(vehicle: Vehicle) -> dict[str, Any]:
     for name, block in bike.blocks():
         tree[name] = _block(block, name, known)
     tree["effects"] = [
-        {"name": effect.name, **_block(effect, f"effects.{effect.name}", known)}
+        {"name": effect.name, **_words(effect), **_block(effect, f"effects.{effect.key}", known)}
         for effect in bike.effects
     ]
     tree["channels"] = {
@@ -37,9 +37,14 @@ def vehicle_tree(vehicle: Vehicle) -> dict[str, Any]:
     return tree
 
 
+def _words(block: Block) -> dict[str, str]:
+    return {name: getattr(block, name) for name in block.words()}
+
+
 def _block(block: Block, key: str, known: Any) -> dict[str, Any]:
+    own = CHANNEL_UNITS.get(getattr(block, "channel", ""), "1")
     return {
-        p.name: _quantity(getattr(block, p.name), p.unit, known.get(f"{key}.{p.name}"))
+        p.name: _quantity(getattr(block, p.name), p.unit or own, known.get(f"{key}.{p.name}"))
         for p in block.parameters()
     }
 

@@ -52,13 +52,17 @@ class Square(_Excitation):
 
 
 class Multisine(_Excitation):
-    """A random-phase odd multisine: odd harmonics of 1 / `period` between two frequencies."""
+    """A random-phase odd multisine: odd harmonics of 1 / `period` between two frequencies.
+
+    With `detection`, one odd line of every four is left free, so that odd distortion shows there.
+    """
 
     waveform: Literal["multisine"]
     lowest: Hertz = Field(gt=0)
     highest: Hertz = Field(gt=0)
     period: Seconds = Field(gt=0)
     seed: int = 1
+    detection: bool = False
 
 
 Excitation = Annotated[Sweep | Square | Multisine, Field(discriminator="waveform")]

@@ -47,8 +47,16 @@ class AsymmetricFilling(Effect):
 
     name = "asymmetric_filling"
     block = "intake"
+    shows_in = ("engine_speed", "rear_teeth")
+    confused_with = ("driveline_loss", "fuel_film", "spark_curvature")
     hooks = (Hook("filling_time", slower_when_closing),)
 
     asymmetry: float = parameter(
-        0.6, "1", -0.8, 5.0, "relative growth of the lag when closing", absent=0.0
+        0.6,
+        "1",
+        -0.8,
+        5.0,
+        "relative growth of the lag when closing",
+        absent=0.0,
+        smallest=0.15,
     )

@@ -54,7 +54,11 @@ class Backlash(Effect):
 
     name = "backlash"
     block = "driveline"
+    shows_in = ("rear_teeth", "engine_speed")
+    confused_with = ("hardening_cush", "slipper_clutch", "clutch_slip")
     hooks = (Hook("spring_motion", dead_zone),)
 
-    slack: float = parameter(8e-3, "rad", 0.0, 0.1, "whole gap at the rear wheel", absent=0.0)
+    slack: float = parameter(
+        8e-3, "rad", 0.0, 0.1, "whole gap at the rear wheel", absent=0.0, smallest=2e-3
+    )
     softness: float = parameter(0.2, "1", 0.02, 1.0, "share of the gap to engage the damper")

@@ -5,12 +5,15 @@ and states first, then every quantity of the nominal equations that is known at 
 inputs, `time`, `step`, and nominal parameters as `<block>_<field>`. It returns the new values of
 the seam's quantities, followed by the rates of those of the effect's states that it governs. It
 may use `math` and nothing else, because its text is compiled into the kernel.
+
+What a sensor tells lies outside the kernel: such an effect has no hooks, but a method that
+`plant/sensing.py` (channels and clocks) or `plant/encoder.py` (teeth) looks for.
 """
 
 import inspect
 import sys
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar, Self
 
 from plant.parameters import Block
@@ -29,16 +32,53 @@ class Hook:
 
 @dataclass(frozen=True)
 class Effect(Block):
-    """Base of all effects. name: its word in vehicle files; block: the part where it lives."""
+    """Base of all effects.
+
+    name: its word in vehicle files; block: the part where it lives; shows_in: the channels of a
+    trial that carry its trace, the plainest first; confused_with: names of effects that leave a
+    like trace.
+    states: what it remembers, each governed by one hook; starts: for each of them a number near
+    which its steady value is sought, or the nominal state from which it starts if any value is
+    steady.
+    periodic: whether it goes with the angle of crank or wheel, so that steady means on average.
+    """
 
     name: ClassVar[str]
     block: ClassVar[str]
+    shows_in: ClassVar[tuple[str, ...]]
+    confused_with: ClassVar[tuple[str, ...]]
     states: ClassVar[tuple[str, ...]] = ()
     hooks: ClassVar[tuple[Hook, ...]] = ()
+    starts: ClassVar[tuple[float | str, ...]] = ()
+    periodic: ClassVar[bool] = False
+
+    @property
+    def subject(self) -> str:
+        """Return the channel, clock or wheel that it acts on; empty where there is no choice."""
+        return "/".join(getattr(self, name) for name in self.words())
+
+    @property
+    def key(self) -> str:
+        """Return what tells it from every other effect of a motorcycle: its name and subject."""
+        return f"{self.name}.{self.subject}" if self.subject else self.name
+
+    @classmethod
+    def candidates(cls) -> tuple[Self, ...]:
+        """Return the effect at its typical size, once for every subject that may have it."""
+        return (cls(),)
+
+    def smallest(self) -> Self:
+        """Return it at the least size of interest, in proportion to the sizes that it has now."""
+        sizes = {
+            p.name: getattr(self, p.name) * p.smallest / p.typical
+            for p in self.parameters()
+            if p.smallest is not None
+        }
+        return replace(self, **sizes)
 
     @classmethod
     def absent(cls) -> Self:
-        """Return the effect at the size at which it vanishes."""
+        """Return the effect at the size at which it vanishes, on its first subject."""
         return cls(**{p.name: p.absent for p in cls.parameters()})
 
     @classmethod

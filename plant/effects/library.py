@@ -1,20 +1,68 @@
 """Every effect that the bench knows; a new one is one file beside this and one line in it."""
 
-from plant.effects.asymmetric_filling import AsymmetricFilling
-from plant.effects.backlash import Backlash
+from importlib import import_module
+
 from plant.effects.effect import Effect
-from plant.effects.optical_lag import OpticalLag
-from plant.effects.rate_limit import RateLimit
-from plant.effects.relaxation_length import RelaxationLength
-from plant.effects.tooth_misplacement import ToothMisplacement
 
-LIBRARY: tuple[type[Effect], ...] = (
-    RateLimit,
-    AsymmetricFilling,
-    Backlash,
-    RelaxationLength,
-    ToothMisplacement,
-    OpticalLag,
+NAMES = (
+    "rate_limit",
+    "acceleration_limit",
+    "voltage_limit",
+    "throttle_stiction",
+    "gear_play",
+    "spring_knee",
+    "air_box_delay",
+    "crank_angle_delay",
+    "asymmetric_filling",
+    "runner_resonance",
+    "fuel_film",
+    "closed_throttle_friction",
+    "air_density",
+    "spark_curvature",
+    "spark_clip",
+    "torque_dip",
+    "firing_torque",
+    "compression_torque",
+    "chain_polygon",
+    "backlash",
+    "hardening_cush",
+    "clutch_slip",
+    "slipper_clutch",
+    "driveline_loss",
+    "radius_growth",
+    "radius_with_lean",
+    "load_transfer",
+    "squat",
+    "grip_temperature",
+    "grip_wear",
+    "relaxation_length",
+    "wet_patch",
+    "grade",
+    "wind",
+    "mounting_angle",
+    "optical_scale",
+    "optical_lag",
+    "tooth_misplacement",
+    "eccentricity",
+    "channel_latency",
+    "channel_lag",
+    "channel_scale",
+    "direction_blind_counter",
+    "quantiser",
+    "held_frames",
+    "stale_frames",
+    "clock_offset",
+    "clock_drift",
 )
+"""Each names a file here. Of effects at one seam the earlier acts first."""
 
+
+def _effect(name: str) -> type[Effect]:
+    """Return the effect of a file: its class has the file's name, in capitals."""
+    page = import_module(f"plant.effects.{name}")
+    effect: type[Effect] = getattr(page, name.title().replace("_", ""))
+    return effect
+
+
+LIBRARY: tuple[type[Effect], ...] = tuple(_effect(name) for name in NAMES)
 BY_NAME = {effect.name: effect for effect in LIBRARY}

@@ -48,7 +48,12 @@ class OpticalLag(Effect):
 
     name = "optical_lag"
     block = "optical_sensor"
+    shows_in = ("optical_speed",)
+    confused_with = ("relaxation_length", "channel_latency", "channel_lag")
     states = ("seen",)
+    starts = (50.0,)
     hooks = (Hook("optical_speed", trail, governs=("seen",)),)
 
-    time_constant: float = parameter(20e-3, "s", 0.0, 0.5, "lag of the sensor", absent=0.0)
+    time_constant: float = parameter(
+        20e-3, "s", 0.0, 0.5, "lag of the sensor", absent=0.0, smallest=5e-3
+    )

@@ -38,10 +38,13 @@ def limit_velocity(servo_velocity: float, limit: float) -> float:
     return min(max(servo_velocity, -limit), limit)
 
 
-def hold_at_limit(servo_acceleration: float, throttle_rate: float, limit: float) -> float:
-    """Return the acceleration [1/s^2], none where it would push beyond the limit."""
-    beyond = abs(throttle_rate) >= limit and servo_acceleration * throttle_rate > 0.0
-    return 0.0 if beyond else servo_acceleration
+def hold_at_limit(
+    servo_acceleration: float, throttle_rate: float, limit: float, step: float
+) -> float:
+    """Return the acceleration [1/s^2]; where it would push beyond the limit, back onto it."""
+    if abs(throttle_rate) < limit or servo_acceleration * throttle_rate <= 0.0:
+        return servo_acceleration
+    return (min(max(throttle_rate, -limit), limit) - throttle_rate) / step
 
 
 @dataclass(frozen=True)
@@ -50,6 +53,10 @@ class RateLimit(Effect):
 
     name = "rate_limit"
     block = "throttle_servo"
+    shows_in = ("throttle_position",)
+    confused_with = ("acceleration_limit", "voltage_limit")
     hooks = (Hook("servo_velocity", limit_velocity), Hook("servo_acceleration", hold_at_limit))
 
-    limit: float = parameter(6.0, "1/s", 0.5, 100.0, "greatest speed of the plate", absent=inf)
+    limit: float = parameter(
+        6.0, "1/s", 0.5, 100.0, "greatest speed of the plate", absent=inf, smallest=12.0
+    )

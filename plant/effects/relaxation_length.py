@@ -57,7 +57,10 @@ class RelaxationLength(Effect):
 
     name = "relaxation_length"
     block = "tyre"
+    shows_in = ("rear_teeth", "engine_speed")
+    confused_with = ("optical_lag", "channel_lag", "channel_latency")
     states = ("force",)
+    starts = (700.0,)
     hooks = (Hook("tyre_force", relax, governs=("force",)),)
 
-    length: float = parameter(0.15, "m", 0.0, 2.0, "relaxation length", absent=0.0)
+    length: float = parameter(0.15, "m", 0.0, 2.0, "relaxation length", absent=0.0, smallest=0.04)

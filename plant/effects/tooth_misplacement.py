@@ -12,6 +12,7 @@ Symbols
     displacement   along the circle, positive = later     m   up to 3e-3 (absent 0)
     pitch_radius   of the circle of teeth                 m   0.1
     tooth          which one, from 0                      1   0
+    encoder        rear_encoder or front_encoder
     N_t            teeth of the disc                      1   16
 
 Trace
@@ -31,26 +32,37 @@ line that they saw.
 """
 
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from plant.effects.effect import Effect
-from plant.parameters import parameter
+from plant.parameters import parameter, word
+
+ENCODERS = ("rear_encoder", "front_encoder")
 
 
 @dataclass(frozen=True)
 class ToothMisplacement(Effect):
-    """One tooth of the rear encoder out of place."""
+    """One tooth of an encoder out of place."""
 
     name = "tooth_misplacement"
-    block = "rear_encoder"
+    block = "encoder"
+    shows_in = ("rear_teeth", "front_teeth")
+    confused_with = ("eccentricity", "firing_torque", "chain_polygon", "compression_torque")
 
+    encoder: str = word("rear_encoder", "whose disc it is", ENCODERS)
     displacement: float = parameter(
-        1e-3, "m", -10e-3, 10e-3, "along the circle, positive is later", absent=0.0
+        1e-3, "m", -10e-3, 10e-3, "along the circle, positive is later", absent=0.0, smallest=2e-4
     )
     pitch_radius: float = parameter(0.1, "m", 0.02, 0.3, "radius of the circle of teeth")
     tooth: float = parameter(0, "1", 0, 359, "which tooth, from 0", whole=True)
+
+    @classmethod
+    def candidates(cls) -> tuple[Self, ...]:
+        """Return the effect at its typical size for either wheel."""
+        return tuple(cls(encoder=encoder) for encoder in ENCODERS)
 
     def tooth_offsets(self, teeth: int) -> NDArray[np.float64]:
         """Return how much later than even every tooth passes [rad], shape (teeth,)."""

@@ -69,6 +69,33 @@ def test_a_multisine_has_only_odd_harmonics_inside_its_band(seed):
     assert np.max(lines[~inside]) < 1e-12
 
 
+@given(seed=st.integers(0, 10_000))
+@settings(max_examples=25, deadline=None)
+def test_with_detection_one_odd_line_of_every_four_stays_free(seed):
+    time = np.arange(0, 4.0, 0.001)
+    wave = odd_multisine(time, 2.0, 1.0, 10.0, seed, detection=True)
+    lines = np.abs(np.fft.rfft(wave)) / time.size
+    odd = lines[2 * np.arange(3, 20, 2)]  # 9 odd harmonics: two groups of four and one more
+    free = odd < 1e-12
+    assert free[:4].sum() == free[4:8].sum() == 1
+    assert not free[8]
+    assert np.max(lines[2 * np.arange(0, 21, 2)]) < 1e-12
+
+
+@given(seed=st.integers(0, 1_000))
+@settings(max_examples=25, deadline=None)
+def test_a_multisine_never_exceeds_its_amplitude(seed):
+    """Not even between the points at which its peak was sought: the bench would trip."""
+    wave = odd_multisine(np.arange(0, 4.0, 0.001), 4.0, 0.5, 12.0, seed)
+    assert np.max(np.abs(wave)) <= 1.0
+
+
+def test_whole_periods_are_played_to_their_end():
+    made = excitation("multisine", duration="6 s")
+    periods = made.table.reshape(3, -1)
+    assert np.allclose(periods[0], periods[2], atol=1e-9)
+
+
 def test_different_seeds_give_different_phases():
     time = np.arange(0, 2.0, 0.001)
     assert not np.allclose(odd_multisine(time, 2.0, 1, 10, 1), odd_multisine(time, 2.0, 1, 10, 2))

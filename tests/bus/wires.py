@@ -23,7 +23,6 @@ class Wire:
 
     node: Callable[[bool], can.BusABC]
     settle: Callable[[], None]
-    shares_frames: bool = False  # nodes are given one and the same object
     knows_own: bool = True  # is_rx is False for the node's own frames alone
 
 
@@ -57,7 +56,7 @@ def simulated() -> Iterator[Wire]:
         nodes.append(bus.node(next(names), hears_itself))
         return nodes[-1]
 
-    yield Wire(node, lambda: bus.advance_to(bus.now_ns + 10_000_000_000), shares_frames=True)
+    yield Wire(node, lambda: bus.advance_to(bus.now_ns + 10_000_000_000))
     for each in nodes:
         each.shutdown()
 

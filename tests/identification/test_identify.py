@@ -62,7 +62,7 @@ def test_lost_frames_leave_gaps_in_the_slip():
 
 
 def test_the_notch_lowers_the_1x_line():
-    assert identify(recording(Truth(tooth_error=0.005))).motion.notch_reduction > 30
+    assert identify(recording(Truth(tooth_error=0.005))).motion.line_reduction > 30
 
 
 def test_the_1x_line_lies_where_the_orders_are_marked():

@@ -9,6 +9,7 @@ import pytest
 from plant.channels import DEFAULT_CHANNELS
 from plant.effects.backlash import Backlash
 from plant.effects.library import LIBRARY
+from plant.effects.quantiser import Quantiser
 from plant.effects.rate_limit import RateLimit
 from plant.motorcycle import Motorcycle
 from plant.trouble import VehicleFileError
@@ -91,6 +92,33 @@ def test_units_become_si(tmp_path):
     assert vehicle.channels["gear"] == DEFAULT_CHANNELS["gear"]
 
 
+def test_an_effect_on_a_channel_has_the_channels_unit_and_may_come_once_a_channel(tmp_path):
+    path = written(
+        tmp_path,
+        """
+        [[effects]]
+        name = "quantiser"
+        channel = "spark_applied"
+        quantum = { value = 0.5, unit = "deg", plus_minus = 0.1 }
+        [[effects]]
+        name = "quantiser"
+        quantum = { value = 60, unit = "rpm" }
+        [[effects]]
+        name = "grip_wear"
+        wear = { value = 2, unit = "%/km" }
+        """,
+    )
+    vehicle = load_vehicle(path)
+    spark, engine, worn = vehicle.motorcycle.effects
+    assert spark == Quantiser("spark_applied", math.radians(0.5))
+    assert engine.channel == "engine_speed"
+    assert engine.quantum == pytest.approx(2 * math.pi)
+    assert worn.wear == pytest.approx(2e-5)
+    assert list(vehicle.plus_minus) == ["effects.quantiser.spark_applied.quantum"]
+    save_vehicle(vehicle, tmp_path / "again.toml")
+    assert load_vehicle(tmp_path / "again.toml") == vehicle
+
+
 def test_an_infinite_limit_is_an_absent_one(tmp_path):
     text = '[[effects]]\nname = "rate_limit"\nlimit = { value = inf, unit = "%/s" }'
     assert load_vehicle(written(tmp_path, text)).motorcycle.effects == (RateLimit.absent(),)
@@ -111,6 +139,10 @@ SLIPS = {
     "[[effects]]\nname = 'backlsh'": r"effects\[0\]\.name.*did you mean 'backlash'\?",
     "[[effects]]\nslack = 1": r"effects are malformed",
     "[[effects]]\nname = 'backlash'\nslak = 1": r"effects\[0\]\.slak.*did you mean 'slack'\?",
+    "[[effects]]\nname = 'channel_lag'\nchannel = 'engine_sped'": r"did you mean 'engine_speed'\?",
+    "[[effects]]\nname = 'channel_lag'\nchannel = 'rear_teeth'": r"effects\[0\]\.channel",
+    "[[effects]]\nname = 'clock_drift'\nclock = 'optic'": r"did you mean 'optical'\?",
+    "[[effects]]\nname = 'eccentricity'\nencoder = 'rear'": r"did you mean 'rear_encoder'\?",
     "[channels.engine_sped]": r"channels\.engine_sped.*did you mean 'engine_speed'\?",
     "[channels.gear]\nperiod = { value = -1, unit = 's' }": r"channels\.gear\.period.*0 to 10 s",
     "body = 3": r"body: not a table",

@@ -20,6 +20,10 @@ for module in net/can/can drivers/net/can/dev/can-dev drivers/net/can/vcan \
   insmod "$modules/$module.ko"
 done
 
+# This kernel counts processor time in whole ticks of 10 ms: a real-time program that is often at
+# work when the tick comes seems to use all of it, and would be stopped for 50 ms in every second.
+echo -1 > /proc/sys/kernel/sched_rt_runtime_us
+
 ip link set up dev lo
 timeout --kill-after=5 "$LIMIT" "$BOX/command" > "$BOX/output" 2>&1 < /dev/null
 echo $? > "$BOX/status"

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
 
-from tests.socketcan.preload import preload
+from tests.socketcan.preload import FASTER, preload
 
 HERE = Path(__file__).parent
 MODULES = Path("/usr/lib/uml/modules")
@@ -24,7 +24,7 @@ _NAMESPACE = ("unshare", "--map-root-user", "--net")
 class Start:
     """What to execute so that `command` in the box's folder runs on the kernel.
 
-    slowness  how many seconds pass outside while one passes on the kernel
+    slowness  how many seconds may pass outside while one passes on the kernel
     """
 
     arguments: tuple[str, ...]
@@ -40,10 +40,10 @@ class Kernel(Protocol):
     def missing(self) -> str:
         """Say what is missing, and how to get it; empty where the kernel can be used."""
 
-    def start(self, box: Path, limit: float, slow: int) -> Start:
-        """Run `box/command` for at most `limit` s, leaving `box/output` and `box/status`.
+    def start(self, box: Path, limit: float) -> Start:
+        """Run `box/command` for at most `limit` s of the kernel's own time.
 
-        Where the kernel is not fast enough for a whole trial, time passes `slow` times slower.
+        It leaves `box/output` and `box/status`.
         """
 
 
@@ -63,7 +63,7 @@ class Native:
             return ""
         return f"{self.name} makes no vcan ({tried.stderr.strip()}); try: modprobe vcan"
 
-    def start(self, box: Path, limit: float, slow: int) -> Start:
+    def start(self, box: Path, limit: float) -> Start:
         script = (
             'timeout --kill-after=5 "$1" "$0/command" > "$0/output" 2>&1 < /dev/null; '
             'echo $? > "$0/status"'
@@ -87,14 +87,14 @@ class UserModeLinux:
         absent = [package for package, present in packages.items() if not present]
         return f"apt-get install {' '.join(absent)}" if absent else ""
 
-    def start(self, box: Path, limit: float, slow: int) -> Start:
+    def start(self, box: Path, limit: float) -> Start:
         arguments = (
             "linux.uml", "rootfstype=hostfs", "rootflags=/", "rw", f"mem={MEMORY >> 20}M",
             f"init={HERE / 'init.sh'}", f"BOX={box}", f"LIMIT={limit:g}",
             "con=null", "con0=null,fd:1", "ssl=null", "quiet", f"uml_dir={box}/", "umid=uml",
         )  # fmt: skip
         memory = {"TMPDIR": str(_memory_folder())}
-        return Start(arguments, {**os.environ, **preload(box, slow), **memory}, slow)
+        return Start(arguments, {**os.environ, **preload(box), **memory}, FASTER)
 
 
 def _system_program(name: str) -> bool:

@@ -4,13 +4,14 @@ import os
 import subprocess
 from pathlib import Path
 
-NAMES = ("wide_registers", "slow_motion")
+NAMES = ("wide_registers", "own_time")
+FASTER = 12  # than it is, the processor of user-mode Linux seems to those who run on it
 
 
-def preload(box: Path, slow: int) -> dict[str, str]:
-    """Build the libraries in `box`; the environment in which time passes `slow` times slower."""
+def preload(box: Path) -> dict[str, str]:
+    """Build the libraries in `box`; returns the environment that loads them."""
     libraries = [_built(name, box) for name in NAMES]
-    return {"LD_PRELOAD": ":".join(map(str, libraries)), "SLOW_MOTION": str(slow)}
+    return {"LD_PRELOAD": ":".join(map(str, libraries)), "FASTER": str(FASTER)}
 
 
 def _built(name: str, box: Path) -> Path:

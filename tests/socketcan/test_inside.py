@@ -4,24 +4,26 @@ from collections.abc import Callable
 
 import pytest
 
+from tests.recordings import recording
 from tests.socketcan import box
 from tests.socketcan.kernels import Kernel
 
+LIMIT = 40.0  # s of the kernel's own time
 
-@pytest.mark.parametrize(("path", "limit", "slow"), [
-    ("tests/bus", 120.0, 1),
-    ("tests/socketcan/inside/test_sockets.py", 120.0, 1),
-    ("tests/socketcan/inside/test_trial.py", 30.0, 12),
-    ("tests/socketcan/inside/test_killed_bench.py", 30.0, 12),
+
+@pytest.mark.parametrize("path", [
+    "tests/bus",
+    "tests/socketcan/inside/test_sockets.py",
+    "tests/socketcan/inside/test_trial.py",
+    "tests/socketcan/inside/test_killed_bench.py",
+    "tests/socketcan/inside/test_replay.py",
 ])  # fmt: skip
 def test_on_a_real_vcan(
-    kernel: Kernel,
-    path: str,
-    limit: float,
-    slow: int,
-    record_property: Callable[[str, object], None],
+    kernel: Kernel, path: str, record_property: Callable[[str, object], None]
 ) -> None:
-    found = box.run_tests(kernel, [path], limit, slow)
+    if path.endswith("test_replay.py"):
+        recording("subaru_wrx/can_sample.log")
+    found = box.run_tests(kernel, [path], LIMIT)
     record_property("inside", f"{path} on vcan0, {kernel.name}: {found.closing_line}")
     report = f"{found.ended.output}\n{found.ended.console}"
     assert found.ended.status == 0, report

@@ -74,7 +74,8 @@ def test_the_record_has_all_but_the_last_50_ms(killed: Killed) -> None:
     [start] = [n for n in range(len(witness)) if witness[n : n + 50] == record[:50]]
     assert record == witness[start : start + len(record)]
     times = [message.timestamp for message in can.LogReader(killed.witness)]
-    commands = [n for n, frame in enumerate(witness) if frame.startswith(command_identifier())]
+    command = command_identifier()
+    commands = [n for n, frame in enumerate(witness) if frame.startswith(command)]
     assert times[commands[-1]] - times[start + len(record) - 1] < 0.050
 
 

@@ -1,0 +1,53 @@
+"""The sub-command of this package: `slipbench explain`."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+EXAMPLE = (
+    "Example: slipbench explain --vehicle vehicle.toml runs/sweep runs/square --held-out runs/other"
+)
+
+
+def register(app: typer.Typer) -> None:
+    """Add `explain` to the one command."""
+    app.command("explain", epilog=EXAMPLE)(explain_command)
+
+
+def explain_command(
+    training: Annotated[list[Path], typer.Argument(help="Run folders to learn from.")],
+    vehicle: Annotated[Path, typer.Option(help="Vehicle file: the simulation as it is believed.")],
+    held_out: Annotated[
+        list[Path] | None, typer.Option(help="Run folder to prove on; may be given several times.")
+    ] = None,
+    json_path: Annotated[
+        Path | None, typer.Option("--json", help="Write the verdict here.")
+    ] = None,
+    report_folder: Annotated[
+        Path | None, typer.Option("--report", help="Write a memo with figures into this folder.")
+    ] = None,
+) -> None:
+    """Explain where simulation and recordings differ: where, what is missing, how sure.
+
+    Writes vehicle.improved.toml beside the vehicle file. Interrupted, it says what it has so far.
+    """
+    from identification.mismatch.explain import analyse, verdict
+    from identification.mismatch.memo import lines
+    from identification.mismatch.output import write_outputs
+    from identification.mismatch.runs import open_analysis
+
+    console = Console(stderr=True)
+    with console.status("") as progress:
+        progress.update("reading the recordings")
+        analysis = open_analysis(vehicle, training, held_out or [])
+        try:
+            analyse(analysis, say=lambda words: progress.update(words))
+        except KeyboardInterrupt:
+            console.print("interrupted")
+    found = verdict(analysis)
+    for line in lines(found):
+        typer.echo(line)
+    for path in write_outputs(analysis, found, vehicle, json_path, report_folder):
+        typer.echo(f"written: {path}")

@@ -1,0 +1,96 @@
+"""What a sensor tells is not what there is: effects between a quantity and its frames.
+
+Two kinds act here, found by what they can do. One changes values: before the sensor is sampled
+(`stage` "signal": a lag, a scale) or in its frames (`stage` "frame": a word length, a stale value).
+The other changes a clock. Each is a pure function with an explicit memory, so that a bench that
+lives sample by sample and an analysis of a whole recording get the same.
+
+    memories, value = tell(telling(effects, "engine_speed", "signal"), memories, time, value)
+    stamp, value = tell_channel(effects, "engine_speed", timing, time, value)
+"""
+
+from collections.abc import Iterable
+from typing import Protocol, runtime_checkable
+
+import numpy as np
+
+from plant.channels import ChannelTiming, sample
+from plant.effects.effect import Effect
+from plant.signals import Floats
+
+Memories = tuple[Floats, ...]
+
+
+@runtime_checkable
+class Tells(Protocol):
+    """An effect that changes what one channel tells. stage: "signal" or "frame"."""
+
+    channel: str
+    stage: str
+
+    def tell(self, memory: Floats, time: Floats, value: Floats) -> tuple[Floats, Floats]:
+        """Return the memory after these samples, and what is told instead of them.
+
+        memory: empty at first. time: s, increasing, shape (n,), n >= 1; value: shape (n,).
+        """
+        ...
+
+
+@runtime_checkable
+class Misdates(Protocol):
+    """An effect that puts a clock wrong."""
+
+    clock: str
+
+    def clock_error(self, time: float) -> float:
+        """Return by how much the clock is ahead at a true time [s]."""
+        ...
+
+
+def telling(effects: Iterable[Effect], channel: str, *stages: str) -> tuple[Tells, ...]:
+    """Return the effects that act on a channel, stage by stage, in their given order."""
+    acting = [e for e in effects if isinstance(e, Tells) and e.channel == channel]
+    return tuple(effect for stage in stages for effect in acting if effect.stage == stage)
+
+
+def tell(
+    effects: tuple[Tells, ...], memories: Memories, time: Floats, value: Floats
+) -> tuple[Memories, Floats]:
+    """Return the memories after these samples, and what is told. Memories: `()` at first."""
+    new = []
+    for i, effect in enumerate(effects):
+        memory = memories[i] if memories else np.empty(0)
+        memory, value = effect.tell(memory, time, value)
+        new.append(memory)
+    return tuple(new), value
+
+
+def clock_of(effects: Iterable[Effect], timing: ChannelTiming) -> tuple[float, float]:
+    """Return offset [s] and drift [1] of a channel's clock, the effects on it included."""
+    offset, drift = timing.clock_offset, timing.clock_drift
+    for effect in effects:
+        if isinstance(effect, Misdates) and effect.clock == timing.clock:
+            offset += effect.clock_error(0.0)
+            drift += effect.clock_error(1.0) - effect.clock_error(0.0)
+    return offset, drift
+
+
+def tell_channel(
+    effects: Iterable[Effect],
+    channel: str,
+    timing: ChannelTiming,
+    time: Floats,
+    value: Floats,
+    start: float = 0.0,
+) -> tuple[Floats, Floats]:
+    """Return stamps on the channel's own clock [s] and the values of its frames, without noise.
+
+    time: true time, s, increasing, shape (n,); value: what there is, shape (n,); samples fall at
+    start + k period. Raises ValueError for a channel of events, such as teeth.
+    """
+    effects = tuple(effects)
+    _, seen = tell(telling(effects, channel, "signal"), (), time, value)
+    at, frames = sample(time, seen, timing, start)
+    _, told = tell(telling(effects, channel, "frame"), (), at, frames)
+    offset, drift = clock_of(effects, timing)
+    return at + offset + drift * at, told
