@@ -5,7 +5,7 @@
 # make lock     choose the newest versions that pyproject.toml allows
 # make clean    forget the environment and everything that was made, except runs/
 
-.PHONY: help trial test paper bench lock setup clean
+.PHONY: help trial test test-mismatch paper bench lock setup clean
 .DEFAULT_GOAL := help
 
 # The first interpreter that is new enough; the lock is tested with 3.11.
@@ -25,6 +25,10 @@ trial: setup
 
 test: setup
 	$(IN)/python -m pytest -n $(WORKERS) --dist loadscope $(TESTS)
+
+# The first form of the mismatch engine; it takes minutes and is not part of `make test` yet.
+test-mismatch: setup
+	$(IN)/python -m pytest -n $(WORKERS) --dist load -o addopts=-ra tests/identification/mismatch
 
 paper: setup
 	$(IN)/slipbench paper --out paper --runs paper/runs

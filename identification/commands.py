@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.console import Console
 
-from identification.mismatch import commands as mismatch
 from protocol.errors import InputError
 
 if TYPE_CHECKING:  # the analyses take seconds to import; --help should not
@@ -21,10 +20,9 @@ FAILED = 3  # exit status where a claim does not hold
 
 
 def register(app: typer.Typer) -> None:
-    """Add `identify`, `paper` and `explain` to the one command."""
+    """Add `identify` and `paper` to the one command."""
     app.command("identify", epilog=EXAMPLE)(identify_command)
     app.command("paper", epilog=PAPER_EXAMPLE)(paper_command)
-    mismatch.register(app)
 
 
 def identify_command(
