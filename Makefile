@@ -5,7 +5,7 @@
 # make lock     choose the newest versions that pyproject.toml allows
 # make clean    forget the environment and everything that was made, except runs/
 
-.PHONY: help trial test test-mismatch paper bench lock setup clean
+.PHONY: help trial test figures test-mismatch paper bench lock setup clean
 .DEFAULT_GOAL := help
 
 # The first interpreter that is new enough; the lock is tested with 3.11.
@@ -25,6 +25,12 @@ trial: setup
 
 test: setup
 	$(IN)/python -m pytest -n $(WORKERS) --dist loadscope $(TESTS)
+
+# The README's picture, from the recording of `make trial`.
+figures: trial
+	$(IN)/slipbench identify "$$(ls -d runs/throttle_sweep-* | tail -1)" --figures build/figures
+	cp build/figures/response.png docs/figures/throttle_sweep_response.png
+	cp build/figures/overview.png docs/figures/throttle_sweep_overview.png
 
 # The first form of the mismatch engine; it takes minutes and is not part of `make test` yet.
 test-mismatch: setup
