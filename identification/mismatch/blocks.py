@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from identification.mismatch.record import Record
 from plant.effects.effect import Effect
 from plant.equations import EQUATIONS
+from plant.sensing import Tells
 
 LEADS = (
     ("throttle_position", "measured_throttle"),
@@ -41,8 +42,10 @@ class Chain:
     drives: dict[str, tuple[tuple[str, str], ...]]
     blocks: tuple[Block, ...]
 
-    def concerns(self, effect: type[Effect], drive: str) -> bool:
-        """Tell whether an effect can change what a drive's simulation gives."""
+    def concerns(self, effect: Effect, drive: str) -> bool:
+        """Tell whether an effect can change what the outputs of a drive show."""
+        if isinstance(effect, Tells):
+            return any(effect.channel in b.outputs for b in self.blocks if b.drive == drive)
         servo = [hook.seam in SERVO_SEAMS for hook in effect.hooks]
         if drive == "servo":
             return any(servo)

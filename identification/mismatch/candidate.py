@@ -2,12 +2,13 @@
 
 Its size is told in shares of the typical one: 0 absent, 1 typical. Effects that limit (absent at
 infinity) grow as their limit falls: size = typical / limit. Parameters that only shape an effect
-keep near their typical value; whole numbers are tried one after the other.
+keep near their typical value; whole numbers are tried one after the other, and so is every channel
+or wheel that may have the effect.
 """
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -15,10 +16,9 @@ from plant.effects.effect import Effect
 from plant.parameters import Parameter
 from plant.signals import Floats
 
-SIZES = (0.3, 1.0, 3.0)
-"""Shares of the typical size at which every effect is tried."""
-SMALL = 0.3
-"""Smallest size of interest, in shares of the typical one."""
+LARGE = 3.0
+"""Largest share of the typical size at which every effect is tried."""
+TRIES = 3
 SHAPE = math.log(1.6)
 """Prior deviation of a shaping parameter's logarithm."""
 MOST_WHOLE = 48
@@ -28,22 +28,33 @@ MOST_WHOLE = 48
 class Candidate:
     """An effect with the values of its dials: first the size, then what shapes it.
 
-    dials: size in typical sizes, shapes as unit normals. whole: values of whole parameters.
+    pattern: the effect on its subject, at its typical size. dials: size in typical sizes, shapes as
+    unit normals. whole: values of whole parameters.
     """
 
-    kind: type[Effect]
+    pattern: Effect
     dials: tuple[float, ...]
     whole: tuple[float, ...] = ()
 
     @property
+    def kind(self) -> type[Effect]:
+        """The effect's class."""
+        return type(self.pattern)
+
+    @property
     def name(self) -> str:
-        """The effect's word."""
-        return self.kind.name
+        """The effect's word, with its subject."""
+        return self.pattern.key
 
     @property
     def size(self) -> float:
         """Share of the typical size."""
         return self.dials[0]
+
+    @property
+    def smallest(self) -> float:
+        """Least size of interest, in shares of the typical one."""
+        return smallest(self.kind)
 
     def effect(self) -> Effect:
         """Return the effect at these dials, inside its ranges."""
@@ -52,7 +63,7 @@ class Candidate:
             values[p.name] = _inside(p, _sized(p, self.size))
         for p, y in zip(shapes(self.kind), self.dials[1:], strict=True):
             values[p.name] = _inside(p, _shaped(p, y))
-        return self.kind(**values)
+        return replace(self.pattern, **values)
 
     def moved(self, step: Floats) -> "Candidate":
         """Return it with its dials turned; a size does not pass through nothing."""
@@ -60,43 +71,60 @@ class Candidate:
         if dials[0] * self.size <= 0.0:
             dials[0] = 0.2 * self.size
         dials[1:] = np.clip(dials[1:], -4.0, 4.0)
-        return Candidate(self.kind, tuple(float(d) for d in dials), self.whole)
+        return replace(self, dials=tuple(float(d) for d in dials))
+
+    def resized(self, size: float) -> "Candidate":
+        """Return it at another share of its typical size."""
+        return replace(self, dials=(size, *self.dials[1:]))
 
 
 def sizes(kind: type[Effect]) -> list[Parameter]:
-    """Parameters whose absent value makes the effect vanish."""
-    return [p for p in kind.parameters() if p.absent != p.typical]
+    """Parameters that size the effect."""
+    return [p for p in kind.parameters() if p.sized]
 
 
 def shapes(kind: type[Effect]) -> list[Parameter]:
     """Parameters that shape it."""
-    return [p for p in kind.parameters() if p.absent == p.typical and not p.whole]
+    return [p for p in kind.parameters() if not p.sized and not p.whole]
 
 
 def wholes(kind: type[Effect]) -> list[Parameter]:
     """Parameters that are whole numbers."""
-    return [p for p in kind.parameters() if p.absent == p.typical and p.whole]
+    return [p for p in kind.parameters() if not p.sized and p.whole]
+
+
+def smallest(kind: type[Effect]) -> float:
+    """Least size of interest of an effect, in shares of its typical size."""
+    p = sizes(kind)[0]
+    least = p.typical if p.smallest is None else p.smallest
+    if math.isinf(p.absent):
+        return p.typical / least
+    return (least - p.absent) / (p.typical - p.absent)
+
+
+def tried_sizes(kind: type[Effect]) -> tuple[float, ...]:
+    """Sizes at which an effect is tried, smallest first."""
+    return (smallest(kind), 1.0, LARGE)
 
 
 def candidates(kind: type[Effect], places: int = 16) -> Iterator[Candidate]:
-    """Yield an effect at its typical shape and every size and sign that its range allows.
+    """Yield an effect at its typical shape, on every subject and at every size and sign.
 
     places: how many values of a whole parameter mean something (teeth of a disc).
     """
     count = len(shapes(kind))
-    for size in SIZES:
-        for sign in (1.0, -1.0):
-            if sign > 0 or _both_ways(kind):
+    for pattern in kind.candidates():
+        for size in tried_sizes(kind):
+            for sign in (1.0, -1.0) if _both_ways(kind) else (1.0,):
                 for whole in _whole_values(kind, places):
-                    yield Candidate(kind, (sign * size, *([0.0] * count)), whole)
+                    yield Candidate(pattern, (sign * size, *([0.0] * count)), whole)
 
 
 def reshaped(candidate: Candidate) -> Iterator[Candidate]:
     """Yield the candidate with each shaping parameter at other places of its range."""
     for i in range(1, len(candidate.dials)):
         for y in (-2.0, -1.0, 1.0, 2.0):
-            dials = (*candidate.dials[:i], y, *candidate.dials[i + 1 :])
-            yield Candidate(candidate.kind, dials, candidate.whole)
+            yield replace(candidate, dials=(*candidate.dials[:i], y, *candidate.dials[i + 1 :]))
 
 
 def _whole_values(kind: type[Effect], places: int) -> list[tuple[float, ...]]:

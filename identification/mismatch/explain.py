@@ -77,7 +77,8 @@ def _locate(a: Analysis, _: Sequence[type[Effect]], say: Say) -> None:
 def _name(a: Analysis, library: Sequence[type[Effect]], say: Say) -> None:
     assert a.base is not None
     say(f"scoring {len(library)} effects")
-    a.named = name(a.base, library, say)
+    # Clocks were laid onto the bus clock before; what an effect did to them is gone with that.
+    a.named = name(a.base, [k for k in library if not hasattr(k, "clock_error")], say)
 
 
 def _doubt(a: Analysis, _: Sequence[type[Effect]], say: Say) -> None:
@@ -107,9 +108,10 @@ def _propose(a: Analysis, library: Sequence[type[Effect]], say: Say) -> None:
     assert a.named is not None
     say("choosing the next trial")
     by_name = {kind.name: kind for kind in library}
-    alike = [n for names in _equivalents(a.named) for n in names if n in by_name]
-    kinds = [by_name[n] for n in alike]
-    a.proposal = next_trial(a.named.fit, kinds, [by_name[n] for n in not_excited(a.named)])
+    told = [n.split(".")[0] for names in _equivalents(a.named) for n in names]
+    alike = [by_name[n] for n in told if n in by_name]
+    hidden = [by_name[n.split(".")[0]] for n in not_excited(a.named)]
+    a.proposal = next_trial(a.named.fit, alike, hidden)
 
 
 def not_excited(named: Named) -> list[str]:
@@ -185,7 +187,9 @@ def _curve(free: FreeCurve | None) -> FoundCurve | None:
 
 def _effects(named: Named) -> list[FoundEffect]:
     return [
-        FoundEffect(c.name, c.kind.block, tuple(estimates(named.fit, i)), named.gain)
+        FoundEffect(
+            c.kind.name, c.pattern.subject, c.kind.block, tuple(estimates(named.fit, i)), named.gain
+        )
         for i, c in enumerate(named.fit.candidates)
     ]
 

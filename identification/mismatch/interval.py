@@ -1,11 +1,11 @@
 """How well the effects' parameters are known: errors may hang together within stretches of 3 s."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import stats
 
-from identification.mismatch.candidate import SMALL, Candidate, shapes, sizes
+from identification.mismatch.candidate import Candidate, shapes, sizes
 from identification.mismatch.fitting import WEAK, Fit
 from identification.mismatch.score import SHARE_OF_SMALL
 from identification.mismatch.stack import Nuisances, clusters
@@ -57,7 +57,8 @@ def significance(fit: Fit, number: int) -> float:
     """One-sided p of the size of effect `number`, against sizes so small that they do not count."""
     spread, freedom = deviations(fit)
     place = sum(len(c.dials) for c in fit.candidates[:number])
-    beyond = abs(fit.candidates[number].size) - SHARE_OF_SMALL * SMALL
+    now = fit.candidates[number]
+    beyond = abs(now.size) - SHARE_OF_SMALL * now.smallest
     return float(stats.t.sf(beyond / spread[place], freedom[place]))
 
 
@@ -85,7 +86,7 @@ def _estimate(candidate: Candidate, dial: int, p: Parameter, reach: float) -> Es
         dials[dial] += sign * reach
         if dial == 0 and dials[0] * candidate.size <= 0.0:
             dials[0] = 1e-3 * candidate.size
-        there = Candidate(candidate.kind, tuple(dials), candidate.whole).effect()
+        there = replace(candidate, dials=tuple(dials)).effect()
         ends.append(float(getattr(there, p.name)))
     low, value, high = ends
     return Estimate(p.name, p.unit, value, min(low, high), max(low, high))

@@ -33,6 +33,7 @@ def _effect(effect: FoundEffect) -> str:
     factor, unit = SCALED.get(size.unit, (1.0, size.unit))
     spread = 0.5 * (size.high - size.low) * factor
     word = effect.name.replace("_", " ")
+    word += f" of {effect.subject.replace('_', ' ')}" if effect.subject else ""
     return f"{word} ({size.name} {size.value * factor:.4g} +- {spread:.2g} {unit}, {effect.block})"
 
 

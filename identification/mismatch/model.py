@@ -88,8 +88,8 @@ def models(vehicle: Vehicle, *sets: Sequence[Record]) -> list[Model]:
 def motorcycle(model: Model, point: Point) -> Motorcycle:
     """Return the motorcycle that a point describes, effects of the vehicle file included."""
     base = motorcycle_at(model.vehicle.motorcycle, model.known, point.x)
-    new = {type(e) for e in point.effects}
-    kept = tuple(e for e in base.effects if type(e) not in new)
+    new = {e.key for e in point.effects}
+    kept = tuple(e for e in base.effects if e.key not in new)
     return replace(base, effects=(*kept, *point.effects))
 
 
@@ -161,7 +161,7 @@ def predict(
         outs = {d: simulate(model, bike, r, d, point.q[r]) for d in wanted}
         for b, block in enumerate(model.chain.blocks):
             if block.drive in wanted:
-                seen = _stack(block, model.records[r], outs[block.drive])
+                seen = _stack(block, model.records[r], outs[block.drive], bike.effects)
                 found[b][r] = _shown(model, point, block, r, seen, bike)
     return found
 
@@ -189,10 +189,12 @@ def misplace(
         if isinstance(effect, Misplaces):
             for j, output in enumerate(outputs):
                 sensor = record.sensors[output]
-                if sensor.offsets is not None and output.startswith(effect.block.split("_")[0]):
+                if sensor.offsets is not None and output.startswith(effect.encoder.split("_")[0]):
                     seen[:, j] += sensor.misplaced(effect.tooth_offsets(sensor.offsets.shape[1]))
 
 
-def _stack(block: Block, record: Record, out: Outputs | None) -> Floats:
+def _stack(
+    block: Block, record: Record, out: Outputs | None, effects: Iterable[Effect] = ()
+) -> Floats:
     sensors = [record.sensors[o] for o in block.outputs]
-    return np.column_stack([s.value if out is None else s.look(out) for s in sensors])
+    return np.column_stack([s.value if out is None else s.look(out, effects) for s in sensors])

@@ -11,7 +11,13 @@ from dataclasses import dataclass, field, replace
 from itertools import combinations
 
 from identification.mismatch.calibrate import refreshed
-from identification.mismatch.candidate import SIZES, Candidate, candidates, reshaped
+from identification.mismatch.candidate import (
+    TRIES,
+    Candidate,
+    candidates,
+    reshaped,
+    tried_sizes,
+)
 from identification.mismatch.fitting import Fit, settle, with_effects
 from identification.mismatch.interval import significance
 from identification.mismatch.score import Judge, Score
@@ -65,11 +71,9 @@ def name(base: Fit, library: Sequence[type[Effect]], say: Say) -> Named:
         rivals[" + ".join(news)] = _behind(best, tried)
         say(f"accepted: {', '.join(news)} ({best.score - fit.score:.0f} nats)")
         fit = settle(refreshed(best))
-        found, _ = _scored(
-            fit, [k for k in library if k.name not in {c.name for c in fit.candidates}]
-        )
+        found, _ = _scored(fit, _left(fit, library))
     fit = _pruned(base, fit, len(library), say)
-    tests = len(SIZES) * len(library)
+    tests = TRIES * len(library)
     fitted = [tests * significance(fit, i) for i in range(len(fit.candidates))]
     return Named(base, fit, scores, min(1.0, p, *fitted), rivals)
 
@@ -83,9 +87,14 @@ def _scored(fit: Fit, library: Sequence[type[Effect]]) -> tuple[list[Score], flo
     typical = {s.candidate.name: s.typical for s in scores}
     again = [replace(s, typical=max(s.typical, typical[s.candidate.name])) for s in again]
     rest = [s for s in scores if s.candidate.name not in {a.candidate.name for a in again}]
-    tests = len(SIZES) * len(library)
+    tests = TRIES * len(library)
     least = min((s.p for s in (*again, *rest)), default=1.0)
     return sorted([*again, *rest], key=lambda s: -s.gain), min(1.0, tests * least)
+
+
+def _left(fit: Fit, library: Sequence[type[Effect]]) -> list[type[Effect]]:
+    taken = {c.kind for c in fit.candidates}
+    return [kind for kind in library if kind not in taken]
 
 
 def _tried(fit: Fit, scores: Sequence[Score], say: Say) -> list[Fit]:
@@ -101,18 +110,14 @@ def _tried(fit: Fit, scores: Sequence[Score], say: Say) -> list[Fit]:
 def _from_several(fit: Fit, score: Score) -> Fit | None:
     """Fit from the size that scored best, and where that disappoints from others."""
     at = score.candidate
-    best = _fitted(fit, _resized(at, at.size * min(max(score.amplitude, 0.3), 2.0)))
-    for size in SIZES:
+    best = _fitted(fit, at.resized(at.size * min(max(score.amplitude, 0.3), 2.0)))
+    for size in tried_sizes(at.kind):
         if best is not None and best.score - fit.score > 0.5 * score.gain:
             break
-        other = _fitted(fit, _resized(at, math.copysign(size, at.size)))
+        other = _fitted(fit, at.resized(math.copysign(size, at.size)))
         if other is not None and (best is None or other.score > best.score):
             best = other
     return best
-
-
-def _resized(candidate: Candidate, size: float) -> Candidate:
-    return replace(candidate, dials=(size, *candidate.dials[1:]))
 
 
 def _fitted(fit: Fit, *new: Candidate) -> Fit | None:
@@ -126,7 +131,7 @@ def _passes(before: Fit, after: Fit, library: int) -> bool:
     new = len(after.candidates) - len(before.candidates)
     if after.score - before.score < ENOUGH * new:
         return False
-    family = FAMILY / (len(SIZES) * library)
+    family = FAMILY / (TRIES * library)
     places = range(len(before.candidates), len(after.candidates))
     return all(significance(after, i) < family for i in places)
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy import stats
 
-from identification.mismatch.candidate import SMALL, Candidate
+from identification.mismatch.candidate import Candidate
 from identification.mismatch.fitting import Fit
 from identification.mismatch.sensitivity import change
 from identification.mismatch.stack import Integers, Nuisances, clusters, flat
@@ -75,7 +75,7 @@ class Judge:
             return Score(candidate, 0.0, np.inf, 0.0, 0.0, 0.0, 1.0)
         amplitude = float(off @ self.fit.aim) / energy
         error, freedom = self.error(off, energy, amplitude)
-        floor = SHARE_OF_SMALL * SMALL / abs(candidate.size)
+        floor = SHARE_OF_SMALL * candidate.smallest / abs(candidate.size)
         p = float(stats.t.sf((amplitude - floor) / error, freedom))
         gain = 0.5 * energy * max(amplitude, 0.0) ** 2
         return Score(candidate, amplitude, error, gain, 0.5 * energy, energy / whole, p)

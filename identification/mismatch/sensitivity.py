@@ -7,6 +7,7 @@ import numpy as np
 
 from identification.mismatch.model import Model, Point, Series, misplace, predict
 from plant.effects.effect import Effect
+from plant.encoder import Misplaces
 from plant.signals import Floats
 
 NUDGE = 0.02  # of a coordinate's prior deviation
@@ -47,9 +48,9 @@ def change(model: Model, point: Point, effects: tuple[Effect, ...], base: Series
     Drives that the new effects do not concern are not run and left empty.
     """
     new = [e for e in effects if e not in point.effects]
-    if not any(e.hooks for e in new) and len(effects) > len(point.effects):
+    if all(isinstance(e, Misplaces) for e in new) and len(effects) > len(point.effects):
         return _of_the_discs(model, new)
-    drives = [d for d in model.chain.drives if any(model.chain.concerns(type(e), d) for e in new)]
+    drives = [d for d in model.chain.drives if any(model.chain.concerns(e, d) for e in new)]
     there = predict(model, replace(point, effects=effects), drives)
     return [
         [(t - s) * k if t.size else t for t, s, k in zip(ts, ss, ks, strict=True)]

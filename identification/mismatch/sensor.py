@@ -5,7 +5,7 @@ taken off, and the pattern of the teeth itself, by the recorded tooth. What is p
 recorded wheel angle is so judged at the recorded wheel angle.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,6 +20,8 @@ from identification.mismatch.sampling import (
     into_bins,
     known_bins,
 )
+from plant.effects.effect import Effect
+from plant.sensing import tell, telling
 from plant.signals import Outputs
 from protocol.channel import FloatArray
 
@@ -32,7 +34,8 @@ class Sensor:
     """name: of the output; value: (bins,) recorded; known: (bins,) False where nothing was.
 
     see: matrices by column of the simulation; then: the last steps, which the recorded samples go
-    through as well. offsets: what the displacement of every tooth (rad) does before these steps.
+    through as well. time: s, of samples of a point sensor. offsets: what the displacement of every
+    tooth (rad) does before these steps.
     """
 
     name: str
@@ -43,11 +46,15 @@ class Sensor:
     see: Mapping[str, Matrix]
     then: Callable[[FloatArray], FloatArray]
     offsets: Matrix | None = None
+    time: FloatArray | None = None
 
-    def look(self, out: Outputs) -> FloatArray:
-        """Return what the sensor shows of a simulation, (bins,)."""
-        seen = [matrix @ out[column] for column, matrix in self.see.items()]
-        return self.then(np.sum(seen, axis=0))
+    def look(self, out: Outputs, effects: Iterable[Effect] = ()) -> FloatArray:
+        """Return what the sensor shows, effects on its channel included, (bins,)."""
+        seen: FloatArray = np.sum([m @ out[column] for column, m in self.see.items()], axis=0)
+        acting = () if self.time is None else telling(effects, self.name, "signal", "frame")
+        if acting and self.time is not None:
+            _, seen = tell(acting, (), self.time, seen)
+        return self.then(seen)
 
     def misplaced(self, displacement: FloatArray) -> FloatArray:
         """Return what displaced teeth (rad, by tooth) add to the output; zeros without teeth."""
@@ -81,7 +88,8 @@ def point_sensor(
     def then(values: FloatArray) -> FloatArray:
         return np.asarray(bins @ rounded(values, quantum, noise))
 
-    return Sensor(name, unit, samples.clock, bins @ samples.value, known, {column: see}, then)
+    return Sensor(name, unit, samples.clock, bins @ samples.value, known, {column: see}, then,
+                  time=samples.time)  # fmt: skip
 
 
 def quantum_of(values: FloatArray) -> float:

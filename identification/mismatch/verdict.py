@@ -2,7 +2,7 @@
 
 mismatch     {found, p_value}: whether simulation and recordings differ, and the family-wise p
 location     {block, injection, regressor, band, region, direction, shape, gain, confirmed} or null
-effects      [{name, block, parameters: [{name, value, unit, interval}]}], strongest first
+effects      [{name, subject, block, parameters: [{name, value, unit, interval}]}], strongest first
 unknown      {found, shape}: something is missing that no effect of the library is
 curve        {injection, unit, regressor, knots, values, gain, confirmed}: what stands in for it
 equivalents  [[names]] that these recordings cannot tell apart
@@ -44,6 +44,7 @@ class FoundEffect:
     """An effect that is missing in the simulation, with its parameters."""
 
     name: str
+    subject: str
     block: str
     parameters: tuple[Estimate, ...]
     gain: float

@@ -19,7 +19,7 @@ SINGLE = [
     (AsymmetricFilling(asymmetry=0.5), "asymmetry", "engine"),
     (Backlash(slack=8e-3), "slack", "driveline"),
     (RelaxationLength(length=0.2), "length", "tyre"),
-    (ToothMisplacement(displacement=2e-3, tooth=5), "displacement", "rear_encoder"),
+    (ToothMisplacement(displacement=2e-3, tooth=5), "displacement", "encoder"),
     (OpticalLag(time_constant=30e-3), "time_constant", "optical_sensor"),
 ]
 
