@@ -14,7 +14,6 @@ from plant.motorcycle import Motorcycle
 from plant.vehicle_file import Vehicle, builtin_vehicle, load_vehicle
 from tests.identification.motorcycle_recording import HELD_OUT, TRAINING, ride
 
-
 FEW = (
     "rate_limit", "asymmetric_filling", "backlash", "hardening_cush", "driveline_loss",
     "relaxation_length", "tooth_misplacement", "eccentricity", "optical_lag",
