@@ -14,9 +14,9 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[1]))  # the known systems are the tests' own
 
-from identification.describing_function import DescribingFunction, sliced
-from identification.harmonics import harmonics
-from identification.swept_run import SweptRun, swept_run
+from identification.response.describing_function import DescribingFunction, sliced
+from identification.response.harmonics import harmonics
+from identification.response.swept_run import SweptRun, swept_run
 from tests.identification.known_harmonics import RATE, Curved, coloured, drift, sweep
 
 AMPLITUDE, SEEDS = 0.04, 10

@@ -26,19 +26,19 @@ from pathlib import Path
 import numpy as np
 from rational_peers import PEERS
 
-from identification.delay_profile import DelayProfile, delay_profile
-from identification.filters import low_pass, notch, wheel_frequency
-from identification.identify import identify
-from identification.independent_lines import Lines, independent_lines, without
-from identification.local_polynomial import sweep_response
-from identification.model_order import all_pole, choose_order
-from identification.rational_ml import RationalFit, fit_order
-from identification.rational_trial import known_path
-from identification.response import FrequencyResponse
-from identification.samples import onto, sampled, smoothly
-from identification.slip import slip
-from identification.stable_rational import Order
-from identification.teeth import speed_from_teeth
+from identification.models.delay_profile import DelayProfile, delay_profile
+from identification.models.model_order import all_pole, choose_order
+from identification.models.rational_ml import RationalFit, fit_order
+from identification.models.stable_rational import Order
+from identification.paper.rational_trial import known_path
+from identification.response.identify import identify
+from identification.response.independent_lines import Lines, independent_lines, without
+from identification.response.local_polynomial import sweep_response
+from identification.response.response import FrequencyResponse
+from identification.signals.filters import low_pass, notch, wheel_frequency
+from identification.signals.samples import onto, sampled, smoothly
+from identification.signals.slip import slip
+from identification.signals.teeth import speed_from_teeth
 from plant.encoder import begin, passing_teeth, toothed_disc
 from plant.equilibrium import equilibrium
 from plant.linear import linearise

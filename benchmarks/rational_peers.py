@@ -8,10 +8,10 @@ enough order for the delay, for none of them has one.
 import numpy as np
 from scipy import optimize, signal
 
-from identification.independent_lines import independent_lines
-from identification.local_polynomial import sweep_response
-from identification.rational_ml import fit_order
-from identification.stable_rational import Order
+from identification.models.rational_ml import fit_order
+from identification.models.stable_rational import Order
+from identification.response.independent_lines import independent_lines
+from identification.response.local_polynomial import sweep_response
 
 SLOW = 100.0  # Hz
 STATES = 6

@@ -10,7 +10,7 @@ from rich.console import Console
 from protocol.errors import InputError
 
 if TYPE_CHECKING:  # the analyses take seconds to import; --help should not
-    from identification.identify import Identification
+    from identification.response.identify import Identification
     from protocol.recording import Recording
 
 EXAMPLE = "Example: slipbench identify runs/throttle_sweep --figures figures"
@@ -71,8 +71,8 @@ def paper_command(
 
     Exit status: 0 every claim holds, 2 something given must be mended, 3 a claim does not hold.
     """
-    from identification.paper_command import reproduce
-    from identification.paper_report import found_in_words
+    from identification.paper.paper_command import reproduce
+    from identification.paper.paper_report import found_in_words
 
     console = Console(stderr=True)
     with console.status("") as progress:
@@ -94,8 +94,8 @@ def read_run(run: Path) -> "Recording":
 
 def identified(recording: "Recording") -> "Identification":
     """Identify, or say why nothing can be identified. Raises InputError."""
-    from identification.identify import identify
-    from identification.trial_window import NoExcitation
+    from identification.response.identify import identify
+    from identification.signals.trial_window import NoExcitation
 
     if not any(channel.time.size for channel in recording.channels.values()):
         raise InputError(
@@ -119,8 +119,8 @@ def identified(recording: "Recording") -> "Identification":
 
 def write_report(found: "Identification", out: Path, figures: Path | None) -> Path:
     """Write report.html, identification.json and, if asked, the figures. Raises InputError."""
-    from identification.key_figures import key_figures
-    from identification.report import draw, report, write_figures
+    from identification.report.key_figures import key_figures
+    from identification.report.report import draw, report, write_figures
 
     drawn = draw(found)
     try:
@@ -141,8 +141,8 @@ def write_report(found: "Identification", out: Path, figures: Path | None) -> Pa
 
 def summary(found: "Identification") -> list[str]:
     """Give the key figures as lines for a terminal."""
-    from identification.headline import headline
-    from identification.tiles import tiles
+    from identification.report.headline import headline
+    from identification.report.tiles import tiles
 
     lines = [headline(found), ""]
     lines += [f"  {tile.label:<22} {tile.value}" for tile in tiles(found)]

@@ -20,20 +20,21 @@ ALLOWED = {
     "pyarrow": ("protocol/*.py", "protocol/tables/*.py"),
     # Mathematics.
     "control": (
-        "plant/linear.py", "controllers/*.py", "identification/response.py",
-        "identification/rational_model.py", "identification/uncertainty_set.py",
-        "identification/switched.py", "identification/scheduled.py",
+        "plant/linear.py", "controllers/*.py", "identification/response/response.py",
+        "identification/models/rational_model.py", "identification/models/uncertainty_set.py",
+        "identification/models/switched.py", "identification/models/scheduled.py",
     ),
-    "numba": ("plant/*.py", "identification/switched.py"),
+    "numba": ("plant/*.py", "identification/models/switched.py"),
     "pint": ("protocol/units.py", "plant/units.py", "plant/parameters.py"),
     # Drawing and talking.
     "matplotlib": (
-        "identification/report.py", "identification/drawing.py", "identification/bode.py",
-        "identification/close_ups.py", "identification/distributions.py",
-        "identification/operation.py", "identification/overview.py",
-        "identification/*_figures.py", "identification/paper.py",
+        "identification/report/report.py", "identification/report/drawing.py",
+        "identification/report/bode.py",
+        "identification/report/close_ups.py", "identification/report/distributions.py",
+        "identification/report/operation.py", "identification/report/overview.py",
+        "identification/paper/*_figures.py", "identification/paper/paper.py",
     ),
-    "jinja2": ("identification/report.py", "identification/paper_report.py"),
+    "jinja2": ("identification/report/report.py", "identification/paper/paper_report.py"),
     "typer": ("*/commands.py", "slipbench.py"),
     "rich": ("*/commands.py", "protocol/summary.py", "slipbench.py"),
     # Time, and whatever runs beside the loop.

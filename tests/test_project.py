@@ -49,13 +49,14 @@ def test_a_library_in_the_wrong_place_is_found(tmp_path: Path, library: str) -> 
 
 @pytest.mark.parametrize(("importer", "imported", "contract"), [
     ("bench.loop", "identification", "Users meet only on disk"),
-    ("identification.slip", "bench", "Users meet only on disk"),
+    ("identification.words", "bench", "Users meet only on disk"),
+    ("identification.signals", "identification.models", "From signals to answers"),
     ("protocol.codec", "plant", "Users meet only on disk"),
     ("plant.wheel", "protocol", "Users meet only on disk"),
     ("controllers.slip", "plant", "Users meet only on disk"),
     ("protocol.codec", "bench", "Users meet only on disk"),
     ("dbc.check", "protocol", "Users meet only on disk"),
-    ("identification.slip", "dbc", "The database is for those who are on the wire"),
+    ("identification.words", "dbc", "The database is for those who are on the wire"),
     ("bench.gateway", "plant", "In the bench only the virtual motorcycle"),
     ("bench.gateway", "tests", "Nobody imports the tests"),
     ("plant.wheel", "slipbench", "Nobody imports the tests"),
@@ -83,6 +84,8 @@ def lay_out(root: Path, importer: str, imported: str) -> None:
     for package in (*PACKAGES, "tests"):
         (root / package).mkdir()
         (root / package / "__init__.py").touch()
+    for part in ("signals", "response", "models", "report", "paper", "mismatch", "commands"):
+        (root / "identification" / f"{part}.py").touch()
     (root / "slipbench.py").touch()
     path = root / Path(*importer.split(".")).with_suffix(".py")
     path.write_text(f"import {imported}\n", encoding="utf-8")

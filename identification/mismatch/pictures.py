@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from identification import drawing as d
 from identification.mismatch.explain import Analysis
 from identification.mismatch.held_out import driven
 from identification.mismatch.locate import Curve
 from identification.mismatch.model import motorcycle
 from identification.mismatch.regressors import UNITS
+from identification.report import drawing as d
 from plant.signals import Floats
 
 

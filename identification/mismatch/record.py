@@ -9,13 +9,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from identification.aligned import Aligned, aligned
-from identification.dataset import Dataset, dataset
 from identification.mismatch.sampling import STEP, Grid
 from identification.mismatch.sensor import Sampled, Sensor, point_sensor, tooth_sensors
-from identification.samples import averaged, onto, sampled
-from identification.teeth import speed_from_teeth
-from identification.trial_window import TrialWindow, trial_window
+from identification.signals.aligned import Aligned, aligned
+from identification.signals.dataset import Dataset, dataset
+from identification.signals.samples import averaged, onto, sampled
+from identification.signals.teeth import speed_from_teeth
+from identification.signals.trial_window import TrialWindow, trial_window
 from plant.signals import Floats, Inputs
 from plant.vehicle_file import Vehicle
 from protocol.errors import InputError

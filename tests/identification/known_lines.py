@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from identification.independent_lines import Lines
-from identification.rational_model import RationalModel
+from identification.models.rational_model import RationalModel
+from identification.response.independent_lines import Lines
 
 W = 2 * np.pi * 8.6
 

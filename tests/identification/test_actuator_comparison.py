@@ -5,15 +5,15 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from identification.actuator_comparison import (
+from identification.models.actuator_comparison import (
     Comparison,
     NoComparison,
     PureDelay,
     answer,
     compare_actuators,
 )
-from identification.response import FrequencyResponse
-from identification.switched_claims import actuator_claims
+from identification.paper.switched_claims import actuator_claims
+from identification.response.response import FrequencyResponse
 
 FREQUENCY = np.linspace(0.5, 14, 120)
 DRIVELINE, SERVO = (2 * np.pi * 8.3, 0.32), (2 * np.pi * 12.6, 0.4)

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from identification.clocks import ClockFit, Unaligned, align, align_all
+from identification.signals.clocks import ClockFit, Unaligned, align, align_all
 from protocol.channel import Channel
 
 LEAST = 120e-6  # s

@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from identification.identify import identify
-from identification.key_figures import key_figures
-from identification.motion import Motion
+from identification.report.key_figures import key_figures
+from identification.response.identify import identify
+from identification.signals.motion import Motion
 from tests.identification.synthetic_recording import recording
 
 WHOLE = recording()

@@ -3,15 +3,15 @@
 import numpy as np
 import pytest
 
-from identification.delay_profile import (
+from identification.models.delay_profile import (
     DelayProfile,
     NoDelay,
     delay_profile,
     felt_right_zeros,
 )
-from identification.independent_lines import KnownPath, without
-from identification.model_order import choose_order
-from identification.stable_rational import Order
+from identification.models.model_order import choose_order
+from identification.models.stable_rational import Order
+from identification.response.independent_lines import KnownPath, without
 from tests.identification.known_lines import chain, lines
 
 TRIED = (Order(2, 0), Order(3, 0), Order(4, 0))

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from identification.describing_function import NoHarmonics, between, per_amplitude, sliced
-from identification.swept_run import SweptRun, moving, swept_run
+from identification.response.describing_function import NoHarmonics, between, per_amplitude, sliced
+from identification.response.swept_run import SweptRun, moving, swept_run
 from tests.identification.known_harmonics import RATE, Curved, coloured, sweep
 
 AMPLITUDE = 0.04

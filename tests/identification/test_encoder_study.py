@@ -5,19 +5,20 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from identification import drawing, encoder_figures, filter_figures
-from identification.encoder_study import encoder_claims, encoder_curve, shown_wave, slowest
-from identification.identify import identify
-from identification.line_reduction import LEARNT, line_reductions, reduction_claims
-from identification.teeth import delay
-from identification.tooth_pitch import NoToothPitch, order_of_gaps
-from identification.wheel_orders import (
+from identification.paper import encoder_figures, filter_figures
+from identification.paper.encoder_study import encoder_claims, encoder_curve, shown_wave, slowest
+from identification.paper.line_reduction import LEARNT, line_reductions, reduction_claims
+from identification.paper.wheel_orders import (
     displaced_tooth,
     line_frequency,
     order_amplitudes,
     order_claims,
     tooth_angle,
 )
+from identification.report import drawing
+from identification.response.identify import identify
+from identification.signals.teeth import delay
+from identification.signals.tooth_pitch import NoToothPitch, order_of_gaps
 from tests.identification.synthetic_recording import Truth, recording
 from tests.identification.toothed_wheel import tooth_times
 

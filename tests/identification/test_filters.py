@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from identification.filters import line_reduction, low_pass, notch, wheel_frequency
+from identification.signals.filters import line_reduction, low_pass, notch, wheel_frequency
 
 RATE, RADIUS = 1000.0, 0.32
 T = np.arange(0, 20, 1 / RATE)

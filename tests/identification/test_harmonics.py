@@ -5,12 +5,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from identification.describing_function import DescribingFunction, NoHarmonics
-from identification.harmonic_claims import describing_function_claims
-from identification.harmonic_figures import describing_figure
-from identification.harmonics import harmonics
-from identification.swept_phase import NoSweep, SweptPhase, swept_phase
-from identification.swept_run import SweptRun, swept_run
+from identification.paper.harmonic_claims import describing_function_claims
+from identification.paper.harmonic_figures import describing_figure
+from identification.response.describing_function import DescribingFunction, NoHarmonics
+from identification.response.harmonics import harmonics
+from identification.response.swept_run import SweptRun, swept_run
+from identification.signals.swept_phase import NoSweep, SweptPhase, swept_phase
 from tests.identification.known_harmonics import RATE, Curved, coloured, drift, sweep
 
 AMPLITUDE = 0.04

@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from identification.clocks import ClockFit, Unaligned
-from identification.identify import identify, slip_range
-from identification.motion import Motion, NoMotion
-from identification.resonance import Resonance
-from identification.trial_window import NoExcitation, TrialWindow
+from identification.response.identify import identify, slip_range
+from identification.response.resonance import Resonance
+from identification.signals.clocks import ClockFit, Unaligned
+from identification.signals.motion import Motion, NoMotion
+from identification.signals.trial_window import NoExcitation, TrialWindow
 from protocol.channel import Channel
 from protocol.messages import Phase, TripReason
 from tests.identification.synthetic_recording import Truth, recording, sweep, sweep_trial

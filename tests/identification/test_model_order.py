@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from identification.model_order import (
+from identification.models.model_order import (
     all_pole,
     choose_order,
     of_likelihood,
@@ -13,7 +13,7 @@ from identification.model_order import (
     orders,
     resolved,
 )
-from identification.stable_rational import Order
+from identification.models.stable_rational import Order
 from tests.identification.known_lines import chain, lines
 
 TRIED = (Order(2, 0), Order(3, 0), Order(3, 1), Order(4, 0))

@@ -10,9 +10,9 @@ from pathlib import Path
 
 import pytest
 
-from identification.claims import Claim
-from identification.paper_command import Reproduced, reproduce
-from identification.paper_report import band_in_words, found_in_words
+from identification.paper.claims import Claim
+from identification.paper.paper_command import Reproduced, reproduce
+from identification.paper.paper_report import band_in_words, found_in_words
 
 ROOT = Path(__file__).parents[2]
 

@@ -9,16 +9,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import stats
 
-from identification.independent_lines import (
+from identification.models.rational_ml import fit_order, with_path
+from identification.models.stable_rational import Order, evaluate
+from identification.response.independent_lines import (
     KnownPath,
     NoRational,
     freedom,
     independent_lines,
     without,
 )
-from identification.local_polynomial import sweep_response
-from identification.rational_ml import fit_order, with_path
-from identification.stable_rational import Order, evaluate
+from identification.response.local_polynomial import sweep_response
 from tests.identification.known_lines import chain, lines
 from tests.identification.synthetic_recording import sweep
 

@@ -3,14 +3,19 @@
 import numpy as np
 import pytest
 
-from identification.claims import Claim
-from identification.independent_lines import KnownPath
-from identification.rational_claims import rational_claims, rational_study, time_claims
-from identification.rational_figures import delay_figure, fit_figure, order_figure, time_figure
-from identification.rational_paper import choose_paper_order, equation_error, paper_fit
-from identification.response import FrequencyResponse
-from identification.stable_rational import Order
-from identification.time_check import NoStretch
+from identification.models.rational_paper import choose_paper_order, equation_error, paper_fit
+from identification.models.stable_rational import Order
+from identification.models.time_check import NoStretch
+from identification.paper.claims import Claim
+from identification.paper.rational_claims import rational_claims, rational_study, time_claims
+from identification.paper.rational_figures import (
+    delay_figure,
+    fit_figure,
+    order_figure,
+    time_figure,
+)
+from identification.response.independent_lines import KnownPath
+from identification.response.response import FrequencyResponse
 from tests.identification.known_lines import chain, lines
 
 

@@ -9,9 +9,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import signal
 
-from identification.local_polynomial import sweep_response
-from identification.periodic import periodic_response
-from identification.resonance import (
+from identification.response.local_polynomial import sweep_response
+from identification.response.periodic import periodic_response
+from identification.response.resonance import (
     NoResonance,
     Resonance,
     low_frequency_delay,

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from identification.response import FrequencyResponse
-from identification.scheduled import (
+from identification.models.scheduled import (
     NAMES,
     NoSchedule,
     ScheduledFit,
@@ -12,7 +11,8 @@ from identification.scheduled import (
     fit_scheduled,
     leave_one_out,
 )
-from identification.switched import Direction, SwitchedModel
+from identification.models.switched import Direction, SwitchedModel
+from identification.response.response import FrequencyResponse
 
 SPEEDS = (40.0, 44.0, 48.0, 52.0, 56.0)
 FREQUENCY = np.linspace(0.6, 12, 60)

@@ -4,8 +4,8 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from identification.rolling_radius import rolling_ratio
-from identification.slip import LEAST_SPEED, slip, slip_ratio
+from identification.signals.rolling_radius import rolling_ratio
+from identification.signals.slip import LEAST_SPEED, slip, slip_ratio
 
 speeds = st.lists(st.floats(LEAST_SPEED, 100), min_size=1, max_size=50).map(np.array)
 

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import signal
 
-from identification.steps import NoSteps, Steps, pooled, step_responses
+from identification.models.steps import NoSteps, Steps, pooled, step_responses
 
 RATE = 1000.0
 

@@ -6,10 +6,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import signal
 
-from identification.experiment import Experiment
-from identification.model_comparison import compare, nrmse, rival
-from identification.steps import Bundle, Steps
-from identification.switched import (
+from identification.models.experiment import Experiment
+from identification.models.model_comparison import compare, nrmse, rival
+from identification.models.steps import Bundle, Steps
+from identification.models.switched import (
     Direction,
     SwitchedModel,
     as_linear,
@@ -18,8 +18,8 @@ from identification.switched import (
     polynomials,
     simulate,
 )
-from identification.switched_fit import fit_steps
-from identification.switched_study import study_of
+from identification.models.switched_fit import fit_steps
+from identification.paper.switched_study import study_of
 
 RATE = 1000.0
 RESONANCES = ((53.0, 0.3), (80.0, 0.4))

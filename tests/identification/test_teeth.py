@@ -5,9 +5,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from identification.samples import onto
-from identification.teeth import delay, error_bound, speed_from_teeth, tooth_interval
-from identification.tooth_counter import resolution, teeth_per_second
+from identification.signals.samples import onto
+from identification.signals.teeth import delay, error_bound, speed_from_teeth, tooth_interval
+from identification.signals.tooth_counter import resolution, teeth_per_second
 
 
 def teeth_at(speed, n=400, teeth=16, radius=0.32):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from identification.time_check import NoStretch, Stretch, fit_percent, time_check
+from identification.models.time_check import NoStretch, Stretch, fit_percent, time_check
 from tests.identification.known_lines import chain
 from tests.identification.synthetic_recording import sweep
 

@@ -6,11 +6,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import signal
 
-from identification.identify import identify
-from identification.pitch_online import PitchLearner
-from identification.teeth import speed_from_teeth
-from identification.tooth_evidence import Answers
-from identification.tooth_pitch import NoToothPitch, ToothPitch, learn_pitch
+from identification.response.identify import identify
+from identification.signals.pitch_online import PitchLearner
+from identification.signals.teeth import speed_from_teeth
+from identification.signals.tooth_evidence import Answers
+from identification.signals.tooth_pitch import NoToothPitch, ToothPitch, learn_pitch
 from tests.identification.synthetic_recording import Truth, recording
 from tests.identification.toothed_wheel import coloured, random_gaps, tooth_times
 

@@ -5,16 +5,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from identification import uncertainty_file
-from identification.rational_model import RationalModel
-from identification.response import FrequencyResponse
-from identification.uncertainty_set import (
+from identification.models import uncertainty_file
+from identification.models.rational_model import RationalModel
+from identification.models.uncertainty_set import (
     Member,
     NoSet,
     UncertaintySet,
     fit_weight,
     uncertainty_set,
 )
+from identification.response.response import FrequencyResponse
 
 FREQUENCY = np.linspace(0.5, 12, 80)
 

@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from identification.identify import identify, slip_range
-from identification.motion import Motion
-from identification.tooth_counter import teeth_per_second
-from identification.trial_window import NoExcitation
+from identification.response.identify import identify, slip_range
+from identification.signals.motion import Motion
+from identification.signals.tooth_counter import teeth_per_second
+from identification.signals.trial_window import NoExcitation
 from protocol.import_log import Capture, import_capture
 
 HOME = Path(__file__).parents[2]

@@ -1,0 +1,1 @@
+"""Parametric models: rational with delay, switched, scheduled, and their uncertainty."""

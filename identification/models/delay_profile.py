@@ -1,0 +1,144 @@
+"""The cost of a fit against the pure delay that it is given: what a recording knows of a delay.
+
+    profile = delay_profile(choose_order(lines, all_pole()))
+    profile.delay, profile.low, profile.high       # s, 95 % interval
+
+A zero in the right half plane is a delay in disguise: (1 - s d/2) / (1 + s d/2) is nearly e^(-s d).
+So "the" delay is the one beside which the rest is minimum phase; other points of the profile are
+kept for the figure, not for the interval. The interval is where the best of the orders within two
+nats loses less than 1.92 nats, its parameters counted: it holds the doubt about the order too
+(profile likelihood, Wilks 1938).
+
+A pair of zeros in the left half plane buys delay just as well, so the orders that are offered
+matter: `model_order.all_pole` are those of a chain of lags and springs without a path around it,
+as from throttle or spark to slip. And a lag shorter than the band can show is delay to it: where
+the filling time of the intake is known, take it off first (`independent_lines.without`).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import stats
+
+from identification.models.model_order import NATS, OrderChoice, Row
+from identification.models.rational_ml import RationalFit, latest, refit
+from identification.models.rational_model import RationalModel
+from identification.models.stable_rational import Order
+from identification.response.response import ComplexArray
+from identification.signals.samples import BoolArray
+from protocol.channel import FloatArray
+
+DROP = float(stats.chi2.ppf(0.95, 1)) / 2  # nats
+POINTS = 31
+FELT = np.radians(1.0)  # phase at the top of the band below which a zero cannot be seen
+
+
+@dataclass(frozen=True)
+class OrderProfile:
+    """One order over the grid.
+
+    cost           (m,) chi-square
+    minimum_phase  (m,) whether the rest has no zero in the right half plane that could be seen
+    penalty        nats for the parameters
+    """
+
+    order: Order
+    cost: FloatArray
+    minimum_phase: BoolArray
+    penalty: float
+
+
+@dataclass(frozen=True)
+class DelayProfile:
+    """Cost against delay.
+
+    grid       (m,) s; profiles: one an order within two nats, the best first
+    envelope   (m,) nats above the least, over orders and minimum-phase fits; inf where none is
+    delay      s, at the least; low, high: ends of the 95 % interval, s
+    """
+
+    grid: FloatArray
+    profiles: tuple[OrderProfile, ...]
+    envelope: FloatArray
+    delay: float
+    low: float
+    high: float
+
+
+@dataclass(frozen=True)
+class NoDelay:
+    """Why no delay is given."""
+
+    reason: str
+
+
+def delay_profile(
+    choice: OrderChoice[RationalFit], nats: float = NATS, points: int = POINTS
+) -> DelayProfile | NoDelay:
+    """Profile the delay over every order within `nats` of the best."""
+    rows = choice.within(nats)
+    grid = _grid(rows, points)
+    profiles = tuple(_profile(row.fit, grid) for row in rows)
+    lines = rows[0].fit.lines
+    misfit = max(1.0, min(row.fit.chi_square_ratio for row in rows))
+    scale = 2 * lines.inflation * misfit
+    each = [np.where(p.minimum_phase, p.cost / scale + p.penalty, np.inf) for p in profiles]
+    envelope = np.min(each, axis=0)
+    if not np.isfinite(envelope).any():
+        return NoDelay("no order within 2 nats of the best is minimum phase beside any delay")
+    envelope = envelope - envelope.min()
+    low, high = _interval(grid, envelope)
+    return DelayProfile(grid, profiles, envelope, float(grid[np.argmin(envelope)]), low, high)
+
+
+def felt_right_zeros(of: RationalModel, top: float) -> ComplexArray:
+    """Zeros in the right half plane that turn the phase by a degree or more up to `top` Hz."""
+    zeros = of.right_zeros
+    return np.asarray(zeros[np.abs(zeros) < 2 * np.pi * top / np.tan(FELT)])
+
+
+def _grid(rows: tuple[Row[RationalFit], ...], points: int) -> FloatArray:
+    """Even steps, and closer ones about the delay of every fit."""
+    longest = max(row.fit.model.delay for row in rows)
+    most = min(1.5 * longest + 5e-3, 1.1 * latest(rows[0].fit.lines))
+    near = [
+        row.fit.model.delay + k * min(row.fit.delay_deviation, most / 20)
+        for row in rows
+        for k in (-3, -2, -1, -0.5, 0, 0.5, 1, 2, 3)
+    ]
+    grid = np.unique(np.round(np.concatenate((np.linspace(0, most, points), near)), 7))
+    return np.asarray(grid[(grid >= 0) & (grid <= most)])
+
+
+def _profile(fit: RationalFit, grid: FloatArray) -> OrderProfile:
+    """Walk both ways from the fit's own delay, each point starting where the last one ended."""
+    middle = int(np.searchsorted(grid, fit.model.delay - 1e-7))
+    found: dict[int, RationalFit] = {}
+    for way in (range(middle, grid.size), range(min(middle, grid.size) - 1, -1, -1)):
+        at = fit
+        for k in way:
+            at = found[k] = refit(at, float(grid[k]))
+    top = float(fit.lines.frequency[-1])
+    walked = [found[k] for k in range(grid.size)]
+    return OrderProfile(
+        fit.order,
+        np.array([f.chi_square for f in walked]),
+        np.array([not felt_right_zeros(f.model, top).size for f in walked]),
+        float(fit.order.size),
+    )
+
+
+def _interval(grid: FloatArray, envelope: FloatArray) -> tuple[float, float]:
+    """Ends of the region in which the envelope stays below the drop; straight between points."""
+    inside = np.flatnonzero(envelope <= DROP)
+    first, last = int(inside[0]), int(inside[-1])
+    low = _crossing(grid, envelope, first, first - 1) if first > 0 else float(grid[0])
+    high = _crossing(grid, envelope, last, last + 1) if last < grid.size - 1 else float(grid[-1])
+    return low, high
+
+
+def _crossing(grid: FloatArray, envelope: FloatArray, inside: int, outside: int) -> float:
+    if not np.isfinite(envelope[outside]):
+        return float(grid[outside])
+    share = (DROP - envelope[inside]) / (envelope[outside] - envelope[inside])
+    return float(grid[inside] + share * (grid[outside] - grid[inside]))

@@ -1,0 +1,215 @@
+"""A rational function with delay by maximum likelihood, and how sure it is.
+
+    lines = independent_lines(response)
+    fit = fit_order(lines, Order(poles=3, zeros=0))
+    fit.model, fit.chi_square_ratio, fit.modes, fit.band(frequency)
+
+Starts from Sanathanan and Koerner over several delays; then damped Gauss-Newton on
+sum |G_i - G(f_i)|^2 / (deviation_i^2 / 2), which for complex normal errors is chi-square with
+2 n - p degrees of freedom (Pintelon and Schoukens, System Identification: A Frequency Domain
+Approach, 2nd ed., chapters 9 and 12). The parametrisation is stable; delays are not negative.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy import stats
+
+from identification.models.gauss_newton import MOST_STEPS, Minimum, minimise
+from identification.models.rational_model import RationalModel
+from identification.models.sanathanan_koerner import first_guess
+from identification.models.stable_rational import GREATEST, LEAST, Order, evaluate, model
+from identification.response.independent_lines import KnownPath, Lines
+from identification.response.response import ComplexArray
+from protocol.channel import FloatArray
+
+STARTS = (0.0, 0.3, 0.5, 0.7, 0.9)  # of the delay that the phase leaves room for
+REFIT_STEPS = 20
+ACROSS = float(stats.norm.ppf(0.975))
+
+
+@dataclass(frozen=True)
+class Mode:
+    """A pole (damping 1) or a pair of poles, with standard deviations.
+
+    frequency  Hz, natural; damping  1, above 1 where the pair is real
+    """
+
+    frequency: float
+    damping: float
+    frequency_deviation: float
+    damping_deviation: float
+
+
+@dataclass(frozen=True)
+class RationalFit:
+    """A fitted rational function.
+
+    x, covariance  parameters of `stable_rational` in the time unit 1 / pace (rad/s), (p,), (p, p);
+                   rows of parameters that were held or rest on a bound are zero
+    chi_square     sum of squared errors over their variances
+    freedom        real degrees of freedom: two a line, less the free parameters
+    """
+
+    order: Order
+    lines: Lines
+    x: FloatArray
+    covariance: FloatArray
+    pace: float
+    chi_square: float
+    freedom: int
+
+    @property
+    def model(self) -> RationalModel:
+        """The function itself, in rad/s."""
+        return model(self.x, self.order, self.pace, (self.lines.input, self.lines.output))
+
+    @property
+    def chi_square_ratio(self) -> float:
+        """Chi-square per degree of freedom, 1 where only noise is left."""
+        return self.chi_square / max(self.freedom, 1) / self.lines.inflation
+
+    @property
+    def adequate(self) -> float:
+        """Probability of so large a chi-square if the model is right."""
+        return float(stats.chi2.sf(self.chi_square / self.lines.inflation, max(self.freedom, 1)))
+
+    @property
+    def delay_deviation(self) -> float:
+        """Standard deviation of the delay within this order, s; 0 where it was held."""
+        return float(np.sqrt(self.covariance[0, 0])) / self.pace
+
+    @property
+    def modes(self) -> tuple[Mode, ...]:
+        """Natural frequencies and dampings, in the order of the parameters."""
+        pairs = [_pair(self, i) for i in range(1, self.order.poles, 2)]
+        return tuple(pairs + ([_single(self)] if self.order.poles % 2 else []))
+
+    def band(self, frequency: FloatArray) -> FloatArray:
+        """Half width of the 95 % band of gain, and of phase times gain, (n,), output per input."""
+        s = _laplace(frequency, self.pace)
+        G, slopes = evaluate(self.x, s, self.order)
+        along = np.real(slopes * (np.conj(G) / np.abs(G))[:, None])
+        return np.asarray(ACROSS * np.sqrt(_quadratic(along, self.covariance)))
+
+    def phase_band(self, frequency: FloatArray) -> FloatArray:
+        """Half width of the 95 % band of the phase, rad, (n,)."""
+        s = _laplace(frequency, self.pace)
+        G, slopes = evaluate(self.x, s, self.order)
+        return np.asarray(
+            ACROSS * np.sqrt(_quadratic(np.imag(slopes / G[:, None]), self.covariance))
+        )
+
+
+def fit_order(lines: Lines, order: Order, delay: float | None = None) -> RationalFit:
+    """Fit one order; `delay` (s) holds the delay where it is known."""
+    pace = pace_of(lines)
+    low, high = _bounds(order, latest(lines) * pace, None if delay is None else delay * pace)
+    delays = [share * latest(lines) for share in STARTS] if delay is None else [delay]
+    s, weight = _normal(lines, pace)
+    starts = [first_guess(s, lines.value, weight, order, d * pace) for d in delays]
+    found = [_search(lines, order, pace, start, low, high) for start in starts]
+    return fitted(lines, order, min(found, key=lambda m: m.cost), low, high)
+
+
+def refit(of: RationalFit, delay: float) -> RationalFit:
+    """Fit the same order with another delay (s), from where `of` ended."""
+    low, high = _bounds(of.order, 0.0, delay * of.pace)
+    at = _search(of.lines, of.order, of.pace, of.x, low, high, REFIT_STEPS)
+    return fitted(of.lines, of.order, at, low, high)
+
+
+def fitted(
+    lines: Lines, order: Order, at: Minimum, low: FloatArray, high: FloatArray
+) -> RationalFit:
+    """Say how sure a minimum is: errors beyond those of the deviations widen the covariance."""
+    moves = (at.x > low) & (at.x < high)
+    freedom = 2 * lines.frequency.size - int(np.count_nonzero(moves))
+    fit = RationalFit(
+        order, lines, at.x, np.zeros((at.x.size, at.x.size)), pace_of(lines), at.cost, freedom
+    )
+    J = at.jacobian[:, moves]
+    size = np.sqrt(np.sum(J**2, axis=0)) + 1e-300
+    inner = np.linalg.pinv((J / size).T @ (J / size), rcond=1e-13) / np.outer(size, size)
+    fit.covariance[np.ix_(moves, moves)] = inner * lines.inflation * max(1.0, fit.chi_square_ratio)
+    above = at.x[1 + order.poles :] * lines.common  # all lines may be high or low together
+    fit.covariance[1 + order.poles :, 1 + order.poles :] += np.outer(above, above)
+    return fit
+
+
+def latest(lines: Lines) -> float:
+    """Longest delay that the phase leaves room for, s: all of it a delay, over the upper half."""
+    phase = np.unwrap(np.angle(lines.value))
+    upper = slice(lines.frequency.size // 2, None)
+    phase = phase - 2 * np.pi * np.round(phase[0] / (2 * np.pi))
+    return float(max(np.max(-phase[upper] / (2 * np.pi * lines.frequency[upper])), 2e-3))
+
+
+def pace_of(lines: Lines) -> float:
+    """Unit of frequency in which the band is about 1, rad/s."""
+    return float(2 * np.pi * lines.frequency[-1] / 1.5)
+
+
+def _normal(lines: Lines, pace: float) -> tuple[ComplexArray, FloatArray]:
+    return _laplace(lines.frequency, pace), np.asarray(np.sqrt(2) / lines.deviation)
+
+
+def _laplace(frequency: FloatArray, pace: float) -> ComplexArray:
+    return np.asarray(2j * np.pi * np.asarray(frequency) / pace, dtype=np.complex128)
+
+
+def _search(
+    lines: Lines,
+    order: Order,
+    pace: float,
+    start: FloatArray,
+    low: FloatArray,
+    high: FloatArray,
+    most: int = MOST_STEPS,
+) -> Minimum:
+    s, weight = _normal(lines, pace)
+
+    def residuals(x: FloatArray) -> tuple[FloatArray, FloatArray]:
+        G, slopes = evaluate(x, s, order)
+        error, slope = (G - lines.value) * weight, slopes * weight[:, None]
+        return np.concatenate((error.real, error.imag)), np.vstack((slope.real, slope.imag))
+
+    return minimise(residuals, start, low, high, most)
+
+
+def _bounds(order: Order, most: float, held: float | None) -> tuple[FloatArray, FloatArray]:
+    free = np.full(order.zeros + 1, np.inf)
+    shut = np.ones(order.poles)
+    delay = (0.0, 1.5 * most) if held is None else (held, held)
+    low = np.concatenate(([delay[0]], LEAST * shut, -free))
+    return low, np.concatenate(([delay[1]], GREATEST * shut, free))
+
+
+def _pair(fit: RationalFit, i: int) -> Mode:
+    a, c = np.exp(fit.x[i]), np.exp(fit.x[i + 1])
+    frequency, damping = fit.pace / np.sqrt(c) / (2 * np.pi), a / (2 * np.sqrt(c))
+    C = fit.covariance[i : i + 2, i : i + 2]
+    spread = np.sqrt(max(C[0, 0] - C[0, 1] + C[1, 1] / 4, 0.0))
+    return Mode(
+        float(frequency), float(damping), float(frequency * np.sqrt(C[1, 1]) / 2),
+        float(damping * spread),
+    )  # fmt: skip
+
+
+def _single(fit: RationalFit) -> Mode:
+    n = fit.order.poles
+    frequency = float(fit.pace / np.exp(fit.x[n]) / (2 * np.pi))
+    return Mode(frequency, 1.0, frequency * float(np.sqrt(fit.covariance[n, n])), 0.0)
+
+
+def _quadratic(rows: FloatArray, covariance: FloatArray) -> FloatArray:
+    return np.asarray(np.maximum(np.einsum("ij,jk,ik->i", rows, covariance, rows), 0.0))
+
+
+def with_path(fit: RationalFit, path: KnownPath) -> RationalModel:
+    """Give the model of a response that had a known path taken off it."""
+    found = fit.model
+    poles = np.concatenate((found.poles, [-1 / lag for lag in path.lags]))
+    zeros = np.concatenate((found.zeros, [-1 / lead for lead in path.leads]))
+    gain = found.gain * float(np.prod(path.leads)) / float(np.prod(path.lags))
+    return replace(found, poles=poles, zeros=zeros, gain=gain, delay=found.delay + path.delay)

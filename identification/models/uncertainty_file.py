@@ -1,0 +1,58 @@
+"""An uncertainty set as a TOML file, so that controllers can use it without identification.
+
+    write(found, Path("slip_from_throttle.toml")); read(Path("slip_from_throttle.toml"))
+
+SI throughout; a complex number is a pair, real part first; what was not measured is nan.
+"""
+
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import tomli_w
+
+from identification.models.rational_model import RationalModel
+from identification.models.uncertainty_set import UncertaintySet, Weight
+from identification.response.response import ComplexArray
+
+
+def write(found: UncertaintySet, path: Path) -> None:
+    """Write a set as TOML, in SI."""
+    path.write_text(tomli_w.dumps(_told(found)), encoding="utf-8")
+
+
+def read(path: Path) -> UncertaintySet:
+    """Read a set back. Raises KeyError where the file is not one, OSError where there is none."""
+    told = tomllib.loads(path.read_text(encoding="utf-8"))
+    nominal, weight = told["nominal"], told["weight"]
+    return UncertaintySet(
+        RationalModel(
+            nominal["input"], nominal["output"], _complex(nominal["zeros"]),
+            _complex(nominal["poles"]), nominal["gain"], nominal["delay"],
+        ),
+        Weight(weight["gain"], np.array(weight["sections"])),
+        np.array(told["frequency"]), np.array(told["bound"]),
+        {name: _complex(pairs) for name, pairs in told["members"].items()},
+    )  # fmt: skip
+
+
+def _told(found: UncertaintySet) -> dict[str, Any]:
+    g, w = found.nominal, found.weight
+    return {
+        "frequency": found.frequency.tolist(), "bound": found.bound.tolist(),
+        "nominal": {
+            "input": g.input, "output": g.output, "gain": float(g.gain), "delay": float(g.delay),
+            "zeros": _pairs(g.zeros), "poles": _pairs(g.poles),
+        },
+        "weight": {"gain": float(w.gain), "sections": w.sections.tolist()},
+        "members": {name: _pairs(value) for name, value in found.members.items()},
+    }  # fmt: skip
+
+
+def _pairs(value: ComplexArray) -> list[list[float]]:
+    return [[float(v.real), float(v.imag)] for v in value]
+
+
+def _complex(pairs: list[list[float]]) -> ComplexArray:
+    return np.array([complex(*pair) for pair in pairs], dtype=np.complex128)

@@ -1,0 +1,1 @@
+"""Corno and Savaresi's findings, claim by claim."""

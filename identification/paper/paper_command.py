@@ -1,0 +1,50 @@
+"""The whole reproduction: trials, identification, sections, page."""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from identification.paper.claims import Claim
+from identification.paper.paper import Context, paper_answer, paper_sections
+from identification.paper.paper_report import write_paper
+from identification.paper.paper_trials import PAPER, record_all
+from identification.response.identify import identify
+from plant.trouble import VehicleFileError
+from plant.vehicle_file import load_vehicle
+from protocol.errors import InputError
+
+
+@dataclass(frozen=True)
+class Reproduced:
+    """What came out: every claim, the answer to the paper's question, and the page."""
+
+    claims: tuple[Claim, ...]
+    answer: str
+    page: Path
+
+
+def reproduce(
+    out: Path,
+    runs: Path,
+    nominal: Path,
+    trials: Path,
+    bandwidth: float,
+    told: Callable[[str], None] = lambda _: None,
+) -> Reproduced:
+    """Run what is missing, identify all, judge the claims, write the page. bandwidth: Hz."""
+    try:
+        vehicle = load_vehicle(nominal)
+    except VehicleFileError as fault:
+        raise InputError(str(fault)) from fault
+    recordings = record_all(list(PAPER), runs, trials, lambda name: told(f"recorded {name}"))
+    found = {}
+    for name, recording in recordings.items():
+        told(f"identifying {name}")
+        found[name] = identify(recording)
+    told("judging the claims")
+    context = Context(vehicle.motorcycle, 2 * math.pi * bandwidth)
+    sections = paper_sections(found, context)
+    answer = paper_answer(found, context)
+    page = write_paper(answer, sections, recordings, out)
+    return Reproduced(tuple(c for s in sections for c in s.claims), answer, page)

@@ -1,0 +1,88 @@
+"""The page that shows the paper's steps on our recordings, and claims.json beside it."""
+
+import json
+import math
+from collections.abc import Mapping, Sequence
+from importlib.resources import files
+from pathlib import Path
+
+import jinja2
+from markupsafe import Markup
+
+from identification.paper.claims import Claim
+from identification.paper.paper_section import Section
+from identification.report import drawing
+from identification.report.report import Drawn, write_figures
+from identification.report.tiles import Tile
+from protocol.recording import Recording
+
+
+def write_paper(
+    answer: str, sections: Sequence[Section], recordings: Mapping[str, Recording], out: Path
+) -> Path:
+    """Write paper.html, claims.json and the figures into `out`. Returns the page's path."""
+    out.mkdir(parents=True, exist_ok=True)
+    claims = [claim for section in sections for claim in section.claims]
+    write_figures([item for section in sections for item in section.drawn], out / "figures")
+    described = {"answer": answer, "claims": [claim.described() for claim in claims]}
+    (out / "claims.json").write_text(json.dumps(described, indent=2, allow_nan=False) + "\n")
+    page = out / "paper.html"
+    page.write_text(_page(answer, sections, recordings, claims), encoding="utf-8")
+    return page
+
+
+def _page(
+    answer: str,
+    sections: Sequence[Section],
+    recordings: Mapping[str, Recording],
+    claims: Sequence[Claim],
+) -> str:
+    environment = jinja2.Environment(
+        autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
+    )
+    here, style = files("identification.paper"), files("identification.report") / "report.css"
+    template = environment.from_string((here / "paper.html").read_text(encoding="utf-8"))
+    return template.render(
+        style=Markup(style.read_text(encoding="utf-8")),
+        answer=answer,
+        sections=sections,
+        tiles=_tiles(claims),
+        recordings=[_row(name, recording) for name, recording in recordings.items()],
+        inline=_inline,
+        found=found_in_words,
+        band=band_in_words,
+    )
+
+
+def _tiles(claims: Sequence[Claim]) -> list[Tile]:
+    held = sum(claim.holds for claim in claims)
+    return [Tile("Claims", f"{held} of {len(claims)}", "hold on these recordings")]
+
+
+def _row(name: str, recording: Recording) -> tuple[str, ...]:
+    described = recording.trial.description if recording.trial else ""
+    run = recording.description.get("run", {})
+    return name, described, str(recording.frame_count), str(run.get("database_sha256", ""))[:12]
+
+
+def _inline(drawn: Drawn) -> Markup:
+    return Markup(drawing.svg(drawn.figure, drawn.name))
+
+
+def found_in_words(claim: Claim) -> str:
+    """Write what was found, with its unit."""
+    return "not found" if math.isnan(claim.value) else _quantity(claim.value, claim.unit)
+
+
+def band_in_words(claim: Claim) -> str:
+    """Write the band that it must lie in."""
+    low, high = math.isfinite(claim.low), math.isfinite(claim.high)
+    if low and high:
+        return f"{claim.low:.4g} … {_quantity(claim.high, claim.unit)}"
+    if low:
+        return f"at least {_quantity(claim.low, claim.unit)}"
+    return f"at most {_quantity(claim.high, claim.unit)}" if high else ""
+
+
+def _quantity(value: float, unit: str) -> str:
+    return f"{value:.4g}" if unit in ("", "1") else f"{value:.4g} {unit}"

@@ -1,0 +1,28 @@
+"""One section of the paper's reproduction: what was done, its figures, its claims."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from identification.paper.claims import Claim
+from identification.report.report import Drawn
+
+Table = tuple[tuple[str, ...], ...]
+
+
+@dataclass(frozen=True)
+class Section:
+    """A section of the report.
+
+    number      of the step in the paper's order, "5"
+    paragraphs  what was done and what came out, in sentences
+    drawn       figures with captions
+    claims      what the recordings must bear out
+    tables      by caption; the first row of each is its head
+    """
+
+    number: str
+    title: str
+    paragraphs: tuple[str, ...]
+    drawn: tuple[Drawn, ...] = ()
+    claims: tuple[Claim, ...] = ()
+    tables: Mapping[str, Table] = field(default_factory=dict)

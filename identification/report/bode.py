@@ -1,0 +1,83 @@
+"""A frequency response, drawn: gain, phase and coherence with their 95 % bands."""
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, LogLocator, MultipleLocator
+
+from identification.report import drawing as d
+from identification.report.words import decibel, gain_unit, name
+from identification.response.resonance import NoResonance, Resonance
+from identification.response.response import BELIEVED, FrequencyResponse
+from protocol.channel import FloatArray
+
+
+def bode(found: list[FrequencyResponse], peak: Resonance | NoResonance | None = None) -> Figure:
+    """Draw responses over one another; lines without enough coherence are left pale."""
+    figure, axes = d.panels(3, 6.6, [3, 3, 1.5])
+    factor, unit = gain_unit(found[0].input, found[0].output)
+    for response, colour in zip(found, (d.BLUE, d.ORANGE, d.GREEN), strict=False):
+        _gain(axes[0], response, factor, colour)
+        _phase(axes[1], response, colour)
+        axes[2].plot(response.frequency, response.coherence, color=colour)
+    if isinstance(peak, Resonance):
+        _mark(axes[0], peak, factor)
+    _furnish(axes, found, unit)
+    return figure
+
+
+def _gain(axes: Axes, of: FrequencyResponse, factor: float, colour: str) -> None:
+    gain, band = of.gain * factor, of.gain_band * factor
+    label = f"from {name(of.input)} to {name(of.output)}"
+    axes.fill_between(
+        of.frequency, np.maximum(gain - band, gain * 0.1), gain + band, color=colour, alpha=0.18,
+        lw=0,
+    )  # fmt: skip
+    axes.plot(of.frequency, _kept(of, gain), color=colour, label=label)
+    axes.plot(of.frequency, gain, color=colour, alpha=0.3, lw=0.8)
+
+
+def _phase(axes: Axes, of: FrequencyResponse, colour: str) -> None:
+    phase, band = np.degrees(of.phase), np.degrees(of.phase_band)
+    axes.fill_between(of.frequency, phase - band, phase + band, color=colour, alpha=0.18, lw=0)
+    axes.plot(of.frequency, _kept(of, phase), color=colour)
+
+
+def _kept(of: FrequencyResponse, value: FloatArray) -> FloatArray:
+    return np.where(of.believed, value, np.nan)
+
+
+def _mark(axes: Axes, peak: Resonance, factor: float) -> None:
+    top = peak.peak * peak.low_gain * factor
+    axes.axhline(peak.low_gain * factor, color=d.MUTED, lw=0.9, ls=(0, (4, 3)))
+    axes.plot([peak.frequency], [top], "o", color=d.RED, ms=6, zorder=5)
+    axes.annotate(
+        f"{peak.frequency:.2f} Hz, {decibel(peak.peak):+.1f} dB", (peak.frequency, top),
+        xytext=(-8, 9), textcoords="offset points", color=d.RED, fontweight="bold", ha="right",
+    )  # fmt: skip
+
+
+def _furnish(axes: list[Axes], found: list[FrequencyResponse], unit: str) -> None:
+    believed = [r.gain[r.believed] for r in found if r.believed.any()]
+    factor = gain_unit(found[0].input, found[0].output)[0]
+    axes[0].set(xscale="log", yscale="log", ylabel=f"gain / ({unit})")
+    if believed:
+        low, high = min(g.min() for g in believed), max(g.max() for g in believed)
+        room = max(1.6, 2.5 * np.sqrt(low / high))
+        axes[0].set_ylim(low * factor / room, high * factor * room)
+    axes[0].yaxis.set_major_locator(LogLocator(base=10, subs=(1, 2, 5)))
+    axes[0].yaxis.set_major_formatter(FuncFormatter(lambda y, _: f"{y:.3g}"))
+    axes[0].yaxis.set_minor_formatter(FuncFormatter(lambda *_: ""))
+    d.legend(axes[0], 2)
+    axes[1].set_ylabel("phase / °")
+    phases = [np.degrees(r.phase[r.believed]) for r in found if r.believed.any()]
+    if phases:
+        low, high = min(p.min() for p in phases), max(p.max() for p in phases)
+        axes[1].set_ylim(low - 25, high + 25)
+        axes[1].yaxis.set_major_locator(MultipleLocator(45 if high - low < 360 else 90))
+    axes[2].axhline(BELIEVED, color=d.MUTED, lw=0.9, ls=(0, (4, 3)))
+    axes[2].set(ylabel="coherence", ylim=(0, 1.05), xlabel="frequency / Hz")
+    axes[2].xaxis.set_major_locator(LogLocator(base=10, subs=(1, 2, 3, 5, 7)))
+    axes[2].xaxis.set_major_formatter(FuncFormatter(lambda x, _: f"{x:g}"))
+    axes[2].xaxis.set_minor_formatter(FuncFormatter(lambda *_: ""))
+    axes[2].set_xlim(found[0].frequency[0], found[0].frequency[-1])

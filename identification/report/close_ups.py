@@ -1,0 +1,62 @@
+"""The input and the slip of a sweep, close up at three of its frequencies."""
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from identification.report import drawing as d
+from identification.report.words import name, of_role, shown, unit
+from identification.response.identify import Identification
+from identification.response.responses import INPUTS
+from identification.signals.motion import Motion
+from identification.signals.trial_window import TrialWindow
+from protocol.channel import FloatArray
+from protocol.trial_file import Sweep
+
+
+def close_ups(found: Identification) -> Figure | None:
+    """Draw throttle or spark and slip at three moments of a sweep: slow, in the middle, fast."""
+    trial, window, moved = found.recording.trial, found.window, found.motion
+    if not (trial and isinstance(window, TrialWindow) and isinstance(moved, Motion)):
+        return None
+    role = INPUTS[trial.excitation.actuator][0]
+    given = found.base.get(role)
+    if not isinstance(trial.excitation, Sweep) or given is None or found.main is None:
+        return None
+    figure, axes = d.side_by_side(3, 2.9)
+    for panel, share in zip(axes, (0.06, 0.5, 0.94), strict=True):
+        frequency = _swept_frequency(trial.excitation, share)
+        _close_up(panel, found, moved.slip.ratio, given, role, share, frequency)
+    axes[0].set_ylabel(f"{name(role)} / {unit(of_role(role))}", color=d.BLUE)
+    return figure
+
+
+def _close_up(
+    axes: Axes,
+    found: Identification,
+    slip: FloatArray,
+    given: FloatArray,
+    role: str,
+    share: float,
+    frequency: float,
+) -> None:
+    assert isinstance(found.window, TrialWindow)
+    part, time = found.window.exciting, found.base.time
+    middle = part.start + round(share * (part.stop - part.start))
+    half = round(min(1.5 / frequency, 2.0) * found.base.rate)
+    near = slice(max(middle - half, 0), min(middle + half, time.size - 1))
+    axes.plot(time[near], shown(given[near], of_role(role)), color=d.BLUE)
+    twin = axes.twinx()
+    twin.plot(time[near], slip[near] * 100, color=d.VIOLET)
+    twin.spines["right"].set_visible(True)
+    twin.grid(visible=False)
+    twin.tick_params(axis="y", colors=d.VIOLET)
+    axes.tick_params(axis="y", colors=d.BLUE)
+    axes.set(xlabel="time / s", title=f"about {frequency:.1f} Hz")
+    if share > 0.9:
+        twin.set_ylabel("slip / %", color=d.VIOLET)
+
+
+def _swept_frequency(spec: Sweep, share: float) -> float:
+    if spec.waveform == "linear_sweep":
+        return spec.start + share * (spec.stop - spec.start)
+    return float(spec.start * (spec.stop / spec.start) ** share)

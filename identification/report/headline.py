@@ -1,0 +1,79 @@
+"""The first sentence of a report: what the recording tells, with its figure."""
+
+import numpy as np
+
+from identification.report.words import decibel, gain_unit, name
+from identification.response.identify import Identification, slip_range
+from identification.response.resonance import Resonance
+from identification.response.response import (
+    BELIEVED,
+    FrequencyResponse,
+    believed_band,
+    least_coherence,
+)
+from identification.signals.motion import Motion
+from identification.signals.trial_window import NoExcitation, TrialWindow, trip_in_words
+
+MOST = 0.97  # of the excited band; what is believed of it counts as all of it
+
+
+def headline(found: Identification) -> str:
+    """Say the key result in a sentence or two."""
+    parts = [_response(found.main, found)] if found.main else [_without(found)]
+    if isinstance(found.window, TrialWindow) and found.window.trip:
+        parts.append(
+            f"The trial tripped at {found.window.trip_time:.2f} s: "
+            f"{trip_in_words(found.window.trip)}."
+        )
+    return " ".join(parts)
+
+
+def _response(main: FrequencyResponse, found: Identification) -> str:
+    factor, unit = gain_unit(main.input, main.output)
+    actuator = "spark" if main.input.startswith("spark") else "throttle"
+    quality = coherence(main)
+    if isinstance(found.resonance, Resonance):
+        peak = found.resonance
+        return (
+            f"Slip answers the {actuator} with a resonance at {peak.frequency:.1f}\u00a0Hz, "
+            f"{decibel(peak.peak):.1f}\u00a0dB above its low-frequency gain of "
+            f"{peak.low_gain * factor:.2g} {unit}; {quality}."
+        )
+    return (
+        f"The response of slip to the {actuator} was measured, and {quality}; no resonance is "
+        f"given: {found.resonance.reason}."
+    )
+
+
+def coherence(main: FrequencyResponse) -> str:
+    """Say in which band how much of the slip is explained."""
+    low, high = main.frequency[0], main.frequency[-1]
+    band = believed_band(main)
+    if band is None:
+        return f"coherence is under {BELIEVED:g} from {low:.2g} to {high:.3g}\u00a0Hz"
+    least = np.floor(100 * least_coherence(main)) / 100
+    said = f"coherence is at least {least:.2f} from {band[0]:.2g} to {band[1]:.3g}\u00a0Hz"
+    whole = band[1] - band[0] > MOST * (high - low)
+    return said if whole else f"{said} (excited: {low:.2g} to {high:.3g}\u00a0Hz)"
+
+
+def _without(found: Identification) -> str:
+    sentence = _slip(found)
+    if isinstance(found.window, NoExcitation):
+        return f"{sentence} No frequency response is given: {found.window.reason}."
+    return f"{sentence} No frequency response is given; see what was left out."
+
+
+def _slip(found: Identification) -> str:
+    moved = found.motion
+    if not isinstance(moved, Motion):
+        return f"Slip cannot be told from this recording: {moved.reason}."
+    span, reach = slip_range(found), moved.reference[np.isfinite(moved.reference)]
+    if span is None:
+        top = np.nanmax(moved.slip.speed) if np.isfinite(moved.slip.speed).any() else 0.0
+        return f"{moved.slip.statement} It reached {top * 3.6:.0f} km/h."
+    return (
+        f"{name('slip').capitalize()} of the {moved.axle.axle} axle lay between "
+        f"{span[0] * 100:.1f} and {span[1] * 100:.1f} % (99 % of the time that it is defined) "
+        f"at speeds up to {reach.max() * 3.6:.0f} km/h."
+    )

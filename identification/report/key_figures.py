@@ -1,0 +1,128 @@
+"""The figures of a recording for a program to read: `identification.json`, SI throughout."""
+
+from typing import Any
+
+import numpy as np
+
+from identification.report.headline import headline
+from identification.response.identify import Identification, slip_range
+from identification.response.resonance import Resonance, low_frequency_delay
+from identification.response.response import FrequencyResponse, believed_band, least_coherence
+from identification.signals.clocks import ClockFit, Unaligned
+from identification.signals.motion import Motion
+from identification.signals.teeth import tooth_interval
+from identification.signals.trial_window import TrialWindow
+from protocol.channel import FloatArray
+
+
+def key_figures(found: Identification) -> dict[str, Any]:
+    """Collect what was found. Frequencies in Hz, times in s, slip and openings as ratios."""
+    return {
+        "recording": found.recording.folder.name,
+        "duration": found.recording.duration,
+        "headline": headline(found),
+        "trial": _trial(found),
+        "slip": _slip(found),
+        "resonance": _resonance(found),
+        "believed_band": found.main and believed_band(found.main),
+        "coherence_min": found.main and _rounded(least_coherence(found.main)),
+        "delays": delays(found),
+        "clocks": {name: _clock(fit) for name, fit in found.data.clocks.items()},
+        "faults": [
+            {"message": f.message, "fault": f.fault, "count": f.count, "first_time": f.first_time}
+            for f in found.recording.faults
+        ],
+        "left_out": [
+            {"analysis": x.analysis, "reason": x.reason, "missing_roles": list(x.roles)}
+            for x in found.left_out
+        ],
+        "responses": [_response(r) for r in found.responses],
+    }
+
+
+def delays(found: Identification) -> dict[str, float]:
+    """Delays that the recording shows, s: encoder at the mean speed, slip behind its input."""
+    known: dict[str, float] = {}
+    moved = found.motion
+    if isinstance(moved, Motion) and moved.axle.teeth_per_turn and moved.axle.radius:
+        driven = moved.driven[_part(found)]
+        speed = float(np.nanmean(driven)) if np.isfinite(driven).any() else 0.0
+        if speed > 0:
+            known["encoder"] = tooth_interval(speed, moved.axle.radius, moved.axle.teeth_per_turn)
+    if found.main is not None and np.count_nonzero(found.main.believed) >= 3:
+        known["input_to_slip"] = low_frequency_delay(found.main)
+    return {key: _rounded(value) for key, value in known.items()}
+
+
+def servo_bandwidth(found: Identification) -> float | None:
+    """Frequency (Hz) at which the measured throttle falls 3 dB under the commanded one."""
+    servo = next((r for r in found.responses if r.output == "throttle_position"), None)
+    if servo is None or not servo.believed.any():
+        return None
+    gain, frequency = servo.gain[servo.believed], servo.frequency[servo.believed]
+    below = np.flatnonzero(gain < gain[: max(3, gain.size // 20)].mean() / np.sqrt(2))
+    return float(frequency[below[0]]) if below.size else None
+
+
+def _part(found: Identification) -> slice:
+    return found.window.exciting if isinstance(found.window, TrialWindow) else slice(None)
+
+
+def _trial(found: Identification) -> dict[str, Any] | None:
+    window, time = found.window, found.base.time
+    if not isinstance(window, TrialWindow):
+        return None
+    name = found.recording.trial.name if found.recording.trial else None
+    last = min(window.exciting.stop, time.size - 1)
+    excited = [float(time[window.exciting.start]), float(time[last])]
+    return {"name": name, "excited": excited, "trip": window.trip.name.lower()}
+
+
+def _slip(found: Identification) -> dict[str, Any] | None:
+    moved, span = found.motion, slip_range(found)
+    if not isinstance(moved, Motion):
+        return None
+    ends = {"low": _rounded(span[0]), "high": _rounded(span[1])} if span else {}
+    mean = {"mean": _rounded(np.nanmean(moved.slip.ratio[_part(found)]))} if span else {}
+    return {
+        **ends, **mean, "defined_share": _rounded(moved.slip.defined),
+        "driven": moved.axle.method, "reference": moved.reference_name,
+        "line_reduction_db": moved.line_reduction and _rounded(moved.line_reduction),
+        "rolling_radius_ratio": moved.radius and _rounded(moved.radius.ratio, 6),
+    }  # fmt: skip
+
+
+def _resonance(found: Identification) -> dict[str, Any]:
+    peak = found.resonance
+    if not isinstance(peak, Resonance):
+        return {"frequency": None, "reason": peak.reason}
+    return {
+        "frequency": _rounded(peak.frequency), "peak": _rounded(peak.peak),
+        "low_frequency_gain": _rounded(peak.low_gain), "servo_bandwidth": servo_bandwidth(found),
+    }  # fmt: skip
+
+
+def _clock(fit: ClockFit | Unaligned) -> dict[str, Any]:
+    if isinstance(fit, Unaligned):
+        return {"aligned": False, "reason": fit.reason}
+    return {
+        "aligned": True, "drift_ppm": _rounded(fit.drift * 1e6), "offset": fit.offset,
+        "latency_p50": _rounded(fit.latency_p50), "latency_p99": _rounded(fit.latency_p99),
+        "samples": fit.samples,
+    }  # fmt: skip
+
+
+def _response(of: FrequencyResponse) -> dict[str, Any]:
+    return {
+        "input": of.input, "output": of.output, "method": of.method,
+        "frequency": _list(of.frequency), "gain": _list(of.gain), "phase": _list(of.phase),
+        "coherence": _list(of.coherence), "deviation": _list(of.deviation),
+    }  # fmt: skip
+
+
+def _list(values: FloatArray) -> list[float]:
+    return [_rounded(value) for value in values]
+
+
+def _rounded(value: float | np.floating[Any], digits: int = 5) -> float:
+    return float(f"{float(value):.{digits}g}")

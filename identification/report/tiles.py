@@ -1,0 +1,58 @@
+"""The key figures that a reader wants first."""
+
+from dataclasses import dataclass
+
+from identification.report.key_figures import delays
+from identification.report.words import decibel, gain_unit, milliseconds
+from identification.response.identify import Identification, slip_range
+from identification.response.resonance import Resonance
+from identification.response.response import believed_band, least_coherence
+from identification.signals.trial_window import TrialWindow
+from protocol.faults import Fault
+from protocol.recording import Recording
+
+
+@dataclass(frozen=True)
+class Tile:
+    """One key figure: what it is, its value, and a note."""
+
+    label: str
+    value: str
+    note: str
+
+
+def tiles(found: Identification) -> list[Tile]:
+    """Choose the key figures that a reader wants first."""
+    made: list[Tile] = []
+    main, peak, span = found.main, found.resonance, slip_range(found)
+    if main and isinstance(peak, Resonance):
+        factor, unit = gain_unit(main.input, main.output)
+        low = f"low-frequency gain {peak.low_gain * factor:.3g} {unit}"
+        made.append(Tile("Resonance", f"{peak.frequency:.2f} Hz", low))
+        made.append(Tile("Peak", f"{decibel(peak.peak):+.1f} dB", "over the low-frequency gain"))
+    if main:
+        first, last = believed_band(main) or (main.frequency[0], main.frequency[-1])
+        band = f"least from {first:.2g} to {last:.3g}\u00a0Hz"
+        made.append(Tile("Coherence", f"{least_coherence(main):.3f}", band))
+    if span:
+        where = "in the trial" if isinstance(found.window, TrialWindow) else "where defined"
+        made.append(
+            Tile("Slip", f"{span[0] * 100:.2f} … {span[1] * 100:.2f} %", f"99 % of it, {where}")
+        )
+    return made + _delay_tiles(found) + [_fault_tile(found.recording)]
+
+
+def _delay_tiles(found: Identification) -> list[Tile]:
+    known, made = delays(found), []
+    if "input_to_slip" in known:
+        note = "slope of the phase at low frequency: servo, intake, driveline and all else"
+        made.append(Tile("Slip behind its input", milliseconds(known["input_to_slip"]), note))
+    if "encoder" in known:
+        note = "mean age of an encoder's speed here; taken out of the analysis"
+        made.append(Tile("Encoder delay", milliseconds(known["encoder"]), note))
+    return made
+
+
+def _fault_tile(recording: Recording) -> Tile:
+    count = sum(f.count for f in recording.faults if f.fault != Fault.UNKNOWN)
+    return Tile("Faulty frames", f"{count}", f"of {recording.frame_count} frames")

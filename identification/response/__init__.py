@@ -1,0 +1,1 @@
+"""Nonparametric answers: spectra, frequency responses, harmonics."""

@@ -1,0 +1,123 @@
+"""Lines of a measured response that share no noise: what a fit may count as evidence.
+
+Neighbouring windows of a local polynomial overlap, and so their estimates err together: fitted as
+if independent, 190 lines would pretend to six times the evidence. Taken a stride apart the weights
+of the windows are orthogonal but for a few percent, and nothing is lost, because what lies between
+follows from the rest.
+
+A very quiet recording is not as accurate as it is repeatable: interpolation between teeth, the
+curvature of engine and tyre, the slow drift of the speed each leave some tenths of a percent, which
+a fit of high order would take for dynamics. `ACCURACY` is added to the deviation of every line.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy import optimize, stats
+
+from identification.response.response import ComplexArray, FrequencyResponse
+from protocol.channel import FloatArray
+
+FEWEST = 8  # lines
+ACCURACY = 0.005  # of the gain; no line is trusted further, see above
+COMMON = 0.003  # of the gain, how well a run returns to its operating point
+
+
+@dataclass(frozen=True)
+class Lines:
+    """Independent lines of a frequency response.
+
+    frequency  (n,) Hz, increasing
+    value      (n,) complex
+    deviation  (n,) standard deviation of the complex value
+    freedom    real degrees of freedom of which each deviation was estimated; inf where known
+    common     relative standard deviation that the gain of all lines has in common: wind and fuel
+               move the operating point of a run, and the gain with it
+    """
+
+    input: str
+    output: str
+    frequency: FloatArray
+    value: ComplexArray
+    deviation: FloatArray
+    freedom: float = float("inf")
+    common: float = 0.0
+
+    @property
+    def inflation(self) -> float:
+        """Mean of chi-square per degree of freedom under a right model: above 1 by the scatter
+        of the deviations themselves, the mean of an F distribution.
+        """
+        return 1 / (1 - 2 / self.freedom) if self.freedom > 4 else 2.0
+
+
+@dataclass(frozen=True)
+class KnownPath:
+    """What is known of a path beforehand: prod(1 + s lead) / prod(1 + s lag) e^(-s delay).
+
+    lags   s: the filling time of the intake, a sensor's lag
+    leads  s: damping over stiffness of the driveline
+    delay  s: of instruments; below zero where a channel is stamped late
+
+    A lag that is short beside the band and a pure delay look alike: what is known of the one is
+    what tells the other.
+    """
+
+    lags: tuple[float, ...] = ()
+    leads: tuple[float, ...] = ()
+    delay: float = 0.0
+
+    def response(self, frequency: FloatArray) -> ComplexArray:
+        """Give the complex response at frequencies in Hz, (n,)."""
+        s = 2j * np.pi * frequency
+        value = np.exp(-s * self.delay)
+        for lead in self.leads:
+            value = value * (1 + lead * s)
+        for lag in self.lags:
+            value = value / (1 + lag * s)
+        return np.asarray(value)
+
+
+def without(lines: Lines, path: KnownPath) -> Lines:
+    """Take a known path off a response; what is left is to be fitted."""
+    known = path.response(lines.frequency)
+    return replace(lines, value=lines.value / known, deviation=lines.deviation / np.abs(known))
+
+
+@dataclass(frozen=True)
+class NoRational:
+    """Why no rational function is given."""
+
+    reason: str
+
+
+def independent_lines(
+    response: FrequencyResponse, low: float = 0.0, high: float = float("inf")
+) -> Lines | NoRational:
+    """Take the believed lines between low and high (Hz) that share no noise.
+
+    The first and last stride are left out where windows overlap: there they are cut off.
+    """
+    n, stride = response.frequency.size, response.stride
+    ends = stride if stride > 1 else 0
+    chosen = np.arange(ends, n - ends, stride)
+    f = response.frequency[chosen]
+    chosen = chosen[response.believed[chosen] & (f >= low) & (f <= high)]
+    if chosen.size < FEWEST:
+        return NoRational(
+            f"{chosen.size} independent lines of the response from {response.input} to "
+            f"{response.output} are believed, at least {FEWEST} are needed"
+        )
+    return Lines(
+        response.input, response.output, response.frequency[chosen], response.value[chosen],
+        np.hypot(response.deviation[chosen], ACCURACY * np.abs(response.value[chosen])),
+        freedom(response.quantile), COMMON,
+    )  # fmt: skip
+
+
+def freedom(quantile: float) -> float:
+    """Degrees of freedom of the Student distribution with this two-sided 95 % quantile."""
+    limit = float(stats.norm.ppf(0.975))
+    if quantile <= limit + 1e-4:
+        return float("inf")
+    return float(optimize.brentq(lambda n: float(stats.t.ppf(0.975, n)) - quantile, 0.5, 1e5))

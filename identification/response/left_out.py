@@ -1,0 +1,76 @@
+"""What a recording does not carry is said: which analysis, why, and which roles it lacks."""
+
+from dataclasses import dataclass
+
+from identification.response.response import FrequencyResponse
+from identification.response.responses import NoResponse
+from identification.signals.aligned import Aligned
+from identification.signals.clocks import Unaligned
+from identification.signals.motion import Motion, NoMotion
+from identification.signals.spectrum import Spectrum
+from identification.signals.trial_window import NoExcitation, TrialWindow
+
+Tried = tuple[FrequencyResponse | NoResponse, ...]
+
+
+@dataclass(frozen=True)
+class LeftOut:
+    """An analysis that this recording does not carry, why, and the roles that it lacks."""
+
+    analysis: str
+    reason: str
+    roles: tuple[str, ...] = ()
+
+    def __str__(self) -> str:
+        """Say it in a line."""
+        missing = f"; missing: {', '.join(self.roles)}" if self.roles else ""
+        return f"{self.analysis} ({self.reason}{missing})"
+
+
+def left_out(
+    data: Aligned,
+    moved: Motion | NoMotion,
+    window: TrialWindow | NoExcitation,
+    tried: Tried,
+    spectra: tuple[Spectrum, ...],
+) -> tuple[LeftOut, ...]:
+    """List every analysis that was left out."""
+    left = [
+        LeftOut(f"everything on the clock of {fit.clock}", fit.reason)
+        for fit in data.clocks.values()
+        if isinstance(fit, Unaligned)
+    ]
+    if isinstance(moved, NoMotion):
+        left.append(LeftOut("slip", moved.reason, moved.roles))
+    elif moved.slip.kind == "slip speed":
+        left.append(LeftOut("slip as a ratio", moved.slip.statement))
+    left += _without_response(data, moved, window)
+    left += [
+        LeftOut(f"response from {r.input} to {r.output}", r.reason, r.roles)
+        for r in tried
+        if isinstance(r, NoResponse)
+    ]
+    return (*left, *_without_spectrum(data, spectra))
+
+
+def _without_response(
+    data: Aligned, moved: Motion | NoMotion, window: TrialWindow | NoExcitation
+) -> list[LeftOut]:
+    name = "frequency response from throttle or spark to slip"
+    inputs = ("throttle_command", "throttle_position", "spark_command")
+    roles = () if any(map(data.has, inputs)) else (" or ".join(inputs),)
+    if isinstance(window, NoExcitation):
+        return [LeftOut(name, window.reason, (*window.roles, *roles))]
+    if isinstance(moved, NoMotion):
+        return [LeftOut(name, "there is no slip to answer", (*moved.roles, *roles))]
+    return []
+
+
+def _without_spectrum(data: Aligned, spectra: tuple[Spectrum, ...]) -> list[LeftOut]:
+    drawn = {s.role for s in spectra}
+    wanted = {"engine_speed": "engine speed", "rear_suspension_travel": "rear suspension travel"}
+    return [
+        LeftOut(f"spectrum of the {name}", data.absent.get(role, "not recorded"), (role,))
+        for role, name in wanted.items()
+        if role not in drawn and not data.has(role)
+    ]

@@ -1,0 +1,119 @@
+"""From what was commanded and measured to slip: every frequency response that a trial carries.
+
+The input is always what the device says that it applied, never what was intended.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from identification.response.local_polynomial import sweep_response
+from identification.response.periodic import periodic_response
+from identification.response.response import FrequencyResponse
+from identification.signals.dataset import Dataset
+from identification.signals.filters import bridged
+from identification.signals.slip import Slip
+from identification.signals.trial_window import TrialWindow
+from protocol.channel import FloatArray
+from protocol.messages import Authority
+from protocol.trial_file import Multisine, Square, Sweep, TrialFile
+
+MOST_UNKNOWN = 0.05  # share of a record that may be bridged for the transform
+INPUTS = {
+    "throttle": ("throttle_command", "throttle_position"),
+    "spark": ("spark_command", "spark_advance"),
+}
+STILL = 1e-6  # an input that moves less than this did not excite
+
+
+@dataclass(frozen=True)
+class NoResponse:
+    """Why a response is not given."""
+
+    input: str
+    output: str
+    reason: str
+    roles: tuple[str, ...] = ()
+
+
+def excited_actuator(trial: TrialFile | None, base: Dataset, window: TrialWindow) -> str:
+    """Name the actuator: from the trial, else from the authority, else the one that moved."""
+    if trial is not None:
+        return trial.excitation.actuator
+    authority = base.get("authority")
+    if authority is not None:
+        held = np.nanmedian(authority[window.exciting])
+        return "spark" if held == Authority.SPARK else "throttle"
+    return "throttle" if base.get("throttle_command") is not None else "spark"
+
+
+def responses(
+    base: Dataset, slip: Slip, window: TrialWindow, trial: TrialFile | None
+) -> tuple[FrequencyResponse | NoResponse, ...]:
+    """Estimate command to slip first, then measured position to slip, then command to position."""
+    actuator = excited_actuator(trial, base, window)
+    command, measured = INPUTS[actuator]
+    pairs = [(command, "slip"), (measured, "slip"), (command, measured)]
+    return tuple(_response(base, slip, window, trial, *pair) for pair in pairs)
+
+
+def _response(
+    base: Dataset, slip: Slip, window: TrialWindow, trial: TrialFile | None, u: str, y: str
+) -> FrequencyResponse | NoResponse:
+    taken = slip.ratio if y == "slip" else base.get(y)
+    given = base.get(u)
+    absent = tuple(role for role, x in ((u, given), (y, taken)) if x is None)
+    if given is None or taken is None:
+        return NoResponse(u, y, "not recorded", absent)
+    for role, x in ((u, given), (y, taken)):
+        unknown = float(np.mean(~np.isfinite(x[window.record])))
+        if unknown > MOST_UNKNOWN:
+            return NoResponse(u, y, f"{100 * unknown:.0f} % of {role} is not known in the trial")
+    if np.nanstd(given[window.exciting]) < STILL:
+        return NoResponse(u, y, f"{u} did not move during the excitation")
+    try:
+        return _estimate(bridged(given), bridged(taken), base.rate, window, trial, (u, y))
+    except ValueError as fault:
+        return NoResponse(u, y, str(fault))
+
+
+def _estimate(
+    u: FloatArray,
+    y: FloatArray,
+    rate: float,
+    window: TrialWindow,
+    trial: TrialFile | None,
+    names: tuple[str, str],
+) -> FrequencyResponse:
+    spec = trial.excitation if trial is not None else None
+    part, whole = window.exciting, window.record
+    match spec:
+        case Multisine():
+            n = np.arange(1.0, np.floor(spec.highest * spec.period + 1e-9) + 1, 2)
+            lines = n[n >= spec.lowest * spec.period - 1e-9]
+            return periodic_response(u[part], y[part], rate, spec.period, lines, names)
+        case Square():
+            lines = np.arange(1.0, max(2.0, 0.05 * rate / spec.frequency), 2)
+            return periodic_response(u[part], y[part], rate, 1 / spec.frequency, lines, names)
+        case Sweep():
+            band = swept_band(spec, (part.stop - part.start) / rate)
+        case None:
+            band = _band_of(u[whole], rate)
+    return sweep_response(u[whole], y[whole], rate, band, names)
+
+
+def swept_band(spec: Sweep, lasted: float) -> tuple[float, float]:
+    """Frequencies that a sweep passed in the time that it was given. Hz."""
+    share = min(lasted / spec.duration, 1.0)
+    if spec.waveform == "linear_sweep":
+        reached = spec.start + share * (spec.stop - spec.start)
+    else:
+        reached = spec.start * (spec.stop / spec.start) ** share
+    return min(spec.start, reached), max(spec.start, reached)
+
+
+def _band_of(u: FloatArray, rate: float) -> tuple[float, float]:
+    """Band that holds all but one percent of an input's power at each end. Hz."""
+    power = np.cumsum(np.abs(np.fft.rfft(u - u.mean())) ** 2)
+    low, high = np.searchsorted(power, (0.01 * power[-1], 0.99 * power[-1]))
+    return float(low * rate / u.size), float(high * rate / u.size)

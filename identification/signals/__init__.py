@@ -1,0 +1,1 @@
+"""Clocks, wheels, teeth, filters and slip: what a recording holds, made into signals."""

@@ -1,0 +1,129 @@
+"""What tooth times tell of the gaps between teeth, freed of all that is slow."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+import numpy.typing as npt
+from scipy import signal
+
+from identification.signals.teeth import STANDING_AFTER
+from protocol.channel import FloatArray
+
+IntArray = npt.NDArray[np.intp]
+TIMER = 1e-6  # s, resolution of the encoders' timers
+MEMORY = 0.3  # s for which an input is remembered
+TAPS = 40
+STILL = 1e-9  # of an input's range; what moves less in the intervals used says nothing there
+MOST = 60_000  # intervals that are used; a longer recording is thinned to turns spread over it
+
+
+@dataclass(frozen=True)
+class Answers:
+    """An input to which the wheel may answer. time: s, (m,), increasing; value: (m,)."""
+
+    time: FloatArray
+    value: FloatArray
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """Intervals with an unbroken turn and more on both sides.
+
+    value    (n,) log speed without what is slow; a pattern of gaps is in it as it is
+    tooth    (n,) with which tooth the interval begins, 0..N-1
+    answer   (n, q) the inputs, treated in the same way, at q delays
+    timer    (n,) relative error of an interval by the timer's steps
+    window   weights that average over four turns
+    batches  that may be made, each of two turns or more
+    """
+
+    value: FloatArray
+    tooth: IntArray
+    answer: FloatArray
+    timer: FloatArray
+    window: FloatArray
+    batches: int
+
+
+def evidence(
+    time: FloatArray, count: FloatArray, teeth: int, answers: Sequence[Answers] = ()
+) -> Evidence:
+    """Take the slow part off, and leave out what is near lost teeth or a standstill."""
+    interval, step = np.diff(time), np.diff(count)
+    good = (step == 1) & (interval > 0) & (interval < STANDING_AFTER)
+    speed = -np.log(np.where(good, interval, 1.0))
+    middle = time[:-1] + interval / 2
+    lags = _lags(interval[good])
+    kernel = quick(teeth)
+    whole = _whole(good, kernel.size)
+    whole[: lags.max() if answers else 0] = False
+    kept = _spread(np.flatnonzero(whole), teeth)
+    value = filtered(np.where(good, speed, 0.0), kernel)[kept]
+    tooth = np.mod(np.round(count[:-1][kept]).astype(np.int64), teeth)
+    columns = [_lagged(given, middle, kernel, kept, lags) for given in answers]
+    answer = np.concatenate([np.empty((kept.size, 0)), *columns], axis=1)
+    timer = TIMER / np.sqrt(6) / interval[kept]
+    window = np.ones(4 * teeth + 1) / (4 * teeth + 1)
+    return Evidence(value, tooth, answer, timer, window, max(kept.size // (2 * teeth), 2))
+
+
+@cache
+def quick(teeth: int) -> FloatArray:
+    """(1 - M)^2 with M the centred mean over one turn: 1 at every order, 0 at zero frequency."""
+    mean = np.ones(teeth) / teeth
+    if teeth % 2 == 0:
+        mean = np.convolve(mean, [0.5, 0.5])
+    less = -mean
+    less[mean.size // 2] += 1
+    kernel = np.convolve(less, less)
+    kernel.flags.writeable = False
+    return kernel
+
+
+def filtered(value: FloatArray, kernel: FloatArray) -> FloatArray:
+    """Convolve, centred, as long as `value`; zero where the kernel does not fit."""
+    if value.size < kernel.size:
+        return np.zeros_like(value)
+    return np.asarray(signal.fftconvolve(value - value.mean(), kernel, mode="same"))
+
+
+def _whole(good: npt.NDArray[np.bool_], size: int) -> npt.NDArray[np.bool_]:
+    """Tell where every interval under the kernel is known."""
+    if good.size < size:
+        return np.zeros(good.size, np.bool_)
+    lost = np.concatenate(([0], np.cumsum(~good)))
+    whole = np.zeros(good.size, np.bool_)
+    whole[size // 2 : good.size - size // 2] = lost[size:] == lost[:-size]
+    return whole
+
+
+def _lags(interval: FloatArray) -> IntArray:
+    """Delays at which an input is looked at, in tooth intervals."""
+    if not interval.size:
+        return np.zeros(1, np.intp)
+    far = MEMORY / float(np.median(interval))
+    return np.unique(np.round(np.linspace(0, far, min(TAPS, int(far) + 2))).astype(np.intp))
+
+
+def _lagged(
+    given: Answers, middle: FloatArray, kernel: FloatArray, kept: IntArray, lags: IntArray
+) -> FloatArray:
+    """Take an input at the intervals' middles, without its slow part, at every delay."""
+    known = np.isfinite(given.value)
+    if np.count_nonzero(known) < 2 or np.ptp(given.value[known]) == 0:
+        return np.empty((kept.size, 0))
+    held = np.interp(middle, given.time[known], given.value[known])
+    late = filtered(held, kernel)[kept[:, None] - lags[None, :]]
+    moves = late.std(axis=0) > STILL * np.ptp(given.value[known]) if kept.size else slice(0)
+    return np.asarray(late[:, moves])
+
+
+def _spread(kept: IntArray, teeth: int) -> IntArray:
+    """Thin a long recording to whole stretches of 16 turns, evenly spread over it."""
+    if kept.size <= MOST:
+        return kept
+    length = 16 * teeth
+    starts = np.linspace(0, kept.size - length, MOST // length).astype(np.intp)
+    return np.asarray(kept[(starts[:, None] + np.arange(length)).ravel()])
