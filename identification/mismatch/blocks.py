@@ -1,77 +1,35 @@
-"""The chain of cause is cut at every recorded signal; what the channels show decides the blocks.
+"""The chain of cause, cut at every recorded signal, as drives and blocks.
 
 A drive is one simulation, led by recorded signals. A block is a set of outputs of one drive that
 are judged together, with one noise model.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-
-from identification.mismatch.record import Record
-from plant.effects.effect import Effect
-from plant.equations import EQUATIONS
-from plant.sensing import Tells
-
-LEADS = (
-    ("throttle_position", "measured_throttle"),
-    ("engine_speed", "measured_engine_speed"),
-    ("rear", "measured_rear_speed"),
-)
-"""What may lead the motion, first cause first: recorded quantity, input of the simulation."""
-SPEEDS = ("engine_speed", "rear_teeth", "rear_wheel_speed", "front_teeth", "front_wheel_speed",
-          "optical_speed", "gnss_speed", "vehicle_speed")  # fmt: skip
-SERVO_SEAMS = tuple(e.__name__ for e in EQUATIONS)[
-    : [e.__name__ for e in EQUATIONS].index("air_delay")
-]
-WHEEL_SIDE = {"measured_engine_speed": "engine_speed", "measured_rear_speed": "rear"}
 
 
 @dataclass(frozen=True)
 class Block:
-    """drive: name of its simulation; outputs: sensors judged; order: of the noise model."""
+    """drive: name of its simulation; outputs: sensors judged; order: of the noise model.
+
+    suspect: whether its sensors may be wrong themselves, in their clocks and in what they tell.
+    """
 
     name: str
     drive: str
     outputs: tuple[str, ...]
     order: int
+    suspect: bool = True
+
+    @property
+    def sensors_suspected(self) -> bool:
+        """Whether its outputs are places at which something may act; patterns are not."""
+        return self.suspect and self.order > 0
 
 
 @dataclass(frozen=True)
 class Chain:
     """drives: name -> inputs of the simulation that recorded signals lead; blocks, cause first."""
 
-    drives: dict[str, tuple[tuple[str, str], ...]]
+    drives: Mapping[str, tuple[tuple[str, str], ...]]
     blocks: tuple[Block, ...]
-
-    def concerns(self, effect: Effect, drive: str) -> bool:
-        """Tell whether an effect can change what the outputs of a drive show."""
-        if isinstance(effect, Tells):
-            return any(effect.channel in b.outputs for b in self.blocks if b.drive == drive)
-        servo = [hook.seam in SERVO_SEAMS for hook in effect.hooks]
-        if drive == "servo":
-            return any(servo)
-        return not all(servo) or not servo or "servo" not in self.drives
-
-
-def chain(records: list[Record], order: int = 12) -> Chain:
-    """Find the blocks that all these records carry."""
-    has = set.intersection(*(set(r.sensors) for r in records))
-    measured = set.intersection(*(set(r.measured) for r in records))
-    command = all(r.inputs.throttle_command.any() for r in records)
-    drives: dict[str, tuple[tuple[str, str], ...]] = {}
-    blocks: list[Block] = []
-    servo = "throttle_position" in has and command
-    if servo:
-        drives["servo"] = ()
-        blocks.append(Block("throttle servo", "servo", ("throttle_position",), order))
-    lead = next(((s, i) for s, i in LEADS if s in measured), None)
-    drives["motion"] = (lead,) if lead else ()
-    led = {"engine_speed": ("engine_speed",), "rear": ("rear_teeth", "rear_wheel_speed")}
-    own = led.get(lead[0], ()) if lead else ()
-    judged = tuple(o for o in SPEEDS if o in has and o not in own)
-    if judged:
-        blocks.append(Block("motion", "motion", judged, order))
-    for wheel in ("rear", "front"):
-        if f"{wheel}_tooth_pattern" in has:
-            pattern = (f"{wheel}_tooth_pattern",)
-            blocks.append(Block(f"{wheel} encoder", "motion", pattern, 0))
-    return Chain(drives, tuple(blocks))

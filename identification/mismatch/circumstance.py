@@ -1,12 +1,10 @@
-"""When a located mismatch acts: in which band, at which engine speeds, opening or closing."""
+"""When a located mismatch acts: in which band, at which speeds, opening or closing."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
-from identification.mismatch.locate import Curve, effect_of
-from identification.mismatch.record import BIN
-from identification.mismatch.regressors import motion_regressors
+from identification.mismatch.locate import Curve, effect_of, regressors
 from identification.mismatch.score import Judge
 from identification.mismatch.tooth_curve import ANGLE
 from plant.signals import Floats
@@ -17,19 +15,26 @@ MOST = 0.75
 
 @dataclass(frozen=True)
 class Circumstance:
-    """band: Hz, that holds 80 % of the trace; region: rad/s of the crank, that holds 80 %."""
+    """band: Hz, that holds 80 % of the trace; region: SI, of what `along` names, that holds 80 %.
+
+    direction: opening, closing or both.
+    """
 
     band: tuple[float, float]
     region: tuple[float, float]
     direction: str
+    along: str
+    along_unit: str
 
 
 def circumstance(judge: Judge, curve: Curve) -> Circumstance | None:
-    """Weigh the trace of a curve over frequency, engine speed and direction of the throttle.
+    """Weigh the trace of a curve over frequency, operating region and direction.
 
     What repeats with the wheel's angle is always there; then there is nothing to weigh.
     """
-    if curve.regressor == ANGLE:
+    system = judge.fit.model.system
+    drive = _drive(judge, system.operating)
+    if curve.regressor == ANGLE or drive is None:
         return None
     trace = effect_of(judge, curve)
     power, speed, rate = [], [], []
@@ -38,29 +43,37 @@ def circumstance(judge: Judge, curve: Curve) -> Circumstance | None:
     for r in range(len(judge.fit.model.records)):
         one = sum((t[r] ** 2 / np.mean(judge.fit.rest[b][r] ** 2, axis=0)).sum(axis=1)
                   for b, t in enumerate(trace) if t[r].size)  # fmt: skip
-        seen = motion_regressors(judge.fit, r)
+        seen = regressors(judge.fit, drive, r)
+        width = judge.fit.model.records[r].grid.width
         power.append(np.asarray(one))
-        speed.append(seen["engine speed"])
-        rate.append(seen["throttle rate"])
-        lines = _lines([t[r] for t in trace if t[r].size])
+        speed.append(seen[system.operating])
+        rate.append(seen[system.direction])
+        lines = _lines([t[r] for t in trace if t[r].size], width)
         if spectrum.size in (0, lines.size):
-            grid = np.asarray(np.fft.rfftfreq(len(power[-1]), BIN), np.float64)
+            grid = np.asarray(np.fft.rfftfreq(len(power[-1]), width), np.float64)
             spectrum = lines + (spectrum if spectrum.size else 0.0)
     weight, course = np.concatenate(power), np.concatenate(rate)
     opening = float(weight[course > 0].sum() / max(weight.sum(), 1e-300))
     direction = "opening" if opening > MOST else "closing" if opening < 1 - MOST else "both"
     region = _middle(np.concatenate(speed), weight)
-    return Circumstance(_middle(grid, spectrum), region, direction)
+    unit = system.units.get(system.operating, "")
+    return Circumstance(_middle(grid, spectrum), region, direction, system.operating, unit)
 
 
-def _lines(traces: list[Floats]) -> Floats:
+def _drive(judge: Judge, name: str) -> str | None:
+    """Last drive that tells a quantity."""
+    drives = reversed(tuple(judge.fit.model.chain.drives))
+    return next((d for d in drives if name and name in regressors(judge.fit, d, 0)), None)
+
+
+def _lines(traces: list[Floats], width: float) -> Floats:
     """Power of the trace at every line above the slow road, all outputs in their own spread."""
     total = np.zeros(len(traces[0]) // 2 + 1)
     for trace in traces:
         level = trace - trace.mean(axis=0)
         spread = level.std(axis=0) + 1e-300
         total += np.sum(np.abs(np.fft.rfft(level / spread, axis=0)) ** 2, axis=1)
-    total[: max(int(0.3 * len(traces[0]) * BIN), 1)] = 0.0
+    total[: max(int(0.3 * len(traces[0]) * width), 1)] = 0.0
     return total
 
 

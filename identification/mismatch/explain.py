@@ -1,7 +1,8 @@
-"""From a vehicle file and recordings to a verdict: the steps, one after the other."""
+"""From a system's file and recordings to a verdict: the steps, one after the other."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 from identification.mismatch.calibrate import calibrate
 from identification.mismatch.circumstance import Circumstance, circumstance
@@ -11,17 +12,15 @@ from identification.mismatch.held_out import Error, carried_over, errors
 from identification.mismatch.improved import not_told
 from identification.mismatch.interval import estimates
 from identification.mismatch.locate import Curve, locate
-from identification.mismatch.menu import Choice
 from identification.mismatch.model import Model, models
 from identification.mismatch.naming import ALIKE, FAMILY, Named, Say, name
 from identification.mismatch.next_trial import next_trial
 from identification.mismatch.record import Record
 from identification.mismatch.score import Judge
+from identification.mismatch.system import System
 from identification.mismatch.verdict import FoundCurve, FoundEffect, Location, Verdict
 from identification.mismatch.words import shape_in_words
 from plant.effects.effect import Effect
-from plant.effects.library import LIBRARY
-from plant.vehicle_file import Vehicle
 
 SHOWN = 6.0  # nats that an effect of typical size must be worth to count as excited
 LEFT = 0.05  # share of what was found that a free curve may still find without being named
@@ -31,7 +30,7 @@ LEFT = 0.05  # share of what was found that a free curve may still find without 
 class Analysis:
     """Everything that is known so far; filled step by step, so that a stop loses nothing."""
 
-    vehicle: Vehicle
+    system: System
     training: Model
     held_out: Model | None
     base: Fit | None = None
@@ -41,20 +40,21 @@ class Analysis:
     after: list[Curve] = field(default_factory=list)
     errors: list[Error] = field(default_factory=list)
     free: FreeCurve | None = None
-    proposal: tuple[str, Choice] | None = None
+    proposal: tuple[str, Any] | None = None
     complete: bool = False
 
 
-def begin(vehicle: Vehicle, training: Sequence[Record], held_out: Sequence[Record]) -> Analysis:
-    """Put the recordings beside the vehicle."""
-    learnt, proof = models(vehicle, training, held_out)
-    return Analysis(vehicle, learnt, proof if held_out else None)
+def begin(system: System, training: Sequence[Record], held_out: Sequence[Record]) -> Analysis:
+    """Put the recordings beside the system."""
+    learnt, proof = models(system, training, held_out)
+    return Analysis(system, learnt, proof if held_out else None)
 
 
 def analyse(
-    so_far: Analysis, library: Sequence[type[Effect]] = LIBRARY, say: Say = lambda _: None
+    so_far: Analysis, library: Sequence[type[Effect]] | None = None, say: Say = lambda _: None
 ) -> Analysis:
-    """Do all steps. What is done already is not done again."""
+    """Do all steps. library: effects to look for, the system's own if not given."""
+    library = so_far.system.library if library is None else library
     for step in (_calibrate, _locate, _name, _doubt, _free, _prove, _propose):
         step(so_far, library, say)
     so_far.complete = True
@@ -62,7 +62,7 @@ def analyse(
 
 
 def _calibrate(a: Analysis, _: Sequence[type[Effect]], say: Say) -> None:
-    say("re-calibrating what the vehicle file knows")
+    say("re-calibrating what the file knows")
     a.base = calibrate(a.training, a.training.origin())
 
 
@@ -77,8 +77,7 @@ def _locate(a: Analysis, _: Sequence[type[Effect]], say: Say) -> None:
 def _name(a: Analysis, library: Sequence[type[Effect]], say: Say) -> None:
     assert a.base is not None
     say(f"scoring {len(library)} effects")
-    # Clocks were laid onto the bus clock before; what an effect did to them is gone with that.
-    a.named = name(a.base, [k for k in library if not hasattr(k, "clock_error")], say)
+    a.named = name(a.base, library, say)
 
 
 def _doubt(a: Analysis, _: Sequence[type[Effect]], say: Say) -> None:
@@ -174,7 +173,10 @@ def _location(curves: Sequence[Curve], when: Circumstance | None = None) -> Loca
     where = Location(c.block, c.place, c.regressor, shape_in_words(c), c.gain, c.confirmed)
     if when is None:
         return where
-    return replace(where, band=when.band, region=when.region, direction=when.direction)
+    return replace(
+        where, band=when.band, region=when.region, direction=when.direction,
+        along=when.along, along_unit=when.along_unit,
+    )  # fmt: skip
 
 
 def _curve(free: FreeCurve | None) -> FoundCurve | None:

@@ -11,10 +11,10 @@ import numpy as np
 
 from identification.mismatch.fitting import Fit, settle
 from identification.mismatch.held_out import carried_over
-from identification.mismatch.injection import PLACES, Injection, injection_columns
-from identification.mismatch.locate import Curve, locate_along
-from identification.mismatch.model import Model, motorcycle, predict
-from identification.mismatch.regressors import motion_regressors, servo_regressors
+from identification.mismatch.injection import places
+from identification.mismatch.locate import Curve, locate_along, regressors
+from identification.mismatch.model import Model, predict
+from identification.mismatch.place import Injection
 from identification.mismatch.score import Judge
 from plant.signals import Floats
 
@@ -33,7 +33,7 @@ class FreeCurve:
 
 def inside(base: Fit, curve: Curve, held_out: Model | None) -> FreeCurve | None:
     """Put a curve into the simulation; None for a sensor's curve, which nothing is driven by."""
-    place = next((p for p in PLACES if p.name == curve.place), None)
+    place = next((p for p in places(base) if p.name == curve.place), None)
     if place is None:
         return None
     best, kept = base, replace(_finer(curve), values=np.zeros(2 * curve.knots.size - 1))
@@ -67,12 +67,10 @@ def _with(base: Fit, at: Fit, place: Injection, curve: Curve) -> Fit:
 
 def injected_rows(fit: Fit, r: int, place: Injection, curve: Curve) -> dict[str, Floats]:
     """Return the inputs by which a curve acts, row by row."""
-    record, bike = fit.model.records[r], motorcycle(fit.model, fit.point)
-    courses = (servo_regressors if place.drive == "servo" else motion_regressors)(fit, r)
-    course = curve(courses[curve.regressor])
+    record = fit.model.records[r]
+    course = curve(regressors(fit, place.drive, r)[curve.regressor])
     rows = np.interp(record.time, record.grid.centre, course)
-    ratio = bike.gears[int(record.inputs.gear[0]) - 1]
-    return injection_columns(place, rows, ratio, bike.rear_wheel.radius)
+    return fit.model.at(fit.point).push(place, record, rows)
 
 
 def _confirmed(base: Fit, best: Fit, place: Injection, curve: Curve, held_out: Model) -> float:

@@ -5,10 +5,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from identification.mismatch.fitting import Fit, settle
-from identification.mismatch.model import Model, motorcycle, predict
+from identification.mismatch.model import Model, predict
 from identification.mismatch.sensitivity import sensitivities
-from identification.mismatch.stack import CLUSTER
-from plant.motorcycle import Motorcycle
+from identification.mismatch.system import System
 from plant.signals import Floats
 
 DRAWS = 2000
@@ -18,7 +17,7 @@ DRAWS = 2000
 class Error:
     """Root mean square error of one output, SI. floor: scatter of the sensor itself.
 
-    interval: 95 %, of improved over nominal, from drawing stretches of 3 s again.
+    interval: 95 %, of improved over nominal, from drawing stretches of time again.
     """
 
     output: str
@@ -31,7 +30,7 @@ class Error:
 
 
 def carried_over(fit: Fit, model: Model) -> Fit:
-    """Let a fitted vehicle meet other recordings; everything uncertain may move again."""
+    """Let a fitted system meet other recordings; everything uncertain may move again."""
     point = replace(model.origin(), x=fit.point.x, effects=fit.point.effects)
     predicted = predict(model, point)
     slopes = sensitivities(model, point, predicted)
@@ -39,11 +38,10 @@ def carried_over(fit: Fit, model: Model) -> Fit:
     return replace(settle(start, noises=2), candidates=fit.candidates)
 
 
-def driven(model: Model, bike: Motorcycle, noise_of: Fit) -> Fit:
-    """Let one motorcycle, unchanged, meet recordings; only road and clocks are estimated."""
-    vehicle = replace(model.vehicle, motorcycle=bike)
-    clocks = [k for k in model.known if k.owner == "clock"]
-    fixed = Model(vehicle, model.records, model.chain, clocks, model.injected)
+def driven(model: Model, system: System, noise_of: Fit) -> Fit:
+    """Let one system, unchanged, meet recordings; the slow unknown and clocks are estimated."""
+    clocks = [k for k in model.known if k.of_clock]
+    fixed = Model(system, model.records, model.chain, clocks, model.injected)
     point = fixed.origin()
     predicted = predict(fixed, point)
     slopes = sensitivities(fixed, point, predicted)
@@ -51,14 +49,10 @@ def driven(model: Model, bike: Motorcycle, noise_of: Fit) -> Fit:
 
 
 def errors(model: Model, base: Fit, fit: Fit) -> list[Error]:
-    """Errors of the vehicle file, of it re-calibrated, and of it with what was found."""
+    """Errors of the system of the file, of it re-calibrated, and of it with what was found."""
     runs = [
-        driven(model, bike, like)
-        for bike, like in (
-            (model.vehicle.motorcycle, fit),
-            (motorcycle(base.model, base.point), fit),
-            (motorcycle(fit.model, fit.point), fit),
-        )
+        driven(model, system, fit)
+        for system in (model.system, base.model.at(base.point), fit.model.at(fit.point))
     ]
     return [
         _error(runs, b, j, output)
@@ -77,12 +71,11 @@ def _error(runs: list[Fit], b: int, j: int, output: str) -> Error:
 
 
 def _squares(run: Fit, b: int, j: int) -> Floats:
-    """Mean square error of every stretch of 3 s."""
+    """Mean square error of every stretch of time."""
     found = []
     for r, rest in enumerate(run.rest[b]):
-        record = run.model.records[r]
-        count = max(round(record.grid.bins * record.grid.width / CLUSTER), 1)
-        found += [float(np.mean(part**2)) for part in np.array_split(rest[:, j], count)]
+        parts = np.array_split(rest[:, j], run.model.records[r].grid.stretches)
+        found += [float(np.mean(part**2)) for part in parts]
     return np.array(found)
 
 

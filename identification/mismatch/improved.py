@@ -1,37 +1,30 @@
-"""The vehicle file as it should have been: re-calibrated, with the effects that were found."""
-
-from dataclasses import replace
+"""The file as it should have been: re-calibrated, with the effects that were found."""
 
 import numpy as np
 
 from identification.mismatch.coordinates import NORMAL_95
 from identification.mismatch.fitting import Fit
 from identification.mismatch.interval import estimates
-from identification.mismatch.model import motorcycle
 from identification.mismatch.stack import Nuisances
+from identification.mismatch.system import System
 from plant.signals import Floats
-from plant.vehicle_file import Vehicle
 
 UNTOLD = 0.95
 """Share of what was believed before, above which recordings have told nothing of a parameter."""
 
 
-def improved_vehicle(fit: Fit) -> Vehicle:
-    """Return the fitted vehicle with how well everything is known now."""
-    vehicle = fit.model.vehicle
-    known = dict(vehicle.plus_minus)
+def improved_system(fit: Fit) -> System:
+    """Return the fitted system with how well everything is known now."""
+    known = dict(fit.model.system.plus_minus)
     spread = spreads(fit)
     for coordinate, x, s in zip(fit.model.known, fit.point.x, spread, strict=False):
-        if coordinate.owner != "clock":
-            known[coordinate.key] = NORMAL_95 * coordinate.scale * s * coordinate.at(float(x))
+        if not coordinate.of_clock:
+            known[coordinate.key] = NORMAL_95 * float(s) * coordinate.slope(float(x))
     for i, candidate in enumerate(fit.candidates):
         for e in estimates(fit, i):
             if e.high > e.low:
                 known[f"effects.{candidate.name}.{e.name}"] = 0.5 * (e.high - e.low)
-    return replace(
-        vehicle, name=f"{vehicle.name} improved", motorcycle=motorcycle(fit.model, fit.point),
-        plus_minus=known, description="Re-calibrated on recordings, with the effects found there",
-    )  # fmt: skip
+    return fit.model.at(fit.point).believed(known)
 
 
 def spreads(fit: Fit) -> Floats:
@@ -48,5 +41,5 @@ def not_told(fit: Fit) -> list[str]:
     return [
         c.key
         for c, s in zip(fit.model.known, spreads(fit), strict=False)
-        if s > UNTOLD and c.owner != "clock"
+        if s > UNTOLD and not c.of_clock
     ]

@@ -4,15 +4,15 @@ f is a broken line over seven knots. Its gain on the training recordings, and wh
 gains on the held-out ones, say where something is missing and along what.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from identification.mismatch.fitting import Fit
-from identification.mismatch.injection import Injection, answers, places, respond
+from identification.mismatch.injection import answers, places, respond
 from identification.mismatch.model import Series
-from identification.mismatch.regressors import motion_regressors, servo_regressors
+from identification.mismatch.place import Injection
 from identification.mismatch.score import Judge
 from identification.mismatch.stack import flat
 from identification.mismatch.tooth_curve import ANGLE, discs, tooth_columns
@@ -108,13 +108,18 @@ class _Try:
 def _courses(fit: Fit) -> dict[str, list[dict[str, Floats]]]:
     """Regressors by drive and record, those that all records have."""
     records = range(len(fit.model.records))
-    found = {"motion": [motion_regressors(fit, r) for r in records]}
-    if "servo" in fit.model.chain.drives:
-        found["servo"] = [servo_regressors(fit, r) for r in records]
-    for drive, courses in found.items():
+    found = {}
+    for drive in fit.model.chain.drives:
+        courses = [regressors(fit, drive, r) for r in records]
         shared = sorted(set.intersection(*(set(c) for c in courses)))
         found[drive] = [{name: c[name] for name in shared} for c in courses]
     return found
+
+
+def regressors(fit: Fit, drive: str, r: int) -> Mapping[str, Floats]:
+    """Courses of what the recording and the fitted simulation tell of one drive, (bins,) each."""
+    model = fit.model
+    return model.at(fit.point).regressors(model.records[r], model.chain, drive, fit.point.q[r])
 
 
 def _fits(judge: Judge) -> Iterator[_Try]:
@@ -185,11 +190,11 @@ def _confirmed(judge: Judge, found: list[_Try]) -> list[tuple[float, float]]:
 
 
 def _sensors(fit: Fit) -> list[Injection]:
-    """Every sensor of the motion as a place of its own."""
+    """Every sensor that may be wrong as a place of its own."""
     return [
         Injection(f"sensor of {o.replace('_', ' ')}", f"{o} sensor", s.unit,
-                  float(np.std(s.value)) + 1e-3, b.drive, {})
-        for b in fit.model.chain.blocks if b.order and b.drive == "motion"
+                  float(np.std(s.value)) + 1e-3, b.drive)
+        for b in fit.model.chain.blocks if b.sensors_suspected
         for o in b.outputs for s in (fit.model.records[0].sensors[o],)
     ]  # fmt: skip
 

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from math import pi
 
 from identification.mismatch.held_out import Error
-from identification.mismatch.verdict import FoundEffect, Verdict
+from identification.mismatch.verdict import FoundEffect, Location, Verdict
 from plant.effects.library import BY_NAME
 
 _DIRECTIONS = {"both": "opening and closing", "opening": "opening", "closing": "closing"}
@@ -70,10 +70,9 @@ def _evidence(verdict: Verdict) -> Iterator[str]:
             f" {where.shape}; {where.gain:.0f} nats, held out {where.confirmed:.0f}"
         )
     if where and where.band and where.region:
-        low, high = (30 / pi * w for w in where.region)
         yield (
-            f"  when           {where.band[0]:.1f} to {where.band[1]:.1f} Hz, {low:.0f} to"
-            f" {high:.0f} rpm, throttle {_DIRECTIONS[where.direction]}"
+            f"  when           {where.band[0]:.3g} to {where.band[1]:.3g} Hz, {_region(where)},"
+            f" {_DIRECTIONS[where.direction]}"
         )
     for effect in verdict.effects:
         for p in effect.parameters:
@@ -82,6 +81,14 @@ def _evidence(verdict: Verdict) -> Iterator[str]:
     for found, behind in verdict.rivals.items():
         others = ", ".join(f"{n} ({nats:.0f} nats behind)" for n, nats in behind.items())
         yield f"  rivals of {found}: {others or 'none'}"
+
+
+def _region(where: Location) -> str:
+    low, high = where.region or (0.0, 0.0)
+    if where.along_unit == "rad/s":
+        low, high = 30 / pi * low, 30 / pi * high
+        return f"{where.along} {low:.0f} to {high:.0f} rpm"
+    return f"{where.along} {low:.4g} to {high:.4g} {where.along_unit}"
 
 
 def _limits(verdict: Verdict) -> Iterator[str]:

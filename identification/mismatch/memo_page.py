@@ -14,7 +14,10 @@ def memo_page(a: Analysis, verdict: Verdict) -> str:
     style = (files("identification") / "report.css").read_text(encoding="utf-8")
     body = [f"<h1>{escape(sentence(verdict))}</h1>"]
     if a.before and a.before[0].certain:
-        body += ["<h2>Where, found without the library</h2>", f"<figure>{curve_svg(a.before[0])}"]
+        body += [
+            "<h2>Where, found without the library</h2>",
+            f"<figure>{curve_svg(a.before[0], a.system.units)}",
+        ]
         best = "".join(
             f"<li>{escape(c.place)} along {escape(c.regressor)}: {c.gain:.0f} nats, "
             f"held out {c.confirmed:.0f}</li>"

@@ -1,6 +1,6 @@
 """Which trial would tell: all of the menu are rehearsed, and the clearest one is proposed."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -8,7 +8,6 @@ import numpy as np
 
 from identification.mismatch.candidate import Candidate, candidates
 from identification.mismatch.fitting import Fit
-from identification.mismatch.menu import RPM, SECONDS, Choice, menu, rehearse
 from identification.mismatch.model import predict
 from identification.mismatch.score import Judge
 from identification.mismatch.sensitivity import sensitivities
@@ -18,14 +17,16 @@ from plant.signals import Floats
 
 def next_trial(
     fit: Fit, alike: Sequence[type[Effect]], hidden: Sequence[type[Effect]]
-) -> tuple[str, Choice] | None:
+) -> tuple[str, Any] | None:
     """Return why and which trial to ride next; None where there is nothing to settle.
 
     alike: effects that could not be told apart; hidden: effects that were not excited.
     """
     if len(alike) < 2 and not hidden:
         return None
-    worth = [(_worth(fit, choice, alike, hidden), choice) for choice in menu(_gears(fit))]
+    worth = [(_worth(fit, c, alike, hidden), c) for c in fit.model.system.menu()]
+    if not worth:
+        return None
     nats, best = max(worth, key=lambda w: w[0])
     if nats <= 0.0:
         return None
@@ -35,12 +36,8 @@ def next_trial(
     return why, best
 
 
-def _gears(fit: Fit) -> int:
-    return len(fit.model.vehicle.motorcycle.gears)
-
-
 def _worth(
-    fit: Fit, choice: Choice, alike: Sequence[type[Effect]], hidden: Sequence[type[Effect]]
+    fit: Fit, choice: Any, alike: Sequence[type[Effect]], hidden: Sequence[type[Effect]]
 ) -> float:
     """Nats by which a trial separates what could not be told apart, or shows what was hidden."""
     judge = _rehearsed(fit, choice)
@@ -52,9 +49,9 @@ def _worth(
     return min(_energy(judge, _signature(judge, fit, kind)) for kind in hidden[:1])
 
 
-def _rehearsed(fit: Fit, choice: Choice) -> Judge | None:
+def _rehearsed(fit: Fit, choice: Any) -> Judge | None:
     try:
-        record = rehearse(fit, choice)
+        record = fit.model.at(fit.point).rehearse(fit.model.records[0], choice)
     except ValueError:
         return None
     model = replace(fit.model, records=(record,), injected=())
@@ -82,30 +79,3 @@ def _apart(judge: Judge, a: Floats, b: Floats) -> float:
     energy = float(off @ b)
     share = float(off @ a) / energy if energy > 0.0 else 0.0
     return _energy(judge, np.asarray(a - share * b))
-
-
-def trial_tree(choice: Choice, name: str, vehicle: str) -> Mapping[str, Any]:
-    """Return the trial as the tree of a trial file, with limits that hold it."""
-    throttle = choice.actuator == "throttle"
-    amplitude = f"{100 * choice.amplitude:g} %" if throttle else (
-        f"{np.degrees(choice.amplitude):.2f} deg")  # fmt: skip
-    excitation: dict[str, Any] = {
-        "actuator": choice.actuator, "waveform": choice.waveform, "amplitude": amplitude,
-        "duration": f"{SECONDS:g} s",
-    }  # fmt: skip
-    if choice.waveform == "square":
-        excitation["frequency"] = f"{choice.low:g} Hz"
-    else:
-        excitation |= {"start": f"{choice.low:g} Hz", "stop": f"{choice.high:g} Hz"}
-    rpm = choice.engine_speed / RPM
-    return {
-        "name": name, "description": f"Proposed by an analysis: {choice}", "vehicle": vehicle,
-        "operating_point": {"gear": choice.gear, "engine_speed": f"{rpm:.0f} rpm"},
-        "excitation": excitation,
-        "limits": {
-            "throttle": ["0 %", "60 %"], "throttle_deviation": "10 %", "throttle_rate": "90000 %/s",
-            "spark": ["-12 deg", "6 deg"], "spark_rate": "100000 deg/s",
-            "engine_speed": [f"{0.6 * rpm:.0f} rpm", f"{min(1.35 * rpm, 15500.0):.0f} rpm"],
-            "speed": ["5 m/s", "80 m/s"], "slip": "10 %", "distance": "3000 m",
-        },
-    }  # fmt: skip

@@ -1,4 +1,4 @@
-"""What an analysis leaves on disk: the verdict, the improved vehicle file, the memo."""
+"""What an analysis leaves on disk: the verdict, the improved file, the memo."""
 
 import os
 from pathlib import Path
@@ -6,11 +6,9 @@ from pathlib import Path
 import tomli_w
 
 from identification.mismatch.explain import Analysis
-from identification.mismatch.improved import improved_vehicle
+from identification.mismatch.improved import improved_system
 from identification.mismatch.memo_page import memo_page
-from identification.mismatch.next_trial import trial_tree
 from identification.mismatch.verdict import Verdict, as_json
-from plant.vehicle_writer import save_vehicle
 from protocol.errors import InputError
 
 
@@ -27,7 +25,7 @@ def write_outputs(
         if fit is not None:
             path = (folder or vehicle.parent) / f"{vehicle.stem}.improved.toml"
             path.parent.mkdir(parents=True, exist_ok=True)
-            save_vehicle(improved_vehicle(fit), path)
+            path.write_text(improved_system(fit).text(), encoding="utf-8")
             written.append(path)
         if folder is not None:
             path = folder / "memo.html"
@@ -35,7 +33,8 @@ def write_outputs(
             written.append(path)
         if analysis.proposal is not None and folder is not None:
             path = folder / "next_trial.toml"
-            tree = trial_tree(analysis.proposal[1], "next_trial", os.path.relpath(vehicle, folder))
+            file = os.path.relpath(vehicle, folder)
+            tree = analysis.system.trial(analysis.proposal[1], "next_trial", file)
             path.write_text(tomli_w.dumps(tree), encoding="utf-8")
             written.append(path)
     except OSError as fault:

@@ -1,23 +1,23 @@
 """The figures of the memo: the located curve, and held-out residuals before and after."""
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from identification.mismatch.explain import Analysis
 from identification.mismatch.held_out import driven
 from identification.mismatch.locate import Curve
-from identification.mismatch.model import motorcycle
-from identification.mismatch.regressors import UNITS
 from identification.report import drawing as d
 from plant.signals import Floats
 
 
-def curve_svg(curve: Curve) -> str:
-    """Draw what a place asks for along its quantity."""
+def curve_svg(curve: Curve, units: Mapping[str, str]) -> str:
+    """Draw what a place asks for along its quantity. units: of quantities, by name."""
     with d.hand():
         figure, (axes,) = d.panels(1, 2.8)
         axes.axhline(0.0, color=d.MUTED, lw=0.8)
         axes.plot(curve.knots, curve.values, color=d.BLUE, marker="o", ms=4)
-        unit = UNITS.get(curve.regressor, "")
+        unit = units.get(curve.regressor, "")
         axes.set(xlabel=f"{curve.regressor} / {unit}", ylabel=f"{curve.place} / {curve.unit}")
         return d.svg(figure, "located")
 
@@ -28,7 +28,7 @@ def residuals_svg(a: Analysis, output: str) -> str:
     assert a.base is not None
     assert a.named is not None
     before, after = (
-        driven(a.held_out, motorcycle(f.model, f.point), a.named.fit) for f in (a.base, a.named.fit)
+        driven(a.held_out, f.model.at(f.point), a.named.fit) for f in (a.base, a.named.fit)
     )
     place = [(b, k.outputs.index(output)) for b, k in enumerate(a.held_out.chain.blocks)
              if output in k.outputs]  # fmt: skip
@@ -43,7 +43,11 @@ def residuals_svg(a: Analysis, output: str) -> str:
             f, amplitude = _spectrum(rest, record.grid.width)
             frequency.semilogy(f, amplitude, color=colour, lw=0.9)
         time.set(xlabel="time / s", ylabel=f"recorded less simulated / {unit}")
-        frequency.set(xlabel="frequency / Hz", ylabel=f"amplitude / {unit}", xlim=(0.0, 25.0))
+        frequency.set(
+            xlabel="frequency / Hz",
+            ylabel=f"amplitude / {unit}",
+            xlim=(0.0, 0.25 / record.grid.width),
+        )
         d.legend(time, 2)
         return d.svg(figure, "held_out")
 

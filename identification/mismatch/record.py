@@ -1,201 +1,33 @@
-"""A recording made ready to be simulated again: inputs row by row, sensors, and what was measured.
-
-Inputs are what was echoed and measured, on the bus clock less the latency that the vehicle file
-tells of; commands are held. What a simulation is compared with stands in its sensors.
-"""
+"""A recording made ready to be simulated again."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
-from identification.mismatch.sampling import STEP, Grid
-from identification.mismatch.sensor import Sampled, Sensor, point_sensor, tooth_sensors
-from identification.signals.aligned import Aligned, aligned
-from identification.signals.dataset import Dataset, dataset
-from identification.signals.samples import averaged, onto, sampled
-from identification.signals.teeth import speed_from_teeth
-from identification.signals.trial_window import TrialWindow, trial_window
-from plant.signals import Floats, Inputs
-from plant.vehicle_file import Vehicle
-from protocol.errors import InputError
-from protocol.recording import Recording
-
-LEAD_IN = 1.0  # s, in which the simulation settles, its speed led by the recorded one
-BIN = 0.01  # s
-LONGEST = 120.0  # s, of one piece
-LINEAR: Mapping[str, tuple[str, str]] = {
-    "throttle_position": ("throttle", "1"),
-    "engine_speed": ("engine_speed", "rad/s"),
-    "optical_speed": ("optical_speed", "m/s"),
-    "gnss_speed": ("speed", "m/s"),
-    "vehicle_speed": ("speed", "m/s"),
-}
-"""Role -> column of the simulation that it shows, and the unit."""
-WHEELS = ("rear", "front")
-TRUE_SPEED = ("front", "optical_speed", "gnss_speed", "vehicle_speed")
-"""Where the speed that leads a simulation in is taken from, best first."""
+from identification.mismatch.sampling import Grid
+from identification.mismatch.sensor import Sensor
+from plant.signals import Floats
 
 
 @dataclass(frozen=True, eq=False)
 class Record:
     """One recording, ready.
 
-    inputs: rows of STEP; measured: role -> its value at the end of each row; sensors: by name.
+    start: s, bus time of row 0. inputs: (rows, k), columns as its system has them. measured: role
+    -> its value at the end of each row. sensors: by name, in order. slow: (rows, K), what may act
+    unknown and slowly on this record, per unit of each coordinate; its system knows on what.
     """
 
     name: str
-    start: float  # s, bus time of row 0
+    start: float
     grid: Grid
-    inputs: Inputs
+    inputs: Floats
     measured: Mapping[str, Floats]
     sensors: Mapping[str, Sensor]
+    slow: Floats
 
     @property
     def time(self) -> Floats:
         """End of each row, s since the start."""
-        return np.asarray(STEP * np.arange(1, self.grid.rows + 1))
-
-
-def prepare(recording: Recording, vehicle: Vehicle) -> Record:
-    """Make a recording ready. Raises InputError where nothing in it can drive a simulation."""
-    data = aligned(recording)
-    base = dataset(data)
-    start, end = _window(data, base)
-    rows = int((end - start) / STEP)
-    bins = int((rows * STEP - LEAD_IN) / BIN)
-    if bins < 100:
-        raise InputError(
-            "the recording is too short to judge a simulation by", where=str(recording.folder),
-            expected="2 s and more in which all channels are there", found=f"{end - start:.2f} s",
-        )  # fmt: skip
-    grid = Grid(rows, LEAD_IN, bins, BIN)
-    time = np.asarray(start + STEP * np.arange(1, rows + 1))
-    sensors = _sensors(data, vehicle, start, grid)
-    measured = _measured(data, vehicle, time)
-    inputs = _inputs(data, base, vehicle, time, measured)
-    return Record(recording.folder.name, start, grid, inputs, measured, sensors)
-
-
-def _window(data: Aligned, base: Dataset) -> tuple[float, float]:
-    """Take the trial's excitation with what leads in, else all that every channel covers."""
-    used = [t for role, t in data.time.items() if role in (*LINEAR, "rear_teeth", "front_teeth")]
-    if not used:
-        raise InputError(
-            "no channel that a simulation could be judged by", where=str(data.recording.folder),
-            expected=", ".join((*LINEAR, "rear_teeth", "front_teeth")),
-            found=", ".join(data.time) or "no channels", remedy="check the role map",
-        )  # fmt: skip
-    first, last = max(t[0] for t in used) + 0.02, min(t[-1] for t in used) - 0.02
-    window = trial_window(base)
-    if isinstance(window, TrialWindow):
-        exciting = base.time[window.exciting]
-        first = max(first, float(exciting[0]) - LEAD_IN - 0.25)
-        last = min(last, float(exciting[-1]) + (0.0 if window.trip else 0.5))
-    return float(first), float(min(last, first + LONGEST))
-
-
-def _at(data: Aligned, vehicle: Vehicle, role: str) -> Floats:
-    """Times at which a channel holds: on the bus clock, less its clock's least latency."""
-    return data.time[role] - _least_latency(data, vehicle, role)
-
-
-def _least_latency(data: Aligned, vehicle: Vehicle, role: str) -> float:
-    clock = data.recording.channels[role].clock
-    same = [r for r, c in data.recording.channels.items() if c.clock == clock or r == role]
-    told = [vehicle.channels[r].latency for r in same if r in vehicle.channels]
-    return min(told) if told and clock != "bus" else _own_latency(vehicle, role)
-
-
-def _own_latency(vehicle: Vehicle, role: str) -> float:
-    return vehicle.channels[role].latency if role in vehicle.channels else 0.0
-
-
-def _sampled(data: Aligned, vehicle: Vehicle, role: str, start: float) -> Sampled:
-    channel = data.recording.channels[role]
-    time = _at(data, vehicle, role)
-    keep = np.isfinite(time) & np.isfinite(channel.value)
-    return Sampled(time[keep] - start, channel.value[keep], channel.clock)
-
-
-def _sensors(data: Aligned, vehicle: Vehicle, start: float, grid: Grid) -> dict[str, Sensor]:
-    found = dict[str, Sensor]()
-    for role, (column, unit) in LINEAR.items():
-        if data.has(role):
-            samples = _sampled(data, vehicle, role, start)
-            noise = vehicle.channels[role].noise if role in vehicle.channels else 0.0
-            found[role] = point_sensor(role, unit, column, 1.0, samples, grid, noise)
-    for wheel in WHEELS:
-        if data.has(f"{wheel}_teeth"):
-            per_turn = int(getattr(vehicle.motorcycle, f"{wheel}_encoder").teeth)
-            samples = _sampled(data, vehicle, f"{wheel}_teeth", start)
-            speed, pattern = tooth_sensors(wheel, samples, per_turn, grid)
-            found |= {speed.name: speed, pattern.name: pattern}
-        elif data.has(f"{wheel}_wheel_speed"):
-            role, radius = f"{wheel}_wheel_speed", _radius(data, vehicle, wheel)
-            samples = _sampled(data, vehicle, role, start)
-            found[role] = point_sensor(role, "m/s", f"{wheel}_speed", radius, samples, grid)
-    return found
-
-
-def _radius(data: Aligned, vehicle: Vehicle, wheel: str) -> float:
-    """Radius with which the recording turned the wheel's speed into a peripheral speed."""
-    told = getattr(data.recording.roles.vehicle, f"{wheel}_radius")
-    return float(told or getattr(vehicle.motorcycle, f"{wheel}_wheel").radius)
-
-
-def _measured(data: Aligned, vehicle: Vehicle, time: Floats) -> dict[str, Floats]:
-    """Put what was measured onto the rows' ends; wheels in rad/s."""
-    found = dict[str, Floats]()
-    for role in (*LINEAR, "lean_angle"):
-        if data.has(role):
-            samples = sampled(_at(data, vehicle, role), data.recording.channels[role].value)
-            found[role] = _filled(onto(samples, time))
-    for wheel in WHEELS:
-        if data.has(role := f"{wheel}_teeth"):
-            channel = data.recording.channels[role]
-            per_turn = int(getattr(vehicle.motorcycle, f"{wheel}_encoder").teeth)
-            speed = speed_from_teeth(_at(data, vehicle, role), channel.value, per_turn)
-            found[wheel] = _filled(onto(speed, time))
-        elif data.has(role := f"{wheel}_wheel_speed"):
-            samples = sampled(_at(data, vehicle, role), data.recording.channels[role].value)
-            found[wheel] = _filled(onto(samples, time)) / _radius(data, vehicle, wheel)
-    return found
-
-
-def _filled(values: Floats) -> Floats:
-    """Bridge what is not known with straight lines."""
-    known = np.isfinite(values)
-    if known.all() or not known.any():
-        return values
-    places = np.arange(values.size)
-    return np.interp(places, places[known], values[known])
-
-
-def _inputs(
-    data: Aligned, base: Dataset, vehicle: Vehicle, time: Floats, measured: Mapping[str, Floats]
-) -> Inputs:
-    columns = dict[str, Floats | float]()
-    for role, column in (("throttle_command", "throttle_command"), ("spark_command", "spark")):
-        if data.has(role):
-            samples = sampled(_at(data, vehicle, role), data.recording.channels[role].value)
-            # A sample is stamped at the end of the cycle in which it acted.
-            columns[column] = _filled(averaged(samples, time + 0.5 * STEP))
-    columns["gear"] = _gear(data, base, vehicle, measured)
-    if "throttle_command" not in columns and "throttle_position" in measured:
-        columns["throttle_command"] = measured["throttle_position"]
-    return Inputs.held(time.size, **columns)
-
-
-def _gear(data: Aligned, base: Dataset, vehicle: Vehicle, measured: Mapping[str, Floats]) -> float:
-    """Take the gear that was told, else the trial's, else the one nearest to the speeds' ratio."""
-    told = base.get("gear")
-    if told is not None and np.isfinite(told).any():
-        return float(np.nanmedian(told))
-    if data.recording.trial is not None:
-        return float(data.recording.trial.operating_point.gear)
-    if "engine_speed" in measured and "rear" in measured:
-        ratio = float(np.median(measured["engine_speed"] / np.maximum(measured["rear"], 1.0)))
-        gears = np.array(vehicle.motorcycle.gears)
-        return float(1 + int(np.argmin(np.abs(np.log(gears / max(ratio, 1e-3))))))
-    return 1.0
+        return np.asarray(self.grid.step * np.arange(1, self.grid.rows + 1))

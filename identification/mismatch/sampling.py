@@ -1,7 +1,7 @@
 """The simulated motorcycle is seen at the very instants at which the recorded one was seen.
 
 Interpolation, tooth intervals, their mean over a bin of time: all of it is linear in what the
-simulation gives once a millisecond. So a sensor is a sparse matrix that acts on columns of the
+simulation gives once a row. So a sensor is a sparse matrix that acts on columns of the
 simulation's output, and the recorded samples pass through the same last steps.
 """
 
@@ -13,18 +13,38 @@ from scipy import sparse
 
 from protocol.channel import FloatArray
 
-STEP = 1e-3  # s, between rows of the simulation
 Matrix = sparse.csr_array
 
 
 @dataclass(frozen=True)
 class Grid:
-    """Bins of time in which residuals are judged. rows: of the simulation; start: s, of bin 0."""
+    """Bins of time in which residuals are judged.
+
+    rows: of the simulation, one every `step` s; start: s, of bin 0; width: s. stretch: s, within
+    which errors may hang together, and after which a push is forgotten.
+    """
 
     rows: int
     start: float
     bins: int
     width: float
+    step: float = 1e-3
+    stretch: float = 3.0
+
+    @property
+    def rows_per_bin(self) -> int:
+        """Rows in a bin."""
+        return round(self.width / self.step)
+
+    @property
+    def stretches(self) -> int:
+        """How many stretches of time the bins make."""
+        return max(round(self.bins * self.width / self.stretch), 1)
+
+    def binned(self, rows: FloatArray) -> FloatArray:
+        """Mean of a row-by-row course over every bin."""
+        per, first = self.rows_per_bin, round(self.start / self.step)
+        return np.asarray(rows[first : first + per * self.bins].reshape(-1, per).mean(axis=1))
 
     @property
     def centre(self) -> FloatArray:
@@ -32,25 +52,26 @@ class Grid:
         return np.asarray(self.start + self.width * (np.arange(self.bins) + 0.5))
 
 
-def at_points(time: FloatArray, rows: int) -> Matrix:
+def at_points(time: FloatArray, grid: Grid) -> Matrix:
     """Straight line between rows. time: (k,) s since the simulation's start; gives (k, rows)."""
-    place, share = _place(time, rows)
-    return _two(place, 1.0 - share, share, rows)
+    place, share = _place(time, grid)
+    return _two(place, 1.0 - share, share, grid.rows)
 
 
-def at_points_smooth(time: FloatArray, rows: int) -> tuple[Matrix, Matrix]:
+def at_points_smooth(time: FloatArray, grid: Grid) -> tuple[Matrix, Matrix]:
     """Cubic between rows from values and rates: the matrices that act on each of them."""
-    place, s = _place(time, rows)
+    place, s = _place(time, grid)
     h00, h01 = (1 + 2 * s) * (1 - s) ** 2, s * s * (3 - 2 * s)
     h10, h11 = s * (1 - s) ** 2, s * s * (s - 1)
-    return _two(place, h00, h01, rows), _two(place, STEP * h10, STEP * h11, rows)
+    step, rows = grid.step, grid.rows
+    return _two(place, h00, h01, rows), _two(place, step * h10, step * h11, rows)
 
 
-def interval_means(time: FloatArray, first: npt.NDArray[np.intp], rows: int) -> tuple[Matrix, ...]:
+def interval_means(time: FloatArray, first: npt.NDArray[np.intp], grid: Grid) -> tuple[Matrix, ...]:
     """Mean speed from time[first] to time[first + 1], from angle and speed."""
     span = sparse.diags_array(1.0 / (time[first + 1] - time[first]))
     return tuple(
-        sparse.csr_array(span @ (m[first + 1] - m[first])) for m in at_points_smooth(time, rows)
+        sparse.csr_array(span @ (m[first + 1] - m[first])) for m in at_points_smooth(time, grid)
     )
 
 
@@ -84,9 +105,9 @@ def known_bins(time: FloatArray, grid: Grid) -> npt.NDArray[np.bool_]:
     return np.asarray(near <= usual, np.bool_)
 
 
-def _place(time: FloatArray, rows: int) -> tuple[npt.NDArray[np.intp], FloatArray]:
+def _place(time: FloatArray, grid: Grid) -> tuple[npt.NDArray[np.intp], FloatArray]:
     """Row before each time and the share of the way to the next; a row tells its own end."""
-    position = np.clip(time / STEP - 1.0, 0.0, rows - 1.001)
+    position = np.clip(time / grid.step - 1.0, 0.0, grid.rows - 1.001)
     place = np.floor(position).astype(np.intp)
     return place, position - place
 

@@ -1,6 +1,5 @@
 """How everything that sensors show answers to each uncertain number: finite differences."""
 
-from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
@@ -11,25 +10,26 @@ from plant.encoder import Misplaces
 from plant.signals import Floats
 
 NUDGE = 0.02  # of a coordinate's prior deviation
-ROAD_NUDGE = 0.2
+SLOW_NUDGE = 0.2
 
 
 def sensitivities(model: Model, point: Point, base: Series) -> Series:
-    """Return (T, m, p) by block and record: vehicle first, then the road of every record."""
+    """Return (T, m, p) by block and record: the system first, then the slow unknown by record."""
     places = len(point.x) + sum(len(q) for q in point.q)
     found = [[np.zeros((*m.shape, places)) for m in ms] for ms in model.measured]
     for i in range(len(point.x)):
-        drives = _touched(model, i)
+        drives = model.system.touched(model.chain, model.known[i])
         x = point.x.copy()
         x[i] += NUDGE
         put(model, found, i, predict(model, replace(point, x=x), drives), base, NUDGE)
     column = len(point.x)
+    slow = model.system.slow_drives(model.chain)
     for r, q in enumerate(point.q):
         for k in range(len(q)):
             moved = q.copy()
-            moved[k] += ROAD_NUDGE
+            moved[k] += SLOW_NUDGE
             there = replace(point, q=(*point.q[:r], moved, *point.q[r + 1 :]))
-            put(model, found, column, predict(model, there, ("motion",), (r,)), base, ROAD_NUDGE)
+            put(model, found, column, predict(model, there, slow, (r,)), base, SLOW_NUDGE)
             column += 1
     return found
 
@@ -50,7 +50,9 @@ def change(model: Model, point: Point, effects: tuple[Effect, ...], base: Series
     new = [e for e in effects if e not in point.effects]
     if all(isinstance(e, Misplaces) for e in new) and len(effects) > len(point.effects):
         return _of_the_discs(model, new)
-    drives = [d for d in model.chain.drives if any(model.chain.concerns(e, d) for e in new)]
+    drives = [
+        d for d in model.chain.drives if any(model.system.concerns(e, model.chain, d) for e in new)
+    ]
     there = predict(model, replace(point, effects=effects), drives)
     return [
         [(t - s) * k if t.size else t for t, s, k in zip(ts, ss, ks, strict=True)]
@@ -71,7 +73,7 @@ def _of_the_discs(model: Model, effects: list[Effect]) -> Series:
 
 
 def moved(model: Model, point: Point, step: Floats) -> Point:
-    """Return the point after a step of all coordinates, road included."""
+    """Return the point after a step of all coordinates, the slow unknown included."""
     places = np.cumsum([len(point.x), *(len(q) for q in point.q)])
     x, *roads = np.split(step, places[:-1])
     q = tuple(a + b for a, b in zip(point.q, roads, strict=True))
@@ -81,9 +83,3 @@ def moved(model: Model, point: Point, step: Floats) -> Point:
 def coordinates_of(point: Point) -> Floats:
     """Lay all coordinates of a point end to end."""
     return np.concatenate([point.x, *point.q])
-
-
-def _touched(model: Model, i: int) -> Iterable[str]:
-    if "servo" not in model.chain.drives:
-        return ("motion",)
-    return ("servo",) if model.known[i].owner == "throttle_servo" else ("motion",)

@@ -7,6 +7,7 @@ recorded wheel angle is so judged at the recorded wheel angle.
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -22,11 +23,18 @@ from identification.mismatch.sampling import (
 )
 from plant.effects.effect import Effect
 from plant.sensing import tell, telling
-from plant.signals import Outputs
 from protocol.channel import FloatArray
 
 SEGMENT = 3.0  # s, over which a tooth pattern is averaged
 Integers = npt.NDArray[np.int_]
+
+
+class Columns(Protocol):
+    """What a simulation did: a column by name, one value a row."""
+
+    def __getitem__(self, name: str, /) -> FloatArray:
+        """Return a column, (rows,)."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -48,7 +56,7 @@ class Sensor:
     offsets: Matrix | None = None
     time: FloatArray | None = None
 
-    def look(self, out: Outputs, effects: Iterable[Effect] = ()) -> FloatArray:
+    def look(self, out: Columns, effects: Iterable[Effect] = ()) -> FloatArray:
         """Return what the sensor shows, effects on its channel included, (bins,)."""
         seen: FloatArray = np.sum([m @ out[column] for column, m in self.see.items()], axis=0)
         acting = () if self.time is None else telling(effects, self.name, "signal", "frame")
@@ -81,7 +89,7 @@ def point_sensor(
     noise: deviation of the white noise that its values had before they were rounded.
     """
     bins = into_bins(samples.time, grid)
-    see = sparse.csr_array(factor * at_points(samples.time, grid.rows))
+    see = sparse.csr_array(factor * at_points(samples.time, grid))
     known = known_bins(samples.time, grid)
     quantum = quantum_of(samples.value)
 
@@ -127,7 +135,7 @@ def tooth_sensors(wheel: str, teeth: Sampled, per_turn: int, grid: Grid) -> tupl
     speed = 2 * np.pi / per_turn / span
     bins = into_bins(middle, grid)
     disc = _disc(middle, tooth, per_turn, np.interp(middle, grid.centre, bins @ speed), grid)
-    angle, rate = interval_means(teeth.time, first, grid.rows)
+    angle, rate = interval_means(teeth.time, first, grid)
     see = {f"{wheel}_angle": angle, f"{wheel}_speed": rate}
     late = _late(span, tooth, per_turn)
 

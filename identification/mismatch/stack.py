@@ -12,7 +12,6 @@ from identification.mismatch.model import Model, Series
 from identification.mismatch.whitening import Whitener, whitener
 from plant.signals import Floats
 
-CLUSTER = 3.0  # s, within which errors may hang together
 Integers = npt.NDArray[np.int_]
 
 
@@ -47,14 +46,14 @@ def flat(model: Model, noise: Sequence[Whitener], series: Series) -> Floats:
     return np.concatenate(parts)
 
 
-def clusters(model: Model, noise: Sequence[Whitener], length: float = CLUSTER) -> Integers:
-    """Number of the stretch of time, of `length` s in one record, of every whitened row."""
+def clusters(model: Model, noise: Sequence[Whitener]) -> Integers:
+    """Number of the stretch of time, within one record, of every whitened row."""
     parts = []
     for b, white in enumerate(noise):
         for r, record in enumerate(model.records):
             shape = model.measured[b][r].shape
             rows = shape[0] - white.order
-            count = max(round(record.grid.bins * record.grid.width / length), 1)
+            count = record.grid.stretches
             within = np.minimum(np.arange(rows) * count // rows, count - 1)
             parts.append(np.repeat(within + 1000 * r, shape[1]))
     return np.unique(np.concatenate(parts), return_inverse=True)[1]

@@ -5,8 +5,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from identification.mismatch.fitting import Fit
-from identification.mismatch.injection import Injection
 from identification.mismatch.model import Series
+from identification.mismatch.place import Injection
 from plant.signals import Floats
 
 ANGLE = "wheel angle"
@@ -20,7 +20,7 @@ def discs(fit: Fit) -> Iterator[tuple[Injection, Floats]]:
             late = fit.model.records[0].sensors[output].offsets
             if not block.order and late is not None:
                 wheel = output.split("_")[0]
-                place = Injection(f"{wheel} teeth", f"{wheel}_encoder", "1", SIZE, block.drive, {})
+                place = Injection(f"{wheel} teeth", f"{wheel}_encoder", "1", SIZE, block.drive)
                 yield place, 2 * np.pi * np.arange(late.shape[1]) / late.shape[1]
 
 

@@ -1,7 +1,8 @@
 """What an analysis says in the end, as data: the content of verdict.json.
 
 mismatch     {found, p_value}: whether simulation and recordings differ, and the family-wise p
-location     {block, injection, regressor, band, region, direction, shape, gain, confirmed} or null
+location     {block, injection, regressor, band, region, along, direction, shape, gain, ...}
+             or null
 effects      [{name, subject, block, parameters: [{name, value, unit, interval}]}], strongest first
 unknown      {found, shape}: something is missing that no effect of the library is
 curve        {injection, unit, regressor, knots, values, gain, confirmed}: what stands in for it
@@ -26,7 +27,7 @@ from identification.mismatch.interval import Estimate
 
 @dataclass(frozen=True)
 class Location:
-    """Where something is missing. band: Hz; region: range of engine speed, rad/s."""
+    """Where something is missing. band: Hz; region: range of what `along` names, SI."""
 
     block: str
     injection: str
@@ -37,6 +38,8 @@ class Location:
     band: tuple[float, float] | None = None
     region: tuple[float, float] | None = None
     direction: str = "both"
+    along: str = ""
+    along_unit: str = ""
 
 
 @dataclass(frozen=True)

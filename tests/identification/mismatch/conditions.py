@@ -6,7 +6,7 @@ from functools import cache
 import numpy as np
 
 from identification.mismatch.explain import Analysis, analyse, begin, verdict
-from identification.mismatch.record import prepare
+from identification.mismatch.motorcycle.system import MotorcycleSystem
 from identification.mismatch.verdict import Verdict
 from plant.effects.effect import Effect
 from plant.effects.library import BY_NAME
@@ -24,6 +24,10 @@ FEW = (
 @cache
 def nominal() -> Vehicle:
     return load_vehicle(builtin_vehicle("nominal"))
+
+
+def system() -> MotorcycleSystem:
+    return MotorcycleSystem(nominal())
 
 
 def erring(seed: int, share: float = 0.6) -> Motorcycle:
@@ -50,13 +54,13 @@ def analysis(
     true = replace(erring(seed), effects=effects)
     records = [
         [
-            prepare(ride(true, replace(t, seed=t.seed + 100 * seed, drop=drop)), nominal())
+            system().prepare(ride(true, replace(t, seed=t.seed + 100 * seed, drop=drop)))
             for t in trials
         ]
         for trials in (training, held_out)
     ]
     library = [BY_NAME[name] for name in FEW if name not in without]
-    return analyse(begin(nominal(), *records), library)
+    return analyse(begin(system(), *records), library)
 
 
 def found(*args, **kwargs) -> Verdict:

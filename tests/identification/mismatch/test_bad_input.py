@@ -7,10 +7,9 @@ import pytest
 
 from identification.mismatch.explain import begin, verdict
 from identification.mismatch.memo import lines
-from identification.mismatch.record import prepare
 from identification.mismatch.runs import open_analysis
 from protocol.errors import InputError
-from tests.identification.mismatch.conditions import nominal
+from tests.identification.mismatch.conditions import nominal, system
 from tests.identification.motorcycle_recording import TRAINING, ride
 
 
@@ -23,10 +22,10 @@ def test_a_recording_without_any_output_is_refused() -> None:
     recording = ride(nominal().motorcycle, replace(TRAINING[0], seconds=3.0))
     kept = {"throttle_command": recording.channels["throttle_command"]}
     with pytest.raises(InputError, match="no channel"):
-        prepare(replace(recording, channels=kept), nominal())
+        system().prepare(replace(recording, channels=kept))
 
 
 def test_an_analysis_that_was_stopped_at_once_still_says_something() -> None:
-    record = prepare(ride(nominal().motorcycle, replace(TRAINING[0], seconds=4.0)), nominal())
-    said = lines(verdict(begin(nominal(), [record], [])))
+    record = system().prepare(ride(nominal().motorcycle, replace(TRAINING[0], seconds=4.0)))
+    said = lines(verdict(begin(system(), [record], [])))
     assert said[0].startswith("Interrupted")

@@ -8,11 +8,9 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from identification.mismatch.fitting import Fit
-from identification.mismatch.model import motorcycle, simulate
-from identification.mismatch.record import BIN, Record
-from identification.mismatch.sampling import STEP
-from plant.signals import Floats, Outputs
+from identification.mismatch.motorcycle.record import BIN
+from identification.mismatch.record import Record
+from plant.signals import Floats, Inputs, Outputs
 
 MOTION = ("throttle", "throttle_rate", "air", "engine_speed", "twist", "driveline_torque",
           "tyre_force", "slip", "speed", "acceleration", "distance", "time")  # fmt: skip
@@ -27,44 +25,36 @@ UNITS: Mapping[str, str] = {
 }  # fmt: skip
 
 
-def motion_regressors(fit: Fit, r: int) -> dict[str, Floats]:
+def motion_regressors(record: Record, out: Outputs) -> dict[str, Floats]:
     """Courses for what acts between the throttle plate and the road, (bins,) each."""
-    record = fit.model.records[r]
-    out = simulate(fit.model, motorcycle(fit.model, fit.point), r, "motion", fit.point.q[r])
-    seen = {name.replace("_", " "): binned(record, out[name]) for name in MOTION}
+    binned, inputs = record.grid.binned, Inputs(record.inputs)
+    seen = {name.replace("_", " "): binned(out[name]) for name in MOTION}
     if "throttle_position" in record.measured:
-        smooth = binned(record, record.measured["throttle_position"])
+        smooth = binned(record.measured["throttle_position"])
         seen |= {"throttle": smooth, "throttle rate": _rate(smooth)}
     seen["engine acceleration"] = _rate(seen["engine speed"])
     seen["twist rate"] = _rate(seen["twist"])
     seen["air rate"] = _rate(seen["air"])
     seen["torque rate"] = _rate(seen["driveline torque"])
     seen["force rate over speed"] = _rate(seen["tyre force"]) / np.maximum(seen["speed"], 1.0)
-    if np.ptp(record.inputs.spark) > 0:
-        seen["spark"] = binned(record, record.inputs.spark)
+    if np.ptp(inputs.spark) > 0:
+        seen["spark"] = binned(inputs.spark)
     if "lean_angle" in record.measured:
-        seen["lean"] = binned(record, record.measured["lean_angle"])
+        seen["lean"] = binned(record.measured["lean_angle"])
     return seen
 
 
-def servo_regressors(fit: Fit, r: int) -> dict[str, Floats]:
+def servo_regressors(record: Record, out: Outputs) -> dict[str, Floats]:
     """Courses for what acts in the throttle servo."""
-    record = fit.model.records[r]
-    out: Outputs = simulate(fit.model, motorcycle(fit.model, fit.point), r, "servo", fit.point.q[r])
-    command = binned(record, record.inputs.throttle_command)
-    position = binned(record, record.measured["throttle_position"])
+    binned = record.grid.binned
+    command = binned(Inputs(record.inputs).throttle_command)
+    position = binned(record.measured["throttle_position"])
     return {
         "throttle": position, "throttle rate": _rate(position),
-        "throttle acceleration": _rate(binned(record, out.throttle_rate)),
+        "throttle acceleration": _rate(binned(out.throttle_rate)),
         "command": command, "command rate": _rate(command),
         "command less position": command - position,
     }  # fmt: skip
-
-
-def binned(record: Record, rows: Floats) -> Floats:
-    """Mean of a row-by-row course over every bin."""
-    per, first = round(BIN / STEP), round(record.grid.start / STEP)
-    return np.asarray(rows[first : first + per * record.grid.bins].reshape(-1, per).mean(axis=1))
 
 
 def _rate(values: Floats) -> Floats:

@@ -3,18 +3,20 @@
 A trial of the menu is simulated on the fitted vehicle and seen by sensors like the recorded ones.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
-from identification.mismatch.fitting import Fit
-from identification.mismatch.model import motorcycle
-from identification.mismatch.record import BIN, LEAD_IN, Record
-from identification.mismatch.sampling import STEP, Grid
+from identification.mismatch.motorcycle.record import BIN, LEAD_IN, STEP
+from identification.mismatch.motorcycle.slow_road import road_hats
+from identification.mismatch.record import Record
+from identification.mismatch.sampling import Grid
 from identification.mismatch.sensor import Sampled, Sensor, point_sensor, tooth_sensors
 from plant.encoder import begin, passing_teeth, toothed_disc
 from plant.equilibrium import equilibrium
+from plant.motorcycle import Motorcycle
 from plant.signals import Floats, Inputs, Outputs
 from plant.simulation import Simulation
 
@@ -64,9 +66,8 @@ def menu(gears: int) -> Iterator[Choice]:
             yield Choice(gear, rpm * RPM, "spark", "linear_sweep", 0.06, 0.5, 14.0)
 
 
-def rehearse(fit: Fit, choice: Choice) -> Record:
-    """Return the record that the fitted vehicle would give. Raises ValueError where it cannot."""
-    bike = motorcycle(fit.model, fit.point)
+def rehearse(bike: Motorcycle, like: Record, choice: Choice) -> Record:
+    """Return the record that the vehicle would give. Raises ValueError where it cannot."""
     simulation = Simulation(bike, STEP / 2, 2, 2)
     state, throttle = equilibrium(simulation, choice.gear, choice.engine_speed)
     rows = round(SECONDS / STEP)
@@ -76,14 +77,17 @@ def rehearse(fit: Fit, choice: Choice) -> Record:
     column += choice.wave(time)
     np.clip(inputs.throttle_command, 0.0, 1.0, out=inputs.throttle_command)
     _, out = simulation.advance(state, inputs)
-    grid = Grid(rows, LEAD_IN, round((rows * STEP - LEAD_IN) / BIN), BIN)
-    sensors, measured = _sensors(fit, out, time, grid), _measured(fit, out)
-    return Record(str(choice), 0.0, grid, inputs, measured, sensors)
+    grid = Grid(rows, LEAD_IN, round((rows * STEP - LEAD_IN) / BIN), BIN, STEP)
+    sensors, measured = _sensors(bike, like, out, time, grid), _measured(like, out)
+    slow = road_hats(rows, bike.body.mass, LEAD_IN, STEP)
+    return Record(str(choice), 0.0, grid, inputs.table, measured, sensors, slow)
 
 
-def _sensors(fit: Fit, out: Outputs, time: Floats, grid: Grid) -> dict[str, Sensor]:
+def _sensors(
+    bike: Motorcycle, recorded: Record, out: Outputs, time: Floats, grid: Grid
+) -> dict[str, Sensor]:
     found = dict[str, Sensor]()
-    for name, like in fit.model.records[0].sensors.items():
+    for name, like in recorded.sensors.items():
         if like.offsets is None:
             (column,) = like.see
             every = round(PERIODS.get(name, USUAL) / STEP)
@@ -91,14 +95,14 @@ def _sensors(fit: Fit, out: Outputs, time: Floats, grid: Grid) -> dict[str, Sens
             found[name] = point_sensor(name, like.unit, column, 1.0, samples, grid)
         elif name.endswith("_teeth"):
             wheel = name.removesuffix("_teeth")
-            speed, pattern = tooth_sensors(wheel, _teeth(fit, out, time, wheel, like.clock),
+            speed, pattern = tooth_sensors(wheel, _teeth(bike, out, time, wheel, like.clock),
                                            like.offsets.shape[1], grid)  # fmt: skip
             found |= {speed.name: speed, pattern.name: pattern}
     return found
 
 
-def _teeth(fit: Fit, out: Outputs, time: Floats, wheel: str, clock: str) -> Sampled:
-    disc = toothed_disc(getattr(fit.model.vehicle.motorcycle, f"{wheel}_encoder"))
+def _teeth(bike: Motorcycle, out: Outputs, time: Floats, wheel: str, clock: str) -> Sampled:
+    disc = toothed_disc(getattr(bike, f"{wheel}_encoder"))
     angle, speed = out[f"{wheel}_angle"], out[f"{wheel}_speed"]
     start = begin(float(time[0]), float(angle[0]), float(speed[0]))
     _, passed = passing_teeth(disc, start, time, angle, speed)
@@ -106,8 +110,35 @@ def _teeth(fit: Fit, out: Outputs, time: Floats, wheel: str, clock: str) -> Samp
     return Sampled(ticks, passed.numbers.astype(float), clock)
 
 
-def _measured(fit: Fit, out: Outputs) -> dict[str, Floats]:
+def _measured(like: Record, out: Outputs) -> dict[str, Floats]:
     columns = {"throttle_position": "throttle", "rear": "rear_speed", "front": "front_speed",
                "gnss_speed": "speed", "vehicle_speed": "speed"}  # fmt: skip
-    names = fit.model.records[0].measured
+    names = like.measured
     return {n: out[columns.get(n, n)].copy() for n in names if n != "lean_angle"}
+
+
+def trial_tree(choice: Choice, name: str, vehicle: str) -> Mapping[str, Any]:
+    """Return the trial as the tree of a trial file, with limits that hold it."""
+    throttle = choice.actuator == "throttle"
+    amplitude = f"{100 * choice.amplitude:g} %" if throttle else (
+        f"{np.degrees(choice.amplitude):.2f} deg")  # fmt: skip
+    excitation: dict[str, Any] = {
+        "actuator": choice.actuator, "waveform": choice.waveform, "amplitude": amplitude,
+        "duration": f"{SECONDS:g} s",
+    }  # fmt: skip
+    if choice.waveform == "square":
+        excitation["frequency"] = f"{choice.low:g} Hz"
+    else:
+        excitation |= {"start": f"{choice.low:g} Hz", "stop": f"{choice.high:g} Hz"}
+    rpm = choice.engine_speed / RPM
+    return {
+        "name": name, "description": f"Proposed by an analysis: {choice}", "vehicle": vehicle,
+        "operating_point": {"gear": choice.gear, "engine_speed": f"{rpm:.0f} rpm"},
+        "excitation": excitation,
+        "limits": {
+            "throttle": ["0 %", "60 %"], "throttle_deviation": "10 %", "throttle_rate": "90000 %/s",
+            "spark": ["-12 deg", "6 deg"], "spark_rate": "100000 deg/s",
+            "engine_speed": [f"{0.6 * rpm:.0f} rpm", f"{min(1.35 * rpm, 15500.0):.0f} rpm"],
+            "speed": ["5 m/s", "80 m/s"], "slip": "10 %", "distance": "3000 m",
+        },
+    }  # fmt: skip

@@ -1,0 +1,163 @@
+"""The motorcycle of a vehicle file as a system that the engine explains."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, Self
+
+import tomli_w
+
+from identification.mismatch.blocks import Chain
+from identification.mismatch.coordinates import Coordinate
+from identification.mismatch.motorcycle import blocks, places
+from identification.mismatch.motorcycle.check import check_same_vehicle
+from identification.mismatch.motorcycle.coordinates import coordinates, motorcycle_at
+from identification.mismatch.motorcycle.menu import Choice, menu, rehearse, trial_tree
+from identification.mismatch.motorcycle.record import prepare
+from identification.mismatch.motorcycle.regressors import (
+    UNITS,
+    motion_regressors,
+    servo_regressors,
+)
+from identification.mismatch.motorcycle.simulate import simulate
+from identification.mismatch.place import Injection
+from identification.mismatch.record import Record
+from identification.mismatch.system import System
+from plant.effects.effect import Effect
+from plant.effects.library import LIBRARY
+from plant.signals import Floats, Inputs, Outputs
+from plant.trouble import PlantError
+from plant.vehicle_file import Vehicle, load_vehicle
+from plant.vehicle_writer import vehicle_tree
+from protocol.errors import InputError
+from protocol.recording import Recording
+
+
+@dataclass(frozen=True, eq=False)
+class MotorcycleSystem(System):
+    """A vehicle of a vehicle file."""
+
+    vehicle: Vehicle
+
+    units = UNITS
+    operating = "engine speed"
+    direction = "throttle rate"
+
+    @classmethod
+    def load(cls, path: Path) -> Self:
+        """Load a vehicle file; its faults are a user's mistake like any other."""
+        try:
+            return cls(load_vehicle(path))
+        except PlantError as fault:
+            raise InputError(str(fault)) from fault
+
+    @property
+    def name(self) -> str:
+        """Name of the vehicle."""
+        return self.vehicle.name
+
+    @property
+    def effects(self) -> tuple[Effect, ...]:
+        """Effects of the motorcycle."""
+        return self.vehicle.motorcycle.effects
+
+    @property
+    def library(self) -> tuple[type[Effect], ...]:
+        """Effects of the plant, without what puts clocks wrong.
+
+        Clocks were laid onto the bus clock before; what an effect did to them is gone with that.
+        """
+        return tuple(kind for kind in LIBRARY if not hasattr(kind, "clock_error"))
+
+    @property
+    def plus_minus(self) -> Mapping[str, float]:
+        """As the vehicle file tells it."""
+        return self.vehicle.plus_minus
+
+    def at(self, known: Sequence[Coordinate], x: Floats, effects: Sequence[Effect]) -> Self:
+        """Return the vehicle with other numbers, kept inside their ranges."""
+        base = motorcycle_at(self.vehicle.motorcycle, known, x)
+        new = {e.key for e in effects}
+        kept = tuple(e for e in base.effects if e.key not in new)
+        bike = replace(base, effects=(*kept, *effects))
+        return replace(self, vehicle=replace(self.vehicle, motorcycle=bike))
+
+    def believed(self, plus_minus: Mapping[str, float]) -> Self:
+        """Return the vehicle under an improved one's name."""
+        vehicle = replace(
+            self.vehicle, name=f"{self.vehicle.name} improved", plus_minus=plus_minus,
+            description="Re-calibrated on recordings, with the effects found there",
+        )  # fmt: skip
+        return replace(self, vehicle=vehicle)
+
+    def text(self) -> str:
+        """Return the vehicle file."""
+        return tomli_w.dumps(vehicle_tree(self.vehicle))
+
+    def prepare(self, recording: Recording) -> Record:
+        """Make a recording ready."""
+        return prepare(recording, self.vehicle)
+
+    def check(self, record: Record) -> None:
+        """Refuse what no gear of this vehicle can bring about."""
+        check_same_vehicle(self.vehicle.motorcycle, record)
+
+    def chain(self, records: Sequence[Record]) -> Chain:
+        """Cut at the throttle and at the speeds."""
+        return blocks.chain(records)
+
+    def coordinates(self, records: Sequence[Record], chain: Chain) -> list[Coordinate]:
+        """Parameters of blocks, gears in use, and clocks beside the one all others are seen by."""
+        gears = {int(g) for r in records for g in set(Inputs(r.inputs).gear) if g > 0}
+        clocks = {
+            r.sensors[o].clock
+            for r in records for b in chain.blocks if b.sensors_suspected for o in b.outputs
+        }  # fmt: skip
+        reference = "ecu" if "ecu" in clocks else min(clocks, default="")
+        return coordinates(self.vehicle, gears, clocks - {reference})
+
+    def touched(self, chain: Chain, coordinate: Coordinate) -> tuple[str, ...]:
+        """Return the servo for the servo's numbers, the motion for all others."""
+        servo = "servo" in chain.drives and coordinate.owner == "throttle_servo"
+        return ("servo",) if servo else ("motion",)
+
+    def slow_drives(self, chain: Chain) -> tuple[str, ...]:
+        """Wind and grade push the motion."""
+        return ("motion",)
+
+    def concerns(self, effect: Effect, chain: Chain, drive: str) -> bool:
+        """Tell it from the effect's seams and channel."""
+        return blocks.concerns(effect, chain, drive)
+
+    def simulate(
+        self, record: Record, chain: Chain, drive: str, q: Floats, added: Mapping[str, Floats]
+    ) -> Outputs:
+        """Run one drive of one record."""
+        return simulate(self.vehicle.motorcycle, record, chain, drive, q, added)
+
+    def places(self, chain: Chain) -> list[Injection]:
+        """From the servo to the road."""
+        return [p for p in places.PLACES if p.drive in chain.drives]
+
+    def push(self, place: Injection, record: Record, course: Floats) -> dict[str, Floats]:
+        """Push through the inputs of the plant."""
+        return places.columns(place, self.vehicle.motorcycle, record, course)
+
+    def regressors(
+        self, record: Record, chain: Chain, drive: str, q: Floats
+    ) -> Mapping[str, Floats]:
+        """Quantities of the servo, or of all from the throttle plate to the road."""
+        out = self.simulate(record, chain, drive, q, {})
+        return (servo_regressors if drive == "servo" else motion_regressors)(record, out)
+
+    def menu(self) -> Sequence[Choice]:
+        """Sweeps and square waves of throttle and spark."""
+        return tuple(menu(len(self.vehicle.motorcycle.gears)))
+
+    def rehearse(self, like: Record, choice: Choice) -> Record:
+        """Ride a trial of the menu."""
+        return rehearse(self.vehicle.motorcycle, like, choice)
+
+    def trial(self, choice: Choice, name: str, file: str) -> Mapping[str, Any]:
+        """Return a trial file's tree."""
+        return trial_tree(choice, name, file)
