@@ -1,1 +1,1 @@
-"""Control laws and their design."""
+"""Control laws: pure functions of state, reference, measurement and step; no clock, no bus."""

@@ -12,8 +12,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from controllers.pitch_learner import TIMER
 from identification.paper.claims import Claim
-from identification.signals.teeth import TIMER, delay, error_bound, speed_from_teeth
+from identification.signals.teeth import delay, error_bound, speed_from_teeth
 from plant.blocks import Encoder
 from plant.encoder import begin, passing_teeth, toothed_disc
 from protocol.channel import FloatArray

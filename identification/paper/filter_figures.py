@@ -10,6 +10,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from controllers.causal_filters import LowPass, Notch
 from identification.paper.line_reduction import (
     LEARNING,
     LEARNT,
@@ -19,7 +20,6 @@ from identification.paper.line_reduction import (
 )
 from identification.report import drawing as d
 from identification.response.identify import Identification
-from identification.signals.causal_filters import LowPass, Notch
 from identification.signals.filters import low_pass
 from identification.signals.motion import CUTOFF, Motion
 from identification.signals.teeth import tooth_interval

@@ -14,19 +14,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from identification.paper.claims import Claim
-from identification.paper.wheel_orders import driven_angle, order_amplitudes, relative
-from identification.response.identify import Identification
-from identification.signals.causal_filters import (
+from controllers.causal_filters import (
     Notch,
     notched_online,
     smoothed_online,
     wheel_follower,
 )
+from controllers.pitch_learner import PitchLearner
+from identification.paper.claims import Claim
+from identification.paper.wheel_orders import driven_angle, order_amplitudes, relative
+from identification.response.identify import Identification
 from identification.signals.dataset import Dataset
 from identification.signals.filters import bridged
 from identification.signals.motion import Motion, notched, passing_orders
-from identification.signals.pitch_online import PitchLearner
 from identification.signals.samples import Samples, smoothly
 from identification.signals.teeth import speed_from_teeth
 from identification.signals.tooth_pitch import NoToothPitch, learn_pitch

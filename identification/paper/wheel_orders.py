@@ -12,8 +12,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy import signal
 
+from controllers.causal_filters import SMOOTH
 from identification.paper.claims import Claim
-from identification.signals.filters import SMOOTH, bridged, low_pass
+from identification.signals.filters import bridged, low_pass
 from identification.signals.tooth_pitch import ToothPitch, order_of_gaps
 from protocol.channel import FloatArray
 

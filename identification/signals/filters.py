@@ -10,10 +10,8 @@ has no phase.
 import numpy as np
 from scipy import signal
 
+from controllers.causal_filters import SMOOTH, WIDTH
 from protocol.channel import FloatArray
-
-SMOOTH = 1.0  # Hz, low pass that estimates the wheel frequency
-WIDTH = 0.5  # Hz, half width of the notch
 
 
 def low_pass(value: FloatArray, rate: float, cutoff: float) -> FloatArray:

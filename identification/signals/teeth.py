@@ -10,11 +10,9 @@ from typing import overload
 
 import numpy as np
 
+from controllers.pitch_learner import STANDING_AFTER, TIMER
 from identification.signals.samples import BoolArray, Samples
 from protocol.channel import FloatArray
-
-TIMER = 1e-6  # s, resolution of the encoders' timers
-STANDING_AFTER = 0.5  # s without a tooth
 
 
 def speed_from_teeth(

@@ -2,17 +2,15 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache
 
 import numpy as np
 import numpy.typing as npt
 from scipy import signal
 
-from identification.signals.teeth import STANDING_AFTER
+from controllers.pitch_learner import STANDING_AFTER, TIMER, quick
 from protocol.channel import FloatArray
 
 IntArray = npt.NDArray[np.intp]
-TIMER = 1e-6  # s, resolution of the encoders' timers
 MEMORY = 0.3  # s for which an input is remembered
 TAPS = 40
 STILL = 1e-9  # of an input's range; what moves less in the intervals used says nothing there
@@ -67,19 +65,6 @@ def evidence(
     timer = TIMER / np.sqrt(6) / interval[kept]
     window = np.ones(4 * teeth + 1) / (4 * teeth + 1)
     return Evidence(value, tooth, answer, timer, window, max(kept.size // (2 * teeth), 2))
-
-
-@cache
-def quick(teeth: int) -> FloatArray:
-    """(1 - M)^2 with M the centred mean over one turn: 1 at every order, 0 at zero frequency."""
-    mean = np.ones(teeth) / teeth
-    if teeth % 2 == 0:
-        mean = np.convolve(mean, [0.5, 0.5])
-    less = -mean
-    less[mean.size // 2] += 1
-    kernel = np.convolve(less, less)
-    kernel.flags.writeable = False
-    return kernel
 
 
 def filtered(value: FloatArray, kernel: FloatArray) -> FloatArray:

@@ -6,8 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import signal
 
+from controllers.pitch_learner import PitchLearner
 from identification.response.identify import identify
-from identification.signals.pitch_online import PitchLearner
 from identification.signals.teeth import speed_from_teeth
 from identification.signals.tooth_evidence import Answers
 from identification.signals.tooth_pitch import NoToothPitch, ToothPitch, learn_pitch

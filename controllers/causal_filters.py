@@ -7,8 +7,8 @@ control loop can keep it. What the price is, in phase, `response` tells for any 
     state = notch.initial()
     clean, state = notch.update(state, speed, wheel_frequency)
 
-Offline the same filters run forwards and backwards (`signals.filters`) and cost no phase;
-teeth where they really stand (`signals.pitch_online`) cost none even online.
+Offline the same filters run forwards and backwards and cost no phase (identification does that);
+teeth where they really stand (`pitch_learner`) cost none even online.
 """
 
 import math
@@ -19,9 +19,9 @@ import numpy as np
 import numpy.typing as npt
 from scipy import signal
 
-from identification.signals.filters import SMOOTH, WIDTH
-from protocol.channel import FloatArray
-
+SMOOTH = 1.0  # Hz, low pass that estimates the wheel frequency
+WIDTH = 0.5  # Hz, half width of the notch
+FloatArray = npt.NDArray[np.float64]
 ComplexArray = npt.NDArray[np.complex128]
 Delays = tuple[float, ...]
 

@@ -1,9 +1,10 @@
 """The gaps between teeth learnt while riding, tooth by tooth, for a controller.
 
-The same estimate as `signals.tooth_pitch`, recursively: with each tooth the interval of one
-turn ago is freed of what is slow and moves its gap's estimate, the less the more is known and the
-more restless the wheel is. The present interval is corrected at once: that costs no phase. Inputs
-are not explained here; do not learn while an excitation turns with the wheel (`learning=False`).
+The same estimate as identification makes of a whole recording, recursively: with each tooth the
+interval of one turn ago is freed of what is slow and moves its gap's estimate, the less the more
+is known and the more restless the wheel is. The present interval is corrected at once: that costs
+no phase. Inputs are not explained here; do not learn while an excitation turns with the wheel
+(`learning=False`).
 
     learner = PitchLearner(16)
     state = learner.initial()
@@ -12,12 +13,14 @@ are not explained here; do not learn while an excitation turns with the wheel (`
 
 import math
 from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
+import numpy.typing as npt
 
-from identification.signals.teeth import STANDING_AFTER
-from identification.signals.tooth_evidence import TIMER, quick
-from protocol.channel import FloatArray
+FloatArray = npt.NDArray[np.float64]
+STANDING_AFTER = 0.5  # s without a tooth
+TIMER = 1e-6  # s, resolution of the encoders' timers
 
 OUTLIER = 3.0  # deviations to which a surprise is cut
 
@@ -82,9 +85,12 @@ class PitchLearner:
         state = replace(state, time=time, count=count, logs=logs, filled=filled)
         if learning and filled == logs.size:
             state = self._learnt(state, interval)
-        first = int(count - 1) % self.teeth
-        gap = state.gaps[first] if self._ready(state) else 0.0
-        return 2 * math.pi / self.teeth * (1 + gap) / interval, state
+        return self.angle(state, count - 1) / interval, state
+
+    def angle(self, state: LearnerState, count: float) -> float:
+        """Angle of the gap after tooth `count`, rad; even while the gaps are not well known."""
+        gap = state.gaps[int(count) % self.teeth] if self._ready(state) else 0.0
+        return float(2 * math.pi / self.teeth * (1 + gap))
 
     def _ready(self, state: LearnerState) -> bool:
         return bool(state.weight.min() * self.ready**2 > 1)
@@ -110,3 +116,16 @@ def _centre(logs: FloatArray, teeth: int) -> float:
     kernel = quick(teeth)
     spare = (logs.size - kernel.size) // 2
     return float(kernel @ logs[spare : logs.size - spare])
+
+
+@cache
+def quick(teeth: int) -> FloatArray:
+    """(1 - M)^2 with M the centred mean over one turn: 1 at every order, 0 at zero frequency."""
+    mean = np.ones(teeth) / teeth
+    if teeth % 2 == 0:
+        mean = np.convolve(mean, [0.5, 0.5])
+    less = -mean
+    less[mean.size // 2] += 1
+    kernel = np.convolve(less, less)
+    kernel.flags.writeable = False
+    return kernel

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import signal
 
-from identification.signals.causal_filters import (
+from controllers.causal_filters import (
     LowPass,
     Notch,
     notched_online,

@@ -1,0 +1,100 @@
+"""Internal model control: the model runs beside the motorcycle, and only what differs is fed back.
+
+    u = Q (r - (y - G u))
+
+G model with its delay, Q = F / G_- a filter over the part of the model that can be inverted. The
+closed loop is T = F e^(-s tau) G_+ where the model is right: its bandwidth is the filter's, the one
+number to choose, and it stays stable for every motorcycle of the set where |W T| < 1 (Morari and
+Zafiriou, Robust Process Control, 1989, chapter 4). Since the model is driven by the command after
+its limits, saturation winds nothing up. Q(0) G(0) = 1 makes the error vanish in the steady state.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from controllers.limits import Range
+
+Floats = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Linear:
+    """x+ = A x + B u, y = C x + D u at a fixed step; u and y are single numbers."""
+
+    A: Floats
+    B: Floats
+    C: Floats
+    D: float
+
+    def rest(self, u: float) -> Floats:
+        """Return the state after `u` has been there for ever."""
+        order = self.B.size
+        return np.asarray(np.linalg.solve(np.eye(order) - self.A, self.B * u))
+
+    @property
+    def gain(self) -> float:
+        """Steady answer to 1."""
+        return float(self.C @ self.rest(1.0) + self.D)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class ModelState:
+    """model, inverse: states of G and Q; late: commands on their way, newest first; command: last;
+    base: command and measurement at the start, about which all is linear."""
+
+    model: Floats
+    inverse: Floats
+    late: Floats
+    command: float
+    base: tuple[float, float]
+
+
+@dataclass(frozen=True, eq=False)
+class InternalModel:
+    """model: G without its delay; inverse: Q; delay: whole steps; period: of a step, s."""
+
+    model: Linear
+    inverse: Linear
+    delay: int
+    period: float
+    limits: Range
+
+    def start(self, command: float, reference: float, measurement: float) -> ModelState:
+        """Take over at `command` without a jump: the motorcycle is taken to be at rest there.
+
+        What the inverse would answer at once to the first error is held back by its state, the
+        smallest one that does, and comes as that state dies away.
+        """
+        known = measurement if math.isfinite(measurement) else reference
+        q, error = self.inverse, reference - known
+        held = -q.C * (q.D * error) / max(float(q.C @ q.C), 1e-300)
+        late = np.zeros(self.delay + 1)
+        return ModelState(np.zeros(self.model.B.size), held, late, command, (command, known))
+
+    def update(
+        self, state: ModelState, reference: float, measurement: float, dt: float
+    ) -> tuple[float, ModelState]:
+        """Return the command for the next `dt` seconds; a longer step is run as several."""
+        if not math.isfinite(measurement):
+            measurement = state.base[1] + self._expected(state)
+        for _ in range(max(round(dt / self.period), 1)):
+            state = self._step(state, reference, measurement)
+        return state.command, state
+
+    def _expected(self, state: ModelState) -> float:
+        return float(self.model.C @ state.model) + self.model.D * float(state.late[-1])
+
+    def _step(self, state: ModelState, reference: float, measurement: float) -> ModelState:
+        command, level = state.base
+        surprise = measurement - level - self._expected(state)
+        error = reference - level - surprise
+        q = self.inverse
+        wanted = command + float(q.C @ state.inverse) + q.D * error
+        given = self.limits.towards(wanted, state.command, self.period)
+        late = np.concatenate(([given - command], state.late[:-1]))
+        model = self.model.A @ state.model + self.model.B * late[-1]
+        inverse = q.A @ state.inverse + q.B * error
+        return ModelState(model, inverse, late, given, state.base)

@@ -1,0 +1,33 @@
+"""Gains that follow the speed: between two designs the gains lie on a straight line.
+
+The state belongs to all of them alike (the integral is kept in the command's unit), so that a
+change of speed moves the gains and nothing jumps.
+"""
+
+from bisect import bisect_right
+from dataclasses import dataclass
+from itertools import pairwise
+
+from controllers.pid import Pid
+
+
+@dataclass(frozen=True)
+class Schedule:
+    """designs: (speed in m/s, controller), speeds increasing; beyond the ends the nearest holds."""
+
+    designs: tuple[tuple[float, Pid], ...]
+
+    def __post_init__(self) -> None:
+        """Raise ValueError where speeds do not increase, or there are none."""
+        speeds = [speed for speed, _ in self.designs]
+        if not speeds or any(b <= a for a, b in pairwise(speeds)):
+            raise ValueError("a schedule needs controllers at increasing speeds")
+
+    def at(self, speed: float) -> Pid:
+        """Return the controller for a speed, m/s; for an unknown speed the first."""
+        speeds = [s for s, _ in self.designs]
+        place = bisect_right(speeds, speed)
+        if place in (0, len(speeds)):
+            return self.designs[max(place - 1, 0)][1]
+        (low, before), (high, after) = self.designs[place - 1 : place + 1]
+        return before.between(after, (speed - low) / (high - low))

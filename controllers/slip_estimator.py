@@ -1,0 +1,120 @@
+"""Slip as a controller can know it: from tooth times as they come, and true speed while it lasts.
+
+    lambda = w_r r_r / v - 1
+
+w_r rear wheel speed from its last tooth interval, freed of what its gaps do; r_r rolling radius; v
+speed: the optical sensor's while it speaks, else the front wheel's. How far the front wheel's speed
+is from the optical one (its rolling radius changes with load and pressure) is learnt while both
+speak, so that nothing jumps when the optical sensor is lost, or found again. A wheel speed is the
+mean over one gap and half an interval old when its tooth comes; `age` tells it, and the design of
+the loop counts it.
+"""
+
+import math
+from dataclasses import dataclass, replace
+
+from controllers.pitch_learner import LearnerState, PitchLearner
+
+SLOWEST = 3.0  # m/s: below it a slip is noise over nothing
+
+
+@dataclass(frozen=True, slots=True)
+class Wheel:
+    """learner: of its gaps; speed: rad/s, of the last interval; time: of the last tooth, s."""
+
+    learner: LearnerState
+    speed: float = math.nan
+    time: float = -math.inf
+    interval: float = math.nan
+
+
+@dataclass(frozen=True, slots=True)
+class EstimatorState:
+    """What is known. optical: m/s, at `optical_time`; scale: true over front wheel's speed."""
+
+    rear: Wheel
+    front: Wheel
+    optical: float = math.nan
+    optical_time: float = -math.inf
+    scale: float = 1.0
+
+
+@dataclass(frozen=True, slots=True)
+class Slip:
+    """value: slip, NaN where unknown; speed: m/s; age: s, of the value; source: of the speed."""
+
+    value: float
+    speed: float
+    age: float
+    source: str
+
+
+@dataclass(frozen=True)
+class SlipEstimator:
+    """teeth: per turn of either encoder; radii: m, rolling; silence: s after which a sensor is
+    lost; memory: s over which the front wheel's scale is learnt."""
+
+    teeth: int
+    rear_radius: float
+    front_radius: float
+    silence: float = 0.015
+    memory: float = 2.0
+    limit: float = 0.05  # the front wheel's scale stays within 1 +- this
+
+    @property
+    def learner(self) -> PitchLearner:
+        """What learns the gaps of either wheel."""
+        return PitchLearner(self.teeth)
+
+    def initial(self) -> EstimatorState:
+        """Know nothing."""
+        return EstimatorState(Wheel(self.learner.initial()), Wheel(self.learner.initial()))
+
+    def rear_tooth(
+        self, state: EstimatorState, time: float, count: float, learning: bool = True
+    ) -> EstimatorState:
+        """Take in a tooth of the rear wheel. time: s; count: running number."""
+        return replace(state, rear=self._tooth(state.rear, time, count, learning))
+
+    def front_tooth(
+        self, state: EstimatorState, time: float, count: float, learning: bool = True
+    ) -> EstimatorState:
+        """Take in a tooth of the front wheel; the scale is learnt while the optical one speaks."""
+        front = self._tooth(state.front, time, count, learning)
+        state = replace(state, front=front)
+        own = front.speed * self.front_radius
+        if not (own > SLOWEST and time - state.optical_time <= self.silence):
+            return state
+        share = min((front.interval or 0.0) / self.memory, 1.0)
+        seen = min(max(state.optical / own, 1.0 - self.limit), 1.0 + self.limit)
+        return replace(state, scale=state.scale + share * (seen - state.scale))
+
+    def optical(self, state: EstimatorState, time: float, speed: float) -> EstimatorState:
+        """Take in a valid reading of the optical sensor, m/s."""
+        return replace(state, optical=speed, optical_time=time) if speed == speed else state
+
+    def slip(self, state: EstimatorState, now: float) -> Slip:
+        """Say the slip at `now`; a wheel whose teeth fail to come is as slow as they allow."""
+        speed, source = self._speed(state, now)
+        rear = self._still(state.rear, now) * self.rear_radius
+        known = speed > SLOWEST and math.isfinite(rear)
+        age = now - state.rear.time + 0.5 * state.rear.interval
+        return Slip(rear / speed - 1.0 if known else math.nan, speed, age, source)
+
+    def _speed(self, state: EstimatorState, now: float) -> tuple[float, str]:
+        if now - state.optical_time <= self.silence:
+            return state.optical, "optical"
+        front = self._still(state.front, now) * self.front_radius * state.scale
+        return (front, "front wheel") if math.isfinite(front) else (math.nan, "unknown")
+
+    def _tooth(self, wheel: Wheel, time: float, count: float, learning: bool) -> Wheel:
+        speed, learner = self.learner.update(wheel.learner, time, count, learning)
+        return Wheel(learner, speed, time, time - wheel.time if speed == speed else math.nan)
+
+    def _still(self, wheel: Wheel, now: float) -> float:
+        """Speed of a wheel, rad/s: no more than the silence since its last tooth allows."""
+        silence = now - wheel.time
+        if silence > wheel.interval:
+            gap = self.learner.angle(wheel.learner, wheel.learner.count)
+            return min(wheel.speed, gap / silence)
+        return wheel.speed
