@@ -61,6 +61,7 @@ def trial(
       slipbench trial trials/spark_sweep.toml --interface socketcan --channel can0
     """
     from bench.buses import BusAddress
+    from bench.outcome import invalid
     from bench.preparation import prepare
     from bench.run import run_trial
 
@@ -81,6 +82,8 @@ def trial(
         )
     for note in outcome.notes[:5]:
         console.print(f"note: {note}")
+    if why_not := invalid(outcome, prepared.trial.timing):
+        console.print(f"{prepared.trial.name} is invalid: {why_not}", style="yellow")
     if outcome.trip:
         console.print(f"{prepared.trial.name} tripped: {outcome.trip}")
     typer.echo(folder)
@@ -109,8 +112,8 @@ def vehicle(
       slipbench vehicle trials/throttle_sweep.toml --interface socketcan --channel vcan0
     """
     from bench.buses import BusAddress
-    from bench.live_trial import interrupts
     from bench.live_vehicle import ride_until
+    from bench.loop_process import interrupts
     from bench.preparation import prepare
 
     prepared = prepare(file, database)

@@ -1,152 +1,159 @@
-"""A trial in real time, on whatever bus python-can opens."""
+"""A trial in real time, on whatever bus python-can opens: three processes and two rings.
 
-import gc
-import os
+The loop has its own process, which no other work can hold up, and the recorder another; this one
+watches both, tells the phases, and keeps what is left when one of them dies.
+"""
+
+import multiprocessing
 import signal
-import threading
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, nullcontext
+from contextlib import contextmanager
+from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
 from pathlib import Path
 from types import FrameType
 
-import can
-
 from bench.buses import BusAddress
-from bench.clock import SECOND, Clock, MonotonicClock
-from bench.gateway import Gateway
-from bench.live_vehicle import riding
-from bench.loop import Lateness, run_periodic
+from bench.loop_process import PHASES, LoopOrder, LoopReport, drain_phases, ended, serve
 from bench.outcome import Outcome
 from bench.preparation import Prepared
 from bench.recorder import JOIN, start_recorder
 from bench.ring import Ring, create_shared
+from bench.ticks import TICKS, read_ticks, tick_table
+from bench.trial import TrialState
 from bench.virtual_motorcycle import wheels_of
+from protocol.errors import InputError
 from protocol.messages import Phase
 
-PRIORITY = 80  # of SCHED_FIFO: above everything but the kernel's own threads
+LOOK = 0.1  # s between two looks at the processes
+Told = Callable[[Phase], None]
 
 
-def run_live(
-    prepared: Prepared,
-    log_path: Path,
-    bus: can.BusABC,
-    address: BusAddress,
-    told: Callable[[Phase], None],
-) -> Outcome:
-    """Run the trial on `bus`, opened at `address`, and write its frames to `log_path`.
+class LiveTrial:
+    """A loop that has opened its bus and waits for the word to begin."""
 
-    On python-can's "virtual" interface, which ends at this process, the virtual motorcycle rides
-    along in a thread; elsewhere a vehicle, virtual or real, is expected on the bus. `told` is
-    called, from a thread of its own, with each phase that the trial enters.
+    def __init__(
+        self, loop: BaseProcess, pipe: Connection, frames: Ring, phases: Ring, order: LoopOrder
+    ) -> None:
+        """Watch `loop`, which listens at the other end of `pipe`."""
+        self._loop, self._pipe, self._order = loop, pipe, order
+        self._frames, self._phases = frames, phases
+        self._report: LoopReport | None = None
+        self._over = False
+        self._known = TrialState()
+        self._notes: list[str] = []
+
+    def run(self, folder: Path, told: Told) -> Outcome:
+        """Run the trial, frames and ticks into `folder`; `told` is told each phase as it begins."""
+        table = tick_table(self._order.plan.trial)
+        recorder = start_recorder(self._order.frames, folder, self._order.address.name, table)
+        self._pipe.send("begin")
+        changes = []
+        while self._running(recorder):
+            for change in drain_phases(self._phases):
+                changes.append(change)
+                self._known = TrialState(change.phase)
+                told(change.phase)
+        self._frames.close()
+        self._notes += _finish(recorder, self._frames)
+        if self._report is not None:
+            report = self._report
+            return Outcome(
+                report.state, report.changes, report.lateness, (*report.notes, *self._notes)
+            )
+        died = f"the loop's process died ({ended(self._loop) or 'without a report'})"
+        lateness = read_ticks(folder / TICKS, table.period)
+        return Outcome(self._known, tuple(changes), lateness, (died, *self._notes), died)
+
+    def _running(self, recorder: BaseProcess) -> bool:
+        """Wait a moment for the report; a loop or a recorder that died meanwhile is noticed."""
+        if self._over:
+            return False  # what was told with the report has been taken in between
+        if recorder.exitcode is not None:
+            self._frames.fail()  # the loop reads it in its next tick, and hands back
+        if self._pipe.poll(LOOK):
+            self._over = True
+            try:
+                self._report = self._pipe.recv()
+            except (EOFError, ConnectionError):  # it died
+                self._loop.join(JOIN)
+        return True
+
+
+@contextmanager
+def live_trial(prepared: Prepared, address: BusAddress) -> Iterator[LiveTrial]:
+    """Start the loop's process; raises InputError where it cannot open the bus at `address`.
+
+    On python-can's "virtual" interface, which does not leave a process, the virtual motorcycle
+    rides along in the loop's; elsewhere a vehicle, virtual or real, is expected on the bus.
     """
-    alone = address.interface == "virtual"
-    memory, ring = create_shared()
-    recorder = start_recorder(memory.name, log_path, address.name)
+    spawning = multiprocessing.get_context("spawn")
+    ours, theirs = spawning.Pipe()
+    with _ring() as (frames_name, frames), _ring(PHASES) as (phases_name, phases):
+        order = LoopOrder(
+            prepared.plan, prepared.database, wheels_of(prepared.ride.vehicle), address,
+            frames_name, phases_name, prepared.ride if address.interface == "virtual" else None,
+        )  # fmt: skip
+        loop = spawning.Process(target=serve, args=(order, theirs), name="slipbench loop")
+        loop.start()
+        theirs.close()
+        try:
+            with _interrupts_passed_on(loop):
+                _opened(ours, loop)
+                yield LiveTrial(loop, ours, frames, phases, order)
+        finally:
+            ours.close()
+            frames.close()
+            loop.join(JOIN)
+            if loop.is_alive():
+                loop.kill()
+                loop.join()
+
+
+def _opened(pipe: Connection, loop: BaseProcess) -> None:
     try:
-        wheels = wheels_of(prepared.ride.vehicle)
-        gateway = Gateway(prepared.plan, bus, prepared.database, ring, wheels)
-        riders = riding(prepared.ride, prepared.database, address) if alone else nullcontext()
-        with riders, _telling(gateway, told):
-            lateness, notes = _loop(gateway, round(prepared.trial.command.period * SECOND))
-        notes = (*notes, *gateway.refusals, *_finish(ring, recorder))
-        return Outcome(gateway.state, tuple(gateway.changes), lateness, notes)
+        fault = pipe.recv()
+    except EOFError as cause:
+        loop.join(JOIN)
+        raise RuntimeError(f"the loop's process did not start ({ended(loop)})") from cause
+    if isinstance(fault, InputError):
+        raise fault
+
+
+def _finish(recorder: BaseProcess, ring: Ring) -> list[str]:
+    """Let the recorder write what is left, and say what it could not."""
+    recorder.join(JOIN)
+    if recorder.exitcode is None:
+        recorder.kill()
+        recorder.join()
+        return ["the recorder did not finish and was ended"]
+    if recorder.exitcode != 0:
+        return [f"the recorder's process died ({ended(recorder)})"]
+    return ["the recorder could not write, or could not keep up"] if ring.failed else []
+
+
+@contextmanager
+def _ring(slots: int = 1 << 16) -> Iterator[tuple[str, Ring]]:
+    memory, ring = create_shared(slots)
+    try:
+        yield memory.name, ring
     finally:
-        ring.close()
-        recorder.join(JOIN)
         ring.release()
         memory.close()
         memory.unlink()
 
 
-def _loop(gateway: Gateway, period: int) -> tuple[Lateness, tuple[str, ...]]:
-    """Run the gateway's ticks; an interrupt ends the trial by a release, not by silence.
-
-    Returns with the lateness what the operating system refused the loop.
-    """
-    clock: Clock = MonotonicClock()
-    stop = threading.Event()
-
-    def tick(number: int, due: int) -> bool:
-        if stop.is_set():
-            gateway.stop(due)
-        return gateway.tick(number, due)
-
-    with interrupts(stop), _undisturbed() as refused:
-        return run_periodic(tick, period, clock), tuple(refused)
-
-
-def _finish(ring: Ring, recorder: BaseProcess) -> tuple[str, ...]:
-    """Let the recorder write what is left, and say what it could not."""
-    ring.close()
-    recorder.join(JOIN)
-    if recorder.exitcode is None:
-        recorder.kill()
-        return ("the recorder did not finish and was ended",)
-    if recorder.exitcode != 0 or ring.failed:
-        return (f"the recorder failed (exit status {recorder.exitcode})",)
-    return ()
-
-
 @contextmanager
-def interrupts(stop: threading.Event) -> Iterator[None]:
-    """Let the operator's Ctrl-C, or a polite kill, ask for the end of the trial."""
+def _interrupts_passed_on(loop: BaseProcess) -> Iterator[None]:
+    """Leave Ctrl-C to the loop, which hands back; a polite kill of this process reaches it too."""
 
-    def ask(_signal: int, _frame: FrameType | None) -> None:
-        stop.set()
+    def pass_on(_signal: int, _frame: FrameType | None) -> None:
+        if loop.is_alive():
+            loop.terminate()
 
-    before = {number: signal.signal(number, ask) for number in (signal.SIGINT, signal.SIGTERM)}
+    before = {number: signal.signal(number, pass_on) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
         yield
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
-
-
-@contextmanager
-def _undisturbed() -> Iterator[list[str]]:
-    """Keep the garbage collector, and other programs where that is allowed, out of the loop.
-
-    Yields what was refused.
-    """
-    gc.collect()
-    gc.freeze()
-    gc.disable()
-    before = os.sched_getscheduler(0), os.sched_getparam(0)
-    refused = []
-    try:
-        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(PRIORITY))
-    except OSError as cause:
-        refused.append(f"real-time scheduling (SCHED_FIFO) was refused: {cause.strerror}")
-    try:
-        yield refused
-    finally:
-        if not refused:
-            os.sched_setscheduler(0, *before)
-        gc.enable()
-        gc.unfreeze()
-
-
-@contextmanager
-def _telling(gateway: Gateway, told: Callable[[Phase], None]) -> Iterator[None]:
-    """Tell the phases from a thread that sleeps in between; the loop itself tells nobody."""
-    over = threading.Event()
-
-    def watch() -> None:
-        known = 0
-        while True:
-            last_round = over.wait(0.1)
-            changes = gateway.changes
-            for change in changes[known:]:
-                told(change.phase)
-            known = len(changes)
-            if last_round:
-                return
-
-    thread = threading.Thread(target=watch, name="slipbench phases", daemon=True)
-    thread.start()
-    try:
-        yield
-    finally:
-        over.set()
-        thread.join()

@@ -10,6 +10,8 @@ from bench.clock import Clock
 
 # A tick is told its number and the time at which it was due; it answers whether to go on.
 Tick = Callable[[int, int], bool]
+# Is told of each tick before it runs: its number, when it was due, and how late it is (ns).
+Note = Callable[[int, int, int], None]
 
 
 @dataclass(frozen=True)
@@ -45,7 +47,13 @@ class Lateness:
         return {key: float(np.percentile(self.lateness, q)) * 1e-9 for key, q in names.items()}
 
 
-def run_periodic(tick: Tick, period: int, clock: Clock, most: int = 3_600_000) -> Lateness:
+def unnoted(_number: int, _due: int, _late: int) -> None:
+    """Take no note of a tick."""
+
+
+def run_periodic(
+    tick: Tick, period: int, clock: Clock, most: int = 3_600_000, note: Note = unnoted
+) -> Lateness:
     """Call `tick` every `period` ns until it answers False or `most` ticks fell due.
 
     A late tick runs at once and is told its own number; ticks that are wholly past are skipped,
@@ -62,6 +70,7 @@ def run_periodic(tick: Tick, period: int, clock: Clock, most: int = 3_600_000) -
             late %= period
         numbers[ran], lateness[ran] = number, late
         ran += 1
+        note(number, start + number * period, late)
         if not tick(number, start + number * period):
             break
         number += 1

@@ -4,20 +4,27 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from bench.gateway import PhaseChange
 from bench.loop import Lateness
 from bench.trial import TrialState
 from protocol.messages import Phase, TripReason
+from protocol.trial_file import Timing, TrialFile
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """A trial's last state, its phases, and what became of every tick."""
+    """A trial's last state, its phases, and what became of every tick.
+
+    died  why the loop could not report; state and phases are then the last that were told
+    """
 
     state: TrialState
     changes: tuple[PhaseChange, ...]
     lateness: Lateness
     notes: tuple[str, ...] = ()
+    died: str = ""
 
     @property
     def done(self) -> bool:
@@ -32,15 +39,18 @@ class Outcome:
     @property
     def trip(self) -> str:
         """Say why it tripped; empty where it did not."""
-        return self.state.trip.detail if self.state.trip else ""
+        return self.state.trip.detail if self.state.trip else self.died
 
 
-def told(outcome: Outcome) -> dict[str, Any]:
+def told(outcome: Outcome, trial: TrialFile) -> dict[str, Any]:
     """Lay an outcome out as tables of run.toml."""
     reason = outcome.state.trip.reason if outcome.state.trip else TripReason.NONE
     lateness = outcome.lateness
+    why_not = invalid(outcome, trial.timing)
     return {
         "outcome": {
+            "valid": not why_not,
+            **({"invalid": why_not} if why_not else {}),
             "phase": outcome.state.phase.name.lower(),
             "trip": reason.name.lower(),
             "detail": outcome.trip,
@@ -61,19 +71,29 @@ def told(outcome: Outcome) -> dict[str, Any]:
     }
 
 
-def ticks_table(lateness: Lateness, late: int = 100_000) -> str:
-    """List every tick that ran more than `late` ns after it was due, or not at all, as CSV."""
-    lines = ["tick,due_ns,lateness_ns,fate"]
-    expected = 0
-    for number, lag in zip(lateness.tick.tolist(), lateness.lateness.tolist(), strict=True):
-        lines.extend(
-            f"{missing},{lateness.start + missing * lateness.period},,skipped"
-            for missing in range(expected, number)
-        )
-        if lag > late or number > expected:
-            lines.append(f"{number},{lateness.start + number * lateness.period},{lag},late")
-        expected = number + 1
-    return "\n".join(lines) + "\n"
+def invalid(outcome: Outcome, timing: Timing) -> str:
+    """Say why the trial's timing does not count; empty where it does.
+
+    Judged over the ticks while the bench held authority: what came before moved nothing.
+    """
+    if outcome.died:
+        return outcome.died
+    lateness = outcome.lateness
+    began = [change.time_ns for change in outcome.changes if change.phase == Phase.EXCITING]
+    if not began or not lateness.due:
+        return ""
+    first = (began[0] - lateness.start) // lateness.period
+    last = max(change.time_ns for change in outcome.changes)
+    due = max((last - began[0]) // lateness.period, 1)
+    held = (lateness.tick >= first) & (lateness.tick < first + due)
+    late = int(np.sum(lateness.lateness[held] > timing.late * 1e9))
+    skipped = int(due - np.sum(held))
+    if late + skipped <= timing.budget * due:
+        return ""
+    return (
+        f"{late} ticks of {due} with authority were more than {timing.late * 1e3:g} ms late and "
+        f"{skipped} skipped: over the budget of {timing.budget:.2%} (timing.budget)"
+    )
 
 
 def _operating_point(state: TrialState) -> dict[str, float]:

@@ -1,20 +1,26 @@
 """The recorder: every frame that the gateway saw, appended to a candump log as it comes.
 
 Text lines, written at once and in order, so that a killed process loses what was still in the
-ring and a torn last line at the most.
+ring and a torn last line at the most. The ticks of the loop go into a table beside the log.
 """
 
 import multiprocessing
 import os
+import signal
 import time
+from collections.abc import Iterable
+from contextlib import ExitStack
 from multiprocessing.process import BaseProcess
 from pathlib import Path
 from typing import BinaryIO
 
-from bench.ring import BIT_RATE_SWITCH, EXTENDED, FD, REMOTE, SENT, Ring, Slot, attach_shared
+from bench.ring import BIT_RATE_SWITCH, EXTENDED, FD, REMOTE, SENT, TICK, Ring, Slot, attach_shared
+from bench.ticks import HEADER, TICKS, TickTable
+from protocol.run_folder import FRAMES
 
 PAUSE = 0.005  # s between two looks at the ring
 JOIN = 5.0  # s that the recorder has to write what is left
+ORPHANED = 0.5  # s of silence after which a recorder that nobody waits for ends
 
 
 def candump_line(frame: Slot, bus: str) -> str:
@@ -33,22 +39,35 @@ def candump_line(frame: Slot, bus: str) -> str:
 
 
 class Recorder:
-    """Drains a ring into an append-only log."""
+    """Drains a ring into an append-only log of frames and one of ticks."""
 
-    def __init__(self, ring: Ring, log: BinaryIO, bus: str) -> None:
-        """Write to `log`, an unbuffered binary file, the frames of `ring` as from `bus`."""
-        self._ring, self._log, self._bus = ring, log, bus
+    def __init__(
+        self, ring: Ring, log: BinaryIO, bus: str, ticks: BinaryIO, table: TickTable
+    ) -> None:
+        """Write the frames of `ring` to `log` as from `bus`, its ticks to `ticks`; unbuffered."""
+        self._ring, self._log, self._bus, self._ticks, self._table = ring, log, bus, ticks, table
         self.lines = 0
         self.trouble = ""
+        self._append(ticks, [HEADER])
 
-    def drain(self) -> None:
-        """Write what is in the ring; a disk that refuses is told to the writer of the ring."""
-        lines = [candump_line(frame, self._bus) for frame in self._ring.drain()]
-        if not lines or self.trouble:
+    def drain(self) -> int:
+        """Write what is in the ring; a disk that refuses is told to the writer of the ring.
+
+        Returns how many frames and ticks there were.
+        """
+        slots = list(self._ring.drain())
+        frames = [candump_line(slot, self._bus) for slot in slots if not slot.flags & TICK]
+        self._append(self._log, frames)
+        self._append(self._ticks, [self._table.lines(slot) for slot in slots if slot.flags & TICK])
+        self.lines += 0 if self.trouble else len(frames)
+        return len(slots)
+
+    def _append(self, file: BinaryIO, lines: Iterable[str]) -> None:
+        text = "".join(lines)
+        if not text or self.trouble:
             return
         try:
-            _write_all(self._log, "".join(lines).encode("ascii"))
-            self.lines += len(lines)
+            _write_all(file, text.encode("ascii"))
         except OSError as fault:
             self.trouble = str(fault)
             self._ring.fail()
@@ -65,23 +84,35 @@ def open_log(path: Path) -> BinaryIO:
     return path.open("xb", buffering=0)
 
 
-def start_recorder(ring_name: str, path: Path, bus: str) -> BaseProcess:
+def start_recorder(ring_name: str, folder: Path, bus: str, table: TickTable) -> BaseProcess:
     """Start the recorder as a process of its own: it shares no interpreter with the loop."""
     process = multiprocessing.get_context("spawn").Process(
-        target=_record, args=(ring_name, str(path), bus, os.getpid()), name="slipbench recorder"
+        target=_record, args=(ring_name, folder, bus, table, os.getpid()), name="slipbench recorder"
     )
     process.start()
     return process
 
 
-def _record(ring_name: str, path: str, bus: str, parent: int) -> None:
-    """Follow the ring until it is closed, or until the loop's process is gone."""
+def _record(ring_name: str, folder: Path, bus: str, table: TickTable, parent: int) -> None:
+    """Follow the ring until it is closed, or until nobody is left who would fill it.
+
+    The operator's Ctrl-C reaches every process of the terminal: it ends the trial, and only when
+    that has handed back the recorder.
+    """
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, signal.SIG_IGN)
     memory, ring = attach_shared(ring_name)
-    with open_log(Path(path)) as log:
-        recorder = Recorder(ring, log, bus)
+    with ExitStack() as files:
+        log, ticks = (files.enter_context(open_log(folder / name)) for name in (FRAMES, TICKS))
+        recorder = Recorder(ring, log, bus, ticks, table)
+        last_words = time.monotonic()
         while True:
-            last_round = ring.closed or os.getppid() != parent
-            recorder.drain()
+            now = time.monotonic()
+            if os.getppid() == parent:
+                last_words = now
+            last_round = ring.closed or now - last_words > ORPHANED
+            if recorder.drain():
+                last_words = now
             if last_round:
                 break
             time.sleep(PAUSE)

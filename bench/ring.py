@@ -14,6 +14,7 @@ HEADER = 64  # bytes: written, read, closed, failed, each a uint64
 WRITTEN, READ, CLOSED, FAILED = range(4)
 
 EXTENDED, FD, SENT, BIT_RATE_SWITCH, ERROR, REMOTE = 1, 2, 4, 8, 16, 32
+TICK, PHASE = 64, 128  # no frame, but what the loop says of itself (bench/ticks.py)
 
 
 class Slot(NamedTuple):

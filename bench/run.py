@@ -8,15 +8,16 @@ from pathlib import Path
 from typing import Any
 
 import dbc
-from bench.buses import BusAddress, open_bus
-from bench.live_trial import run_live
-from bench.outcome import Outcome, ticks_table, told
+from bench.buses import BusAddress
+from bench.live_trial import live_trial
+from bench.outcome import Outcome, told
 from bench.preparation import Prepared, check_swing
 from bench.simulated_trial import BITRATE, BUS, START, run_simulated
 from bench.vehicle_roles import roles_text
 from bench.virtual_motorcycle import opening, wheels_of
 from protocol.messages import Phase
-from protocol.run_folder import FRAMES, create, versions, write_description
+from protocol.run_folder import create, versions, write_description
+from protocol.trial_file import TrialFile
 
 
 def run_trial(
@@ -35,12 +36,12 @@ def run_trial(
     if address is None:
         check_swing(prepared, opening(prepared.ride))
         description = _begin(prepared, folder, address)
-        outcome = run_simulated(prepared, folder / FRAMES, progress)
+        outcome = run_simulated(prepared, folder, progress)
     else:
-        with open_bus(address, hears_itself=True) as bus:
+        with live_trial(prepared, address) as loop:
             description = _begin(prepared, folder, address)
-            outcome = run_live(prepared, folder / FRAMES, bus, address, phases)
-    return _end(folder, description, outcome)
+            outcome = loop.run(folder, phases)
+    return _end(folder, description, outcome, prepared.trial)
 
 
 def _begin(prepared: Prepared, folder: Path, address: BusAddress | None) -> dict[str, Any]:
@@ -52,11 +53,10 @@ def _begin(prepared: Prepared, folder: Path, address: BusAddress | None) -> dict
     return description
 
 
-def _end(folder: Path, description: dict[str, Any], outcome: Outcome) -> Outcome:
+def _end(folder: Path, description: dict[str, Any], outcome: Outcome, trial: TrialFile) -> Outcome:
     """Describe how it ended; a disk that has no room for that costs no frame that it holds."""
     try:
-        (folder / "ticks.csv").write_text(ticks_table(outcome.lateness))
-        write_description(folder, {**description, **told(outcome)})
+        write_description(folder, {**description, **told(outcome, trial)})
     except OSError as cause:
         note = f"run.toml does not tell how the trial ended: {cause.strerror}"
         return replace(outcome, notes=(*outcome.notes, note))

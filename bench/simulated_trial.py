@@ -15,8 +15,10 @@ from bench.preparation import Prepared
 from bench.recorder import Recorder, open_log
 from bench.ring import Ring
 from bench.simulated_bus import SimulatedBus
+from bench.ticks import TICKS, noting, tick_table
 from bench.virtual_motorcycle import VirtualMotorcycle, wheels_of
 from protocol.codec import Codec
+from protocol.run_folder import FRAMES
 
 BITRATE = 1_000_000  # bit/s
 BUS = "can0"
@@ -25,25 +27,26 @@ DEVICE_PHASE = 350_000  # ns after the gateway's tick at which the devices wake
 
 
 def run_simulated(
-    prepared: Prepared, log_path: Path, progress: Callable[[float], None] = lambda _: None
+    prepared: Prepared, folder: Path, progress: Callable[[float], None] = lambda _: None
 ) -> Outcome:
-    """Run the trial and write its frames to `log_path`; `progress` is told the time in s."""
+    """Run the trial, frames and ticks into `folder`; `progress` is told the time in s."""
     wire = SimulatedBus(BITRATE)
     with (
         wire.node("gateway", hears_itself=True) as ours,
         wire.node("motorcycle") as theirs,
-        open_log(log_path) as log,
+        open_log(folder / FRAMES) as log,
+        open_log(folder / TICKS) as ticks,
     ):
         motorcycle = VirtualMotorcycle(prepared.ride, theirs, Codec(prepared.database))
         ring = Ring.local()
-        recorder = Recorder(ring, log, BUS)
+        recorder = Recorder(ring, log, BUS, ticks, tick_table(prepared.trial))
         gateway = Gateway(
             prepared.plan, ours, prepared.database, ring, wheels_of(prepared.ride.vehicle)
         )
         world = _World(wire, motorcycle, recorder, progress)
         clock = SimulatedClock(START, world.live_until)
         period = round(prepared.trial.command.period * SECOND)
-        lateness = run_periodic(gateway.tick, period, clock)
+        lateness = run_periodic(gateway.tick, period, clock, note=noting(ring))
         recorder.drain()
     return Outcome(gateway.state, tuple(gateway.changes), lateness, tuple(gateway.refusals))
 

@@ -6,7 +6,8 @@ database.dbc    the database as it was
 roles.toml      the role map as it was
 trial.toml      the trial as it was (absent for imported recordings)
 vehicle.toml    the vehicle file as it was (absent for imported recordings)
-ticks.csv       scheduled and actual time of every late or skipped tick (absent when imported)
+ticks.csv       every tick of the loop: when it was due, its lateness, and whether it was sent,
+                late or skipped (absent when imported)
 tables/*.parquet  side channels from tables
 """
 

@@ -110,6 +110,17 @@ class Limits(Section):
         return self
 
 
+class Timing(Section):
+    """How late the loop may be before its trial counts as invalid.
+
+    A command that is late by `late` stands where the waveform was `late` ago. Half a tick is as
+    much as a device that hears a command every tick cannot tell from the bus's own jitter.
+    """
+
+    late: Seconds = Field(default=0.0005, gt=0)  # a tick that begins later than this is late
+    budget: Ratio = 0.01  # of the ticks with authority; more that were late or skipped: invalid
+
+
 class VirtualRider(Section):
     """What the scripted rider of the virtual motorcycle does."""
 
@@ -132,6 +143,7 @@ class TrialFile(Section):
     ready_within: Seconds = Field(default=120.0, gt=0)
     armed_for_at_most: Seconds = Field(default=120.0, gt=0)
     limits: Limits
+    timing: Timing = Timing()
     rider: VirtualRider = VirtualRider()
 
     @model_validator(mode="after")

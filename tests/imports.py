@@ -11,7 +11,7 @@ ALLOWED = {
     # The bus and logs of it.
     "can": (
         "protocol/logs/*.py", "bench/buses.py", "bench/gateway.py", "bench/simulated_bus.py",
-        "bench/live_trial.py", "bench/virtual_motorcycle.py", "bench/replay.py",
+        "bench/loop_process.py", "bench/virtual_motorcycle.py", "bench/replay.py",
     ),
     "cantools": ("protocol/database.py",),
     "e2e": ("protocol/e2e.py",),
@@ -39,8 +39,13 @@ ALLOWED = {
     "rich": ("*/commands.py", "protocol/summary.py", "slipbench.py"),
     # Time, and whatever runs beside the loop.
     "time": ("bench/clock.py", "bench/loop.py", "bench/recorder.py", "bench/commands.py"),
-    "threading": ("bench/loop.py", "bench/recorder.py", "bench/commands.py", "bench/live_*.py"),
-    "multiprocessing": ("bench/ring.py", "bench/recorder.py", "bench/live_*.py"),
+    "threading": (
+        "bench/loop.py", "bench/recorder.py", "bench/commands.py", "bench/live_*.py",
+        "bench/loop_process.py",
+    ),
+    "multiprocessing": (
+        "bench/ring.py", "bench/recorder.py", "bench/live_*.py", "bench/loop_process.py",
+    ),
     "asyncio": (),
 }  # fmt: skip
 

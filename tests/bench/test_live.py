@@ -1,5 +1,8 @@
 """In real time: functional laws only, for nothing here may depend on how fast a machine is."""
 
+import multiprocessing
+import os
+import signal
 import threading
 
 import can
@@ -15,7 +18,7 @@ from bench.run import run_trial
 from protocol.errors import InputError
 from protocol.frame_log import FrameLog
 from protocol.logs import read_log
-from protocol.messages import Phase
+from protocol.messages import Phase, TripReason
 from protocol.run_folder import read
 from tests.bench.test_whole_trial import prepared
 from tests.recordings import recording
@@ -104,6 +107,45 @@ def test_a_trial_in_real_time_on_the_virtual_bus_is_recorded_whole(tmp_path):
     assert outcome.lateness.due == outcome.lateness.tick.size + outcome.lateness.skipped
     assert outcome.lateness.tick.size - 2 <= commands <= outcome.lateness.tick.size
     assert recording_.description["outcome"]["phase"] == outcome.state.phase.name.lower()
+
+
+def killing(name: str, when: Phase):
+    """Be told of phases, and kill -9 the process of that name when `when` begins."""
+
+    def told(phase: Phase) -> None:
+        victims = [child for child in multiprocessing.active_children() if child.name == name]
+        if phase == when and victims:
+            os.kill(victims[0].pid, signal.SIGKILL)
+
+    return told
+
+
+def test_a_loop_that_is_killed_leaves_its_frames_its_ticks_and_a_word_about_it(tmp_path):
+    address = BusAddress("virtual", "killed-loop")
+    the_trial = prepared(ready_within="60 s")
+    told = killing("slipbench loop", Phase.ARMED)
+    outcome = run_trial(the_trial, tmp_path / "run", address, phases=told)
+    assert not outcome.done
+    assert outcome.state.phase == Phase.ARMED
+    assert outcome.trip == "the loop's process died (signal 9)"
+    recording_ = read(tmp_path / "run")
+    assert recording_.description["outcome"]["valid"] is False
+    assert recording_.description["outcome"]["invalid"] == outcome.trip
+    armed = outcome.changes[0].time_ns
+    ticks = outcome.lateness
+    assert recording_.frame_count > 100
+    assert ticks.start + int(ticks.tick[-1]) * ticks.period >= armed
+
+
+def test_a_recorder_that_is_killed_ends_the_trial_without_an_excitation(tmp_path):
+    """The loop may not get ready beside a vehicle in its own process; it never excites unseen."""
+    address = BusAddress("virtual", "killed-recorder")
+    the_trial = prepared(ready_within="8 s", armed_for_at_most="8 s")
+    told = killing("slipbench recorder", Phase.ARMED)
+    outcome = run_trial(the_trial, tmp_path / "run", address, phases=told)
+    assert outcome.state.phase == Phase.TRIPPED
+    assert outcome.state.trip.reason in (TripReason.RECORDER, TripReason.NEVER_READY)
+    assert "the recorder's process died (signal 9)" in outcome.notes
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from bench.clock import MILLISECOND, SimulatedClock
-from bench.loop import run_periodic
+from bench.gateway import PhaseChange
+from bench.loop import Lateness, run_periodic
+from bench.outcome import Outcome, invalid
+from bench.ring import Ring
+from bench.ticks import HEADER, TickTable, noting, read_ticks
+from bench.trial import TrialState
+from protocol.messages import Phase
+from protocol.trial_file import Timing
 
 
 class SlowTicks:
@@ -60,3 +67,59 @@ def test_the_world_lives_through_all_of_the_simulated_time():
     clock = SimulatedClock(0, lived.append)
     run_periodic(lambda number, _due: number < 9, MILLISECOND, clock)
     assert lived == [MILLISECOND * (1 + k) for k in range(10)]
+
+
+@given(st.lists(st.integers(0, 7 * MILLISECOND), max_size=60), st.integers(0, MILLISECOND))
+def test_the_table_of_ticks_holds_every_tick_once_sent_late_or_skipped(tmp_path_factory, d, late):
+    slow, ring = SlowTicks(d), Ring.local()
+
+    def tick(_number, _due):
+        slow.work()
+        return True
+
+    lateness = run_periodic(tick, MILLISECOND, slow, most=200, note=noting(ring))
+    table = TickTable(MILLISECOND, late)
+    text = HEADER + "".join(table.lines(slot) for slot in ring.drain())
+    rows = [line.split(",") for line in text.splitlines()[1:]]
+    assert [int(row[0]) for row in rows] == list(range(lateness.due))
+    assert [int(row[1]) for row in rows] == [
+        lateness.start + n * MILLISECOND for n in range(lateness.due)
+    ]
+    fates = [row[3] for row in rows]
+    assert fates.count("skipped") == lateness.skipped
+    assert fates.count("late") == int(np.sum(lateness.lateness > late))
+    path = tmp_path_factory.getbasetemp() / "ticks.csv"
+    path.write_text(text + "99999,12")  # torn while it was written
+    again = read_ticks(path, MILLISECOND)
+    assert again.start == lateness.start
+    assert list(again.tick) == list(lateness.tick)
+    assert list(again.lateness) == list(lateness.lateness)
+
+
+def test_a_ring_without_room_for_a_tick_has_failed():
+    ring = Ring.local(2)
+    note = noting(ring)
+    for number in range(3):
+        assert not ring.failed
+        note(number, number * MILLISECOND, 0)
+    assert ring.failed
+
+
+def judged(tick, lateness, timing):
+    """Why a trial that excites from tick 100 to tick 1100 is invalid."""
+    start = 1_000_000_000
+    changes = (
+        PhaseChange(Phase.EXCITING, start + 100 * MILLISECOND),
+        PhaseChange(Phase.DONE, start + 1100 * MILLISECOND),
+    )
+    ticks = Lateness(np.array(tick), np.array(lateness), MILLISECOND, start)
+    return invalid(Outcome(TrialState(Phase.DONE), changes, ticks), timing)
+
+
+@given(st.sets(st.integers(0, 1199)), st.sets(st.integers(0, 1199)), st.floats(0, 1))
+def test_a_trial_is_invalid_when_over_its_budget_while_it_holds_authority(late, skipped, budget):
+    ran = sorted(set(range(1200)) - skipped)
+    why = judged(ran or [0], [600_000 * (n in late) for n in ran] or [0], Timing(budget=budget))
+    held = range(100, 1100)
+    bad = len((late | skipped).intersection(held))
+    assert bool(why) == (bad > budget * 1000)

@@ -14,6 +14,9 @@ from hypothesis import strategies as st
 
 from bench.recorder import Recorder, candump_line, start_recorder
 from bench.ring import EXTENDED, FD, SENT, Ring, Slot, create_shared
+from bench.ticks import TickTable
+
+TABLE = TickTable(1_000_000, 500_000)
 
 frames = st.builds(
     Slot,
@@ -70,7 +73,7 @@ class FullDisk(io.RawIOBase):
 
 def test_a_full_disk_is_told_to_the_loop_and_keeps_what_was_written():
     ring, disk = Ring.local(), FullDisk(100)
-    recorder = Recorder(ring, disk, "can0")
+    recorder = Recorder(ring, disk, "can0", io.BytesIO(), TABLE)
     for number in range(10):
         ring.append(number * 1000, 0x10, 0, bytes(8))
     recorder.drain()
@@ -81,7 +84,7 @@ def test_a_full_disk_is_told_to_the_loop_and_keeps_what_was_written():
 
 def test_the_recorder_process_writes_every_frame_and_ends(tmp_path):
     memory, ring = create_shared()
-    process = start_recorder(memory.name, tmp_path / "frames.log", "can0")
+    process = start_recorder(memory.name, tmp_path, "can0", TABLE)
     for number in range(5000):
         assert ring.append(number * 1_000_000, number % 2048, 0, number.to_bytes(8, "little"))
     ring.close()
@@ -100,10 +103,11 @@ LOOP = """
     from pathlib import Path
     from bench.recorder import start_recorder
     from bench.ring import create_shared
+    from bench.ticks import TickTable
 
     def main():
         memory, ring = create_shared()
-        start_recorder(memory.name, Path(sys.argv[1]), "can0")
+        start_recorder(memory.name, Path(sys.argv[1]), "can0", TickTable(1_000_000, 500_000))
         print("started", flush=True)
         number, begin = 0, time.monotonic()
         while True:
@@ -122,7 +126,7 @@ def test_a_killed_loop_loses_under_50_ms_of_frames(tmp_path):
     script.write_text(textwrap.dedent(LOOP))
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
     loop = subprocess.Popen(
-        [sys.executable, str(script), str(log)], env=environment, stdout=subprocess.PIPE
+        [sys.executable, str(script), str(tmp_path)], env=environment, stdout=subprocess.PIPE
     )
     assert loop.stdout is not None
     loop.stdout.readline()

@@ -24,6 +24,7 @@ from protocol.messages import (
     Authority,
     EcuStatus,
     Phase,
+    RiderControls,
     TrialStatus,
     TripReason,
 )
@@ -35,7 +36,9 @@ VEHICLE = TRIALS.parent / "plant" / "vehicles" / "demonstration.toml"
 
 
 def prepared(**changes) -> Prepared:
-    the_plan: Plan = plan(rider__presses_button_after="100 ms", settling="200 ms", **changes)
+    the_plan: Plan = plan(
+        **{"rider__presses_button_after": "100 ms", "settling": "200 ms", **changes}
+    )
     return Prepared(
         the_plan,
         Ride(read_vehicle(VEHICLE), the_plan.trial), load_database(dbc.MOTORBIKE),
@@ -81,6 +84,24 @@ def test_no_command_carries_authority_before_the_button_or_after_the_end(by_the_
         assert held or command.authority == Authority.NONE
 
 
+def test_the_first_command_with_authority_comes_within_a_tick_of_the_button(tmp_path):
+    """From the end of the frame that tells of the button to the frame that takes authority.
+
+    The gateway hears a frame at its next tick, and commands in that same tick: a period at the
+    most, and then its frame, at most 0.2 ms with those that are on the bus before it.
+    """
+    for milliseconds in (50, 51, 57, 93):
+        folder = tmp_path / str(milliseconds)
+        changes = {"rider__presses_button_after": f"{milliseconds} ms"}
+        run_trial(prepared(**changes), folder, None)
+        told = list(messages(folder))
+        pressed = next(t for t, m in told if isinstance(m, RiderControls) and m.button)
+        began = next(
+            t for t, m in told if isinstance(m, ActuatorCommand) and m.authority != Authority.NONE
+        )
+        assert 0 < began - pressed <= 1.2e-3
+
+
 def test_the_recording_reads_back_with_every_role_and_no_fault(by_the_book):
     folder, _ = by_the_book
     recording = read(folder)
@@ -107,14 +128,15 @@ def test_the_ecu_echoes_the_waveform_that_was_planned(by_the_book):
 
 def test_the_same_trial_gives_the_same_frames_to_the_last_bit(by_the_book, tmp_path):
     folder, _ = by_the_book
-    run_simulated(prepared(), tmp_path / "again.log")
-    assert (tmp_path / "again.log").read_bytes() == (folder / "frames.log").read_bytes()
+    run_simulated(prepared(), tmp_path)
+    assert (tmp_path / "frames.log").read_bytes() == (folder / "frames.log").read_bytes()
+    assert (tmp_path / "ticks.csv").read_bytes() == (folder / "ticks.csv").read_bytes()
 
 
 def test_another_seed_gives_other_disturbances(by_the_book, tmp_path):
     folder, _ = by_the_book
-    run_simulated(prepared(seed=2), tmp_path / "other.log")
-    assert (tmp_path / "other.log").read_bytes() != (folder / "frames.log").read_bytes()
+    run_simulated(prepared(seed=2), tmp_path)
+    assert (tmp_path / "frames.log").read_bytes() != (folder / "frames.log").read_bytes()
 
 
 def test_letting_go_of_the_button_hands_back_within_two_milliseconds(tmp_path):

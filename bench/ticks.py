@@ -1,0 +1,63 @@
+"""Every tick of the loop in a table of the recording: sent when due, late, or skipped.
+
+The loop puts a tick into the ring that its frames go through; the recorder appends it to ticks.csv.
+So a loop that is killed has told of every tick but those of its last milliseconds.
+"""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from bench.clock import SECOND
+from bench.loop import Lateness, Note
+from bench.ring import TICK, Ring, Slot
+from protocol.trial_file import TrialFile
+
+TICKS = "ticks.csv"
+HEADER = "tick,due_ns,lateness_ns,fate\n"
+LARGEST = (1 << 32) - 1  # ns of lateness that a slot holds: over 4 s
+
+
+def noting(ring: Ring) -> Note:
+    """Put each tick into `ring`; a ring without room for it has failed, and the trial trips."""
+
+    def note(number: int, due: int, late: int) -> None:
+        if not ring.append(due, min(late, LARGEST), TICK, number.to_bytes(8, "little")):
+            ring.fail()
+
+    return note
+
+
+@dataclass
+class TickTable:
+    """Lines of ticks.csv. period, late: ns; a tick that begins more than `late` ns late is late."""
+
+    period: int
+    late: int
+    expected: int = 0
+
+    def lines(self, tick: Slot) -> str:
+        """Write a tick as it lies in the ring, and before it those that were skipped."""
+        number = int.from_bytes(tick.data, "little")
+        skipped = "".join(
+            f"{missing},{tick.time_ns - (number - missing) * self.period},,skipped\n"
+            for missing in range(self.expected, number)
+        )
+        self.expected = number + 1
+        fate = "late" if tick.identifier > self.late else "sent"
+        return f"{skipped}{number},{tick.time_ns},{tick.identifier},{fate}\n"
+
+
+def tick_table(trial: TrialFile) -> TickTable:
+    """Begin the table of a trial."""
+    return TickTable(round(trial.command.period * SECOND), round(trial.timing.late * SECOND))
+
+
+def read_ticks(path: Path, period: int) -> Lateness:
+    """Read ticks.csv as it was left, be it by a loop that was killed; period: ns."""
+    rows = [line.split(",") for line in path.read_text().splitlines()[1:] if line.count(",") == 3]
+    ran = [(int(row[0]), int(row[1]), int(row[2])) for row in rows if row[2]]
+    table = np.array(ran, np.int64).reshape(-1, 3)
+    start = int(table[0, 1] - table[0, 0] * period) if len(table) else 0
+    return Lateness(table[:, 0].copy(), table[:, 2].copy(), period, start)
