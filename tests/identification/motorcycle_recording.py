@@ -72,9 +72,10 @@ def ride(motorcycle: Motorcycle, trial: Ride) -> Recording:
     _, out = simulation.advance(state, inputs)
     maker = _Maker(rng)
     now = out.time[3::4]  # the end of each millisecond
+    since = now - 1e-3  # an echo is stamped when the command begins to hold
     channels = {
-        "throttle_command": maker.told("throttle_command", now, command, "ecu"),
-        "spark_command": maker.told("spark_command", now, advance, "ecu"),
+        "throttle_command": maker.told("throttle_command", since, command, "ecu"),
+        "spark_command": maker.told("spark_command", since, advance, "ecu"),
         "throttle_position": maker.point("throttle_position", out, "throttle", 1, "throttle",
                                          3e-4, 1e-3),
         "engine_speed": maker.point("engine_speed", out, "engine_speed", 5, "ecu", 0.3, 0.1047),

@@ -26,6 +26,7 @@ STEP = 1e-3  # s, between rows of the simulation
 LEAD_IN = 1.0  # s, in which the simulation settles, its speed led by the recorded one
 BIN = 0.01  # s
 LONGEST = 120.0  # s, of one piece
+OVERHANG = 0.03  # s at the end: a tooth interval that begins in the last bin ends behind it
 LINEAR: Mapping[str, tuple[str, str]] = {
     "throttle_position": ("throttle", "1"),
     "engine_speed": ("engine_speed", "rad/s"),
@@ -45,7 +46,7 @@ def prepare(recording: Recording, vehicle: Vehicle) -> Record:
     base = dataset(data)
     start, end = _window(data, base)
     rows = int((end - start) / STEP)
-    bins = int((rows * STEP - LEAD_IN) / BIN)
+    bins = int((rows * STEP - LEAD_IN - OVERHANG) / BIN)
     if bins < 100:
         raise InputError(
             "the recording is too short to judge a simulation by", where=str(recording.folder),
@@ -162,8 +163,8 @@ def _inputs(
     for role, column in (("throttle_command", "throttle_command"), ("spark_command", "spark")):
         if data.has(role):
             samples = sampled(_at(data, vehicle, role), data.recording.channels[role].value)
-            # A sample is stamped at the end of the cycle in which it acted.
-            columns[column] = _filled(averaged(samples, time + 0.5 * STEP))
+            # A sample is stamped when it begins to hold; a row ends at its time.
+            columns[column] = _filled(averaged(samples, time - 0.5 * STEP))
     columns["gear"] = _gear(data, base, vehicle, measured)
     if "throttle_command" not in columns and "throttle_position" in measured:
         columns["throttle_command"] = measured["throttle_position"]
