@@ -202,7 +202,7 @@ def judge(response: FrequencyResponse, motorcycle, profiled: bool) -> Errors:
     good &= (response.frequency >= lines.frequency[0]) & (response.frequency <= lines.frequency[-1])
     f = response.frequency[good]
     off = response.value[good] / at(f)
-    model = fit.model.response(f) * path.response(f) / at(f)
+    model = fit.response(f) * path.response(f) / at(f)
     mode = min(fit.modes, key=lambda m: m.damping)
     delay = None
     if profiled:
@@ -224,7 +224,7 @@ def coverage(response, lines, fit: RationalFit, path, at, true) -> tuple[float, 
     inside = np.isin(response.frequency, f)
     gain = np.abs(np.abs(lines.value) - np.abs(at(f))) < response.gain_band[inside]
     known = np.abs(path.response(f))
-    model = np.abs(fit.model.response(f)) * known - np.abs(at(f))
+    model = np.abs(fit.response(f)) * known - np.abs(at(f))
     mode = min(fit.modes, key=lambda m: m.damping)
     return (
         float(np.mean(gain)), float(np.mean(np.abs(model) < fit.band(f) * known)),

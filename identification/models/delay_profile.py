@@ -5,9 +5,11 @@
 
 A zero in the right half plane is a delay in disguise: (1 - s d/2) / (1 + s d/2) is nearly e^(-s d).
 So "the" delay is the one beside which the rest is minimum phase; other points of the profile are
-kept for the figure, not for the interval. The interval is where the best of the orders within two
-nats loses less than 1.92 nats, its parameters counted: it holds the doubt about the order too
-(profile likelihood, Wilks 1938).
+kept for the figure, not for the interval. The delay is that of the order of least description
+length, which finds a finite order ever more surely where AIC keeps to a sixth of needless poles
+(Schwarz 1978), and each needless pole takes delay upon itself. The interval is where the best of
+the orders within two nats loses less than 1.92 nats, its parameters counted: it holds the doubt
+about the order too (profile likelihood, Wilks 1938).
 
 A pair of zeros in the left half plane buys delay just as well, so the orders that are offered
 matter: `model_order.all_pole` are those of a chain of lags and springs without a path around it,
@@ -52,9 +54,11 @@ class OrderProfile:
 class DelayProfile:
     """Cost against delay.
 
-    grid       (m,) s; profiles: one an order within two nats, the best first
+    grid       (m,) s; profiles: one an order, the best by AIC first
     envelope   (m,) nats above the least, over orders and minimum-phase fits; inf where none is
-    delay      s, at the least; low, high: ends of the 95 % interval, s
+    delay      s, of the order of least description length
+    low, high  s, ends of the 95 % interval
+    order      of least description length, whose delay it is
     """
 
     grid: FloatArray
@@ -63,6 +67,7 @@ class DelayProfile:
     delay: float
     low: float
     high: float
+    order: Order
 
 
 @dataclass(frozen=True)
@@ -75,8 +80,9 @@ class NoDelay:
 def delay_profile(
     choice: OrderChoice[RationalFit], nats: float = NATS, points: int = POINTS
 ) -> DelayProfile | NoDelay:
-    """Profile the delay over every order within `nats` of the best."""
-    rows = choice.within(nats)
+    """Profile the delay over every order within `nats` of the best, and the shortest to tell."""
+    rows, short = choice.within(nats), choice.best_by_mdl
+    rows = rows if short in rows else (*rows, short)
     grid = _grid(rows, points)
     profiles = tuple(_profile(row.fit, grid) for row in rows)
     lines = rows[0].fit.lines
@@ -88,7 +94,11 @@ def delay_profile(
         return NoDelay("no order within 2 nats of the best is minimum phase beside any delay")
     envelope = envelope - envelope.min()
     low, high = _interval(grid, envelope)
-    return DelayProfile(grid, profiles, envelope, float(grid[np.argmin(envelope)]), low, high)
+    own = each[rows.index(short)]
+    delay = float(grid[np.argmin(own if np.isfinite(own).any() else envelope)])
+    return DelayProfile(
+        grid, profiles, envelope, delay, min(low, delay), max(high, delay), short.order
+    )
 
 
 def felt_right_zeros(of: RationalModel, top: float) -> ComplexArray:

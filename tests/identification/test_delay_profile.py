@@ -9,7 +9,7 @@ from identification.models.delay_profile import (
     delay_profile,
     felt_right_zeros,
 )
-from identification.models.model_order import choose_order
+from identification.models.model_order import all_pole, choose_order
 from identification.models.stable_rational import Order
 from identification.response.independent_lines import KnownPath, without
 from tests.identification.known_lines import chain, lines
@@ -89,3 +89,9 @@ def test_a_zero_far_beyond_the_band_is_not_felt():
     near, far = chain(zeros=(60.0,)), chain(zeros=(1e6,))
     assert felt_right_zeros(near, 12.0).size == 1
     assert felt_right_zeros(far, 12.0).size == 0
+
+
+def test_the_delay_is_within_a_millisecond_though_the_order_is_not_given():
+    """Seeds that had no part in the choice of the criterion."""
+    found = [profile(seed, tried=all_pole(), noise=0.01).delay for seed in range(500, 512)]
+    assert np.mean(np.abs(np.array(found) - 0.010) < 0.001) >= 0.85

@@ -149,3 +149,20 @@ def test_too_few_lines_are_refused_in_words():
     got = independent_lines(found)
     assert isinstance(got, NoRational)
     assert "believed" in got.reason
+
+
+def test_what_drifts_below_the_band_is_found_and_does_not_move_the_mode():
+    """A pole at 0.17 beside a zero at 0.10 1/s, as the speed gives them."""
+    one, two = lines(chain(), noise=1e-5), lines(chain(), noise=1e-5)
+    s = 2j * np.pi * two.frequency
+    two = replace(two, value=two.value * (s + 0.10) / (s + 0.17))
+    still, moved = fit_order(one, ORDER), fit_order(two, ORDER)
+    assert moved.drift[0] == pytest.approx(-0.07, abs=0.002)
+    assert moved.modes[0].frequency == pytest.approx(still.modes[0].frequency, rel=2e-4)
+    assert moved.model.delay == pytest.approx(still.model.delay, abs=2e-5)
+    np.testing.assert_allclose(moved.response(two.frequency), two.value, rtol=1e-3)
+
+
+def test_where_nothing_drifts_its_interval_holds_none(fits):
+    held = [abs(fit.drift[0]) < 1.96 * fit.drift[1] for fit in fits]
+    assert 0.90 <= np.mean(held) <= 0.985
