@@ -6,7 +6,7 @@ compiled once (docs/decisions/plant-one-kernel.md tells why).
 """
 
 import inspect
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cache
 from types import ModuleType
 from typing import Any
@@ -14,7 +14,7 @@ from typing import Any
 from plant import kernel
 from plant.compiled import entry, inlined, load, text_of
 from plant.effects.effect import Hook
-from plant.equations import EQUATIONS, GIVES_SEVERAL, RATES
+from plant.equations import EQUATIONS, GIVES_SEVERAL, RATES, air_delay
 from plant.kernel_parts import HELD, LED, tuple_texts
 from plant.layout import EffectClass, Layout, layout, seams
 from plant.signals import Outputs
@@ -30,36 +30,50 @@ ARGUMENTS = (
     "history_rate",
 )
 RENAMED_OUTPUTS = {"spark_applied": "spark"}
-ADVANCE = "f8[::1](f8[::1],f8[:,::1],f8[::1],f8[::1],f8,i8,i8,i8,f8[::1],f8[:,::1])"
+ADVANCE = "f8[::1](f8[::1],f8[:,::1],f8[::1],f8[::1],f8,i8,i8,i8,f8[::1],i8[::1],f8[:,:])"
 EVALUATE = "f8[::1](f8[::1],f8[::1],f8[::1],f8[::1],f8)"
 
 
+SERVO = EQUATIONS[: EQUATIONS.index(air_delay)]
+"""The equations of the throttle servo, which nothing behind it acts upon."""
+
+
 @cache
-def compose(effects: tuple[EffectClass, ...]) -> ModuleType:
-    """Return the compiled kernel: a module with `advance` and `evaluate`."""
-    return load(kernel_text(effects))
+def compose(
+    effects: tuple[EffectClass, ...], equations: tuple[Callable[..., Any], ...] = EQUATIONS
+) -> ModuleType:
+    """Return the compiled kernel: a module with `advance` and `evaluate`.
+
+    equations: the first of `EQUATIONS`; states whose rates come later stand still.
+    """
+    return load(kernel_text(effects, equations))
 
 
-def kernel_text(effects: tuple[EffectClass, ...]) -> str:
+def kernel_text(
+    effects: tuple[EffectClass, ...], equations: tuple[Callable[..., Any], ...] = EQUATIONS
+) -> str:
     """Return the whole text of the kernel for these effects, nominal equations first."""
+    order = layout(effects)
+    outputs = len(Outputs.names) + len(order.effect_states)
     constants = [
         f"{name} = {getattr(kernel, name)}"
         for name in ("HEADER", "RINGS", "THROTTLE_COMMAND", "SPARK", "GEAR", "CLUTCH", "BAD_GEAR")
     ]
-    parts = ["\n".join(constants) + "\n"]
-    parts += [inlined(text_of(equation, f"nominal__{equation.__name__}")) for equation in EQUATIONS]
+    parts = ["\n".join((*constants, f"OUTPUTS = {outputs}")) + "\n"]
+    parts += [inlined(text_of(equation, f"nominal__{equation.__name__}")) for equation in equations]
     for effect in effects:
-        parts += [inlined(text_of(h.function, _hook_name(effect, h))) for h in effect.hooks]
-    parts.append(inlined(rates_text(layout(effects))))
+        hooks = (h for h in effect.hooks if h.seam in {e.__name__ for e in equations})
+        parts += [inlined(text_of(h.function, _hook_name(effect, h))) for h in hooks]
+    parts.append(inlined(rates_text(order, equations)))
     parts += [
         inlined(text_of(f)) for f in (kernel.held_value, kernel.transmission, kernel.off_the_stop)
     ]
-    parts += [inlined(text) for text in tuple_texts(layout(effects))]
+    parts += [inlined(text) for text in tuple_texts(order)]
     parts += [entry(text_of(kernel.advance), ADVANCE), entry(text_of(kernel.evaluate), EVALUATE)]
     return "\n\n".join(parts)
 
 
-def rates_text(order: Layout) -> str:
+def rates_text(order: Layout, equations: Sequence[Callable[..., Any]]) -> str:
     """Return the text of `rates`: every equation, each followed by the effects at its seam."""
     known = _Names(order)
     signature = "x, u, led, throttle_command, spark, p, step, count, stage, history, history_rate"
@@ -68,14 +82,15 @@ def rates_text(order: Layout) -> str:
     lines += [f"    {name} = u[{i}]" for i, name in enumerate(HELD)]
     lines += ["    time = (count + stage) * step"]
     lines += [f"    dx{i} = 0.0" for i in range(len(RATES), len(order.states))]
-    for equation in EQUATIONS:
+    for equation in equations:
         seam = equation.__name__
         gives = GIVES_SEVERAL.get(seam, (seam,))
         lines.append(f"    {', '.join(gives)} = nominal__{seam}({known.arguments(equation, None)})")
         known.add(gives)
         lines += _seam_lines(known, order.effects, seam, gives)
-    rates = [*_led(RATES), *(f"dx{i}" for i in range(len(RATES), len(order.states)))]
-    outputs = [RENAMED_OUTPUTS.get(name, name) for name in Outputs.names]
+    rates = [*_led({s: r if known.has(r) else "0.0" for s, r in RATES.items()}), *(f"dx{i}" for i in range(len(RATES), len(order.states)))]
+    named = [RENAMED_OUTPUTS.get(name, name) for name in Outputs.names]
+    outputs = [name if known.has(name) else "0.0" for name in named]
     outputs += [f"x[{i}]" for i in range(len(RATES), len(order.states))]
     lines.append(f"    return ({', '.join(rates)},), ({', '.join(outputs)},)")
     return "\n".join(lines)
@@ -123,6 +138,10 @@ class _Names:
     def add(self, names: tuple[str, ...]) -> None:
         """Count these quantities as known from here on."""
         self._known.update(names)
+
+    def has(self, name: str) -> bool:
+        """Tell whether a quantity is known."""
+        return name in self._known
 
     def place(self, parameter: str) -> int:
         """Return the place of a parameter."""

@@ -11,12 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
 
 # The state is one array: count of steps, the states, then four rings of equal length.
 HEADER = 1
 RINGS = 4
 THROTTLE_COMMAND, SPARK, GEAR, CLUTCH = 0, 1, 2, 3
 BAD_GEAR = -1.0
+OUTPUTS = 0  # written later: how many there are
 
 
 Numbers = tuple[float, ...]
@@ -138,12 +140,13 @@ def advance(
     every: int,
     states: int,
     delays: Floats,
+    shown: Integers,
     out: Floats,
 ) -> Floats:
     """Return the state after all rows of the table; fill out, one row per `every` steps.
 
-    delays: of throttle command and spark, in steps. A first entry of -1 in the returned state
-    tells of a gear that does not exist.
+    delays: of throttle command and spark, in steps. shown: which outputs go into the columns of
+    out. A first entry of -1 in the returned state tells of a gear that does not exist.
     """
     new = state.copy()
     ring = (len(state) - HEADER - states) // RINGS
@@ -158,6 +161,7 @@ def advance(
     mask = ring - 1
     taken = 0
     sample = 0
+    now = np.empty(OUTPUTS)
     k1 = x
     c_end, s_end = 0.0, 0.0
     for r in range(len(table)):
@@ -199,7 +203,9 @@ def advance(
             if known:
                 taken = 0
                 k1, y = rates(x, u, led, c_end, s_end, p, step, count, 0.0, history, history_rate)
-                write(out[sample], y)
+                write(now, y)
+                for i in range(len(shown)):
+                    out[sample, i] = now[shown[i]]
                 sample += 1
     new[0] = count
     write_states(new[HEADER:first], x)
