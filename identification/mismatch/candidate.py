@@ -22,6 +22,7 @@ TRIES = 3
 SHAPE = math.log(1.6)
 """Prior deviation of a shaping parameter's logarithm."""
 MOST_WHOLE = 48
+ABOUT = 3
 
 
 @dataclass(frozen=True)
@@ -108,16 +109,23 @@ def tried_sizes(kind: type[Effect]) -> tuple[float, ...]:
 
 
 def candidates(kind: type[Effect], places: int = 16) -> Iterator[Candidate]:
-    """Yield an effect at its typical shape, on every subject and at every size and sign.
+    """Yield an effect at its typical size and shape, on every subject.
 
     places: how many values of a whole parameter mean something (teeth of a disc).
     """
     count = len(shapes(kind))
     for pattern in kind.candidates():
-        for size in tried_sizes(kind):
-            for sign in (1.0, -1.0) if _both_ways(kind) else (1.0,):
-                for whole in _whole_values(kind, places):
-                    yield Candidate(pattern, (sign * size, *([0.0] * count)), whole)
+        for whole in _whole_values(kind, places):
+            yield Candidate(pattern, (1.0, *([0.0] * count)), whole)
+
+
+def otherwise(candidate: Candidate, backwards: bool) -> Iterator[Candidate]:
+    """Yield the candidate at the other sizes that are tried; backwards: with the other sign."""
+    sign = -1.0 if backwards and _both_ways(candidate.kind) else 1.0
+    if sign < 0.0:
+        yield candidate.resized(-1.0)
+    for size in (smallest(candidate.kind), LARGE):
+        yield candidate.resized(sign * size)
 
 
 def reshaped(candidate: Candidate) -> Iterator[Candidate]:
@@ -130,9 +138,18 @@ def reshaped(candidate: Candidate) -> Iterator[Candidate]:
 def _whole_values(kind: type[Effect], places: int) -> list[tuple[float, ...]]:
     values: list[tuple[float, ...]] = [()]
     for p in wholes(kind):
-        top = min(p.high, p.low + min(places, MOST_WHOLE) - 1)
-        values = [(*v, float(n)) for v in values for n in range(int(p.low), int(top) + 1)]
+        values = [(*v, n) for v in values for n in _meant(kind, p, places)]
     return values
+
+
+def _meant(kind: type[Effect], p: Parameter, places: int) -> list[float]:
+    """Values of a whole parameter: every tooth or order; a few about a typical count; one seed."""
+    if hasattr(kind, "tooth_offsets"):
+        return [p.low + i for i in range(min(places, MOST_WHOLE))]
+    if p.high > MOST_WHOLE**2:
+        return [p.typical]
+    near = (p.typical + i for i in range(-ABOUT, ABOUT + 1))
+    return [n for n in near if p.low <= n <= p.high]
 
 
 def _both_ways(kind: type[Effect]) -> bool:

@@ -16,13 +16,12 @@ from identification.mismatch.model import Model, models
 from identification.mismatch.naming import ALIKE, FAMILY, Named, Say, name
 from identification.mismatch.next_trial import next_trial
 from identification.mismatch.record import Record
-from identification.mismatch.score import Judge
+from identification.mismatch.score import SHOWN, Judge
 from identification.mismatch.system import System
 from identification.mismatch.verdict import FoundCurve, FoundEffect, Location, Verdict
 from identification.mismatch.words import shape_in_words
 from plant.effects.effect import Effect
 
-SHOWN = 6.0  # nats that an effect of typical size must be worth to count as excited
 LEFT = 0.05  # share of what was found that a free curve may still find without being named
 
 

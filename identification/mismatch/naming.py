@@ -7,20 +7,14 @@ single effect passes, pairs are tried: half of a pair can look useless alone.
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from itertools import combinations
 
 from identification.mismatch.calibrate import refreshed
-from identification.mismatch.candidate import (
-    TRIES,
-    Candidate,
-    candidates,
-    reshaped,
-    tried_sizes,
-)
+from identification.mismatch.candidate import TRIES, Candidate, tried_sizes
 from identification.mismatch.fitting import Fit, settle, with_effects
 from identification.mismatch.interval import significance
-from identification.mismatch.score import Judge, Score
+from identification.mismatch.score import Judge, Score, survey
 from plant.effects.effect import Effect
 from plant.trouble import PlantError
 
@@ -80,16 +74,9 @@ def name(base: Fit, library: Sequence[type[Effect]], say: Say) -> Named:
 
 def _scored(fit: Fit, library: Sequence[type[Effect]]) -> tuple[list[Score], float]:
     """Scores, best first, and the family-wise p of the best."""
-    judge = Judge.of(fit)
-    scores = judge.best(c for kind in library for c in candidates(kind))
-    promising = [s.candidate for s in scores[: 2 * SHORTLIST]]
-    again = judge.best([*promising, *(c for p in promising for c in reshaped(p))])
-    typical = {s.candidate.name: s.typical for s in scores}
-    again = [replace(s, typical=max(s.typical, typical[s.candidate.name])) for s in again]
-    rest = [s for s in scores if s.candidate.name not in {a.candidate.name for a in again}]
-    tests = TRIES * len(library)
-    least = min((s.p for s in (*again, *rest)), default=1.0)
-    return sorted([*again, *rest], key=lambda s: -s.gain), min(1.0, tests * least)
+    scores = survey(Judge.of(fit), library)
+    least = min((s.p for s in scores), default=1.0)
+    return scores, min(1.0, TRIES * len(library) * least)
 
 
 def _left(fit: Fit, library: Sequence[type[Effect]]) -> list[type[Effect]]:

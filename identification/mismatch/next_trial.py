@@ -67,7 +67,7 @@ def _signature(judge: Judge, fit: Fit, kind: type[Effect]) -> Floats:
 
 
 def _typical(kind: type[Effect]) -> Candidate:
-    return next(c for c in candidates(kind, 1) if c.size == 1.0)
+    return next(candidates(kind, 1))
 
 
 def _energy(judge: Judge, signature: Floats) -> float:

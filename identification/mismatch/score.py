@@ -1,20 +1,34 @@
 """What each candidate effect would explain, without fitting it: its signature off the nuisances."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import stats
 
-from identification.mismatch.candidate import Candidate
+from identification.mismatch.candidate import (
+    LARGE,
+    Candidate,
+    candidates,
+    otherwise,
+    reshaped,
+)
 from identification.mismatch.fitting import Fit
+from identification.mismatch.model import Series
 from identification.mismatch.sensitivity import change
 from identification.mismatch.stack import Integers, Nuisances, clusters, flat
+from plant.effects.effect import Effect
 from plant.signals import Floats
 from plant.trouble import PlantError
 
 SHARE_OF_SMALL = 0.1
 """Effects below this share of the smallest size of interest do not count."""
+HINT = 0.5
+"""Nats of an amplitude, either sign, above which an effect is looked at more closely."""
+SHOWN = 6.0
+"""Nats that an effect of typical size must be worth to count as excited."""
+RESHAPED = 8
+BATCH = 32
 
 
 @dataclass(frozen=True)
@@ -57,27 +71,55 @@ class Judge:
 
     def signature(self, candidate: Candidate) -> Floats:
         """Whitened change of all outputs that a candidate brings; zeros where it cannot be run."""
+        return self.signatures([candidate])[:, 0]
+
+    def signatures(self, tried: Sequence[Candidate]) -> Floats:
+        """Return the signatures of several candidates side by side, (rows, candidates)."""
+        model = self.fit.model
+        found = [[np.zeros((*m.shape, len(tried))) for m in ms] for ms in model.measured]
+        for i, candidate in enumerate(tried):
+            for into, changed in zip(found, self._change(candidate), strict=True):
+                for r, one in enumerate(changed):
+                    if one.size:
+                        into[r][:, :, i] = one
+        return np.nan_to_num(flat(model, self.fit.noise, found), posinf=0.0, neginf=0.0)
+
+    def _change(self, candidate: Candidate) -> Series:
         fit = self.fit
         try:
             effects = (*fit.point.effects, candidate.effect())
-            series = change(fit.model, fit.point, effects, fit.predicted)
+            return change(fit.model, fit.point, effects, fit.predicted)
         except PlantError:
-            return np.zeros_like(fit.aim)
-        return np.nan_to_num(flat(fit.model, fit.noise, series), posinf=0.0, neginf=0.0)
+            return [[np.empty(0)] * len(fit.model.records) for _ in fit.model.chain.blocks]
 
-    def score(self, candidate: Candidate) -> Score:
-        """Judge a candidate at its size."""
-        signature = self.signature(candidate)
-        off = self.nuisances.off(signature)
-        energy = float(off @ signature)
-        whole = float(signature @ signature)
+    def scores(self, tried: Sequence[Candidate]) -> list[Score]:
+        """Judge candidates at their sizes."""
+        found: list[Score] = []
+        for first in range(0, len(tried), BATCH):
+            some = tried[first : first + BATCH]
+            columns = self.signatures(some)
+            inside = self.nuisances.columns.T @ columns
+            whole = np.einsum("ij,ij->j", columns, columns)
+            energy = whole - np.einsum("ij,ij->j", inside, self.nuisances.solve(inside))
+            push = columns.T @ self.left
+            found += [
+                self._score(c, columns[:, i], float(push[i]), float(energy[i]), float(whole[i]))
+                for i, c in enumerate(some)
+            ]
+        return found
+
+    def _score(
+        self, candidate: Candidate, signature: Floats, push: float, energy: float, whole: float
+    ) -> Score:
         if energy <= 1e-9 * max(whole, 1.0) or energy < 1e-6:
             return Score(candidate, 0.0, np.inf, 0.0, 0.0, 0.0, 1.0)
-        amplitude = float(off @ self.fit.aim) / energy
-        error, freedom = self.error(off, energy, amplitude)
-        floor = SHARE_OF_SMALL * candidate.smallest / abs(candidate.size)
-        p = float(stats.t.sf((amplitude - floor) / error, freedom))
+        amplitude = push / energy
         gain = 0.5 * energy * max(amplitude, 0.0) ** 2
+        error, p = 1.0 / np.sqrt(energy), 1.0
+        if gain > HINT:
+            error, freedom = self.error(self.nuisances.off(signature), energy, amplitude)
+            floor = SHARE_OF_SMALL * candidate.smallest / abs(candidate.size)
+            p = float(stats.t.sf((amplitude - floor) / error, freedom))
         return Score(candidate, amplitude, error, gain, 0.5 * energy, energy / whole, p)
 
     def error(self, off: Floats, energy: float, amplitude: float) -> tuple[float, float]:
@@ -89,15 +131,36 @@ class Judge:
         robust = np.sqrt(float(push @ push) * count / max(count - 1.0, 0.5)) / energy
         return max(robust, 1.0 / np.sqrt(energy)), max(count - 1.0, 1.0)
 
-    def best(self, tried: Iterable[Candidate]) -> list[Score]:
-        """Score candidates; the best of every effect, by what it explains, greatest first."""
-        found: dict[str, Score] = {}
-        typical: dict[str, float] = {}
-        for score in map(self.score, tried):
-            name = score.candidate.name
-            if abs(score.candidate.size) <= 1.0:
-                typical[name] = max(typical.get(name, 0.0), score.seen)
-            if name not in found or (score.gain, score.seen) > (found[name].gain, found[name].seen):
-                found[name] = score
-        told = [replace(s, typical=typical.get(n, 0.0)) for n, s in found.items()]
-        return sorted(told, key=lambda s: -s.gain)
+
+def survey(judge: Judge, library: Iterable[type[Effect]]) -> list[Score]:
+    """Score every effect; the best try of each, by what it explains, greatest first.
+
+    All are tried at their typical size. Those of which there is a hint are tried at other sizes and
+    shapes as well; those that would not show at their typical size, at a large one.
+    """
+    first = judge.scores([c for kind in library for c in candidates(kind)])
+    more = [c for s in first for c in _more(s)]
+    best = _best([*first, *judge.scores(more)])
+    hints = [s.candidate for s in best[:RESHAPED] if s.gain > HINT]
+    shaped = judge.scores([c for hint in hints for c in reshaped(hint)])
+    typical: dict[str, float] = {}
+    for s in first:
+        typical[s.candidate.name] = max(typical.get(s.candidate.name, 0.0), s.seen)
+    return [replace(s, typical=typical[s.candidate.name]) for s in _best([*best, *shaped])]
+
+
+def _more(score: Score) -> list[Candidate]:
+    """Return the tries that a first score asks for."""
+    backwards = score.amplitude < 0.0
+    if score.seen * score.amplitude**2 > HINT:
+        return list(otherwise(score.candidate, backwards))
+    return [score.candidate.resized(LARGE)] if 0.0 < score.seen < SHOWN else []
+
+
+def _best(scores: Iterable[Score]) -> list[Score]:
+    found: dict[str, Score] = {}
+    for score in scores:
+        name = score.candidate.name
+        if name not in found or (score.gain, score.seen) > (found[name].gain, found[name].seen):
+            found[name] = score
+    return sorted(found.values(), key=lambda s: -s.gain)

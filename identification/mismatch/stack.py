@@ -80,18 +80,13 @@ class Nuisances:
         n = self.columns
         return linalg.cho_factor(n.T @ n + np.eye(n.shape[1]))
 
+    def solve(self, pushes: Floats) -> Floats:
+        """Return coordinates that answer to pushes, (p,) or (p, k)."""
+        return np.asarray(linalg.cho_solve(self.factor, pushes))
+
     def fit(self, series: Floats) -> Floats:
         """Return coordinates that explain a series best, priors weighed in."""
-        return np.asarray(linalg.cho_solve(self.factor, self.columns.T @ series))
-
-    def damped(self, series: Floats, here: Floats, damping: float) -> Floats:
-        """Return the same, held back towards `here` by `damping` prior weights."""
-        if not damping:
-            return self.fit(series)
-        normal = self.columns.T @ self.columns
-        hold = damping * np.eye(len(here))
-        aim = self.columns.T @ series + damping * here
-        return np.asarray(np.linalg.solve(normal + np.eye(len(here)) + hold, aim))
+        return self.solve(self.columns.T @ series)
 
     def off(self, series: Floats) -> Floats:
         """Return what of a series the nuisances cannot explain."""
