@@ -88,7 +88,10 @@ def rates_text(order: Layout, equations: Sequence[Callable[..., Any]]) -> str:
         lines.append(f"    {', '.join(gives)} = nominal__{seam}({known.arguments(equation, None)})")
         known.add(gives)
         lines += _seam_lines(known, order.effects, seam, gives)
-    rates = [*_led({s: r if known.has(r) else "0.0" for s, r in RATES.items()}), *(f"dx{i}" for i in range(len(RATES), len(order.states)))]
+    rates = [
+        *_led({s: r if known.has(r) else "0.0" for s, r in RATES.items()}),
+        *(f"dx{i}" for i in range(len(RATES), len(order.states))),
+    ]
     named = [RENAMED_OUTPUTS.get(name, name) for name in Outputs.names]
     outputs = [name if known.has(name) else "0.0" for name in named]
     outputs += [f"x[{i}]" for i in range(len(RATES), len(order.states))]

@@ -49,7 +49,10 @@ class Misdates(Protocol):
 
 def telling(effects: Iterable[Effect], channel: str, *stages: str) -> tuple[Tells, ...]:
     """Return the effects that act on a channel, stage by stage, in their given order."""
-    acting = [e for e in effects if isinstance(e, Tells) and e.channel == channel]
+    acting = [
+        e for e in effects
+        if hasattr(e, "tell") and isinstance(e, Tells) and e.channel == channel
+    ]  # fmt: skip
     return tuple(effect for stage in stages for effect in acting if effect.stage == stage)
 
 

@@ -96,9 +96,7 @@ class Simulation:
     def _samples(self, inputs: Inputs) -> int:
         return len(inputs.table) * self.steps_per_row // self.every
 
-    def _run(
-        self, state: Floats, inputs: Inputs, shown: NDArray[np.int64], out: Floats
-    ) -> Floats:
+    def _run(self, state: Floats, inputs: Inputs, shown: NDArray[np.int64], out: Floats) -> Floats:
         """Return the state after all rows; fill the outputs `shown` into the columns of out."""
         table = inputs.table
         if len(state) != self.size:

@@ -16,14 +16,14 @@ from plant.signals import Floats
 def calibrate(model: Model, start: Point) -> Fit:
     """Fit the vehicle, the slow road and the noise; no effects but those of the start."""
     predicted = predict(model, start)
-    slopes = sensitivities(model, start, predicted)
+    slopes = sensitivities(model, start)
     noise = _first_noise(model, predicted, slopes)
     return settle(refreshed(settle(Fit(model, start, predicted, noise, slopes), noises=3)))
 
 
 def refreshed(fit: Fit) -> Fit:
     """Return the same with sensitivities at its own point."""
-    return replace(fit, slopes=sensitivities(fit.model, fit.point, fit.predicted))
+    return replace(fit, slopes=sensitivities(fit.model, fit.point))
 
 
 def _first_noise(model: Model, predicted: Series, slopes: Series) -> list[Whitener]:

@@ -56,6 +56,19 @@ class Fit:
         likelihood = log_likelihood(self.model, self.rest, self.noise)
         return likelihood - 0.5 * _prior(self.point, self.candidates)
 
+    def coarse(self) -> "Fit":
+        """Return the same point simulated with coarse steps; what is whitened is shared."""
+        if self.model.coarse is self.model:
+            return self
+        model = self.model.coarse
+        new = replace(self, model=model, predicted=predict(model, self.point))
+        new.__dict__["nuisances"] = self.nuisances
+        return new
+
+    def fine(self, model: Model) -> "Fit":
+        """Return the same point simulated with the steps of a model."""
+        return replace(self, model=model, predicted=predict(model, self.point))
+
     @cached_property
     def columns(self) -> Floats:
         """Whitened sensitivities to the dials of all effects, (rows, dials)."""
@@ -146,6 +159,8 @@ def turned(now: Sequence[Candidate], step: Floats) -> tuple[Candidate, ...]:
 
 def _dial_columns(fit: Fit) -> Series:
     """Sensitivities (T, m, dials), unwhitened."""
+    model = fit.model.coarse
+    base = fit.predicted if model is fit.model else predict(model, fit.point)
     total = sum(len(c.dials) for c in fit.candidates)
     found = [[np.zeros((*m.shape, total)) for m in ms] for ms in fit.model.measured]
     column = 0
@@ -154,7 +169,7 @@ def _dial_columns(fit: Fit) -> Series:
             nudge = NUDGE * (candidate.size if d == 0 else 1.0)
             there = candidate.moved(nudge * np.eye(len(candidate.dials))[d])
             effects = (*fit.point.effects[:i], there.effect(), *fit.point.effects[i + 1 :])
-            series = change(fit.model, fit.point, effects, fit.predicted)
+            series = change(model, fit.point, effects, base)
             for into, changed in zip(found, series, strict=True):
                 for r, one in enumerate(changed):
                     if one.size:

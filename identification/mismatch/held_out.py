@@ -33,7 +33,7 @@ def carried_over(fit: Fit, model: Model) -> Fit:
     """Let a fitted system meet other recordings; everything uncertain may move again."""
     point = replace(model.origin(), x=fit.point.x, effects=fit.point.effects)
     predicted = predict(model, point)
-    slopes = sensitivities(model, point, predicted)
+    slopes = sensitivities(model, point)
     start = Fit(model, point, predicted, fit.noise, slopes)
     return replace(settle(start, noises=2), candidates=fit.candidates)
 
@@ -44,7 +44,7 @@ def driven(model: Model, system: System, noise_of: Fit) -> Fit:
     fixed = Model(system, model.records, model.chain, clocks, model.injected)
     point = fixed.origin()
     predicted = predict(fixed, point)
-    slopes = sensitivities(fixed, point, predicted)
+    slopes = sensitivities(fixed, point)
     return settle(Fit(fixed, point, predicted, noise_of.noise, slopes), noises=1)
 
 

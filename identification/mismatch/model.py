@@ -1,7 +1,7 @@
 """The simulation put beside the recordings: from coordinates and effects to what sensors show."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -17,6 +17,8 @@ from plant.signals import Floats
 
 Series = list[list[Floats]]
 """By block and record: (T, m)."""
+Runs = dict[tuple[int, str], Columns]
+"""Simulations by record and drive."""
 
 
 @dataclass(frozen=True)
@@ -54,6 +56,13 @@ class Model:
              for r in self.records] for b in self.chain.blocks
         ]  # fmt: skip
 
+    @cached_property
+    def coarse(self) -> "Model":
+        """The same with coarser steps of integration, to compare simulations with each other."""
+        model = replace(self, system=self.system.coarse())
+        model.__dict__.update(measured=self.measured, known_bins=self.known_bins, coarse=model)
+        return model
+
     def origin(self) -> Point:
         """Return the system as its file tells it, with nothing slow acting."""
         slow = tuple(np.zeros(r.slow.shape[1]) for r in self.records)
@@ -89,18 +98,32 @@ def predict(
     point: Point,
     drives: Iterable[str] | None = None,
     records: Iterable[int] | None = None,
+    runs: Runs | None = None,
 ) -> Series:
-    """Return what the sensors would show; blocks of other drives or records are left empty."""
+    """Return what the sensors would show; blocks of other drives or records are left empty.
+
+    runs: simulations that hold for this point, if there are any; those made here are added.
+    """
     system = model.at(point)
     wanted = set(model.chain.drives if drives is None else drives)
     found: Series = [[np.empty(0)] * len(model.records) for _ in model.chain.blocks]
     for r in range(len(model.records)) if records is None else records:
-        outs = {d: simulate(model, system, r, d, point.q[r]) for d in wanted}
+        outs = {d: _run(model, system, r, d, point.q[r], runs) for d in wanted}
         for b, block in enumerate(model.chain.blocks):
             if block.drive in wanted:
                 seen = _stack(block, model.records[r], outs[block.drive], system.effects)
                 found[b][r] = _shown(model, point, block, r, seen, system)
     return found
+
+
+def _run(
+    model: Model, system: System, record: int, drive: str, q: Floats, runs: Runs | None
+) -> Columns:
+    if runs is None:
+        return simulate(model, system, record, drive, q)
+    if (record, drive) not in runs:
+        runs[record, drive] = simulate(model, system, record, drive, q)
+    return runs[record, drive]
 
 
 def _shown(
@@ -123,7 +146,8 @@ def misplace(
 ) -> None:
     """Add to outputs (T, m) what displaced teeth make of them."""
     for effect in effects:
-        if isinstance(effect, Misplaces):
+        if hasattr(effect, "tooth_offsets"):
+            assert isinstance(effect, Misplaces)
             for j, output in enumerate(outputs):
                 sensor = record.sensors[output]
                 if sensor.offsets is not None and output.startswith(effect.encoder.split("_")[0]):

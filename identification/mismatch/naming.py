@@ -20,6 +20,7 @@ from plant.trouble import PlantError
 
 MOST = 3
 SHORTLIST = 4
+HOPELESS = 0.1  # share of the leader's gain below which a score gets one start only
 WORTH = 6.0  # nats that a score must promise before a full fit is tried
 ENOUGH = 12.0  # nats that an effect must bring
 ALIKE = 10.0  # nats within which two names are one class
@@ -55,16 +56,20 @@ def name(base: Fit, library: Sequence[type[Effect]], say: Say) -> Named:
     fit, rivals = base, dict[str, dict[str, float]]()
     found = scores
     while len(fit.candidates) < MOST:
-        tried = _tried(fit, found, say)
-        best = next((t for t in tried if _passes(fit, t, len(library))), None)
+        rough = fit.coarse()
+        tried = _tried(rough, found, say)
+        best = next((t for t in tried if _passes(rough, t, len(library))), None)
         if best is None and not fit.candidates:
-            best = _pair(fit, found, len(library), say)
+            best = _pair(rough, found, len(library), say)
         if best is None:
+            break
+        finer = settle(refreshed(best.fine(base.model)))
+        if not _passes(fit, finer, len(library)):
             break
         news = [c.name for c in best.candidates if c.name not in {e.name for e in fit.candidates}]
         rivals[" + ".join(news)] = _behind(best, tried)
-        say(f"accepted: {', '.join(news)} ({best.score - fit.score:.0f} nats)")
-        fit = settle(refreshed(best))
+        say(f"accepted: {', '.join(news)} ({finer.score - fit.score:.0f} nats)")
+        fit = finer
         found, _ = _scored(fit, _left(fit, library))
     fit = _pruned(base, fit, len(library), say)
     tests = TRIES * len(library)
@@ -86,19 +91,24 @@ def _left(fit: Fit, library: Sequence[type[Effect]]) -> list[type[Effect]]:
 
 def _tried(fit: Fit, scores: Sequence[Score], say: Say) -> list[Fit]:
     """Full fits of the most promising effects, best first."""
-    done = []
+    done: list[Fit] = []
     for score in scores[:SHORTLIST]:
         if score.gain > WORTH:
             say(f"fitting {score.candidate.name.replace('_', ' ')}")
-            done.append(_from_several(fit, score))
-    return sorted((d for d in done if d is not None), key=lambda d: -d.score)
+            leader = max((d.score - fit.score for d in done), default=0.0)
+            found = _from_several(fit, score, leader)
+            done += [found] if found is not None else []
+    return sorted(done, key=lambda d: -d.score)
 
 
-def _from_several(fit: Fit, score: Score) -> Fit | None:
-    """Fit from the size that scored best, and where that disappoints from others."""
+def _from_several(fit: Fit, score: Score, leader: float) -> Fit | None:
+    """Fit from the size that scored best, and where that disappoints from others.
+
+    leader: nats of the best fit so far; what promises little beside it gets one start.
+    """
     at = score.candidate
     best = _fitted(fit, at.resized(at.size * min(max(score.amplitude, 0.3), 2.0)))
-    for size in tried_sizes(at.kind):
+    for size in tried_sizes(at.kind) if score.gain > HOPELESS * leader else ():
         if best is not None and best.score - fit.score > 0.5 * score.gain:
             break
         other = _fitted(fit, at.resized(math.copysign(size, at.size)))

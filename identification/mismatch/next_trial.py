@@ -10,9 +10,12 @@ from identification.mismatch.candidate import Candidate, candidates
 from identification.mismatch.fitting import Fit
 from identification.mismatch.model import predict
 from identification.mismatch.score import Judge
-from identification.mismatch.sensitivity import sensitivities
+from identification.mismatch.sensitivity import none, sensitivities
 from plant.effects.effect import Effect
 from plant.signals import Floats
+
+CLOSELY = 3
+"""Trials of the menu that are looked at with everything that is uncertain."""
 
 
 def next_trial(
@@ -24,9 +27,12 @@ def next_trial(
     """
     if len(alike) < 2 and not hidden:
         return None
-    worth = [(_worth(fit, c, alike, hidden), c) for c in fit.model.system.menu()]
-    if not worth:
+    kinds = alike[:2] if len(alike) > 1 else hidden[:1]
+    loud = [(_loudness(fit, choice, kinds), choice) for choice in fit.model.system.menu()]
+    most = sorted((w for w in loud if w[0] > 0.0), key=lambda w: -w[0])[:CLOSELY]
+    if not most:
         return None
+    worth = [(_worth(fit, choice, kinds), choice) for _, choice in most]
     nats, best = max(worth, key=lambda w: w[0])
     if nats <= 0.0:
         return None
@@ -36,28 +42,33 @@ def next_trial(
     return why, best
 
 
-def _worth(
-    fit: Fit, choice: Any, alike: Sequence[type[Effect]], hidden: Sequence[type[Effect]]
-) -> float:
-    """Nats by which a trial separates what could not be told apart, or shows what was hidden."""
-    judge = _rehearsed(fit, choice)
-    if judge is None:
-        return 0.0
-    if len(alike) > 1:
-        a, b = (_signature(judge, fit, kind) for kind in alike[:2])
-        return _apart(judge, a, b)
-    return min(_energy(judge, _signature(judge, fit, kind)) for kind in hidden[:1])
+def _loudness(fit: Fit, choice: Any, kinds: Sequence[type[Effect]]) -> float:
+    """Nats by which a trial shows or separates effects, were the system known exactly."""
+    judge = _rehearsed(fit, choice, exact=True)
+    return 0.0 if judge is None else _told(judge, fit, kinds)
 
 
-def _rehearsed(fit: Fit, choice: Any) -> Judge | None:
+def _worth(fit: Fit, choice: Any, kinds: Sequence[type[Effect]]) -> float:
+    """Nats by which a trial shows one effect or separates two."""
+    judge = _rehearsed(fit, choice, exact=False)
+    return 0.0 if judge is None else _told(judge, fit, kinds)
+
+
+def _told(judge: Judge, fit: Fit, kinds: Sequence[type[Effect]]) -> float:
+    signatures = [_signature(judge, fit, kind) for kind in kinds]
+    return _apart(judge, *signatures) if len(signatures) > 1 else _energy(judge, signatures[0])
+
+
+def _rehearsed(fit: Fit, choice: Any, exact: bool) -> Judge | None:
+    """Return what a trial would tell; exact: of a system of which nothing is uncertain."""
     try:
         record = fit.model.at(fit.point).rehearse(fit.model.records[0], choice)
     except ValueError:
         return None
-    model = replace(fit.model, records=(record,), injected=())
+    model = replace(fit.model, records=(record,), injected=()).coarse
     point = replace(model.origin(), x=fit.point.x, effects=fit.point.effects)
-    predicted = predict(model, point)
-    return Judge.of(Fit(model, point, predicted, fit.noise, sensitivities(model, point, predicted)))
+    slopes = none(model) if exact else sensitivities(model, point)
+    return Judge.of(Fit(model, point, predict(model, point), fit.noise, slopes))
 
 
 def _signature(judge: Judge, fit: Fit, kind: type[Effect]) -> Floats:

@@ -1,7 +1,8 @@
 """What each candidate effect would explain, without fitting it: its signature off the nuisances."""
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 from scipy import stats
@@ -14,7 +15,7 @@ from identification.mismatch.candidate import (
     reshaped,
 )
 from identification.mismatch.fitting import Fit
-from identification.mismatch.model import Series
+from identification.mismatch.model import Runs, Series, predict
 from identification.mismatch.sensitivity import change
 from identification.mismatch.stack import Integers, Nuisances, clusters, flat
 from plant.effects.effect import Effect
@@ -60,6 +61,7 @@ class Judge:
     nuisances: Nuisances
     left: Floats
     groups: Integers
+    runs: Runs = field(default_factory=dict)
 
     @classmethod
     def of(cls, fit: Fit) -> "Judge":
@@ -68,6 +70,11 @@ class Judge:
         if fit.candidates:
             nuisances = Nuisances(np.concatenate((nuisances.columns, fit.columns), axis=1))
         return cls(fit, nuisances, nuisances.off(fit.aim), clusters(fit.model, fit.noise))
+
+    @cached_property
+    def coarse(self) -> Series:
+        """What sensors would show, simulated with the coarse steps of the signatures."""
+        return predict(self.fit.model.coarse, self.fit.point, runs=self.runs)
 
     def signature(self, candidate: Candidate) -> Floats:
         """Whitened change of all outputs that a candidate brings; zeros where it cannot be run."""
@@ -88,7 +95,7 @@ class Judge:
         fit = self.fit
         try:
             effects = (*fit.point.effects, candidate.effect())
-            return change(fit.model, fit.point, effects, fit.predicted)
+            return change(fit.model.coarse, fit.point, effects, self.coarse, self.runs)
         except PlantError:
             return [[np.empty(0)] * len(fit.model.records) for _ in fit.model.chain.blocks]
 

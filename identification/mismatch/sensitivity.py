@@ -4,17 +4,21 @@ from dataclasses import replace
 
 import numpy as np
 
-from identification.mismatch.model import Model, Point, Series, misplace, predict
+from identification.mismatch.model import Model, Point, Runs, Series, misplace, predict
 from plant.effects.effect import Effect
-from plant.encoder import Misplaces
 from plant.signals import Floats
 
 NUDGE = 0.02  # of a coordinate's prior deviation
 SLOW_NUDGE = 0.2
 
 
-def sensitivities(model: Model, point: Point, base: Series) -> Series:
-    """Return (T, m, p) by block and record: the system first, then the slow unknown by record."""
+def sensitivities(fine: Model, point: Point) -> Series:
+    """Return (T, m, p) by block and record: the system first, then the slow unknown by record.
+
+    Simulations with coarse steps are compared with each other.
+    """
+    model = fine.coarse
+    base = predict(model, point)
     places = len(point.x) + sum(len(q) for q in point.q)
     found = [[np.zeros((*m.shape, places)) for m in ms] for ms in model.measured]
     for i in range(len(point.x)):
@@ -34,6 +38,11 @@ def sensitivities(model: Model, point: Point, base: Series) -> Series:
     return found
 
 
+def none(model: Model) -> Series:
+    """Return sensitivities of nothing: (T, m, 1) zeros by block and record."""
+    return [[np.zeros((*m.shape, 1)) for m in ms] for ms in model.measured]
+
+
 def put(model: Model, into: Series, column: int, there: Series, base: Series, nudge: float) -> None:
     """Write one column of sensitivities where something was predicted."""
     for b, ks in enumerate(model.known_bins):
@@ -42,18 +51,22 @@ def put(model: Model, into: Series, column: int, there: Series, base: Series, nu
                 into[b][r][:, :, column] = (there[b][r] - base[b][r]) / nudge * known
 
 
-def change(model: Model, point: Point, effects: tuple[Effect, ...], base: Series) -> Series:
+def change(
+    model: Model, point: Point, effects: tuple[Effect, ...], base: Series, runs: Runs | None = None
+) -> Series:
     """Return what the outputs gain when the point has these effects instead, by block and record.
 
-    Drives that the new effects do not concern are not run and left empty.
+    Drives that the new effects do not concern are not run and left empty. runs: simulations of the
+    point as it is, kept from call to call, for effects that act in a sensor alone.
     """
     new = [e for e in effects if e not in point.effects]
-    if all(isinstance(e, Misplaces) for e in new) and len(effects) > len(point.effects):
+    if all(hasattr(e, "tooth_offsets") for e in new) and len(effects) > len(point.effects):
         return _of_the_discs(model, new)
     drives = [
         d for d in model.chain.drives if any(model.system.concerns(e, model.chain, d) for e in new)
     ]
-    there = predict(model, replace(point, effects=effects), drives)
+    told = all(hasattr(e, "tell") for e in new)
+    there = predict(model, replace(point, effects=effects), drives, runs=runs if told else None)
     return [
         [(t - s) * k if t.size else t for t, s, k in zip(ts, ss, ks, strict=True)]
         for ts, ss, ks in zip(there, base, model.known_bins, strict=True)

@@ -42,8 +42,8 @@ class Sensor:
     """name: of the output; value: (bins,) recorded; known: (bins,) False where nothing was.
 
     see: matrices by column of the simulation; then: the last steps, which the recorded samples go
-    through as well. time: s, of samples of a point sensor. offsets: what the displacement of every
-    tooth (rad) does before these steps.
+    through as well. direct: both in one, where no effect acts between them. time: s, of samples of
+    a point sensor. offsets: what the displacement of every tooth (rad) does before the last steps.
     """
 
     name: str
@@ -53,15 +53,16 @@ class Sensor:
     known: npt.NDArray[np.bool_]
     see: Mapping[str, Matrix]
     then: Callable[[FloatArray], FloatArray]
+    direct: Callable[[Columns], FloatArray]
     offsets: Matrix | None = None
     time: FloatArray | None = None
 
     def look(self, out: Columns, effects: Iterable[Effect] = ()) -> FloatArray:
         """Return what the sensor shows, effects on its channel included, (bins,)."""
-        seen: FloatArray = np.sum([m @ out[column] for column, m in self.see.items()], axis=0)
         acting = () if self.time is None else telling(effects, self.name, "signal", "frame")
-        if acting and self.time is not None:
-            _, seen = tell(acting, (), self.time, seen)
+        if not acting or self.time is None:
+            return self.direct(out)
+        _, seen = tell(acting, (), self.time, _seen(self.see, out))
         return self.then(seen)
 
     def misplaced(self, displacement: FloatArray) -> FloatArray:
@@ -69,6 +70,10 @@ class Sensor:
         if self.offsets is None:
             return np.zeros(self.value.size)
         return self.then(self.offsets @ displacement)
+
+
+def _seen(see: Mapping[str, Matrix], out: Columns) -> FloatArray:
+    return np.asarray(sum(m @ out[column] for column, m in see.items()))
 
 
 @dataclass(frozen=True)
@@ -96,8 +101,15 @@ def point_sensor(
     def then(values: FloatArray) -> FloatArray:
         return np.asarray(bins @ rounded(values, quantum, noise))
 
+    at_once = sparse.csr_array(bins @ see)
+
+    def direct(out: Columns) -> FloatArray:
+        if quantum > 0.0:
+            return then(see @ out[column])
+        return np.asarray(at_once @ out[column])
+
     return Sensor(name, unit, samples.clock, bins @ samples.value, known, {column: see}, then,
-                  time=samples.time)  # fmt: skip
+                  direct, time=samples.time)  # fmt: skip
 
 
 def quantum_of(values: FloatArray) -> float:
@@ -122,6 +134,8 @@ def rounded(values: FloatArray, quantum: float, noise: float) -> FloatArray:
     told = values.copy()
     for k in (1, 2, 3):
         height = (-1) ** k * quantum / (np.pi * k) * np.exp(-2.0 * (np.pi * k * spread) ** 2)
+        if abs(height) < 1e-4 * quantum:
+            break
         told += height * np.sin(2.0 * np.pi * k * values / quantum)
     return told
 
@@ -139,35 +153,47 @@ def tooth_sensors(wheel: str, teeth: Sampled, per_turn: int, grid: Grid) -> tupl
     see = {f"{wheel}_angle": angle, f"{wheel}_speed": rate}
     late = _late(span, tooth, per_turn)
 
+    means = {column: sparse.csr_array(bins @ m) for column, m in see.items()}
+    cells = {column: sparse.csr_array(disc.mean @ m) for column, m in see.items()}
+    back = sparse.csr_array(bins @ disc.back)
+
     def clean(intervals: FloatArray) -> FloatArray:
-        return np.asarray(bins @ (intervals - disc.spread(disc.pattern(intervals))))
+        return np.asarray(bins @ intervals - back @ disc.pattern(intervals))
+
+    def direct(out: Columns) -> FloatArray:
+        return np.asarray(_seen(means, out) - back @ disc.centred(_seen(cells, out)))
+
+    def pattern(out: Columns) -> FloatArray:
+        return disc.centred(_seen(cells, out))
 
     return (
         Sensor(f"{wheel}_teeth", "rad/s", teeth.clock, clean(speed), known_bins(middle, grid),
-               see, clean, late),
+               see, clean, direct, late),
         Sensor(f"{wheel}_tooth_pattern", "1", teeth.clock, disc.pattern(speed), disc.known,
-               see, disc.pattern, late),
+               see, disc.pattern, pattern, late),
     )  # fmt: skip
 
 
 @dataclass(frozen=True)
 class _Disc:
-    """Cells of (segment of time, tooth). mean: of the relative speed in each; usual: rad/s."""
+    """Cells of (segment of time, tooth). mean: of the relative speed in each, (cells, intervals).
+
+    back: puts a pattern back onto the intervals that it came from, as speeds, (intervals, cells).
+    """
 
     mean: Matrix
-    cell: Integers
-    usual: FloatArray
+    back: Matrix
     per_turn: int
     known: npt.NDArray[np.bool_]
 
     def pattern(self, intervals: FloatArray) -> FloatArray:
         """Mean relative speed over each tooth and segment, less the segment's own mean."""
-        table = (self.mean @ intervals).reshape(-1, self.per_turn)
-        return np.asarray((table - table.mean(axis=1, keepdims=True)).ravel())
+        return self.centred(self.mean @ intervals)
 
-    def spread(self, pattern: FloatArray) -> FloatArray:
-        """Put a pattern back onto the intervals that it came from, as speeds."""
-        return np.where(self.cell >= 0, pattern[self.cell] * self.usual, 0.0)
+    def centred(self, cells: FloatArray) -> FloatArray:
+        """Return the cells less the mean of their segment."""
+        table = cells.reshape(-1, self.per_turn)
+        return np.asarray((table - table.mean(axis=1, keepdims=True)).ravel())
 
 
 def _disc(
@@ -182,7 +208,8 @@ def _disc(
     count = np.bincount(cell[places], minlength=segments * per_turn)
     weight = 1.0 / count[cell[places]] / usual[places]
     mean = sparse.csr_array((weight, (cell[places], places)), (count.size, middle.size))
-    return _Disc(mean, cell, usual, per_turn, count > 0)
+    back = sparse.csr_array((usual[places], (places, cell[places])), (middle.size, count.size))
+    return _Disc(mean, back, per_turn, count > 0)
 
 
 def _late(span: FloatArray, tooth: Integers, per_turn: int) -> Matrix:

@@ -119,6 +119,10 @@ class System(ABC):
     ) -> Mapping[str, Floats]:
         """Quantities along which something may act in a drive, (bins,) each."""
 
+    def coarse(self) -> Self:
+        """Return it with steps of integration that are just fine enough to compare simulations."""
+        return self
+
     # What could be tried next; a system without a menu proposes nothing.
 
     def menu(self) -> Sequence[Any]:

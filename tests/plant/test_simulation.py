@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from plant.effects.gear_play import GearPlay
 from plant.effects.library import LIBRARY
 from plant.equilibrium import equilibrium
 from plant.kernel import held_value
@@ -292,3 +293,20 @@ def test_nothing_in_the_valid_ranges_leaves_the_finite_numbers(
     assert np.isfinite(out.table).all()
     assert (out.throttle >= 0.0).all()
     assert (out.throttle <= 1.0).all()
+
+
+def test_courses_are_columns_of_all_outputs_and_the_servo_alone_moves_alike() -> None:
+    bike = Motorcycle(effects=(GearPlay(play=3e-3),))
+    whole = Simulation(bike, 0.5e-3, 2, 2)
+    command = 0.1 + 0.03 * np.sin(np.arange(500) * 0.05)
+    inputs = Inputs.held(500, gear=2.0, throttle_command=command)
+    start = {"throttle": 0.1, "air": 0.1, "engine_speed": 1000.0, "rear_speed": 115.0,
+             "speed": 36.0, "throttle_command": 0.1}  # fmt: skip
+    out = whole.advance(whole.state(**start), inputs)[1]
+    some = whole.courses(whole.state(**start), inputs, ("throttle", "rear_angle"))
+    assert np.array_equal(some["throttle"], out.throttle)
+    assert np.array_equal(some["rear_angle"], out.rear_angle)
+    servo = Simulation(bike, 0.5e-3, 2, 2, servo_only=True)
+    alone = servo.courses(servo.state(**start), inputs, ("throttle", "speed"))
+    assert np.allclose(alone["throttle"], out.throttle, rtol=0.0, atol=1e-12)
+    assert np.ptp(alone["speed"]) == 0.0

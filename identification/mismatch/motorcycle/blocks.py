@@ -50,7 +50,8 @@ def chain(records: Sequence[Record], order: int = 12) -> Chain:
 
 def concerns(effect: Effect, cut: Chain, drive: str) -> bool:
     """Tell whether an effect can change what the outputs of a drive show."""
-    if isinstance(effect, Tells):
+    if hasattr(effect, "tell"):
+        assert isinstance(effect, Tells)
         return any(effect.channel in b.outputs for b in cut.blocks if b.drive == drive)
     servo = [hook.seam in SERVO_SEAMS for hook in effect.hooks]
     if drive == "servo":

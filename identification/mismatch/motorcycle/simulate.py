@@ -1,6 +1,7 @@
 """One drive of one recording, simulated: led by what was recorded, pushed by the slow road."""
 
 from collections.abc import Mapping
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -13,7 +14,7 @@ from plant.simulation import Simulation
 
 SMOOTH = 50  # rows
 FINER = 2
-"""Steps of integration in a row."""
+"""Steps of integration in a row: with one, 4 mrad of backlash look like 4.11."""
 
 
 def simulate(
@@ -21,19 +22,52 @@ def simulate(
     added: Mapping[str, Floats],
 ) -> Outputs:  # fmt: skip
     """Run one drive of one record. q: of the slow road; added: to columns of the inputs."""
+    simulation, state, inputs = _ready(bike, record, chain, drive, q, added)
+    return simulation.advance(state, inputs)[1]
+
+
+def shown(
+    bike: Motorcycle, record: Record, chain: Chain, drive: str, q: Floats,
+    added: Mapping[str, Floats], finer: int,
+) -> Mapping[str, Floats]:  # fmt: skip
+    """Return what `simulate` gives, but only the columns that sensors of this drive look at."""
+    only = drive == "servo"
+    simulation, state, inputs = _ready(bike, record, chain, drive, q, added, finer, only)
+    outputs = [o for block in chain.blocks if block.drive == drive for o in block.outputs]
+    wanted = {column for o in outputs for column in record.sensors[o].see}
+    return simulation.courses(state, inputs, sorted(wanted))
+
+
+def _ready(
+    bike: Motorcycle, record: Record, chain: Chain, drive: str, q: Floats,
+    added: Mapping[str, Floats], finer: int = FINER, servo_only: bool = False,
+) -> tuple[Simulation, Floats, Inputs]:  # fmt: skip
+    """Return the simulation, its state at the beginning, and what drives it."""
     step = record.grid.step
-    simulation = Simulation(bike, step / FINER, FINER, FINER)
-    table = record.inputs.copy()
+    simulation = Simulation(bike, step / finer, finer, finer, servo_only=servo_only)
+    table = _led(record, chain.drives[drive]).copy()
     inputs = Inputs(table)
     inputs.road_force[:] += record.slow @ q
     for name, course in added.items():
         table[:, Inputs.names.index(name)] += course
-    for source, column in chain.drives[drive]:
-        table[:, Inputs.names.index(column)] = record.measured[source]
-    speed = true_speed(record, bike)
     settling = round(LEAD_IN / step)
-    inputs.measured_speed[:settling] = _smoothed(speed[: settling + SMOOTH])[:settling]
-    return simulation.advance(_begin(simulation, inputs, record, speed), inputs)[1]
+    speed = true_speed(record, bike, settling + SMOOTH)
+    inputs.measured_speed[:settling] = _smoothed(speed)[:settling]
+    return simulation, _begin(simulation, inputs, record, speed), inputs
+
+
+_TABLES: WeakKeyDictionary[Record, dict[tuple[tuple[str, str], ...], Floats]] = WeakKeyDictionary()
+
+
+def _led(record: Record, leads: tuple[tuple[str, str], ...]) -> Floats:
+    """Inputs of a record with the measured signals that lead a drive; kept, not to be written."""
+    kept = _TABLES.setdefault(record, {})
+    if leads not in kept:
+        table = record.inputs.copy()
+        for source, column in leads:
+            table[:, Inputs.names.index(column)] = record.measured[source]
+        kept[leads] = table
+    return kept[leads]
 
 
 def _smoothed(speed: Floats) -> Floats:
@@ -43,16 +77,16 @@ def _smoothed(speed: Floats) -> Floats:
     return np.asarray((sums[SMOOTH:] - sums[:-SMOOTH]) / SMOOTH)
 
 
-def true_speed(record: Record, bike: Motorcycle) -> Floats:
-    """Return the recorded speed that comes nearest to the true one, m/s."""
+def true_speed(record: Record, bike: Motorcycle, rows: int) -> Floats:
+    """Return the recorded speed that comes nearest to the true one, m/s, of the first rows."""
     for source in TRUE_SPEED:
         if source in record.measured:
             factor = bike.front_wheel.radius if source == "front" else 1.0
-            return record.measured[source] * factor
+            return record.measured[source][:rows] * factor
     if "rear" in record.measured:
-        return record.measured["rear"] * bike.rear_wheel.radius
+        return record.measured["rear"][:rows] * bike.rear_wheel.radius
     ratio = bike.gears[int(Inputs(record.inputs).gear[0]) - 1]
-    return record.measured["engine_speed"] / ratio * bike.rear_wheel.radius
+    return record.measured["engine_speed"][:rows] / ratio * bike.rear_wheel.radius
 
 
 def _begin(simulation: Simulation, inputs: Inputs, record: Record, speed: Floats) -> Floats:

@@ -19,13 +19,13 @@ from identification.mismatch.motorcycle.regressors import (
     motion_regressors,
     servo_regressors,
 )
-from identification.mismatch.motorcycle.simulate import simulate
+from identification.mismatch.motorcycle.simulate import FINER, shown, simulate
 from identification.mismatch.place import Injection
 from identification.mismatch.record import Record
 from identification.mismatch.system import System
 from plant.effects.effect import Effect
 from plant.effects.library import LIBRARY
-from plant.signals import Floats, Inputs, Outputs
+from plant.signals import Floats, Inputs
 from plant.trouble import PlantError
 from plant.vehicle_file import Vehicle, load_vehicle
 from plant.vehicle_writer import vehicle_tree
@@ -35,9 +35,10 @@ from protocol.recording import Recording
 
 @dataclass(frozen=True, eq=False)
 class MotorcycleSystem(System):
-    """A vehicle of a vehicle file."""
+    """A vehicle of a vehicle file. finer: steps of integration in a row."""
 
     vehicle: Vehicle
+    finer: int = FINER
 
     units = UNITS
     operating = "engine speed"
@@ -131,9 +132,13 @@ class MotorcycleSystem(System):
 
     def simulate(
         self, record: Record, chain: Chain, drive: str, q: Floats, added: Mapping[str, Floats]
-    ) -> Outputs:
+    ) -> Mapping[str, Floats]:
         """Run one drive of one record."""
-        return simulate(self.vehicle.motorcycle, record, chain, drive, q, added)
+        return shown(self.vehicle.motorcycle, record, chain, drive, q, added, self.finer)
+
+    def coarse(self) -> Self:
+        """Return it with one step of integration in a row."""
+        return replace(self, finer=1)
 
     def places(self, chain: Chain) -> list[Injection]:
         """From the servo to the road."""
@@ -147,7 +152,7 @@ class MotorcycleSystem(System):
         self, record: Record, chain: Chain, drive: str, q: Floats
     ) -> Mapping[str, Floats]:
         """Quantities of the servo, or of all from the throttle plate to the road."""
-        out = self.simulate(record, chain, drive, q, {})
+        out = simulate(self.vehicle.motorcycle, record, chain, drive, q, {})
         return (servo_regressors if drive == "servo" else motion_regressors)(record, out)
 
     def menu(self) -> Sequence[Choice]:
