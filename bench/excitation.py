@@ -35,7 +35,9 @@ class Excitation:
         return self.table.size * self.period
 
     def value(self, time: float) -> float:
-        """Give the deviation that is due `time` s after the button; zero outside."""
+        """Give the deviation that is due `time` s after the button; zero outside, and for NaN."""
+        if not math.isfinite(time):
+            return 0.0
         index = math.floor(time / self.period + 1e-3)  # float time may fall a hair short
         return float(self.table[index]) if 0 <= index < self.table.size else 0.0
 

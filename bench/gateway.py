@@ -148,7 +148,7 @@ class Gateway:
         if self._last.authority == Authority.NONE:
             self._asked_since = now
         held = Held(
-            self.state.throttle, self._plan.trial.operating_point.gear,
+            self.state.throttle, self.state.grip, self._plan.trial.operating_point.gear,
             self._last, self._asked_since,
         )  # fmt: skip
         answer = permit(
@@ -169,8 +169,9 @@ class Gateway:
         self.state = state
 
     def _send(self, command: ActuatorCommand, now: float) -> None:
-        self._put(*self._sender.encode(command), now)
-        self._last = replace(command, time=now)
+        """Send a command; one that the bus refused moved nothing, and the last one still holds."""
+        if self._put(*self._sender.encode(command), now):
+            self._last = replace(command, time=now)
 
     def _report(self, number: int, now: float) -> None:
         if now < self._status_due:
@@ -181,19 +182,20 @@ class Gateway:
         authority = self._plan.authority if holding else Authority.NONE
         self._put(*self._sender.encode(TrialStatus(self.state.phase, authority, trip, number)), now)
 
-    def _put(self, identifier: int, data: bytes, now: float) -> None:
+    def _put(self, identifier: int, data: bytes, now: float) -> bool:
         """Send a frame; a bus that refuses several is off, until it takes one again."""
         message = can.Message(arbitration_id=identifier, data=data, is_extended_id=False)
         try:
             self._bus.send(message)
         except can.CanError as fault:
             self._refused(fault)
-            return
+            return False
         self._refused_in_a_row = 0
         self._own.sent(identifier, data)
         if self._own.silent:  # never heard back: the record tells when it was handed over
             message.timestamp = now
             self._record(message, own=True)
+        return True
 
     def _refused(self, fault: can.CanError) -> None:
         self._refused_in_a_row += 1

@@ -53,11 +53,22 @@ class Lookout:
             NO_ECU, NO_THROTTLE, NO_ENGINE, NO_RIDER,
         )  # fmt: skip
         self._speed = math.nan
+        self._stamps: dict[str, float] = {}  # the sender's own time, or its count of teeth
+        self._distrusted: set[str] = set()  # whose encoder says that it is faulty
         self._distance = 0.0
         self._counted_until = math.nan
 
     def observe(self, name: str, message: object, now: float) -> None:
-        """Take in a good frame of message `name` that arrived at `now` (s)."""
+        """Take in a frame of message `name` that arrived whole and in sequence at `now` (s)."""
+        if name in self._distrusted or self._tells_nothing_new(name, message):
+            self.fault(name)
+            return
+        self._take_in(name, message)
+        if name in self._heard and not _blind(message):
+            self._heard[name] = now
+            self._faults[name] = 0
+
+    def _take_in(self, name: str, message: object) -> None:
         match message:
             case EcuStatus():
                 self._ecu = message
@@ -69,15 +80,10 @@ class Lookout:
                 self._rider = message
             case ToothIntervals():
                 self._wheel_speed[name] = self._tooth_speed(name, message)
-            case OpticalSpeed(speed, valid):
-                if not valid:
-                    return  # a sensor that sees nothing is as silent as one that says nothing
+            case OpticalSpeed(speed, True):
                 self._speed = speed
-            case EncoderStatus(faulty=True):
-                self.fault(name.replace("EncoderStatus", "Teeth"))
-        if name in self._heard:
-            self._heard[name] = now
-            self._faults[name] = 0
+            case EncoderStatus():
+                self._distrust(name.replace("EncoderStatus", "Teeth"), message.faulty)
 
     def fault(self, name: str) -> None:
         """Take note of a frame of message `name` that cannot be trusted."""
@@ -97,9 +103,33 @@ class Lookout:
         faulty = max(self._faults, key=self._faults.__getitem__)
         return Seen(
             self._ecu, self._throttle, self._engine, self._rider,
-            self._speed, self._slip(), self._distance,
+            self._speed, self._slip("RearTeeth"), self._slip("FrontTeeth"), self._distance,
             now - self._heard[oldest], oldest, self._faults[faulty], faulty, bus_off, recording,
         )  # fmt: skip
+
+    def _distrust(self, name: str, faulty: bool) -> None:
+        """Believe no frame of message `name` for as long as its sender says that it is faulty."""
+        if faulty:
+            self._distrusted.add(name)
+        else:
+            self._distrusted.discard(name)
+
+    def _tells_nothing_new(self, name: str, message: object) -> bool:
+        """Tell whether the sender's own time, or count of teeth, stands since its last frame.
+
+        Counter and CRC of such a frame are right: the part that sends lives, the part that
+        measures does not. Seconds without a tooth grow, so a wheel that stands is no such case.
+        """
+        match message:
+            case EcuStatus() | ThrottleStatus() | EngineStatus() | OpticalSpeed():
+                stamp = message.time
+            case ToothIntervals(layout, count) if layout != Intervals.STANDING:
+                stamp = float(count)
+            case _:
+                return False
+        before = self._stamps.get(name)
+        self._stamps[name] = stamp
+        return stamp == before
 
     def _tooth_speed(self, name: str, teeth: ToothIntervals) -> float:
         """Peripheral speed, m/s; while no tooth comes, the most that the silence allows."""
@@ -110,7 +140,12 @@ class Lookout:
             return min(self._wheel_speed[name], self._pitch[name] / span)
         return self._pitch[name] * len(teeth.intervals) / span
 
-    def _slip(self) -> float:
+    def _slip(self, name: str) -> float:
         if self._speed <= SLOWEST:
             return math.nan
-        return self._wheel_speed["RearTeeth"] / self._speed - 1.0
+        return self._wheel_speed[name] / self._speed - 1.0
+
+
+def _blind(message: object) -> bool:
+    """Tell of a sensor that sees nothing; it is as silent as one that says nothing."""
+    return isinstance(message, OpticalSpeed) and not message.valid

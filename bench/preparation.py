@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from bench.excitation import plan_excitation
-from bench.trial import Plan
+from bench.trial import Plan, plan_of
 from bench.virtual_motorcycle import Ride, read_vehicle
 from protocol.configuration import read_toml
 from protocol.database import load_database
@@ -35,7 +35,7 @@ def prepare(trial_path: Path, database_path: Path) -> Prepared:
     trial = read_toml(trial_path, TrialFile)
     vehicle_path = (trial_path.parent / trial.vehicle).resolve()
     return Prepared(
-        Plan(trial, plan_excitation(trial)),
+        plan_of(trial, plan_excitation(trial)),
         Ride(read_vehicle(vehicle_path), trial),
         load_database(database_path),
         trial_path,

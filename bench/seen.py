@@ -17,7 +17,8 @@ class Seen:
     """A snapshot at one tick: the last good status of each kind; NaN where none came yet.
 
     speed            m/s, optical
-    slip             of the rear wheel against `speed`
+    slip             of the rear wheel against `speed`; negative where it turns too slowly
+    front_slip       of the front wheel against `speed`: it rolls, so this is near zero
     distance         m since the button was pressed
     oldest_age       s, silence of the safety-relevant status that has been silent longest
     oldest           its name
@@ -32,6 +33,7 @@ class Seen:
     rider: RiderControls = NO_RIDER
     speed: float = NAN
     slip: float = NAN
+    front_slip: float = NAN
     distance: float = 0.0
     oldest_age: float = math.inf
     oldest: str = "every status"

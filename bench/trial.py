@@ -8,7 +8,7 @@ import math
 from dataclasses import dataclass, replace
 
 from bench.excitation import Excitation
-from bench.permit import Trip
+from bench.permit import CLOCK_RESOLUTION, Trip
 from bench.seen import Seen
 from protocol.messages import ActuatorCommand, Authority, Phase, TripReason
 from protocol.trial_file import RPM, TrialFile
@@ -19,16 +19,17 @@ ENDED = frozenset({Phase.DONE, Phase.TRIPPED})
 
 @dataclass(frozen=True, slots=True)
 class Plan:
-    """A trial, its waveform computed, and the authority that it needs."""
+    """A trial, its waveform computed, and the authority that it needs; see `plan_of`."""
 
     trial: TrialFile
     excitation: Excitation
+    authority: Authority
 
-    @property
-    def authority(self) -> Authority:
-        """Name the actuator that is excited."""
-        throttle = self.excitation.actuator == "throttle"
-        return Authority.THROTTLE if throttle else Authority.SPARK
+
+def plan_of(trial: TrialFile, excitation: Excitation) -> Plan:
+    """Ask for authority over the actuator that is excited, and over no other."""
+    throttle = excitation.actuator == "throttle"
+    return Plan(trial, excitation, Authority.THROTTLE if throttle else Authority.SPARK)
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,8 +40,8 @@ class TrialState:
     steady_since  s, since when rpm and gear have been inside the window (NaN: they are not)
     released      the button has been seen released since arming
     throttle      operating point: opening when the button was pressed, 0..1
+    grip          the rider's grip then, 0..1
     target        opening that the hand-back ramps to: the rider's grip when the ramp began
-    pressed_at    s, when the button was pressed
     trip          why the trial ended early
     """
 
@@ -49,8 +50,8 @@ class TrialState:
     steady_since: float = math.nan
     released: bool = False
     throttle: float = math.nan
+    grip: float = math.nan
     target: float = math.nan
-    pressed_at: float = math.nan
     trip: Trip | None = None
 
 
@@ -94,7 +95,7 @@ def _idle(state: TrialState, seen: Seen, plan: Plan, now: float) -> TrialState:
         return replace(state, steady_since=math.nan)
     since = now if math.isnan(state.steady_since) else state.steady_since
     if now - since >= plan.trial.operating_point.steady_for:
-        return replace(_enter(state, Phase.ARMED, now), steady_since=since, released=False)
+        return replace(_enter(state, Phase.ARMED, now), released=False)
     return replace(state, steady_since=since)
 
 
@@ -104,7 +105,7 @@ def _armed(state: TrialState, seen: Seen, plan: Plan, now: float) -> TrialState:
     if now - state.since > plan.trial.armed_for_at_most:
         return tripped(state, Trip(TripReason.NEVER_PRESSED, "the button was not pressed"), now)
     if not seen.rider.button:
-        return state if state.released else replace(state, released=True)
+        return replace(state, released=True)
     return _pressed(state, seen, plan, now) if state.released else state
 
 
@@ -118,7 +119,8 @@ def _pressed(state: TrialState, seen: Seen, plan: Plan, now: float) -> TrialStat
         swing = float(abs(table).max())
         detail = f"{swing:.1%} about {throttle:.1%} would leave {low:.1%} .. {high:.1%}"
         return tripped(state, Trip(TripReason.RANGE, detail), now)
-    return replace(_enter(state, Phase.EXCITING, now), throttle=throttle, pressed_at=now)
+    entered = _enter(state, Phase.EXCITING, now)
+    return replace(entered, throttle=throttle, grip=seen.rider.grip)
 
 
 def _holding(state: TrialState, seen: Seen, plan: Plan, now: float) -> TrialState:
@@ -133,7 +135,7 @@ def _holding(state: TrialState, seen: Seen, plan: Plan, now: float) -> TrialStat
         Phase.SETTLING: (plan.trial.settling, Phase.HANDING_BACK),
         Phase.HANDING_BACK: (plan.trial.hand_back, Phase.DONE),
     }[state.phase]
-    if now - state.since < lasts - 1e-9:
+    if now - state.since < lasts - CLOCK_RESOLUTION:
         return state
     if then == Phase.HANDING_BACK:
         state = replace(state, target=_hand_back_target(state, seen, plan))
@@ -154,8 +156,12 @@ def _hand_back_target(state: TrialState, seen: Seen, plan: Plan) -> float:
 def unsteady(seen: Seen, plan: Plan) -> str:
     """Say what keeps the bench from arming; empty where nothing does."""
     point, limits = plan.trial.operating_point, plan.trial.limits
-    if not seen.oldest_age <= limits.stale:
+    if not 0.0 <= seen.oldest_age <= limits.stale:
         return f"{seen.oldest} is silent"
+    if seen.throttle.faulty:
+        return "the throttle body reports a fault"
+    if seen.ecu.authority != Authority.NONE:
+        return f"the ECU grants {seen.ecu.authority.name} that nobody asked for"
     if seen.engine.gear != point.gear:
         return f"gear {seen.engine.gear}, the trial wants {point.gear}"
     if not abs(seen.engine.engine_speed - point.engine_speed) <= point.engine_speed_window:

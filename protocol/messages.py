@@ -57,6 +57,9 @@ class TripReason(IntEnum):
     THROTTLE_FAULT = 20
     TWO_SENDERS = 21
     NEVER_READY = 22
+    TIMING = 23
+    FRONT_WHEEL = 24
+    GRIP_OPENED = 25
 
 
 class Intervals(IntEnum):

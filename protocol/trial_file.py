@@ -82,18 +82,28 @@ class Command(Section):
             raise ValueError("must be a whole number of milliseconds, 1 ms or more")
         return ticks * 0.001
 
+    @model_validator(mode="after")
+    def _speaks_often_enough(self) -> "Command":
+        if not self.period < self.silence:
+            raise ValueError(
+                f"period = {self.period:g} s is not below silence = {self.silence:g} s: the devices"
+                " would take authority back between two commands"
+            )
+        return self
+
 
 class Limits(Section):
     """What `permit` lets through, and what trips the trial."""
 
     throttle: tuple[Ratio, Ratio] = (0.0, 1.0)
-    throttle_deviation: Ratio = Field(gt=0)  # from the operating point
+    throttle_deviation: Ratio = Field(gt=0)  # from the operating point, of command and grip
     throttle_rate: RatioPerSecond = Field(gt=0)
     spark: tuple[Radians, Radians]  # offset from the map
     spark_rate: RadiansPerSecond = Field(gt=0)
     engine_speed: tuple[RadiansPerSecond, RadiansPerSecond]
     speed: tuple[MetresPerSecond, MetresPerSecond]
-    slip: Ratio = Field(gt=0)  # trips above it
+    slip: Ratio = Field(gt=0)  # of the rear wheel, either way
+    front_slip: Ratio = Field(default=0.1, gt=0)  # of the front wheel, which rolls, either way
     distance: Metres = Field(gt=0)  # from the button on
     grip_closed: Ratio = 0.02  # the rider lets go below it
     brake_pressure: Annotated[float, Field(gt=0)] = 2e5  # Pa

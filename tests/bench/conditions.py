@@ -6,7 +6,7 @@ from typing import Any
 
 from bench.excitation import plan_excitation
 from bench.seen import Seen
-from bench.trial import Plan
+from bench.trial import Plan, plan_of
 from protocol.configuration import load_toml, parse
 from protocol.messages import Authority, EcuStatus, EngineStatus, RiderControls, ThrottleStatus
 from protocol.trial_file import RPM, TrialFile
@@ -31,7 +31,7 @@ def trial_file(**changes: Any) -> TrialFile:
 
 def plan(**changes: Any) -> Plan:
     trial = trial_file(**changes)
-    return Plan(trial, plan_excitation(trial))
+    return plan_of(trial, plan_excitation(trial))
 
 
 def rider(**changes: Any) -> RiderControls:
@@ -51,6 +51,7 @@ def seen(**changes: Any) -> Seen:
         rider=rider(),
         speed=53.0,
         slip=0.011,
+        front_slip=0.002,
         oldest_age=0.005,
         oldest="EngineStatus",
         faulty="EngineStatus",
