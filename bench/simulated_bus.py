@@ -1,97 +1,104 @@
-"""A CAN bus on the simulated clock: arbitration by identifier, and frames that take their time.
+"""A CAN bus on the simulated clock: the model of the wire under python-can's buses.
 
-It imitates bit rate, arbitration and frame length with the stuff bits that each frame really has.
-It does not imitate CAN FD, error frames, error counters, bus-off, or losses.
+What it imitates, and what it does not, stands in `bench/bus/wire.py`.
 """
 
-import heapq
 from collections import deque
-from copy import copy
 from typing import Any
 
 import can
 
-from protocol.frame_bits import classic_frame_bits
+from bench.bus.counters import Confinement
+from bench.bus.faults import NO_FAULTS, FaultPlan
+from bench.bus.frame import BitRates
+from bench.bus.messages import error_of, frame_of, message_of
+from bench.bus.queues import MostUrgent
+from bench.bus.wire import Delivery, Node, Wire
+
+STATES = {
+    Confinement.ACTIVE: can.BusState.ACTIVE,
+    Confinement.WARNED: can.BusState.ACTIVE,
+    Confinement.PASSIVE: can.BusState.PASSIVE,
+    Confinement.OFF: can.BusState.ERROR,
+}
 
 
 class SimulatedBus:
     """The wire; nodes are python-can buses, so that the gateway cannot tell the difference."""
 
-    def __init__(self, bitrate: int) -> None:
-        """Run at `bitrate` (bit/s)."""
-        self._bit = 1e9 / bitrate
-        self._nodes: list[SimulatedNode] = []
-        self._waiting: list[tuple[int, int, can.Message, SimulatedNode]] = []  # by time sent
-        self._contending: list[tuple[int, int, can.Message, SimulatedNode]] = []  # by identifier
-        self._on_the_wire: tuple[int, can.Message, SimulatedNode] | None = None  # ends at, ns
-        self._free = 0  # ns, when the wire is next idle
-        self._sequence = 0
-        self.now_ns = 0
+    def __init__(
+        self,
+        bitrate: int,
+        data_bitrate: int = 2_000_000,
+        faults: FaultPlan = NO_FAULTS,
+        start_ns: int = 0,
+    ) -> None:
+        """Run at these rates (bit/s); the plan of faults begins at `start_ns`."""
+        self.wire = Wire(BitRates(bitrate, data_bitrate), faults, start_ns)
+        self._nodes: dict[Node, SimulatedNode] = {}
 
-    def node(self, name: str, hears_itself: bool = False) -> "SimulatedNode":
-        """Attach one more node."""
-        node = SimulatedNode(self, name, hears_itself)
-        self._nodes.append(node)
-        return node
+    @property
+    def now_ns(self) -> int:
+        """Tell the time to which the bus has been advanced."""
+        return self.wire.now_ns
 
-    def offer(self, message: can.Message, node: "SimulatedNode") -> None:
-        """Queue a frame that is ready to contend for the wire now."""
-        self._sequence += 1
-        entry = (self.now_ns, self._sequence, message, node)
-        heapq.heappush(self._waiting, entry)
+    def node(
+        self, name: str, hears_itself: bool = False, restart_after: float | None = None
+    ) -> "SimulatedNode":
+        """Attach one more node, which offers its most urgent frame first.
+
+        `restart_after` s after it went off the bus it begins to recover; None: never.
+        """
+        node = self.wire.attach(name, MostUrgent(), restart_after=restart_after)
+        self._nodes[node] = SimulatedNode(self, node, hears_itself)
+        return self._nodes[node]
+
+    def detach(self, node: Node) -> None:
+        """Take a node off the bus."""
+        self.wire.detach(node)
+        self._nodes.pop(node, None)
 
     def advance_to(self, time_ns: int) -> None:
         """Deliver every frame that ends by `time_ns`; one that has begun is not preempted."""
-        while self._on_the_wire or self._waiting or self._contending:
-            ends, message, sender = self._on_the_wire or self._arbitrate()
-            self._on_the_wire = (ends, message, sender)
-            if ends > time_ns:
-                break
-            self._on_the_wire = None
-            self._free = ends
-            self._deliver(message, sender, ends)
-        self.now_ns = time_ns
-
-    def _arbitrate(self) -> tuple[int, can.Message, "SimulatedNode"]:
-        """Let the lowest identifier of those that are ready when the wire is idle win."""
-        begins = self._free
-        if not self._contending:
-            begins = max(begins, self._waiting[0][0])
-        self._join_contention(begins)
-        _, _, message, sender = heapq.heappop(self._contending)
-        return begins + round(_bits(message) * self._bit), message, sender
-
-    def _join_contention(self, time_ns: int) -> None:
-        while self._waiting and self._waiting[0][0] <= time_ns:
-            _, sequence, message, node = heapq.heappop(self._waiting)
-            priority = message.arbitration_id << (0 if message.is_extended_id else 18)
-            heapq.heappush(self._contending, (priority, sequence, message, node))
-
-    def _deliver(self, message: can.Message, sender: "SimulatedNode", time_ns: int) -> None:
-        message.timestamp = time_ns * 1e-9
-        message.is_rx = True
-        for node in self._nodes:
-            if node is not sender:
-                node.inbox.append(message)
-                message = _twin(message)  # each listener may do with its own what it likes
-        if sender.hears_itself:
-            message.is_rx = False
-            sender.inbox.append(message)
+        for event in self.wire.advance(time_ns):
+            listener = self._nodes.get(event.node)
+            if listener is None:
+                continue
+            if not isinstance(event, Delivery):
+                listener.inbox.append(error_of(event, event.time_ns * 1e-9, None))
+            elif not event.own or listener.hears_itself:
+                message = message_of(event.frame, event.time_ns * 1e-9, event.own, None)
+                listener.inbox.append(message)
 
 
 class SimulatedNode(can.BusABC):
     """One node of the simulated bus."""
 
-    def __init__(self, wire: SimulatedBus, name: str, hears_itself: bool) -> None:
-        """Attach to `wire`."""
-        self._wire, self.hears_itself = wire, hears_itself
+    def __init__(self, bus: SimulatedBus, node: Node, hears_itself: bool) -> None:
+        """Speak for `node` of `bus`."""
+        self._wire, self._node, self.hears_itself = bus, node, hears_itself
         self.inbox: deque[can.Message] = deque()
-        self.channel_info = f"simulated: {name}"
-        super().__init__(channel=name)
+        self.channel_info = f"simulated: {node.name}"
+        super().__init__(channel=node.name)
 
     def send(self, msg: can.Message, timeout: float | None = None) -> None:
         """Queue a frame for arbitration."""
-        self._wire.offer(_twin(msg), self)  # who sent it may go on using it
+        if not self._wire.wire.offer(frame_of(msg), self._node, self._wire.now_ns):
+            raise can.CanOperationError("bus off" if self._node.off else "Transmit buffer full")
+
+    @property
+    def state(self) -> can.BusState:
+        """Tell the controller's state: ACTIVE, PASSIVE (error-passive) or ERROR (off the bus)."""
+        return STATES[self._node.state]
+
+    @state.setter
+    def state(self, new_state: can.BusState) -> None:
+        raise NotImplementedError("a controller's state follows from its error counters")
+
+    def shutdown(self) -> None:
+        """Leave the bus."""
+        super().shutdown()
+        self._wire.detach(self._node)
 
     def _recv_internal(self, timeout: float | None) -> tuple[can.Message | None, bool]:
         if not self.inbox:
@@ -100,14 +107,3 @@ class SimulatedNode(can.BusABC):
 
     def _apply_filters(self, filters: Any) -> None:
         """Leave filtering to the base class."""
-
-
-def _bits(message: can.Message) -> int:
-    return classic_frame_bits(message.arbitration_id, message.is_extended_id, message.data)
-
-
-def _twin(message: can.Message) -> can.Message:
-    """Copy a frame, its payload included, which python-can's own shallow copy shares."""
-    twin = copy(message)
-    twin.data = bytearray(message.data)
-    return twin

@@ -1,9 +1,6 @@
-"""How many bits a frame takes on the wire, its stuff bits counted exactly.
+"""How many bits every frame of a log takes on the wire, its stuff bits counted exactly.
 
-After five equal bits a sender inserts their complement (ISO 11898-1, bit stuffing). A classic frame
-stuffs from start of frame to the end of its CRC-15; a CAN FD frame stuffs so up to the end of its
-data and then puts a fixed stuff bit before its stuff count and after every fourth bit from there.
-Counted with the three bits of interframe space.
+The rules and their tables are in `protocol/bit_stuffing.py`; here they act on columns.
 """
 
 from dataclasses import dataclass
@@ -13,16 +10,19 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from protocol.bit_stuffing import (
+    CLASSIC_TAIL,
+    DLC,
+    FD_TAIL,
+    START,
+    crc15_table,
+    stuffing_steps,
+)
 from protocol.frame_log import FrameLog
 
 IntArray = npt.NDArray[np.int64]
 Bytes = npt.NDArray[np.uint8]
 Pieces = list[tuple[npt.NDArray[Any], int]]  # bits of n frames, and how many bits
-
-CLASSIC_TAIL = 1 + 1 + 1 + 7 + 3  # CRC delimiter, ACK, its delimiter, end of frame, space
-FD_TAIL = CLASSIC_TAIL  # all at the nominal rate again
-DLC = {**{n: n for n in range(9)}, 12: 9, 16: 10, 20: 11, 24: 12, 32: 13, 48: 14, 64: 15}
-CRC15 = 0x4599
 
 
 @dataclass(frozen=True)
@@ -103,15 +103,12 @@ def _crc15(parts: Pieces) -> IntArray:
 
 @cache
 def _crc_table() -> IntArray:
-    table = [number << 7 for number in range(256)]
-    for _ in range(8):
-        table = [(crc << 1 & 0x7FFF) ^ (CRC15 if crc & 0x4000 else 0) for crc in table]
-    return np.array(table, np.int64)
+    return np.array(crc15_table(), np.int64)
 
 
 def _stuff(parts: Pieces, n: int, state: IntArray | None = None) -> tuple[IntArray, IntArray]:
-    """Count stuff bits; returns them and the state at the end (see `_steps`)."""
-    now = np.full(n, 0b100, np.int64) if state is None else state
+    """Count stuff bits; returns them and the state at the end (see `stuffing_steps`)."""
+    now = np.full(n, START, np.int64) if state is None else state
     count = np.zeros(n, np.int64)
     for piece, width in parts:
         step = _steps(width)[now << width | piece]
@@ -122,51 +119,4 @@ def _stuff(parts: Pieces, n: int, state: IntArray | None = None) -> tuple[IntArr
 
 @cache
 def _steps(width: int) -> IntArray:
-    """Stuffing as a machine of 8 states: last bit sent * 4 + equal bits so far - 1.
-
-    Entry [state << width | bits]: stuff bits inserted * 8 + next state.
-    """
-    return np.array(
-        [_step(state, bits, width) for state in range(8) for bits in range(1 << width)], np.int64
-    )
-
-
-def _step(state: int, bits: int, width: int) -> int:
-    last, run, stuffed = state >> 2, (state & 3) + 1, 0
-    for place in reversed(range(width)):
-        bit = bits >> place & 1
-        last, run = bit, run + 1 if bit == last else 1
-        if run == 5:
-            last, run, stuffed = 1 - bit, 1, stuffed + 1
-    return stuffed * 8 + last * 4 + run - 1
-
-
-@cache
-def _scalar_tables() -> tuple[list[int], list[list[int]]]:
-    """Give the tables as lists: for one frame at a time, plain integers beat arrays."""
-    return _crc_table().tolist(), [_steps(width).tolist() for width in range(1, 9)]
-
-
-def classic_frame_bits(identifier: int, extended: bool, data: bytes | bytearray) -> int:
-    """Exact bits of one classic frame, as `frame_bits` counts them for a log."""
-    crc_table, steps = _scalar_tables()
-    length, size = len(data), 39 if extended else 19
-    arbitration = identifier
-    if extended:
-        arbitration = (identifier >> 18) << 20 | 0b11 << 18 | identifier & 0x3FFFF
-    header = arbitration << 7 | min(length, 8)
-    head = size % 8
-    pieces = [
-        header >> (size - head),
-        *(header >> s & 0xFF for s in range(size - head - 8, -1, -8)),
-    ]
-    crc, state, stuffed = 0, 0b100, 0
-    for index, piece in enumerate((*pieces, *data)):
-        crc = (crc << 8 & 0x7FFF) ^ crc_table[crc >> 7 ^ piece]
-        width = 8 if index else head
-        step = steps[width - 1][state << width | piece]
-        stuffed, state = stuffed + (step >> 3), step & 7
-    for piece, width in ((crc >> 8, 7), (crc & 0xFF, 8)):
-        step = steps[width - 1][state << width | piece]
-        stuffed, state = stuffed + (step >> 3), step & 7
-    return stuffed + size + 8 * length + 15 + CLASSIC_TAIL
+    return np.array(stuffing_steps(width), np.int64)

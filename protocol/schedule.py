@@ -15,8 +15,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from math import ceil
 
+from protocol.bit_stuffing import CLASSIC_TAIL, FD_TAIL
 from protocol.errors import InputError
-from protocol.frame_bits import CLASSIC_TAIL, FD_TAIL
 from protocol.layout import Database, Message
 
 NEVER = float("inf")

@@ -52,8 +52,8 @@ def test_a_frame_arrives_as_it_was_sent(wire: Wire, message: can.Message) -> Non
 
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
 @given(message=fd_frames())
-def test_a_frame_of_can_fd_arrives_as_it_was_sent(fd_wire: Wire, message: can.Message) -> None:
-    assert_arrives(fd_wire, message)
+def test_a_frame_of_can_fd_arrives_as_it_was_sent(wire: Wire, message: can.Message) -> None:
+    assert_arrives(wire, message)
 
 
 @pytest.mark.parametrize("length", CLASSIC_LENGTHS)
@@ -62,8 +62,8 @@ def test_every_classic_length_arrives(wire: Wire, length: int) -> None:
 
 
 @pytest.mark.parametrize("length", FD_LENGTHS)
-def test_every_length_of_can_fd_arrives(fd_wire: Wire, length: int) -> None:
-    assert_arrives(fd_wire, frame(data=bytes(range(length)), is_fd=True, bitrate_switch=True))
+def test_every_length_of_can_fd_arrives(wire: Wire, length: int) -> None:
+    assert_arrives(wire, frame(data=bytes(range(length)), is_fd=True, bitrate_switch=True))
 
 
 @pytest.mark.parametrize("identifier", [0, 0x7FF, 0x800, 0x1FFFFFFF])

@@ -71,8 +71,7 @@ def _nodes(**bus: Any) -> Iterator[Callable[[bool], can.BusABC]]:
         yield node
 
 
-FD_WIRES = {"socketcan": socketcan} if VCAN else {"virtual": virtual}
-WIRES = FD_WIRES if VCAN else {**FD_WIRES, "simulated": simulated}
+WIRES = {"socketcan": socketcan} if VCAN else {"virtual": virtual, "simulated": simulated}
 
 
 def send(node: can.BusABC, message: can.Message) -> int:

@@ -1,0 +1,68 @@
+"""A frame as the wire knows it: what it contends with, and how long it takes."""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from protocol.bit_stuffing import classic_bits, fd_bits
+
+INTERMISSION = 3  # bits of silence that end every frame
+END_OF_FRAME = 7
+
+
+class Frame(NamedTuple):
+    """One data or remote frame.
+
+    requested      payload bytes that a remote frame asks for; None for a data frame
+    switches_rate  its data goes at the data rate (BRS); CAN FD only
+    error_passive  what its sender says of itself (ESI); CAN FD only
+    """
+
+    identifier: int
+    data: bytes
+    extended: bool = False
+    fd: bool = False
+    switches_rate: bool = False
+    error_passive: bool = False
+    requested: int | None = None
+
+    @property
+    def priority(self) -> int:
+        """Give the bits of arbitration as a number: the lowest wins (ISO 11898-1).
+
+        Base identifier, RTR or SRR, IDE, the rest of a long identifier, its RTR: a data frame wins
+        over a remote one, and a short identifier over a long one that begins with it.
+        """
+        remote = self.requested is not None
+        if self.extended:
+            base, rest = self.identifier >> 18, self.identifier & 0x3FFFF
+            return base << 21 | 0b11 << 19 | rest << 1 | remote
+        return self.identifier << 21 | remote << 20
+
+    @property
+    def after_arbitration(self) -> tuple[bool, int, bytes]:
+        """Give what follows: where two frames with one identifier differ, the lower is dominant."""
+        length = len(self.data) if self.requested is None else self.requested
+        return self.fd, length, self.data
+
+
+@dataclass(frozen=True)
+class BitRates:
+    """Bit rates of a bus, bit/s; the data rate is that of CAN FD frames after their rate switch."""
+
+    nominal: int = 1_000_000
+    data: int = 2_000_000
+
+    @property
+    def bit(self) -> float:
+        """Duration of a bit at the nominal rate, ns."""
+        return 1e9 / self.nominal
+
+    def duration(self, frame: Frame) -> float:
+        """Time that a frame holds the wire, its intermission included, ns."""
+        if not frame.fd:
+            bits = classic_bits(frame.identifier, frame.extended, frame.data, frame.requested)
+            return bits * 1e9 / self.nominal
+        slow, fast = fd_bits(
+            frame.identifier, frame.extended, frame.data, frame.switches_rate, frame.error_passive
+        )
+        return slow * 1e9 / self.nominal + fast * 1e9 / self.data
