@@ -8,6 +8,9 @@ SECOND = 1_000_000_000  # ns
 MILLISECOND = 1_000_000  # ns
 
 
+SPIN = 200_000  # ns: sleeping overshoots by the kernel's wake-up latency, so the last bit spins
+
+
 class Clock(Protocol):
     """Something that can be read and waited for; ns, never going back."""
 
@@ -25,10 +28,10 @@ class MonotonicClock:
     while the rider is on the straight moves nothing.
     """
 
-    SPIN = 200_000  # ns: sleeping overshoots by the kernel's wake-up latency, so the last bit spins
-
-    def __init__(self) -> None:
+    def __init__(self, spin: int = SPIN) -> None:
+        """Spin for the last `spin` ns of every wait."""
         self._origin = time.time_ns() - time.monotonic_ns()
+        self._spin = spin
 
     def now_ns(self) -> int:
         """Read the clock."""
@@ -38,8 +41,8 @@ class MonotonicClock:
         """Sleep to just before `deadline`, then spin."""
         target = deadline - self._origin
         remaining = target - time.monotonic_ns()
-        if remaining > self.SPIN:
-            time.sleep((remaining - self.SPIN) * 1e-9)
+        if remaining > self._spin:
+            time.sleep((remaining - self._spin) * 1e-9)
         while time.monotonic_ns() < target:
             pass
 

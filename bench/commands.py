@@ -4,7 +4,7 @@ import threading
 from itertools import count
 from pathlib import Path
 from time import monotonic
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
@@ -12,6 +12,9 @@ from rich.progress import Progress
 
 import dbc
 from protocol.trial_file import TrialFile
+
+if TYPE_CHECKING:
+    from bench.replay_process import Report, RunningReplay
 
 TRIPPED = 3  # exit status of a trial that ended early; 2 is a user's mistake, 1 a fault of ours
 
@@ -134,37 +137,75 @@ def vehicle(
 def replay(
     log: Annotated[Path, typer.Argument(help="Log of frames: candump, ASC, BLF, TRC, MF4, ...")],
     interface: Annotated[str, typer.Option(help="python-can interface: socketcan, virtual, ...")],
-    channel: Channel = "can0",
+    channel: Annotated[
+        list[str] | None,
+        typer.Option(help="Its channel, or LOGBUS=CHANNEL; may be repeated.  [default: can0]"),
+    ] = None,
     bitrate: Bitrate = 1_000_000,
     fd: FlexibleDataRate = False,
     speed: Annotated[float, typer.Option(help="Times as fast as recorded.", min=0.001)] = 1.0,
     bus: Annotated[
-        str | None, typer.Option(help="Only the frames that the log has from this bus.")
+        list[str] | None, typer.Option(help="Only this bus of the log; may be repeated.")
+    ] = None,
+    only: Annotated[str, typer.Option(help="Only these identifiers: 0x10,0x200-0x2FF.")] = "",
+    without: Annotated[str, typer.Option(help="All but these identifiers.")] = "",
+    start: Annotated[float, typer.Option(help="Begin so many seconds into the log.", min=0)] = 0.0,
+    passes: Annotated[int, typer.Option(help="How often; 0: until stopped.", min=0)] = 1,
+    report: Annotated[
+        Path | None, typer.Option(help="New file for the timing report (TOML).")
     ] = None,
 ) -> None:
-    """Put the frames of a log onto a bus, at their recorded times or faster.
+    """Put the frames of a log onto one bus or several, never before their recorded times.
 
-    Example:
+    On a terminal: space pauses, left and right go 10 s back and on, - and + halve and double the
+    speed, q and Ctrl-C stop. Order is kept, each frame has a deadline of its own from the recorded
+    times, and how late each was is told at the end.
+
+    Exit status: 0 done or stopped, 2 something given must be mended.
+
+    Examples:
 
       slipbench replay drive.log --interface socketcan --channel vcan0 --speed 4
-    """
-    from bench.buses import BusAddress, open_bus
-    from bench.clock import MonotonicClock
-    from bench.replay import replay as put
-    from bench.replay import select_bus, told
-    from protocol.logs import read_log
 
-    frames = select_bus(read_log(log).frames, bus, str(log))
+      slipbench replay drive.log --interface socketcan --channel can0=vcan0 --channel can1=vcan1
+
+      slipbench replay drive.log --interface socketcan --only 0x10,0x200-0x2FF --passes 0
+    """
+    from bench.replay_process import ReplayOrder, running_replay
+    from bench.replay_report import timing, told, write
+
+    order = ReplayOrder(
+        log, interface, tuple(channel or ["can0"]), tuple(bus or []), only, without, bitrate, fd
+    )
+    with running_replay(order, speed, passes) as running:
+        if start:
+            running.controls.seek(round(start * 1e9))
+        done = _watch(running, log.name)
+        table = timing(running.ready, done, speed)
+    typer.echo(told(table))
+    if report is not None:
+        write(table, report)
+
+
+def _watch(running: "RunningReplay", name: str) -> "Report":
+    """Show where the replay is and pass keys on, until it ends."""
+    from bench.loop_process import interrupts
+    from bench.replay_keys import HELP, keys, pressed, steer
+
     console = Console(stderr=True)
-    with (
-        open_bus(BusAddress(interface, channel, bitrate, fd), hears_itself=False) as opened,
-        Progress(console=console, disable=not console.is_terminal, transient=True) as bar,
-    ):
-        task = bar.add_task(log.name, total=len(frames))
-        done = put(
-            frames, opened, MonotonicClock(), speed, lambda count: bar.update(task, completed=count)
-        )
-    typer.echo(told(done))
+    ready, controls = running.ready, running.controls
+    bar = Progress(console=console, disable=not console.is_terminal, transient=True)
+    stop = threading.Event()
+    with interrupts(stop), keys() as listening, bar:
+        task = bar.add_task(f"{name}  {HELP}" if listening else name, total=ready.frames)
+        running.begin()
+        while (done := running.report(within=0.05)) is None:
+            bar.update(task, completed=controls.following)
+            if listening and (key := pressed()):
+                steer(controls, key)
+            if stop.is_set():
+                controls.stop()
+    return done
 
 
 def _next_folder(parent: Path, name: str) -> Path:

@@ -19,6 +19,7 @@ class FrameLog:
     length      (n,) uint8, payload bytes, 0..64
     data        (n, w) uint8, w = 8 or 64, zero beyond `length`
     buses       names of the buses, as in the log: ("can0", "can1")
+    fd_flags    (n,) uint8, of CAN FD frames: 1 bit-rate switch, 2 error state; None: not known
     skipped     what the log held beside data frames (error and remote frames, comments), counted
     """
 
@@ -32,6 +33,7 @@ class FrameLog:
     data: npt.NDArray[np.uint8]
     buses: tuple[str, ...]
     skipped: tuple[tuple[str, int], ...] = ()
+    fd_flags: npt.NDArray[np.uint8] | None = None
 
     def __len__(self) -> int:
         """Count the frames."""
@@ -42,5 +44,5 @@ class FrameLog:
         return FrameLog(
             self.time_ns[rows], self.bus[rows], self.identifier[rows], self.extended[rows],
             self.fd[rows], self.sent[rows], self.length[rows], self.data[rows],
-            self.buses, self.skipped,
+            self.buses, self.skipped, None if self.fd_flags is None else self.fd_flags[rows],
         )  # fmt: skip

@@ -106,6 +106,7 @@ def _join(parts: list[TextColumns], buses: list[bytes]) -> FrameLog:
         column("extended", np.bool_), column("fd", np.bool_), column("sent", np.bool_),
         column("length", np.uint8), data,
         tuple(bus.decode("utf-8", errors="backslashreplace") for bus in buses), skipped,
+        column("fd_flags", np.uint8),
     )  # fmt: skip
 
 

@@ -13,7 +13,6 @@ import re
 from collections.abc import Iterator
 
 import numpy as np
-import numpy.typing as npt
 
 from protocol.frame_log import FrameLog
 
@@ -57,11 +56,9 @@ def stamp(time_ns: int) -> str:
     return f"{seconds}.{fraction // 1000:06d}"
 
 
-def format_frames(
-    frames: FrameLog, fd_flags: npt.NDArray[np.uint8] | None = None
-) -> Iterator[bytes]:
-    """Write every frame as a line, in their order. `fd_flags` (n,): 1 bit-rate switch, 2 error."""
-    flags = np.zeros(len(frames), np.uint8) if fd_flags is None else fd_flags
+def format_frames(frames: FrameLog) -> Iterator[bytes]:
+    """Write every frame as a line, in their order."""
+    flags = np.zeros(len(frames), np.uint8) if frames.fd_flags is None else frames.fd_flags
     payload, width = frames.data.tobytes(), frames.data.shape[1]
     columns = (
         frames.time_ns, frames.bus, frames.identifier, frames.length,

@@ -38,6 +38,7 @@ class TextColumns:
     identifier: npt.NDArray[np.uint32]
     extended: Mask
     fd: Mask
+    fd_flags: Bytes
     sent: Mask
     length: Bytes
     data: Bytes
@@ -82,6 +83,7 @@ def _empty(count: int, width: int) -> TextColumns:
         identifier=np.zeros(count, np.uint32),
         extended=np.zeros(count, np.bool_),
         fd=np.zeros(count, np.bool_),
+        fd_flags=np.zeros(count, np.uint8),
         sent=np.zeros(count, np.bool_),
         length=np.zeros(count, np.uint8),
         data=np.zeros((count, width), np.uint8),
@@ -121,7 +123,7 @@ class _Shape:
     fraction: tuple[int, int] = (0, 0)
     identifier: tuple[int, int] = (0, 0)
     payload: tuple[int, int] = (0, 0)
-    fd: bool = False
+    fd_flags: int = -1  # of a CAN FD frame; no digit of `matches`: other flags, another shape
     sent: bool = False
 
     @staticmethod
@@ -142,7 +144,7 @@ class _Shape:
             fixed, REMOTE if match["remote"] else DATA, buses.index(match["bus"]),
             match.span("seconds"), match.span("fraction"), match.span("identifier"),
             (0, 0) if match["remote"] else match.span(payload),
-            payload == "fd", match["direction"] in (b"T", b"t"),
+            int(match["flags"], 16) if payload == "fd" else -1, match["direction"] in (b"T", b"t"),
         )  # fmt: skip
 
     def matches(self, rows: Bytes, digits: Bytes) -> Mask:
@@ -180,7 +182,8 @@ class _Shape:
             into.kind[lines[(identifier & ERROR_FLAG) != 0]] = ERROR
         into.identifier[lines] = identifier & IDENTIFIER_MASK
         into.extended[lines], into.bus[lines] = extended, self.bus
-        into.fd[lines], into.sent[lines] = self.fd, self.sent
+        into.fd[lines], into.sent[lines] = self.fd_flags >= 0, self.sent
+        into.fd_flags[lines] = max(self.fd_flags, 0)
         size = _width(self.payload) // 2
         payload = digits[:, slice(*self.payload)]
         into.length[lines] = size

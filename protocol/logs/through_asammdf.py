@@ -74,8 +74,8 @@ def mdf_pieces(path: Path, warnings: list[str], progress: Progress) -> Iterator[
                 remedy="give it to `slipbench import` as a table, with a role map of columns",
             )  # fmt: skip
         _tell_what_stays_out(mdf, path, warnings)
-        frames, flags = _frames(mdf)
-    lines = format_frames(frames, flags)
+        frames = _frames(mdf)
+    lines = format_frames(frames)
     done = 0
     while piece := b"".join(islice(lines, 20_000)):
         done += 20_000
@@ -93,8 +93,8 @@ def _tell_what_stays_out(mdf: Any, path: Path, warnings: list[str]) -> None:
             warnings.append(f"{path}: {count} {title} are no data frames and stay out")
 
 
-def _frames(mdf: Any) -> tuple[FrameLog, np.ndarray]:
-    """Give the frames of all groups in order of time, and their CAN FD flags."""
+def _frames(mdf: Any) -> FrameLog:
+    """Give the frames of all groups in order of time."""
     start_ns = round(mdf.header.start_time.timestamp() * 1e6) * 1000
     parts = [
         _Part.of(mdf, group, start_ns)
@@ -102,19 +102,18 @@ def _frames(mdf: Any) -> tuple[FrameLog, np.ndarray]:
         if mdf.groups[group].channel_group.cycles_nr
     ]
     if not parts:
-        return parse_pieces([], "", []), np.zeros(0, np.uint8)
+        return parse_pieces([], "", [])
     width = 64 if any(part.data.shape[1] > 8 for part in parts) else 8
     whole: dict[str, Any] = {
         name: np.concatenate([getattr(part, name) for part in parts])
-        for name in ("time_ns", "bus", "identifier", "extended", "fd", "sent", "length", "flags")
+        for name in ("time_ns", "bus", "identifier", "extended", "fd", "sent", "length", "fd_flags")
     }
     data = np.concatenate([_padded(part.data, width) for part in parts])
     order = np.argsort(whole["time_ns"], kind="stable")
-    flags = whole.pop("flags")
     channels, bus = np.unique(whole["bus"], return_inverse=True)
     whole["bus"] = bus.astype(np.uint8)
     frames = FrameLog(**whole, data=data, buses=tuple(f"can{channel}" for channel in channels))
-    return frames.select(order), flags[order]
+    return frames.select(order)
 
 
 def _padded(data: np.ndarray, width: int) -> np.ndarray:
@@ -132,7 +131,7 @@ class _Part:
     fd: np.ndarray
     sent: np.ndarray
     length: np.ndarray
-    flags: np.ndarray
+    fd_flags: np.ndarray
     data: np.ndarray
 
     @staticmethod
@@ -161,6 +160,6 @@ class _Part:
             fd=field("EDL") != 0,
             sent=field("Dir") != 0,
             length=length,
-            flags=((field("BRS") != 0) + 2 * (field("ESI") != 0)).astype(np.uint8),
+            fd_flags=((field("BRS") != 0) + 2 * (field("ESI") != 0)).astype(np.uint8),
             data=data,
         )

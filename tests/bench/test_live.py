@@ -3,95 +3,17 @@
 import multiprocessing
 import os
 import signal
-import threading
 
-import can
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
-from bench.buses import BusAddress, open_bus
-from bench.clock import SECOND, SimulatedClock
-from bench.replay import replay, select_bus
+from bench.buses import BusAddress
 from bench.run import run_trial
 from protocol.errors import InputError
-from protocol.frame_log import FrameLog
 from protocol.logs import read_log
 from protocol.messages import Phase, TripReason
 from protocol.run_folder import read
 from tests.bench.test_whole_trial import prepared
-from tests.recordings import recording
-
-
-def log_of(times_ms, identifiers) -> FrameLog:
-    n = len(identifiers)
-    return FrameLog(
-        np.array(times_ms, np.int64) * 1_000_000,
-        np.arange(n, dtype=np.uint8) % 2,
-        np.array(identifiers, np.uint32),
-        np.zeros(n, bool), np.zeros(n, bool), np.zeros(n, bool),
-        np.full(n, 2, np.uint8),
-        np.tile(np.arange(8, dtype=np.uint8), (n, 1)) * (np.arange(8) < 2),
-        ("can0", "can1"),
-    )  # fmt: skip
-
-
-class Listening(can.BusABC):
-    """A bus that notes what is sent and when, on a simulated clock. It imitates no wire."""
-
-    def __init__(self, clock):
-        self.clock, self.sent, self.channel_info = clock, [], "listening"
-        super().__init__(channel="listening")
-
-    def send(self, msg, timeout=None):
-        self.sent.append((self.clock.now_ns(), msg.arbitration_id, bytes(msg.data)))
-
-
-@given(
-    st.lists(st.tuples(st.integers(0, 50), st.integers(0, 0x7FF)), min_size=1, max_size=50),
-    st.sampled_from([0.5, 1.0, 4.0]),
-)
-@settings(deadline=None)
-def test_a_replay_keeps_order_and_is_never_early(frames, speed):
-    frames = sorted(frames, key=lambda frame: frame[0])
-    log = log_of([t for t, _ in frames], [i for _, i in frames])
-    clock = SimulatedClock()
-    with Listening(clock) as bus:
-        done = replay(log, bus, clock, speed)
-    assert [identifier for _, identifier, _ in bus.sent] == log.identifier.tolist()
-    due = SECOND + ((log.time_ns - log.time_ns[0]) / speed).astype(np.int64)
-    assert np.all(np.array([t for t, _, _ in bus.sent]) >= due)
-    assert done.count == len(log)
-
-
-def test_a_bus_that_the_log_does_not_have_is_named():
-    with pytest.raises(InputError, match="no bus 'can7'"):
-        select_bus(log_of([0], [1]), "can7", "x.log")
-
-
-def test_an_independent_listener_gets_every_frame_of_a_real_drive_in_order():
-    log = read_log(recording("subaru_wrx/can_sample.log")).frames
-    address, heard, over = BusAddress("virtual", "replay"), [], threading.Event()
-    with can.Bus(interface="virtual", channel="replay") as listener:
-
-        def listen():
-            while not over.is_set():
-                while (message := listener.recv(0.05)) is not None:
-                    heard.append((message.arbitration_id, bytes(message.data)))
-
-        thread = threading.Thread(target=listen)
-        thread.start()
-        with open_bus(address, hears_itself=False) as bus:
-            replay(log, bus, SimulatedClock())
-        over.set()
-        thread.join()
-    sent = [
-        (int(i), d[:n].tobytes())
-        for i, d, n in zip(log.identifier, log.data, log.length, strict=True)
-    ]
-    assert len(heard) == 82_558
-    assert heard == sent
 
 
 def test_a_trial_in_real_time_on_the_virtual_bus_is_recorded_whole(tmp_path):
