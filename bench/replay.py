@@ -35,7 +35,8 @@ class Replayed:
     @property
     def known(self) -> npt.NDArray[np.int64]:
         """Lateness of the frames that were sent, ns."""
-        return self.lateness[self.lateness != NEVER]
+        known: npt.NDArray[np.int64] = self.lateness[self.lateness != NEVER]
+        return known
 
 
 def replay(
