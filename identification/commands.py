@@ -10,6 +10,7 @@ from rich.console import Console
 from protocol.errors import InputError
 
 if TYPE_CHECKING:  # the analyses take seconds to import; --help should not
+    from identification.models.study import Study
     from identification.response.identify import Identification
     from protocol.recording import Recording
 
@@ -44,9 +45,11 @@ def identify_command(
         recording = read_run(run)
         progress.update("identifying")
         found = identified(recording)
+        progress.update("modelling")
+        study = studied(found)
         progress.update("drawing")
-        written = write_report(found, out or run, figures)
-    for line in summary(found):
+        written = write_report(found, study, out or run, figures)
+    for line in summary(found, study):
         typer.echo(line)
     typer.echo(f"report: {written}")
 
@@ -117,18 +120,25 @@ def identified(recording: "Recording") -> "Identification":
     return found
 
 
-def write_report(found: "Identification", out: Path, figures: Path | None) -> Path:
+def studied(found: "Identification") -> "Study":
+    """Model what was identified."""
+    from identification.models.study import study_of
+
+    return study_of(found)
+
+
+def write_report(found: "Identification", study: "Study", out: Path, figures: Path | None) -> Path:
     """Write report.html, identification.json and, if asked, the figures. Raises InputError."""
     from identification.report.key_figures import key_figures
     from identification.report.report import draw, report, write_figures
 
-    drawn = draw(found)
+    drawn = draw(found, study)
     try:
         out.mkdir(parents=True, exist_ok=True)
-        numbers = json.dumps(_plain(key_figures(found)), indent=2, allow_nan=False)
+        numbers = json.dumps(_plain(key_figures(found, study)), indent=2, allow_nan=False)
         (out / "identification.json").write_text(numbers + "\n", encoding="utf-8")
         path = out / "report.html"
-        path.write_text(report(found, drawn), encoding="utf-8")
+        path.write_text(report(found, study, drawn), encoding="utf-8")
         if figures is not None:
             write_figures(drawn, figures)
     except OSError as fault:
@@ -139,14 +149,14 @@ def write_report(found: "Identification", out: Path, figures: Path | None) -> Pa
     return path
 
 
-def summary(found: "Identification") -> list[str]:
+def summary(found: "Identification", study: "Study") -> list[str]:
     """Give the key figures as lines for a terminal."""
     from identification.report.headline import headline
     from identification.report.tiles import tiles
 
     lines = [headline(found), ""]
-    lines += [f"  {tile.label:<22} {tile.value}" for tile in tiles(found)]
-    left = [f"  left out: {item}" for item in found.left_out]
+    lines += [f"  {tile.label:<22} {tile.value}" for tile in tiles(found, study)]
+    left = [f"  left out: {item}" for item in (*found.left_out, *study.left_out)]
     return [*lines, *left, ""]
 
 

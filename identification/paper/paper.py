@@ -44,7 +44,8 @@ from identification.report.report import Drawn
 from identification.response.describing_function import DescribingFunction, sliced
 from identification.response.harmonics import harmonics
 from identification.response.identify import Identification
-from identification.response.swept_run import SweptRun, swept_run_of
+from identification.response.swept_recording import swept_run_of
+from identification.response.swept_run import SweptRun
 from identification.signals.motion import Motion
 from identification.signals.tooth_pitch import ToothPitch
 from identification.signals.trial_window import TrialWindow

@@ -3,7 +3,7 @@
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, LogLocator, MultipleLocator
+from matplotlib.ticker import MultipleLocator
 
 from identification.report import drawing as d
 from identification.report.words import decibel, gain_unit, name
@@ -65,9 +65,6 @@ def _furnish(axes: list[Axes], found: list[FrequencyResponse], unit: str) -> Non
         low, high = min(g.min() for g in believed), max(g.max() for g in believed)
         room = max(1.6, 2.5 * np.sqrt(low / high))
         axes[0].set_ylim(low * factor / room, high * factor * room)
-    axes[0].yaxis.set_major_locator(LogLocator(base=10, subs=(1, 2, 5)))
-    axes[0].yaxis.set_major_formatter(FuncFormatter(lambda y, _: f"{y:.3g}"))
-    axes[0].yaxis.set_minor_formatter(FuncFormatter(lambda *_: ""))
     d.legend(axes[0], 2)
     axes[1].set_ylabel("phase / °")
     phases = [np.degrees(r.phase[r.believed]) for r in found if r.believed.any()]
@@ -77,7 +74,5 @@ def _furnish(axes: list[Axes], found: list[FrequencyResponse], unit: str) -> Non
         axes[1].yaxis.set_major_locator(MultipleLocator(45 if high - low < 360 else 90))
     axes[2].axhline(BELIEVED, color=d.MUTED, lw=0.9, ls=(0, (4, 3)))
     axes[2].set(ylabel="coherence", ylim=(0, 1.05), xlabel="frequency / Hz")
-    axes[2].xaxis.set_major_locator(LogLocator(base=10, subs=(1, 2, 3, 5, 7)))
-    axes[2].xaxis.set_major_formatter(FuncFormatter(lambda x, _: f"{x:g}"))
-    axes[2].xaxis.set_minor_formatter(FuncFormatter(lambda *_: ""))
+    d.plain_decades(axes[0], axes[2])
     axes[2].set_xlim(found[0].frequency[0], found[0].frequency[-1])

@@ -10,6 +10,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, LogLocator
 
 from identification.signals.samples import BoolArray
 from protocol.channel import FloatArray
@@ -100,6 +101,16 @@ def legend(axes: Axes, columns: int = 4) -> None:
         loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=columns, borderaxespad=0.1,
         handlelength=1.6, columnspacing=1.4,
     )  # fmt: skip
+
+
+def plain_decades(gain: Axes, frequency: Axes) -> None:
+    """Write logarithmic axes in plain numbers."""
+    gain.yaxis.set_major_locator(LogLocator(base=10, subs=(1, 2, 5)))
+    gain.yaxis.set_major_formatter(FuncFormatter(lambda y, _: f"{y:.3g}"))
+    gain.yaxis.set_minor_formatter(FuncFormatter(lambda *_: ""))
+    frequency.xaxis.set_major_locator(LogLocator(base=10, subs=(1, 2, 3, 5, 7)))
+    frequency.xaxis.set_major_formatter(FuncFormatter(lambda x, _: f"{x:g}"))
+    frequency.xaxis.set_minor_formatter(FuncFormatter(lambda *_: ""))
 
 
 def svg(figure: Figure, name: str) -> str:

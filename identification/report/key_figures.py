@@ -4,6 +4,8 @@ from typing import Any
 
 import numpy as np
 
+from identification.models.study import Study
+from identification.report import model_tables
 from identification.report.headline import headline
 from identification.response.identify import Identification, slip_range
 from identification.response.resonance import Resonance, low_frequency_delay
@@ -15,7 +17,7 @@ from identification.signals.trial_window import TrialWindow
 from protocol.channel import FloatArray
 
 
-def key_figures(found: Identification) -> dict[str, Any]:
+def key_figures(found: Identification, study: Study) -> dict[str, Any]:
     """Collect what was found. Frequencies in Hz, times in s, slip and openings as ratios."""
     return {
         "recording": found.recording.folder.name,
@@ -34,8 +36,9 @@ def key_figures(found: Identification) -> dict[str, Any]:
         ],
         "left_out": [
             {"analysis": x.analysis, "reason": x.reason, "missing_roles": list(x.roles)}
-            for x in found.left_out
+            for x in (*found.left_out, *study.left_out)
         ],
+        "models": [model_tables.figures(model) for model in study.models],
         "responses": [_response(r) for r in found.responses],
     }
 

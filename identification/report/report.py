@@ -8,11 +8,13 @@ import jinja2
 from markupsafe import Markup
 from matplotlib.figure import Figure
 
-from identification.report import circumstances, drawing, operation, tables
+from identification.models.study import Study
+from identification.report import circumstances, drawing, model_tables, operation, tables
 from identification.report.bode import bode
 from identification.report.close_ups import close_ups
 from identification.report.distributions import slip_statistics, spectra
 from identification.report.headline import headline
+from identification.report.model_figure import harmonics_figure, model_figure
 from identification.report.overview import overview
 from identification.report.tiles import tiles
 from identification.response.identify import Identification
@@ -27,7 +29,7 @@ class Drawn:
     figure: Figure
 
 
-def draw(found: Identification) -> list[Drawn]:
+def draw(found: Identification, study: Study) -> list[Drawn]:
     """Draw every figure that the recording carries."""
     with drawing.hand():
         to_slip = [r for r in found.responses if r.output == "slip"]
@@ -37,6 +39,8 @@ def draw(found: Identification) -> list[Drawn]:
             ("close_ups", CLOSE_UPS, close_ups(found)),
             ("response", BODE, bode(to_slip, found.resonance) if to_slip else None),
             ("servo", SERVO, bode(servo) if servo else None),
+            ("model", MODEL, model_figure(study.models)),
+            ("harmonics", HARMONICS, harmonics_figure(study.harmonics)),
             ("statistics", STATISTICS, slip_statistics(found) if not to_slip else None),
             ("spectra", SPECTRA, spectra(found)),
             ("bus_load", BUS_LOAD, operation.bus_load(found.recording)),
@@ -45,7 +49,7 @@ def draw(found: Identification) -> list[Drawn]:
         return [Drawn(name, text, figure) for name, text, figure in made if figure is not None]
 
 
-def report(found: Identification, drawn: list[Drawn]) -> str:
+def report(found: Identification, study: Study, drawn: list[Drawn]) -> str:
     """Compose the report as HTML."""
     environment = jinja2.Environment(
         autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
@@ -56,7 +60,7 @@ def report(found: Identification, drawn: list[Drawn]) -> str:
         style=Markup((here / "report.css").read_text(encoding="utf-8")),
         title=found.recording.folder.name,
         headline=headline(found),
-        tiles=tiles(found),
+        tiles=tiles(found, study),
         figures={d.name: _inline(d) for d in drawn},
         captions={d.name: d.caption for d in drawn},
         point=circumstances.operating_point(found),
@@ -66,7 +70,8 @@ def report(found: Identification, drawn: list[Drawn]) -> str:
         unknown=tables.unknown_identifiers(found.recording),
         load=tables.bus_load(found.recording),
         lateness=tables.lateness(found.recording),
-        left_out=found.left_out,
+        models=[(model_tables.title(m), model_tables.told(m)) for m in study.models],
+        left_out=(*found.left_out, *study.left_out),
         roles=tables.roles(found),
         provenance=tables.provenance(found.recording),
     )
@@ -94,6 +99,11 @@ BODE = (
     "First harmonic with its 95 % band. Pale stretches are not believed: their coherence is below "
     "the dashed limit, or their band is wider than half the gain."
 )
+MODEL = (
+    "Lines that share no noise, and the model fitted to them with its 95 % band; what drifts below "
+    "the band is drawn with it."
+)
+HARMONICS = "Higher harmonics of the slip beside the first; pale: not known to within themselves."
 SERVO = "From what the servo was told to what it measured."
 STATISTICS = "Slip wherever it is defined; the colour of the right panel counts samples."
 SPECTRA = "Amplitude of a sine of that height. Marked: orders of the driven wheel (1X is one turn)."

@@ -2,8 +2,10 @@
 
 from dataclasses import dataclass
 
+from identification.models.delay_profile import DelayProfile
+from identification.models.study import Study
 from identification.report.key_figures import delays
-from identification.report.words import decibel, gain_unit, milliseconds
+from identification.report.words import decibel, gain_unit, milliseconds, name
 from identification.response.identify import Identification, slip_range
 from identification.response.resonance import Resonance
 from identification.response.response import believed_band, least_coherence
@@ -21,7 +23,7 @@ class Tile:
     note: str
 
 
-def tiles(found: Identification) -> list[Tile]:
+def tiles(found: Identification, study: Study) -> list[Tile]:
     """Choose the key figures that a reader wants first."""
     made: list[Tile] = []
     main, peak, span = found.main, found.resonance, slip_range(found)
@@ -39,7 +41,19 @@ def tiles(found: Identification) -> list[Tile]:
         made.append(
             Tile("Slip", f"{span[0] * 100:.2f} … {span[1] * 100:.2f} %", f"99 % of it, {where}")
         )
-    return made + _delay_tiles(found) + [_fault_tile(found.recording)]
+    return made + _model_tiles(study) + _delay_tiles(found) + [_fault_tile(found.recording)]
+
+
+def _model_tiles(study: Study) -> list[Tile]:
+    """Tell the delay of the path behind the measured actuator, where there is one, else of all."""
+    known = [m for m in study.models if isinstance(m.delay, DelayProfile)]
+    if not known:
+        return []
+    best = known[-1]
+    assert isinstance(best.delay, DelayProfile)
+    low, high = 1e3 * best.delay.low, 1e3 * best.delay.high
+    note = f"from {name(best.response.input)}; 95 % interval {low:.1f} to {high:.1f} ms"
+    return [Tile("Pure delay", f"{1e3 * best.delay.delay:.1f} ms", note)]
 
 
 def _delay_tiles(found: Identification) -> list[Tile]:

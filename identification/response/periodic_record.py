@@ -10,7 +10,7 @@ import numpy as np
 
 from identification.response.identify import Identification
 from identification.response.response import ComplexArray
-from identification.response.swept_run import signals_of
+from identification.response.swept_recording import signals_of
 from identification.signals.swept_phase import NoSweep
 from protocol.channel import FloatArray
 from protocol.trial_file import Multisine

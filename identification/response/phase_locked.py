@@ -48,6 +48,13 @@ def amplitudes(
     )
 
 
+def left_of(run: SweptRun, signal: FloatArray, resolution: float = 0.5) -> FloatArray:
+    """What a signal of the run holds beside a trend and its own wave along the phase, (n,)."""
+    time = np.arange(run.y.size) / run.rate
+    knots = _knots(time, pieces(run, resolution))
+    return np.asarray(_solved(run, signal[:, None], time, knots, 1)[2][:, 0])
+
+
 def pieces(run: SweptRun, resolution: float) -> FloatArray:
     """Number of pieces between knots until each sample, (n,). resolution: Hz of the sweep."""
     frequency = run.sweep.frequency

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from identification.response.feedback import Feedback, feedback
 from identification.response.local_polynomial import sweep_response
 from identification.response.periodic import periodic_response
 from identification.response.response import FrequencyResponse
@@ -54,7 +55,20 @@ def responses(
     actuator = excited_actuator(trial, base, window)
     command, measured = INPUTS[actuator]
     pairs = [(command, "slip"), (measured, "slip"), (command, measured)]
-    return tuple(_response(base, slip, window, trial, *pair) for pair in pairs)
+    found = [_response(base, slip, window, trial, *pair) for pair in pairs]
+    looped = _closed_loop(found[0], base, slip, window)
+    if looped is not None:
+        found[:2] = [NoResponse(*pair, looped.reason) for pair in pairs[:2]]
+    return tuple(found)
+
+
+def _closed_loop(
+    of: FrequencyResponse | NoResponse, base: Dataset, slip: Slip, window: TrialWindow
+) -> Feedback | None:
+    if isinstance(of, NoResponse):
+        return None
+    part = window.exciting
+    return feedback(bridged(base.signals[of.input])[part], bridged(slip.ratio)[part], base.rate, of)
 
 
 def _response(

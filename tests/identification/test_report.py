@@ -9,7 +9,7 @@ import typer
 from typer.testing import CliRunner
 
 from identification import commands
-from identification.commands import identified, register, write_report
+from identification.commands import identified, register, studied, write_report
 from protocol.channel import Channel
 from protocol.errors import InputError
 from protocol.messages import Phase, TripReason
@@ -20,6 +20,11 @@ FAULTS = (
     BusFault("EcuStatus", "lost", 7, 2.5),
     BusFault("0x7ab", "unknown identifier", 41, 0.25),
 )
+
+
+def both(recording):
+    found = identified(recording)
+    return found, studied(found)
 
 
 @pytest.fixture(scope="module")
@@ -35,7 +40,7 @@ def made():
 @pytest.fixture(scope="module")
 def folder(made, tmp_path_factory):
     folder = tmp_path_factory.mktemp("report")
-    write_report(identified(made), folder, folder / "figures")
+    write_report(*both(made), folder, folder / "figures")
     return folder
 
 
@@ -67,7 +72,7 @@ def test_the_report_tells(folder, words):
 
 def test_the_figures_are_written_on_request(folder):
     names = {path.name for path in (folder / "figures").iterdir()}
-    assert {"overview.png", "response.png", "spectra.png"} <= names
+    assert {"overview.png", "response.png", "spectra.png", "model.png", "harmonics.png"} <= names
 
 
 def test_the_key_figures_are_for_a_program_too(folder):
@@ -79,9 +84,22 @@ def test_the_key_figures_are_for_a_program_too(folder):
     assert found["left_out"][0]["missing_roles"] == ["rear_suspension_travel"]
 
 
+def test_the_model_is_told_with_its_intervals_and_they_hold_the_truth(folder):
+    """Truth: 8 Hz, damping 0.25, 10 ms."""
+    found = json.loads((folder / "identification.json").read_text(encoding="utf-8"))["models"][0]
+    low, high = found["delay_interval"]
+    assert low <= 0.010 <= high
+    mode = min(found["modes"], key=lambda m: m["damping"])
+    assert abs(mode["frequency"] - 8.0) < 4 * mode["frequency_deviation"]
+    assert found["chi_square_ratio"] > 0
+    text = (folder / "report.html").read_text(encoding="utf-8")
+    for words in ("Pure delay", "95 % interval", "degrees of freedom", "Drift below the band"):
+        assert words in text
+
+
 def test_the_same_recording_gives_the_same_report(made, tmp_path):
     texts = [
-        write_report(identified(made), tmp_path / name, None).read_text(encoding="utf-8")
+        write_report(*both(made), tmp_path / name, None).read_text(encoding="utf-8")
         for name in ("one", "two")
     ]
     assert texts[0] == texts[1]
@@ -89,7 +107,7 @@ def test_the_same_recording_gives_the_same_report(made, tmp_path):
 
 def test_a_name_is_shown_and_never_run(made, tmp_path):
     odd = replace(made, faults=(BusFault("<b>x</b>", "lost", 1, 0.0),))
-    text = write_report(identified(odd), tmp_path, None).read_text(encoding="utf-8")
+    text = write_report(*both(odd), tmp_path, None).read_text(encoding="utf-8")
     assert "<b>x</b>" not in text
     assert "&lt;b&gt;x&lt;/b&gt;" in text
 
@@ -111,7 +129,7 @@ def test_a_trip_before_the_excitation_is_refused_with_its_reason(made):
 def test_a_recording_without_a_wheel_still_gets_a_report(made, tmp_path):
     few: dict[str, Channel] = {"engine_speed": made.channels["engine_speed"]}
     found = identified(replace(made, channels=few, trial=None))
-    text = write_report(found, tmp_path, None).read_text(encoding="utf-8")
+    text = write_report(found, studied(found), tmp_path, None).read_text(encoding="utf-8")
     assert "optical_speed" in text or "rear_teeth" in text
     assert "Slip cannot be told" in text
 
@@ -146,4 +164,4 @@ def test_a_folder_that_is_no_run_is_refused(tmp_path):
 def test_a_place_that_cannot_be_written_is_said(made, tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(InputError, match="cannot be written"):
-        write_report(identified(made), tmp_path / "file", None)
+        write_report(*both(made), tmp_path / "file", None)

@@ -1,0 +1,102 @@
+"""The model of one response that an engineer may take away, or the reason why there is none.
+
+    found = recommended(response)               # Recommended or NoRational
+    found.fit.model.to_control(), found.delay, found.words
+
+The order is that of least description length. Lags and springs in a chain have no zeros, and only
+without zeros does a recording tell a pure delay; so a chain is taken where the data do not reject
+it, and zeros are let in where they reject every chain. What was taken for granted is in `words`.
+"""
+
+from dataclasses import dataclass
+
+from identification.models.delay_profile import DelayProfile, NoDelay, delay_profile
+from identification.models.model_order import OrderChoice, choose_order, ranked
+from identification.models.rational_ml import RationalFit
+from identification.response.independent_lines import NoRational, independent_lines
+from identification.response.response import FrequencyResponse, believed_band
+
+REJECTED = 0.01  # probability of so large a chi-square under which a model is rejected
+
+
+@dataclass(frozen=True)
+class Recommended:
+    """A rational function behind a delay, with all that it was chosen among.
+
+    response  that it was fitted to
+    choice    every order that was tried, the least AIC first
+    fit       the one that is recommended
+    delay     with its interval, over all orders that the data do not tell apart
+    chain     whether zeros were not needed
+    """
+
+    response: FrequencyResponse
+    choice: OrderChoice[RationalFit]
+    fit: RationalFit
+    delay: DelayProfile | NoDelay
+    chain: bool
+
+    @property
+    def adequate(self) -> bool:
+        """Tell whether what the model leaves may be noise alone."""
+        return self.fit.adequate >= REJECTED
+
+    @property
+    def words(self) -> tuple[str, ...]:
+        """What has to be known before the model is used, a sentence each."""
+        return (*_form(self), *_misfit(self), *_doubt(self), *_band(self.response))
+
+
+def recommended(response: FrequencyResponse) -> Recommended | NoRational:
+    """Choose order, model and delay for one response."""
+    lines = independent_lines(response)
+    if isinstance(lines, NoRational):
+        return lines
+    everything = choose_order(lines)
+    chains = [row for row in everything.rows if not row.order.zeros]
+    only = ranked(chains) if chains else everything
+    chain = bool(chains) and only.best_by_mdl.fit.adequate >= REJECTED
+    choice = only if chain else everything
+    return Recommended(
+        response, everything, choice.best_by_mdl.fit, delay_profile(choice), chain
+    )  # fmt: skip
+
+
+def _form(of: Recommended) -> tuple[str, ...]:
+    if of.chain:
+        return (
+            "The delay is told on the premise that the path is a chain of lags and springs: a zero "
+            "would buy any delay, and the lines do not ask for one.",
+        )
+    zeros = of.fit.model.right_zeros
+    right = f", {zeros.size} of them on the right" if zeros.size else ""
+    return (f"No chain without zeros describes the lines; {of.fit.order}{right}.",)
+
+
+def _misfit(of: Recommended) -> tuple[str, ...]:
+    if of.adequate:
+        return ()
+    return (
+        f"The lines reject the model: chi-square is {of.fit.chi_square_ratio:.1f} times its "
+        "degrees of freedom. Its intervals are widened by as much; curvature, an order above those "
+        "tried or noise that changed in the trial may be the cause.",
+    )
+
+
+def _doubt(of: Recommended) -> tuple[str, ...]:
+    if isinstance(of.delay, NoDelay):
+        return (f"No delay is told: {of.delay.reason}.",)
+    reach = 1 / of.fit.lines.frequency[-1]
+    if of.delay.high - of.delay.low > reach / 10:
+        return (
+            "Orders that the lines do not tell apart ask for other delays: a lag short beside the "
+            "band looks like delay. A wider band narrows the interval.",
+        )
+    return ()
+
+
+def _band(response: FrequencyResponse) -> tuple[str, ...]:
+    band = believed_band(response)
+    if band is None:
+        return ()
+    return (f"The model holds from {band[0]:.2g} to {band[1]:.3g}\u00a0Hz; beyond, it is a guess.",)

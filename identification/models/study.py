@@ -1,0 +1,52 @@
+"""All models and harmonics that one recording supports, and why not where it does not.
+
+study = study_of(identify(read(folder)))
+study.models[0].fit.model, study.harmonics, study.left_out
+"""
+
+from dataclasses import dataclass
+
+from identification.models.recommended import Recommended, recommended
+from identification.response.describing_function import DescribingFunction, NoHarmonics
+from identification.response.harmonics import harmonics
+from identification.response.identify import Identification
+from identification.response.independent_lines import NoRational
+from identification.response.left_out import LeftOut
+from identification.response.swept_recording import swept_run_of
+from identification.signals.swept_phase import NoSweep
+
+
+@dataclass(frozen=True)
+class Study:
+    """models: one for each response to slip that carries one; harmonics: of the slip, in a sweep.
+
+    left_out: what the responses do not carry, beside what the recording does not.
+    """
+
+    models: tuple[Recommended, ...]
+    harmonics: DescribingFunction | None
+    left_out: tuple[LeftOut, ...]
+
+
+def study_of(found: Identification) -> Study:
+    """Model every response to slip; find the harmonics where a sweep excited."""
+    to_slip = [response for response in found.responses if response.output == "slip"]
+    tried = [(response, recommended(response)) for response in to_slip]
+    models = tuple(model for _, model in tried if isinstance(model, Recommended))
+    left = [
+        LeftOut(f"model from {response.input} to slip", why.reason)
+        for response, why in tried
+        if isinstance(why, NoRational)
+    ]
+    if found.main is None:
+        return Study(models, None, tuple(left))
+    distorted = _harmonics(found)
+    if isinstance(distorted, DescribingFunction):
+        return Study(models, distorted, tuple(left))
+    left.append(LeftOut("higher harmonics of the slip", distorted.reason))
+    return Study(models, None, tuple(left))
+
+
+def _harmonics(found: Identification) -> DescribingFunction | NoHarmonics | NoSweep:
+    run = swept_run_of(found)
+    return run if isinstance(run, NoSweep) else harmonics([run])

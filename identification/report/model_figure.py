@@ -1,0 +1,70 @@
+"""A rational model over the lines that it was fitted to, and the harmonics beside the first."""
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from identification.models.recommended import Recommended
+from identification.report import drawing as d
+from identification.report.words import gain_unit, name
+from identification.response.describing_function import DescribingFunction
+from identification.response.response import believed_band
+
+POINTS = 300
+KNOWN = 1.0  # greatest 95 % band beside a harmonic at which it is drawn as known
+
+
+def model_figure(found: tuple[Recommended, ...]) -> Figure | None:
+    """Draw gain and phase of models with their 95 % bands, and the lines as points."""
+    if not found:
+        return None
+    figure, axes = d.panels(2, 5.2, [3, 2])
+    factor, unit = gain_unit(found[0].response.input, found[0].response.output)
+    for one, colour in zip(found, (d.BLUE, d.ORANGE, d.GREEN), strict=False):
+        lines, fit = one.fit.lines, one.fit
+        low, high = believed_band(one.response) or (lines.frequency[0], lines.frequency[-1])
+        f = np.geomspace(low, high, POINTS)
+        value, band = fit.response(f), fit.band(f)
+        gain = np.abs(value)
+        look = {"color": colour, "alpha": 0.25, "lw": 0}
+        axes[0].fill_between(f, factor * (gain - band), factor * (gain + band), **look)  # type: ignore[arg-type]
+        label = f"from {name(one.response.input)}: {fit.order}"
+        axes[0].plot(f, factor * gain, color=colour, label=label)
+        axes[0].plot(lines.frequency, factor * np.abs(lines.value), "o", ms=3.5, color=colour)
+        phase = np.degrees(np.unwrap(np.angle(value)))
+        half = np.degrees(fit.phase_band(f))
+        axes[1].fill_between(f, phase - half, phase + half, **look)  # type: ignore[arg-type]
+        axes[1].plot(f, phase, color=colour)
+        near = np.degrees(np.angle(lines.value / fit.response(lines.frequency)))
+        axes[1].plot(lines.frequency, np.interp(lines.frequency, f, phase) + near, "o", ms=3.5,
+                     color=colour)  # fmt: skip
+    axes[0].set(xscale="log", yscale="log", ylabel=f"gain / ({unit})")
+    axes[1].set(ylabel="phase / °", xlabel="frequency / Hz")
+    d.plain_decades(axes[0], axes[1])
+    d.legend(axes[0], 2)
+    return figure
+
+
+def harmonics_figure(found: DescribingFunction | None) -> Figure | None:
+    """Draw the second and third harmonic over the first, %, with their 95 % bands."""
+    if found is None:
+        return None
+    figure, axes = d.panels(1, 2.9)
+    first = found.gain[0]
+    for k, colour in zip(range(1, len(found.value)), (d.ORANGE, d.GREEN), strict=False):
+        share, band = 100 * found.gain[k] / first, 100 * found.gain_band[k] / first
+        known = np.where(band <= KNOWN * share, share, np.nan)
+        axes[0].fill_between(
+            found.frequency,
+            np.maximum(share - band, 0),
+            share + band,
+            color=colour,
+            alpha=0.2,
+            lw=0,
+        )
+        axes[0].plot(found.frequency, share, color=colour, alpha=0.3, lw=0.8)
+        axes[0].plot(found.frequency, known, color=colour, label=("second", "third")[k - 1])
+    axes[0].set(
+        xlabel="frequency of the excitation / Hz", ylabel="share of the first / %", ylim=(0, None)
+    )
+    d.legend(axes[0], 2)
+    return figure

@@ -1,0 +1,66 @@
+"""The sweep of a recording, cut out for the analyses that follow its phase.
+
+run = swept_run_of(identify(read(folder)))            # SweptRun or NoSweep
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from identification.response.identify import Identification
+from identification.response.responses import INPUTS, MOST_UNKNOWN, STILL, excited_actuator
+from identification.response.swept_run import SweptRun, swept_run
+from identification.signals.filters import bridged
+from identification.signals.motion import NoMotion
+from identification.signals.swept_phase import NoSweep
+from identification.signals.trial_window import NoExcitation
+from protocol.channel import FloatArray
+
+
+def swept_run_of(
+    found: Identification, given: str | None = None, taken: str = "slip"
+) -> SweptRun | NoSweep:
+    """Cut the sweep out of a recording. given, taken: roles; the excited command and slip."""
+    parts = signals_of(found, given, taken)
+    if isinstance(parts, NoSweep):
+        return parts
+    signals, names = parts
+    run = swept_run(signals[0], signals[1], found.base.rate, signals[2])
+    return replace(run, input=names[0], output=names[1]) if isinstance(run, SweptRun) else run
+
+
+def signals_of(
+    found: Identification, given: str | None = None, taken: str = "slip"
+) -> tuple[tuple[FloatArray, ...], tuple[str, ...]] | NoSweep:
+    """Input, output and excited command during the excitation, and their roles."""
+    if isinstance(found.window, NoExcitation):
+        return NoSweep(found.window.reason)
+    actuator = excited_actuator(found.recording.trial, found.base, found.window)
+    command = INPUTS[actuator][0]
+    names = (given or command, taken, command)
+    parts = []
+    for name in names:
+        part = _part(found, name)
+        if isinstance(part, NoSweep):
+            return part
+        parts.append(part)
+    return tuple(parts), names
+
+
+def _part(found: Identification, name: str) -> FloatArray | NoSweep:
+    """Give a signal during the excitation, or why it cannot be had."""
+    assert not isinstance(found.window, NoExcitation)
+    if name == "slip":
+        if isinstance(found.motion, NoMotion):
+            return NoSweep(found.motion.reason)
+        signal = found.motion.slip.ratio
+    else:
+        signal = found.base.signals.get(name, np.empty(0))
+    if not signal.size:
+        return NoSweep(f"{name} was not recorded")
+    part = signal[found.window.exciting]
+    unknown = float(np.mean(~np.isfinite(part)))
+    if unknown > MOST_UNKNOWN:
+        return NoSweep(f"{100 * unknown:.0f} % of {name} is not known in the trial")
+    filled = bridged(part)
+    return NoSweep(f"{name} did not move in the trial") if np.std(filled) < STILL else filled
