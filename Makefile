@@ -1,11 +1,12 @@
 # make trial    set up, run the throttle sweep on the virtual motorcycle, identify it
 # make test     set up, then the whole check
+# make conformance  set up, then python-can's own tests on our virtual bus
 # make paper    set up, then Corno and Savaresi's findings, claim by claim
 # make bench    set up, then every benchmark
 # make lock     choose the newest versions that pyproject.toml allows
 # make clean    forget the environment and everything that was made, except runs/
 
-.PHONY: help trial test figures test-mismatch paper bench lock setup clean
+.PHONY: help trial test conformance figures test-mismatch paper bench lock setup clean
 .DEFAULT_GOAL := help
 
 # The first interpreter that is new enough; the lock is tested with 3.11.
@@ -18,13 +19,17 @@ WORKERS ?= auto
 export OMP_NUM_THREADS ?= 1
 
 help:
-	@sed -n 's/^# //p' $(firstword $(MAKEFILE_LIST)) | head -6
+	@sed -n 's/^# //p' $(firstword $(MAKEFILE_LIST)) | head -7
 
 trial: setup
 	@run=$$($(IN)/slipbench trial trials/throttle_sweep.toml) && $(IN)/slipbench identify "$$run"
 
 test: setup
 	$(IN)/python -m pytest -n $(WORKERS) --dist loadscope $(TESTS)
+
+# python-can's own tests, from its source distribution, judge our virtual bus.
+conformance: setup
+	$(IN)/python -m tests.conformance.judge
 
 # The README's picture, from the recording of `make trial`.
 figures: trial

@@ -8,19 +8,11 @@ from typing import Any
 
 import can
 
-from bench.bus.counters import Confinement
 from bench.bus.faults import NO_FAULTS, FaultPlan
 from bench.bus.frame import BitRates
-from bench.bus.messages import error_of, frame_of, message_of
+from bench.bus.messages import STATES, error_of, frame_of, message_of
 from bench.bus.queues import MostUrgent
 from bench.bus.wire import Delivery, Node, Wire
-
-STATES = {
-    Confinement.ACTIVE: can.BusState.ACTIVE,
-    Confinement.WARNED: can.BusState.ACTIVE,
-    Confinement.PASSIVE: can.BusState.PASSIVE,
-    Confinement.OFF: can.BusState.ERROR,
-}
 
 
 class SimulatedBus:

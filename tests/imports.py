@@ -41,10 +41,13 @@ ALLOWED = {
     "typer": ("*/commands.py", "slipbench.py"),
     "rich": ("*/commands.py", "protocol/summary.py", "slipbench.py"),
     # Time, and whatever runs beside the loop.
-    "time": ("bench/clock.py", "bench/loop.py", "bench/recorder.py", "bench/commands.py"),
+    "time": (
+        "bench/clock.py", "bench/loop.py", "bench/recorder.py", "bench/commands.py",
+        "bench/bus/broker.py", "bench/bus/python_can.py",
+    ),
     "threading": (
         "bench/loop.py", "bench/recorder.py", "bench/commands.py", "bench/live_*.py",
-        "bench/loop_process.py",
+        "bench/loop_process.py", "bench/bus/python_can.py",
     ),
     "multiprocessing": (
         "bench/ring.py", "bench/recorder.py", "bench/live_*.py", "bench/loop_process.py",

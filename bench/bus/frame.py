@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from protocol.bit_stuffing import classic_bits, fd_bits
+from protocol.bit_stuffing import DLC, classic_bits, fd_bits
 
 INTERMISSION = 3  # bits of silence that end every frame
 END_OF_FRAME = 7
@@ -43,6 +43,18 @@ class Frame(NamedTuple):
         """Give what follows: where two frames with one identifier differ, the lower is dominant."""
         length = len(self.data) if self.requested is None else self.requested
         return self.fd, length, self.data
+
+
+def checked(frame: Frame) -> Frame:
+    """Give a frame back that a controller can send; raises ValueError for any other."""
+    highest = 0x1FFF_FFFF if frame.extended else 0x7FF
+    if not 0 <= frame.identifier <= highest:
+        raise ValueError(f"identifier {frame.identifier:#x} is above {highest:#x}")
+    if frame.fd and (len(frame.data) not in DLC or frame.requested is not None):
+        raise ValueError(f"CAN FD has no remote frames, and none with {len(frame.data)} bytes")
+    if not frame.fd and max(len(frame.data), frame.requested or 0) > 8:
+        raise ValueError("a classic frame has at most 8 bytes")
+    return frame
 
 
 @dataclass(frozen=True)

@@ -1,33 +1,23 @@
-"""python-can's messages and the wire's frames, each as the other; errors as SocketCAN tells them.
-
-An error frame on SocketCAN has its class in the identifier and details in eight data bytes
-(linux/can/error.h); candump, python-can and the gateway read it the same on every interface.
-"""
+"""python-can's messages and the wire's frames, each as the other; errors as SocketCAN has them."""
 
 import can
 
-from bench.bus.counters import Confinement, Counters
-from bench.bus.frame import Frame
-from bench.bus.wire import Cause, Notice
+from bench.bus.counters import Confinement
+from bench.bus.error_frames import error_content
+from bench.bus.frame import Frame, checked
+from bench.bus.wire import Notice
 
-CONTROLLER, PROTOCOL, NO_ACK, BUS_OFF, BUS_ERROR, RESTARTED, COUNTERS = (
-    0x04, 0x08, 0x20, 0x40, 0x80, 0x100, 0x200,
-)  # fmt: skip
-WARNED, PASSIVE, ACTIVE = (0x08, 0x04), (0x20, 0x10), 0x40  # transmit and receive; data[1]
-OVERFLOW = 0x01  # data[1]: the receive buffer was full
-BIT_ERROR, SENDING = 0x04, 0x80  # data[2]: a bit was not as sent; while transmitting
-CLASSES = {
-    Cause.BIT: PROTOCOL | BUS_ERROR,
-    Cause.COLLISION: PROTOCOL | BUS_ERROR,
-    Cause.UNACKNOWLEDGED: NO_ACK | BUS_ERROR,
-    Cause.STATE: CONTROLLER,
-    Cause.RESTARTED: RESTARTED | CONTROLLER,
+STATES = {
+    Confinement.ACTIVE: can.BusState.ACTIVE,
+    Confinement.WARNED: can.BusState.ACTIVE,
+    Confinement.PASSIVE: can.BusState.PASSIVE,
+    Confinement.OFF: can.BusState.ERROR,
 }
 
 
 def frame_of(message: can.Message) -> Frame:
-    """Give the frame that a message asks to be sent."""
-    return Frame(
+    """Give the frame that a message asks to be sent; raises ValueError for what is none."""
+    return checked(Frame(
         message.arbitration_id,
         bytes(message.data),
         message.is_extended_id,
@@ -35,7 +25,7 @@ def frame_of(message: can.Message) -> Frame:
         message.bitrate_switch,
         message.error_state_indicator,
         message.dlc if message.is_remote_frame else None,
-    )
+    ))  # fmt: skip
 
 
 def message_of(frame: Frame, timestamp: float, own: bool, channel: str | None) -> can.Message:
@@ -70,22 +60,3 @@ def error_message(
         timestamp, identifier, is_extended_id=False, is_error_frame=True, channel=channel,
         dlc=8, data=data,
     )  # fmt: skip
-
-
-def error_content(cause: Cause, counters: Counters, sending: bool) -> tuple[int, bytes]:
-    """Give class and details of SocketCAN's error frame."""
-    state = counters.state
-    controller = 0
-    if state is Confinement.PASSIVE:
-        controller = PASSIVE[counters.receive > counters.transmit]
-    elif state is Confinement.WARNED:
-        controller = WARNED[counters.receive > counters.transmit]
-    elif cause in (Cause.STATE, Cause.RESTARTED):
-        controller = ACTIVE
-    identifier = CLASSES[cause] | COUNTERS
-    identifier |= BUS_OFF if state is Confinement.OFF else 0
-    identifier |= CONTROLLER if controller else 0
-    protocol = BIT_ERROR if cause in (Cause.BIT, Cause.COLLISION) else 0
-    protocol |= SENDING if sending and protocol else 0
-    told = (min(counters.transmit, 255), min(counters.receive, 255))
-    return identifier, bytes((0, controller, protocol, 0, 0, 0, *told))

@@ -4,6 +4,7 @@ import contextlib
 import itertools
 import os
 import time
+import uuid
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -62,6 +63,13 @@ def simulated() -> Iterator[Wire]:
 
 
 @contextlib.contextmanager
+def slipbench() -> Iterator[Wire]:
+    """The bench's own bus, in real time, through a broker in a process of its own."""
+    with _nodes(interface="slipbench", channel=f"wire {uuid.uuid4()}", fd=True) as node:
+        yield Wire(node, lambda: None)
+
+
+@contextlib.contextmanager
 def _nodes(**bus: Any) -> Iterator[Callable[[bool], can.BusABC]]:
     with contextlib.ExitStack() as open_nodes:
 
@@ -71,7 +79,9 @@ def _nodes(**bus: Any) -> Iterator[Callable[[bool], can.BusABC]]:
         yield node
 
 
-WIRES = {"socketcan": socketcan} if VCAN else {"virtual": virtual, "simulated": simulated}
+WIRES = (
+    {"socketcan": socketcan} if VCAN else {f.__name__: f for f in (virtual, simulated, slipbench)}
+)
 
 
 def send(node: can.BusABC, message: can.Message) -> int:

@@ -1,0 +1,221 @@
+"""A bus in real time: one process owns the wire, and others are its nodes through a local socket.
+
+The wire's own time runs on from frame to frame, so that lateness of this process delays a delivery
+and never adds up; a frame's time stamp is the wire's. Frames are stamped by who sends them, and
+contend as of then, if they are here before the wire has gone on.
+
+It is started by the first node and ends a moment after the last has left. Linux only: the socket's
+address is abstract, so that nothing is left behind, and only its own user may connect.
+"""
+
+import os
+import select
+import socket
+import struct
+import sys
+import time
+from collections import deque
+
+from bench.bus.counters import Confinement
+from bench.bus.frame import BitRates
+from bench.bus.plan_text import read_plan
+from bench.bus.records import (
+    LARGEST,
+    Hello,
+    Kind,
+    Record,
+    frame_in,
+    packed,
+    packed_delivery,
+    packed_notice,
+    packed_overflow,
+    packed_refusal,
+    unpacked,
+)
+from bench.bus.wire import Delivery, Node, Wire
+from bench.undisturbed import undisturbed
+from protocol.errors import InputError
+
+LINGER = 1.0  # s after the last node has left
+BACKLOG = 1 << 16  # records that wait for a node that does not read; what comes then is lost
+
+
+def address(channel: str) -> bytes:
+    """Name the socket of a channel: abstract, of this user, 108 bytes at the most."""
+    name = f"\0slipbench-bus/{os.getuid()}/".encode() + channel.encode()
+    if len(name) > 108:
+        raise ValueError(f"the name of the channel is longer than {108 - len(name)} bytes")
+    return name
+
+
+class Member:
+    """A process on the bus: its socket, its node once it said hello, what waits for it to read."""
+
+    def __init__(self, link: socket.socket) -> None:
+        """Talk through `link`, which never blocks."""
+        self.link = link
+        self.node: Node | None = None
+        self.waiting: deque[bytes] = deque()
+        self.lost = 0
+
+    def tell(self, record: bytes) -> None:
+        """Send a record now, or as soon as there is room for it."""
+        if len(self.waiting) >= BACKLOG:
+            self.lost += 1
+            return
+        self.waiting.append(record)
+        self.flush()
+
+    def flush(self) -> None:
+        """Send what waits, as far as there is room."""
+        try:
+            while self.waiting:
+                self.link.send(self.waiting[0])
+                self.waiting.popleft()
+        except BlockingIOError:
+            return
+        except OSError:
+            self.waiting.clear()  # it has gone; reading will tell
+        if self.lost:
+            self.lost = 0
+            state = self.node.state if self.node else Confinement.ACTIVE
+            self.tell(packed_overflow(state, time.monotonic_ns()))
+
+
+class Broker:
+    """The wire, and who is on it."""
+
+    def __init__(self, listener: socket.socket) -> None:
+        """Take in whoever connects to `listener`."""
+        self._listener = listener
+        self._members: dict[int, Member] = {}
+        self._of_node: dict[Node, Member] = {}
+        self._wire: Wire | None = None
+
+    def serve(self) -> None:
+        """Keep the bus running until everybody has left."""
+        alone_since = time.monotonic_ns()
+        while True:
+            readable, writable = self._wait()
+            for number in writable:
+                if number in self._members:
+                    self._members[number].flush()
+            for number in readable:
+                self._read(number)
+            self._advance()
+            now = time.monotonic_ns()
+            if self._members:
+                alone_since = now
+            elif now - alone_since > LINGER * 1e9:
+                return
+
+    def _wait(self) -> tuple[list[int], list[int]]:
+        """Sleep until somebody speaks, somebody reads, or something ends on the wire."""
+        due = None if self._wire is None else self._wire.next_ns
+        pause = None if self._members else LINGER
+        if due is not None:
+            pause = max(0.0, (due - time.monotonic_ns()) * 1e-9)
+        readers = [self._listener.fileno(), *self._members]
+        writers = [number for number, member in self._members.items() if member.waiting]
+        readable, writable, _ = select.select(readers, writers, [], pause)
+        return readable, writable
+
+    def _read(self, number: int) -> None:
+        """Take in all that one member has said, or a new member."""
+        if number == self._listener.fileno():
+            self._accept()
+            return
+        member = self._members[number]
+        try:
+            while packet := member.link.recv(LARGEST):
+                self._understand(member, unpacked(packet))
+        except BlockingIOError:
+            return
+        except (OSError, ValueError, TypeError, InputError) as cause:
+            member.tell(packed(Kind.REFUSED, str(cause).encode()))
+        self._leave(number, member)
+
+    def _accept(self) -> None:
+        link, _ = self._listener.accept()
+        _, user, _ = struct.unpack("3i", link.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, 12))
+        if user != os.getuid():
+            link.close()
+            return
+        link.setblocking(False)
+        self._members[link.fileno()] = Member(link)
+
+    def _leave(self, number: int, member: Member) -> None:
+        del self._members[number]
+        if member.node is not None and self._wire is not None:
+            del self._of_node[member.node]
+            self._wire.detach(member.node)
+        member.link.close()
+
+    def _understand(self, member: Member, record: Record) -> None:
+        """Act on a record; raises ValueError, TypeError or InputError for one without sense."""
+        if record.kind is Kind.HELLO:
+            self._join(member, Hello.read(record.content))
+            return
+        if member.node is None or self._wire is None:
+            raise ValueError("the first record must say hello")
+        now = min(max(record.time_ns, self._wire.now_ns), time.monotonic_ns())
+        if record.kind is Kind.FRAME:
+            if not self._wire.offer(frame_in(record), member.node, now):
+                member.tell(packed_refusal(member.node.state, now))
+        elif record.kind is Kind.RESTART:
+            self._wire.restart(member.node, now)
+        elif record.kind is Kind.FAULTS:
+            self._wire.follow(read_plan(record.content.decode()), now)
+
+    def _join(self, member: Member, hello: Hello) -> None:
+        """Let a member onto the wire, which the first one makes."""
+        rates = BitRates(hello.bitrate, hello.data_bitrate)
+        if self._wire is None or not self._of_node:
+            self._wire = Wire(rates, start_ns=time.monotonic_ns())
+        elif self._wire.rates != rates:
+            there = self._wire.rates
+            raise ValueError(
+                f"the bus runs at {there.nominal} and {there.data} bit/s, "
+                f"not at {rates.nominal} and {rates.data}"
+            )
+        self._advance()
+        member.node = self._wire.attach(hello.name, fd=hello.fd, restart_after=hello.restart_after)
+        self._of_node[member.node] = member
+        member.tell(packed(Kind.WELCOME, time_ns=self._wire.now_ns))
+
+    def _advance(self) -> None:
+        """Let the wire come up to now, and tell everybody what they heard."""
+        wire = self._wire
+        if wire is None:
+            return
+        for event in wire.advance(max(time.monotonic_ns(), wire.now_ns)):
+            member = self._of_node.get(event.node)
+            if member is None:
+                continue
+            if isinstance(event, Delivery):
+                member.tell(packed_delivery(event, wire.busy_ns))
+            else:
+                member.tell(packed_notice(event))
+
+
+def main(channel: str) -> None:
+    """Serve a channel from a process in the background; returns when it can be connected to."""
+    listener = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+    try:
+        listener.bind(address(channel))
+    except OSError:
+        return  # somebody else was faster, and serves it
+    listener.listen(64)
+    listener.setblocking(False)
+    if os.fork():
+        return
+    os.setsid()
+    null = os.open(os.devnull, os.O_RDWR)
+    for number in range(3):
+        os.dup2(null, number)
+    with undisturbed():
+        Broker(listener).serve()
+
+
+if __name__ == "__main__":
+    main(sys.argv[1])

@@ -1,0 +1,66 @@
+"""A plan of faults as JSON text, so that it can be kept in a file and sent to another process."""
+
+import json
+from dataclasses import asdict, fields
+from typing import Any
+
+from bench.bus.faults import (
+    Corrupted,
+    Delayed,
+    Disturbed,
+    Duplicated,
+    Fault,
+    FaultPlan,
+    Frozen,
+    Lost,
+    Reordered,
+    Where,
+)
+from protocol.errors import InputError
+
+KINDS: dict[str, type[Fault]] = {
+    kind.__name__.lower(): kind
+    for kind in (Disturbed, Lost, Corrupted, Duplicated, Delayed, Reordered, Frozen)
+}
+SETS = ("identifiers", "senders", "receivers")
+
+
+def plan_text(plan: FaultPlan) -> str:
+    """Write a plan; `read_plan` gives it back as it was."""
+    faults = [{"fault": type(fault).__name__.lower(), **_plain(fault)} for fault in plan.faults]
+    return json.dumps({"seed": plan.seed, "faults": faults})
+
+
+def read_plan(text: str) -> FaultPlan:
+    """Read a plan. Raises InputError for what is none."""
+    try:
+        told = json.loads(text)
+        return FaultPlan(tuple(_fault(each) for each in told["faults"]), int(told["seed"]))
+    except (ValueError, KeyError, TypeError, AttributeError) as cause:
+        raise InputError(
+            "not a plan of faults",
+            expected=f'{{"seed": 0, "faults": [{{"fault": one of {", ".join(KINDS)}, ...}}]}}',
+            found=f"{type(cause).__name__}: {cause}",
+        ) from cause
+
+
+def _plain(fault: Fault) -> dict[str, Any]:
+    plain = asdict(fault)
+    if plain["where"]["end"] == float("inf"):
+        del plain["where"]["end"]  # JSON has no infinity
+    plain["where"].update({name: sorted(plain["where"][name]) for name in SETS})
+    return plain
+
+
+def _fault(told: dict[str, Any]) -> Fault:
+    values = dict(told)
+    kind = KINDS[values.pop("fault")]
+    where: dict[str, Any] = {
+        name: frozenset(value) if name in SETS else float(value)
+        for name, value in values.pop("where", {}).items()
+    }
+    known = {field.name for field in fields(kind)} - {"where"}
+    if values.keys() - known:
+        raise KeyError(f"{kind.__name__.lower()} has no {sorted(values.keys() - known)}")
+    numbers: dict[str, Any] = {name: float(value) for name, value in values.items()}
+    return kind(**numbers, where=Where(**where))
