@@ -13,9 +13,10 @@ from identification.mismatch.improved import not_told
 from identification.mismatch.interval import estimates
 from identification.mismatch.locate import Curve, locate
 from identification.mismatch.model import Model, models
-from identification.mismatch.naming import ALIKE, FAMILY, Named, Say, name
+from identification.mismatch.naming import ALIKE, Named, Say, name
 from identification.mismatch.next_trial import next_trial
 from identification.mismatch.record import Record
+from identification.mismatch.scatter import FAMILY
 from identification.mismatch.score import SHOWN, Judge
 from identification.mismatch.system import System
 from identification.mismatch.verdict import FoundCurve, FoundEffect, Location, Verdict
@@ -130,13 +131,15 @@ def _curves(a: Analysis, fit: Fit) -> list[Curve]:
 def verdict(a: Analysis) -> Verdict:
     """Say what is known so far."""
     if a.named is None:
-        return Verdict(_certain(a.before), 1.0, _location(a.before, a.when), complete=False)
+        p = _least(a.before)
+        return Verdict(p < FAMILY, p, _location(a.before, a.when), complete=False)
     doubt = unexplained(a)
     effects = () if doubt else tuple(_effects(a.named))
     left = (a.after if a.named.names else a.before) if doubt else a.before
+    p = min(a.named.p, _least(a.before))
     return Verdict(
-        mismatch=bool(effects) or doubt or a.named.p < FAMILY,
-        p_value=a.named.p,
+        mismatch=p < FAMILY,
+        p_value=p,
         location=_location(a.before, a.when) or (_location(left) if doubt else None),
         effects=effects,
         unknown=doubt,
@@ -159,6 +162,10 @@ def unexplained(a: Analysis) -> bool:
         return _certain(a.before)
     best = max((c.gain for c in a.after if c.certain), default=0.0)
     return best > LEFT * a.named.gain or (best > 0.0 and best > 60.0)
+
+
+def _least(curves: Sequence[Curve]) -> float:
+    return min((c.p for c in curves), default=1.0)
 
 
 def _certain(curves: Sequence[Curve]) -> bool:

@@ -14,7 +14,16 @@ import numpy as np
 from identification.mismatch.candidate import Candidate
 from identification.mismatch.model import Model, Point, Series, predict
 from identification.mismatch.sensitivity import change, coordinates_of, moved
-from identification.mismatch.stack import Nuisances, flat, log_likelihood, residuals, whiteners
+from identification.mismatch.scatter import Scatter, usual_scatter
+from identification.mismatch.stack import (
+    Integers,
+    Nuisances,
+    clusters,
+    flat,
+    log_likelihood,
+    residuals,
+    whiteners,
+)
 from identification.mismatch.whitening import Whitener
 from plant.signals import Floats
 
@@ -49,6 +58,17 @@ class Fit:
     def nuisances(self) -> Nuisances:
         """Whitened sensitivities."""
         return Nuisances(flat(self.model, self.noise, self.slopes))
+
+    @cached_property
+    def groups(self) -> Integers:
+        """Number of the stretch of time of every whitened row."""
+        return clusters(self.model, self.noise)
+
+    @cached_property
+    def scatter(self) -> Scatter:
+        """How errors hang together, told by the system's own sensitivities."""
+        own = self.nuisances.columns[:, : max(len(self.point.x), 1)]
+        return usual_scatter(own, self.nuisances.off(self.aim), self.groups)
 
     @cached_property
     def score(self) -> float:

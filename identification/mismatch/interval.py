@@ -7,8 +7,9 @@ from scipy import stats
 
 from identification.mismatch.candidate import Candidate, shapes, sizes
 from identification.mismatch.fitting import WEAK, Fit
+from identification.mismatch.scatter import stretches
 from identification.mismatch.score import SHARE_OF_SMALL
-from identification.mismatch.stack import Nuisances, clusters
+from identification.mismatch.stack import Nuisances
 from plant.parameters import Parameter
 from plant.signals import Floats
 
@@ -43,14 +44,19 @@ def deviations(fit: Fit) -> tuple[Floats, Floats]:
     covariance = np.linalg.inv(normal)
     off = np.where(untold, 0.0, off)
     everything = Nuisances(np.concatenate((fit.nuisances.columns, fit.columns), axis=1))
+    robust, _, freedom = stretches(off, everything.off(fit.aim), fit.groups)
+    meat = np.sqrt(robust)
+    told = covariance @ (meat[:, None] * _alike(fit, off, everything) * meat) @ covariance
+    spread, total = fit.scatter.moderated(np.diag(told), np.diag(covariance), freedom)
+    return np.sqrt(spread), total
+
+
+def _alike(fit: Fit, off: Floats, everything: Nuisances) -> Floats:
+    """How far the pushes of two dials go together over stretches: correlations."""
     pushes = off * everything.off(fit.aim)[:, None]
-    groups = clusters(fit.model, fit.noise)
-    meat = np.stack([np.bincount(groups, p) for p in pushes.T], axis=1)
-    weight = np.stack([np.bincount(groups, p * p) for p in off.T], axis=1)
-    count = np.maximum(weight.sum(0) ** 2 / np.maximum((weight**2).sum(0), 1e-300), 1.5)
-    robust = covariance @ (meat.T @ meat) @ covariance
-    spread = np.maximum(np.diag(robust) * count / (count - 1.0), np.diag(covariance))
-    return np.sqrt(spread), np.maximum(count - 1.0, 1.0)
+    push = np.stack([np.bincount(fit.groups, p) for p in pushes.T], axis=1)
+    size = np.sqrt(np.sum(push**2, axis=0)) + 1e-300
+    return np.asarray((push / size).T @ (push / size))
 
 
 def significance(fit: Fit, number: int) -> float:

@@ -1,7 +1,9 @@
 """Locate without the library: at every place, along every quantity, a free curve f(z).
 
 f is a broken line over seven knots. Its gain on the training recordings, and what the same curve
-gains on the held-out ones, say where something is missing and along what.
+gains on the held-out ones, say where something is missing and along what. How certain that is, is
+told by what the curve foretells: in every stretch of the training recordings the curve that the
+other stretches give, and on the held-out recordings the curve itself.
 """
 
 from collections.abc import Iterator, Mapping
@@ -13,21 +15,24 @@ from identification.mismatch.fitting import Fit
 from identification.mismatch.injection import answers, places, respond
 from identification.mismatch.model import Series
 from identification.mismatch.place import Injection
+from identification.mismatch.scatter import FAMILY, SHARE, amplitude_p
 from identification.mismatch.score import Judge
-from identification.mismatch.stack import flat
+from identification.mismatch.stack import Integers, flat
 from identification.mismatch.tooth_curve import ANGLE, discs, tooth_columns
 from plant.signals import Floats
 
 KNOTS = 7
 MINIMUM = 15.0  # nats, on the training recordings, beyond half the number of knots
 CONFIRMED = 5.0  # nats, on the held-out ones
+FOLDS = 4
 
 
 @dataclass(frozen=True)
 class Curve:
     """f(z) at a place. knots: of z, SI; values: of f, SI; gain, confirmed: nats.
 
-    tested: nats that the curve would be worth on the held-out recordings if it were right.
+    tested: nats that the curve would be worth on the held-out recordings if it were right. p: that
+    what it foretells came by chance, family-wise over all curves and the library.
     """
 
     place: str
@@ -39,14 +44,12 @@ class Curve:
     gain: float
     confirmed: float
     tested: float
+    p: float
 
     @property
     def certain(self) -> bool:
-        """Whether both sets of recordings speak for it, or one that the other cannot contradict."""
-        enough = MINIMUM + 0.5 * self.knots.size
-        if self.tested < CONFIRMED:
-            return self.gain > 2.0 * enough
-        return self.gain > enough and self.confirmed > CONFIRMED
+        """Whether it is more than chance, and the held-out recordings do not contradict it."""
+        return self.p < FAMILY
 
     def __call__(self, z: Floats) -> Floats:
         """Evaluate f; beyond the last knots it goes on level."""
@@ -55,17 +58,43 @@ class Curve:
 
 def locate(training: Judge, held_out: Judge | None) -> list[Curve]:
     """Fit every curve; the best first, by what both sets of recordings say together."""
-    found, teeth = list(_fits(training)), list(_tooth_fits(training))
-    confirmed = [(0.0, 0.0)] * (len(found) + len(teeth))
-    if held_out is not None:
-        confirmed = _confirmed(held_out, found) + [_same_teeth(held_out, t) for t in teeth]
-    found += teeth
+    found = [*_fits(training), *_tooth_fits(training)]
+    nothing = _Held(0.0, 0.0, np.zeros(0))
+    held = [nothing] * len(found) if held_out is None else _confirmed(held_out, found)
     curves = [
         Curve(f.place.name, f.place.block, f.place.unit, f.regressor, f.knots,
-              f.place.size * f.values, f.gain, *held)
-        for f, held in zip(found, confirmed, strict=True)
+              f.place.size * f.values, f.gain, h.gain, h.worth,
+              _family_p(f, h, training, held_out, len(found)))
+        for f, h in zip(found, held, strict=True)
     ]  # fmt: skip
     return sorted(curves, key=_doubt)
+
+
+def _family_p(
+    found: "_Try", held: "_Held", training: Judge, held_out: Judge | None, curves: int
+) -> float:
+    """p of what a curve foretells; 1 where it brings too little or held-out runs contradict it."""
+    testable = held.worth >= CONFIRMED
+    if found.foretold is None or (testable and held.gain < CONFIRMED):
+        return 1.0
+    course, left, groups = found.foretold, training.left, training.fit.groups
+    if held_out is not None and testable:
+        course = np.concatenate((course, held.course))
+        left = np.concatenate((left, held_out.left))
+        groups = np.concatenate((groups, held_out.fit.groups + 1 + groups.max()))
+    p = amplitude_p(course, left, groups, training.fit.scatter)
+    return min(1.0, p * curves / (1.0 - SHARE))
+
+
+def _foretold(off: Floats, left: Floats, groups: Integers) -> Floats:
+    """Course in every fold of the stretches that the other folds give, (rows,)."""
+    course = np.zeros(len(left))
+    for fold in range(FOLDS):
+        here = groups % FOLDS == fold
+        there = off[~here]
+        normal = there.T @ there + 0.01 * np.eye(off.shape[1])
+        course[here] = off[here] @ np.linalg.solve(normal, there.T @ left[~here])
+    return course
 
 
 def effect_of(judge: Judge, curve: Curve) -> Series:
@@ -96,13 +125,26 @@ def _doubt(curve: Curve) -> float:
 
 @dataclass(frozen=True)
 class _Try:
-    """One curve at one place. values: f at the knots in shares of the place's size."""
+    """One curve at one place. values: f at the knots in shares of the place's size.
+
+    foretold: whitened course, (rows,), of what other stretches foretell; None: too little gain.
+    """
 
     place: Injection
     regressor: str
     knots: Floats
     values: Floats
     gain: float
+    foretold: Floats | None = None
+
+
+@dataclass(frozen=True)
+class _Held:
+    """What a curve does on held-out recordings: nats, nats if it were right, whitened course."""
+
+    gain: float
+    worth: float
+    course: Floats
 
 
 def _courses(fit: Fit) -> dict[str, list[dict[str, Floats]]]:
@@ -146,7 +188,13 @@ def _fits(judge: Judge) -> Iterator[_Try]:
             first += k.size
             normal = columns[:, part].T @ off[:, part] + 0.01 * np.eye(k.size)
             values = np.asarray(np.linalg.solve(normal, aims[part]))
-            yield _Try(place, regressor, k, values, 0.5 * float(aims[part] @ values))
+            gain = 0.5 * float(aims[part] @ values)
+            yield _Try(place, regressor, k, values, gain, _course(judge, off[:, part], gain))
+
+
+def _course(judge: Judge, off: Floats, gain: float) -> Floats | None:
+    enough = MINIMUM + 0.5 * off.shape[1]
+    return _foretold(off, judge.left, judge.fit.groups) if gain > enough else None
 
 
 def _tooth_fits(judge: Judge) -> Iterator[_Try]:
@@ -156,22 +204,20 @@ def _tooth_fits(judge: Judge) -> Iterator[_Try]:
         normal = columns.T @ columns + 0.01 * np.eye(angles.size)
         aim = columns.T @ judge.fit.aim
         values = np.asarray(np.linalg.solve(normal, aim))
-        yield _Try(place, ANGLE, angles, values, 0.5 * float(aim @ values))
+        gain = 0.5 * float(aim @ values)
+        yield _Try(place, ANGLE, angles, values, gain, _course(judge, columns, gain))
 
 
-def _same_teeth(judge: Judge, found: _Try) -> tuple[float, float]:
-    columns = flat(judge.fit.model, judge.fit.noise, tooth_columns(judge.fit, found.place))
-    course = columns @ found.values
-    worth = 0.5 * float(course @ course)
-    return float(course @ judge.fit.aim) - worth, worth
-
-
-def _confirmed(judge: Judge, found: list[_Try]) -> list[tuple[float, float]]:
-    """What the very same curves gain on other recordings, and would if they were right; nats."""
+def _confirmed(judge: Judge, found: list[_Try]) -> list[_Held]:
+    """What the very same curves do on other recordings."""
     courses = _courses(judge.fit)
-    gained: dict[tuple[str, str], tuple[float, float]] = {}
+    held: dict[tuple[str, str], _Held] = {}
     for place in dict.fromkeys(f.place.name for f in found):
         tries = [f for f in found if f.place.name == place]
+        if tries[0].regressor == ANGLE:
+            columns = flat(judge.fit.model, judge.fit.noise, tooth_columns(judge.fit, tries[0].place))
+            held[place, ANGLE] = _held(judge, columns @ tries[0].values)
+            continue
         known = [f for f in tries if f.regressor in courses[f.place.drive][0]]
         pushes = [
             np.column_stack(
@@ -182,11 +228,15 @@ def _confirmed(judge: Judge, found: list[_Try]) -> list[tuple[float, float]]:
         replies = _replies(judge.fit, tries[0].place)
         columns = flat(judge.fit.model, judge.fit.noise, _answered(replies, pushes))
         off = judge.nuisances.off(columns)
-        worth = 0.5 * np.sum(off * columns, axis=0)
-        gains = off.T @ judge.fit.aim - worth
-        for f, g, w in zip(known, gains, worth, strict=True):
-            gained[place, f.regressor] = float(g), float(w)
-    return [gained.get((f.place.name, f.regressor), (0.0, 0.0)) for f in found]
+        for f, course in zip(known, off.T, strict=True):
+            held[place, f.regressor] = _held(judge, course)
+    nothing = _Held(0.0, 0.0, np.zeros(0))
+    return [held.get((f.place.name, f.regressor), nothing) for f in found]
+
+
+def _held(judge: Judge, course: Floats) -> _Held:
+    worth = 0.5 * float(course @ course)
+    return _Held(float(course @ judge.left) - worth, worth, np.ascontiguousarray(course))
 
 
 def _sensors(fit: Fit) -> list[Injection]:

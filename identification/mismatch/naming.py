@@ -11,9 +11,10 @@ from dataclasses import dataclass, field
 from itertools import combinations
 
 from identification.mismatch.calibrate import refreshed
-from identification.mismatch.candidate import TRIES, Candidate, tried_sizes
+from identification.mismatch.candidate import Candidate, tried_sizes
 from identification.mismatch.fitting import Fit, settle, with_effects
 from identification.mismatch.interval import significance
+from identification.mismatch.scatter import FAMILY, SHARE
 from identification.mismatch.score import Judge, Score, survey
 from plant.effects.effect import Effect
 from plant.trouble import PlantError
@@ -24,14 +25,16 @@ HOPELESS = 0.1  # share of the leader's gain below which a score gets one start 
 WORTH = 6.0  # nats that a score must promise before a full fit is tried
 ENOUGH = 12.0  # nats that an effect must bring
 ALIKE = 10.0  # nats within which two names are one class
-FAMILY = 0.05
 
 Say = Callable[[str], None]
 
 
 @dataclass(frozen=True, eq=False)
 class Named:
-    """What was accepted. base: without any; rivals: name -> nats behind, by accepted name."""
+    """What was accepted. base: without any; rivals: name -> nats behind, by accepted name.
+
+    p: of the strongest of all that was tried, family-wise over the library and the free curves.
+    """
 
     base: Fit
     fit: Fit
@@ -52,36 +55,36 @@ class Named:
 
 def name(base: Fit, library: Sequence[type[Effect]], say: Say) -> Named:
     """Find up to three effects that the recordings ask for."""
-    scores, p = _scored(base, library)
-    fit, rivals = base, dict[str, dict[str, float]]()
-    found = scores
+    first = survey(Judge.of(base), library)
+    limit = FAMILY * SHARE / first.tests
+    fit, rivals, found, best_p = base, dict[str, dict[str, float]](), first.scores, 1.0
     while len(fit.candidates) < MOST:
         rough = fit.coarse()
         tried = _tried(rough, found, say)
-        best = next((t for t in tried if _passes(rough, t, len(library))), None)
+        best = next((t for t in tried if _passes(rough, t, limit)), None)
         if best is None and not fit.candidates:
-            best = _pair(rough, found, len(library), say)
+            best = _pair(rough, found, limit, say)
         if best is None:
+            best_p = min((_least_p(rough, t) for t in tried), default=1.0)
             break
         finer = settle(refreshed(best.fine(base.model)))
-        if not _passes(fit, finer, len(library)):
+        if not _passes(fit, finer, limit):
             break
         news = [c.name for c in best.candidates if c.name not in {e.name for e in fit.candidates}]
         rivals[" + ".join(news)] = _behind(best, tried)
         say(f"accepted: {', '.join(news)} ({finer.score - fit.score:.0f} nats)")
         fit = finer
-        found, _ = _scored(fit, _left(fit, library))
-    fit = _pruned(base, fit, len(library), say)
-    tests = TRIES * len(library)
-    fitted = [tests * significance(fit, i) for i in range(len(fit.candidates))]
-    return Named(base, fit, scores, min(1.0, p, *fitted), rivals)
+        found = survey(Judge.of(fit), _left(fit, library)).scores
+    fit = _pruned(base, fit, limit, say)
+    fitted = [significance(fit, i) for i in range(len(fit.candidates))]
+    least = min(fitted) if fitted else max(best_p, limit)
+    return Named(base, fit, first.scores, min(1.0, least / limit * FAMILY), rivals)
 
 
-def _scored(fit: Fit, library: Sequence[type[Effect]]) -> tuple[list[Score], float]:
-    """Scores, best first, and the family-wise p of the best."""
-    scores = survey(Judge.of(fit), library)
-    least = min((s.p for s in scores), default=1.0)
-    return scores, min(1.0, TRIES * len(library) * least)
+def _least_p(before: Fit, after: Fit) -> float:
+    """p of what was tried in vain; what brings too little does not count at all."""
+    enough = after.score - before.score >= ENOUGH
+    return significance(after, len(before.candidates)) if enough else 1.0
 
 
 def _left(fit: Fit, library: Sequence[type[Effect]]) -> list[type[Effect]]:
@@ -124,23 +127,22 @@ def _fitted(fit: Fit, *new: Candidate) -> Fit | None:
         return None
 
 
-def _passes(before: Fit, after: Fit, library: int) -> bool:
+def _passes(before: Fit, after: Fit, limit: float) -> bool:
     new = len(after.candidates) - len(before.candidates)
     if after.score - before.score < ENOUGH * new:
         return False
-    family = FAMILY / (TRIES * library)
     places = range(len(before.candidates), len(after.candidates))
-    return all(significance(after, i) < family for i in places)
+    return all(significance(after, i) < limit for i in places)
 
 
-def _pair(fit: Fit, scores: Sequence[Score], library: int, say: Say) -> Fit | None:
+def _pair(fit: Fit, scores: Sequence[Score], limit: float, say: Say) -> Fit | None:
     """Try pairs of the most promising effects."""
     halves = [s.candidate for s in scores if s.gain > 1.0][:SHORTLIST]
     done = []
     for a, b in combinations(halves, 2):
         say(f"fitting {a.name} with {b.name}".replace("_", " "))
         done.append(_fitted(fit, a, b))
-    passed = [d for d in done if d is not None and _passes(fit, d, library)]
+    passed = [d for d in done if d is not None and _passes(fit, d, limit)]
     return max(passed, key=lambda d: d.score, default=None)
 
 
@@ -151,14 +153,14 @@ def _behind(best: Fit, tried: Sequence[Fit]) -> dict[str, float]:
     }  # fmt: skip
 
 
-def _pruned(base: Fit, fit: Fit, library: int, say: Say) -> Fit:
-    """Drop each effect in turn; what is not missed stays away."""
+def _pruned(base: Fit, fit: Fit, limit: float, say: Say) -> Fit:
+    """Drop each effect in turn; what is not missed, or not certain beside the others, stays away."""
     if len(fit.candidates) < 2:
         return fit
-    for dropped in fit.candidates:
+    for i, dropped in enumerate(fit.candidates):
         kept = tuple(c for c in fit.candidates if c is not dropped)
         less = settle(with_effects(fit, kept))
-        if fit.score - less.score < ENOUGH:
+        if fit.score - less.score < ENOUGH or significance(fit, i) > limit:
             say(f"not missed: {dropped.name}")
-            return _pruned(base, less, library, say)
+            return _pruned(base, less, limit, say)
     return fit

@@ -5,10 +5,10 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
-from scipy import stats
 
 from identification.mismatch.candidate import (
     LARGE,
+    TRIES,
     Candidate,
     candidates,
     otherwise,
@@ -16,8 +16,9 @@ from identification.mismatch.candidate import (
 )
 from identification.mismatch.fitting import Fit
 from identification.mismatch.model import Runs, Series, predict
+from identification.mismatch.scatter import amplitude_p
 from identification.mismatch.sensitivity import change
-from identification.mismatch.stack import Integers, Nuisances, clusters, flat
+from identification.mismatch.stack import Nuisances, flat
 from plant.effects.effect import Effect
 from plant.signals import Floats
 from plant.trouble import PlantError
@@ -28,6 +29,8 @@ HINT = 0.5
 """Nats of an amplitude, either sign, above which an effect is looked at more closely."""
 SHOWN = 6.0
 """Nats that an effect of typical size must be worth to count as excited."""
+CHANCE = 1.0
+"""Nats below which an effect, were it there, could not be found; such a try is no test."""
 RESHAPED = 8
 BATCH = 32
 
@@ -36,16 +39,14 @@ BATCH = 32
 class Score:
     """What a candidate's signature says about residuals.
 
-    amplitude: of the signature, 1 = as large as tried; error: its standard deviation, robust
-    against errors that hang together within 3 s. gain: nats. seen: nats that the signature would
-    be worth if it were there as tried. kept: share of the signature that calibration cannot hide.
-    p: one-sided, of an amplitude as small as does not count. typical: what `seen` is for the effect
-    at its typical size, the most telling of its tries.
+    amplitude: of the signature, 1 = as large as tried. gain: nats. seen: nats that the signature
+    would be worth if it were there as tried. kept: share of the signature that calibration cannot
+    hide. p: one-sided, of an amplitude as small as does not count. typical: what `seen` is for the
+    effect at its typical size, the most telling of its tries.
     """
 
     candidate: Candidate
     amplitude: float
-    error: float
     gain: float
     seen: float
     kept: float
@@ -60,7 +61,6 @@ class Judge:
     fit: Fit
     nuisances: Nuisances
     left: Floats
-    groups: Integers
     runs: Runs = field(default_factory=dict)
 
     @classmethod
@@ -69,7 +69,7 @@ class Judge:
         nuisances = fit.nuisances
         if fit.candidates:
             nuisances = Nuisances(np.concatenate((nuisances.columns, fit.columns), axis=1))
-        return cls(fit, nuisances, nuisances.off(fit.aim), clusters(fit.model, fit.noise))
+        return cls(fit, nuisances, nuisances.off(fit.aim))
 
     @cached_property
     def coarse(self) -> Series:
@@ -119,41 +119,46 @@ class Judge:
         self, candidate: Candidate, signature: Floats, push: float, energy: float, whole: float
     ) -> Score:
         if energy <= 1e-9 * max(whole, 1.0) or energy < 1e-6:
-            return Score(candidate, 0.0, np.inf, 0.0, 0.0, 0.0, 1.0)
+            return Score(candidate, 0.0, 0.0, 0.0, 0.0, 1.0)
         amplitude = push / energy
         gain = 0.5 * energy * max(amplitude, 0.0) ** 2
-        error, p = 1.0 / np.sqrt(energy), 1.0
+        p = 1.0
         if gain > HINT:
-            error, freedom = self.error(self.nuisances.off(signature), energy, amplitude)
-            floor = SHARE_OF_SMALL * candidate.smallest / abs(candidate.size)
-            p = float(stats.t.sf((amplitude - floor) / error, freedom))
-        return Score(candidate, amplitude, error, gain, 0.5 * energy, energy / whole, p)
-
-    def error(self, off: Floats, energy: float, amplitude: float) -> tuple[float, float]:
-        """Standard deviation of an amplitude and its degrees of freedom, over stretches of time."""
-        rest = self.left - amplitude * off
-        push = np.bincount(self.groups, off * rest)
-        weight = np.bincount(self.groups, off * off)
-        count = float(weight.sum() ** 2 / (weight @ weight))
-        robust = np.sqrt(float(push @ push) * count / max(count - 1.0, 0.5)) / energy
-        return max(robust, 1.0 / np.sqrt(energy)), max(count - 1.0, 1.0)
+            least = SHARE_OF_SMALL * candidate.smallest / abs(candidate.size)
+            off = self.nuisances.off(signature)
+            p = amplitude_p(off, self.left, self.fit.groups, self.fit.scatter, least)
+        return Score(candidate, amplitude, gain, 0.5 * energy, energy / whole, p)
 
 
-def survey(judge: Judge, library: Iterable[type[Effect]]) -> list[Score]:
-    """Score every effect; the best try of each, by what it explains, greatest first.
+@dataclass(frozen=True)
+class Survey:
+    """scores: the best try of every effect, by what it explains, greatest first.
+
+    tests: how many could have been found by chance.
+    """
+
+    scores: list[Score]
+    tests: int
+
+
+def survey(judge: Judge, library: Iterable[type[Effect]]) -> Survey:
+    """Score every effect.
 
     All are tried at their typical size. Those of which there is a hint are tried at other sizes and
     shapes as well; those that would not show at their typical size, at a large one.
     """
     first = judge.scores([c for kind in library for c in candidates(kind)])
     more = [c for s in first for c in _more(s)]
-    best = _best([*first, *judge.scores(more)])
+    tried = judge.scores(more)
+    best = _best([*first, *tried])
     hints = [s.candidate for s in best[:RESHAPED] if s.gain > HINT]
     shaped = judge.scores([c for hint in hints for c in reshaped(hint)])
     typical: dict[str, float] = {}
     for s in first:
         typical[s.candidate.name] = max(typical.get(s.candidate.name, 0.0), s.seen)
-    return [replace(s, typical=typical[s.candidate.name]) for s in _best([*best, *shaped])]
+    told = [replace(s, typical=typical[s.candidate.name]) for s in _best([*best, *shaped])]
+    chances = {(s.candidate.name, s.candidate.whole) for s in (*first, *tried) if s.seen > CHANCE}
+    return Survey(told, TRIES * max(len(chances), 1))
 
 
 def _more(score: Score) -> list[Candidate]:
