@@ -4,7 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from identification.mismatch.fitting import Fit
 from identification.mismatch.locate import Curve, effect_of, regressors
+from identification.mismatch.model import Series
 from identification.mismatch.score import Judge
 from identification.mismatch.tooth_curve import ANGLE
 from plant.signals import Floats
@@ -58,6 +60,17 @@ def circumstance(judge: Judge, curve: Curve) -> Circumstance | None:
     region = _middle(np.concatenate(speed), weight)
     unit = system.units.get(system.operating, "")
     return Circumstance(_middle(grid, spectrum), region, direction, system.operating, unit)
+
+
+def plainest(fit: Fit, trace: Series) -> str:
+    """Return the output that shows a trace best, by what is new in each of its bins."""
+    told: dict[str, float] = {}
+    for block, white, parts in zip(fit.model.chain.blocks, fit.noise, trace, strict=True):
+        spread = np.sqrt(np.sum(np.linalg.inv(white.inverse) ** 2, axis=1))
+        for j, output in enumerate(block.outputs):
+            told[output] = sum(float(np.sum(p[:, j] ** 2)) for p in parts if p.size)
+            told[output] /= float(spread[j]) ** 2
+    return max(told, key=lambda output: told[output])
 
 
 def _drive(judge: Judge, name: str) -> str | None:

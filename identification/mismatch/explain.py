@@ -5,19 +5,21 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from identification.mismatch.calibrate import calibrate
-from identification.mismatch.circumstance import Circumstance, circumstance
+from identification.mismatch.circumstance import Circumstance, circumstance, plainest
 from identification.mismatch.fitting import Fit
+from identification.mismatch.floor import lack_of_fit
 from identification.mismatch.free_curve import FreeCurve, inside
 from identification.mismatch.held_out import Error, carried_over, errors
 from identification.mismatch.improved import not_told
 from identification.mismatch.interval import estimates
-from identification.mismatch.locate import Curve, locate
+from identification.mismatch.locate import Curve, effect_of, locate
 from identification.mismatch.model import Model, models
 from identification.mismatch.naming import ALIKE, Named, Say, name
 from identification.mismatch.next_trial import next_trial
 from identification.mismatch.record import Record
 from identification.mismatch.scatter import FAMILY
 from identification.mismatch.score import SHOWN, Judge
+from identification.mismatch.sensitivity import change
 from identification.mismatch.system import System
 from identification.mismatch.verdict import FoundCurve, FoundEffect, Location, Verdict
 from identification.mismatch.words import shape_in_words
@@ -37,6 +39,7 @@ class Analysis:
     before: list[Curve] = field(default_factory=list)
     when: Circumstance | None = None
     named: Named | None = None
+    headline: str = ""
     after: list[Curve] = field(default_factory=list)
     errors: list[Error] = field(default_factory=list)
     free: FreeCurve | None = None
@@ -78,6 +81,20 @@ def _name(a: Analysis, library: Sequence[type[Effect]], say: Say) -> None:
     assert a.base is not None
     say(f"scoring {len(library)} effects")
     a.named = name(a.base, library, say)
+    a.headline = _headline(a)
+
+
+def _headline(a: Analysis) -> str:
+    """Return the output that the first sentence tells of, chosen on the training recordings."""
+    assert a.base is not None
+    assert a.named is not None
+    if a.named.names:
+        effects = tuple(c.effect() for c in a.named.fit.candidates)
+        trace = change(a.base.model, a.base.point, effects, a.base.predicted)
+        return plainest(a.base, trace)
+    if a.before and a.before[0].certain:
+        return plainest(a.base, effect_of(Judge.of(a.base), a.before[0]))
+    return a.base.model.chain.blocks[-1].outputs[0]
 
 
 def _doubt(a: Analysis, _: Sequence[type[Effect]], say: Say) -> None:
@@ -151,6 +168,10 @@ def verdict(a: Analysis) -> Verdict:
         not_told=tuple(not_told(a.named.fit)),
         next_trial={"why": a.proposal[0]} if a.proposal else None,
         held_out=tuple(a.errors),
+        headline=a.headline,
+        lack_of_fit=tuple(f for f in (lack_of_fit(a.base), lack_of_fit(a.named.fit)) if f)
+        if a.base
+        else (),
         complete=a.complete,
     )
 

@@ -13,8 +13,8 @@ import numpy as np
 
 from identification.mismatch.candidate import Candidate
 from identification.mismatch.model import Model, Point, Series, predict
-from identification.mismatch.sensitivity import change, coordinates_of, moved
 from identification.mismatch.scatter import Scatter, usual_scatter
+from identification.mismatch.sensitivity import change, coordinates_of, moved
 from identification.mismatch.stack import (
     Integers,
     Nuisances,

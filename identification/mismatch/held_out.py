@@ -1,10 +1,12 @@
 """Prove it on recordings that took no part in the fit."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from identification.mismatch.fitting import Fit, settle
+from identification.mismatch.floor import floors
 from identification.mismatch.model import Model, predict
 from identification.mismatch.sensitivity import sensitivities
 from identification.mismatch.system import System
@@ -15,8 +17,9 @@ DRAWS = 2000
 
 @dataclass(frozen=True)
 class Error:
-    """Root mean square error of one output, SI. floor: scatter of the sensor itself.
+    """Root mean square error of one output, SI.
 
+    floor: what no model of the commands can explain; floor_from: what tells it (see floor.py).
     interval: 95 %, of improved over nominal, from drawing stretches of time again.
     """
 
@@ -26,6 +29,7 @@ class Error:
     calibrated: float
     improved: float
     floor: float
+    floor_from: str
     interval: tuple[float, float]
 
 
@@ -54,20 +58,18 @@ def errors(model: Model, base: Fit, fit: Fit) -> list[Error]:
         driven(model, system, fit)
         for system in (model.system, base.model.at(base.point), fit.model.at(fit.point))
     ]
-    return [
-        _error(runs, b, j, output)
-        for b, block in enumerate(model.chain.blocks) for j, output in enumerate(block.outputs)
-    ]  # fmt: skip
+    return [e for b in range(len(model.chain.blocks)) for e in _errors(runs, b)]
 
 
-def _error(runs: list[Fit], b: int, j: int, output: str) -> Error:
-    squares = [_squares(run, b, j) for run in runs]
-    nominal, calibrated, improved = (float(np.sqrt(np.mean(s))) for s in squares)
-    values = [m[:, j] for m in runs[0].model.measured[b]]
-    scatter = np.concatenate([np.diff(v, 2) for v in values])
-    floor = min(float(np.sqrt(np.mean(scatter**2) / 6.0)), improved)
-    unit = runs[0].model.records[0].sensors[output].unit
-    return Error(output, unit, nominal, calibrated, improved, floor, _ratio(squares[0], squares[2]))
+def _errors(runs: list[Fit], b: int) -> Iterator[Error]:
+    least, told_by = floors(runs[-1], b)
+    for j, output in enumerate(runs[0].model.chain.blocks[b].outputs):
+        squares = [_squares(run, b, j) for run in runs]
+        nominal, calibrated, improved = (float(np.sqrt(np.mean(s))) for s in squares)
+        unit = runs[0].model.records[0].sensors[output].unit
+        interval = _ratio(squares[0], squares[2])
+        floor = float(least[j])
+        yield Error(output, unit, nominal, calibrated, improved, floor, told_by, interval)
 
 
 def _squares(run: Fit, b: int, j: int) -> Floats:

@@ -82,7 +82,8 @@ def _family_p(
         course = np.concatenate((course, held.course))
         left = np.concatenate((left, held_out.left))
         groups = np.concatenate((groups, held_out.fit.groups + 1 + groups.max()))
-    p = amplitude_p(course, left, groups, training.fit.scatter)
+    least = found.place.counts * found.place.size / found.swing
+    p = amplitude_p(course, left, groups, training.fit.scatter, least)
     return min(1.0, p * curves / (1.0 - SHARE))
 
 
@@ -136,6 +137,11 @@ class _Try:
     values: Floats
     gain: float
     foretold: Floats | None = None
+
+    @property
+    def swing(self) -> float:
+        """How far f goes up and down, half of it, in the place's unit."""
+        return max(0.5 * float(np.ptp(self.values)) * self.place.size, 1e-300)
 
 
 @dataclass(frozen=True)
@@ -215,7 +221,9 @@ def _confirmed(judge: Judge, found: list[_Try]) -> list[_Held]:
     for place in dict.fromkeys(f.place.name for f in found):
         tries = [f for f in found if f.place.name == place]
         if tries[0].regressor == ANGLE:
-            columns = flat(judge.fit.model, judge.fit.noise, tooth_columns(judge.fit, tries[0].place))
+            columns = flat(
+                judge.fit.model, judge.fit.noise, tooth_columns(judge.fit, tries[0].place)
+            )
             held[place, ANGLE] = _held(judge, columns @ tries[0].values)
             continue
         known = [f for f in tries if f.regressor in courses[f.place.drive][0]]
@@ -243,7 +251,7 @@ def _sensors(fit: Fit) -> list[Injection]:
     """Every sensor that may be wrong as a place of its own."""
     return [
         Injection(f"sensor of {o.replace('_', ' ')}", f"{o} sensor", s.unit,
-                  float(np.std(s.value)) + 1e-3, b.drive)
+                  float(np.std(s.value)) + 1e-3, b.drive, counts=0.002)
         for b in fit.model.chain.blocks if b.sensors_suspected
         for o in b.outputs for s in (fit.model.records[0].sensors[o],)
     ]  # fmt: skip

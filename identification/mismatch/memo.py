@@ -49,9 +49,8 @@ def _proof(verdict: Verdict) -> str:
 
 
 def headline_error(verdict: Verdict) -> Error | None:
-    """The output that the effects improve most beyond re-calibration."""
-    told = [e for e in verdict.held_out if e.improved > 0.0]
-    return max(told, key=lambda e: e.calibrated / e.improved, default=None)
+    """The output that was chosen on the training recordings."""
+    return next((e for e in verdict.held_out if e.output == verdict.headline), None)
 
 
 def lines(verdict: Verdict) -> list[str]:

@@ -154,7 +154,7 @@ def _behind(best: Fit, tried: Sequence[Fit]) -> dict[str, float]:
 
 
 def _pruned(base: Fit, fit: Fit, limit: float, say: Say) -> Fit:
-    """Drop each effect in turn; what is not missed, or not certain beside the others, stays away."""
+    """Drop each effect in turn; what is not missed, or not certain, stays away."""
     if len(fit.candidates) < 2:
         return fit
     for i, dropped in enumerate(fit.candidates):

@@ -11,6 +11,8 @@ from plant.signals import Floats
 
 ANGLE = "wheel angle"
 SIZE = 1e-3  # of the relative speed
+COUNTS = 0.5
+"""Discs are cut to some hundredths of a millimetre; half of a run-out of 1e-3 is beyond that."""
 
 
 def discs(fit: Fit) -> Iterator[tuple[Injection, Floats]]:
@@ -20,7 +22,8 @@ def discs(fit: Fit) -> Iterator[tuple[Injection, Floats]]:
             late = fit.model.records[0].sensors[output].offsets
             if not block.order and late is not None:
                 wheel = output.split("_")[0]
-                place = Injection(f"{wheel} teeth", f"{wheel}_encoder", "1", SIZE, block.drive)
+                place = Injection(f"{wheel} teeth", f"{wheel}_encoder", "1", SIZE, block.drive,
+                                  counts=COUNTS)  # fmt: skip
                 yield place, 2 * np.pi * np.arange(late.shape[1]) / late.shape[1]
 
 

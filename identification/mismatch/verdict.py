@@ -11,7 +11,9 @@ rivals       {name: {other name: nats behind}}
 not_excited  [names] that would not have shown
 not_told     [parameters] of the vehicle file of which these recordings say nothing
 next_trial   {why, trial} the experiment of the menu that would tell most, or null
-held_out     [{output, unit, nominal, calibrated, improved, floor, interval}]
+held_out     [{output, unit, nominal, calibrated, improved, floor, floor_from, interval}]
+headline     the output of the first sentence, chosen on the training recordings
+lack_of_fit  [{trials, f, p_value}] of repeated trials: re-calibrated, and with what was found
 complete     false where the analysis was interrupted
 """
 
@@ -21,6 +23,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
+from identification.mismatch.floor import LackOfFit
 from identification.mismatch.held_out import Error
 from identification.mismatch.interval import Estimate
 
@@ -83,6 +86,8 @@ class Verdict:
     not_told: tuple[str, ...] = ()
     next_trial: Mapping[str, Any] | None = None
     held_out: tuple[Error, ...] = ()
+    headline: str = ""
+    lack_of_fit: tuple[LackOfFit, ...] = ()
     complete: bool = True
 
 
