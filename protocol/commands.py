@@ -1,4 +1,4 @@
-"""The sub-commands for logs and captures: decode, import."""
+"""The sub-commands for logs and captures: decode, export, import."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -22,6 +22,7 @@ OneDatabase = Annotated[Path, typer.Option("--dbc", help="The vehicle's CAN data
 def register(app: typer.Typer) -> None:
     """Add these commands to the one command."""
     app.command("decode")(decode)
+    app.command("export")(export)
     app.command("import")(import_)
 
 
@@ -55,8 +56,8 @@ def decode(
     """
     from protocol.database import load_database
     from protocol.decode import sort_log
-    from protocol.export import chosen, export
     from protocol.logs import read_log
+    from protocol.sample_table import chosen, export
     from protocol.summary import decoded
 
     known = load_database(database)
@@ -67,6 +68,37 @@ def decode(
     with _progress(f"writing {out.name}") as told:
         samples = export(sorted_log, wanted, out, told)
     decoded(reading, sorted_log, samples, out)
+
+
+def export(
+    run: Annotated[Path, typer.Argument(help="Run folder of a recording.")],
+    form: Annotated[str, typer.Option("--format", help="mf4, blf, asc, parquet or mcap.")],
+    out: Annotated[
+        Path | None, typer.Option(help="New file, for parquet a folder.  [default: in RUN]")
+    ] = None,
+) -> None:
+    """Write a recording in a format that other programs read.
+
+    MF4, MCAP and Parquet hold the raw frames and every signal decoded; Vector's BLF and ASC have a
+    place for raw frames only. Frames keep their order, bus, direction and time: to the nanosecond
+    in MF4 (up to a day), BLF, MCAP and Parquet; ASC to what the recording has.
+
+    Exit status: 0 done, 2 something given must be mended (nothing is left behind then).
+
+    Examples:
+
+      slipbench export runs/throttle_sweep-001 --format mf4
+
+      slipbench export runs/throttle_sweep-001 --format parquet --out tables
+    """
+    from protocol.export import export_run
+
+    with _progress(f"writing {form}") as told:
+        done = export_run(run, form, out, told)
+    for warning in done.warnings:
+        typer.echo(f"warning: {warning}", err=True)
+    decoded = f" and {done.samples} decoded samples" if done.samples else ""
+    typer.echo(f"{done.frames} frames{decoded} in {done.path}")
 
 
 def import_(

@@ -18,8 +18,9 @@ ALLOWED = {
     "cantools": ("protocol/database.py",),
     "e2e": ("protocol/e2e.py",),
     # Files that others wrote.
-    "asammdf": ("protocol/logs/*.py", "protocol/tables/*.py"),
-    "pyarrow": ("protocol/*.py", "protocol/tables/*.py"),
+    "asammdf": ("protocol/logs/*.py", "protocol/tables/*.py", "protocol/export/mf4.py"),
+    "pyarrow": ("protocol/*.py", "protocol/tables/*.py", "protocol/export/parquet.py"),
+    "mcap": ("protocol/export/mcap_file.py",),
     # Mathematics.
     "control": (
         "plant/linear.py", "controllers/*.py", "identification/response/response.py",

@@ -35,7 +35,7 @@ def parse_pieces(pieces: Iterable[bytes], where: str, warnings: list[str]) -> Fr
     parts: list[TextColumns] = []
     lines = 0
     for piece in pieces:
-        piece = _without_torn_end(piece, where, warnings)
+        piece = _without_torn_end(piece, lines, where, warnings)
         text = np.frombuffer(piece, np.uint8)
         part = parse_text(text, buses)
         if part.bad_line is not None:
@@ -47,8 +47,11 @@ def parse_pieces(pieces: Iterable[bytes], where: str, warnings: list[str]) -> Fr
     return _in_order(_join(parts, buses), where, warnings)
 
 
-def _without_torn_end(piece: bytes, where: str, warnings: list[str]) -> bytes:
-    """Drop a last line that was cut while it was written (NUL bytes: the file system's padding)."""
+def _without_torn_end(piece: bytes, before: int, where: str, warnings: list[str]) -> bytes:
+    """Drop a last line that was cut while it was written (NUL bytes: the file system's padding).
+
+    before: lines that were read before this piece.
+    """
     if piece.endswith(b"\n"):
         return piece
     whole, newline, last = piece.rpartition(b"\n")
@@ -57,7 +60,7 @@ def _without_torn_end(piece: bytes, where: str, warnings: list[str]) -> bytes:
         if last_line.strip():
             warnings.append(f"{where}: the last line has no line end; it is taken as it stands")
         return whole + newline + last_line
-    if not newline:
+    if not newline and not before:
         return piece  # nothing but one unreadable line: not a torn log, another kind of file
     warnings.append(f"{where}: the last line is torn and left out: {_shown(last_line)}")
     return whole + newline

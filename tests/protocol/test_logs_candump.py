@@ -274,3 +274,17 @@ def test_a_log_without_data_frames_is_refused(tmp_path):
     path.write_text("(1.0) can0 20000080#00\n(1.0) can0 20000080#00\n")
     with pytest.raises(InputError, match="2 error frames"):
         read_log(path)
+
+
+@pytest.mark.parametrize("size", [7, 40, 45, 90, 8_000_000])
+def test_a_torn_last_line_is_left_out_wherever_the_file_is_cut_into_pieces(tmp_path, size):
+    lines = [format_line(n * 1_000_000, "can0", n, bytes(2)) for n in range(9)]
+    torn = format_line(9_000_000, "can0", 9, bytes(2))
+    path = tmp_path / "x.log"
+    for cut in range(1, len(torn) - 1):
+        path.write_bytes(b"".join(lines) + torn[:cut])
+        warnings = []
+        log = parse_pieces(candump_pieces(path, size=size), "x.log", warnings)
+        assert len(log) in (9, 10)  # a cut within the payload can leave a shorter frame
+        assert log.identifier.tolist()[:9] == list(range(9))
+        assert len(warnings) == (1 if torn[:cut].strip() else 0)

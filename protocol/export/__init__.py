@@ -1,0 +1,111 @@
+"""A recording in the formats that other programs read; made in bulk, after the trial.
+
+    mf4      ASAM MDF 4: raw frames as a bus log, and every signal decoded, a group a message
+    blf      Vector BLF: raw frames
+    asc      Vector ASC: raw frames
+    parquet  a folder of tables: frames.parquet, and one a message
+    mcap     raw frames a topic a bus, and decoded messages a topic each, as JSON
+
+Vector's two formats have no place for decoded signals: there the database stands beside the log.
+"""
+
+import shutil
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from protocol.database import load_database
+from protocol.decode import SortedLog, sort_log
+from protocol.errors import InputError
+from protocol.layout import Database
+from protocol.logs import Progress, quiet
+from protocol.logs.candump import candump_pieces, parse_pieces
+from protocol.run_folder import DATABASE, FRAMES
+
+ENDINGS = {"mf4": ".mf4", "blf": ".blf", "asc": ".asc", "parquet": "", "mcap": ".mcap"}
+MOST_BUSES = 255  # that a byte can tell apart
+
+
+@dataclass(frozen=True)
+class Exported:
+    """What was written. frames: raw ones; samples: decoded values, 0 where the format has none."""
+
+    path: Path
+    frames: int
+    samples: int
+    warnings: tuple[str, ...]
+
+
+def export_run(
+    folder: Path, form: str, out: Path | None = None, progress: Progress = quiet
+) -> Exported:
+    """Write the recording in `folder` as `form`, a key of ENDINGS, to the new file or folder `out`.
+
+    Where `out` is None, beside the frames. Raises InputError naming what cannot be used; nothing
+    is left behind then, and nothing is ever overwritten.
+    """
+    write = _writers().get(form)
+    if write is None:
+        raise InputError(f"no format {form!r}", expected=", ".join(ENDINGS), found=form)
+    target = out or folder / ("export" + ENDINGS[form])
+    if target.exists():
+        raise InputError(
+            "it exists, and nothing is overwritten", where=str(target),
+            remedy="give another name with --out, or remove it yourself",
+        )  # fmt: skip
+    sorted_log, database, warnings = _read(folder)
+    progress(0.3)
+    draft = target.with_name(target.name + ".part")
+    try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        samples = write(sorted_log, database, draft)
+        draft.replace(target)
+    except OSError as cause:
+        raise InputError("cannot be written", where=str(target), found=str(cause)) from cause
+    finally:
+        _remove(draft)
+    progress(1.0)
+    return Exported(target, len(sorted_log.log), samples, tuple(warnings))
+
+
+def _read(folder: Path) -> tuple[SortedLog, Database, list[str]]:
+    warnings: list[str] = []
+    if not (folder / FRAMES).is_file():
+        raise InputError(
+            "there are no raw frames to export", where=str(folder), expected=FRAMES,
+            remedy="give the folder of a recording; one of tables alone is read as it stands",
+        )  # fmt: skip
+    log = parse_pieces(candump_pieces(folder / FRAMES), str(folder / FRAMES), warnings)
+    if not len(log) or len(log.buses) > MOST_BUSES:
+        raise InputError(
+            "this recording cannot be exported", where=str(folder / FRAMES),
+            expected=f"frames of at most {MOST_BUSES} buses",
+            found=f"{len(log)} frames of {len(log.buses)} buses",
+        )  # fmt: skip
+    warnings += [f"{count} {kind} stay out" for kind, count in log.skipped]
+    database = load_database(folder / DATABASE)
+    return sort_log(log, database), database, warnings
+
+
+def _remove(draft: Path) -> None:
+    if draft.is_dir():
+        shutil.rmtree(draft)
+    else:
+        draft.unlink(missing_ok=True)
+
+
+Writer = Callable[[SortedLog, Database, Path], int]
+
+
+def _writers() -> Mapping[str, Writer]:
+    """Load the writers, and what they need, when one is wanted."""
+    from protocol.export.asc import write_asc
+    from protocol.export.blf import write_blf
+    from protocol.export.mcap_file import write_mcap
+    from protocol.export.mf4 import write_mf4
+    from protocol.export.parquet import write_parquet
+
+    return {
+        "mf4": write_mf4, "blf": write_blf, "asc": write_asc,
+        "parquet": write_parquet, "mcap": write_mcap,
+    }  # fmt: skip

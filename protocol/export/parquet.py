@@ -1,0 +1,71 @@
+"""A recording as a folder of Parquet tables: the raw frames, and one table a message.
+
+frames.parquet    time_ns, bus, identifier, extended, fd, fd_flags, sent, data (binary)
+MESSAGE.parquet   time_ns, bus, and a column a signal, its unit in the column's metadata; null where
+                  a multiplexed signal is not in the frame
+"""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from protocol.decode import Frames, SortedLog
+from protocol.export.lengths import fd_flags
+from protocol.frame_log import FrameLog
+from protocol.layout import Database
+
+
+def write_parquet(sorted_log: SortedLog, _database: Database, path: Path) -> int:
+    """Write the folder; returns the number of decoded samples."""
+    from pyarrow import parquet
+
+    path.mkdir()
+    log, samples = sorted_log.log, 0
+    parquet.write_table(_frames(log), path / "frames.parquet")
+    for name, frames in sorted_log.frames.items():
+        if len(frames):
+            table, count = _message(log, frames)
+            parquet.write_table(table, path / f"{name}.parquet")
+            samples += count
+    return samples
+
+
+def _frames(log: FrameLog) -> Any:
+    import pyarrow as pa
+
+    ends = np.concatenate([[0], np.cumsum(log.length, dtype=np.int64)])
+    within = np.arange(log.data.shape[1]) < log.length[:, None]
+    offsets = pa.py_buffer(ends.astype(np.int64).tobytes())
+    data = pa.Array.from_buffers(
+        pa.large_binary(), len(log), [None, offsets, pa.py_buffer(log.data[within].tobytes())]
+    )
+    return pa.table({
+        "time_ns": log.time_ns, "bus": _buses(log, np.arange(len(log))),
+        "identifier": log.identifier, "extended": log.extended, "fd": log.fd,
+        "fd_flags": fd_flags(log), "sent": log.sent, "data": data,
+    })  # fmt: skip
+
+
+def _message(log: FrameLog, frames: Frames) -> tuple[Any, int]:
+    import pyarrow as pa
+
+    columns: list[Any] = [log.time_ns[frames.rows], _buses(log, frames.rows)]
+    fields = [pa.field("time_ns", pa.int64()), pa.field("bus", columns[1].type)]
+    count = 0
+    for signal in frames.message.signals:
+        samples = frames.samples(signal.name)
+        value = np.zeros(len(frames), samples.value.dtype)
+        absent = np.ones(len(frames), np.bool_)
+        place = np.searchsorted(frames.rows, samples.rows)
+        value[place], absent[place] = samples.value, False
+        columns.append(pa.array(value, mask=absent))
+        fields.append(pa.field(signal.name, columns[-1].type, metadata={"unit": signal.unit}))
+        count += int(samples.rows.size)
+    return pa.table(columns, schema=pa.schema(fields)), count
+
+
+def _buses(log: FrameLog, rows: np.ndarray) -> Any:
+    import pyarrow as pa
+
+    return pa.DictionaryArray.from_arrays(log.bus[rows].astype(np.int32), list(log.buses))
