@@ -1,0 +1,86 @@
+"""What a feedback loop will do, from its loop gain at frequencies: margins, peaks, bandwidths.
+
+L = C G, S = 1 / (1 + L), T = L S. Gain and phase margin, sensitivity peak M_s = max |S| and the
+complementary peak M_t = max |T| as in Skogestad and Postlethwaite, Multivariable Feedback Control
+(2005), sections 2.4 and 2.5. Bandwidth is where |T| falls through -3 dB for the last time;
+rejection is where |S| first rises through -3 dB: disturbances slower than that are held.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from identification.response.response import ComplexArray
+from protocol.channel import FloatArray
+
+HALF = np.sqrt(0.5)
+
+
+@dataclass(frozen=True)
+class Margins:
+    """gain: factor; phase: rad; sensitivity, complementary: M_s and M_t; crossover, bandwidth,
+    rejection: Hz, NaN where the frequencies do not reach; delay: s that the loop can bear."""
+
+    gain: float
+    phase: float
+    sensitivity: float
+    complementary: float
+    crossover: float
+    bandwidth: float
+    rejection: float
+    delay: float
+
+
+def margins(frequency: FloatArray, loop: ComplexArray) -> Margins:
+    """Read the margins off a loop gain. frequency: Hz, (n,), increasing; loop: (n,)."""
+    sensitivity = 1.0 / (1.0 + loop)
+    closed = loop * sensitivity
+    phase, crossover, delay = _phase(frequency, loop)
+    return Margins(
+        _gain(loop), phase, float(np.max(np.abs(sensitivity))), float(np.max(np.abs(closed))),
+        crossover, _last_fall(frequency, np.abs(closed)),
+        _first_rise(frequency, np.abs(sensitivity)), delay,
+    )  # fmt: skip
+
+
+def _gain(loop: ComplexArray) -> float:
+    """Least factor that brings a crossing of the negative real axis onto -1."""
+    across = (loop.imag[:-1] * loop.imag[1:] <= 0.0) & (loop.imag[:-1] != loop.imag[1:])
+    k = np.flatnonzero(across)
+    share = loop.imag[k] / (loop.imag[k] - loop.imag[k + 1])
+    real = loop.real[k] + share * (loop.real[k + 1] - loop.real[k])
+    least = [max(-1.0 / r, -r) for r in real if r < 0.0]
+    return float(min(least, default=np.inf))
+
+
+def _phase(frequency: FloatArray, loop: ComplexArray) -> tuple[float, float, float]:
+    """Phase margin (rad), the highest crossover (Hz), and the delay margin (s)."""
+    size = np.log(np.abs(loop))
+    k = np.flatnonzero(size[:-1] * size[1:] < 0.0)
+    if not k.size:
+        return float("inf"), float("nan"), float("inf")
+    share = size[k] / (size[k] - size[k + 1])
+    at = frequency[k] + share * (frequency[k + 1] - frequency[k])
+    turned = loop[k] + share * (loop[k + 1] - loop[k])
+    ahead = np.mod(np.angle(-turned), 2 * np.pi)  # how far it may turn back before it is at -1
+    phase = np.minimum(ahead, 2 * np.pi - ahead)
+    return float(phase.min()), float(at[-1]), float(np.min(ahead / (2 * np.pi * at)))
+
+
+def _last_fall(frequency: FloatArray, size: FloatArray) -> float:
+    above = np.flatnonzero(size >= HALF)
+    if not above.size or above[-1] == size.size - 1:
+        return float("nan")
+    return _between(frequency, size, int(above[-1]))
+
+
+def _first_rise(frequency: FloatArray, size: FloatArray) -> float:
+    above = np.flatnonzero(size >= HALF)
+    if not above.size or above[0] == 0:
+        return float("nan")
+    return _between(frequency, size, int(above[0]) - 1)
+
+
+def _between(frequency: FloatArray, size: FloatArray, k: int) -> float:
+    share = (HALF - size[k]) / (size[k + 1] - size[k])
+    return float(frequency[k] + share * (frequency[k + 1] - frequency[k]))
