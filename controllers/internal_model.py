@@ -13,31 +13,9 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from controllers.limits import Range
-
-Floats = npt.NDArray[np.float64]
-
-
-@dataclass(frozen=True, eq=False)
-class Linear:
-    """x+ = A x + B u, y = C x + D u at a fixed step; u and y are single numbers."""
-
-    A: Floats
-    B: Floats
-    C: Floats
-    D: float
-
-    def rest(self, u: float) -> Floats:
-        """Return the state after `u` has been there for ever."""
-        order = self.B.size
-        return np.asarray(np.linalg.solve(np.eye(order) - self.A, self.B * u))
-
-    @property
-    def gain(self) -> float:
-        """Steady answer to 1."""
-        return float(self.C @ self.rest(1.0) + self.D)
+from controllers.linear import Floats, Linear
 
 
 @dataclass(frozen=True, eq=False, slots=True)

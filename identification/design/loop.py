@@ -43,6 +43,16 @@ def margins(frequency: FloatArray, loop: ComplexArray) -> Margins:
     )  # fmt: skip
 
 
+def encircled(loop: ComplexArray) -> int:
+    """Count how often a loop gain runs round -1: 0 where a stable path with a stable or
+    integrating controller is stable in closed loop (Nyquist).
+
+    loop: from well below to well above the bandwidth, finely enough that no turn is missed.
+    """
+    turned = np.unwrap(np.angle(1.0 + loop))
+    return round(float(turned[-1] - np.angle(1.0 + loop[-1])) / (2 * np.pi))
+
+
 def _gain(loop: ComplexArray) -> float:
     """Least factor that brings a crossing of the negative real axis onto -1."""
     across = (loop.imag[:-1] * loop.imag[1:] <= 0.0) & (loop.imag[:-1] != loop.imag[1:])

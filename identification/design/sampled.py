@@ -9,11 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import linalg, signal
 
-from controllers.internal_model import Linear
 from identification.models.rational_model import RationalModel
 from identification.response.response import ComplexArray
 from protocol.channel import FloatArray
-
 
 FAR = 1e3  # a zero as far out as that is one at infinity
 
@@ -70,34 +68,11 @@ def held(frequency: FloatArray, period: float) -> ComplexArray:
     return np.asarray(np.sinc(f * period) * np.exp(-1j * np.pi * f * period))
 
 
-def linear(zeros: ComplexArray, poles: ComplexArray, gain: float) -> Linear:
-    """Return gain prod(z - zeros) / prod(z - poles) as sections in series, well conditioned."""
+def sections(
+    zeros: ComplexArray, poles: ComplexArray, gain: float
+) -> tuple[tuple[float, ...], ...]:
+    """Return gain prod(z - zeros) / prod(z - poles) as sections (b0, b1, b2, a1, a2) in series."""
     if not poles.size:
-        return Linear(np.zeros((0, 0)), np.zeros(0), np.zeros(0), gain)
-    sections = signal.zpk2sos(zeros, poles, gain)
-    whole = Linear(np.zeros((0, 0)), np.zeros(0), np.zeros(0), 1.0)
-    for b0, b1, b2, _, a1, a2 in sections:
-        if b2 == 0.0 and a2 == 0.0:
-            whole = _series(whole, _first(b0, b1, a1))
-        else:
-            whole = _series(whole, _second(b0, b1, b2, a1, a2))
-    return whole
-
-
-def _first(b0: float, b1: float, a1: float) -> Linear:
-    return Linear(np.array([[-a1]]), np.ones(1), np.array([b1 - a1 * b0]), float(b0))
-
-
-def _second(b0: float, b1: float, b2: float, a1: float, a2: float) -> Linear:
-    A = np.array([[-a1, -a2], [1.0, 0.0]])
-    return Linear(A, np.array([1.0, 0.0]), np.array([b1 - a1 * b0, b2 - a2 * b0]), float(b0))
-
-
-def _series(a: Linear, b: Linear) -> Linear:
-    """Return b after a."""
-    upper = np.hstack((a.A, np.zeros((a.B.size, b.B.size))))
-    lower = np.hstack((np.outer(b.B, a.C), b.A))
-    return Linear(
-        np.vstack((upper, lower)), np.concatenate((a.B, b.B * a.D)),
-        np.concatenate((b.D * a.C, b.C)), b.D * a.D,
-    )  # fmt: skip
+        return ((gain, 0.0, 0.0, 0.0, 0.0),)
+    rows = signal.zpk2sos(zeros, poles, gain)  # type: ignore[arg-type]
+    return tuple(tuple(float(x) for x in (*row[:3], *row[4:])) for row in rows)

@@ -7,39 +7,55 @@ Q = F / G_-, F = ((1 - f) / (z - f))^n z^k. (Morari and Zafiriou 1989, chapters 
 """
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 
 from controllers.internal_model import InternalModel
 from controllers.limits import Range
-from identification.design.sampled import Sampled, linear
+from controllers.linear import in_series
+from identification.design.sampled import Sampled, sections
 from identification.response.response import ComplexArray
 from protocol.channel import FloatArray
 
 
-def shaped(plant: Sampled, bandwidth: float, limits: Range, extra_order: int = 1) -> InternalModel:
+@dataclass(frozen=True)
+class Shape:
+    """model, inverse: sections of G without its delay and of Q; delay: whole periods; period: s."""
+
+    model: tuple[tuple[float, ...], ...]
+    inverse: tuple[tuple[float, ...], ...]
+    delay: int
+    period: float
+
+    def controller(self, limits: Range) -> InternalModel:
+        """Return the controller, its command inside limits."""
+        model, inverse = in_series(self.model), in_series(self.inverse)
+        return InternalModel(model, inverse, self.delay, self.period, limits)
+
+    def response(self, frequency: FloatArray) -> ComplexArray:
+        """C = Q / (1 - Q G z^-d) at frequencies in Hz: from error to command."""
+        z = np.exp(2j * np.pi * np.asarray(frequency) * self.period)
+        q = in_series(self.inverse).response(z)
+        g = in_series(self.model).response(z) * z**-self.delay
+        return np.asarray(q / (1 - q * g))
+
+    @property
+    def noise_gain(self) -> float:
+        """Deviation of the command for a measurement that is white noise of deviation 1."""
+        f = np.linspace(0.5, 0.5 / self.period, 2000)
+        q = in_series(self.inverse).response(np.exp(2j * np.pi * f * self.period))
+        return float(np.sqrt(np.mean(np.abs(q) ** 2)))
+
+
+def shaped(plant: Sampled, bandwidth: float, extra_order: int = 1) -> Shape:
     """Design a controller. bandwidth: of the filter, Hz (each of its lags at that corner).
 
     extra_order: lags beyond what makes Q proper; one keeps sensor noise out of the command.
     """
-    zeros, poles, gain = _inverse(plant, bandwidth, extra_order)
-    model = linear(plant.zeros, plant.poles, plant.gain)
-    return InternalModel(model, linear(zeros, poles, gain), plant.delay, plant.period, limits)
-
-
-def command_response(controller: InternalModel, frequency: FloatArray) -> ComplexArray:
-    """C = Q / (1 - Q G z^-d) at frequencies in Hz: from error to command."""
-    z = np.exp(2j * np.pi * np.asarray(frequency) * controller.period)
-    q = _at(controller.inverse, z)
-    g = _at(controller.model, z) * z**-controller.delay
-    return np.asarray(q / (1 - q * g))
-
-
-def noise_gain(controller: InternalModel) -> float:
-    """Standard deviation of the command for a white measurement of standard deviation 1."""
-    f = np.linspace(0.5, 0.5 / controller.period, 2000)
-    z = np.exp(2j * np.pi * f * controller.period)
-    return float(np.sqrt(np.mean(np.abs(_at(controller.inverse, z)) ** 2)))
+    model = sections(plant.zeros, plant.poles, plant.gain)
+    inverse = sections(*_inverse(plant, bandwidth, extra_order))
+    return Shape(model, inverse, plant.delay, plant.period)
 
 
 def _inverse(
@@ -55,11 +71,3 @@ def _inverse(
     poles = np.concatenate((kept, np.full(order, lag)))
     steady = np.prod(1 - plant.poles) / np.prod(1 - poles)
     return plant.poles, poles, float(np.real(1.0 / plant.steady / steady))
-
-
-def _at(system: object, z: ComplexArray) -> ComplexArray:
-    A, B, C, D = (getattr(system, name) for name in "ABCD")
-    if not B.size:
-        return np.full(z.shape, complex(D))
-    whole = z[:, None, None] * np.eye(B.size) - A
-    return np.asarray(np.linalg.solve(whole, np.broadcast_to(B, (z.size, B.size))[..., None])[..., 0] @ C + D)

@@ -8,8 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from controllers.governor import Governor
-from controllers.internal_model import InternalModel, Linear
+from controllers.internal_model import InternalModel
 from controllers.limits import Range
+from controllers.linear import Linear
 from controllers.mid_ranging import MidRanging
 from controllers.pid import Pid
 from controllers.schedule import Schedule
