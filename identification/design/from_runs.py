@@ -1,0 +1,132 @@
+"""From recorded trials to a design problem: the path to slip, its set, and what the loop adds.
+
+The nominal model is of the first run; every run of the same actuator is a member of the set.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from identification.design.problem import Problem, Requirements
+from identification.models.model_order import all_pole, choose_order
+from identification.models.uncertainty_set import Member, NoSet, UncertaintySet, uncertainty_set
+from identification.response.identify import Identification
+from identification.response.independent_lines import NoRational, independent_lines
+from identification.response.response import FrequencyResponse
+from identification.response.responses import excited_actuator
+from identification.signals.filters import bridged, low_pass
+from identification.signals.motion import NoMotion
+from identification.signals.teeth import TIMER, delay, tooth_interval
+from identification.signals.trial_window import NoExcitation
+from protocol.trial_file import Limits
+
+ON_THE_WAY = 0.0003  # s, a status frame and a command frame on a bus that is half full
+QUICK = 40.0  # Hz; what slip does above it is noise to a controller
+
+
+@dataclass(frozen=True)
+class Path:
+    """What runs of one actuator say. speed: m/s, mean; gain: slip per command at low frequency."""
+
+    actuator: str
+    problem: Problem
+    speed: float
+    gain: float
+    names: tuple[str, ...]
+    limits: Limits
+
+
+@dataclass(frozen=True)
+class NoPath:
+    """Why no controller can be designed on these runs."""
+
+    reason: str
+
+
+def path_of(
+    actuator: str, runs: Sequence[Identification], required: Requirements, period: float
+) -> Path | NoPath:
+    """Join the runs that excited an actuator; the first one is the nominal motorcycle."""
+    used = [(run, answer) for run in runs if (answer := _answer(run, actuator)) is not None]
+    if not used:
+        return NoPath(f"no run answers how slip follows the {actuator} command")
+    nominal = used[0][0]
+    lines = independent_lines(used[0][1])
+    if isinstance(lines, NoRational):
+        return NoPath(f"{nominal.recording.folder.name}: {lines.reason}")
+    model = choose_order(lines, all_pole()).best_by_mdl.fit.model
+    around = _set(model, used)
+    if isinstance(around, NoSet):
+        return NoPath(around.reason)
+    trial = nominal.recording.trial
+    if trial is None:
+        return NoPath("the first run has no trial file, and so no limits to keep to")
+    speed = _speed(nominal)
+    problem = Problem(
+        model, around, _extra(nominal, speed, period), period, _noise(nominal, speed),
+        _swing(trial.limits, actuator), required,
+    )  # fmt: skip
+    names = tuple(run.recording.folder.name for run, _ in used)
+    return Path(actuator, problem, speed, _gain(used[0][1]), names, trial.limits)
+
+
+def _answer(run: Identification, actuator: str) -> FrequencyResponse | None:
+    if isinstance(run.window, NoExcitation):
+        return None
+    if excited_actuator(run.recording.trial, run.base, run.window) != actuator:
+        return None
+    wanted = (f"{actuator}_command", "slip")
+    return next((r for r in run.responses if (r.input, r.output) == wanted), None)
+
+
+def _set(
+    model: object, used: Sequence[tuple[Identification, FrequencyResponse]]
+) -> UncertaintySet | NoSet:
+    members = [Member(run.recording.folder.name, answer) for run, answer in used]
+    return uncertainty_set(model, members)  # type: ignore[arg-type]
+
+
+def _speed(run: Identification) -> float:
+    assert not isinstance(run.motion, NoMotion)
+    assert not isinstance(run.window, NoExcitation)
+    return float(np.nanmean(run.motion.slip.reference[run.window.exciting]))
+
+
+def _extra(run: Identification, speed: float, period: float) -> float:
+    """Delay that the loop adds, s: age of the tooth speed, frames, and waiting for the next tick.
+
+    The identification sees a tooth speed at the middle of its interval; a controller has it when
+    the tooth has passed, and holds it until the next (`teeth.delay`).
+    """
+    return float(delay(np.array([speed]), *_encoder(run))[0]) + ON_THE_WAY + 0.5 * period
+
+
+def _encoder(run: Identification) -> tuple[float, int]:
+    vehicle = run.recording.roles.vehicle
+    radius, teeth = vehicle.rear_radius, vehicle.teeth
+    return float(radius or 0.32), int(teeth or 16)
+
+
+def _noise(run: Identification, speed: float) -> float:
+    """Deviation of a slip sample: what the recording shows above `QUICK`, and no less than the
+    encoder's timer makes.
+    """
+    assert not isinstance(run.motion, NoMotion)
+    slip = bridged(run.motion.slip.ratio)
+    left = slip - low_pass(slip, run.base.rate, QUICK)
+    timer = TIMER / np.sqrt(6.0) / tooth_interval(speed, *_encoder(run))
+    return float(max(np.std(left[np.isfinite(left)]), timer))
+
+
+def _swing(limits: Limits, actuator: str) -> float:
+    if actuator == "throttle":
+        return limits.throttle_deviation
+    return 0.5 * (limits.spark[1] - limits.spark[0])
+
+
+def _gain(answer: FrequencyResponse) -> float:
+    """Slip per command where the answer is slow: the believed lines of the lowest octave."""
+    f, believed = answer.frequency, answer.believed
+    lowest = believed & (f <= 2 * f[believed][0])
+    return float(np.mean(answer.value[lowest].real))

@@ -1,0 +1,110 @@
+"""A slip controller as its TOML file describes it: what a design writes and a trial runs."""
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+import tomli_w
+from pydantic import Field, model_validator
+
+from protocol.configuration import MetresPerSecond, Seconds, Section
+
+SectionRow = tuple[float, float, float, float, float]
+"""b0, b1, b2, a1, a2 of (b0 + b1/z + b2/z^2) / (1 + a1/z + a2/z^2)."""
+
+
+class Bounds(Section):
+    """Range of a command about its operating point, SI, and its fastest change per second."""
+
+    low: float
+    high: float
+    rate: float = Field(gt=0)
+
+    @model_validator(mode="after")
+    def _ordered(self) -> "Bounds":
+        if not self.low < self.high:
+            raise ValueError(f"low = {self.low:g} must lie below high = {self.high:g}")
+        return self
+
+
+class PidGains(Section):
+    """Gains of a PID, SI: command per slip; integral per second, derivative times a second."""
+
+    kind: Literal["pid"] = "pid"
+    proportional: float
+    integral: float
+    derivative: float
+    filter_time: Seconds = Field(gt=0)
+    tracking_time: Seconds = Field(gt=0)
+    reference_weight: float = 1.0
+
+
+class ModelSections(Section):
+    """Internal model control: sections of the model and of its inverse; delay in periods."""
+
+    kind: Literal["internal_model"] = "internal_model"
+    model: tuple[SectionRow, ...]
+    inverse: tuple[SectionRow, ...]
+    delay: int = Field(ge=0)
+
+
+Law = Annotated[PidGains | ModelSections, Field(discriminator="kind")]
+
+
+class ScheduledGains(Section):
+    """A PID for one speed; between speeds the gains are interpolated."""
+
+    speed: MetresPerSecond
+    gains: PidGains
+
+
+class Mixed(Section):
+    """The slow actuator of a mixed controller: the throttle takes over from the spark.
+
+    exchange: slip per spark over slip per throttle; time: in which the throttle takes over.
+    """
+
+    exchange: float
+    time: Seconds = Field(gt=0)
+    rest: float = 0.0
+    throttle: Bounds
+
+
+class GovernorTable(Section):
+    """Range and rate of the slip that may be asked for; gain: slip per command."""
+
+    slip: Bounds
+    gain: float
+
+
+class ControllerFile(Section):
+    """One controller file. `limits` are of the actuator that `law` moves, about its rest.
+
+    designed: what the design promises, for people; it changes nothing.
+    """
+
+    name: str = Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$")
+    actuator: Literal["throttle", "spark", "mixed"]
+    period: Seconds = 0.001
+    law: Law
+    limits: Bounds
+    schedule: tuple[ScheduledGains, ...] = ()
+    mixed: Mixed | None = None
+    governor: GovernorTable | None = None
+    designed: dict[str, float | str] = Field(default_factory=dict)
+
+    @model_validator(mode="after")
+    def _complete(self) -> "ControllerFile":
+        if (self.actuator == "mixed") != (self.mixed is not None):
+            raise ValueError("actuator = 'mixed' and a table [mixed] belong together")
+        if self.schedule and self.law.kind != "pid":
+            raise ValueError("a schedule is of PID gains; law.kind = 'internal_model' has none")
+        speeds = [entry.speed for entry in self.schedule]
+        if speeds != sorted(set(speeds)):
+            raise ValueError("speeds of the schedule must increase")
+        return self
+
+
+def write_controller(controller: ControllerFile, path: Path) -> None:
+    """Write a controller file; `configuration.read_toml(path, ControllerFile)` gives it back."""
+    tree = controller.model_dump(mode="json", exclude_none=True)
+    path.write_text(tomli_w.dumps(tree), encoding="utf-8")
