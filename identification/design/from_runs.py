@@ -8,8 +8,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from controllers.pitch_learner import TIMER
 from identification.design.problem import Problem, Requirements
 from identification.models.model_order import all_pole, choose_order
+from identification.models.rational_model import RationalModel
 from identification.models.uncertainty_set import Member, NoSet, UncertaintySet, uncertainty_set
 from identification.response.identify import Identification
 from identification.response.independent_lines import NoRational, independent_lines
@@ -17,7 +19,7 @@ from identification.response.response import FrequencyResponse
 from identification.response.responses import excited_actuator
 from identification.signals.filters import bridged, low_pass
 from identification.signals.motion import NoMotion
-from identification.signals.teeth import TIMER, delay, tooth_interval
+from identification.signals.teeth import tooth_interval
 from identification.signals.trial_window import NoExcitation
 from protocol.trial_file import Limits
 
@@ -81,16 +83,16 @@ def _answer(run: Identification, actuator: str) -> FrequencyResponse | None:
 
 
 def _set(
-    model: object, used: Sequence[tuple[Identification, FrequencyResponse]]
+    model: RationalModel, used: Sequence[tuple[Identification, FrequencyResponse]]
 ) -> UncertaintySet | NoSet:
     members = [Member(run.recording.folder.name, answer) for run, answer in used]
-    return uncertainty_set(model, members)  # type: ignore[arg-type]
+    return uncertainty_set(model, members)
 
 
 def _speed(run: Identification) -> float:
     assert not isinstance(run.motion, NoMotion)
     assert not isinstance(run.window, NoExcitation)
-    return float(np.nanmean(run.motion.slip.reference[run.window.exciting]))
+    return float(np.nanmean(run.motion.reference[run.window.exciting]))
 
 
 def _extra(run: Identification, speed: float, period: float) -> float:
@@ -99,13 +101,16 @@ def _extra(run: Identification, speed: float, period: float) -> float:
     The identification sees a tooth speed at the middle of its interval; a controller has it when
     the tooth has passed, and holds it until the next (`teeth.delay`).
     """
-    return float(delay(np.array([speed]), *_encoder(run))[0]) + ON_THE_WAY + 0.5 * period
+    return _interval(run, speed) + ON_THE_WAY + 0.5 * period
 
 
-def _encoder(run: Identification) -> tuple[float, int]:
-    vehicle = run.recording.roles.vehicle
-    radius, teeth = vehicle.rear_radius, vehicle.teeth
-    return float(radius or 0.32), int(teeth or 16)
+def _interval(run: Identification, speed: float) -> float:
+    """Time from tooth to tooth, s; nothing for a wheel speed that came as such."""
+    assert not isinstance(run.motion, NoMotion)
+    axle = run.motion.axle
+    if not (axle.teeth_per_turn and axle.radius):
+        return 0.0
+    return tooth_interval(speed, axle.radius, axle.teeth_per_turn)
 
 
 def _noise(run: Identification, speed: float) -> float:
@@ -115,7 +120,8 @@ def _noise(run: Identification, speed: float) -> float:
     assert not isinstance(run.motion, NoMotion)
     slip = bridged(run.motion.slip.ratio)
     left = slip - low_pass(slip, run.base.rate, QUICK)
-    timer = TIMER / np.sqrt(6.0) / tooth_interval(speed, *_encoder(run))
+    interval = _interval(run, speed)
+    timer = TIMER / np.sqrt(6.0) / interval if interval else 0.0
     return float(max(np.std(left[np.isfinite(left)]), timer))
 
 

@@ -1,0 +1,47 @@
+"""Answers in time computed from answers in frequency: step responses of measured members.
+
+y(t) = (2 / pi) int Re T(j w) sin(w t) / w dw for a stable T that is 0 at high frequency
+(Papoulis, The Fourier Integral and its Applications, 1962, section 2-4, from causality).
+"""
+
+import numpy as np
+
+from identification.design.problem import Command, Problem
+from identification.response.response import ComplexArray
+from protocol.channel import FloatArray
+
+FINE = 0.01  # Hz
+TOP = 120.0  # Hz
+
+
+def step_response(problem: Problem, command: Command, time: FloatArray) -> dict[str, FloatArray]:
+    """Slip after a step of its reference by 1, for the nominal loop and every member.
+
+    time: s, (n,). Members go on beyond their band as far from the nominal model as at its edge.
+    """
+    f = np.arange(FINE, TOP, FINE)
+    law = command(f)
+    return {name: _step(f, law * path, time) for name, path in _paths(problem, f).items()}
+
+
+def _paths(problem: Problem, f: FloatArray) -> dict[str, ComplexArray]:
+    nominal = problem.path(f)
+    found = {"nominal": nominal}
+    around = problem.around
+    for name, values in (around.members if around else {}).items():
+        assert around is not None
+        known = np.isfinite(values)
+        at = around.frequency[known]
+        if at.size > 1:
+            ratio = values[known] / problem.model.response(at)
+            found[name] = nominal * np.interp(f, at, ratio)
+    return found
+
+
+def _step(f: FloatArray, loop: ComplexArray, time: FloatArray) -> FloatArray:
+    closed = (loop / (1 + loop)).real
+    w = 2 * np.pi * f
+    width = 2 * np.pi * FINE
+    first = closed[0] * w[0] / 2 / width  # what lies below the first frequency, as a share of one
+    found = (2 / np.pi) * (np.sin(np.outer(time, w)) @ (closed / w)) * width
+    return np.asarray(found + (2 / np.pi) * first * time * width)

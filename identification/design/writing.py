@@ -1,0 +1,98 @@
+"""A designed controller as the file that a trial runs."""
+
+import numpy as np
+
+from controllers.limits import Range
+from identification.design.from_runs import Path
+from identification.design.widest import Designed, Gains
+from protocol.controller_file import (
+    Bounds,
+    ControllerFile,
+    GovernorTable,
+    Law,
+    Mixed,
+    ModelSections,
+    PidGains,
+    ScheduledGains,
+)
+from protocol.trial_file import Limits
+
+TAKE_OVER = 0.25  # s, in which the throttle takes over from the spark
+SHARE = 0.9  # of a limit of the safety gate that a controller uses: it must never trip it
+FASTEST_SLIP = 0.5  # 1/s, of the reference
+
+
+def controller_file(
+    path: Path, designed: Designed, schedule: tuple[tuple[float, Gains], ...] = ()
+) -> ControllerFile:
+    """Write one actuator's controller down."""
+    return ControllerFile(
+        name=f"{path.actuator}_slip",
+        actuator="throttle" if path.actuator == "throttle" else "spark",
+        period=path.problem.period, law=_law(designed), limits=bounds(path.limits, path.actuator),
+        schedule=tuple(ScheduledGains(speed=v, gains=_pid(g)) for v, g in schedule),
+        governor=_governor(path), designed=_promise(path, designed),
+    )  # fmt: skip
+
+
+def mixed_file(spark: Path, designed: Designed, throttle: Path) -> ControllerFile:
+    """Write the mixed controller down: the spark's law, and the throttle that relieves it."""
+    alone = controller_file(spark, designed)
+    mixed = Mixed(
+        exchange=spark.gain / throttle.gain, time=TAKE_OVER,
+        throttle=bounds(throttle.limits, "throttle"),
+    )  # fmt: skip
+    return alone.model_copy(update={"name": "mixed_slip", "actuator": "mixed", "mixed": mixed})
+
+
+def bounds(limits: Limits, actuator: str) -> Bounds:
+    """Keep inside the safety gate's limits for an actuator, about its rest."""
+    if actuator == "throttle":
+        reach = SHARE * limits.throttle_deviation
+        return Bounds(low=-reach, high=reach, rate=SHARE * limits.throttle_rate)
+    low, high = (SHARE * b for b in limits.spark)
+    return Bounds(low=low, high=high, rate=SHARE * limits.spark_rate)
+
+
+def range_of(bounds: Bounds) -> Range:
+    """Return bounds as a control law takes them."""
+    return Range(bounds.low, bounds.high, bounds.rate)
+
+
+def _law(designed: Designed) -> Law:
+    if isinstance(designed.controller, Gains):
+        return _pid(designed.controller)
+    shape = designed.controller
+    rows = [tuple(tuple(float(x) for x in row) for row in part)
+            for part in (shape.model, shape.inverse)]  # fmt: skip
+    return ModelSections(model=rows[0], inverse=rows[1], delay=shape.delay)
+
+
+def _pid(gains: Gains) -> PidGains:
+    told = gains.controller(Range(-1.0, 1.0))
+    return PidGains(
+        proportional=told.proportional, integral=told.integral, derivative=told.derivative,
+        filter_time=told.filter_time, tracking_time=told.tracking_time,
+    )  # fmt: skip
+
+
+def _governor(path: Path) -> GovernorTable:
+    slip = Bounds(low=0.0, high=SHARE * path.limits.slip, rate=FASTEST_SLIP)
+    return GovernorTable(slip=slip, gain=path.gain)
+
+
+def _promise(path: Path, designed: Designed) -> dict[str, float | str]:
+    worst = designed.margins.values()
+    return {
+        "runs": ", ".join(path.names),
+        "speed": path.speed,
+        "delay": path.problem.model.delay,
+        "delay_of_the_loop": path.problem.extra,
+        "bandwidth_hz": designed.bandwidth,
+        "rejection_hz": designed.margins["nominal"].rejection,
+        "gain_margin_db": float(20 * np.log10(min(m.gain for m in worst))),
+        "phase_margin_deg": float(np.degrees(min(m.phase for m in worst))),
+        "sensitivity_peak": max(m.sensitivity for m in worst),
+        "robust_stability": designed.robust,
+        "noise_of_the_command": designed.noise,
+    }
