@@ -38,7 +38,7 @@ def margins(frequency: FloatArray, loop: ComplexArray) -> Margins:
     phase, crossover, delay = _phase(frequency, loop)
     return Margins(
         _gain(loop), phase, float(np.max(np.abs(sensitivity))), float(np.max(np.abs(closed))),
-        crossover, _last_fall(frequency, np.abs(closed)),
+        crossover, last_fall(frequency, np.abs(closed)),
         _first_rise(frequency, np.abs(sensitivity)), delay,
     )  # fmt: skip
 
@@ -77,7 +77,8 @@ def _phase(frequency: FloatArray, loop: ComplexArray) -> tuple[float, float, flo
     return float(phase.min()), float(at[-1]), float(np.min(ahead / (2 * np.pi * at)))
 
 
-def _last_fall(frequency: FloatArray, size: FloatArray) -> float:
+def last_fall(frequency: FloatArray, size: FloatArray) -> float:
+    """Return where a gain falls through -3 dB for the last time, Hz; NaN where it does not."""
     above = np.flatnonzero(size >= HALF)
     if not above.size or above[-1] == size.size - 1:
         return float("nan")

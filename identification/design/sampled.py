@@ -4,6 +4,7 @@ The command is held for one period; what comes on top of the model's own delay (
 speeds, frames on their way, waiting for the next tick) is counted once, in `extra`.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -68,6 +69,14 @@ def held(frequency: FloatArray, period: float) -> ComplexArray:
     return np.asarray(np.sinc(f * period) * np.exp(-1j * np.pi * f * period))
 
 
+def answer(rows: Sequence[Sequence[float]], z: ComplexArray) -> ComplexArray:
+    """Return what sections in series answer at points z of the plane, (k,)."""
+    found = np.ones(z.shape, dtype=complex)
+    for b0, b1, b2, a1, a2 in rows:
+        found *= (b0 * z * z + b1 * z + b2) / (z * z + a1 * z + a2)
+    return found
+
+
 def sections(
     zeros: ComplexArray, poles: ComplexArray, gain: float
 ) -> tuple[tuple[float, ...], ...]:
@@ -75,4 +84,9 @@ def sections(
     if not poles.size:
         return ((gain, 0.0, 0.0, 0.0, 0.0),)
     rows = signal.zpk2sos(zeros, poles, gain)  # type: ignore[arg-type]
+    late = poles.size - zeros.size
+    for row in rows:  # scipy adds zeros at the origin until there are as many as poles: take them
+        while late and row[2] == 0.0:  # back, each one a period of delay
+            row[:3] = 0.0, row[0], row[1]
+            late -= 1
     return tuple(tuple(float(x) for x in (*row[:3], *row[4:])) for row in rows)

@@ -14,7 +14,7 @@ import numpy as np
 from controllers.internal_model import InternalModel
 from controllers.limits import Range
 from controllers.linear import in_series
-from identification.design.sampled import Sampled, sections
+from identification.design.sampled import Sampled, answer, sections
 from identification.response.response import ComplexArray
 from protocol.channel import FloatArray
 
@@ -36,15 +36,19 @@ class Shape:
     def response(self, frequency: FloatArray) -> ComplexArray:
         """C = Q / (1 - Q G z^-d) at frequencies in Hz: from error to command."""
         z = np.exp(2j * np.pi * np.asarray(frequency) * self.period)
-        q = in_series(self.inverse).response(z)
-        g = in_series(self.model).response(z) * z**-self.delay
+        q = answer(self.inverse, z)
+        g = answer(self.model, z) * z**-self.delay
         return np.asarray(q / (1 - q * g))
+
+    def reference_response(self, frequency: FloatArray) -> ComplexArray:
+        """From reference to command, the loop open: the same as from the error."""
+        return self.response(frequency)
 
     @property
     def noise_gain(self) -> float:
         """Deviation of the command for a measurement that is white noise of deviation 1."""
         f = np.linspace(0.5, 0.5 / self.period, 2000)
-        q = in_series(self.inverse).response(np.exp(2j * np.pi * f * self.period))
+        q = answer(self.inverse, np.exp(2j * np.pi * f * self.period))
         return float(np.sqrt(np.mean(np.abs(q) ** 2)))
 
 

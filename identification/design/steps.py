@@ -6,7 +6,10 @@ y(t) = (2 / pi) int Re T(j w) sin(w t) / w dw for a stable T that is 0 at high f
 
 import numpy as np
 
-from identification.design.problem import Command, Problem
+from identification.design.problem import Problem
+from identification.design.sampled import held
+from identification.design.shaping import Shape
+from identification.design.widest import Gains
 from identification.response.response import ComplexArray
 from protocol.channel import FloatArray
 
@@ -14,14 +17,20 @@ FINE = 0.01  # Hz
 TOP = 120.0  # Hz
 
 
-def step_response(problem: Problem, command: Command, time: FloatArray) -> dict[str, FloatArray]:
+def step_response(
+    problem: Problem, controller: Shape | Gains, time: FloatArray
+) -> dict[str, FloatArray]:
     """Slip after a step of its reference by 1, for the nominal loop and every member.
 
     time: s, (n,). Members go on beyond their band as far from the nominal model as at its edge.
     """
     f = np.arange(FINE, TOP, FINE)
-    law = command(f)
-    return {name: _step(f, law * path, time) for name, path in _paths(problem, f).items()}
+    law, asked = controller.response(f), controller.reference_response(f)
+    at_tick = held(f, problem.period)  # a reference that steps at a tick, not between two
+    return {
+        name: _step(f, asked * path / (1 + law * path) / at_tick, time)
+        for name, path in _paths(problem, f).items()
+    }
 
 
 def _paths(problem: Problem, f: FloatArray) -> dict[str, ComplexArray]:
@@ -38,8 +47,8 @@ def _paths(problem: Problem, f: FloatArray) -> dict[str, ComplexArray]:
     return found
 
 
-def _step(f: FloatArray, loop: ComplexArray, time: FloatArray) -> FloatArray:
-    closed = (loop / (1 + loop)).real
+def _step(f: FloatArray, answer: ComplexArray, time: FloatArray) -> FloatArray:
+    closed = answer.real
     w = 2 * np.pi * f
     width = 2 * np.pi * FINE
     first = closed[0] * w[0] / 2 / width  # what lies below the first frequency, as a share of one

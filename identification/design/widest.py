@@ -14,7 +14,7 @@ from scipy import optimize
 
 from controllers.limits import Range
 from controllers.pid import Pid
-from identification.design.loop import Margins
+from identification.design.loop import Margins, last_fall
 from identification.design.problem import Problem
 from identification.design.sampled import sampled
 from identification.design.shaping import Shape, shaped
@@ -31,17 +31,14 @@ RANGES = ((0.02, 5.0), (0.3, 100.0), (5e-4, 0.1), (1e-3, 0.05))
 @dataclass(frozen=True)
 class Designed:
     """shape or gains; margins: by member, the nominal loop first; robust: max |W T|; noise:
-    deviation of the command for the sensor's noise, in the command's unit."""
+    deviation of the command for the sensor's noise, in the command's unit; bandwidth: of the
+    nominal answer to the reference, Hz, where it falls through -3 dB for the last time."""
 
     controller: "Shape | Gains"
     margins: dict[str, Margins]
     robust: float
     noise: float
-
-    @property
-    def bandwidth(self) -> float:
-        """Of the nominal closed loop, Hz."""
-        return self.margins["nominal"].bandwidth
+    bandwidth: float
 
 
 @dataclass(frozen=True)
@@ -67,6 +64,11 @@ class Gains:
         whole = self.filter_time + self.period
         slope = self.derivative * (1 - 1 / z) / (whole - self.filter_time / z)
         return np.asarray(self.proportional + self.integral * self.period / (z - 1) + slope)
+
+    def reference_response(self, frequency: FloatArray) -> ComplexArray:
+        """From reference to command, the loop open: no derivative of the reference."""
+        z = np.exp(2j * np.pi * np.asarray(frequency) * self.period)
+        return np.asarray(self.proportional + self.integral * self.period / (z - 1))
 
     @property
     def noise_gain(self) -> float:
@@ -141,8 +143,15 @@ def _excess(problem: Problem, controller: Gains) -> float:
 def _told(problem: Problem, controller: "Shape | Gains") -> Designed:
     return Designed(
         controller, problem.loops(controller.response), problem.robust(controller.response),
-        controller.noise_gain * problem.noise,
+        controller.noise_gain * problem.noise, _tracked(problem, controller),
     )  # fmt: skip
+
+
+def _tracked(problem: Problem, controller: "Shape | Gains") -> float:
+    f = problem.frequency
+    path = problem.path(f)
+    answer = controller.reference_response(f) * path / (1 + controller.response(f) * path)
+    return last_fall(f, np.abs(answer))
 
 
 def _why_not(problem: Problem, slowest: "Shape | Gains") -> str:

@@ -1,0 +1,1 @@
+"""Closed loops rehearsed on the simulated motorcycle, sensors and delays included."""

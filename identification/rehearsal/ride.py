@@ -1,0 +1,114 @@
+"""One ride under slip control: the simulated motorcycle, its teeth, and a controller, every 1 ms.
+
+A tick sees the teeth that have passed, and the optical sensor's last sample; its command acts from
+the next tick on. That is the order in which the bench does it over CAN.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from controllers.slip_controller import SlipController
+from controllers.slip_estimator import EstimatorState, SlipEstimator
+from identification.rehearsal.scenario import Scenario
+from plant.encoder import ToothedDisc, begin, passing_teeth, toothed_disc
+from plant.equilibrium import equilibrium
+from plant.motorcycle import Motorcycle
+from plant.signals import Floats, Inputs, Outputs
+from plant.simulation import Simulation
+
+TICK = 0.001  # s
+WARM_UP = 5.0  # s, in which the estimator learns the gaps between teeth before it is needed
+OPTICAL_PERIOD = 0.004  # s
+
+
+@dataclass(frozen=True, eq=False)
+class Ridden:
+    """time: s since control began; slip: true; seen: as estimated; target; throttle, spark: offsets
+    from rest; speed: m/s; distance: m. All (n,)."""
+
+    time: Floats
+    slip: Floats
+    seen: Floats
+    target: Floats
+    throttle: Floats
+    spark: Floats
+    speed: Floats
+    distance: Floats
+
+
+class _Wheels:
+    """Teeth as they pass, taken in by the estimator."""
+
+    def __init__(self, motorcycle: Motorcycle, estimator: SlipEstimator) -> None:
+        self._estimator, self._state = estimator, estimator.initial()
+        self._discs: dict[str, ToothedDisc] = {
+            side: toothed_disc(
+                getattr(motorcycle, f"{side}_encoder"), motorcycle.effects, f"{side}_encoder"
+            )
+            for side in ("rear", "front")
+        }
+        self._pickups: dict[str, Floats] = {}
+        self._next_optical = 0.0
+
+    def take_in(self, out: Outputs, learning: bool) -> EstimatorState:
+        for side in ("rear", "front"):
+            self._turn(side, out, learning)
+        now = float(out.time[-1])
+        if now >= self._next_optical:
+            self._next_optical = now + OPTICAL_PERIOD - 1e-9
+            self._state = self._estimator.optical(self._state, now, float(out.optical_speed[-1]))
+        return self._state
+
+    def _turn(self, side: str, out: Outputs, learning: bool) -> None:
+        angle, speed = getattr(out, f"{side}_angle"), getattr(out, f"{side}_speed")
+        disc = self._discs[side]
+        if side not in self._pickups:
+            self._pickups[side] = begin(float(out.time[0]), float(angle[0]), float(speed[0]))
+            return
+        self._pickups[side], teeth = passing_teeth(
+            disc, self._pickups[side], out.time, angle, speed
+        )
+        told = self._estimator.rear_tooth if side == "rear" else self._estimator.front_tooth
+        for tick, number in zip(teeth.ticks, teeth.numbers, strict=True):
+            self._state = told(self._state, float(tick) * disc.resolution, float(number), learning)
+
+
+def ride(motorcycle: Motorcycle, scenario: Scenario, controller: SlipController | None) -> Ridden:
+    """Ride a scenario; without a controller throttle and spark stay where they rest."""
+    simulation = Simulation(motorcycle)
+    state, rest = equilibrium(simulation, scenario.gear, scenario.engine_speed)
+    estimator = SlipEstimator(
+        int(motorcycle.rear_encoder.teeth), motorcycle.rear_wheel.radius,
+        motorcycle.front_wheel.radius,
+    )  # fmt: skip
+    wheels = _Wheels(motorcycle, estimator)
+    inputs = Inputs.held(1, gear=float(scenario.gear), throttle_command=rest)
+    warm, ticks = round(WARM_UP / TICK), round(scenario.duration / TICK)
+    rows = np.empty((ticks, 8))
+    began, control, throttle, spark = 0.0, None, 0.0, 0.0
+    for k in range(warm + ticks):
+        t = (k - warm) * TICK
+        if k >= warm:
+            place = rows[k - warm - 1, 7] if k > warm else 0.0
+            inputs.grip[0], inputs.load[0] = scenario.grip(place), scenario.load(place)
+            inputs.throttle_command[0] = min(max(rest + scenario.throttle(t) + throttle, 0.0), 1.0)
+            inputs.spark[0] = spark
+        state, out = simulation.advance(state, inputs)
+        known = wheels.take_in(out, learning=k < warm)
+        seen = estimator.slip(known, float(out.time[-1]))
+        if k < warm:
+            began = float(out.distance[-1])
+            continue
+        target = scenario.target(t)
+        if controller is not None:
+            if control is None:
+                control = controller.start(0.0, 0.0, seen.value, seen.value, seen.speed)
+            throttle, spark, control = controller.update(
+                control, target, seen.value, seen.speed, TICK
+            )
+        rows[k - warm] = (
+            t, out.slip[-1], seen.value, target, throttle, spark, out.speed[-1],
+            out.distance[-1] - began,
+        )  # fmt: skip
+    return Ridden(*rows.T.copy())

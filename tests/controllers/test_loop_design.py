@@ -1,0 +1,138 @@
+"""A designed loop keeps its word: margins as in the textbook, steps as the frequencies say."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from controllers.limits import Range
+from controllers.linear import in_series
+from controllers.slip_controller import from_tree
+from identification.design.loop import encircled, margins
+from identification.design.problem import Problem, Requirements
+from identification.design.sampled import sampled, sections
+from identification.design.shaping import shaped
+from identification.design.steps import step_response
+from identification.design.widest import Designed, Gains, internal_model, pid
+from identification.models.rational_model import RationalModel
+
+PERIOD = 0.001
+FREE = Range(-100.0, 100.0)
+PATH = RationalModel(
+    "throttle_command", "slip", np.zeros(0, complex),
+    np.array([-17 + 51j, -17 - 51j, -32 + 73j, -32 - 73j, -90.0]), 2.8e8, 0.014,
+)  # fmt: skip
+"""Servo, filling and driveline of a motorcycle like the demonstration one."""
+
+
+@cache
+def designed(design):
+    return design(problem())
+
+
+def problem(model: RationalModel = PATH) -> Problem:
+    return Problem(model, None, 0.003, PERIOD, 2e-4, 0.05)
+
+
+def simulated(law, seconds: float, model: RationalModel = PATH, extra: float = 0.003):
+    """Slip after a step of the target, the law and the exact model in lockstep."""
+    plant = sampled(model, extra, PERIOD)
+    linear = in_series(sections(plant.zeros, plant.poles, plant.gain))
+    x, line, y = np.zeros(linear.B.size), [0.0] * plant.delay, 0.0
+    state = law.start(0.0, 0.0, 0.0)
+    found = []
+    for _ in range(round(seconds / PERIOD)):
+        found.append(y)
+        command, state = law.update(state, 1.0, y, PERIOD)
+        line.append(command)
+        x = linear.A @ x + linear.B * line.pop(0)
+        y = float(linear.C @ x)
+    return np.array(found)
+
+
+def test_margins_of_an_integrator_behind_a_delay_are_the_textbooks():
+    """L = k e^(-s d) / s: gain margin pi / (2 k d), phase margin pi / 2 - k d."""
+    f, k, d = np.geomspace(1e-3, 50, 20000), 10.0, 0.05
+    s = 2j * np.pi * f
+    found = margins(f, k / s * np.exp(-s * d))
+    assert found.gain == pytest.approx(np.pi / (2 * k * d), rel=1e-3)
+    assert found.phase == pytest.approx(np.pi / 2 - k * d, rel=1e-3)
+    assert found.crossover == pytest.approx(k / (2 * np.pi), rel=1e-3)
+    assert found.delay == pytest.approx(found.phase / k, rel=1e-3)
+
+
+@pytest.mark.parametrize("gain", [0.5, 0.9, 1.1, 3.0])
+def test_the_loop_runs_round_the_point_where_it_is_unstable(gain):
+    """k e^(-s d) / s is stable for k d < pi / 2."""
+    f, d = np.geomspace(1e-3, 200, 60000), 0.05
+    k = gain * np.pi / 2 / d
+    s = 2j * np.pi * f
+    loop = k / s * np.exp(-s * d) / (1 + s / 300)
+    assert (encircled(loop) == 0) == (k * (d + 1 / 300) < np.pi / 2)
+
+
+def test_a_sampled_model_answers_like_the_model():
+    f = np.array([0.5, 2.0, 5.0, 9.0])
+    exact = problem().path(f)
+    np.testing.assert_allclose(sampled(PATH, 0.003, PERIOD).response(f), exact, rtol=1e-3)
+
+
+@pytest.mark.parametrize("design", [internal_model, pid])
+def test_what_is_promised_in_frequency_comes_in_time(design):
+    found = designed(design)
+    assert isinstance(found, Designed)
+    time = np.arange(0, 1.0, PERIOD)
+    told = step_response(problem(), found.controller, time)["nominal"]
+    lived = simulated(found.controller.controller(FREE), 1.0)
+    assert np.max(np.abs(told - lived)) < 0.01
+
+
+@pytest.mark.parametrize("design", [internal_model, pid])
+def test_a_design_keeps_the_reserves_that_were_asked_for(design):
+    asked = Requirements(gain=2.0, phase=np.radians(40), sensitivity=2.0)
+    found = designed(design)
+    m = found.margins["nominal"]
+    assert m.gain >= asked.gain
+    assert m.phase >= asked.phase
+    assert m.sensitivity <= asked.sensitivity
+    assert found.bandwidth > 7.0
+    for factor in (0.85 * m.gain, 1.15 * m.gain):
+        scaled = RationalModel(
+            PATH.input, PATH.output, PATH.zeros, PATH.poles, PATH.gain * factor, PATH.delay
+        )
+        y = simulated(found.controller.controller(FREE), 3.0, scaled)
+        calm = np.max(np.abs(y[-500:] - 1.0)) < np.max(np.abs(y[500:1000] - 1.0)) + 1e-6
+        assert calm == (factor < m.gain)
+
+
+def test_a_path_with_more_delay_gets_a_slower_loop():
+    late = replace(PATH, delay=0.044)
+    quick, slow = designed(pid), pid(problem(late))
+    assert slow.margins["nominal"].rejection < quick.margins["nominal"].rejection
+
+
+def test_an_unstable_model_gets_no_internal_model():
+    wild = RationalModel(
+        "a", "slip", np.zeros(0, complex), np.array([2.0 + 0j, -50.0]), 100.0, 0.01
+    )
+    assert "not stable" in internal_model(problem(wild)).reason
+
+
+def test_a_controller_file_gives_the_controller_back():
+    gains = designed(pid).controller
+    assert isinstance(gains, Gains)
+    law = gains.controller(Range(-0.05, 0.05, 5.0))
+    tree = {
+        "actuator": "throttle", "period": PERIOD,
+        "limits": {"low": -0.05, "high": 0.05, "rate": 5.0},
+        "law": {"kind": "pid", "proportional": law.proportional, "integral": law.integral,
+                "derivative": law.derivative, "filter_time": law.filter_time,
+                "tracking_time": law.tracking_time, "reference_weight": 1.0},
+    }  # fmt: skip
+    assert from_tree(tree).law == law
+    shape = shaped(sampled(PATH, 0.003, PERIOD), 15.0)
+    tree |= {"law": {"kind": "internal_model", "model": shape.model, "inverse": shape.inverse,
+                     "delay": shape.delay}}  # fmt: skip
+    again = from_tree(tree).law
+    np.testing.assert_array_equal(again.inverse.A, shape.controller(FREE).inverse.A)
