@@ -13,6 +13,10 @@ from packaging.requirements import Requirement
 from tests.imports import ALLOWED, PACKAGES, breaches
 
 ROOT = Path(__file__).parent.parent
+IDENTIFICATION = (
+    "signals", "response", "models", "report", "paper", "mismatch", "design", "rehearsal",
+    "commands",
+)  # fmt: skip
 PROGRAMS = Path(sys.executable).parent
 
 
@@ -84,7 +88,7 @@ def lay_out(root: Path, importer: str, imported: str) -> None:
     for package in (*PACKAGES, "tests"):
         (root / package).mkdir()
         (root / package / "__init__.py").touch()
-    for part in ("signals", "response", "models", "report", "paper", "mismatch", "commands"):
+    for part in IDENTIFICATION:
         (root / "identification" / f"{part}.py").touch()
     (root / "slipbench.py").touch()
     path = root / Path(*importer.split(".")).with_suffix(".py")
