@@ -1,0 +1,180 @@
+"""What somebody who knew the secret could see in the recordings: nats after re-calibration.
+
+For effects of the library: the engine's own fit, started at the truth. For what is in no library:
+the true difference that it makes, out of the generator without any noise, off all that calibration
+may move. Both with the noise model that fits when the effect is explained.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy import interpolate
+
+from identification.mismatch.calibrate import refreshed
+from identification.mismatch.candidate import (
+    SHAPE,
+    Candidate,
+    shapes,
+    sizes,
+    wholes,
+)
+from identification.mismatch.fitting import Fit, settle, with_effects
+from identification.mismatch.model import Model, Series
+from identification.mismatch.stack import Nuisances, flat, log_likelihood, whiteners
+from identification.proof.generator.case import Case
+from identification.proof.generator.kinds import BY_NAME, SERVO, Hidden
+from identification.proof.generator.missing import Missing
+from identification.proof.generator.physics import Floats
+from identification.proof.generator.recording import Secret, Trial, course_of
+from identification.proof.generator.ride import Course
+from plant.effects.effect import Effect
+from plant.effects.library import BY_NAME as EFFECTS
+from plant.parameters import Parameter
+from plant.trouble import PlantError
+
+COLUMNS = {
+    "throttle": "plate", "engine_speed": "crank_speed", "rear_angle": "wheel",
+    "rear_speed": "wheel_speed", "front_angle": "front", "front_speed": "front_speed",
+    "optical_speed": "optical", "speed": "speed",
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Ideal:
+    """gain: nats of all that is missing; each: of every one, in the others' presence.
+
+    fit: with the truth in it, where the library has it; None where it has not.
+    """
+
+    gain: float
+    each: tuple[float, ...]
+    fit: Fit | None = None
+
+
+def ideal(case: Case, base: Fit) -> Ideal:
+    """Judge the recordings knowing the secret. base: the engine's fit without any effect."""
+    if not case.hidden:
+        return Ideal(0.0, ())
+    if all(BY_NAME[h.kind].inside for h in case.hidden):
+        return _of_library(case.hidden, base)
+    gain = seen_difference(case, base)
+    return Ideal(gain, (gain,))
+
+
+def _of_library(hidden: Sequence[Hidden], base: Fit) -> Ideal:
+    """Fit the truth, all of it and each left out."""
+    candidates = [at_truth(h) for h in hidden]
+    whole = _fitted(base, candidates)
+    if whole is None:
+        return Ideal(0.0, tuple(0.0 for _ in hidden))
+    gain = whole.score - base.score
+    if len(candidates) == 1:
+        return Ideal(gain, (gain,), whole)
+    each = []
+    for left_out in candidates:
+        less = _fitted(base, [c for c in candidates if c is not left_out])
+        each.append(whole.score - (less.score if less else base.score))
+    return Ideal(gain, tuple(each), whole)
+
+
+def _fitted(base: Fit, candidates: Sequence[Candidate]) -> Fit | None:
+    try:
+        return settle(refreshed(settle(with_effects(base, candidates), noises=2)))
+    except PlantError:
+        return None
+
+
+def at_truth(hidden: Hidden) -> Candidate:
+    """Return the library's effect with the true numbers."""
+    pattern = _pattern(EFFECTS[hidden.kind], hidden.subject)
+    kind, told = type(pattern), hidden.parameters
+    size = _size(sizes(kind)[0], pattern, told)
+    dials = [_dial(p, told[p.name]) if p.name in told else 0.0 for p in shapes(kind)]
+    whole = tuple(told.get(p.name, p.typical) for p in wholes(kind))
+    return Candidate(pattern, (size, *dials), whole)
+
+
+def _pattern(kind: type[Effect], subject: str) -> Effect:
+    found = {c.subject: c for c in kind.candidates()}
+    return found[subject] if subject in found else next(iter(found.values()))
+
+
+def _size(p: Parameter, pattern: Effect, told: "dict[str, float] | object") -> float:
+    assert isinstance(told, dict)
+    typical = p.typical
+    if math.isinf(p.absent):
+        return typical / told[p.name]
+    return float((told[p.name] - p.absent) / (typical - p.absent))
+
+
+def _dial(p: Parameter, value: float) -> float:
+    if p.typical > 0.0 and p.low >= 0.0:
+        return math.log(value / p.typical) / SHAPE
+    return (value - p.typical) * 8.0 / (p.high - p.low)
+
+
+@dataclass(frozen=True, eq=False)
+class Shown:
+    """A course of the generator as columns of the engine's rows. time: s, true."""
+
+    course: Course
+    time: Floats
+
+    def __getitem__(self, name: str, /) -> Floats:
+        """Return a column at the rows' ends."""
+        values = getattr(self.course, COLUMNS[name])
+        return np.asarray(interpolate.CubicSpline(self.course.time, values)(self.time))
+
+
+def seen_difference(case: Case, base: Fit) -> float:
+    """Nats of the true difference that the secret makes in the channels, off the nuisances."""
+    model = base.model
+    there = [
+        _shown(case, model, r, t, case.secret, case.secret) for r, t in enumerate(case.training)
+    ]
+    absent = replace(case.secret, missing=Missing())
+    without = [_shown(case, model, r, t, absent, case.secret) for r, t in enumerate(case.training)]
+    servo = all(h.places == (SERVO,) for h in case.hidden)
+    difference: Series = []
+    for b, block in enumerate(model.chain.blocks):
+        wanted = (block.drive == "servo") == servo
+        difference.append([
+            (x[b] - y[b]) * (known if wanted else 0.0)
+            for x, y, known in zip(there, without, model.known_bins[b], strict=True)
+        ])  # fmt: skip
+    return _worth(base, difference)
+
+
+def _shown(
+    case: Case, model: Model, r: int, trial: Trial, secret: Secret, ridden_for: Secret
+) -> list[Floats]:
+    """What every block would show of a ride, (T, m) each, without noise."""
+    course, _ = course_of(case.truth, secret, trial, ridden_for)
+    record = model.records[r]
+    columns = Shown(course, record.time + record.start)
+    return [
+        np.column_stack([record.sensors[o].look(columns) for o in b.outputs])
+        for b in model.chain.blocks
+    ]
+
+
+def _worth(base: Fit, difference: Series, rounds: int = 3) -> float:
+    """Log-likelihood gained by whoever explains the difference, each side with its own noise."""
+    model, noise = base.model, base.noise
+    rest = base.rest
+    for _ in range(rounds):
+        columns = flat(model, noise, base.slopes)
+        explained = Nuisances(columns).fit(flat(model, noise, difference))
+        off = [
+            [d - s @ explained if s.size else d for d, s in zip(ds, ss, strict=True)]
+            for ds, ss in zip(difference, base.slopes, strict=True)
+        ]
+        rest = [
+            [e - o for e, o in zip(es, os, strict=True)]
+            for es, os in zip(base.rest, off, strict=True)
+        ]
+        noise = whiteners(model, rest)
+    with_it = log_likelihood(model, rest, noise) - 0.5 * float(explained @ explained)
+    return with_it - log_likelihood(model, base.rest, base.noise)

@@ -1,0 +1,33 @@
+"""Unseal, score, and write the page."""
+
+import os
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+from identification.proof.answers import FINGERPRINT, unseal, write_whole
+from identification.proof.figures import draw_figures
+from identification.proof.page import Made, headline, page
+from identification.proof.score import judged, rates
+from identification.proof.study import Result, Study, source_fingerprint
+
+
+def publish(study: Study, results: Sequence[Result], path: Path) -> Iterator[str]:
+    """Write the page and its figures; yields what to say."""
+    cases = judged(unseal(study.folder), results)
+    counted = rates(cases)
+    figures = path.parent / "figures"
+    draw_figures(cases, counted, figures)
+    made = Made(
+        f"slipbench prove --cases {study.cases} --seed {study.seed}",
+        (study.folder / FINGERPRINT).read_text("ascii").strip(),
+        results[0]["source"] if results else source_fingerprint(),
+        study.cases, os.path.relpath(figures, path.parent),
+    )  # fmt: skip
+    write_whole(path, page(cases, made))
+    yield headline(results, cases)
+    for rate in counted:
+        if rate.total:
+            low, high = rate.interval
+            verdict = "met" if rate.met else "NOT MET"
+            yield f"{rate.text}: {rate.count}/{rate.total} = {rate.percent:.1f} % ({low:.0f} to {high:.0f}), {verdict}"
+    yield f"written: {path}"

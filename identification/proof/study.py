@@ -1,0 +1,127 @@
+"""All cases of a study, on as many workers as there are; what is done stays done.
+
+Every case is a function of seed and number alone, so that the results do not depend on who worked
+it out, or when. dask.distributed repeats the cases of a worker that is lost.
+"""
+
+import hashlib
+import json
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from distributed import Client, LocalCluster, as_completed
+
+from identification.proof.answers import seal, write_whole
+from identification.proof.generator.case import answer, draw_case
+from identification.proof.one_case import run_case
+from protocol.errors import InputError
+
+RETRIES = 3  # of a case whose worker was lost or failed
+JUDGED = ("identification/mismatch", "identification/proof", "identification/signals", "plant",
+          "protocol")  # fmt: skip
+"""Folders whose text decides a result."""
+Result = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Study:
+    """What is asked for. scheduler: address of a cluster that is there, else local processes."""
+
+    cases: int
+    seed: int
+    folder: Path
+    workers: int | None = None
+    scheduler: str | None = None
+
+
+def run_study(study: Study, told: Callable[[int, int], None] = lambda *_: None) -> list[Result]:
+    """Seal, then work out every case that is not done yet; returns all results by number.
+
+    told: how many cases are done, of how many. Raises InputError where the folder holds results of
+    another study or of other source text.
+    """
+    study.folder.mkdir(parents=True, exist_ok=True)
+    sealed = seal([answer(draw_case(study.seed, n)) for n in range(study.cases)], study.folder)
+    mark = {"answers": sealed, "source": source_fingerprint()}
+    done = dict(_done(study, mark))
+    left = [n for n in range(study.cases) if n not in done]
+    told(len(done), study.cases)
+    if left:
+        for result in _worked_out(study, left):
+            done[result["case"]] = _keep(study, {**mark, **result})
+            told(len(done), study.cases)
+    return [done[n] for n in sorted(done)]
+
+
+def _worked_out(study: Study, left: list[int]) -> Iterator[Result]:
+    with _client(study) as client:
+        futures = client.map(
+            run_case, [study.seed] * len(left), left, retries=RETRIES, pure=False,
+            key=[f"case-{n}" for n in left], priority=[-n for n in left],
+        )  # fmt: skip
+        for future in as_completed(futures):
+            yield future.result()
+            future.release()
+
+
+@contextmanager
+def _client(study: Study) -> Iterator[Client]:
+    """Connect to the cluster, or start processes of one thread each."""
+    if study.scheduler:
+        with Client(study.scheduler) as client:
+            yield client
+        return
+    with (
+        LocalCluster(
+            n_workers=study.workers, threads_per_worker=1, processes=True, dashboard_address=None
+        ) as cluster,
+        Client(cluster) as client,
+    ):
+        yield client
+
+
+def place_of(folder: Path, number: int) -> Path:
+    """Where the result of a case lies."""
+    return folder / "results" / f"case-{number:04d}.json"
+
+
+def _keep(study: Study, result: Result) -> Result:
+    path = place_of(study.folder, result["case"])
+    path.parent.mkdir(exist_ok=True)
+    write_whole(path, json.dumps(result, indent=1) + "\n")
+    return result
+
+
+def results_so_far(study: Study) -> list[Result]:
+    """Return what is done, whatever source text it was done with."""
+    return [result for _, result in _done(study, {})]
+
+
+def _done(study: Study, mark: dict[str, str]) -> Iterator[tuple[int, Result]]:
+    """Results that are there. Raises InputError where they are not of this study and text."""
+    for number in range(study.cases):
+        path = place_of(study.folder, number)
+        if not path.exists():
+            continue
+        result = json.loads(path.read_text(encoding="utf-8"))
+        for key, value in mark.items():
+            if result[key] != value:
+                raise InputError(
+                    f"a result of other {key} lies there", where=str(path), expected=value,
+                    found=str(result[key]),
+                    remedy="give another folder with --out: results of two versions do not mix",
+                )  # fmt: skip
+        yield number, result
+
+
+def source_fingerprint(root: Path = Path(__file__).parents[2]) -> str:
+    """Fingerprint of all source text that decides a result."""
+    digest = hashlib.sha256()
+    for folder in JUDGED:
+        for path in sorted((root / folder).rglob("*.py")):
+            if path.name not in ("page.py", "figures.py", "score.py", "commands.py"):
+                digest.update(path.relative_to(root).as_posix().encode() + path.read_bytes())
+    return digest.hexdigest()
