@@ -27,7 +27,9 @@ ALLOWED = {
         "identification/models/rational_model.py", "identification/models/uncertainty_set.py",
         "identification/models/switched.py", "identification/models/scheduled.py",
     ),
-    "numba": ("plant/*.py", "identification/models/switched.py"),
+    "numba": (
+        "plant/*.py", "identification/models/switched.py", "identification/proof/generator/*.py",
+    ),
     "pint": ("protocol/units.py", "plant/units.py", "plant/parameters.py"),
     # Drawing and talking.
     "matplotlib": (
@@ -37,6 +39,7 @@ ALLOWED = {
         "identification/report/model_figure.py", "identification/report/operation.py",
         "identification/report/overview.py",
         "identification/paper/*_figures.py", "identification/paper/paper.py",
+        "identification/proof/figures.py",
     ),
     "jinja2": ("identification/report/report.py", "identification/paper/paper_report.py"),
     "typer": ("*/commands.py", "slipbench.py"),
@@ -44,7 +47,7 @@ ALLOWED = {
     # Time, and whatever runs beside the loop.
     "time": (
         "bench/clock.py", "bench/loop.py", "bench/recorder.py", "bench/commands.py",
-        "bench/bus/broker.py", "bench/bus/python_can.py",
+        "bench/bus/broker.py", "bench/bus/python_can.py", "identification/proof/one_case.py",
     ),
     "threading": (
         "bench/loop.py", "bench/recorder.py", "bench/commands.py", "bench/live_*.py",
@@ -54,6 +57,8 @@ ALLOWED = {
         "bench/ring.py", "bench/recorder.py", "bench/live_*.py", "bench/loop_process.py",
         "bench/replay_process.py",
     ),
+    # Many cases at once.
+    "distributed": ("identification/proof/study.py",),
     "asyncio": (),
 }  # fmt: skip
 

@@ -61,6 +61,10 @@ def test_a_library_in_the_wrong_place_is_found(tmp_path: Path, library: str) -> 
     ("protocol.codec", "bench", "Users meet only on disk"),
     ("dbc.check", "protocol", "Users meet only on disk"),
     ("identification.words", "dbc", "The database is for those who are on the wire"),
+    ("identification.mismatch", "identification.proof", "From signals to answers"),
+    ("identification.proof.generator.ride", "plant", "The proof's generator knows neither"),
+    ("identification.proof.generator.ride", "identification.mismatch",
+     "The proof's generator knows neither"),
     ("bench.gateway", "plant", "In the bench only the virtual motorcycle"),
     ("bench.gateway", "tests", "Nobody imports the tests"),
     ("plant.wheel", "slipbench", "Nobody imports the tests"),
@@ -90,6 +94,9 @@ def lay_out(root: Path, importer: str, imported: str) -> None:
         (root / package / "__init__.py").touch()
     for part in IDENTIFICATION:
         (root / "identification" / f"{part}.py").touch()
+    (root / "identification" / "proof" / "generator").mkdir(parents=True)
+    (root / "identification" / "proof" / "__init__.py").touch()
+    (root / "identification" / "proof" / "generator" / "__init__.py").touch()
     (root / "slipbench.py").touch()
     path = root / Path(*importer.split(".")).with_suffix(".py")
     path.write_text(f"import {imported}\n", encoding="utf-8")

@@ -7,7 +7,7 @@ import typer
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-EXAMPLE = "Example: slipbench prove --cases 200 --seed 1 --workers 2 --out proof --page docs/proof.md"
+EXAMPLE = "Example: slipbench prove --cases 200 --seed 1 --workers 2 --page docs/proof.md"
 
 
 def register(app: typer.Typer) -> None:

@@ -58,6 +58,8 @@ def _visibility(cases: Sequence[Judged]) -> Figure:
     axes.set_xscale("log")
     axes.set_yticks(range(len(sorts)), sorts)
     axes.set_xlabel("nats that the truth gains; left of the band nobody can see it")
-    axes.set_title("green: right; red: a miss; grey: nothing to be seen, nothing claimed", fontsize=9)
+    axes.set_title(
+        "green: right; red: a miss; grey: nothing to be seen, nothing claimed", fontsize=9
+    )
     axes.spines[["top", "right"]].set_visible(False)
     return figure

@@ -51,9 +51,11 @@ def _opening(cases: Sequence[Judged], made: Made) -> list[str]:
     tyres = sum(c.tyre != "magic formula" for c in cases)
     left = made.wanted - len(cases)
     lines = [
-        "Sealed cases out of a generator with its own equations, step, integrator and disturbances,",
-        f"analysed by `slipbench explain`: {len(cases)} cases ({told}); in {tyres} of them the tyre",
-        "follows another formula than the simulation's. This page is made by the command at its end.",
+        "Sealed cases out of a generator with its own equations, step, integrator and",
+        "disturbances, analysed by `slipbench explain`:",
+        f"{len(cases)} cases ({told}); in {tyres} of",
+        "them the tyre follows another formula than the simulation's. This page is made by the",
+        "command at its end.",
     ]
     if left:
         lines += ["", f"**The study is not complete: {left} of {made.wanted} cases are open.**"]
@@ -85,14 +87,17 @@ def _visible(cases: Iterable[Judged]) -> list[str]:
     nobody = sum(c.expected is False for c in with_truth)
     return [
         f"Of {len(with_truth)} cases in which something is missing, somebody who knows it gains",
-        f"{VISIBLE:g} nats and more in {seen}, and less than {NOBODY_SEES:g} in {nobody}: calibration",
-        "hides it, or the trials do not excite it. The former count in the table above; to claim the",
-        "latter counts as a false alarm. Between the two limits nothing is counted either way.",
+        f"{VISIBLE:g} nats and more in {seen}, and less than {NOBODY_SEES:g} in {nobody}: there",
+        "calibration hides it, or the trials do not excite it. The former count in the table",
+        "above; to claim the latter counts as a false alarm. Between the two nothing is counted.",
     ]
 
 
 def _kinds(cases: Sequence[Judged]) -> list[str]:
-    lines = ["| missing | cases | visible | alarm | place right | named |", "|---|---|---|---|---|---|"]
+    lines = [
+        "| missing | cases | visible | alarm | place right | named |",
+        "|---|---|---|---|---|---|",
+    ]
     for kind in (*LIBRARY, *OUTSIDE):
         chosen = [c for c in cases if len(c.truth) == 1 and c.truth[0].split(".")[0] == kind.name]
         if not chosen:
@@ -140,13 +145,13 @@ def _misses(cases: Sequence[Judged]) -> list[str]:
 
 def _method() -> list[str]:
     return [
-        "Every motorcycle is drawn anew from the range of its class. Its vehicle file errs in every",
-        "number by a normal error whose 95 % half width it tells. Four trials to learn from and three",
-        "held out, of 12 s each: sweeps, multisines, blips, coasting, spark. Wind, undulation, bumps,",
-        "scatter of combustion, noise, quanta, jitter and tolerance of the teeth, drifting clocks and a",
-        "bus with arbitration are in every recording and in no model. What is missing is written from",
-        "formulas of its own where the literature has others: LuGre's bristles for stiction, a tyre",
-        "that relaxes in its slip, a gap that cannot pull, Dahl's friction, a dip that is no bell.",
+        "Every motorcycle is drawn anew from the range of its class. Its vehicle file errs in",
+        "every number by a normal error whose 95 % half width it tells. Four trials to learn from",
+        "and three held out, of 12 s each: sweeps, multisines, blips, coasting, spark. Wind,",
+        "undulation, bumps, scatter of combustion, noise, quanta, jitter and tolerance of the",
+        "teeth, drifting clocks and a bus with arbitration are in every recording and in no model. What is missing",
+        "follows formulas of its own where the literature has others: LuGre's bristles for",
+        "stiction, a tyre that relaxes in its slip, a gap that cannot pull, Dahl's friction.",
         "Recordings go over the database into run folders, which are read as any others are. The",
         "answers are drawn first and their SHA-256 is written before the first analysis.",
     ]
@@ -166,7 +171,8 @@ def seconds(cases: Iterable[Judged]) -> str:
     found = np.array([c.seconds for c in cases if not c.refused])
     if not found.size:
         return "no analysis"
-    return f"{np.median(found):.1f} s of processor time an analysis (median), {found.max():.1f} at most"
+    middle, most = np.median(found), found.max()
+    return f"{middle:.1f} s of processor time an analysis (median), {most:.1f} at most"
 
 
 def headline(results: Sequence[Mapping[str, Any]], cases: Sequence[Judged]) -> str:

@@ -28,6 +28,6 @@ def publish(study: Study, results: Sequence[Result], path: Path) -> Iterator[str
     for rate in counted:
         if rate.total:
             low, high = rate.interval
-            verdict = "met" if rate.met else "NOT MET"
-            yield f"{rate.text}: {rate.count}/{rate.total} = {rate.percent:.1f} % ({low:.0f} to {high:.0f}), {verdict}"
+            share = f"{rate.count}/{rate.total} = {rate.percent:.1f} % ({low:.0f} to {high:.0f})"
+            yield f"{rate.text}: {share}, {'met' if rate.met else 'NOT MET'}"
     yield f"written: {path}"

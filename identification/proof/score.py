@@ -83,7 +83,9 @@ class Rate:
         return self.low <= self.percent <= self.high if self.total else None
 
 
-def judged(answers: Sequence[Mapping[str, Any]], results: Iterable[Mapping[str, Any]]) -> list[Judged]:
+def judged(
+    answers: Sequence[Mapping[str, Any]], results: Iterable[Mapping[str, Any]]
+) -> list[Judged]:
     """Put results beside answers."""
     return [_judge(answers[result["case"]], result) for result in results]
 
@@ -98,7 +100,8 @@ def _judge(answer: Mapping[str, Any], result: Mapping[str, Any]) -> Judged:
     verdict, each = result["verdict"], result["ideal"]["each"]
     seen = tuple(t for t, nats in zip(truth, each, strict=True) if nats >= VISIBLE)
     place = (verdict["location"] or {}).get("injection", "")
-    places = {p for h, nats in zip(hidden, each, strict=True) for p in h["places"] if nats >= VISIBLE}
+    visible = [h for h, nats in zip(hidden, each, strict=True) if nats >= VISIBLE]
+    places = {p for h in visible for p in h["places"]}
     said = tuple(_key(e["name"], e["subject"]) for e in verdict["effects"])
     gain = result["ideal"]["gain"]
     return Judged(
@@ -119,7 +122,7 @@ def _key(name: str, subject: str) -> str:
 def _exact(
     truth: Sequence[str], seen: Sequence[str], said: Sequence[str], classes: Sequence[Sequence[str]]
 ) -> bool:
-    """Whether all that is visible was named, itself or in its class, and nothing that is not there."""
+    """Whether all that is visible was named, itself or in its class, and nothing else."""
     meant = {name: {name}.union(*(set(c) for c in classes if name in c)) for name in said}
     all_named = all(any(t in names for names in meant.values()) for t in seen)
     return all_named and all(names & set(truth) for names in meant.values())

@@ -58,10 +58,12 @@ def run_study(study: Study, told: Callable[[int, int], None] = lambda *_: None) 
 
 def _worked_out(study: Study, left: list[int]) -> Iterator[Result]:
     with _client(study) as client:
-        futures = client.map(
-            run_case, [study.seed] * len(left), left, retries=RETRIES, pure=False,
-            key=[f"case-{n}" for n in left], priority=[-n for n in left],
-        )  # fmt: skip
+        futures = [
+            client.submit(
+                run_case, study.seed, n, key=f"case-{n}", retries=RETRIES, priority=-n, pure=False
+            )
+            for n in left
+        ]
         for future in as_completed(futures):
             yield future.result()
             future.release()

@@ -116,7 +116,7 @@ def _repeated(time: Floats, value: Floats, told: Told, rng: np.random.Generator)
 
 def echoed(values: Floats, commands: Commands) -> Samples:
     """The ECU tells at every tick what it holds from then on."""
-    return Samples(commands.period * np.arange(values.size), values)
+    return Samples(np.asarray(commands.period * np.arange(values.size), np.float64), values)
 
 
 def tooth_places(disc: Disc, rng: np.random.Generator) -> Floats:

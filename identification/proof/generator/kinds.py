@@ -20,6 +20,7 @@ Size = tuple[str, float, float]
 """Field that it sets, smallest of interest, typical."""
 Shape = tuple[str, float, float]
 """Field that it sets, lowest, highest."""
+WHOLE = frozenset({"tooth"})
 
 
 @dataclass(frozen=True)
@@ -201,6 +202,9 @@ def draw_hidden(rng: np.random.Generator, kind: Kind, grade: str) -> Hidden:
         grows = abs(typical) > abs(small)
         parameters[name] = sign * base * (factor if grows else 1 / factor)
     for name, (_, low, high) in kind.shapes.items():
-        whole = isinstance(low, int)
-        parameters[name] = float(rng.integers(low, high + 1) if whole else rng.uniform(low, high))
+        parameters[name] = (
+            float(rng.integers(int(low), int(high) + 1))
+            if name in WHOLE
+            else float(rng.uniform(low, high))
+        )
     return Hidden(kind.name, grade, subject, parameters)

@@ -71,7 +71,7 @@ def charge_of(x: Floats, dx: Floats, arriving: float, m: Machine, e: Missing) ->
     dx[RUNNER_RATE] = w * w * (air - x[RUNNER]) - 2.0 * e.runner_damping * w * x[RUNNER_RATE]
     drawn = air + e.runner_share * (x[RUNNER] - air)
     dx[FILM] = (drawn - x[FILM]) / e.film_time
-    return drawn - e.film_share * (drawn - x[FILM])
+    return float(drawn - e.film_share * (drawn - x[FILM]))
 
 
 @njit(cache=True)
@@ -111,7 +111,7 @@ def crank_torque(
         torque -= e.dip / math.cosh((w - e.dip_centre) / (1.336 * e.dip_width)) ** 2
     if e.ripple > 0.0:
         torque += e.ripple * math.sin(2.0 * math.pi * opening / e.ripple_period)
-    return torque
+    return float(torque)
 
 
 @njit(cache=True)
@@ -203,7 +203,7 @@ def body(
 @njit(cache=True)
 def told_speed(x: Floats, a: float, e: Missing) -> float:
     """Return what the optical sensor sees before its own lag [m/s]."""
-    return x[SPEED] * (1.0 + e.optical_error) * math.cos(e.aside + e.aside_pitch * a)
+    return float(x[SPEED]) * (1.0 + e.optical_error) * math.cos(e.aside + e.aside_pitch * a)
 
 
 @njit(cache=True)

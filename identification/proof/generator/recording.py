@@ -40,6 +40,7 @@ from identification.proof.generator.instruments import (
     tooth_times,
 )
 from identification.proof.generator.missing import Missing
+from identification.proof.generator.physics import Floats
 from identification.proof.generator.ride import Commands, Course, ride
 from identification.proof.generator.road import Roughness, draw_road
 from identification.proof.generator.told import Truth
@@ -91,7 +92,8 @@ def course_of(
     machine, start = steady(truth, chosen, trial.excitation)
     rng = np.random.default_rng((*trial.seed, 1))
     ticks = np.arange(round((RUN_UP + SECONDS) / TICK))
-    wave = trial.excitation.wave(ticks * TICK - RUN_UP - BEFORE)
+    time: Floats = np.asarray(ticks * TICK - RUN_UP - BEFORE, np.float64)
+    wave = trial.excitation.wave(time)
     throttle = np.full(ticks.size, start[0])
     spark = np.zeros(ticks.size)
     if trial.excitation.actuator == "throttle":

@@ -55,7 +55,8 @@ def ride(
         machine, missing, formula, commands.throttle, commands.spark, commands.period,
         road.wind, road.shove, road.bump, road.period, road.scatter, start, steps, origin,
     )  # fmt: skip
-    return Course(STEP * EVERY * np.arange(1, len(table) + 1), *table.T[: SEEN_COLUMNS - 1])
+    time: Floats = np.asarray(STEP * EVERY * np.arange(1, len(table) + 1), np.float64)
+    return Course(time, *table.T[: SEEN_COLUMNS - 1])
 
 
 @njit(cache=True)
@@ -65,7 +66,7 @@ def _mean(table: Floats, time: float, period: float) -> float:
     first = min(max(math.floor(time / period), 0), last)
     next_ = min(max(math.floor((time + STEP) / period), 0), last)
     share = (time + STEP - next_ * period) / STEP if next_ > first else 1.0
-    return table[first] + share * (table[next_] - table[first])
+    return float(table[first] + share * (table[next_] - table[first]))
 
 
 @njit(cache=True)
@@ -73,7 +74,7 @@ def _between(table: Floats, time: float, period: float) -> float:
     """Value on the line between samples."""
     place = min(max(time / period, 0.0), table.size - 1.001)
     i = int(place)
-    return table[i] + (place - i) * (table[i + 1] - table[i])
+    return float(table[i] + (place - i) * (table[i + 1] - table[i]))
 
 
 @njit(cache=True)
@@ -86,19 +87,20 @@ def _played(value: float, held: float, play: float) -> float:
 def _ago(history: Floats, count: int, steps: float) -> float:
     """Throttle so many steps before the step under way began; positive: the past."""
     if steps <= 0.0:
-        return history[count % HISTORY]
+        return float(history[count % HISTORY])
     steps = min(steps, HISTORY - 2.0)
     whole = int(steps)
     f = steps - whole
     new, old = history[(count - whole) % HISTORY], history[(count - whole - 1) % HISTORY]
-    return new + f * (old - new)
+    return float(new + f * (old - new))
 
 
 @njit(cache=True)
 def _ride(
-    m, e, formula, throttle, spark, tick, wind, shove, bump, road_period, scatter, start, steps,
-    origin,
-):  # type: ignore[no-untyped-def]  # fmt: skip
+    m: Machine, e: Missing, formula: int, throttle: Floats, spark: Floats, tick: float,
+    wind: Floats, shove: Floats, bump: Floats, road_period: float, scatter: Floats,
+    start: Floats, steps: int, origin: float,
+) -> Floats:  # fmt: skip
     x, k, y = start.copy(), np.zeros((4, p.STATES)), np.zeros(p.STATES)
     u = np.zeros(7)
     history = np.full(HISTORY, x[p.PLATE])

@@ -15,7 +15,7 @@ from scipy import optimize
 from identification.proof.generator.machine import Machine
 from identification.proof.generator.tyres import MAGIC, force
 
-RPM, DEGREE, TURN = math.pi / 30.0, math.pi / 180.0, 2.0 * math.pi
+RPM, DEGREE = math.pi / 30.0, math.pi / 180.0
 NORMAL_95 = 1.959964
 FURTHEST = 3.0  # standard deviations
 GEARS = (11.4, 8.75, 7.25, 6.3, 5.65, 5.2)
@@ -23,7 +23,7 @@ GEARS = (11.4, 8.75, 7.25, 6.3, 5.65, 5.2)
 Range = tuple[float, float]
 # field: (block, parameter, unit, range of true values, 95 % half width of what is told)
 FIELDS: Mapping[str, tuple[str, str, str, Range, float]] = {
-    "servo_frequency": ("throttle_servo", "natural_frequency", "rad/s", (11 * TURN, 14 * TURN), 0.05),
+    "servo_frequency": ("throttle_servo", "natural_frequency", "rad/s", (69.0, 88.0), 0.05),
     "servo_damping": ("throttle_servo", "damping", "1", (0.35, 0.7), 0.12),
     "servo_delay": ("throttle_servo", "delay", "s", (3e-3, 6e-3), 0.25),
     "air_delay": ("intake", "delay", "s", (7e-3, 12e-3), 0.3),
