@@ -2,11 +2,12 @@
 # make test     set up, then the whole check
 # make conformance  set up, then python-can's own tests on our virtual bus
 # make paper    set up, then Corno and Savaresi's findings, claim by claim
+# make prove    set up, then the proof on sealed cases: hours; goes on where it was stopped
 # make bench    set up, then every benchmark
 # make lock     choose the newest versions that pyproject.toml allows
 # make clean    forget the environment and everything that was made, except runs/
 
-.PHONY: help trial test conformance figures test-mismatch paper bench lock setup clean
+.PHONY: help trial test conformance figures test-mismatch paper prove prove-quick bench lock setup clean
 .DEFAULT_GOAL := help
 
 # The first interpreter that is new enough; the lock is tested with 3.11.
@@ -19,7 +20,7 @@ WORKERS ?= auto
 export OMP_NUM_THREADS ?= 1
 
 help:
-	@sed -n 's/^# //p' $(firstword $(MAKEFILE_LIST)) | head -7
+	@sed -n 's/^# //p' $(firstword $(MAKEFILE_LIST)) | head -8
 
 trial: setup
 	@run=$$($(IN)/slipbench trial trials/throttle_sweep.toml) && $(IN)/slipbench identify "$$run"
@@ -43,6 +44,17 @@ test-mismatch: setup
 
 paper: setup
 	$(IN)/slipbench paper --out paper --runs paper/runs
+
+# Half of the cases miss nothing. CASES and SEED choose another study, for which PROOF is its folder.
+CASES ?= 200
+SEED ?= 2026
+PROOF ?= proof/$(SEED)-$(CASES)
+prove: setup
+	$(IN)/slipbench prove --cases $(CASES) --seed $(SEED) --out $(PROOF) --page docs/proof.md
+
+# Six cases, to see that all of it works; their table means nothing.
+prove-quick: setup
+	$(IN)/slipbench prove --cases 6 --seed 1 --out build/prove-quick
 
 bench: setup
 	@for benchmark in benchmarks/*.py; do \

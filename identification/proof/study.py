@@ -37,11 +37,15 @@ class Study:
     scheduler: str | None = None
 
 
-def run_study(study: Study, told: Callable[[int, int], None] = lambda *_: None) -> list[Result]:
+def run_study(
+    study: Study,
+    told: Callable[[int, int], None] = lambda *_: None,
+    work: Callable[[int, int], Result] = run_case,
+) -> list[Result]:
     """Seal, then work out every case that is not done yet; returns all results by number.
 
-    told: how many cases are done, of how many. Raises InputError where the folder holds results of
-    another study or of other source text.
+    told: how many cases are done, of how many. work: what is done with seed and number. Raises
+    InputError where the folder holds results of another study or of other source text.
     """
     study.folder.mkdir(parents=True, exist_ok=True)
     sealed = seal([answer(draw_case(study.seed, n)) for n in range(study.cases)], study.folder)
@@ -50,17 +54,19 @@ def run_study(study: Study, told: Callable[[int, int], None] = lambda *_: None) 
     left = [n for n in range(study.cases) if n not in done]
     told(len(done), study.cases)
     if left:
-        for result in _worked_out(study, left):
+        for result in _worked_out(study, left, work):
             done[result["case"]] = _keep(study, {**mark, **result})
             told(len(done), study.cases)
     return [done[n] for n in sorted(done)]
 
 
-def _worked_out(study: Study, left: list[int]) -> Iterator[Result]:
+def _worked_out(
+    study: Study, left: list[int], work: Callable[[int, int], Result]
+) -> Iterator[Result]:
     with _client(study) as client:
         futures = [
             client.submit(
-                run_case, study.seed, n, key=f"case-{n}", retries=RETRIES, priority=-n, pure=False
+                work, study.seed, n, key=f"case-{n}", retries=RETRIES, priority=-n, pure=False
             )
             for n in left
         ]

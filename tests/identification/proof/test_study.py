@@ -1,0 +1,158 @@
+"""A study is sealed, goes on where it stopped, and counts rightly."""
+
+import json
+from pathlib import Path
+
+import pytest
+from distributed import LocalCluster
+
+from identification.proof.answers import FINGERPRINT, SEALED, seal, unseal
+from identification.proof.page import Made, page
+from identification.proof.score import Judged, Rate, judged, rates, what_is_wrong
+from identification.proof.study import Study, place_of, results_so_far, run_study
+from protocol.errors import InputError
+
+
+def square(seed: int, number: int) -> dict:
+    """What a case is worth here: nothing that needs an analysis."""
+    return {"case": number, "value": seed * number * number}
+
+
+def verdict(**more) -> dict:
+    return {
+        "mismatch": {"found": False, "p_value": 1.0}, "location": None, "effects": [],
+        "unknown": {"found": False, "shape": ""}, "equivalents": [], "held_out": [], **more,
+    }  # fmt: skip
+
+
+def result(case: int, told: dict, each: list[float]) -> dict:
+    return {"case": case, "verdict": told, "ideal": {"gain": sum(each), "each": each},
+            "truth": [], "seconds": {"analysis": 1.0}}  # fmt: skip
+
+
+def hidden(kind: str, **parameters) -> dict:
+    return {"kind": kind, "subject": "", "grade": "moderate", "parameters": parameters,
+            "places": ["driveline torque"]}  # fmt: skip
+
+
+def answer(case: int, sort: str, *things: dict) -> dict:
+    return {"case": case, "sort": sort, "tyre": "brush", "hidden": list(things)}
+
+
+def effect(name: str, **intervals) -> dict:
+    return {"name": name, "subject": "", "block": "driveline", "gain": 100.0, "parameters": [
+        {"name": n, "value": sum(i) / 2, "unit": "", "interval": list(i)}
+        for n, i in intervals.items()]}  # fmt: skip
+
+
+FOUND = verdict(
+    mismatch={"found": True, "p_value": 0.0}, location={"injection": "driveline torque"},
+    effects=[effect("backlash", slack=(7e-3, 9e-3))],
+)  # fmt: skip
+
+
+def only(*pairs: tuple[dict, dict]) -> list[Judged]:
+    answers, results = zip(*pairs, strict=True)
+    return judged(answers, results)
+
+
+def test_a_true_name_with_its_place_and_interval_is_all_right() -> None:
+    (one,) = only((answer(0, "moderate", hidden("backlash", slack=8e-3)), result(0, FOUND, [90.0])))
+    assert (one.named, one.located, one.covered, what_is_wrong(one)) == (True, True, (True,), "")
+
+
+def test_a_class_that_holds_the_truth_counts_as_its_name() -> None:
+    told = {**FOUND, "effects": [effect("hardening_cush")]}
+    truth = answer(0, "moderate", hidden("backlash", slack=8e-3))
+    (wrong,) = only((truth, result(0, told, [90.0])))
+    (right,) = only((truth, result(0, {**told, "equivalents": [["hardening_cush", "backlash"]]},
+                                   [90.0])))  # fmt: skip
+    assert what_is_wrong(wrong) == "wrong name"
+    assert right.named
+
+
+def test_what_nobody_can_see_is_no_miss_and_to_claim_it_is() -> None:
+    truth = answer(0, "small", hidden("backlash", slack=2e-3))
+    quiet, loud = (only((truth, result(0, told, [3.0])))[0] for told in (verdict(), FOUND))
+    assert what_is_wrong(quiet) == ""
+    assert what_is_wrong(loud) == "alarm on what nobody can see"
+
+
+def test_an_alarm_where_nothing_is_missing_is_a_false_one() -> None:
+    (one,) = only((answer(0, "nothing"), result(0, FOUND, [])))
+    assert what_is_wrong(one) == "false alarm"
+    assert next(r for r in rates([one]) if "false alarms" in r.text).count == 1
+
+
+def test_of_a_pair_both_must_be_named_and_nothing_else() -> None:
+    truth = answer(0, "pair", hidden("backlash", slack=8e-3), hidden("driveline_loss", loss=0.04))
+    both = {**FOUND, "effects": [effect("backlash"), effect("driveline_loss")]}
+    more = {**both, "effects": [*both["effects"], effect("wind")]}
+    cases = [only((truth, result(0, told, [90.0, 90.0])))[0] for told in (FOUND, both, more)]
+    assert [c.named for c in cases] == [False, True, False]
+
+
+def test_a_name_for_what_is_in_no_library_is_a_miss() -> None:
+    truth = answer(0, "outside", hidden("spark_lag", time_constant=0.02))
+    assert "no library" in what_is_wrong(only((truth, result(0, FOUND, [90.0])))[0])
+
+
+@pytest.mark.parametrize(("count", "total", "low", "high"), [
+    (0, 20, 0.0, 16.84), (19, 20, 75.13, 99.87), (100, 100, 96.38, 100.0),
+])  # fmt: skip
+def test_intervals_are_those_of_the_tables(count: int, total: int, low: float, high: float) -> None:
+    """Clopper and Pearson, Biometrika 26 (1934), to two digits."""
+    assert Rate("", count, total).interval == pytest.approx((low, high), abs=0.01)
+
+
+def test_the_page_tells_every_goal_and_every_miss() -> None:
+    nothing = answer(0, "nothing"), result(0, FOUND, [])
+    backlash = answer(1, "moderate", hidden("backlash", slack=8e-3)), result(1, FOUND, [90.0])
+    cases = only(nothing, backlash)
+    text = page(cases, Made("slipbench prove", "f" * 64, "0" * 64, 4, "figures"))
+    assert "not met" in text
+    assert "false alarm" in text
+    assert "2 of 4 cases are open" in text
+
+
+def test_a_broken_seal_is_found(tmp_path: Path) -> None:
+    seal([answer(0, "nothing")], tmp_path)
+    assert unseal(tmp_path) == [answer(0, "nothing")]
+    (tmp_path / FINGERPRINT).write_text("0" * 64)
+    with pytest.raises(InputError, match="seal is broken"):
+        unseal(tmp_path)
+
+
+def test_other_answers_do_not_replace_those_that_were_sealed(tmp_path: Path) -> None:
+    seal([answer(0, "nothing")], tmp_path)
+    with pytest.raises(InputError, match="another study"):
+        seal([answer(1, "nothing")], tmp_path)
+    assert (tmp_path / SEALED).exists()
+
+
+@pytest.fixture(scope="module", params=[1, 2], ids=["one worker", "two workers"])
+def scheduler(request):
+    """A cluster that exists; its workers are threads, which start at once."""
+    with LocalCluster(
+        n_workers=request.param, threads_per_worker=1, processes=False, dashboard_address=None
+    ) as cluster:
+        yield cluster.scheduler_address
+
+
+def test_a_study_goes_on_where_it_stopped(tmp_path: Path, scheduler: str) -> None:
+    study = Study(5, 3, tmp_path, scheduler=scheduler)
+    first = run_study(study, work=square)
+    assert [r["value"] for r in first] == [3 * n * n for n in range(5)]
+    place_of(tmp_path, 2).unlink()
+    untouched = place_of(tmp_path, 3).stat().st_mtime_ns
+    assert run_study(study, work=square) == first == results_so_far(study)
+    assert place_of(tmp_path, 3).stat().st_mtime_ns == untouched
+
+
+def test_results_of_other_source_text_do_not_mix(tmp_path: Path, scheduler: str) -> None:
+    study = Study(2, 3, tmp_path, scheduler=scheduler)
+    run_study(study, work=square)
+    path = place_of(tmp_path, 1)
+    path.write_text(json.dumps({**json.loads(path.read_text()), "source": "another"}))
+    with pytest.raises(InputError, match="other source"):
+        run_study(study, work=square)
