@@ -119,10 +119,15 @@ class Gateway:
         self._lookout.observe(name, decoded, now)
 
     def _in_sequence(self, name: str, identifier: int, data: bytes, now: float) -> bool:
-        """Tell whether the counter moved; frames lost before this one do not spoil it."""
+        """Tell whether the counter moved; frames lost before this one do not spoil it.
+
+        A counter that stands is not believed after a pause either, when it may have turned once.
+        """
         counter = self._codec.counter(identifier, data)
         if counter is None:
             return True
+        if counter == self._protected[name].counter:
+            return False
         timeout = self._plan.trial.limits.stale
         state, fault = e2e.check(self._protected[name], counter, True, now, timeout)
         self._protected[name] = state
