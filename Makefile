@@ -3,11 +3,13 @@
 # make conformance  set up, then python-can's own tests on our virtual bus
 # make paper    set up, then Corno and Savaresi's findings, claim by claim
 # make prove    set up, then the proof on sealed cases: hours; goes on where it was stopped
+# make mutants  set up, then coverage and mutants of the safety gate
+# make million  set up, then a million random frame sequences through it (an hour)
 # make bench    set up, then every benchmark
 # make lock     choose the newest versions that pyproject.toml allows
 # make clean    forget the environment and everything that was made, except runs/
 
-.PHONY: help trial test conformance figures test-mismatch paper prove prove-quick bench lock setup clean
+.PHONY: help trial test conformance figures test-mismatch paper prove prove-quick mutants million bench lock setup clean
 .DEFAULT_GOAL := help
 
 # The first interpreter that is new enough; the lock is tested with 3.11.
@@ -20,7 +22,7 @@ WORKERS ?= auto
 export OMP_NUM_THREADS ?= 1
 
 help:
-	@sed -n 's/^# //p' $(firstword $(MAKEFILE_LIST)) | head -8
+	@sed -n 's/^# //p' $(firstword $(MAKEFILE_LIST)) | head -10
 
 trial: setup
 	@run=$$($(IN)/slipbench trial trials/throttle_sweep.toml) && $(IN)/slipbench identify "$$run"
@@ -56,6 +58,12 @@ prove: setup
 prove-quick: setup
 	$(IN)/slipbench prove --cases 6 --seed 1 --out build/prove-quick
 
+mutants: setup
+	$(IN)/python -m tests.safety.mutants
+
+million: setup
+	$(IN)/python -m tests.safety.sequences
+
 bench: setup
 	@for benchmark in benchmarks/*.py; do \
 	  echo "== $$benchmark"; $(IN)/python $$benchmark || exit 1; done
@@ -76,6 +84,6 @@ lock: | $(READY)
 	PYTHON=$(IN)/python .ci/lock
 
 clean:
-	rm -rf $(ENVIRONMENT) build *.egg-info
+	rm -rf $(ENVIRONMENT) build mutants *.egg-info
 	rm -rf .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache
 	find . -name __pycache__ -prune -exec rm -rf {} +

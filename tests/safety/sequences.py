@@ -15,8 +15,10 @@ from dataclasses import dataclass, field
 from hypothesis import HealthCheck, Phase, given, seed, settings
 from hypothesis import strategies as st
 
+from tests.safety import document
 from tests.safety.world import ending, live
 
+MILLION = 1_000_000
 BATCH = 10_000
 SCRIPTS = st.binary(min_size=5, max_size=17)
 
@@ -84,13 +86,16 @@ def lines(total: Tally, first: int, seconds: float, workers: int) -> list[str]:
 
 def main() -> None:
     """Run what the command line asks for: number of sequences, first seed, workers."""
-    asked = [int(word) for word in sys.argv[1:]] + [1_000_000, 1, os.cpu_count() or 1][
+    asked = [int(word) for word in sys.argv[1:]] + [MILLION, 1, os.cpu_count() or 1][
         len(sys.argv) - 1 :
     ]
     number, first, workers = asked
     began = time.monotonic()
     total = run(first, number, workers)
-    print("\n".join(lines(total, first, time.monotonic() - began, workers)))
+    told = lines(total, first, time.monotonic() - began, workers)
+    print("\n".join(told))
+    if number >= MILLION:
+        document.write("million", told)
 
 
 if __name__ == "__main__":

@@ -272,7 +272,13 @@ def play(world: World, script: bytes) -> World:
 
 def act(world: World, what: int, how: int) -> None:
     """Do what one pair of bytes says; the first eight values do nothing."""
-    name, side = NAMES[how % len(NAMES)], ("RearTeeth", "FrontTeeth")[how % 2]
+    move(world, what, how)
+    damage(world, what, how)
+    shake(world, what, how)
+
+
+def move(world: World, what: int, how: int) -> None:
+    """What the rider and the motorcycle do."""
     match what:
         case 8:
             world.button = bool(how & 1)
@@ -289,13 +295,32 @@ def act(world: World, what: int, how: int) -> None:
         case 15:
             world.speed = how * 0.6 - 10.0
         case 16:
-            world.teeth[side] = max(how, 1) * 0.00002
+            world.teeth[("RearTeeth", "FrontTeeth")[how % 2]] = max(how, 1) * 0.00002
+
+
+def damage(world: World, what: int, how: int) -> None:
+    """What goes wrong with frames."""
+    name = NAMES[how % len(NAMES)]
+    match what:
+        case 17:
+            side = ("RearEncoderStatus", "FrontEncoderStatus")[how % 2]
+            status = EncoderStatus(3 * world.number % 8192, 1.0, 16, bool(how & 2))
+            world.put(*codec().encode(status, name=side))
         case 18 | 19 | 20 | 21:
             world.wrong[("dropped", "stuck", "damaged", "frozen")[what - 18]] ^= {name}
         case 22:
             jump(world, name, how)
         case 23:
             foreign(world, how)
+        case 31:
+            for names in world.wrong.values():
+                names.clear()
+            world.wire.refuses, world.grants, world.valid = False, None, True
+
+
+def shake(world: World, what: int, how: int) -> None:
+    """What goes wrong with the bus, the gateway's sight and the devices; 24 and 30 are `play`'s."""
+    match what:
         case 25:
             world.wire.refuses = bool(how & 1)
         case 26:
@@ -306,13 +331,6 @@ def act(world: World, what: int, how: int) -> None:
             world.faulty = bool(how & 1)
         case 29:
             world.valid = bool(how & 1)
-        case 17:
-            status = EncoderStatus(3 * world.number % 8192, 1.0, 16, bool(how & 2))
-            world.put(*codec().encode(status, name=side.replace("Teeth", "EncoderStatus")))
-        case 31:
-            for names in world.wrong.values():
-                names.clear()
-            world.wire.refuses, world.grants, world.valid = False, None, True
 
 
 def jump(world: World, name: str, seed: int) -> None:
