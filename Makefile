@@ -68,6 +68,11 @@ bench: setup
 	@for benchmark in benchmarks/*.py; do \
 	  echo "== $$benchmark"; $(IN)/python $$benchmark || exit 1; done
 
+# The test files of libraries that judge ours (cantools' own databases).
+.PHONY: sources
+sources: setup
+	PYTHON=$(IN)/python .ci/fetch-sources
+
 setup: $(READY)
 
 # Every version and every hash comes from the lock, what builds the project included.

@@ -62,6 +62,23 @@ class Frames:
         """Cut one signal out; a multiplexed one only from the frames that hold it."""
         return _samples(self.message.signal(name), self)
 
+    def page(self, multiplexer: str, values: tuple[int, ...]) -> "Frames":
+        """Keep the frames in which `multiplexer` has one of `values`; found once."""
+        key = multiplexer, values
+        if key not in self._pages:
+            parent = self.samples(multiplexer)
+            present = _among(parent.raw, values)
+            whole = parent.rows.size == self.rows.size  # unless multiplexed itself
+            within = np.flatnonzero(present) if whole else (
+                np.searchsorted(self.rows, parent.rows[present])
+            )  # fmt: skip
+            self._pages[key] = Frames(self.message, self.rows[within], self.words[within])
+        return self._pages[key]
+
+    @cached_property
+    def _pages(self) -> dict[tuple[str, tuple[int, ...]], "Frames"]:
+        return {}
+
     @cached_property
     def protected(self) -> npt.NDArray[np.bool_]:
         """Whether each frame's CRC is right, (n,); all True where the message has none."""
@@ -167,11 +184,14 @@ def _wide(
 
 def _samples(signal: Signal, frames: Frames) -> Samples:
     if signal.multiplexer is not None:
-        parent = frames.samples(signal.multiplexer)
-        present = np.isin(parent.raw, signal.multiplexer_ids)
-        within = np.searchsorted(frames.rows, parent.rows[present])
-        frames = Frames(frames.message, frames.rows[within], frames.words[within])
+        frames = frames.page(signal.multiplexer, signal.multiplexer_ids)
     return Samples(signal, frames.rows, extract.raw(signal, frames.words))
+
+
+def _among(raw: extract.Raw, values: tuple[int, ...]) -> npt.NDArray[np.bool_]:
+    if len(values) == 1 and raw.dtype == np.int64:
+        return np.asarray(raw == values[0])
+    return np.isin(raw, values)
 
 
 def _unknown_multiplexers(frames: Frames) -> Iterator[tuple[str, int]]:
