@@ -55,19 +55,15 @@ def decode(
       slipbench decode drive.asc --dbc car.dbc --out wheels.csv --signals WheelSpeeds,Engine.RPM
     """
     from protocol.database import load_database
-    from protocol.decode import sort_log
-    from protocol.logs import read_log
-    from protocol.sample_table import chosen, export
+    from protocol.decode_file import decode_file
+    from protocol.sample_table import chosen
     from protocol.summary import decoded
 
     known = load_database(database)
     wanted = chosen(known, [name.strip() for name in signals.split(",") if name.strip()])
-    with _progress(f"reading {_one(log).name}") as told:
-        reading = read_log(_one(log), told)
-    sorted_log = sort_log(reading.frames, known)
-    with _progress(f"writing {out.name}") as told:
-        samples = export(sorted_log, wanted, out, told)
-    decoded(reading, sorted_log, samples, out)
+    with _progress(f"decoding {_one(log).name}") as told:
+        text, tally, samples = decode_file(_one(log), known, wanted, out, progress=told)
+    decoded(text.format, text.warnings, tally, samples, out)
 
 
 def export(

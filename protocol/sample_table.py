@@ -2,11 +2,12 @@
 
 One row a sample: `time` (s since the log's first frame), `time_ns` (as logged), `bus`, `message`,
 `signal`, `value` (in the database's unit), `unit`, `label` (where the database names the value).
-Parquet: one row group a signal, so that a reader can take one signal without the rest.
+Parquet: one row group a signal, so that a reader can take one signal without the rest; a log of
+more than some millions of frames is decoded in portions, with one row group a signal in each.
 """
 
 import difflib
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -43,11 +44,8 @@ def _no_such_signal(name: str, every: list[tuple[str, str]], origin: str) -> Inp
     )  # fmt: skip
 
 
-def export(
-    sorted_log: SortedLog, signals: Sequence[tuple[str, str]], out: Path,
-    progress: Callable[[float], None],
-) -> int:  # fmt: skip
-    """Write the samples of `signals` to a new file; returns how many there were."""
+def export(portions: Iterable[SortedLog], signals: Sequence[tuple[str, str]], out: Path) -> int:
+    """Write the samples of `signals` to a new file, portion by portion; returns their number."""
     if out.exists():
         raise InputError(
             "it exists, and nothing is overwritten", where=str(out),
@@ -62,7 +60,7 @@ def export(
     draft = out.with_name(out.name + ".part")
     try:
         out.parent.mkdir(parents=True, exist_ok=True)
-        count = write(_parts(sorted_log, signals, progress), draft)
+        count = write(_parts(portions, signals), draft)
         draft.replace(out)
     except OSError as cause:
         raise InputError("cannot be written", where=str(out), found=str(cause)) from cause
@@ -71,18 +69,19 @@ def export(
     return count
 
 
-def _parts(
-    sorted_log: SortedLog, signals: Sequence[tuple[str, str]], progress: Callable[[float], None]
-) -> Iterator[Any]:
-    """Make one table for each signal that has samples."""
-    for number, (message, signal) in enumerate(signals):
-        progress(number / len(signals))
-        samples = sorted_log.frames[message].samples(signal)
-        if samples.rows.size:
-            yield _table(sorted_log, message, samples)
+def _parts(portions: Iterable[SortedLog], signals: Sequence[tuple[str, str]]) -> Iterator[Any]:
+    """Make one table for each signal that has samples in a portion."""
+    start = None
+    for sorted_log in portions:
+        if start is None and len(sorted_log.log):
+            start = int(sorted_log.log.time_ns[0])
+        for message, signal in signals:
+            samples = sorted_log.frames[message].samples(signal)
+            if samples.rows.size and start is not None:
+                yield _table(sorted_log, message, samples, start)
 
 
-def _table(sorted_log: SortedLog, message: str, samples: Samples) -> Any:
+def _table(sorted_log: SortedLog, message: str, samples: Samples, start: int) -> Any:
     import pyarrow as pa
 
     log, signal = sorted_log.log, samples.signal
@@ -93,7 +92,7 @@ def _table(sorted_log: SortedLog, message: str, samples: Samples) -> Any:
 
     labels = samples.names() if signal.choices else [None] * time_ns.size
     columns = (
-        (time_ns - log.time_ns[0]) * 1e-9, time_ns,
+        (time_ns - start) * 1e-9, time_ns,
         pa.DictionaryArray.from_arrays(log.bus[samples.rows].astype(np.int32), list(log.buses)),
         same(message), same(signal.name), np.asarray(samples.value, np.float64),
         same(signal.unit), pa.array(labels, pa.string()).dictionary_encode(),

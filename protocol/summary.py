@@ -8,28 +8,24 @@ from rich.console import Console
 from rich.table import Table
 
 from protocol.channel import Channel
-from protocol.decode import SortedLog
+from protocol.decode_file import Tally
 from protocol.faults import Fault
-from protocol.logs import LogReading
 from protocol.recording import Recording
 
 SHOWN = 12  # identifiers
 
 
-def decoded(reading: LogReading, sorted_log: SortedLog, samples: int, out: Path) -> None:
-    """Tell what `slipbench decode` did."""
+def decoded(form: str, warnings: list[str], tally: Tally, samples: int, out: Path) -> None:
+    """Tell what `slipbench decode` did with a log that is `form`."""
     console = _console()
-    frames = reading.frames
-    span = (frames.time_ns[-1] - frames.time_ns[0]) * 1e-9
-    console.print(
-        f"{len(frames)} frames of {reading.format} in {span:.3f} s on {', '.join(frames.buses)}"
-    )
-    for name, rows in sorted_log.short.items():
-        console.print(f"{name}: {rows.size} frames are too short and not decoded")
-    _unknown(console, sorted_log.unknown_identifiers())
-    for count, kind in ((count, kind) for kind, count in frames.skipped):
+    span = (tally.last - tally.first) * 1e-9
+    console.print(f"{tally.frames} frames of {form} in {span:.3f} s on {', '.join(tally.buses)}")
+    for name, count in tally.short.items():
+        console.print(f"{name}: {count} frames are too short and not decoded")
+    _unknown(console, tally.unknown)
+    for kind, count in tally.skipped.items():
         console.print(f"{count} {kind} beside the data frames")
-    _warnings(console, reading.warnings)
+    _warnings(console, warnings)
     console.print(f"{samples} samples in {out}")
 
 

@@ -8,14 +8,16 @@ very frames that were analysed.
     reading.frames.time_ns, reading.frames.identifier, reading.warnings
 """
 
+from collections.abc import Iterator
 from pathlib import Path
 
 from protocol.errors import InputError
-from protocol.logs.candump import candump_pieces, parse_pieces
+from protocol.frame_log import FrameLog
+from protocol.logs.candump import candump_pieces, parse_pieces, parse_portions
 from protocol.logs.formats import FORMATS, looks_like, read_head, refuse
 from protocol.logs.reading import LogReading, LogText, Progress, quiet
 
-__all__ = ["LogReading", "LogText", "Progress", "open_log", "quiet", "read_log"]
+__all__ = ["LogReading", "LogText", "Progress", "open_log", "quiet", "read_log", "read_portions"]
 
 
 def read_log(path: Path, progress: Progress = quiet) -> LogReading:
@@ -25,6 +27,17 @@ def read_log(path: Path, progress: Progress = quiet) -> LogReading:
     if not len(frames):
         raise no_frames(path, text.format, frames.skipped)
     return LogReading(frames, text.format, tuple(text.warnings))
+
+
+def read_portions(
+    path: Path, at_once: int, progress: Progress = quiet
+) -> tuple[LogText, Iterator[FrameLog]]:
+    """Read a log in portions of about `at_once` frames: memory does not grow with its length.
+
+    That holds for text and for what python-can reads; an MDF file is held whole by asammdf.
+    """
+    text = open_log(path, progress)
+    return text, parse_portions(text.pieces, str(path), text.warnings, at_once)
 
 
 def no_frames(path: Path, form: str, skipped: tuple[tuple[str, int], ...]) -> InputError:

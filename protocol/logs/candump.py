@@ -1,5 +1,6 @@
 """A log as candump text becomes columns, in order of time."""
 
+import math
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -31,9 +32,21 @@ def candump_pieces(path: Path, progress: Progress = quiet, size: int = PIECE) ->
 
 def parse_pieces(pieces: Iterable[bytes], where: str, warnings: list[str]) -> FrameLog:
     """Read candump text. A torn end is dropped and told; any other line that is no frame raises."""
+    return next(parse_portions(pieces, where, warnings))
+
+
+def parse_portions(
+    pieces: Iterable[bytes], where: str, warnings: list[str], at_once: float = math.inf
+) -> Iterator[FrameLog]:
+    """Read candump text in portions of `at_once` lines or a little more, one at the least.
+
+    Each portion is in order of time; a step back from one to the next is told. Later portions may
+    know more buses than earlier ones, at the same numbers.
+    """
     buses: list[bytes] = []
     parts: list[TextColumns] = []
-    lines = 0
+    lines = held = 0
+    reached = -math.inf
     for piece in pieces:
         piece = _without_torn_end(piece, lines, where, warnings)
         text = np.frombuffer(piece, np.uint8)
@@ -41,10 +54,37 @@ def parse_pieces(pieces: Iterable[bytes], where: str, warnings: list[str]) -> Fr
         if part.bad_line is not None:
             raise _not_a_frame(line_at(text, part.bad_line), lines + part.bad_line + 1, where)
         lines += part.kind.size
+        held += part.kind.size
         parts.append(part)
+        if held >= at_once:
+            portion = _portion(parts, buses, where, warnings)
+            reached = _told_steps_back(portion, reached, where, warnings)
+            yield portion
+            parts, held = [], 0
+    if parts or not lines:
+        portion = _portion(parts, buses, where, warnings)
+        _told_steps_back(portion, reached, where, warnings)
+        yield portion
+
+
+def _portion(
+    parts: list[TextColumns], buses: list[bytes], where: str, warnings: list[str]
+) -> FrameLog:
     if len(buses) > 256:
         raise InputError("more than 256 buses", where=where, found=f"{len(buses)} bus names")
     return _in_order(_join(parts, buses), where, warnings)
+
+
+def _told_steps_back(log: FrameLog, reached: float, where: str, warnings: list[str]) -> float:
+    """Give the latest time so far (ns); tell where this portion begins before it."""
+    if not len(log):
+        return reached
+    if log.time_ns[0] < reached:
+        warnings.append(
+            f"{where}: not in order of time: a step back of"
+            f" {(reached - float(log.time_ns[0])) * 1e-9:g} s far into the log stays as it is"
+        )
+    return max(reached, float(log.time_ns[-1]))
 
 
 def _without_torn_end(piece: bytes, before: int, where: str, warnings: list[str]) -> bytes:
