@@ -21,6 +21,7 @@ from identification.mismatch.candidate import (
     wholes,
 )
 from identification.mismatch.fitting import Fit, settle, with_effects
+from identification.mismatch.held_out import carried_over
 from identification.mismatch.model import Model, Series
 from identification.mismatch.stack import Nuisances, flat, log_likelihood, whiteners
 from identification.proof.generator.case import Case
@@ -59,8 +60,16 @@ def ideal(case: Case, base: Fit) -> Ideal:
         return Ideal(0.0, ())
     if all(BY_NAME[h.kind].inside for h in case.hidden):
         return _of_library(case.hidden, base)
-    gain = seen_difference(case, base)
+    gain = seen_difference(case, base, case.training)
     return Ideal(gain, (gain,))
+
+
+def on_held_out(case: Case, base: Fit, found: Ideal, held_out: Model) -> float:
+    """Nats that the truth gains on the held-out recordings."""
+    before = carried_over(base, held_out)
+    if found.fit is None:
+        return seen_difference(case, before, case.held_out)
+    return carried_over(found.fit, held_out).score - before.score
 
 
 def _of_library(hidden: Sequence[Hidden], base: Fit) -> Ideal:
@@ -90,7 +99,8 @@ def at_truth(hidden: Hidden) -> Candidate:
     """Return the library's effect with the true numbers."""
     pattern = _pattern(EFFECTS[hidden.kind], hidden.subject)
     kind, told = type(pattern), hidden.parameters
-    size = _size(sizes(kind)[0], pattern, told)
+    first = sizes(kind)[0]
+    size = _size(first, told[first.name])
     dials = [_dial(p, told[p.name]) if p.name in told else 0.0 for p in shapes(kind)]
     whole = tuple(told.get(p.name, p.typical) for p in wholes(kind))
     return Candidate(pattern, (size, *dials), whole)
@@ -101,12 +111,11 @@ def _pattern(kind: type[Effect], subject: str) -> Effect:
     return found[subject] if subject in found else next(iter(found.values()))
 
 
-def _size(p: Parameter, pattern: Effect, told: "dict[str, float] | object") -> float:
-    assert isinstance(told, dict)
-    typical = p.typical
+def _size(p: Parameter, value: float) -> float:
+    """Share of the typical size; of a limit the inverse."""
     if math.isinf(p.absent):
-        return typical / told[p.name]
-    return float((told[p.name] - p.absent) / (typical - p.absent))
+        return p.typical / value
+    return (value - p.absent) / (p.typical - p.absent)
 
 
 def _dial(p: Parameter, value: float) -> float:
@@ -128,14 +137,14 @@ class Shown:
         return np.asarray(interpolate.CubicSpline(self.course.time, values)(self.time))
 
 
-def seen_difference(case: Case, base: Fit) -> float:
+def seen_difference(case: Case, base: Fit, trials: Sequence[Trial]) -> float:
     """Nats of the true difference that the secret makes in the channels, off the nuisances."""
     model = base.model
-    there = [
-        _shown(case, model, r, t, case.secret, case.secret) for r, t in enumerate(case.training)
-    ]
     absent = replace(case.secret, missing=Missing())
-    without = [_shown(case, model, r, t, absent, case.secret) for r, t in enumerate(case.training)]
+    there, without = (
+        [_shown(case, model, r, t, secret) for r, t in enumerate(trials)]
+        for secret in (case.secret, absent)
+    )
     servo = all(h.places == (SERVO,) for h in case.hidden)
     difference: Series = []
     for b, block in enumerate(model.chain.blocks):
@@ -147,11 +156,9 @@ def seen_difference(case: Case, base: Fit) -> float:
     return _worth(base, difference)
 
 
-def _shown(
-    case: Case, model: Model, r: int, trial: Trial, secret: Secret, ridden_for: Secret
-) -> list[Floats]:
+def _shown(case: Case, model: Model, r: int, trial: Trial, secret: Secret) -> list[Floats]:
     """What every block would show of a ride, (T, m) each, without noise."""
-    course, _ = course_of(case.truth, secret, trial, ridden_for)
+    course, _ = course_of(case.truth, secret, trial, case.secret)
     record = model.records[r]
     columns = Shown(course, record.time + record.start)
     return [

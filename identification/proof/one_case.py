@@ -2,7 +2,7 @@
 
 import tempfile
 import time
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +11,7 @@ from identification.mismatch.held_out import errors
 from identification.mismatch.runs import open_analysis
 from identification.mismatch.verdict import as_tree
 from identification.proof.generator.case import Case, draw_case, write_case
-from identification.proof.ideal import Ideal, ideal
+from identification.proof.ideal import Ideal, ideal, on_held_out
 from protocol.errors import InputError
 
 KEPT = ("mismatch", "location", "effects", "unknown", "equivalents", "not_excited", "held_out",
@@ -44,15 +44,20 @@ def _seen(case: Case, analysis: Analysis) -> dict[str, Any]:
     """What an ideal observer would see, and by how much the truth improves the held-out runs."""
     assert analysis.base is not None
     found = ideal(case, analysis.base)
-    return {
+    told: dict[str, Any] = {
         "ideal": {"gain": found.gain, "each": list(found.each)},
         "truth": _proven(analysis, found),
     }
+    if analysis.free is not None and case.hidden and analysis.held_out is not None:
+        told["curve"] = {
+            "confirmed": analysis.free.confirmed,
+            "possible": on_held_out(case, analysis.base, found, analysis.held_out),
+        }
+    return told
 
 
 def _proven(analysis: Analysis, found: Ideal) -> list[dict[str, Any]]:
     """Errors on the held-out runs with the true effects fitted; empty where there are none."""
     if found.fit is None or analysis.held_out is None or analysis.base is None:
         return []
-    true = replace(found.fit)
-    return [asdict(e) for e in errors(analysis.held_out, analysis.base, true)]
+    return [asdict(e) for e in errors(analysis.held_out, analysis.base, found.fit)]

@@ -51,6 +51,7 @@ class Judged:
     covered: tuple[bool, ...]
     share: float
     seconds: float
+    curve: float = math.nan
     refused: str = ""
 
 
@@ -96,7 +97,7 @@ def _judge(answer: Mapping[str, Any], result: Mapping[str, Any]) -> Judged:
     if "refused" in result:
         return Judged(answer["case"], answer["sort"], answer["tyre"], truth, truth, math.nan, None,
                       False, False, False, "", (), False, (), math.nan, math.nan,
-                      result["refused"])  # fmt: skip
+                      refused=result["refused"])  # fmt: skip
     verdict, each = result["verdict"], result["ideal"]["each"]
     seen = tuple(t for t, nats in zip(truth, each, strict=True) if nats >= VISIBLE)
     place = (verdict["location"] or {}).get("injection", "")
@@ -111,7 +112,7 @@ def _judge(answer: Mapping[str, Any], result: Mapping[str, Any]) -> Judged:
         located=place in places, place=place, said=said,
         named=bool(seen) and _exact(truth, seen, said, verdict["equivalents"]),
         covered=tuple(_coverage(hidden, verdict["effects"])),
-        share=_share(result), seconds=result["seconds"]["analysis"],
+        share=_share(result), seconds=result["seconds"]["analysis"], curve=_curve(result),
     )  # fmt: skip
 
 
@@ -154,6 +155,12 @@ def _share(result: Mapping[str, Any]) -> float:
     return reached / possible if possible > 0.05 else math.nan
 
 
+def _curve(result: Mapping[str, Any]) -> float:
+    """Share of the true physics' held-out gain, in nats, that the free curve has."""
+    told = result.get("curve")
+    return told["confirmed"] / told["possible"] if told and told["possible"] > VISIBLE else math.nan
+
+
 def rates(cases: Sequence[Judged]) -> list[Rate]:
     """Return all that has a goal."""
 
@@ -190,6 +197,9 @@ def rates(cases: Sequence[Judged]) -> list[Rate]:
     shares = [c.share for c in cases if c.sort in single and c.named and math.isfinite(c.share)]
     found.append(Rate("Held-out gain at least 90 % of the true effect's, where named",
                       sum(s >= 0.9 for s in shares), len(shares), 90.0))  # fmt: skip
+    curves = [c.curve for c in cases if c.seen and math.isfinite(c.curve)]
+    found.append(Rate("Free curve's held-out gain at least 90 % of the true physics'",
+                      sum(s >= 0.9 for s in curves), len(curves), 90.0))  # fmt: skip
     return found
 
 
