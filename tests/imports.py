@@ -58,7 +58,7 @@ ALLOWED = {
         "bench/replay_process.py",
     ),
     # Many cases at once.
-    "distributed": ("identification/proof/study.py",),
+    "distributed": ("identification/cluster.py",),
     "asyncio": (),
 }  # fmt: skip
 

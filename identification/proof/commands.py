@@ -36,11 +36,12 @@ def prove_command(
 
     Interrupted, the same command goes on where it stopped.
     """
+    from identification.cluster import Workers
     from identification.proof.publish import publish
     from identification.proof.study import Study, results_so_far, run_study
 
     console = Console(stderr=True)
-    study = Study(cases, seed, out, workers, scheduler)
+    study = Study(cases, seed, out, Workers(workers, scheduler))
     if score_only:
         results = results_so_far(study)
     else:

@@ -44,7 +44,7 @@ def _rates(rates: Sequence[Rate]) -> Figure:
 
 def _visibility(cases: Sequence[Judged]) -> Figure:
     """What became of every case, over what somebody who knows the secret gains."""
-    chosen = [c for c in cases if c.sort != NOTHING and not c.refused]
+    chosen = [c for c in cases if c.sort != NOTHING and not c.failed]
     figure = Figure(figsize=(9.0, 4.2), layout="constrained")
     axes = figure.add_subplot()
     sorts = sorted({c.sort for c in chosen})

@@ -23,6 +23,7 @@ from identification.mismatch.candidate import (
 from identification.mismatch.fitting import Fit, settle, with_effects
 from identification.mismatch.held_out import carried_over
 from identification.mismatch.model import Model, Series
+from identification.mismatch.sensitivity import coordinates_of
 from identification.mismatch.stack import Nuisances, flat, log_likelihood, whiteners
 from identification.proof.generator.case import Case
 from identification.proof.generator.kinds import BY_NAME, SERVO, Hidden
@@ -168,20 +169,19 @@ def _shown(case: Case, model: Model, r: int, trial: Trial, secret: Secret) -> li
 
 
 def _worth(base: Fit, difference: Series, rounds: int = 3) -> float:
-    """Log-likelihood gained by whoever explains the difference, each side with its own noise."""
-    model, noise = base.model, base.noise
-    rest = base.rest
+    """Log-posterior gained by whoever explains the difference, each side with its own noise."""
+    model, noise, here = base.model, base.noise, coordinates_of(base.point)
+    left = [
+        [e - d for e, d in zip(es, ds, strict=True)]
+        for es, ds in zip(base.rest, difference, strict=True)
+    ]
     for _ in range(rounds):
         columns = flat(model, noise, base.slopes)
-        explained = Nuisances(columns).fit(flat(model, noise, difference))
-        off = [
-            [d - s @ explained if s.size else d for d, s in zip(ds, ss, strict=True)]
-            for ds, ss in zip(difference, base.slopes, strict=True)
-        ]
+        there = Nuisances(columns).fit(flat(model, noise, left) + columns @ here)
         rest = [
-            [e - o for e, o in zip(es, os, strict=True)]
-            for es, os in zip(base.rest, off, strict=True)
+            [e - s @ (there - here) for e, s in zip(es, ss, strict=True)]
+            for es, ss in zip(left, base.slopes, strict=True)
         ]
         noise = whiteners(model, rest)
-    with_it = log_likelihood(model, rest, noise) - 0.5 * float(explained @ explained)
-    return with_it - log_likelihood(model, base.rest, base.noise)
+    explained = log_likelihood(model, rest, noise) - 0.5 * float(there @ there)
+    return explained - (log_likelihood(model, base.rest, base.noise) - 0.5 * float(here @ here))

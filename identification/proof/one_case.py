@@ -2,6 +2,7 @@
 
 import tempfile
 import time
+import traceback
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -12,30 +13,33 @@ from identification.mismatch.runs import open_analysis
 from identification.mismatch.verdict import as_tree
 from identification.proof.generator.case import Case, draw_case, write_case
 from identification.proof.ideal import Ideal, ideal, on_held_out
-from protocol.errors import InputError
 
 KEPT = ("mismatch", "location", "effects", "unknown", "equivalents", "not_excited", "held_out",
         "rivals", "curve", "complete")  # fmt: skip
 
 
 def run_case(seed: int, number: int, keep: Path | None = None) -> dict[str, Any]:
-    """Return what came of a case, as data. keep: folder for its recordings, else they are gone."""
+    """Return what came of a case, as data. keep: folder for its recordings, else they are gone.
+
+    A case that the engine refuses or breaks on says so in "failed", and counts as missed.
+    """
     case = draw_case(seed, number)
     with tempfile.TemporaryDirectory(prefix="slipbench-case-") as place:
         folder = (keep or Path(place)) / f"case-{number:04d}"
-        clock = time.process_time()
-        vehicle, training, held_out = write_case(case, folder)
-        made = time.process_time()
+        started = time.process_time()
+        paths = write_case(case, folder)
+        recorded = time.process_time()
         try:
-            analysis = analyse(open_analysis(vehicle, training, held_out))
-        except InputError as fault:  # the engine refuses recordings that it should take
-            return {"case": number, "refused": str(fault)}
-    told = as_tree(verdict(analysis))
+            analysis = analyse(open_analysis(*paths))
+            told = as_tree(verdict(analysis))
+        except Exception as fault:  # whatever it is, it is the engine's, and part of the result
+            return {"case": number, "failed": f"{type(fault).__name__}: {fault}",
+                    "trace": traceback.format_exc()}  # fmt: skip
     analysed = time.process_time()
     seen = _seen(case, analysis)
     return {
         "case": number, "verdict": {key: told[key] for key in KEPT if key in told}, **seen,
-        "seconds": {"recording": made - clock, "analysis": analysed - made,
+        "seconds": {"recording": recorded - started, "analysis": analysed - recorded,
                     "ideal": time.process_time() - analysed},
     }  # fmt: skip
 

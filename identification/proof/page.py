@@ -69,6 +69,8 @@ def _opening(cases: Sequence[Judged], made: Made) -> list[str]:
         "them the tyre follows another formula than the simulation's. This page is made by the",
         "command at its end.",
     ]
+    if failed := [c for c in cases if c.failed]:
+        lines += ["", f"**In {len(failed)} cases the engine failed; they count as missed.**"]
     if left:
         lines += ["", f"**The study is not complete: {left} of {made.wanted} cases are open.**"]
     return lines
@@ -94,7 +96,7 @@ def _met(rate: Rate) -> str:
 
 
 def _visible(cases: Iterable[Judged]) -> list[str]:
-    with_truth = [c for c in cases if c.truth and not c.refused]
+    with_truth = [c for c in cases if c.truth and not c.failed]
     seen = sum(c.expected is True for c in with_truth)
     nobody = sum(c.expected is False for c in with_truth)
     return [
@@ -149,7 +151,7 @@ def _misses(cases: Sequence[Judged]) -> list[str]:
         nats = f"{c.nats:.0f}" if math.isfinite(c.nats) else ""
         truth, said = ", ".join(c.truth) or "nothing", ", ".join(c.said) or "no name"
         lines.append(
-            f"| {c.case} | {c.sort} | {truth} | {nats} | {c.refused or what_is_wrong(c)} | {said} |"
+            f"| {c.case} | {c.sort} | {truth} | {nats} | {what_is_wrong(c)} | {said} |"
             f" {c.place or 'none'} |".replace("_", " ")
         )
     return lines
@@ -170,7 +172,7 @@ def _repeat(made: Made) -> list[str]:
 
 def seconds(cases: Iterable[Judged]) -> str:
     """Tell how long an analysis took here; that is the machine's, and not on the page."""
-    found = np.array([c.seconds for c in cases if not c.refused])
+    found = np.array([c.seconds for c in cases if not c.failed])
     if not found.size:
         return "no analysis"
     middle, most = np.median(found), found.max()

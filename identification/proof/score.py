@@ -52,7 +52,7 @@ class Judged:
     share: float
     seconds: float
     curve: float = math.nan
-    refused: str = ""
+    failed: str = ""
 
 
 @dataclass(frozen=True)
@@ -94,10 +94,10 @@ def judged(
 def _judge(answer: Mapping[str, Any], result: Mapping[str, Any]) -> Judged:
     hidden = answer["hidden"]
     truth = tuple(_key(h["kind"], h["subject"]) for h in hidden)
-    if "refused" in result:
+    if "failed" in result:
         return Judged(answer["case"], answer["sort"], answer["tyre"], truth, truth, math.nan, None,
                       False, False, False, "", (), False, (), math.nan, math.nan,
-                      refused=result["refused"])  # fmt: skip
+                      failed=result["failed"])  # fmt: skip
     verdict, each = result["verdict"], result["ideal"]["each"]
     seen = tuple(t for t, nats in zip(truth, each, strict=True) if nats >= VISIBLE)
     place = (verdict["location"] or {}).get("injection", "")
@@ -166,7 +166,7 @@ def rates(cases: Sequence[Judged]) -> list[Rate]:
 
     def of(text: str, among: Callable[[Judged], bool], what: Callable[[Judged], bool],
            low: float = 0.0, high: float = 100.0) -> Rate:  # fmt: skip
-        chosen = [c for c in cases if not c.refused and among(c)]
+        chosen = [c for c in cases if among(c)]
         return Rate(text, sum(map(what, chosen)), len(chosen), low, high)
 
     def visible(*sorts: str) -> Callable[[Judged], bool]:
@@ -210,8 +210,8 @@ def misses(cases: Iterable[Judged]) -> list[Judged]:
 
 def what_is_wrong(c: Judged) -> str:
     """Say it in a few words; empty where all is well."""
-    if c.refused:
-        return "recordings refused"
+    if c.failed:
+        return "the engine failed"
     if c.expected is False and c.alarm:
         return "false alarm" if c.sort == NOTHING else "alarm on what nobody can see"
     if not c.seen:

@@ -1,25 +1,22 @@
 """All cases of a study, on as many workers as there are; what is done stays done.
 
 Every case is a function of seed and number alone, so that the results do not depend on who worked
-it out, or when. dask.distributed repeats the cases of a worker that is lost.
+it out, or when.
 """
 
 import hashlib
 import json
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from distributed import Client, LocalCluster, as_completed
-
+from identification.cluster import ALL_PROCESSORS, Workers, done_by
 from identification.proof.answers import seal, write_whole
 from identification.proof.generator.case import answer, draw_case
 from identification.proof.one_case import run_case
 from protocol.errors import InputError
 
-RETRIES = 3  # of a case whose worker was lost or failed
 JUDGED = ("identification/mismatch", "identification/proof", "identification/signals", "plant",
           "protocol")  # fmt: skip
 """Folders whose text decides a result."""
@@ -33,8 +30,7 @@ class Study:
     cases: int
     seed: int
     folder: Path
-    workers: int | None = None
-    scheduler: str | None = None
+    workers: Workers = ALL_PROCESSORS
 
 
 def run_study(
@@ -54,41 +50,11 @@ def run_study(
     left = [n for n in range(study.cases) if n not in done]
     told(len(done), study.cases)
     if left:
-        for result in _worked_out(study, left, work):
+        jobs = {f"case-{study.seed}-{n}": (study.seed, n) for n in left}
+        for _, result in done_by(study.workers, work, jobs):
             done[result["case"]] = _keep(study, {**mark, **result})
             told(len(done), study.cases)
     return [done[n] for n in sorted(done)]
-
-
-def _worked_out(
-    study: Study, left: list[int], work: Callable[[int, int], Result]
-) -> Iterator[Result]:
-    with _client(study) as client:
-        futures = [
-            client.submit(
-                work, study.seed, n, key=f"case-{n}", retries=RETRIES, priority=-n, pure=False
-            )
-            for n in left
-        ]
-        for future in as_completed(futures):
-            yield future.result()
-            future.release()
-
-
-@contextmanager
-def _client(study: Study) -> Iterator[Client]:
-    """Connect to the cluster, or start processes of one thread each."""
-    if study.scheduler:
-        with Client(study.scheduler) as client:
-            yield client
-        return
-    with (
-        LocalCluster(
-            n_workers=study.workers, threads_per_worker=1, processes=True, dashboard_address=None
-        ) as cluster,
-        Client(cluster) as client,
-    ):
-        yield client
 
 
 def place_of(folder: Path, number: int) -> Path:

@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 from distributed import LocalCluster
 
+from identification.cluster import Workers
 from identification.proof.answers import FINGERPRINT, SEALED, seal, unseal
 from identification.proof.page import Made, page
 from identification.proof.score import Judged, Rate, judged, rates, what_is_wrong
@@ -140,7 +141,7 @@ def scheduler(request):
 
 
 def test_a_study_goes_on_where_it_stopped(tmp_path: Path, scheduler: str) -> None:
-    study = Study(5, 3, tmp_path, scheduler=scheduler)
+    study = Study(5, 3, tmp_path, Workers(scheduler=scheduler))
     first = run_study(study, work=square)
     assert [r["value"] for r in first] == [3 * n * n for n in range(5)]
     place_of(tmp_path, 2).unlink()
@@ -150,9 +151,16 @@ def test_a_study_goes_on_where_it_stopped(tmp_path: Path, scheduler: str) -> Non
 
 
 def test_results_of_other_source_text_do_not_mix(tmp_path: Path, scheduler: str) -> None:
-    study = Study(2, 3, tmp_path, scheduler=scheduler)
+    study = Study(2, 3, tmp_path, Workers(scheduler=scheduler))
     run_study(study, work=square)
     path = place_of(tmp_path, 1)
     path.write_text(json.dumps({**json.loads(path.read_text()), "source": "another"}))
     with pytest.raises(InputError, match="other source"):
+        run_study(study, work=square)
+
+
+def test_a_scheduler_that_is_not_there_is_named(tmp_path: Path, monkeypatch) -> None:
+    monkeypatch.setattr("identification.cluster.PATIENCE", 0.5)
+    study = Study(1, 3, tmp_path, Workers(scheduler="tcp://127.0.0.1:9"))
+    with pytest.raises(InputError, match="does not answer"):
         run_study(study, work=square)
