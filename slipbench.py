@@ -6,6 +6,7 @@ import typer
 
 import bench.commands
 import identification.commands
+import identification.fleet.commands
 import identification.proof.commands
 import protocol.commands
 from protocol.errors import InputError
@@ -19,6 +20,7 @@ app = typer.Typer(
 )
 bench.commands.register(app)
 identification.commands.register(app)
+identification.fleet.commands.register(app)
 identification.proof.commands.register(app)
 protocol.commands.register(app)
 

@@ -14,7 +14,7 @@ from tests.imports import ALLOWED, PACKAGES, breaches
 
 ROOT = Path(__file__).parent.parent
 IDENTIFICATION = (
-    "signals", "response", "models", "report", "paper", "mismatch", "design", "rehearsal",
+    "signals", "response", "models", "report", "paper", "fleet", "mismatch", "design", "rehearsal",
     "commands",
 )  # fmt: skip
 PROGRAMS = Path(sys.executable).parent

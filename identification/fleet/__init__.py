@@ -1,0 +1,1 @@
+"""A season, a fleet: many analyses of one kind, side by side."""

@@ -1,0 +1,48 @@
+"""The sub-command of this package: `slipbench explain-fleet`."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+EXAMPLE = "Example: slipbench explain-fleet season.toml --out season --scheduler tcp://host:8786"
+
+
+def register(app: typer.Typer) -> None:
+    """Add `explain-fleet` to the one command."""
+    app.command("explain-fleet", epilog=EXAMPLE)(explain_fleet_command)
+
+
+def explain_fleet_command(
+    fleet: Annotated[Path, typer.Argument(help="Fleet file: vehicles and their run folders.")],
+    out: Annotated[Path, typer.Option(help="Folder of all verdicts, memos and the table.")],
+    workers: Annotated[
+        int | None, typer.Option(min=1, help="Local processes; by default one a processor.")
+    ] = None,
+    scheduler: Annotated[
+        str | None,
+        typer.Option(help="Address of a dask cluster that exists and sees the same folders."),
+    ] = None,
+) -> None:
+    """Explain a season or a fleet: `slipbench explain` for every vehicle of a file, side by side.
+
+    What has a verdict already is not done again.
+    """
+    from identification.cluster import Workers
+    from identification.fleet.fleet import TABLE, explain_fleet
+    from identification.fleet.fleet_file import read_fleet
+
+    entries = read_fleet(fleet)
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(),
+               TimeRemainingColumn())  # fmt: skip
+    with Progress(*columns, console=Console(stderr=True)) as progress:
+        task = progress.add_task("analyses", total=len(entries))
+        rows = explain_fleet(
+            entries, out, Workers(workers, scheduler),
+            lambda done, _: progress.update(task, completed=done),
+        )  # fmt: skip
+    for row in rows:
+        typer.echo(f"{row['name']}: {row.get('sentence') or row.get('trouble')}")
+    typer.echo(f"written: {out / TABLE}")

@@ -1,0 +1,55 @@
+"""Which recordings of a season or a fleet belong together, as a TOML file tells it.
+
+    [[analyses]]
+    name = "bike_7_round_3"
+    vehicle = "bike_7.toml"
+    training = ["runs/sweep", "runs/square"]
+    held_out = ["runs/other"]
+
+Paths are relative to the file.
+"""
+
+from pathlib import Path
+
+from pydantic import Field, model_validator
+
+from protocol.configuration import Section, read_toml
+
+
+class Entry(Section):
+    """One analysis: a vehicle file and its recordings."""
+
+    name: str = Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$")
+    vehicle: str
+    training: tuple[str, ...] = Field(min_length=1)
+    held_out: tuple[str, ...] = ()
+
+
+class FleetFile(Section):
+    """One fleet file."""
+
+    analyses: tuple[Entry, ...] = Field(min_length=1)
+
+    @model_validator(mode="after")
+    def _names_differ(self) -> "FleetFile":
+        names = [entry.name for entry in self.analyses]
+        if twice := sorted({n for n in names if names.count(n) > 1}):
+            raise ValueError(f"several analyses are called {', '.join(twice)}")
+        return self
+
+
+def read_fleet(path: Path) -> tuple[Entry, ...]:
+    """Read a fleet file; paths in the result stand by themselves. Raises InputError."""
+    entries = read_toml(path, FleetFile).analyses
+    base = path.resolve().parent
+
+    def found(name: str) -> str:
+        return str(base / name)
+
+    return tuple(
+        Entry(
+            name=e.name, vehicle=found(e.vehicle), training=tuple(map(found, e.training)),
+            held_out=tuple(map(found, e.held_out)),
+        )
+        for e in entries
+    )  # fmt: skip

@@ -1,0 +1,68 @@
+"""A fleet is read with its faults named, judged side by side, and told in one table."""
+
+import json
+from pathlib import Path
+
+import pytest
+from distributed import LocalCluster
+
+from identification.cluster import Workers
+from identification.fleet.fleet import TABLE, VERDICT, explain_fleet, table
+from identification.fleet.fleet_file import read_fleet
+from protocol.errors import InputError
+
+GOOD = """
+[[analyses]]
+name = "one"
+vehicle = "one.toml"
+training = ["runs/a"]
+
+[[analyses]]
+name = "two"
+vehicle = "two.toml"
+training = ["runs/b", "runs/c"]
+held_out = ["runs/d"]
+"""
+DONE = {
+    "mismatch": {"found": True, "p_value": 0.0}, "sentence": "It lacks a backlash.",
+    "effects": [{"name": "channel_lag", "subject": "engine_speed"}],
+    "unknown": {"found": False, "shape": ""},
+}  # fmt: skip
+
+
+def written(folder: Path, text: str = GOOD) -> Path:
+    path = folder / "season.toml"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def test_paths_are_relative_to_the_file(tmp_path: Path) -> None:
+    two = read_fleet(written(tmp_path))[1]
+    assert two.training == (str(tmp_path / "runs/b"), str(tmp_path / "runs/c"))
+
+
+@pytest.mark.parametrize(("text", "fault"), [
+    (GOOD.replace('"two"', '"one"'), "several analyses are called one"),
+    (GOOD.replace("held_out", "heldout"), "did you mean 'held_out'"),
+    (GOOD.replace('["runs/a"]', "[]"), "training"),
+])  # fmt: skip
+def test_faults_of_the_file_are_named(tmp_path: Path, text: str, fault: str) -> None:
+    with pytest.raises(InputError, match=fault):
+        read_fleet(written(tmp_path, text))
+
+
+def test_what_is_done_stays_and_what_cannot_be_judged_says_why(tmp_path: Path) -> None:
+    entries = read_fleet(written(tmp_path))
+    (tmp_path / "out" / "one").mkdir(parents=True)
+    (tmp_path / "out" / "one" / VERDICT).write_text(json.dumps(DONE), encoding="utf-8")
+    with LocalCluster(n_workers=1, processes=False, dashboard_address=None) as cluster:
+        place = Workers(scheduler=cluster.scheduler_address)
+        one, two = explain_fleet(entries, tmp_path / "out", place)
+    assert one["effects"] == ["channel_lag.engine_speed"]
+    assert "two.toml" in two["trouble"]
+    assert "not judged" in (tmp_path / "out" / TABLE).read_text(encoding="utf-8")
+
+
+def test_a_mismatch_without_a_name_is_told_as_such() -> None:
+    row = {"name": "x", "mismatch": True, "sentence": "", "effects": [], "unknown": True}
+    assert "no name for it" in table([row])
