@@ -1,6 +1,8 @@
 """The bench's sub-commands: trial, vehicle, replay."""
 
+import os
 import threading
+from contextlib import AbstractContextManager, nullcontext
 from itertools import count
 from pathlib import Path
 from time import monotonic
@@ -52,7 +54,7 @@ def trial(
     """Run a trial and record it; prints the run folder.
 
     Without --interface the virtual motorcycle rides on the simulated clock, faster than real time;
-    with --real-time alone it rides in this process, on python-can's virtual bus. With --interface
+    with --real-time alone it rides in a process of its own, on a virtual bus. With --interface
     the gateway speaks to whatever is on that bus, always in real time. Ctrl-C hands back.
 
     Exit status: 0 done, 2 something given must be mended, 3 the trial tripped.
@@ -64,17 +66,23 @@ def trial(
       slipbench trial trials/spark_sweep.toml --interface socketcan --channel can0
     """
     from bench.buses import BusAddress
+    from bench.live_vehicle import riding_beside
     from bench.outcome import invalid
     from bench.preparation import prepare
     from bench.run import run_trial
 
     prepared = prepare(file, database)
-    address = None
-    if interface is not None or real_time:
-        address = BusAddress(interface or "virtual", channel, bitrate, fd)
+    address: BusAddress | None = None
+    beside: AbstractContextManager[None] = nullcontext()
+    if interface is not None:
+        address = BusAddress(interface, channel, bitrate, fd)
+    elif real_time:
+        address = BusAddress("slipbench", f"trial-{os.getpid()}", bitrate, fd)
+        beside = riding_beside(prepared.ride, prepared.database, address)
     folder = out or _next_folder(Path("runs"), prepared.trial.name)
     console = Console(stderr=True)
-    with Progress(console=console, disable=not console.is_terminal, transient=True) as bar:
+    bar = Progress(console=console, disable=not console.is_terminal, transient=True)
+    with beside, bar:
         task = bar.add_task(prepared.trial.name, total=_expected_duration(prepared.trial))
         outcome = run_trial(
             prepared,
@@ -115,8 +123,8 @@ def vehicle(
       slipbench vehicle trials/throttle_sweep.toml --interface socketcan --channel vcan0
     """
     from bench.buses import BusAddress
+    from bench.interrupts import interrupts
     from bench.live_vehicle import ride_until
-    from bench.loop_process import interrupts
     from bench.preparation import prepare
 
     prepared = prepare(file, database)
@@ -189,7 +197,7 @@ def replay(
 
 def _watch(running: "RunningReplay", name: str) -> "Report":
     """Show where the replay is and pass keys on, until it ends."""
-    from bench.loop_process import interrupts
+    from bench.interrupts import interrupts
     from bench.replay_keys import HELP, keys, pressed, steer
 
     console = Console(stderr=True)

@@ -47,6 +47,7 @@ class LiveTrial:
         """Run the trial, frames and ticks into `folder`; `told` is told each phase as it begins."""
         table = tick_table(self._order.plan.trial)
         recorder = start_recorder(self._order.frames, folder, self._order.address.name, table)
+        _wait_for(recorder, folder / TICKS)
         self._pipe.send("begin")
         changes = []
         while self._running(recorder):
@@ -84,15 +85,14 @@ class LiveTrial:
 def live_trial(prepared: Prepared, address: BusAddress) -> Iterator[LiveTrial]:
     """Start the loop's process; raises InputError where it cannot open the bus at `address`.
 
-    On python-can's "virtual" interface, which does not leave a process, the virtual motorcycle
-    rides along in the loop's; elsewhere a vehicle, virtual or real, is expected on the bus.
+    A vehicle, virtual or real, is expected on the bus.
     """
     spawning = multiprocessing.get_context("spawn")
     ours, theirs = spawning.Pipe()
     with _ring() as (frames_name, frames), _ring(PHASES) as (phases_name, phases):
         order = LoopOrder(
             prepared.plan, prepared.database, wheels_of(prepared.ride.vehicle), address,
-            frames_name, phases_name, prepared.ride if address.interface == "virtual" else None,
+            frames_name, phases_name,
         )  # fmt: skip
         loop = spawning.Process(target=serve, args=(order, theirs), name="slipbench loop")
         loop.start()
@@ -118,6 +118,12 @@ def _opened(pipe: Connection, loop: BaseProcess) -> None:
         raise RuntimeError(f"the loop's process did not start ({ended(loop)})") from cause
     if isinstance(fault, InputError):
         raise fault
+
+
+def _wait_for(recorder: BaseProcess, path: Path) -> None:
+    """Wait until the recorder has made `path`: a trial begins when it can be recorded."""
+    while recorder.exitcode is None and not path.exists():
+        recorder.join(0.01)
 
 
 def _finish(recorder: BaseProcess, ring: Ring) -> list[str]:

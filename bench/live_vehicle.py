@@ -1,43 +1,72 @@
-"""The virtual motorcycle in real time: as a process of its own, or beside a trial in a thread."""
+"""The virtual motorcycle in real time: a program of its own, or a process beside a trial."""
 
+import copyreg
+import multiprocessing
+import signal
 import threading
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext
+from types import MappingProxyType
+from typing import Any
 
 from bench.buses import BusAddress, open_bus
 from bench.clock import MILLISECOND, MonotonicClock
+from bench.interrupts import interrupts
 from bench.loop import run_periodic
+from bench.undisturbed import die_with, undisturbed
 from bench.virtual_motorcycle import Ride, VirtualMotorcycle
 from protocol.codec import Codec
 from protocol.layout import Database
 
 A_DAY_AT_THE_TRACK = 8 * 3_600_000  # ms
+SPIN = 20_000  # ns: a motorcycle may be late by that much; the processor is the bench's
+
+
+def _view(of: dict[str, Any]) -> MappingProxyType[str, Any]:
+    return MappingProxyType(of)
+
+
+# A vehicle's tables are read-only views, which pickle does not know; they travel as what they view.
+copyreg.pickle(MappingProxyType, lambda view: (_view, (dict(view),)))
 
 
 def ride_until(
-    over: Callable[[], bool], ride: Ride, database: Database, address: BusAddress
+    over: Callable[[], bool],
+    ride: Ride,
+    database: Database,
+    address: BusAddress,
+    calm: Callable[[], AbstractContextManager[object]] = nullcontext,
 ) -> VirtualMotorcycle:
-    """Ride on the bus until `over` says so; returns the motorcycle as it then is."""
+    """Ride on the bus until `over` says so, in `calm`; returns the motorcycle as it then is."""
     with open_bus(address, hears_itself=False) as bus:
         motorcycle = VirtualMotorcycle(ride, bus, Codec(database))
 
         def tick(number: int, due: int) -> bool:
             return motorcycle.tick(number, due) and not over()
 
-        run_periodic(tick, MILLISECOND, MonotonicClock(), most=A_DAY_AT_THE_TRACK)
+        with calm():
+            run_periodic(tick, MILLISECOND, MonotonicClock(SPIN), most=A_DAY_AT_THE_TRACK)
         return motorcycle
 
 
 @contextmanager
-def riding(ride: Ride, database: Database, address: BusAddress) -> Iterator[None]:
-    """Ride in a thread for as long as the block lasts."""
-    over = threading.Event()
-    thread = threading.Thread(
-        target=ride_until, args=(over.is_set, ride, database, address), daemon=True
+def riding_beside(ride: Ride, database: Database, address: BusAddress) -> Iterator[None]:
+    """Ride in a process of its own for as long as the block lasts, on a bus that it shares."""
+    process = multiprocessing.get_context("spawn").Process(
+        target=_ride_on, args=(ride, database, address), name="slipbench vehicle"
     )
-    thread.start()
+    process.start()
     try:
         yield
     finally:
-        over.set()
-        thread.join()
+        process.terminate()
+        process.join()
+
+
+def _ride_on(ride: Ride, database: Database, address: BusAddress) -> None:
+    """Ride until asked to end; Ctrl-C is the trial's, which hands back to this motorcycle."""
+    die_with(signal.SIGTERM)
+    over = threading.Event()
+    with interrupts(over):
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+        ride_until(over.is_set, ride, database, address, undisturbed)

@@ -4,7 +4,6 @@ Between its start and its report it speaks to other processes only through two r
 memory: frames and ticks for the recorder, phases for whoever watches.
 """
 
-import copyreg
 import signal
 import threading
 from collections.abc import Iterator
@@ -12,22 +11,19 @@ from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
-from types import FrameType, MappingProxyType
-from typing import Any
 
 import can
 
 from bench.buses import BusAddress, open_bus
 from bench.clock import SECOND, MonotonicClock
 from bench.gateway import Gateway, PhaseChange
-from bench.live_vehicle import riding
+from bench.interrupts import interrupts
 from bench.lookout import Wheels
 from bench.loop import Lateness, Tick, run_periodic
 from bench.ring import PHASE, Ring, attach_shared
 from bench.ticks import noting
 from bench.trial import Plan, TrialState
 from bench.undisturbed import die_with, undisturbed
-from bench.virtual_motorcycle import Ride
 from protocol.errors import InputError
 from protocol.layout import Database
 from protocol.messages import Phase
@@ -35,20 +31,11 @@ from protocol.messages import Phase
 PHASES = 1 << 10  # phases that wait for whoever watches; more are only in the report
 
 
-def _view(of: dict[str, Any]) -> MappingProxyType[str, Any]:
-    return MappingProxyType(of)
-
-
-# A vehicle's tables are read-only views, which pickle does not know; they travel as what they view.
-copyreg.pickle(MappingProxyType, lambda view: (_view, (dict(view),)))
-
-
 @dataclass(frozen=True)
 class LoopOrder:
     """What the loop needs.
 
     frames, phases  names of rings in shared memory
-    ride            what rides along in a thread, where the bus does not leave the process
     """
 
     plan: Plan
@@ -57,7 +44,6 @@ class LoopOrder:
     address: BusAddress
     frames: str
     phases: str
-    ride: Ride | None = None
 
 
 @dataclass(frozen=True)
@@ -87,8 +73,6 @@ def serve(order: LoopOrder, pipe: Connection) -> None:
             pipe.recv()
         except EOFError:  # whoever started this had something against it
             return
-        if order.ride is not None:
-            open_things.enter_context(riding(order.ride, order.database, order.address))
         pipe.send(run_loop(order, bus, frames, phases, stop))
 
 
@@ -100,10 +84,20 @@ def run_loop(
     period = round(order.plan.trial.command.period * SECOND)
     tick = _telling(gateway, phases, stop)
     with undisturbed() as refused:
+        _forget(bus)
         lateness = run_periodic(tick, period, MonotonicClock(), note=noting(frames))
     frames.close()
     notes = (*refused, *gateway.refusals)
     return LoopReport(gateway.state, tuple(gateway.changes), lateness, notes)
+
+
+def _forget(bus: can.BusABC) -> None:
+    """Throw away what was heard before the first tick: it would all seem to come at once."""
+    try:
+        while bus.recv(0) is not None:
+            pass
+    except can.CanError:
+        return  # the first tick meets it again, and says so
 
 
 def _telling(gateway: Gateway, phases: Ring, stop: threading.Event) -> Tick:
@@ -138,21 +132,6 @@ def shared_ring(name: str, slots: int = 1 << 16) -> Iterator[Ring]:
     finally:
         ring.release()
         memory.close()
-
-
-@contextmanager
-def interrupts(stop: threading.Event) -> Iterator[None]:
-    """Let the operator's Ctrl-C, or a polite kill, ask for the end of the trial."""
-
-    def ask(_signal: int, _frame: FrameType | None) -> None:
-        stop.set()
-
-    before = {number: signal.signal(number, ask) for number in (signal.SIGINT, signal.SIGTERM)}
-    try:
-        yield
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
 
 
 def ended(process: BaseProcess) -> str:

@@ -19,7 +19,7 @@ from bench.ticks import HEADER, TICKS, TickTable
 from protocol.run_folder import FRAMES
 
 PAUSE = 0.005  # s between two looks at the ring
-JOIN = 5.0  # s that the recorder has to write what is left
+JOIN = 30.0  # s that the recorder has to write what is left
 ORPHANED = 0.5  # s of silence after which a recorder that nobody waits for ends
 
 

@@ -51,7 +51,7 @@ ALLOWED = {
     ),
     "threading": (
         "bench/loop.py", "bench/recorder.py", "bench/commands.py", "bench/live_*.py",
-        "bench/loop_process.py", "bench/bus/python_can.py",
+        "bench/loop_process.py", "bench/interrupts.py", "bench/bus/python_can.py",
     ),
     "multiprocessing": (
         "bench/ring.py", "bench/recorder.py", "bench/live_*.py", "bench/loop_process.py",

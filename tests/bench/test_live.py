@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 
 from bench.buses import BusAddress
+from bench.live_vehicle import riding_beside
 from bench.run import run_trial
+from bench.ticks import read_ticks
 from protocol.errors import InputError
 from protocol.logs import read_log
 from protocol.messages import Phase, TripReason
@@ -16,18 +18,26 @@ from protocol.run_folder import read
 from tests.bench.test_whole_trial import prepared
 
 
-def test_a_trial_in_real_time_on_the_virtual_bus_is_recorded_whole(tmp_path):
+def ridden(the_trial, folder, told=lambda _: None):
+    """A trial on a virtual bus, with the virtual motorcycle in a process of its own."""
+    address = BusAddress("slipbench", folder.parent.name)
+    with riding_beside(the_trial.ride, the_trial.database, address):
+        return run_trial(the_trial, folder, address, phases=told)
+
+
+def test_a_trial_in_real_time_is_recorded_whole(tmp_path):
     """On a machine that stalls it may trip, which is right; what it recorded must be whole."""
-    the_trial = prepared(excitation__duration="1 s", ready_within="20 s")
     phases: list[Phase] = []
-    address = BusAddress("virtual", "live-trial")
-    outcome = run_trial(the_trial, tmp_path / "run", address, phases=phases.append)
+    outcome = ridden(prepared(excitation__duration="1 s"), tmp_path / "run", phases.append)
     recording_ = read(tmp_path / "run")
     sent = read_log(tmp_path / "run" / "frames.log").frames
     commands = int(np.sum((sent.identifier == 0x10) & sent.sent))
+    ticks = read_ticks(tmp_path / "run" / "ticks.csv", outcome.lateness.period)
     assert phases == [change.phase for change in outcome.changes]
     assert outcome.lateness.due == outcome.lateness.tick.size + outcome.lateness.skipped
     assert outcome.lateness.tick.size - 2 <= commands <= outcome.lateness.tick.size
+    assert ticks.tick.tolist() == outcome.lateness.tick.tolist()
+    assert ticks.lateness.tolist() == outcome.lateness.lateness.tolist()
     assert recording_.description["outcome"]["phase"] == outcome.state.phase.name.lower()
 
 
@@ -43,30 +53,24 @@ def killing(name: str, when: Phase):
 
 
 def test_a_loop_that_is_killed_leaves_its_frames_its_ticks_and_a_word_about_it(tmp_path):
-    address = BusAddress("virtual", "killed-loop")
-    the_trial = prepared(ready_within="60 s")
-    told = killing("slipbench loop", Phase.ARMED)
-    outcome = run_trial(the_trial, tmp_path / "run", address, phases=told)
+    outcome = ridden(prepared(), tmp_path / "run", killing("slipbench loop", Phase.ARMED))
     assert not outcome.done
     assert outcome.state.phase == Phase.ARMED
     assert outcome.trip == "the loop's process died (signal 9)"
     recording_ = read(tmp_path / "run")
     assert recording_.description["outcome"]["valid"] is False
     assert recording_.description["outcome"]["invalid"] == outcome.trip
-    armed = outcome.changes[0].time_ns
     ticks = outcome.lateness
     assert recording_.frame_count > 100
-    assert ticks.start + int(ticks.tick[-1]) * ticks.period >= armed
+    assert ticks.start + int(ticks.tick[-1]) * ticks.period >= outcome.changes[0].time_ns
 
 
 def test_a_recorder_that_is_killed_ends_the_trial_without_an_excitation(tmp_path):
-    """The loop may not get ready beside a vehicle in its own process; it never excites unseen."""
-    address = BusAddress("virtual", "killed-recorder")
-    the_trial = prepared(ready_within="8 s", armed_for_at_most="8 s")
+    """On a machine that stalls it may not get so far; it never excites what nobody records."""
     told = killing("slipbench recorder", Phase.ARMED)
-    outcome = run_trial(the_trial, tmp_path / "run", address, phases=told)
+    outcome = ridden(prepared(armed_for_at_most="20 s"), tmp_path / "run", told)
     assert outcome.state.phase == Phase.TRIPPED
-    assert outcome.state.trip.reason in (TripReason.RECORDER, TripReason.NEVER_READY)
+    assert outcome.state.trip.reason == TripReason.RECORDER
     assert "the recorder's process died (signal 9)" in outcome.notes
 
 
