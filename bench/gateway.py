@@ -5,10 +5,11 @@ from dataclasses import dataclass, replace
 import can
 
 from bench.clock import SECOND
+from bench.controller_state import ControllerState
 from bench.lookout import SAFETY, Lookout, Wheels
 from bench.own_frames import OwnFrames
 from bench.permit import Held, Trip, permit
-from bench.ring import BIT_RATE_SWITCH, EXTENDED, FD, REMOTE, SENT, Ring
+from bench.ring import BIT_RATE_SWITCH, ERROR, EXTENDED, FD, REMOTE, SENT, Ring
 from bench.seen import Seen
 from bench.senders import OURS, Senders
 from bench.trial import ENDED, HOLDING, Plan, TrialState, advance, tripped, wanted
@@ -51,6 +52,7 @@ class Gateway:
         self._plan, self._bus, self._codec, self._ring = plan, bus, codec, ring
         self._sender = Sender(codec)
         self._own = OwnFrames()
+        self._controller = ControllerState(bus)
         self._ours = {codec.identifier(name) for name in OURS}
         self._lookout = Lookout(wheels)
         self._senders = Senders(_cycles(database))
@@ -71,7 +73,7 @@ class Gateway:
         self._listen(now)
         seen = self._lookout.seen(
             now,
-            bus_off=self._refused_in_a_row >= OFF_THE_BUS,
+            bus_off=self._controller.off() or self._refused_in_a_row >= OFF_THE_BUS,
             recording=not (self._full or self._ring.failed),
         )
         if self._senders.trouble:
@@ -98,6 +100,10 @@ class Gateway:
                 return
             if message is None:
                 return
+            if message.is_error_frame:
+                self._controller.heard(message)
+                self._record(message, own=False)
+                continue
             identifier, data = message.arbitration_id, bytes(message.data)
             own = identifier in self._ours and self._own.heard(identifier, data)
             self._record(message, own)
@@ -139,6 +145,7 @@ class Gateway:
             | (FD if message.is_fd else 0)
             | (BIT_RATE_SWITCH if message.bitrate_switch else 0)
             | (REMOTE if message.is_remote_frame else 0)
+            | (ERROR if message.is_error_frame else 0)
             | (SENT if own else 0)
         )
         time_ns = round(message.timestamp * SECOND)
@@ -210,7 +217,7 @@ class Gateway:
 
 def _carries_nothing(message: can.Message) -> bool:
     """Tell whether a frame cannot be one of the bench's messages, all of which are 11-bit data."""
-    return message.is_error_frame or message.is_remote_frame or message.is_extended_id
+    return message.is_remote_frame or message.is_extended_id
 
 
 def _cycles(database: Database) -> dict[str, float]:

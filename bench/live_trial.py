@@ -33,9 +33,11 @@ class LiveTrial:
     """A loop that has opened its bus and waits for the word to begin."""
 
     def __init__(
-        self, loop: BaseProcess, pipe: Connection, frames: Ring, phases: Ring, order: LoopOrder
-    ) -> None:
+        self, loop: BaseProcess, pipe: Connection, frames: Ring, phases: Ring, order: LoopOrder,
+        receive_buffer: int | None,
+    ) -> None:  # fmt: skip
         """Watch `loop`, which listens at the other end of `pipe`."""
+        self.receive_buffer = receive_buffer
         self._loop, self._pipe, self._order = loop, pipe, order
         self._frames, self._phases = frames, phases
         self._report: LoopReport | None = None
@@ -99,8 +101,8 @@ def live_trial(prepared: Prepared, address: BusAddress) -> Iterator[LiveTrial]:
         theirs.close()
         try:
             with _interrupts_passed_on(loop):
-                _opened(ours, loop)
-                yield LiveTrial(loop, ours, frames, phases, order)
+                room = _opened(ours, loop)
+                yield LiveTrial(loop, ours, frames, phases, order, room)
         finally:
             ours.close()
             frames.close()
@@ -110,14 +112,16 @@ def live_trial(prepared: Prepared, address: BusAddress) -> Iterator[LiveTrial]:
                 loop.join()
 
 
-def _opened(pipe: Connection, loop: BaseProcess) -> None:
+def _opened(pipe: Connection, loop: BaseProcess) -> int | None:
+    """Wait until the bus is open; returns the bytes of frames that the kernel keeps for it."""
     try:
-        fault = pipe.recv()
+        answer: int | InputError | None = pipe.recv()
     except EOFError as cause:
         loop.join(JOIN)
         raise RuntimeError(f"the loop's process did not start ({ended(loop)})") from cause
-    if isinstance(fault, InputError):
-        raise fault
+    if isinstance(answer, InputError):
+        raise answer
+    return answer
 
 
 def _wait_for(recorder: BaseProcess, path: Path) -> None:

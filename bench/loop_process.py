@@ -14,7 +14,7 @@ from multiprocessing.process import BaseProcess
 
 import can
 
-from bench.buses import BusAddress, open_bus
+from bench.buses import BusAddress, open_bus, receive_buffer
 from bench.clock import SECOND, MonotonicClock
 from bench.gateway import Gateway, PhaseChange
 from bench.interrupts import interrupts
@@ -68,7 +68,7 @@ def serve(order: LoopOrder, pipe: Connection) -> None:
             return
         frames = open_things.enter_context(shared_ring(order.frames))
         phases = open_things.enter_context(shared_ring(order.phases, PHASES))
-        pipe.send(None)
+        pipe.send(receive_buffer(bus))
         try:
             pipe.recv()
         except EOFError:  # whoever started this had something against it

@@ -14,8 +14,20 @@ from multiprocessing.process import BaseProcess
 from pathlib import Path
 from typing import BinaryIO
 
-from bench.ring import BIT_RATE_SWITCH, EXTENDED, FD, REMOTE, SENT, TICK, Ring, Slot, attach_shared
+from bench.ring import (
+    BIT_RATE_SWITCH,
+    ERROR,
+    EXTENDED,
+    FD,
+    REMOTE,
+    SENT,
+    TICK,
+    Ring,
+    Slot,
+    attach_shared,
+)
 from bench.ticks import HEADER, TICKS, TickTable
+from protocol.logs.candump_line import ERROR_FLAG
 from protocol.run_folder import FRAMES
 
 PAUSE = 0.005  # s between two looks at the ring
@@ -26,7 +38,8 @@ ORPHANED = 0.5  # s of silence after which a recorder that nobody waits for ends
 def candump_line(frame: Slot, bus: str) -> str:
     """Write one frame as `candump -L -x` does: time, bus, frame, and T for sent or R."""
     seconds, nanoseconds = divmod(frame.time_ns, 1_000_000_000)
-    identifier = f"{frame.identifier:08X}" if frame.flags & EXTENDED else f"{frame.identifier:03X}"
+    number = frame.identifier | (ERROR_FLAG if frame.flags & ERROR else 0)
+    identifier = f"{number:08X}" if frame.flags & (EXTENDED | ERROR) else f"{number:03X}"
     if frame.flags & FD:
         mark = f"##{1 if frame.flags & BIT_RATE_SWITCH else 0:X}"
     else:

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import dbc
-from bench.buses import BusAddress
+from bench.buses import RECEIVE_BUFFER, BusAddress
 from bench.live_trial import live_trial
 from bench.outcome import Outcome, told
 from bench.preparation import Prepared, check_swing
@@ -39,16 +39,18 @@ def run_trial(
         outcome = run_simulated(prepared, folder, progress)
     else:
         with live_trial(prepared, address) as loop:
-            description = _begin(prepared, folder, address)
+            description = _begin(prepared, folder, address, loop.receive_buffer)
             outcome = loop.run(folder, phases)
     return _end(folder, description, outcome, prepared.trial)
 
 
-def _begin(prepared: Prepared, folder: Path, address: BusAddress | None) -> dict[str, Any]:
+def _begin(
+    prepared: Prepared, folder: Path, address: BusAddress | None, room: int | None = None
+) -> dict[str, Any]:
     """Make the run folder, with everything in it that is known beforehand."""
     create(folder)
     _keep_inputs(prepared, folder)
-    description = _description(prepared, address)
+    description = _description(prepared, address, room)
     write_description(folder, description)
     return description
 
@@ -73,8 +75,13 @@ def _keep_inputs(prepared: Prepared, folder: Path) -> None:
     )
 
 
-def _description(prepared: Prepared, address: BusAddress | None) -> dict[str, Any]:
-    """Describe the run before it begins, so that even a killed one says what it was."""
+def _description(
+    prepared: Prepared, address: BusAddress | None, room: int | None
+) -> dict[str, Any]:
+    """Describe the run before it begins, so that even a killed one says what it was.
+
+    `room`: bytes of frames that the kernel keeps while nobody reads them, where it was asked.
+    """
     run: dict[str, Any] = {
         "kind": "trial",
         "name": prepared.trial.name,
@@ -90,4 +97,6 @@ def _description(prepared: Prepared, address: BusAddress | None) -> dict[str, An
             "interface": address.interface, "channel": address.channel, "name": address.name,
             "bitrate": address.bitrate, "clock": "monotonic",
         }  # fmt: skip
+        if room is not None:
+            bus["receive_buffer"], bus["receive_buffer_wanted"] = room, RECEIVE_BUFFER
     return {"run": run, "bus": bus, "versions": versions()}

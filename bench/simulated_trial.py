@@ -7,6 +7,7 @@ frames to the last bit whenever the trial is the same.
 from collections.abc import Callable
 from pathlib import Path
 
+from bench.bus.faults import NO_FAULTS, FaultPlan
 from bench.clock import MILLISECOND, SECOND, SimulatedClock
 from bench.gateway import Gateway
 from bench.loop import run_periodic
@@ -27,10 +28,16 @@ DEVICE_PHASE = 350_000  # ns after the gateway's tick at which the devices wake
 
 
 def run_simulated(
-    prepared: Prepared, folder: Path, progress: Callable[[float], None] = lambda _: None
+    prepared: Prepared,
+    folder: Path,
+    progress: Callable[[float], None] = lambda _: None,
+    faults: FaultPlan = NO_FAULTS,
 ) -> Outcome:
-    """Run the trial, frames and ticks into `folder`; `progress` is told the time in s."""
-    wire = SimulatedBus(BITRATE)
+    """Run the trial, frames and ticks into `folder`; `progress` is told the time in s.
+
+    `faults` happen on the bus, from the trial's start; its nodes are "gateway" and "motorcycle".
+    """
+    wire = SimulatedBus(BITRATE, faults=faults, start_ns=START)
     with (
         wire.node("gateway", hears_itself=True) as ours,
         wire.node("motorcycle") as theirs,

@@ -19,6 +19,7 @@ from collections import deque
 from bench.bus.counters import Confinement
 from bench.bus.frame import BitRates
 from bench.bus.plan_text import read_plan
+from bench.bus.queues import InOrder, MostUrgent
 from bench.bus.records import (
     LARGEST,
     Hello,
@@ -179,7 +180,10 @@ class Broker:
                 f"not at {rates.nominal} and {rates.data}"
             )
         self._advance()
-        member.node = self._wire.attach(hello.name, fd=hello.fd, restart_after=hello.restart_after)
+        queue = MostUrgent() if hello.urgent_first else InOrder()
+        member.node = self._wire.attach(
+            hello.name, queue, hello.fd, hello.restart_after, hello.room
+        )
         self._of_node[member.node] = member
         member.tell(packed(Kind.WELCOME, time_ns=self._wire.now_ns))
 

@@ -60,6 +60,8 @@ class SlipbenchBus(can.BusABC):
         data_bitrate: int = 2_000_000,
         name: str = "",
         restart_after: float | None = None,
+        queue_length: int = ROOM,
+        urgent_first: bool = False,
         single_handle: bool = True,
     ) -> None:
         """Join the bus `channel`; the first to do so starts it.
@@ -68,6 +70,9 @@ class SlipbenchBus(can.BusABC):
         name                   what a plan of faults calls this node
         restart_after          s after which a node that went off the bus begins to recover; None:
                                it stays off until `restart`
+        queue_length           frames that wait in this node; Linux has 10 on hardware
+        urgent_first           it offers its most urgent frame, as a controller with mailboxes does,
+                               instead of sending in order
         single_handle          means nothing here; python-can's tests pass it to every interface
 
         Raises CanInitializationError where the bus cannot be joined.
@@ -80,7 +85,11 @@ class SlipbenchBus(can.BusABC):
         self._unsent = 0  # frames given to the bus that it has not sent yet
         self._confinement = Confinement.ACTIVE
         self._origin = time.time_ns() - time.monotonic_ns()
-        hello = Hello(name or f"{os.getpid()}", bitrate, data_bitrate, fd, restart_after)
+        self._room = queue_length
+        hello = Hello(
+            name or f"{os.getpid()}", bitrate, data_bitrate, fd, restart_after,
+            queue_length, urgent_first,
+        )  # fmt: skip
         self._link = _joined(self._channel, hello)
         self._since = self._until = (time.monotonic_ns(), 0)  # time and busy time, ns
         super().__init__(channel=channel, can_filters=can_filters)
@@ -92,14 +101,14 @@ class SlipbenchBus(can.BusABC):
         """
         frame = self._sendable(msg)
         deadline = time.monotonic() + (timeout or 0.0)
-        if self._unsent >= ROOM:
+        if self._unsent >= self._room:
             self._take_in()
-        while self._unsent >= ROOM and time.monotonic() < deadline:
+        while self._unsent >= self._room and time.monotonic() < deadline:
             self._wait(min(GLANCE, max(0.0, deadline - time.monotonic())))
             self._take_in()
         if self._confinement is Confinement.OFF:
             raise can.CanOperationError("bus off: the node has left the bus after too many errors")
-        if self._unsent >= ROOM:
+        if self._unsent >= self._room:
             raise can.CanOperationError("Transmit buffer full")
         self._unsent += 1
         self._tell(packed_frame(frame, time.monotonic_ns()))

@@ -52,13 +52,15 @@ class Record(NamedTuple):
 
 @dataclass(frozen=True)
 class Hello:
-    """Who wants to join, and at which rates the bus must run (bit/s)."""
+    """Who wants to join, how it sends, and at which rates the bus must run (bit/s)."""
 
     name: str
     bitrate: int
     data_bitrate: int
     fd: bool
     restart_after: float | None
+    room: int
+    urgent_first: bool
 
     def text(self) -> bytes:
         """Write it as JSON."""

@@ -35,7 +35,7 @@ FLAG = 12 + 8  # bits of an error frame: superposed flags, delimiter
 SUSPENDED = 8  # bits that a passive node waits after a frame of its own
 RECESSIVE = 11  # bits in a row, of which a node off the bus must see as many sequences as
 SEQUENCES = 128
-ROOM = 1000  # frames that wait in a controller
+ROOM = 1000  # frames that wait in a node unless it says otherwise
 
 
 class Cause(Enum):
@@ -52,10 +52,17 @@ class Node:
     """A controller: its counters, and the frames that wait in it. Made by `Wire.attach`."""
 
     def __init__(
-        self, name: str, queue: Queue, fd: bool, restart_after: float | None, since_ns: int
+        self,
+        name: str,
+        queue: Queue,
+        room: int,
+        fd: bool,
+        restart_after: float | None,
+        since_ns: int,
     ) -> None:
         """Come onto the bus at `since_ns`; see `Wire.attach`."""
-        self.name, self.queue, self.fd, self.since_ns = name, queue, fd, since_ns
+        self.name, self.queue, self.room = name, queue, room
+        self.fd, self.since_ns = fd, since_ns
         self.restart_after = restart_after
         self.counters, self.state = Counters(), Confinement.ACTIVE
         self.leaving = False
@@ -134,12 +141,15 @@ class Wire:
         queue: Queue | None = None,
         fd: bool = True,
         restart_after: float | None = None,
+        room: int = ROOM,
     ) -> Node:
         """Put one more node on the bus; it sends in order unless `queue` says otherwise.
 
-        A node that went off the bus stays off, or begins to recover `restart_after` s later.
+        `room` frames may wait in it. A node that went off the bus stays off, or begins to recover
+        `restart_after` s later.
         """
-        node = Node(name, InOrder() if queue is None else queue, fd, restart_after, self.now_ns)
+        queue = InOrder() if queue is None else queue
+        node = Node(name, queue, room, fd, restart_after, self.now_ns)
         self._nodes.append(node)
         return node
 
@@ -150,7 +160,7 @@ class Wire:
 
     def offer(self, frame: Frame, node: Node, time_ns: int) -> bool:
         """Give a node a frame to send; False where its queue is full or it is off the bus."""
-        if node.off or len(node.queue) >= ROOM:
+        if node.off or len(node.queue) >= node.room:
             return False
         node.queue.push(time_ns, frame)
         return True

@@ -1,0 +1,157 @@
+"""Trials on a bus that fails: who notices, what is handed back, what stays in the record."""
+
+import can
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from bench.bus.counters import Counters
+from bench.bus.error_frames import error_content
+from bench.bus.faults import Corrupted, Disturbed, Duplicated, FaultPlan, Frozen, Lost, Where
+from bench.bus.wire import Cause
+from bench.controller_state import ControllerState
+from bench.outcome import Outcome
+from bench.simulated_bus import SimulatedBus
+from bench.simulated_trial import run_simulated
+from bench.virtual_motorcycle import VirtualMotorcycle
+from protocol.logs import read_log
+from protocol.messages import Phase, TripReason
+from tests.bench.test_whole_trial import commands, prepared
+
+START = 1.0  # s, of the recording's clock
+BREAKS = 1.5  # s into the trial, in the midst of the excitation
+SILENCE = 0.020  # s after which the devices hand back by themselves
+
+
+def ridden(tmp_path, *faults) -> Outcome:
+    return run_simulated(prepared(), tmp_path, faults=FaultPlan(faults))
+
+
+def test_a_gateway_that_is_driven_off_the_bus_trips_for_that_and_the_rider_has_the_throttle(
+    tmp_path, monkeypatch
+):
+    motorcycles = []
+    monkeypatch.setattr(
+        "bench.simulated_trial.VirtualMotorcycle",
+        lambda *things: motorcycles.append(VirtualMotorcycle(*things)) or motorcycles[-1],
+    )
+    outcome = ridden(tmp_path, Disturbed(1.0, Where(BREAKS, senders={"gateway"})))
+    assert outcome.state.trip is not None
+    assert outcome.state.trip.reason == TripReason.BUS_OFF
+    tripped = next(c.time_ns for c in outcome.changes if c.phase == Phase.TRIPPED) * 1e-9 - START
+    assert tripped - BREAKS < 0.010  # 32 attempts on the wire, and a tick
+    assert len(motorcycles[0].taken_back) == 1  # it heard no release: its own silence did it
+    assert motorcycles[0].taken_back[0] < BREAKS + SILENCE + 0.003
+
+
+def test_error_frames_are_in_the_record_as_such_and_as_nothing_else(tmp_path):
+    ridden(tmp_path, Disturbed(1.0, Where(BREAKS, senders={"gateway"})))
+    assert dict(read_log(tmp_path / "frames.log").frames.skipped) == {"error frames": 32}
+    frames = [line.split()[2] for line in (tmp_path / "frames.log").read_text().splitlines()]
+    errors = [frame for frame in frames if len(frame.partition("#")[0]) == 8]
+    assert len(errors) == 32
+    assert all(int(frame.partition("#")[0], 16) & 0x20000000 for frame in errors)
+
+
+def test_an_occasional_error_on_the_wire_costs_nothing(tmp_path):
+    """CAN repeats what was destroyed: the trial is done, and no frame is missing or doubled."""
+    outcome = ridden(tmp_path, Disturbed(0.01))
+    assert outcome.done
+    assert outcome.trip == ""
+
+
+@pytest.mark.parametrize(("fault", "reason", "within"), [
+    (Lost(1.0, Where(BREAKS, receivers={"gateway"})), TripReason.STALE, 0.050),
+    (Lost(1.0, Where(BREAKS, receivers={"motorcycle"})), TripReason.AUTHORITY_LOST, 0.050),
+    (Corrupted(1.0, Where(BREAKS, receivers={"gateway"})), TripReason.FAULTY, 0.050),
+    (Frozen(Where(BREAKS, receivers={"gateway"})), TripReason.FAULTY, 0.050),
+    (Duplicated(1.0, Where(BREAKS, receivers={"gateway"})), TripReason.TWO_SENDERS, 0.5),
+], ids=["lost to us", "lost to it", "corrupted", "frozen", "duplicated"])  # fmt: skip
+def test_what_breaks_the_dialogue_trips_and_releases(tmp_path, fault, reason, within):
+    """Duplicates tell the truth twice: that is found out, and not within milliseconds."""
+    outcome = ridden(tmp_path, fault)
+    assert outcome.state.trip is not None
+    assert outcome.state.trip.reason == reason
+    tripped = next(c.time_ns for c in outcome.changes if c.phase == Phase.TRIPPED) * 1e-9
+    assert tripped - START - BREAKS < within
+    held = [time for time, command in commands(tmp_path) if command.authority and time > tripped]
+    assert held == []
+
+
+# The controller's own state
+
+
+def heard(bus: can.BusABC, *identifiers_and_details: tuple[int, bytes]) -> ControllerState:
+    state = ControllerState(bus)
+    for identifier, data in identifiers_and_details:
+        state.heard(
+            can.Message(arbitration_id=identifier, data=data, is_error_frame=True,
+                        is_extended_id=False)
+        )  # fmt: skip
+    return state
+
+
+class Mute(can.BusABC):
+    """A bus that answers nothing about its controller. It imitates no wire."""
+
+    def __init__(self):
+        super().__init__(channel="mute")
+
+    def send(self, msg, timeout=None):
+        raise AssertionError
+
+
+@pytest.fixture
+def mute():
+    with Mute() as bus:
+        yield bus
+
+
+OFF = error_content(Cause.BIT, Counters(256, 0), True)
+BACK = error_content(Cause.RESTARTED, Counters(), False)
+
+
+def test_bus_off_is_heard_from_the_error_frame_and_over_with_the_restart(mute):
+    assert not heard(mute).off()
+    assert heard(mute, OFF).off()
+    back = heard(mute, OFF, BACK)
+    assert back.off()  # it was, since it was asked last
+    assert not back.off()
+
+
+@given(st.sampled_from(list(Cause)), st.integers(0, 255), st.integers(0, 128), st.booleans())
+def test_no_error_short_of_bus_off_says_bus_off(cause, transmit, receive, sending):
+    with Mute() as bus:
+        assert not heard(bus, error_content(cause, Counters(transmit, receive), sending)).off()
+
+
+def test_a_bus_that_answers_is_asked():
+    wire = SimulatedBus(1_000_000, faults=FaultPlan((Disturbed(1.0),)))
+    with wire.node("gateway") as ours, wire.node("other"):
+        state = ControllerState(ours)
+        assert not state.off()
+        ours.send(can.Message(arbitration_id=1))
+        wire.advance_to(1_000_000_000)
+        assert state.off()
+
+
+def test_a_bus_that_is_gone_is_a_bus_we_are_off(mute, monkeypatch):
+    def gone(_bus):
+        raise can.CanOperationError("gone")
+
+    monkeypatch.setattr(Mute, "state", property(gone))
+    assert ControllerState(mute).off()
+
+
+def test_a_bus_that_cannot_say_is_not_asked_again(mute, monkeypatch):
+    asked = []
+
+    def unknown(_bus):
+        asked.append(1)
+        raise NotImplementedError
+
+    monkeypatch.setattr(Mute, "state", property(unknown))
+    state = ControllerState(mute)
+    assert not state.off()
+    assert not state.off()
+    assert asked == [1]
