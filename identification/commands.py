@@ -1,4 +1,4 @@
-"""The sub-commands of this package: identify and paper."""
+"""The sub-commands of this package: identify, explain and paper."""
 
 import json
 from pathlib import Path
@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.console import Console
 
+from identification.mismatch import commands as explain_commands
 from protocol.errors import InputError
 
 if TYPE_CHECKING:  # the analyses take seconds to import; --help should not
@@ -21,8 +22,9 @@ FAILED = 3  # exit status where a claim does not hold
 
 
 def register(app: typer.Typer) -> None:
-    """Add `identify` and `paper` to the one command."""
+    """Add `identify`, `explain` and `paper` to the one command."""
     app.command("identify", epilog=EXAMPLE)(identify_command)
+    explain_commands.register(app)
     app.command("paper", epilog=PAPER_EXAMPLE)(paper_command)
 
 

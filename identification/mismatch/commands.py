@@ -9,6 +9,7 @@ from rich.console import Console
 EXAMPLE = (
     "Example: slipbench explain --vehicle vehicle.toml runs/sweep runs/square --held-out runs/other"
 )
+INTERRUPTED = 130  # exit status after Ctrl-C, as shells have it
 
 
 def register(app: typer.Typer) -> None:
@@ -33,21 +34,26 @@ def explain_command(
 
     Writes vehicle.improved.toml beside the vehicle file. Interrupted, it says what it has so far.
     """
-    from identification.mismatch.explain import analyse, verdict
+    from identification.mismatch.explain import known_so_far, verdict
     from identification.mismatch.memo import lines
     from identification.mismatch.output import write_outputs
     from identification.mismatch.runs import open_analysis
 
     console = Console(stderr=True)
-    with console.status("") as progress:
-        progress.update("reading the recordings")
+    with console.status("reading the recordings") as progress:
         analysis = open_analysis(vehicle, training, held_out or [])
-        try:
-            analyse(analysis, say=lambda words: progress.update(words))
-        except KeyboardInterrupt:
-            console.print("interrupted")
+
+        def say(words: str) -> None:
+            progress.update(words)
+            if not console.is_terminal:
+                console.print(words)
+
+        if not known_so_far(analysis, say):
+            console.print("interrupted; press again to stop at once")
     found = verdict(analysis)
     for line in lines(found):
         typer.echo(line)
     for path in write_outputs(analysis, found, vehicle, json_path, report_folder):
         typer.echo(f"written: {path}")
+    if not found.complete:
+        raise typer.Exit(INTERRUPTED)

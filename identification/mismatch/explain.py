@@ -1,6 +1,6 @@
 """From a system's file and recordings to a verdict: the steps, one after the other."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -9,7 +9,7 @@ from identification.mismatch.circumstance import Circumstance, circumstance, pla
 from identification.mismatch.fitting import Fit
 from identification.mismatch.floor import lack_of_fit
 from identification.mismatch.free_curve import FreeCurve, inside
-from identification.mismatch.held_out import Error, carried_over, errors
+from identification.mismatch.held_out import Error, carried_over, errors, proof
 from identification.mismatch.improved import not_told
 from identification.mismatch.interval import estimates
 from identification.mismatch.locate import Curve, effect_of, locate
@@ -41,6 +41,7 @@ class Analysis:
     named: Named | None = None
     headline: str = ""
     after: list[Curve] = field(default_factory=list)
+    proof: list[Fit] = field(default_factory=list)
     errors: list[Error] = field(default_factory=list)
     free: FreeCurve | None = None
     proposal: tuple[str, Any] | None = None
@@ -51,6 +52,15 @@ def begin(system: System, training: Sequence[Record], held_out: Sequence[Record]
     """Put the recordings beside the system."""
     learnt, proof = models(system, training, held_out)
     return Analysis(system, learnt, proof if held_out else None)
+
+
+def known_so_far(so_far: Analysis, say: Say = lambda _: None) -> bool:
+    """Do all steps until somebody interrupts; return whether all were done."""
+    try:
+        analyse(so_far, say=say)
+    except KeyboardInterrupt:
+        return False
+    return True
 
 
 def analyse(
@@ -117,7 +127,8 @@ def _prove(a: Analysis, _: Sequence[type[Effect]], say: Say) -> None:
     assert a.named is not None
     if a.held_out is not None:
         say("proving on the held-out recordings")
-        a.errors = errors(a.held_out, a.base, a.named.fit)
+        a.proof = proof(a.held_out, a.base, a.named.fit)
+        a.errors = errors(a.proof)
 
 
 def _propose(a: Analysis, library: Sequence[type[Effect]], say: Say) -> None:
@@ -166,7 +177,7 @@ def verdict(a: Analysis) -> Verdict:
         rivals=a.named.rivals,
         not_excited=tuple(not_excited(a.named)),
         not_told=tuple(not_told(a.named.fit)),
-        next_trial={"why": a.proposal[0]} if a.proposal else None,
+        next_trial=_proposed(a),
         held_out=tuple(a.errors),
         headline=a.headline,
         lack_of_fit=tuple(f for f in (lack_of_fit(a.base), lack_of_fit(a.named.fit)) if f)
@@ -183,6 +194,13 @@ def unexplained(a: Analysis) -> bool:
         return _certain(a.before)
     best = max((c.gain for c in a.after if c.certain), default=0.0)
     return best > LEFT * a.named.gain or (best > 0.0 and best > 60.0)
+
+
+def _proposed(a: Analysis) -> Mapping[str, Any] | None:
+    if a.proposal is None:
+        return None
+    why, choice = a.proposal
+    return {"why": why, "trial": dict(a.system.trial(choice, "next_trial", "vehicle.toml"))}
 
 
 def _least(curves: Sequence[Curve]) -> float:

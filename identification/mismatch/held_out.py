@@ -52,13 +52,17 @@ def driven(model: Model, system: System, noise_of: Fit) -> Fit:
     return settle(Fit(fixed, point, predicted, noise_of.noise, slopes), noises=1)
 
 
-def errors(model: Model, base: Fit, fit: Fit) -> list[Error]:
-    """Errors of the system of the file, of it re-calibrated, and of it with what was found."""
-    runs = [
+def proof(model: Model, base: Fit, fit: Fit) -> list[Fit]:
+    """Held-out runs of the file's system, of it re-calibrated, and of it with what was found."""
+    return [
         driven(model, system, fit)
         for system in (model.system, base.model.at(base.point), fit.model.at(fit.point))
     ]
-    return [e for b in range(len(model.chain.blocks)) for e in _errors(runs, b)]
+
+
+def errors(runs: list[Fit]) -> list[Error]:
+    """Errors of the three systems of a proof, output by output."""
+    return [e for b in range(len(runs[0].model.chain.blocks)) for e in _errors(runs, b)]
 
 
 def _errors(runs: list[Fit], b: int) -> Iterator[Error]:

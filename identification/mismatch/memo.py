@@ -1,7 +1,7 @@
 """The verdict as an engineer would say it."""
 
 from collections.abc import Iterator
-from math import pi
+from math import floor, log10, pi
 
 from identification.mismatch.held_out import Error
 from identification.mismatch.verdict import FoundEffect, Location, Verdict
@@ -14,6 +14,8 @@ SCALED = {"rad": (1e3, "mrad"), "s": (1e3, "ms"), "1": (100.0, "%"), "1/s": (100
 def sentence(verdict: Verdict) -> str:
     """The verdict in a sentence or two."""
     if not verdict.mismatch:
+        if not verdict.complete:
+            return "Nothing was found to be missing by then."
         return (
             "Simulation and recordings agree: nothing is missing that these recordings could show."
         )
@@ -22,19 +24,26 @@ def sentence(verdict: Verdict) -> str:
         place = f" It acts as {where.injection} along the {where.regressor}" if where else ""
         return (
             "Something is missing in the simulation that no effect of the library explains."
-            f"{place}: {verdict.shape}."
+            f"{place}: {verdict.shape}.{_proof(verdict)}"
         )
-    found = " and ".join(_effect(e) for e in verdict.effects) or "a mismatch that has no name"
-    return f"The simulation lacks {found}.{_proof(verdict)}"
+    if not verdict.effects:
+        where = verdict.location
+        place = f", as {where.injection} along the {where.regressor}" if where else ""
+        return f"Something is missing in the simulation{place}; it has no name yet."
+    found = "; ".join(_effect(e) for e in verdict.effects)
+    return f"{found[0].upper()}{found[1:]} that the simulation lacks.{_proof(verdict)}"
 
 
 def _effect(effect: FoundEffect) -> str:
-    size = effect.parameters[0]
-    factor, unit = SCALED.get(size.unit, (1.0, size.unit))
-    spread = 0.5 * (size.high - size.low) * factor
-    word = effect.name.replace("_", " ")
-    word += f" of {effect.subject.replace('_', ' ')}" if effect.subject else ""
-    return f"{word} ({size.name} {size.value * factor:.4g} +- {spread:.2g} {unit}, {effect.block})"
+    p = effect.parameters[0]
+    factor, unit = SCALED.get(p.unit, (1.0, p.unit))
+    spread = 0.5 * (p.high - p.low) * factor
+    digits = max(
+        1, 1 + int(floor(log10(abs(p.value * factor) or 1.0)) - floor(log10(spread or 1.0)))
+    )
+    size = f"{p.value * factor:.{digits}g} +- {spread:.1g} {unit}".rstrip()
+    where = (effect.subject or effect.block).replace("_", " ")
+    return f"the {where} has {effect.name.replace('_', ' ')} ({p.name.replace('_', ' ')} {size})"
 
 
 def _proof(verdict: Verdict) -> str:
@@ -42,9 +51,9 @@ def _proof(verdict: Verdict) -> str:
     if best is None:
         return ""
     return (
-        f" Held-out error of {best.output.replace('_', ' ')} falls from {best.nominal:.3g}"
-        f" ({best.calibrated:.3g} re-calibrated) to {best.improved:.3g} {best.unit};"
-        f" floor {best.floor:.3g}."
+        f" The held-out error of {best.output.replace('_', ' ')} falls from {best.nominal:.2g}"
+        f" ({best.calibrated:.2g} re-calibrated) to {best.improved:.2g} {best.unit},"
+        f" floor {best.floor:.2g} ({best.floor_from})."
     )
 
 
@@ -69,17 +78,22 @@ def _evidence(verdict: Verdict) -> Iterator[str]:
             f" {where.shape}; {where.gain:.0f} nats, held out {where.confirmed:.0f}"
         )
     if where and where.band and where.region:
-        yield (
-            f"  when           {where.band[0]:.3g} to {where.band[1]:.3g} Hz, {_region(where)},"
-            f" {_DIRECTIONS[where.direction]}"
-        )
+        yield (f"  when           {circumstances(where)}")
     for effect in verdict.effects:
         for p in effect.parameters:
             yield f"  {effect.name}.{p.name} = {p.value:.5g} [{p.low:.5g}, {p.high:.5g}] {p.unit}"
-        yield f"    trace: {_trace(effect.name)}"
+        yield f"    trace: {trace_of(effect.name)}"
     for found, behind in verdict.rivals.items():
         others = ", ".join(f"{n} ({nats:.0f} nats behind)" for n, nats in behind.items())
         yield f"  rivals of {found}: {others or 'none'}"
+
+
+def circumstances(where: Location) -> str:
+    """Say in which band and region it acts, and in which direction."""
+    if not where.band or not where.region:
+        return ""
+    low, high = where.band
+    return f"{low:.3g} to {high:.3g} Hz, {_region(where)}, {_DIRECTIONS[where.direction]}"
 
 
 def _region(where: Location) -> str:
@@ -101,7 +115,8 @@ def _limits(verdict: Verdict) -> Iterator[str]:
         yield f"  next trial: {verdict.next_trial['why']}"
 
 
-def _trace(effect: str) -> str:
+def trace_of(effect: str) -> str:
+    """Return the trace that the effect's page tells of."""
     return " ".join(BY_NAME[effect].page().get("Trace", "").split()) if effect in BY_NAME else ""
 
 
@@ -109,5 +124,6 @@ def _error(e: Error) -> str:
     low, high = e.interval
     return (
         f"  {e.output:<20} {e.nominal:10.4g} -> {e.calibrated:10.4g} -> {e.improved:10.4g}"
-        f" {e.unit:<6} floor {e.floor:.3g}; improved/nominal {low:.3f} to {high:.3f}"
+        f" {e.unit:<6} floor {e.floor:.3g} ({e.floor_from});"
+        f" improved/nominal {low:.3f} to {high:.3f}"
     )

@@ -1,38 +1,61 @@
 """The memo as a page that needs nothing but a browser."""
 
-from html import escape
+from collections.abc import Iterator
 from importlib.resources import files
 
+import jinja2
+from markupsafe import Markup
+
 from identification.mismatch.explain import Analysis
-from identification.mismatch.memo import headline_error, lines, sentence
-from identification.mismatch.pictures import curve_svg, residuals_svg
+from identification.mismatch.memo import circumstances, sentence, trace_of
+from identification.mismatch.pictures import curve_svg, proof_svg
 from identification.mismatch.verdict import Verdict
+
+SHOWN = 5  # curves of the table
 
 
 def memo_page(a: Analysis, verdict: Verdict) -> str:
-    """Return the page: the sentence, the evidence, the runners-up, what stays unexplained."""
-    style = (files("identification") / "report.css").read_text(encoding="utf-8")
-    body = [f"<h1>{escape(sentence(verdict))}</h1>"]
-    if a.before and a.before[0].certain:
-        body += [
-            "<h2>Where, found without the library</h2>",
-            f"<figure>{curve_svg(a.before[0], a.system.units)}",
-        ]
-        best = "".join(
-            f"<li>{escape(c.place)} along {escape(c.regressor)}: {c.gain:.0f} nats, "
-            f"held out {c.confirmed:.0f}</li>"
-            for c in a.before[:5]
-        )
-        body.append(f"</figure><ol>{best}</ol>")
-    error = headline_error(verdict)
-    if error is not None and a.held_out is not None and a.named is not None:
-        body.append(f"<h2>Held out: {escape(error.output.replace('_', ' '))}</h2>")
-        body.append(f"<figure>{residuals_svg(a, error.output)}</figure>")
-    told = escape("\n".join(lines(verdict)[1:]))
-    body.append(f"<h2>Evidence</h2><pre>{told}</pre>")
-    head = f"<meta charset='utf-8'><title>Mismatch</title><style>{style}</style>"
-    return (
-        f"<!doctype html><html lang='en'><head>{head}</head><body><main>"
-        + "".join(body)
-        + "</main></body></html>\n"
+    """Return the page: the sentence, the evidence, the runners-up, what stays open."""
+    certain = [c for c in a.before if c.certain]
+    environment = jinja2.Environment(
+        autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
+    environment.filters |= {"words": lambda s: s.replace("_", " "), "short": lambda x: f"{x:.4g}"}
+    style = files("identification.report") / "report.css"
+    page = files("identification.mismatch") / "memo.html"
+    return environment.from_string(page.read_text(encoding="utf-8")).render(
+        name=a.system.name,
+        style=Markup(style.read_text(encoding="utf-8")),
+        training=[r.name for r in a.training.records],
+        held_out=[r.name for r in a.held_out.records] if a.held_out else [],
+        sentence=sentence(verdict),
+        verdict=verdict,
+        when=circumstances(verdict.location) if verdict.location else "",
+        curve=Markup(curve_svg(certain[0], a.free, a.system.units)) if certain else "",
+        curves=certain[1 : 1 + SHOWN],
+        proof=Markup(proof_svg(a.proof, verdict.headline)) if a.proof else "",
+        traces={e.name: trace_of(e.name) for e in verdict.effects},
+        open=list(_open(a, verdict)),
+    )
+
+
+def _open(a: Analysis, verdict: Verdict) -> Iterator[tuple[str, str]]:
+    """Yield what these recordings leave open: heading and text."""
+    left = [c for c in a.after if c.certain]
+    if left:
+        yield (
+            "still unexplained",
+            f"{left[0].place} along {left[0].regressor}, {left[0].gain:.0f} nats",
+        )
+    else:
+        yield "still unexplained", "nothing that a free curve finds"
+    for when, test in zip(("re-calibrated", "improved"), verdict.lack_of_fit, strict=False):
+        yield f"lack of fit, {when}", f"F = {test.f:.3g}, p = {test.p_value:.2g} (repeated trials)"
+    for names in verdict.equivalents:
+        yield "cannot be told apart", ", ".join(names).replace("_", " ")
+    if verdict.not_excited:
+        yield "not excited", ", ".join(verdict.not_excited).replace("_", " ")
+    if verdict.not_told:
+        yield "parameters not told", ", ".join(verdict.not_told)
+    if verdict.next_trial:
+        yield "next trial", str(verdict.next_trial["why"])

@@ -29,6 +29,7 @@ def write_outputs(
             written.append(path)
         if folder is not None:
             path = folder / "memo.html"
+            folder.mkdir(parents=True, exist_ok=True)
             path.write_text(memo_page(analysis, verdict), encoding="utf-8")
             written.append(path)
         if analysis.proposal is not None and folder is not None:

@@ -1,59 +1,84 @@
 """The figures of the memo: the located curve, and held-out residuals before and after."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
+from matplotlib.axes import Axes
 
-from identification.mismatch.explain import Analysis
-from identification.mismatch.held_out import driven
+from identification.mismatch.fitting import Fit
+from identification.mismatch.free_curve import FreeCurve
 from identification.mismatch.locate import Curve
 from identification.report import drawing as d
 from plant.signals import Floats
 
+LOOKS = ((d.ORANGE, "re-calibrated"), (d.BLUE, "with what was found"))
 
-def curve_svg(curve: Curve, units: Mapping[str, str]) -> str:
+
+def curve_svg(curve: Curve, free: FreeCurve | None, units: Mapping[str, str]) -> str:
     """Draw what a place asks for along its quantity. units: of quantities, by name."""
     with d.hand():
         figure, (axes,) = d.panels(1, 2.8)
         axes.axhline(0.0, color=d.MUTED, lw=0.8)
-        axes.plot(curve.knots, curve.values, color=d.BLUE, marker="o", ms=4)
+        axes.plot(curve.knots, curve.values, color=d.BLUE, marker="o", ms=4, label="located")
+        if free is not None:
+            knots, values = free.curve.knots, free.curve.values
+            axes.plot(knots, values, color=d.GREEN, marker=".", ms=4, label="in the simulation")
+            d.legend(axes, 2)
         unit = units.get(curve.regressor, "")
         axes.set(xlabel=f"{curve.regressor} / {unit}", ylabel=f"{curve.place} / {curve.unit}")
         return d.svg(figure, "located")
 
 
-def residuals_svg(a: Analysis, output: str) -> str:
-    """Draw residuals of one output on the first held-out run: in time, and their spectra."""
-    assert a.held_out is not None
-    assert a.base is not None
-    assert a.named is not None
-    before, after = (
-        driven(a.held_out, f.model.at(f.point), a.named.fit) for f in (a.base, a.named.fit)
-    )
-    place = [(b, k.outputs.index(output)) for b, k in enumerate(a.held_out.chain.blocks)
-             if output in k.outputs]  # fmt: skip
-    (b, j), record = place[0], a.held_out.records[0]
-    pairs = [(f.rest[b][0][:, j], colour, label) for f, colour, label in (
-        (before, d.ORANGE, "re-calibrated"), (after, d.BLUE, "with what was found"))]  # fmt: skip
-    unit = record.sensors[output].unit
+def proof_svg(runs: Sequence[Fit], output: str) -> str:
+    """Draw residuals of one output before and after: in time, frequency and orders of the wheel.
+
+    runs: on held-out recordings: the file's system, re-calibrated, with what was found.
+    """
+    chain = runs[0].model.chain
+    b = next(i for i, k in enumerate(chain.blocks) if output in k.outputs)
+    j = chain.blocks[b].outputs.index(output)
+    pattern = next((i for i, k in enumerate(chain.blocks) if not k.order), None)
+    domains = [_time, _frequency] if chain.blocks[b].order else []
     with d.hand():
-        figure, (time, frequency) = d.side_by_side(2, 3.0)
-        for rest, colour, label in pairs:
-            d.line(time, record.grid.centre[: rest.size], rest, color=colour, label=label, lw=0.9)
-            f, amplitude = _spectrum(rest, record.grid.width)
-            frequency.semilogy(f, amplitude, color=colour, lw=0.9)
-        time.set(xlabel="time / s", ylabel=f"recorded less simulated / {unit}")
-        frequency.set(
-            xlabel="frequency / Hz",
-            ylabel=f"amplitude / {unit}",
-            xlim=(0.0, 0.25 / record.grid.width),
-        )
-        d.legend(time, 2)
+        figure, panels = d.side_by_side(len(domains) + (pattern is not None), 3.2)
+        for fit, (colour, label) in zip(runs[1:], LOOKS, strict=True):
+            for axes, draw in zip(panels, domains, strict=False):
+                draw(axes, fit, b, j, colour, label)
+            if pattern is not None:
+                _orders(panels[-1], fit, b if not chain.blocks[b].order else pattern, colour, label)
+        d.legend(panels[0], 2)
         return d.svg(figure, "held_out")
 
 
-def _spectrum(rest: Floats, width: float) -> tuple[Floats, Floats]:
-    window = np.hanning(rest.size)
-    line = np.abs(np.fft.rfft(rest * window)) * 2.0 / window.sum()
-    frequency: Floats = np.asarray(np.fft.rfftfreq(rest.size, width))
-    return frequency, np.maximum(line, 1e-12)
+def _time(axes: Axes, fit: Fit, b: int, j: int, colour: str, label: str) -> None:
+    record = fit.model.records[0]
+    unit = record.sensors[fit.model.chain.blocks[b].outputs[j]].unit
+    rest = fit.rest[b][0][:, j]
+    d.line(axes, record.grid.centre[: rest.size], rest, color=colour, label=label, lw=0.9)
+    axes.set(xlabel="time / s", ylabel=f"recorded less simulated / {unit}")
+
+
+def _frequency(axes: Axes, fit: Fit, b: int, j: int, colour: str, label: str) -> None:
+    """Draw the mean spectrum over all recordings, as long as the shortest."""
+    unit = fit.model.records[0].sensors[fit.model.chain.blocks[b].outputs[j]].unit
+    width = fit.model.records[0].grid.width
+    length = min(len(r) for r in fit.rest[b])
+    window = np.hanning(length)[:, None]
+    pieces = np.stack([r[:length, j] for r in fit.rest[b]], axis=1)
+    lines = np.abs(np.fft.rfft(pieces * window, axis=0)) * 2.0 / window.sum()
+    mean = np.sqrt(np.mean(lines**2, axis=1))
+    grid = np.fft.rfftfreq(length, width)
+    axes.semilogy(grid[1:], np.maximum(mean[1:], 1e-12), color=colour, label=label, lw=0.9)
+    axes.set(xlabel="frequency / Hz", ylabel=f"amplitude / {unit}", xlim=(0.0, 0.25 / width))
+
+
+def _orders(axes: Axes, fit: Fit, b: int, colour: str, label: str) -> None:
+    """Draw the orders of the wheel in the residual of its tooth pattern."""
+    output = fit.model.chain.blocks[b].outputs[0]
+    late = fit.model.records[0].sensors[output].offsets
+    teeth = late.shape[1] if late is not None else 1
+    turns: Floats = np.concatenate([r[:, 0] for r in fit.rest[b]]).reshape(-1, teeth)
+    lines = 2.0 / teeth * np.abs(np.fft.rfft(turns.mean(axis=0)))
+    orders = np.arange(1, lines.size)
+    axes.semilogy(orders, np.maximum(lines[1:], 1e-12), color=colour, marker="o", ms=3, label=label)
+    axes.set(xlabel=f"order of {output.split('_')[0]} wheel", ylabel="relative speed / 1")

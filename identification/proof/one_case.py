@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from identification.mismatch.explain import Analysis, analyse, verdict
-from identification.mismatch.held_out import errors
+from identification.mismatch.held_out import errors, proof
 from identification.mismatch.runs import open_analysis
 from identification.mismatch.verdict import as_tree
 from identification.proof.generator.case import Case, draw_case, write_case
@@ -64,4 +64,5 @@ def _proven(analysis: Analysis, found: Ideal) -> list[dict[str, Any]]:
     """Errors on the held-out runs with the true effects fitted; empty where there are none."""
     if found.fit is None or analysis.held_out is None or analysis.base is None:
         return []
-    return [asdict(e) for e in errors(analysis.held_out, analysis.base, found.fit)]
+    runs = proof(analysis.held_out, analysis.base, found.fit)
+    return [asdict(e) for e in errors(runs)]
