@@ -64,7 +64,10 @@ def _client(workers: Workers) -> Iterator[Client]:
         return
     with (
         LocalCluster(
-            n_workers=workers.count, threads_per_worker=1, processes=True, dashboard_address=None
+            n_workers=workers.count,
+            threads_per_worker=1,
+            processes=True,
+            dashboard_address="127.0.0.1:0",
         ) as cluster,
         Client(cluster) as client,
     ):

@@ -23,19 +23,23 @@ from identification.mismatch.candidate import (
 from identification.mismatch.fitting import Fit, settle, with_effects
 from identification.mismatch.held_out import carried_over
 from identification.mismatch.model import Model, Series
+from identification.mismatch.sampling import into_bins
 from identification.mismatch.sensitivity import coordinates_of
 from identification.mismatch.stack import Nuisances, flat, log_likelihood, whiteners
 from identification.proof.generator.case import Case
+from identification.proof.generator.instruments import Told, sampled
 from identification.proof.generator.kinds import BY_NAME, SERVO, Hidden
 from identification.proof.generator.missing import Missing
 from identification.proof.generator.physics import Floats
-from identification.proof.generator.recording import Secret, Trial, course_of
+from identification.proof.generator.recording import Secret, Trial, channel_chance, course_of
 from identification.proof.generator.ride import Course
 from plant.effects.effect import Effect
 from plant.effects.library import BY_NAME as EFFECTS
 from plant.parameters import Parameter
 from plant.trouble import PlantError
 
+BY_CHANCE = ("held_frames", "stale_frames")
+"""Kinds whose course in time no number tells: which frames are stale, when a value is renewed."""
 COLUMNS = {
     "throttle": "plate", "engine_speed": "crank_speed", "rear_angle": "wheel",
     "rear_speed": "wheel_speed", "front_angle": "front", "front_speed": "front_speed",
@@ -59,6 +63,9 @@ def ideal(case: Case, base: Fit) -> Ideal:
     """Judge the recordings knowing the secret. base: the engine's fit without any effect."""
     if not case.hidden:
         return Ideal(0.0, ())
+    if len(case.hidden) == 1 and case.hidden[0].kind in BY_CHANCE:
+        gain = told_difference(case, base)
+        return Ideal(gain, (gain,))
     if all(BY_NAME[h.kind].inside for h in case.hidden):
         return _of_library(case.hidden, base)
     gain = seen_difference(case, base, case.training)
@@ -154,6 +161,29 @@ def seen_difference(case: Case, base: Fit, trials: Sequence[Trial]) -> float:
             (x[b] - y[b]) * (known if wanted else 0.0)
             for x, y, known in zip(there, without, model.known_bins[b], strict=True)
         ])  # fmt: skip
+    return _worth(base, difference)
+
+
+def told_difference(case: Case, base: Fit) -> float:
+    """Nats of the true difference that secrets of channels make in what is told, without noise."""
+    model = base.model
+    silent = replace(
+        case.truth.noises, throttle=0.0, throttle_quantum=0.0, engine_speed=0.0, optical=0.0
+    )
+    difference: Series = [[np.zeros(m.shape) for m in ms] for ms in model.measured]
+    for r, trial in enumerate(case.training):
+        course, _ = course_of(case.truth, case.secret, trial)
+        record = model.records[r]
+        for channel, told in case.secret.sensors.channels.items():
+            there, without = (
+                sampled(channel, course, silent, t, channel_chance(trial, channel))
+                for t in (told, Told())
+            )
+            bins = into_bins(there.true - record.start, record.grid)
+            for b, block in enumerate(model.chain.blocks):
+                if channel in block.outputs:
+                    column = block.outputs.index(channel)
+                    difference[b][r][:, column] = bins @ (there.value - without.value)
     return _worth(base, difference)
 
 

@@ -86,13 +86,15 @@ def _goals(counted: Iterable[Rate]) -> list[str]:
 
 
 def _goal(rate: Rate) -> str:
+    if not rate.wanted:
+        return "none set"
     if rate.low and rate.high < 100.0:
         return f"{rate.low:g} to {rate.high:g} %"
     return f"at least {rate.low:g} %" if rate.low else f"at most {rate.high:g} %"
 
 
 def _met(rate: Rate) -> str:
-    return {True: "met", False: "**not met**", None: "open"}[rate.met]
+    return {True: "met", False: "**not met**", None: "open" if rate.wanted else ""}[rate.met]
 
 
 def _visible(cases: Iterable[Judged]) -> list[str]:

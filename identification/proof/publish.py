@@ -29,5 +29,6 @@ def publish(study: Study, results: Sequence[Result], path: Path) -> Iterator[str
         if rate.total:
             low, high = rate.interval
             share = f"{rate.count}/{rate.total} = {rate.percent:.1f} % ({low:.0f} to {high:.0f})"
-            yield f"{rate.text}: {share}, {'met' if rate.met else 'NOT MET'}"
+            verdict = {True: ", met", False: ", NOT MET", None: ""}[rate.met]
+            yield f"{rate.text}: {share}{verdict}"
     yield f"written: {path}"

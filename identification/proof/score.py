@@ -52,6 +52,7 @@ class Judged:
     share: float
     seconds: float
     curve: float = math.nan
+    said_hidden: bool = False
     failed: str = ""
 
 
@@ -79,9 +80,15 @@ class Rate:
         return 100.0 * float(found.low), 100.0 * float(found.high)
 
     @property
+    def wanted(self) -> bool:
+        """Whether there is a goal."""
+        return self.low > 0.0 or self.high < 100.0
+
+    @property
     def met(self) -> bool | None:
-        """Whether the share is what is wanted; None where nothing was counted."""
-        return self.low <= self.percent <= self.high if self.total else None
+        """Whether the share is what is wanted; None where nothing was counted or wanted."""
+        counts = bool(self.total) and self.wanted
+        return self.low <= self.percent <= self.high if counts else None
 
 
 def judged(
@@ -113,6 +120,7 @@ def _judge(answer: Mapping[str, Any], result: Mapping[str, Any]) -> Judged:
         named=bool(seen) and _exact(truth, seen, said, verdict["equivalents"]),
         covered=tuple(_coverage(hidden, verdict["effects"])),
         share=_share(result), seconds=result["seconds"]["analysis"], curve=_curve(result),
+        said_hidden=set(truth) <= set(verdict["not_excited"]),
     )  # fmt: skip
 
 
@@ -192,6 +200,8 @@ def rates(cases: Sequence[Judged]) -> list[Rate]:
         of("Pairs exact", visible(PAIR), lambda c: c.named, low=85.0),
         of("Triples exact", visible(TRIPLE), lambda c: c.named, low=85.0),
     ]  # fmt: skip
+    found.append(of("Not excited, and said so", lambda c: c.sort == UNEXCITED
+                    and c.expected is False, lambda c: c.said_hidden))  # fmt: skip
     numbers = [x for c in cases for x in c.covered]
     found.append(Rate("95 % intervals that hold the truth", sum(numbers), len(numbers), 90.0, 98.0))
     shares = [c.share for c in cases if c.sort in single and c.named and math.isfinite(c.share)]

@@ -30,7 +30,8 @@ class Kind:
     places: injection points at which it acts; several where physics does not tell them apart.
     sizes, shapes: by the library's parameter. subjects: channels or wheels that may have it.
     signed: of either sign. like: whose numbers the library's formula means as well, so that
-    intervals can be compared. quiet: hidden by design of any usual trial; no part of pairs.
+    intervals can be compared. quiet: hidden from any usual trial, or left to chance; no part of
+    pairs.
     needs: excitation without which it does not show at all (for cases that do not excite it).
     """
 
@@ -131,9 +132,9 @@ LIBRARY: tuple[Kind, ...] = (
     _of("channel_scale", (), 5e-3, 0.02, parameter="error", to="error", signed=True, like=(),
         subjects=("engine_speed", "throttle_position")),
     _of("quantiser", (), 1.5, 6.0, parameter="quantum", to="quantum", subjects=("engine_speed",)),
-    _of("held_frames", (), 15e-3, 30e-3, parameter="hold", to="hold",
+    _of("held_frames", (), 15e-3, 30e-3, parameter="hold", to="hold", quiet=True,
         subjects=("engine_speed", "optical_speed", "throttle_position")),
-    _of("stale_frames", (), 0.02, 0.1, parameter="share", to="stale",
+    _of("stale_frames", (), 0.02, 0.1, parameter="share", to="stale", quiet=True,
         subjects=("engine_speed", "optical_speed", "throttle_position")),
 )  # fmt: skip
 """Kinds that the library of effects has."""

@@ -112,6 +112,11 @@ def course_of(
     return Course(**columns), Commands(commands.throttle[kept:], commands.spark[kept:], TICK)
 
 
+def channel_chance(trial: Trial, channel: str) -> np.random.Generator:
+    """Return what decides the chance of one channel in a trial, and of no other."""
+    return np.random.default_rng((*trial.seed, 3, list(PERIODS).index(channel)))
+
+
 def write_run(
     folder: Path, truth: Truth, secret: Secret, trial: Trial, vehicle: dict[str, Any]
 ) -> Path:
@@ -121,11 +126,11 @@ def write_run(
     rng = np.random.default_rng((*trial.seed, 2))
     clocks = {name: draw_clock(rng) for name in CLOCKS}
     devices = Devices(database, clocks, truth.noises.latency, rng)
+    told = secret.sensors.channels
     samples = {
-        channel: sampled(channel, course, truth.noises,
-                         secret.sensors.channels.get(channel, Told()),
-                         np.random.default_rng((*trial.seed, 3, i)))
-        for i, channel in enumerate(PERIODS)
+        channel: sampled(channel, course, truth.noises, told.get(channel, Told()),
+                         channel_chance(trial, channel))
+        for channel in PERIODS
     }  # fmt: skip
     throttle, spark = echoed(commands.throttle, commands), echoed(commands.spark, commands)
     plate, crank, optical = samples.values()

@@ -55,7 +55,7 @@ def test_what_is_done_stays_and_what_cannot_be_judged_says_why(tmp_path: Path) -
     entries = read_fleet(written(tmp_path))
     (tmp_path / "out" / "one").mkdir(parents=True)
     (tmp_path / "out" / "one" / VERDICT).write_text(json.dumps(DONE), encoding="utf-8")
-    with LocalCluster(n_workers=1, processes=False, dashboard_address=None) as cluster:
+    with LocalCluster(n_workers=1, processes=False, dashboard_address="127.0.0.1:0") as cluster:
         place = Workers(scheduler=cluster.scheduler_address)
         one, two = explain_fleet(entries, tmp_path / "out", place)
     assert one["effects"] == ["channel_lag.engine_speed"]

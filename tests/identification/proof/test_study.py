@@ -22,7 +22,8 @@ def square(seed: int, number: int) -> dict:
 def verdict(**more) -> dict:
     return {
         "mismatch": {"found": False, "p_value": 1.0}, "location": None, "effects": [],
-        "unknown": {"found": False, "shape": ""}, "equivalents": [], "held_out": [], **more,
+        "unknown": {"found": False, "shape": ""}, "equivalents": [], "held_out": [],
+        "not_excited": [], **more,
     }  # fmt: skip
 
 
@@ -135,7 +136,10 @@ def test_other_answers_do_not_replace_those_that_were_sealed(tmp_path: Path) -> 
 def scheduler(request):
     """A cluster that exists; its workers are threads, which start at once."""
     with LocalCluster(
-        n_workers=request.param, threads_per_worker=1, processes=False, dashboard_address=None
+        n_workers=request.param,
+        threads_per_worker=1,
+        processes=False,
+        dashboard_address="127.0.0.1:0",
     ) as cluster:
         yield cluster.scheduler_address
 

@@ -1,0 +1,45 @@
+"""What there is to see is told alike by the library's formula and by the generator's own."""
+
+from pathlib import Path
+
+import pytest
+
+from identification.mismatch.calibrate import calibrate
+from identification.mismatch.runs import open_analysis
+from identification.proof.generator.case import Case, draw_case, write_case
+from identification.proof.generator.kinds import Hidden
+from identification.proof.ideal import at_truth, ideal, seen_difference
+
+SEED, NUMBER = 1, 9  # asymmetric filling, of moderate size
+
+
+@pytest.fixture(scope="module")
+def fitted(tmp_path_factory):
+    case: Case = draw_case(SEED, NUMBER)
+    vehicle, training, _ = write_case(case, tmp_path_factory.mktemp("case") / "one")
+    analysis = open_analysis(Path(vehicle), training, [])
+    return case, calibrate(analysis.training, analysis.training.origin())
+
+
+def test_a_fit_from_the_truth_and_the_true_difference_gain_alike(fitted) -> None:
+    case, base = fitted
+    assert case.hidden[0].kind == "asymmetric_filling"
+    by_formula, by_difference = ideal(case, base).gain, seen_difference(case, base, case.training)
+    assert by_formula == pytest.approx(by_difference, rel=0.25)
+    assert by_formula > 100.0
+
+
+@pytest.mark.parametrize(("kind", "subject", "parameters"), [
+    ("backlash", "", {"slack": 9e-3}),
+    ("rate_limit", "", {"limit": 5.0}),
+    ("runner_resonance", "", {"share": 0.5, "frequency": 300.0, "damping": 0.2}),
+    ("tooth_misplacement", "front_encoder", {"displacement": -7e-4, "tooth": 11.0}),
+    ("quantiser", "engine_speed", {"quantum": 5.0}),
+])  # fmt: skip
+def test_a_candidate_at_the_truth_has_the_true_numbers(
+    kind: str, subject: str, parameters: dict[str, float]
+) -> None:
+    effect = at_truth(Hidden(kind, "moderate", subject, parameters)).effect()
+    assert effect.subject == subject
+    for name, value in parameters.items():
+        assert getattr(effect, name) == pytest.approx(value, rel=1e-6)
