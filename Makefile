@@ -6,10 +6,11 @@
 # make mutants  set up, then coverage and mutants of the safety gate
 # make million  set up, then a million random frame sequences through it (an hour)
 # make bench    set up, then every benchmark
+# make accuracy write docs/accuracy.md from rides whose truth is known
 # make lock     choose the newest versions that pyproject.toml allows
 # make clean    forget the environment and everything that was made, except runs/
 
-.PHONY: help trial test conformance figures test-mismatch paper prove prove-quick mutants million bench lock setup clean
+.PHONY: help trial test conformance figures test-mismatch paper prove prove-quick mutants million bench accuracy lock setup clean
 .DEFAULT_GOAL := help
 
 # The first interpreter that is new enough; the lock is tested with 3.11.
@@ -22,7 +23,7 @@ WORKERS ?= auto
 export OMP_NUM_THREADS ?= 1
 
 help:
-	@sed -n 's/^# //p' $(firstword $(MAKEFILE_LIST)) | head -10
+	@sed -n 's/^# //p' $(firstword $(MAKEFILE_LIST)) | head -11
 
 trial: setup
 	@run=$$($(IN)/slipbench trial trials/throttle_sweep.toml) && $(IN)/slipbench identify "$$run"
@@ -63,6 +64,10 @@ mutants: setup
 
 million: setup
 	$(IN)/python -m tests.safety.sequences
+
+# docs/accuracy.md: 200 rides of each of the larger rows, some minutes.
+accuracy: setup
+	$(IN)/python benchmarks/accuracy.py 200 --out docs/accuracy.md
 
 bench: setup
 	@for benchmark in benchmarks/*.py; do \

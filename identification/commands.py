@@ -1,4 +1,4 @@
-"""The sub-commands of this package: identify, explain and paper."""
+"""The sub-commands of this package: identify, model, explain and paper."""
 
 import json
 from pathlib import Path
@@ -16,14 +16,18 @@ if TYPE_CHECKING:  # the analyses take seconds to import; --help should not
     from protocol.recording import Recording
 
 EXAMPLE = "Example: slipbench identify runs/throttle_sweep --figures figures"
+MODEL_EXAMPLE = (
+    "Example: slipbench model sweep*.csv --input u --output y --held-out step.csv --out model"
+)
 PAPER_EXAMPLE = "Example: slipbench paper --out paper --runs paper/runs"
 HERE = Path(__file__).parent.parent
 FAILED = 3  # exit status where a claim does not hold
 
 
 def register(app: typer.Typer) -> None:
-    """Add `identify`, `explain` and `paper` to the one command."""
+    """Add `identify`, `model`, `explain` and `paper` to the one command."""
     app.command("identify", epilog=EXAMPLE)(identify_command)
+    app.command("model", epilog=MODEL_EXAMPLE)(model_command)
     explain_commands.register(app)
     app.command("paper", epilog=PAPER_EXAMPLE)(paper_command)
 
@@ -54,6 +58,59 @@ def identify_command(
     for line in summary(found, study):
         typer.echo(line)
     typer.echo(f"report: {written}")
+
+
+def model_command(
+    tables: Annotated[
+        list[Path], typer.Argument(metavar="TABLE...", help="Runs to fit; each begins at rest.")
+    ],
+    input: Annotated[str, typer.Option(help="Column of the input.")],
+    output: Annotated[str, typer.Option(help="Column of the output.")],
+    out: Annotated[Path, typer.Option(help="Where to write model.html and model.json.")],
+    held_out: Annotated[
+        list[Path] | None, typer.Option(help="A run to predict; may be repeated.")
+    ] = None,
+) -> None:
+    """Model any input and output that were recorded in tables, and predict runs it has not seen.
+
+    Frequency response where at least three runs repeat one excitation, a rational model with delay
+    either way. TABLE: CSV, columns of text, Parquet or MF4, with a column of time.
+    """
+    from identification.models.table_study import read_run as read_columns
+    from identification.models.table_study import table_study
+    from identification.report.table_report import figures, headline, page, rows
+
+    console = Console(stderr=True)
+    with console.status("reading") as progress:
+        runs = [read_columns(path, input, output) for path in tables]
+        unseen = [read_columns(path, input, output) for path in held_out or []]
+        progress.update("modelling")
+        study = table_study(runs, unseen, (input.strip("$\\"), output.strip("$\\")))
+        progress.update("drawing")
+        made = {"model.html": page(study), "model.json": _json(figures(study))}
+    path = _written(out, made)
+    typer.echo(headline(study))
+    for name, role, fit, error in rows(study):
+        typer.echo(f"  {name:<22} {role:<8} fit {fit:>7}   rms error {error}")
+    typer.echo(f"report: {path}")
+
+
+def _json(tree: object) -> str:
+    return json.dumps(_plain(tree), indent=2, allow_nan=False) + "\n"
+
+
+def _written(out: Path, made: dict[str, str]) -> Path:
+    """Write files into a folder and give the first one's path. Raises InputError."""
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        for name, text in made.items():
+            (out / name).write_text(text, encoding="utf-8")
+    except OSError as fault:
+        raise InputError(
+            "the report cannot be written", where=str(fault.filename or out),
+            found=fault.strerror or str(fault), remedy="give another folder with --out",
+        ) from fault  # fmt: skip
+    return out / next(iter(made))
 
 
 def paper_command(

@@ -1,0 +1,184 @@
+"""Rides of motorcycles whose truth is known: the plant's own equations through its sensors.
+
+In arrays, without a bus and without clocks that drift. `linear` takes the effects off a motorcycle
+but the displaced tooth, so that one linear function is nearly the truth; `drawn` draws numbers from
+what a vehicle file believes of them.
+
+The truth of the first harmonic is what single sines of the same amplitude give without noise; the
+driveline's is `plant.linear`. Where the optical sensor lags, the truth is seen through it.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cache
+
+import numpy as np
+
+from identification.response.local_polynomial import sweep_response
+from identification.response.response import FrequencyResponse
+from identification.signals.filters import low_pass, notch, wheel_frequency
+from identification.signals.samples import onto, sampled, smoothly
+from identification.signals.slip import slip
+from identification.signals.teeth import speed_from_teeth
+from plant.encoder import begin, passing_teeth, toothed_disc
+from plant.equilibrium import equilibrium
+from plant.linear import linearise
+from plant.motorcycle import Motorcycle
+from plant.signals import Inputs
+from plant.simulation import Simulation
+from plant.vehicle_file import Vehicle, builtin_vehicle, load_vehicle
+
+GEAR, SPEED = 2, 14000 * np.pi / 30
+RATE, BEFORE, BAND = 1000.0, 2.0, (0.5, 12.0)
+AMPLITUDE = 0.02
+COMBUSTION, WIND, WIND_TIME = 0.8, 12.0, 3.0  # N m, N, s, as on the virtual road
+KEPT = {"tooth_misplacement"}  # effects of the linear motorcycle: this one leaves it linear
+BLOCKS = ("throttle_servo", "driveline", "tyre", "body", "engine", "intake")  # that are drawn
+
+
+@dataclass(frozen=True)
+class Ride:
+    """One sweep: measured throttle and slip on the time base, (n,) each."""
+
+    throttle: np.ndarray
+    slip: np.ndarray
+
+
+@cache
+def vehicle(name: str) -> Vehicle:
+    """Load a vehicle of the project by its name."""
+    return load_vehicle(builtin_vehicle(name))
+
+
+@cache
+def linear(name: str) -> Motorcycle:
+    """Take the effects off that bend or lag."""
+    whole = vehicle(name).motorcycle
+    return replace(whole, effects=tuple(e for e in whole.effects if e.name in KEPT))
+
+
+@cache
+def drawn(name: str, seed: int) -> Motorcycle:
+    """Draw a motorcycle from what a vehicle file believes: normal, 95 % within plus_minus."""
+    rng, of = np.random.default_rng(seed), vehicle(name)
+    made = linear(name)
+    for key, half in sorted(of.plus_minus.items()):
+        block, _, parameter = key.partition(".")
+        if block not in BLOCKS:
+            continue
+        old = getattr(made, block)
+        value = getattr(old, parameter)
+        shift = float(np.clip(rng.normal(0, half / 1.96), -half, half))
+        made = replace(
+            made, **{block: replace(old, **{parameter: max(value + shift, 0.2 * value)})}
+        )
+    return made
+
+
+def ride(motorcycle: Motorcycle, noise: float, seed: int, lasts: float = 30.0) -> Ride:
+    """Ride a throttle sweep; `noise` scales sensors' and road's noise, 1 is the virtual bench's."""
+    rng = np.random.default_rng(seed)
+    simulation = Simulation(motorcycle)
+    state, opening = equilibrium(simulation, GEAR, SPEED)
+    t = np.arange(0, lasts + 2 * BEFORE, 1 / RATE)
+    x = t - BEFORE
+    turns = BAND[0] * x + (BAND[1] - BAND[0]) * x**2 / (2 * lasts)
+    wave = np.where((x >= 0) & (x < lasts), np.sin(2 * np.pi * turns), 0.0)
+    inputs = Inputs.held(
+        t.size, gear=float(GEAR), throttle_command=opening + AMPLITUDE * wave,
+        engine_disturbance=noise * COMBUSTION * rng.standard_normal(t.size),
+        road_force=noise * gusts(t.size, rng),
+    )  # fmt: skip
+    _, out = simulation.advance(state, inputs)
+    grid = t + 0.5 / RATE
+    wheel = rear_speed(motorcycle, out, grid)
+    stamps = np.arange(4e-3 * rng.random(), grid[-1], 4e-3)
+    seen = np.interp(stamps, out.time, out.optical_speed)
+    seen = seen + noise * 0.02 * rng.standard_normal(stamps.size)
+    reference = low_pass(onto(sampled(stamps, np.round(seen / 0.01) * 0.01), grid), RATE, 60.0)
+    position = np.interp(grid, out.time, out.throttle)
+    position = position + noise * 3e-4 * rng.standard_normal(grid.size)
+    inside = np.isfinite(wheel) & np.isfinite(reference)
+    return Ride(position[inside], slip(wheel, reference).ratio[inside])
+
+
+def gusts(n: int, rng) -> np.ndarray:
+    """Wind that remembers itself for WIND_TIME. Returns N, (n,)."""
+    from scipy.signal import lfilter
+
+    keep = np.exp(-1 / RATE / WIND_TIME)
+    return lfilter([WIND * np.sqrt(1 - keep**2)], [1, -keep], rng.standard_normal(n))
+
+
+def rear_speed(motorcycle, out, grid: np.ndarray) -> np.ndarray:
+    """Peripheral speed as the encoder tells it, filtered as identification does. m/s."""
+    disc = toothed_disc(motorcycle.rear_encoder, motorcycle.effects, "rear_encoder")
+    first = begin(float(out.time[0]), float(out.rear_angle[0]), float(out.rear_speed[0]))
+    passed = passing_teeth(disc, first, out.time[1:], out.rear_angle[1:], out.rear_speed[1:])[1]
+    teeth = speed_from_teeth(passed.ticks * disc.resolution, passed.numbers * 1.0, disc.angles.size)
+    radius = motorcycle.rear_wheel.radius
+    raw = smoothly(teeth, grid) * radius
+    driven = low_pass(raw, RATE, 60.0)
+    turning = wheel_frequency(raw, RATE, radius)
+    for order in (1, 2, 3):
+        driven = notch(driven, turning, RATE, order)
+    return driven
+
+
+@cache
+def truth(motorcycle) -> Callable[[np.ndarray], np.ndarray]:
+    """Response from throttle position to measured slip at this amplitude, the delay included.
+
+    The plant's linearisation, times what single sines of the sweep's amplitude give beyond it,
+    without noise and without instruments but the optical sensor.
+    """
+    names = ("throttle", "rear_speed", "optical_speed")
+    linear = linearise(motorcycle, GEAR, SPEED, ("throttle_command",), names)
+    v, w, r = linear.at["speed"], linear.at["rear_speed"], motorcycle.rear_wheel.radius
+
+    def small(f: np.ndarray) -> np.ndarray:
+        s = 2j * np.pi * f
+        position, wheel, seen = (linear.system(s)[k, 0] for k in range(3))
+        return (r * wheel / v - seen * r * w / v**2) / position * np.exp(-s * linear.delays["air"])
+
+    at = np.geomspace(0.7, 12.0, 24)
+    ratio = np.array([stepped(motorcycle, f) for f in at]) / small(at)
+    return lambda f: small(f) * (np.interp(f, at, ratio.real) + 1j * np.interp(f, at, ratio.imag))
+
+
+def stepped(motorcycle, f: float) -> complex:
+    """First harmonic of slip per throttle position at one frequency (Hz), after 3 s."""
+    simulation = Simulation(motorcycle)
+    state, opening = equilibrium(simulation, GEAR, SPEED)
+    t = np.arange(0, 3 + np.ceil(6 * f) / f, 1 / RATE)
+    wave = opening + AMPLITUDE * np.sin(2 * np.pi * f * t)
+    inputs = Inputs.held(t.size, gear=float(GEAR), throttle_command=wave)
+    _, out = simulation.advance(state, inputs)
+    late = out.time > 3
+    x = out.time[late]
+    seen = out.optical_speed[late]
+    y = motorcycle.rear_wheel.radius * out.rear_speed[late] / seen - 1
+    turn = 2 * np.pi * f * x
+    drift = np.stack((np.ones(x.size), x - 4, (x - 4) ** 2), axis=1)
+    harmonics = [g(k * turn) for k in (1, 2, 3) for g in (np.cos, np.sin)]
+    basis = np.column_stack((*harmonics, drift))
+    a, b = (np.linalg.lstsq(basis, z, rcond=None)[0][:2] for z in (out.throttle[late], y))
+    return complex((b[0] - 1j * b[1]) / (a[0] - 1j * a[1]))
+
+
+@cache
+def driveline(motorcycle: Motorcycle) -> tuple[float, float]:
+    """Natural frequency (Hz) and damping of the driveline; NaN where it does not swing."""
+    poles = linearise(motorcycle, GEAR, SPEED).system.poles()
+    servo = motorcycle.throttle_servo
+    own = servo.natural_frequency * (-servo.damping + 1j * np.sqrt(1 - servo.damping**2))
+    swinging = sorted((p for p in poles if p.imag > 0), key=lambda p: abs(p - own))
+    if len(swinging) < 2:
+        return float("nan"), float("nan")
+    pair = swinging[1]
+    return float(abs(pair) / (2 * np.pi)), float(-pair.real / abs(pair))
+
+
+def estimated(of: Ride) -> FrequencyResponse:
+    """First harmonic from measured throttle to slip."""
+    return sweep_response(of.throttle, of.slip, RATE, BAND, ("throttle_position", "slip"))

@@ -1,0 +1,134 @@
+"""A model of any input and output that were recorded in tables, and what it predicts.
+
+runs = [read_run(path, "u", "theta") for path in paths]
+study = table_study(runs, [read_run(path, "u", "theta") for path in others])
+"""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from identification.models.held_out import HeldOut, Rest, held_out
+from identification.models.output_error import OutputError, output_error
+from identification.response.repeated_runs import excited_band, repeated_response, repeats
+from identification.response.response import FrequencyResponse
+from protocol.channel import FloatArray
+from protocol.errors import InputError
+from protocol.role_map import TableRules
+from protocol.tables import read_table, samples
+
+FEWEST = 200  # samples in a run
+UNEVEN = 0.01  # of a sample period, that the time may be off
+
+
+@dataclass(frozen=True)
+class TableRun:
+    """One file: u, y (n,) at `rate` Hz."""
+
+    name: str
+    u: FloatArray
+    y: FloatArray
+    rate: float
+
+
+@dataclass(frozen=True)
+class TableStudy:
+    """Model, response and predictions.
+
+    names      input, output; runs: that the model was fitted to, cut to the shortest
+    response   None where the runs do not repeat one excitation
+    noise      rms by which the output differs between runs that repeat one input; NaN else
+    trained    the runs of the fit, predicted; unseen: the others
+    """
+
+    names: tuple[str, str]
+    runs: tuple[TableRun, ...]
+    band: tuple[float, float]
+    found: OutputError
+    response: FrequencyResponse | None
+    noise: float
+    trained: tuple[HeldOut, ...]
+    unseen: tuple[HeldOut, ...]
+
+    @property
+    def words(self) -> tuple[str, ...]:
+        """What has to be known before the model is used, a sentence each."""
+        said = [f"The model holds from {self.band[0]:.2g} to {self.band[1]:.3g} Hz, which is what "
+                "the runs excite, and from rest."]  # fmt: skip
+        left = self.found.fit.error
+        if np.isfinite(self.noise) and left > 1.5 * self.noise / np.sqrt(len(self.runs)):
+            said.append(
+                f"It leaves {left:.3g} rms of the runs' mean, where {self.noise:.3g} is the noise "
+                f"of one run: what is left is curvature or a higher order, not noise. The "
+                "intervals count all of it as noise."
+            )
+        if self.response is None:
+            said.append("No frequency response is given: the runs do not repeat one excitation.")
+        return tuple(said)
+
+
+def read_run(path: Path, input: str, output: str) -> TableRun:
+    """Read two columns of a table. Raises InputError where they are not even samples."""
+    table = read_table(path)
+    u, y = (samples(table, column, "", TableRules()) for column in (input, output))
+    time, value = u.time, u.value
+    if time.size != y.time.size or not np.array_equal(time, y.time):
+        value, time = np.interp(y.time, u.time, u.value), y.time
+    if time.size < FEWEST:
+        raise InputError(
+            f"{time.size} samples are too few for a model", where=str(path),
+            expected=f"at least {FEWEST} samples of {input!r} and {output!r}",
+            remedy="record a longer run",
+        )  # fmt: skip
+    step = (time[-1] - time[0]) / (time.size - 1)
+    uneven = float(np.max(np.abs(time - time[0] - step * np.arange(time.size))))
+    if not step > 0 or uneven > UNEVEN * step:
+        even = time[0] + step * np.arange(time.size)
+        if not step > 0 or uneven > 2 * step:
+            raise InputError(
+                "the samples are not evenly spaced in time", where=str(path),
+                expected=f"one every {1e3 * step:.3g} ms", found=f"off by {1e3 * uneven:.3g} ms",
+                remedy="resample the table at an even rate",
+            )  # fmt: skip
+        value, y_value = np.interp(even, time, value), np.interp(even, time, y.value)
+        return TableRun(path.stem, value, y_value, 1 / step)
+    return TableRun(path.stem, value, y.value, 1 / step)
+
+
+def table_study(runs: list[TableRun], unseen: list[TableRun], names: tuple[str, str]) -> TableStudy:
+    """Fit a model to runs and let it predict others. Raises InputError where they carry none."""
+    rate = _one_rate([*runs, *unseen])
+    n = min(run.u.size for run in runs)
+    u, y = (np.stack([getattr(run, key)[:n] for run in runs]) for key in ("u", "y"))
+    if not np.ptp(u) > 0 or not np.ptp(y) > 0:
+        still = names[0] if not np.ptp(u) > 0 else names[1]
+        raise InputError(
+            f"{still!r} stands still in every run", where=", ".join(run.name for run in runs),
+            expected="an excitation and an answer", remedy="choose other columns or runs",
+        )  # fmt: skip
+    rest = Rest(float(np.mean(u[:, 0])), float(np.mean(y[:, 0])))
+    band = excited_band(u, rate)
+    found = output_error(u, y, rate, band, names)
+    response, noise = None, float("nan")
+    if repeats(u):
+        longer = np.concatenate((u[0] - rest.u, np.full(n, u[0, -1] - rest.u)))
+        tail = found.model.simulate(longer, rate)[n:]
+        response = repeated_response(u - rest.u, y - rest.y, tail, rate, names)
+        noise = float(np.sqrt(np.mean(np.var(y, axis=0, ddof=1))))
+    trained, others = (
+        tuple(held_out(found.model, run.name, run.u, run.y, rate, rest) for run in several)
+        for several in (runs, unseen)
+    )
+    return TableStudy(names, tuple(runs), band, found, response, noise, trained, others)
+
+
+def _one_rate(runs: list[TableRun]) -> float:
+    rate = runs[0].rate
+    for run in runs:
+        if abs(run.rate / rate - 1) > 1e-3:
+            raise InputError(
+                "the runs have different rates", where=run.name, expected=f"{rate:.6g} Hz",
+                found=f"{run.rate:.6g} Hz", remedy="resample them at one rate",
+            )  # fmt: skip
+    return rate
