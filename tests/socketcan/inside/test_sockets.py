@@ -1,6 +1,7 @@
 """What real sockets do that no imitation does: they fill up, and then refuse or forget."""
 
 import socket
+import struct
 import subprocess
 from collections.abc import Iterator
 
@@ -8,6 +9,8 @@ import can
 import pytest
 from can.interfaces.socketcan import SocketcanBus
 
+from bench.buses import RECEIVE_BUFFER, BusAddress, open_bus, receive_buffer
+from bench.controller_state import ControllerState
 from tests.bus.test_load import BURST, numbered, numbers
 from tests.bus.wires import PATIENCE, VCAN, receive, send, socketcan
 from tests.socketcan.inside.programs import wait_for_listeners
@@ -64,6 +67,37 @@ def test_a_listener_that_does_not_read_loses_the_newest_and_is_not_told() -> Non
     assert little == list(range(len(little)))
     assert more == list(range(len(more)))
     assert 0 < 2 * len(little) < len(more) < BURST
+
+
+def test_a_bus_that_the_bench_opens_keeps_a_whole_second_unread() -> None:
+    """Here we may go beyond the limit of the system; elsewhere `run.toml` tells what was granted."""
+    with socketcan() as wire, open_bus(BusAddress("socketcan", VCAN), hears_itself=False) as bus:
+        sender = wire.node(False)
+        granted = receive_buffer(bus)
+        assert granted is not None
+        assert granted >= RECEIVE_BUFFER
+        for number in range(BURST):
+            send(sender, numbered(number))
+        assert numbers(receive(bus, BURST)) == list(range(BURST))
+
+
+def test_an_error_frame_of_the_kernel_tells_that_the_controller_is_off() -> None:
+    """A vcan has no controller, so the frame is put there as a driver would (linux/can/error.h)."""
+    off, back = (0x20000040, bytes(8)), (0x20000100, bytes(8))
+    with (
+        open_bus(BusAddress("socketcan", VCAN), hears_itself=False) as bus,
+        socket.socket(socket.AF_CAN, socket.SOCK_RAW, socket.CAN_RAW) as driver,
+    ):
+        driver.bind((VCAN,))
+        controller = ControllerState(bus)
+        assert not controller.off()
+        for (identifier, details), is_off in ((off, True), (back, False)):
+            driver.send(struct.pack("=IB3x8s", identifier, 8, details))
+            [heard] = receive(bus, 1)
+            assert heard.is_error_frame
+            controller.heard(heard)
+            controller.off()  # what was since it was asked last
+            assert controller.off() is is_off
 
 
 def test_candump_sees_what_was_sent_and_cansend_is_heard() -> None:
