@@ -8,11 +8,13 @@ from typing import Any
 
 import can
 
+from bench.bus.events import Delivery
 from bench.bus.faults import NO_FAULTS, FaultPlan
 from bench.bus.frame import BitRates
 from bench.bus.messages import STATES, error_of, frame_of, message_of
+from bench.bus.node import Node
 from bench.bus.queues import MostUrgent
-from bench.bus.wire import Delivery, Node, Wire
+from bench.bus.wire import Wire
 
 
 class SimulatedBus:

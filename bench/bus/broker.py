@@ -17,7 +17,9 @@ import time
 from collections import deque
 
 from bench.bus.counters import Confinement
+from bench.bus.events import Delivery
 from bench.bus.frame import BitRates
+from bench.bus.node import Node
 from bench.bus.plan_text import read_plan
 from bench.bus.queues import InOrder, MostUrgent
 from bench.bus.records import (
@@ -33,7 +35,7 @@ from bench.bus.records import (
     packed_refusal,
     unpacked,
 )
-from bench.bus.wire import Delivery, Node, Wire
+from bench.bus.wire import Wire
 from bench.undisturbed import undisturbed
 from protocol.errors import InputError
 

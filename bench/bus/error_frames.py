@@ -4,7 +4,7 @@ candump, python-can and the gateway read it the same on every interface.
 """
 
 from bench.bus.counters import Confinement, Counters
-from bench.bus.wire import Cause
+from bench.bus.events import Cause
 
 CONTROLLER, PROTOCOL, NO_ACK, BUS_OFF, BUS_ERROR, RESTARTED, COUNTERS = (
     0x04, 0x08, 0x20, 0x40, 0x80, 0x100, 0x200,

@@ -4,8 +4,8 @@ import can
 
 from bench.bus.counters import Confinement
 from bench.bus.error_frames import error_content
+from bench.bus.events import Notice
 from bench.bus.frame import Frame, checked
-from bench.bus.wire import Notice
 
 STATES = {
     Confinement.ACTIVE: can.BusState.ACTIVE,

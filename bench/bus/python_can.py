@@ -18,6 +18,7 @@ from bench.bus.counters import Confinement
 from bench.bus.faults import FaultPlan
 from bench.bus.frame import Frame
 from bench.bus.messages import STATES, error_message, frame_of, message_of
+from bench.bus.node import ROOM
 from bench.bus.plan_text import plan_text
 from bench.bus.records import (
     LARGEST,
@@ -31,7 +32,6 @@ from bench.bus.records import (
     state_in,
     unpacked,
 )
-from bench.bus.wire import ROOM
 
 ROOT = Path(__file__).parents[2]
 PATIENCE = 5.0  # s for a broker to answer

@@ -12,8 +12,8 @@ from typing import NamedTuple
 
 from bench.bus.counters import Confinement
 from bench.bus.error_frames import BUS_OFF, CONTROLLER, OVERFLOW, error_content
+from bench.bus.events import Delivery, Notice
 from bench.bus.frame import Frame, checked
-from bench.bus.wire import Delivery, Notice
 
 HEAD = struct.Struct("=BBBBIqQ")
 LARGEST = 1 << 16  # bytes of a record: a plan of faults

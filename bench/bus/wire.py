@@ -21,96 +21,17 @@ It does not imitate:
 - cables: opens, shorts, missing termination. `Disturbed` and `Lost` stand for what they do.
 """
 
-import heapq
-from dataclasses import dataclass
-from enum import Enum
-from typing import NamedTuple
-
+from bench.bus.arrivals import Arrivals
+from bench.bus.attempt import SUSPENDED, Attempt, collision, destroyed, unacknowledged, whole
 from bench.bus.counters import Confinement, Counters
-from bench.bus.faults import NO_FAULTS, FaultPlan, Faults, Passage
-from bench.bus.frame import END_OF_FRAME, INTERMISSION, BitRates, Frame
+from bench.bus.events import Cause, Delivery, Event, Notice
+from bench.bus.faults import NO_FAULTS, FaultPlan
+from bench.bus.frame import BitRates, Frame
+from bench.bus.node import ROOM, Node
 from bench.bus.queues import InOrder, Queue
 
-FLAG = 12 + 8  # bits of an error frame: superposed flags, delimiter
-SUSPENDED = 8  # bits that a passive node waits after a frame of its own
 RECESSIVE = 11  # bits in a row, of which a node off the bus must see as many sequences as
 SEQUENCES = 128
-ROOM = 1000  # frames that wait in a node unless it says otherwise
-
-
-class Cause(Enum):
-    """What a node is told beside frames."""
-
-    BIT = "a bit of the frame was destroyed"
-    COLLISION = "another node sent another frame with this identifier"
-    UNACKNOWLEDGED = "no other node heard the frame"
-    STATE = "the error counters fell"
-    RESTARTED = "the node is on the bus again"
-
-
-class Node:
-    """A controller: its counters, and the frames that wait in it. Made by `Wire.attach`."""
-
-    def __init__(
-        self,
-        name: str,
-        queue: Queue,
-        room: int,
-        fd: bool,
-        restart_after: float | None,
-        since_ns: int,
-    ) -> None:
-        """Come onto the bus at `since_ns`; see `Wire.attach`."""
-        self.name, self.queue, self.room = name, queue, room
-        self.fd, self.since_ns = fd, since_ns
-        self.restart_after = restart_after
-        self.counters, self.state = Counters(), Confinement.ACTIVE
-        self.leaving = False
-        self.ready_ns = since_ns  # suspended until then
-        self.recovers_from: int | None = None  # ns; None: stays off the bus
-        self.sequences = 0  # of 11 recessive bits, seen since
-
-    @property
-    def off(self) -> bool:
-        """Tell whether the node has taken itself off the bus."""
-        return self.state is Confinement.OFF
-
-
-class Delivery(NamedTuple):
-    """A frame at a node; `own`: the sender learns that its frame was sent."""
-
-    time_ns: int
-    node: Node
-    frame: Frame
-    own: bool
-
-
-class Notice(NamedTuple):
-    """An error that a node saw, or a change of its state; `dropped` frames of its own are gone."""
-
-    time_ns: int
-    node: Node
-    cause: Cause
-    counters: Counters
-    sending: bool
-    dropped: int = 0
-
-
-Event = Delivery | Notice
-
-
-@dataclass(frozen=True, slots=True)
-class _Attempt:
-    """A frame on the wire; `ends` and `free` in ns, at its last bit and after its intermission."""
-
-    number: int
-    begin: int
-    ends: int
-    free: int
-    senders: tuple[Node, ...]
-    frame: Frame
-    error: Cause | None
-    failed: tuple[Node, ...] = ()  # senders that met the error; the others get through
 
 
 class Wire:
@@ -121,19 +42,16 @@ class Wire:
         self.rates = rates
         self.now_ns = self._free = self._recessive_from = start_ns
         self._nodes: list[Node] = []
-        self._attempt: _Attempt | None = None
+        self._attempt: Attempt | None = None
         self._recovering: list[Node] = []
         self._leaving = False
         self._number = 0
-        self._late: list[tuple[int, int, Delivery]] = []  # by time
-        self._overtaken: list[tuple[int, Delivery]] = []  # until when each waits
-        self._order = 0
         self._busy = 0
-        self.follow(faults, start_ns)
+        self._arrivals = Arrivals(faults, start_ns)
 
     def follow(self, faults: FaultPlan, begin_ns: int) -> None:
         """Follow this plan of faults from `begin_ns` on."""
-        self._faults, self._faults_begin = Faults(faults), begin_ns
+        self._arrivals.follow(faults, begin_ns)
 
     def attach(
         self,
@@ -180,13 +98,10 @@ class Wire:
     @property
     def next_ns(self) -> int | None:
         """Tell when something will happen if nobody offers a frame; None: nothing will."""
-        times = [time_ns for time_ns, _, _ in self._late[:1]]
-        times += [time_ns for time_ns, _ in self._overtaken]
+        times = [self._arrivals.next_ns, *map(self._recovers, self._recovering)]
         if not self._unheard():
-            begin = self._attempt.ends if self._attempt else self._next_begin()
-            times += [] if begin is None else [begin]
-        times += [self._recovers(node) for node in self._recovering]
-        return min(times, default=None)
+            times.append(self._attempt.ends if self._attempt else self._next_begin())
+        return min((time_ns for time_ns in times if time_ns is not None), default=None)
 
     def advance(self, time_ns: int) -> list[Event]:
         """Give all that happens until `time_ns`, in order; a frame may then be half sent.
@@ -206,11 +121,9 @@ class Wire:
             if attempt.ends > time_ns:
                 break
             self._attempt = None
-            if self._late or self._overtaken:
-                self._deliver_late(attempt.ends, events)
+            self._arrivals.come(attempt.ends, events)
             self._end(attempt, events)
-        if self._late or self._overtaken:
-            self._deliver_late(time_ns, events)
+        self._arrivals.come(time_ns, events)
         self.now_ns = time_ns
         self._forget_the_gone()
         return events
@@ -230,7 +143,7 @@ class Wire:
                 earliest = ready
         return None if earliest is None else max(earliest, self._free)
 
-    def _begin(self, begin: int, until: int) -> _Attempt:
+    def _begin(self, begin: int, until: int) -> Attempt:
         """Let the nodes that are ready contend at `begin`, and see what becomes of the winner."""
         self._count_recessive(begin)
         ready = [
@@ -245,75 +158,20 @@ class Wire:
             lowest = min(frame.priority for frame, _ in ready)
             ready = [(frame, node) for frame, node in ready if frame.priority == lowest]
             if len(ready) > 1:
-                return self._collide(begin, ready)
+                return collision(self.rates, begin, ready)
         frame, sender = ready[0]
-        if not any(self._hears(node, begin) for node in self._nodes if node is not sender):
-            return self._unacknowledged(begin, until, frame, sender)
-        if self._faults:
-            part = self._faults.disturbed(self._passage(begin, frame, sender.name, ""))
-            if part is not None:
-                return self._destroyed(begin, frame, (sender,), part)
-        return self._whole(begin, frame, (sender,))
-
-    def _hears(self, node: Node, begin: int) -> bool:
-        return node.since_ns <= begin and node.state is not Confinement.OFF
-
-    def _whole(self, begin: int, frame: Frame, senders: tuple[Node, ...]) -> _Attempt:
-        free = begin + round(self.rates.duration(frame))
-        ends = free - round(INTERMISSION * self.rates.bit)
-        return _Attempt(self._number, begin, ends, free, senders, frame, None)
-
-    def _failing(
-        self, begin: int, after: float, frame: Frame, senders: tuple[Node, ...], cause: Cause
-    ) -> _Attempt:
-        """An attempt that ends by an error frame, which begins `after` ns into it."""
-        ends = begin + round(after + FLAG * self.rates.bit)
-        free = ends + round(INTERMISSION * self.rates.bit)
-        return _Attempt(self._number, begin, ends, free, senders, frame, cause, senders)
-
-    def _destroyed(
-        self, begin: int, frame: Frame, senders: tuple[Node, ...], part: float
-    ) -> _Attempt:
-        bits = self.rates.bit
-        after = bits + part * (self.rates.duration(frame) - (INTERMISSION + 1) * bits)
-        return self._failing(begin, after, frame, senders, Cause.BIT)
-
-    def _unacknowledged(self, begin: int, until: int, frame: Frame, sender: Node) -> _Attempt:
-        """Repeat in vain; a passive node's counters no longer move, so all but the last is skipped.
-        """  # fmt: skip
-        after = self.rates.duration(frame) - (INTERMISSION + END_OF_FRAME + 1) * self.rates.bit
-        once = self._failing(begin, after, frame, (sender,), Cause.UNACKNOWLEDGED)
-        if sender.state is not Confinement.PASSIVE:
-            return once
-        cycle = once.free - begin + round(SUSPENDED * self.rates.bit)
-        skipped = max(0, (until - begin) // cycle - 1)
-        self._busy += skipped * (once.free - begin)
-        begin += skipped * cycle
-        return self._failing(begin, after, frame, (sender,), Cause.UNACKNOWLEDGED)
-
-    def _collide(self, begin: int, winners: list[tuple[Frame, Node]]) -> _Attempt:
-        """Let two frames with one identifier meet: the first bit that differs decides.
-
-        An active node that loses destroys the other's frame too; a passive one cannot.
-        """
-        dominant = min((frame for frame, _ in winners), key=lambda frame: frame.after_arbitration)
-        through = tuple(node for frame, node in winners if frame == dominant)
-        losers = tuple(node for frame, node in winners if frame != dominant)
-        if not losers:
-            return self._whole(begin, dominant, through)
-        other = next(frame for frame, _ in winners if frame != dominant)
-        if all(node.state is Confinement.PASSIVE for node in losers):
-            whole = self._whole(begin, dominant, through)
-            return _Attempt(
-                whole.number, begin, whole.ends, whole.free, through + losers, dominant,
-                Cause.COLLISION, losers,
-            )  # fmt: skip
-        after = _common_bits(dominant, other) * self.rates.bit
-        return self._failing(begin, after, dominant, through + losers, Cause.COLLISION)
+        if not any(node.hears(begin) for node in self._nodes if node is not sender):
+            attempt, busy = unacknowledged(self.rates, begin, until, frame, sender)
+            self._busy += busy
+            return attempt
+        part = self._arrivals.disturbed(begin, self._number, frame, sender.name)
+        if part is not None:
+            return destroyed(self.rates, begin, frame, (sender,), part)
+        return whole(self.rates, begin, frame, (sender,))
 
     # Ending
 
-    def _end(self, attempt: _Attempt, events: list[Event]) -> None:
+    def _end(self, attempt: Attempt, events: list[Event]) -> None:
         """Let every node draw its conclusions from what was on the wire."""
         self._free = attempt.free
         self._recessive_from = attempt.free - round(RECESSIVE * self.rates.bit)
@@ -327,58 +185,23 @@ class Wire:
             if node.state is Confinement.PASSIVE:
                 node.ready_ns = attempt.free + round(SUSPENDED * self.rates.bit)
 
-    def _succeed(self, attempt: _Attempt, through: list[Node], events: list[Event]) -> None:
-        frame, ends = attempt.frame, attempt.ends
-        if self._faults:
-            self._faults.remember(self._passage(ends, frame, through[0].name, ""))
+    def _succeed(self, attempt: Attempt, through: list[Node], events: list[Event]) -> None:
+        frame, ends, sender = attempt.frame, attempt.ends, through[0].name
+        self._arrivals.remember(ends, self._number, frame, sender)
         for node in self._nodes:
-            if node in attempt.failed or not self._hears(node, attempt.begin):
+            if node in attempt.failed or not node.hears(attempt.begin):
                 continue
             own = node in through
             if own:
                 node.queue.pop()
                 events.append(Delivery(ends, node, frame, own))
             elif not node.leaving and (node.fd or not frame.fd):
-                self._deliver(attempt, node, through[0], events)
+                self._arrivals.deliver(ends, self._number, frame, sender, node, events)
             if any(node.counters):
                 now = node.counters.sent() if own else node.counters.heard()
                 self._set(node, now, Cause.STATE, own, ends, events)
 
-    def _deliver(self, attempt: _Attempt, node: Node, sender: Node, events: list[Event]) -> None:
-        """Give a receiver the frame, or what the faults leave of it."""
-        if not self._faults:
-            events.append(Delivery(attempt.ends, node, attempt.frame, False))
-            return
-        passage = self._passage(attempt.ends, attempt.frame, sender.name, node.name)
-        for copy in self._faults.copies(passage._replace(number=attempt.number)):
-            time_ns = attempt.ends + round(copy.delay * 1e9)
-            delivery = Delivery(time_ns, node, attempt.frame._replace(data=copy.data), False)
-            if copy.overtaken:
-                self._overtaken.append((time_ns + round(copy.overtaken * 1e9), delivery))
-            elif copy.delay:
-                self._order += 1
-                heapq.heappush(self._late, (time_ns, self._order, delivery))
-            else:
-                self._arrive(delivery, events)
-
-    def _arrive(self, delivery: Delivery, events: list[Event]) -> None:
-        """Deliver, and after it whatever waited to be overtaken by it."""
-        events.append(delivery)
-        if not self._overtaken:
-            return
-        passed = [held for _, held in self._overtaken if held.node is delivery.node]
-        self._overtaken = [each for each in self._overtaken if each[1].node is not delivery.node]
-        events.extend(held._replace(time_ns=delivery.time_ns) for held in passed)
-
-    def _deliver_late(self, time_ns: int, events: list[Event]) -> None:
-        while self._late and self._late[0][0] <= time_ns:
-            self._arrive(heapq.heappop(self._late)[2], events)
-        if self._overtaken:
-            over = [each for each in self._overtaken if each[0] <= time_ns]
-            self._overtaken = [each for each in self._overtaken if each[0] > time_ns]
-            events.extend(held._replace(time_ns=until) for until, held in over)
-
-    def _fail(self, attempt: _Attempt, others_through: bool, events: list[Event]) -> None:
+    def _fail(self, attempt: Attempt, others_through: bool, events: list[Event]) -> None:
         """Count the error at everybody who met it."""
         assert attempt.error is not None
         unheard = attempt.error is Cause.UNACKNOWLEDGED
@@ -386,7 +209,7 @@ class Wire:
             if node in attempt.failed:
                 counters = node.counters.send_failed(unheard)
                 self._set(node, counters, attempt.error, True, attempt.ends, events)
-            elif not others_through and self._hears(node, attempt.begin):
+            elif not others_through and node.hears(attempt.begin):
                 counters = node.counters.hearing_failed()
                 self._set(node, counters, attempt.error, False, attempt.ends, events)
 
@@ -441,16 +264,3 @@ class Wire:
                 node for node in self._nodes if not node.leaving or (node.queue and listening)
             ]
             self._leaving = any(node.leaving for node in self._nodes)
-
-    def _passage(self, time_ns: int, frame: Frame, sender: str, receiver: str) -> Passage:
-        since = (time_ns - self._faults_begin) * 1e-9
-        return Passage(frame, self._number, since, sender, receiver)
-
-
-def _common_bits(one: Frame, other: Frame) -> int:
-    """Count the bits that two frames with one identifier share, stuff bits left out."""
-    head = 39 if one.extended else 19
-    if one.fd != other.fd or one.after_arbitration[1] != other.after_arbitration[1]:
-        return head
-    differing = int.from_bytes(one.data, "big") ^ int.from_bytes(other.data, "big")
-    return head + 8 * len(one.data) - differing.bit_length() + 1

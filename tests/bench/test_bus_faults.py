@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 
 from bench.bus.counters import Counters
 from bench.bus.error_frames import error_content
+from bench.bus.events import Cause
 from bench.bus.faults import Corrupted, Disturbed, Duplicated, FaultPlan, Frozen, Lost, Where
-from bench.bus.wire import Cause
 from bench.controller_state import ControllerState
 from bench.outcome import Outcome
 from bench.simulated_bus import SimulatedBus

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from bench.bus.events import Delivery
 from bench.bus.faults import (
     Corrupted,
     Delayed,
@@ -21,7 +22,7 @@ from bench.bus.faults import (
 )
 from bench.bus.frame import BitRates, Frame
 from bench.bus.plan_text import plan_text, read_plan
-from bench.bus.wire import Delivery, Wire
+from bench.bus.wire import Wire
 from protocol.errors import InputError
 
 SECOND = 1_000_000_000

@@ -7,10 +7,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from bench.bus.counters import Confinement, Counters
+from bench.bus.events import Cause, Delivery, Event, Notice
 from bench.bus.faults import NO_FAULTS, Disturbed, FaultPlan, Where
 from bench.bus.frame import BitRates, Frame
+from bench.bus.node import ROOM, Node
 from bench.bus.queues import MostUrgent
-from bench.bus.wire import ROOM, Cause, Delivery, Event, Node, Notice, Wire
+from bench.bus.wire import Wire
 
 RATES = BitRates(500_000, 2_000_000)
 BIT = 2000  # ns

@@ -70,7 +70,7 @@ def test_a_listener_that_does_not_read_loses_the_newest_and_is_not_told() -> Non
 
 
 def test_a_bus_that_the_bench_opens_keeps_a_whole_second_unread() -> None:
-    """Here we may go beyond the limit of the system; elsewhere `run.toml` tells what was granted."""
+    """Here we may go beyond the limit of the system; elsewhere `run.toml` tells what we got."""
     with socketcan() as wire, open_bus(BusAddress("socketcan", VCAN), hears_itself=False) as bus:
         sender = wire.node(False)
         granted = receive_buffer(bus)

@@ -1,0 +1,107 @@
+"""An attempt to send a frame: how long it holds the wire, and how it ends.
+
+An error is met at some bit; from there an error frame follows, and the frame is sent again.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from bench.bus.counters import Confinement
+from bench.bus.events import Cause
+from bench.bus.frame import END_OF_FRAME, INTERMISSION, BitRates, Frame
+from bench.bus.node import Node
+
+FLAG = 12 + 8  # bits of an error frame: superposed flags, delimiter
+SUSPENDED = 8  # bits that a passive node waits after a frame of its own
+
+
+@dataclass(frozen=True, slots=True)
+class Attempt:
+    """A frame on the wire; `ends` and `free` in ns, at its last bit and after its intermission.
+
+    failed  those of its senders that meet the error; the others get through
+    """
+
+    begin: int
+    ends: int
+    free: int
+    senders: tuple[Node, ...]
+    frame: Frame
+    error: Cause | None = None
+    failed: tuple[Node, ...] = ()
+
+
+def whole(rates: BitRates, begin: int, frame: Frame, senders: tuple[Node, ...]) -> Attempt:
+    """Give the attempt that succeeds."""
+    free = begin + round(rates.duration(frame))
+    return Attempt(begin, free - round(INTERMISSION * rates.bit), free, senders, frame)
+
+
+def destroyed(
+    rates: BitRates, begin: int, frame: Frame, senders: tuple[Node, ...], part: float
+) -> Attempt:
+    """Give an attempt of which a bit is destroyed after `part` (0..1) of its length."""
+    after = rates.bit + part * (rates.duration(frame) - (INTERMISSION + 1) * rates.bit)
+    return _failing(rates, begin, after, frame, senders, Cause.BIT)
+
+
+def unacknowledged(
+    rates: BitRates, begin: int, until: int, frame: Frame, sender: Node
+) -> tuple[Attempt, int]:
+    """Give an attempt that nobody hears, and for how long (ns) the ones before it were busy.
+
+    It is repeated in vain. A passive node's counters no longer move, so that of all attempts that
+    end before `until` only the last is given.
+    """
+    after = rates.duration(frame) - (INTERMISSION + END_OF_FRAME + 1) * rates.bit
+    once = _failing(rates, begin, after, frame, (sender,), Cause.UNACKNOWLEDGED)
+    if sender.state is not Confinement.PASSIVE:
+        return once, 0
+    lasts = once.free - begin
+    cycle = lasts + round(SUSPENDED * rates.bit)
+    skipped = max(0, (until - begin) // cycle - 1)
+    begin += skipped * cycle
+    again = _failing(rates, begin, after, frame, (sender,), Cause.UNACKNOWLEDGED)
+    return again, skipped * lasts
+
+
+def collision(rates: BitRates, begin: int, winners: Sequence[tuple[Frame, Node]]) -> Attempt:
+    """Let frames with one identifier meet: the first bit that differs decides.
+
+    Equal frames are one. An active node that loses destroys the other's frame too; a passive one
+    cannot.
+    """
+    dominant = min((frame for frame, _ in winners), key=lambda frame: frame.after_arbitration)
+    through = tuple(node for frame, node in winners if frame == dominant)
+    losers = tuple(node for frame, node in winners if frame != dominant)
+    if not losers:
+        return whole(rates, begin, dominant, through)
+    if all(node.state is Confinement.PASSIVE for node in losers):
+        wins = whole(rates, begin, dominant, through + losers)
+        return replace(wins, error=Cause.COLLISION, failed=losers)
+    other = next(frame for frame, _ in winners if frame != dominant)
+    after = _common_bits(dominant, other) * rates.bit
+    return _failing(rates, begin, after, dominant, through + losers, Cause.COLLISION)
+
+
+def _failing(
+    rates: BitRates,
+    begin: int,
+    after: float,
+    frame: Frame,
+    senders: tuple[Node, ...],
+    cause: Cause,
+) -> Attempt:
+    """Give an attempt that ends by an error frame, which begins `after` ns into it."""
+    ends = begin + round(after + FLAG * rates.bit)
+    free = ends + round(INTERMISSION * rates.bit)
+    return Attempt(begin, ends, free, senders, frame, cause, senders)
+
+
+def _common_bits(one: Frame, other: Frame) -> int:
+    """Count the bits that two frames with one identifier share, stuff bits left out."""
+    head = 39 if one.extended else 19
+    if one.fd != other.fd or one.after_arbitration[1] != other.after_arbitration[1]:
+        return head
+    differing = int.from_bytes(one.data, "big") ^ int.from_bytes(other.data, "big")
+    return head + 8 * len(one.data) - differing.bit_length() + 1
