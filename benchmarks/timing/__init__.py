@@ -1,0 +1,1 @@
+"""Periodic senders and players measured side by side, all by the same clocks."""

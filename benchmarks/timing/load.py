@@ -1,0 +1,31 @@
+"""A decode at 100 % in another process, for as long as the block lasts."""
+
+import multiprocessing
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+
+@contextmanager
+def decoding() -> Iterator[None]:
+    """Decode without end, in a process of its own."""
+    ready = multiprocessing.Event()
+    process = multiprocessing.Process(target=_decode, args=(ready,), daemon=True)
+    process.start()
+    ready.wait(60)
+    try:
+        yield
+    finally:
+        process.terminate()
+        process.join()
+
+
+def _decode(ready: "multiprocessing.synchronize.Event") -> None:
+    from decode import ours, traffic
+
+    from protocol.database import MOTORBIKE, load_database
+
+    database = load_database(MOTORBIKE)
+    log = traffic(database, 200_000)
+    ready.set()
+    while True:
+        ours(log, database)

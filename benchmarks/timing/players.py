@@ -1,0 +1,81 @@
+"""Replays of one log, ours and python-can's, and how far from its recorded time each frame was."""
+
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import can
+import numpy as np
+from timing.quantiles import Row
+
+from bench.replay_process import ReplayOrder, running_replay
+from protocol.frame_log import FrameLog
+from protocol.logs import read_log
+from protocol.logs.candump_line import format_frames
+
+RATE = 2000.0  # frames/s on average; gaps of an exponential law, none under 130 us (a full bus)
+SHORTEST = 130_000  # ns
+
+
+def drive(seconds: float, seed: int = 11) -> FrameLog:
+    """Draw a log of irregular traffic."""
+    from decode import traffic
+
+    from protocol.database import MOTORBIKE, load_database
+
+    log = traffic(load_database(MOTORBIKE), round(seconds * RATE), seed)
+    random = np.random.default_rng(seed)
+    gaps = SHORTEST + random.exponential(1e9 / RATE - SHORTEST, len(log))
+    times = 1_700_000_000_000_000_000 + np.cumsum(gaps).astype(np.int64) // 1000 * 1000
+    return FrameLog(**{**vars(log), "time_ns": times})
+
+
+def slipbench(path: Path) -> Row:
+    """Replay in our real-time process, onto a bus that takes frames and does nothing."""
+    order = ReplayOrder(path, "virtual", ("nobody",))
+    with running_replay(order, speed=1.0, passes=1) as running:
+        running.begin()
+        while (report := running.report(within=1.0)) is None:
+            pass
+    return Row("slipbench replay: handed over", report.replayed.known)
+
+
+def python_can(path: Path) -> Row:
+    """Replay with python-can's player (MessageSync) in a process of its own."""
+    done = subprocess.run(
+        [sys.executable, __file__, str(path)], capture_output=True, text=True, check=True
+    )
+    return Row("python-can player: handed over", np.array(done.stdout.split(), np.int64))
+
+
+def measure(seconds: float) -> list[Row]:
+    """Replay one log both ways."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "drive.log"
+        path.write_bytes(b"".join(format_frames(drive(seconds))))
+        return [slipbench(path), python_can(path)]
+
+
+def _play(path: Path) -> None:
+    """Play as `can.player` does; print how far off each frame was, ns, either way."""
+    log = read_log(path).frames
+    messages = [
+        can.Message(timestamp=t * 1e-9, arbitration_id=int(i), data=d[:n].tobytes(),
+                    is_extended_id=bool(x))
+        for t, i, d, n, x in zip(
+            log.time_ns, log.identifier, log.data, log.length, log.extended, strict=True
+        )
+    ]  # fmt: skip
+    came = np.empty(len(messages), np.int64)
+    with can.Bus(interface="virtual", channel="nobody") as bus:
+        for row, message in enumerate(can.MessageSync(messages, gap=0.0001)):
+            came[row] = time.monotonic_ns()
+            bus.send(message)
+    off = came - came[0] - (log.time_ns - log.time_ns[0])
+    print(" ".join(map(str, np.abs(off).tolist())))
+
+
+if __name__ == "__main__":
+    _play(Path(sys.argv[1]))
