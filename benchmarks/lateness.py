@@ -1,4 +1,4 @@
-"""How late periodic programs are, side by side in one run: this bench, its peers, the kernel itself.
+"""How late periodic programs are, side by side in one run: this bench, its peers, the kernel.
 
 `python benchmarks/lateness.py [seconds]`. First nothing but the programs themselves, then with a
 decode at 100 % in another process. cyclictest shows what this machine can do in that minute; the

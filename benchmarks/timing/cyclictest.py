@@ -4,6 +4,7 @@ import re
 import subprocess
 
 import numpy as np
+
 from timing.quantiles import Row, absent
 
 NAME = "cyclictest: woken"

@@ -8,12 +8,12 @@ from pathlib import Path
 
 import can
 import numpy as np
-from timing.quantiles import Row
 
 from bench.replay_process import ReplayOrder, running_replay
 from protocol.frame_log import FrameLog
 from protocol.logs import read_log
 from protocol.logs.candump_line import format_frames
+from timing.quantiles import Row
 
 RATE = 2000.0  # frames/s on average; gaps of an exponential law, none under 130 us (a full bus)
 SHORTEST = 130_000  # ns
@@ -45,8 +45,9 @@ def slipbench(path: Path) -> Row:
 def python_can(path: Path) -> Row:
     """Replay with python-can's player (MessageSync) in a process of its own."""
     done = subprocess.run(
-        [sys.executable, __file__, str(path)], capture_output=True, text=True, check=True
-    )
+        [sys.executable, "-m", "timing.players", str(path)], cwd=Path(__file__).parents[1],
+        capture_output=True, text=True, check=True,
+    )  # fmt: skip
     return Row("python-can player: handed over", np.array(done.stdout.split(), np.int64))
 
 

@@ -69,9 +69,11 @@ def hilspy(port: int, seconds: float) -> None:
     """hilspy's periodic message, sent from its own thread in Rust."""
     import hilspy as peer
 
-    with peer.open(f"udp://127.0.0.1:{port}") as channel:
-        with channel.every(PERIOD, peer.Message(data=bytes(8))):
-            time.sleep(seconds)
+    with (
+        peer.open(f"udp://127.0.0.1:{port}") as channel,
+        channel.every(PERIOD, peer.Message(data=bytes(8))),
+    ):
+        time.sleep(seconds)
 
 
 if __name__ == "__main__":

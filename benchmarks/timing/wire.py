@@ -11,6 +11,7 @@ import sys
 from pathlib import Path
 
 import numpy as np
+
 from timing.quantiles import Row, absent
 
 PERIOD = 1_000_000  # ns

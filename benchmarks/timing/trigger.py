@@ -1,0 +1,111 @@
+"""From the rider's button to the bench's hand on the throttle, again and again, in real time.
+
+The gateway's loop and the virtual motorcycle are processes of their own on the virtual bus. Counted
+are the bus's own time stamps: the end of the frame that tells of the button, and the end of the
+first command with authority. A period of waiting for the tick and the frame itself are in it.
+"""
+
+import multiprocessing
+import os
+from multiprocessing.connection import Connection
+from pathlib import Path
+
+import numpy as np
+
+import dbc
+from bench.buses import BusAddress, open_bus
+from bench.clock import MILLISECOND, MonotonicClock
+from bench.gateway import Gateway
+from bench.live_vehicle import riding_beside
+from bench.loop import run_periodic
+from bench.preparation import Prepared, prepare
+from bench.ring import Ring, Slot
+from bench.undisturbed import undisturbed
+from bench.virtual_motorcycle import wheels_of
+from protocol.codec import Codec
+from protocol.messages import ActuatorCommand, Authority, Phase, RiderControls
+from timing.quantiles import Row
+
+TRIAL = Path(__file__).parents[2] / "trials" / "throttle_sweep.toml"
+TIMES = 120
+AFTER = 20  # ticks with authority before the trial is stopped: what counts is past
+PAUSE = 50_000_000  # ns between two trials: then the devices are free again
+PATIENCE = 20_000  # ticks for one trigger
+
+
+def measure(times: int = TIMES) -> Row:
+    """Trigger `times` times, on one motorcycle that rides on."""
+    prepared = quick(prepare(TRIAL, dbc.MOTORBIKE))
+    address = BusAddress("slipbench", f"trigger-{os.getpid()}")
+    spawning = multiprocessing.get_context("spawn")
+    ours, theirs = spawning.Pipe()
+    with riding_beside(prepared.ride, prepared.database, address):
+        process = spawning.Process(target=_trigger, args=(prepared, address, times, theirs))
+        process.start()
+        found = ours.recv()
+        process.join()
+    return Row("trigger to first excitation frame", np.array(found), times - len(found))
+
+
+def quick(prepared: Prepared) -> Prepared:
+    """Shorten what comes before and after the button; the excitation stays as it is."""
+    from dataclasses import replace
+
+    trial = prepared.trial.model_copy(
+        update={
+            "operating_point": prepared.trial.operating_point.model_copy(
+                update={"steady_for": 0.02}
+            ),
+            "rider": prepared.trial.rider.model_copy(update={"presses_button_after": 0.0503}),
+        }
+    )
+    ride = replace(prepared.ride, trial=trial)
+    return replace(prepared, plan=replace(prepared.plan, trial=trial), ride=ride)
+
+
+def _trigger(prepared: Prepared, address: BusAddress, times: int, pipe: Connection) -> None:
+    wheels, found, clock = wheels_of(prepared.ride.vehicle), [], MonotonicClock()
+    with open_bus(address, hears_itself=True) as bus, undisturbed():
+        while bus.recv(2.0) is None:  # the motorcycle is on its way
+            pass
+        for _ in range(times):
+            clock.sleep_until_ns(clock.now_ns() + PAUSE)
+            while bus.recv(0) is not None:  # echoes of the trial before
+                pass
+            ring = Ring.local()
+            gateway = Gateway(prepared.plan, bus, prepared.database, ring, wheels)
+            slots = _one(gateway, ring)
+            if (taken := delay(slots, Codec(prepared.database))) is not None:
+                found.append(taken)
+    pipe.send(found)
+
+
+def _one(gateway: Gateway, ring: Ring) -> list[Slot]:
+    """Run a trial until some ticks after its first excitation; gives its last frames."""
+    slots: list[Slot] = []
+    excited = 0
+
+    def tick(number: int, due: int) -> bool:
+        nonlocal excited
+        excited += gateway.state.phase == Phase.EXCITING
+        if excited == AFTER:
+            gateway.stop(due)
+        goes_on = gateway.tick(number, due)
+        if number % 200 == 0 and not excited:
+            slots[:] = [*slots[-2000:], *ring.drain()]
+        return goes_on
+
+    run_periodic(tick, MILLISECOND, MonotonicClock(), PATIENCE)
+    return [*slots, *ring.drain()]
+
+
+def delay(slots: list[Slot], codec: Codec) -> int | None:
+    """Time from the button's frame to the first with authority, ns; None: it did not come."""
+    pressed: int | None = None
+    for slot in slots:
+        message = codec.decode(slot.identifier, slot.data)
+        if isinstance(message, RiderControls):
+            pressed = (pressed or slot.time_ns) if message.button else None
+        elif isinstance(message, ActuatorCommand) and message.authority != Authority.NONE:
+            return None if pressed is None else slot.time_ns - pressed
+    return None
