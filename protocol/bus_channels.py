@@ -49,13 +49,13 @@ class BusLog:
     database: Database
     start_ns: int
 
-    def samples(self, role: str, source: Source) -> BusSamples:
-        """Give the samples of a role. Raises InputError for a wrong map, Missing for no samples."""
+    def samples(self, role: str, source: Source, unit: str) -> BusSamples:
+        """Give the samples of a role in `unit`; InputError: a wrong map; Missing: no samples."""
         if source.teeth:
             return self._teeth(source)
         message, signals = find_signals(self.database, role, source)
         frames = self.frames(message, role, source)
-        rows, value = _mean(frames, signals, role, source)
+        rows, value = _mean(frames, signals, role, source, unit)
         if source.valid:
             rows, value = _only_valid(frames, source.valid, rows, value, role)
         if not rows.size:
@@ -148,15 +148,15 @@ def _seconds(time_ns: IntArray) -> FloatArray:
 
 
 def _mean(
-    frames: Frames, signals: list[Signal], role: str, source: Source
+    frames: Frames, signals: list[Signal], role: str, source: Source, unit: str
 ) -> tuple[Rows, FloatArray]:
-    """Mean of the signals in SI over the frames that hold them all."""
+    """Mean of the signals in `unit` over the frames that hold them all."""
     parts = [_known(frames.samples(signal.name), source) for signal in signals]
     rows = parts[0].rows
     for part in parts[1:]:
         rows = np.intersect1d(rows, part.rows, assume_unique=True)
     values = [
-        to_si(part.value[np.searchsorted(part.rows, rows)], signal.unit, role, source)
+        to_si(part.value[np.searchsorted(part.rows, rows)], signal.unit, role, source, unit)
         for part, signal in zip(parts, signals, strict=True)
     ]
     return rows, np.mean(values, axis=0) if len(values) > 1 else values[0]

@@ -17,7 +17,8 @@ class Channel:
     value    (n,) in `unit`
     unit     SI
     clock    "bus" where the time is the frame's arrival (or a table's own time column after its
-             stated offset), else the name of the device whose clock it is
+             stated offset), else the name of the device whose clock it is; without `arrival`
+             that clock has nothing in common with the bus's
     arrival  (n,) s on the bus clock at which each sample arrived; None where `clock` is "bus"
     origin   where the samples come from, for people: "can0 EngineStatus.engine_speed"
 

@@ -10,7 +10,6 @@ from protocol.device_clocks import settle
 from protocol.layout import Database
 from protocol.recording import BusFault
 from protocol.role_map import RoleMap
-from protocol.roles import ROLES
 from protocol.senders import TWO_SENDERS, alternates
 from protocol.table_channels import Span, TableLog
 from protocol.tables import Table
@@ -88,7 +87,7 @@ def _from_bus(
     found: dict[str, BusSamples] = {}
     for role, source in wanted.items():
         try:
-            samples = log.samples(role, source)
+            samples = log.samples(role, source, roles.unit(role))
         except Missing as why:
             missing[role] = str(why)
             continue
@@ -106,7 +105,7 @@ def _from_bus(
 
 
 def _channel(role: str, samples: BusSamples, roles: RoleMap) -> Channel:
-    source, unit = roles.roles[role], ROLES[role].unit
+    source, unit = roles.roles[role], roles.unit(role)
     if samples.device is None:
         time = samples.arrival - source.delay
         return Channel(role, time, samples.value, unit, "bus", samples.origin)

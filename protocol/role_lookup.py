@@ -8,7 +8,6 @@ import numpy.typing as npt
 from protocol.errors import InputError
 from protocol.layout import Database, Message, Signal
 from protocol.role_map import Source
-from protocol.roles import ROLES
 from protocol.units import linear
 
 
@@ -48,10 +47,9 @@ def find_signal(message: Message, full_name: str) -> Signal:
 
 
 def to_si(
-    value: npt.NDArray[np.generic], unit: str, role: str, source: Source
+    value: npt.NDArray[np.generic], unit: str, role: str, source: Source, target: str
 ) -> npt.NDArray[np.float64]:
-    """Turn values of the database's or the table's unit into the role's, with sign and offset."""
-    target = ROLES[role].unit
+    """Turn values of the database's or the table's unit into `target`, with sign and offset."""
     number = np.asarray(value, np.float64)
     stated = unit if source.unit is None else source.unit
     try:

@@ -7,6 +7,7 @@ from pydantic import Field, model_validator
 
 from protocol.configuration import Hertz, Metres, Seconds, Section
 from protocol.roles import ROLES
+from protocol.units import linear
 
 
 class Source(Section):
@@ -70,6 +71,7 @@ class TableRules(Section):
     align          "epoch": its times count from the same instant as the log's. "start": its first
                    row was taken when the log began. "auto": epoch, and refused where no overlap
     time_offset    s, added to the table's times: what its clock was behind
+    clock          name of the clock that stamped it where that has nothing in common with the log's
     """
 
     time_column: str = ""
@@ -77,6 +79,7 @@ class TableRules(Section):
     sample_period: Seconds | None = Field(default=None, gt=0)
     align: Literal["auto", "epoch", "start"] = "auto"
     time_offset: Seconds = 0.0
+    clock: str = "bus"
 
 
 class Geometry(Section):
@@ -91,20 +94,39 @@ class Geometry(Section):
 class RoleMap(Section):
     """One role-map file.
 
-    bitrate  bit/s, of an imported capture's buses; without it their load is not told
+    bitrate     bit/s, of an imported capture's buses; without it their load is not told
+    quantities  role -> SI unit, of what is not a motorcycle's: `belt_speed = "V"`
     """
 
     title: str
     vehicle: Geometry = Geometry()
     bitrate: Hertz | None = Field(default=None, gt=0)
     tables: dict[str, TableRules] = Field(default_factory=dict)
+    quantities: dict[str, str] = Field(default_factory=dict)
     roles: dict[str, Source]
+
+    def unit(self, role: str) -> str:
+        """Return the SI unit of a role that this map binds."""
+        return self.quantities[role] if role in self.quantities else ROLES[role].unit
+
+    @model_validator(mode="after")
+    def _own_quantities(self) -> "RoleMap":
+        for name, unit in self.quantities.items():
+            if name in ROLES:
+                raise ValueError(f"quantities.{name}: a role with the unit {ROLES[name].unit!r}")
+            try:
+                linear(unit, unit)
+            except ValueError as cause:
+                raise ValueError(f"quantities.{name}: {cause}") from cause
+        return self
 
     @model_validator(mode="after")
     def _known_roles(self) -> "RoleMap":
         for name in self.roles:
-            if name not in ROLES:
+            if name not in ROLES and name not in self.quantities:
                 near = difflib.get_close_matches(name, ROLES, n=1, cutoff=0.4)
-                hint = f"did you mean {near[0]!r}?" if near else "see protocol/roles.py"
+                own = 'or tell its unit under [quantities], as in belt_speed = "V"'
+                meant = f"did you mean {near[0]!r}?" if near else "see protocol/roles.py,"
+                hint = f"{meant} {own}"
                 raise ValueError(f"unknown role {name!r}; {hint}")
         return self

@@ -10,9 +10,9 @@ from protocol.channel import Channel, FloatArray
 from protocol.errors import InputError
 from protocol.role_lookup import to_si
 from protocol.role_map import RoleMap, Source, TableRules
-from protocol.roles import ROLES
 from protocol.tables import Samples, Table, samples
 
+BUS = "bus"
 MAIN = "main"  # name of the table that stands in place of a log
 
 
@@ -56,9 +56,11 @@ class TableLog:
         if not found.time.size:
             raise Missing(f"column {source.column!r} of table {name!r} holds no numbers")
         time = self._since(start, found, self._rules(source), name) - source.delay
-        value = to_si(found.value, found.unit, role, source)
+        unit = self.roles.unit(role)
+        value = to_si(found.value, found.unit, role, source, unit)
         origin = f"table {name}: {source.column}"
-        return Channel(role, time, value, ROLES[role].unit, "bus", origin), found.warnings
+        clock = self._rules(source).clock
+        return Channel(role, time, value, unit, clock, origin), found.warnings
 
     def _rules(self, source: Source) -> TableRules:
         return self.roles.tables.get(source.table or MAIN, TableRules())
@@ -74,6 +76,8 @@ class TableLog:
 
     def _since(self, start: float, found: Samples, rules: TableRules, name: str) -> FloatArray:
         """Lay the table's times onto the recording's."""
+        if rules.clock != BUS:
+            return found.time  # nobody knows what it was then on the log's clock
         if rules.align == "start" or (self.span is not None and not found.clock):
             first: float = found.time[0] - rules.time_offset
             return found.time - first

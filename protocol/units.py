@@ -16,6 +16,10 @@ ALIASES = {
 }  # fmt: skip
 
 
+NAMED = {"kg/m/s**2": "Pa", "kg*m/s**2": "N", "kg*m**2/s**2": "N m", "m/s**2": "m/s^2"}
+"""Base units that have a name of their own."""
+
+
 @cache
 def _registry() -> pint.UnitRegistry[float]:
     return pint.UnitRegistry(autoconvert_offset_to_baseunit=True)
@@ -37,6 +41,22 @@ def linear(unit: str, to: str) -> tuple[float, float]:
     except (pint.PintError, AttributeError, TypeError) as cause:
         raise ValueError(f"unit {unit!r} does not convert to {to!r} ({cause})") from cause
     return one - zero, zero
+
+
+@lru_cache(maxsize=1024)
+def to_base(unit: str) -> tuple[float, float, str]:
+    """Slope and offset to the base units of SI, and those; `unit` itself where it is one already.
+
+    Raises ValueError where the unit is unknown.
+    """
+    source = _registry()
+    try:
+        base = f"{source.Quantity(1.0, ALIASES.get(unit, unit)).to_base_units().units:~C}"
+    except (pint.PintError, AttributeError, TypeError) as cause:
+        raise ValueError(f"unit {unit!r} is not known ({cause})") from cause
+    slope, offset = linear(unit, base)
+    same = slope == 1.0 and offset == 0.0
+    return slope, offset, (unit or "1") if same else NAMED.get(base, base or "1")
 
 
 def parse_quantity(text: str | float | int, to: str) -> float:

@@ -4,6 +4,7 @@ A drive is one simulation, led by recorded signals. A block is a set of outputs 
 are judged together, with one noise model.
 """
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -12,6 +13,7 @@ from dataclasses import dataclass
 class Block:
     """drive: name of its simulation; outputs: sensors judged; order: of the noise model.
 
+    memory: of the noise model, in bins.
     suspect: whether its sensors may be wrong themselves, in their clocks and in what they tell.
     """
 
@@ -20,6 +22,7 @@ class Block:
     outputs: tuple[str, ...]
     order: int
     suspect: bool = True
+    memory: float = math.inf
 
     @property
     def sensors_suspected(self) -> bool:

@@ -18,7 +18,9 @@ def register(app: typer.Typer) -> None:
 
 
 def explain_command(
-    training: Annotated[list[Path], typer.Argument(help="Run folders to learn from.")],
+    training: Annotated[
+        list[Path], typer.Argument(help="Run folders to learn from; run@0:60 is a piece, in s.")
+    ],
     vehicle: Annotated[Path, typer.Option(help="Vehicle file: the simulation as it is believed.")],
     held_out: Annotated[
         list[Path] | None, typer.Option(help="Run folder to prove on; may be given several times.")

@@ -16,7 +16,8 @@ class Record:
 
     start: s, bus time of row 0. inputs: (rows, k), columns as its system has them. measured: role
     -> its value at the end of each row. sensors: by name, in order. slow: (rows, K), what may act
-    unknown and slowly on this record, per unit of each coordinate; its system knows on what.
+    unknown and slowly on this record, per unit of each coordinate; its system knows on what. notes:
+    what a reader of the verdict must know of it.
     """
 
     name: str
@@ -26,6 +27,7 @@ class Record:
     measured: Mapping[str, Floats]
     sensors: Mapping[str, Sensor]
     slow: Floats
+    notes: tuple[str, ...] = ()
 
     @property
     def time(self) -> Floats:

@@ -25,7 +25,9 @@ def residuals(model: Model, predicted: Series) -> Series:
 
 def whiteners(model: Model, rest: Series) -> list[Whitener]:
     """Fit the noise model of every block."""
-    return [whitener(r, b.order) for b, r in zip(model.chain.blocks, rest, strict=True)]
+    return [
+        whitener(r, b.order, memory=b.memory) for b, r in zip(model.chain.blocks, rest, strict=True)
+    ]
 
 
 def flat(model: Model, noise: Sequence[Whitener], series: Series) -> Floats:
@@ -33,7 +35,7 @@ def flat(model: Model, noise: Sequence[Whitener], series: Series) -> Floats:
 
     Empty arrays stand for zeros: blocks and records that a change does not touch.
     """
-    width = max((s.shape[2] for rs in series for s in rs if s.ndim == 3), default=0)
+    width = next((s.shape[2:] for rs in series for s in rs if s.ndim == 3), ())
     parts = []
     for b, white in enumerate(noise):
         for r, one in enumerate(series[b]):
@@ -42,7 +44,7 @@ def flat(model: Model, noise: Sequence[Whitener], series: Series) -> Floats:
             if one.size:
                 parts.append(white(one).reshape(rows, *one.shape[2:]))
             else:
-                parts.append(np.zeros((rows, width) if width else rows))
+                parts.append(np.zeros((rows, *width)))
     return np.concatenate(parts)
 
 

@@ -5,6 +5,7 @@ residuals (Luetkepohl, New Introduction to Multiple Time Series Analysis, chapte
 it, residuals and sensitivities enter least squares with equal weight.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
@@ -54,8 +55,14 @@ class Whitener:
         return sparse.csr_array((values.ravel(), columns.ravel(), ends), shape)
 
 
-def whitener(residuals: Sequence[Floats], order: int, ridge: float = 1e-4) -> Whitener:
-    """Fit the noise model of one block to the residuals of all its records, each (T, m)."""
+def whitener(
+    residuals: Sequence[Floats], order: int, ridge: float = 1e-4, memory: float = math.inf
+) -> Whitener:
+    """Fit the noise model of one block to the residuals of all its records, each (T, m).
+
+    memory: rows within which noise is forgotten to a share of 1/e; without it a noise model takes
+    every slow course of a wrong simulation for noise, and nothing holds slow parameters any more.
+    """
     m = residuals[0].shape[1]
     scale = np.sqrt(np.mean(np.concatenate(residuals) ** 2, axis=0)) + 1e-12
     now = np.concatenate([r[order:] for r in residuals]) / scale
@@ -65,6 +72,8 @@ def whitener(residuals: Sequence[Floats], order: int, ridge: float = 1e-4) -> Wh
         past = np.concatenate([_past(r / scale, order) for r in residuals])
         normal = past.T @ past + ridge * len(past) * np.eye(order * m)
         found = np.linalg.solve(normal, past.T @ now)
+        fading = np.exp(-np.arange(1, order + 1) / memory)
+        found *= np.repeat(fading, m)[:, None]
         rest = now - past @ found
         lags = found.reshape(order, m, m).transpose(0, 2, 1) * scale[:, None] / scale
     freedom = max(len(now) - order * m, len(now) // 2)

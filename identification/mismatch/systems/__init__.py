@@ -1,0 +1,1 @@
+"""Systems that a model file tells: states, inputs, outputs, parameters and seams, as text."""

@@ -1,0 +1,50 @@
+"""Direction blind: a counter counts, whichever way it turns.
+
+A single row of pulses tells how fast, not which way. Turning back reads as turning on.
+
+Equation
+--------
+    f += c (|f| - f)
+
+Symbols
+-------
+    c   share   of the sensor that is blind   1   1, less where filters mix (absent 0)
+
+Trace
+-----
+Negative motion is shown as positive; at every change of sign the reading has a corner at zero.
+
+Confused with
+-------------
+Asymmetry (the corner without the change of sign), offset: motion through zero.
+
+Reference
+---------
+Wigren and Schoukens, "Coupled electric drives data set and reference models", Uppsala University
+2017-024.
+"""
+
+from dataclasses import dataclass
+
+from identification.mismatch.systems.effects.seam_effect import OUTPUT, SeamEffect
+from plant.parameters import parameter
+
+
+def without_sign(value: float, share: float) -> float:
+    """Return the size, as far as the sensor is blind."""
+    return value + share * (abs(value) - value)
+
+
+@dataclass(frozen=True)
+class DirectionBlind(SeamEffect):
+    """The size without the sign."""
+
+    name = "direction_blind"
+    block = "seam"
+    confused_with = ("asymmetry", "reversed_sign")
+    acts_on = (OUTPUT,)
+    act = without_sign
+
+    share: float = parameter(
+        1.0, "1", 0.0, 1.0, "of the sensor that is blind", absent=0.0, smallest=0.5
+    )

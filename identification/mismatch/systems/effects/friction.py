@@ -1,0 +1,56 @@
+"""Friction: a force that always opposes the motion and does not care how fast it is.
+
+Bearings, seals and brushes rub. At rest they hold a little more than in motion.
+
+Equation
+--------
+    f -= F (1 + b exp(-(v / v_s)^2)) tanh(v / v_r),   v_r = v_s / 10
+
+Symbols
+-------
+    F     force       of dry friction             of the seam    0.02 to 0.5 of it (absent 0)
+    b     breakaway   excess at rest              1              0 to 1
+    v_s   stribeck    speed at which it is gone   of the speed   0.05 of the usual one
+    v                 speed that the seam tells
+
+Trace
+-----
+Motion stops and starts late; slow sines become trapezes; amplitudes decay along a line.
+
+Confused with
+-------------
+Dead zone (does not depend on speed), a damping (proportional to it): small and large motion.
+
+Reference
+---------
+Armstrong-Helouvry, Dupont and Canudas de Wit, "A survey of models, analysis tools and compensation
+methods for the control of machines with friction", Automatica 30 (1994).
+"""
+
+import math
+from dataclasses import dataclass
+
+from identification.mismatch.systems.effects.seam_effect import SEAM, SeamEffect
+from plant.parameters import parameter
+
+
+def rub(value: float, other: float, force: float, breakaway: float, stribeck: float) -> float:
+    """Return the force that is left."""
+    x = other / stribeck
+    return value - force * (1.0 + breakaway * math.exp(-x * x)) * math.tanh(10.0 * x)
+
+
+@dataclass(frozen=True)
+class Friction(SeamEffect):
+    """Dry friction with a breakaway force."""
+
+    name = "friction"
+    block = "seam"
+    confused_with = ("dead_zone", "hysteresis", "asymmetry")
+    acts_on = (SEAM,)
+    uses = "along"
+    act = rub
+
+    force: float = parameter(0.15, "[seam]", 0.0, 3.0, "of dry friction", absent=0.0, smallest=0.03)
+    breakaway: float = parameter(0.3, "1", 0.0, 3.0, "excess at rest")
+    stribeck: float = parameter(0.05, "[other]", 1e-3, 1.0, "speed at which the excess is gone")

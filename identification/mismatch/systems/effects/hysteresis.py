@@ -1,0 +1,52 @@
+"""Hysteresis: play between what moves and what is moved.
+
+A gear with clearance, a ratchet, magnetised iron: on the way back nothing happens until the play
+has been crossed.
+
+Equation
+--------
+    p = min(max(p, f - w), f + w),   f = p
+
+Symbols
+-------
+    w   play   half of the clearance   of the quantity   0.02 to 1 of it (absent 0)
+    p          what is passed on
+
+Trace
+-----
+Every reversal leaves a pause; the way up and the way down differ by the play at any speed.
+
+Confused with
+-------------
+Lag (the difference grows with speed), dead zone (the pause is at zero, not at the reversal).
+
+Reference
+---------
+Nordin and Gutman, "Controlling mechanical systems with backlash: a survey", Automatica 38 (2002).
+"""
+
+from dataclasses import dataclass
+
+from identification.mismatch.systems.effects.seam_effect import SeamEffect
+from plant.parameters import parameter
+
+
+def follow(value: float, memory: float, play: float) -> tuple[float, float]:
+    """Return what is passed on, twice: it is what is remembered."""
+    new = min(max(memory, value - play), value + play)
+    return new, new
+
+
+@dataclass(frozen=True)
+class Hysteresis(SeamEffect):
+    """A clearance."""
+
+    name = "hysteresis"
+    block = "seam"
+    confused_with = ("dead_zone", "friction", "lag")
+    remembers = True
+    act = follow
+
+    play: float = parameter(
+        0.15, "[seam]", 0.0, 3.0, "half of the clearance", absent=0.0, smallest=0.03
+    )

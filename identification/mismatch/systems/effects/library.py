@@ -1,0 +1,44 @@
+"""Every effect for model files; a new one is one file beside this and one line in it."""
+
+from importlib import import_module
+
+from identification.mismatch.systems.effects.seam_effect import SeamEffect
+
+NAMES = (
+    "dead_zone",
+    "saturation",
+    "friction",
+    "asymmetry",
+    "quadratic",
+    "cubic",
+    "delay",
+    "lag",
+    "elastic_transmission",
+    "elastic_load",
+    "hysteresis",
+    "rate_limit",
+    "overflow",
+    "direction_blind",
+    "reversed_sign",
+    "scale",
+    "offset",
+    "gain_with_channel",
+    "gain_with_size",
+    "gain_with_tilt",
+    "sensor_delay",
+    "clock_offset",
+    "clock_drift",
+)
+"""Each names a file here. Of effects at one seam the earlier acts first."""
+
+
+def _effect(name: str) -> type[SeamEffect]:
+    """Return the effect of a file: its class has the file's name, in capitals."""
+    page = import_module(f"identification.mismatch.systems.effects.{name}")
+    effect: type[SeamEffect] = getattr(page, name.title().replace("_", ""))
+    return effect
+
+
+LIBRARY: tuple[type[SeamEffect], ...] = tuple(_effect(name) for name in NAMES)
+BY_NAME = {effect.name: effect for effect in LIBRARY}
+CODES = {effect.name: code for code, effect in enumerate(LIBRARY)}

@@ -1,0 +1,46 @@
+"""Offset: a channel does not read zero at zero.
+
+A bridge is out of balance, a level is measured from elsewhere, something pulls all the time.
+
+Equation
+--------
+    f += o
+
+Symbols
+-------
+    o   amount   of the quantity   0.02 to 0.5 of it (absent 0)
+
+Trace
+-----
+A constant, whatever happens.
+
+Confused with
+-------------
+Asymmetry (grows with the amplitude), a slow unknown push.
+
+Reference
+---------
+JCGM 200:2012, "International vocabulary of metrology", 4.20 on datum error.
+"""
+
+from dataclasses import dataclass
+
+from identification.mismatch.systems.effects.seam_effect import SeamEffect
+from plant.parameters import parameter
+
+
+def shift(value: float, amount: float) -> float:
+    """Return it with the constant."""
+    return value + amount
+
+
+@dataclass(frozen=True)
+class Offset(SeamEffect):
+    """A constant too much."""
+
+    name = "offset"
+    block = "seam"
+    confused_with = ("asymmetry", "scale")
+    act = shift
+
+    amount: float = parameter(0.15, "[seam]", -5.0, 5.0, "too much", absent=0.0, smallest=0.03)

@@ -1,0 +1,126 @@
+"""An effect for any seam: one page, whose sizes are told in the seam's own magnitude.
+
+A page writes its parameters in relative units: `[seam]` is the usual magnitude of the quantity at
+which it acts, `[other]` that of the quantity it uses besides, `[time]` the period in which
+residuals are judged; `[1/seam^2]` and the like are their powers. `placed` makes of it the effect at
+one seam of one system, with physical units and ranges.
+
+`act` is a plain function of floats, compiled into the kernel like the hooks of the plant's effects.
+It gives the quantity's new value; its arguments are found by name:
+
+value    the quantity at the seam           other   the quantity that the effect uses besides
+rate_of  only at a state's rate: the state  step    of integration, s
+past     the value `delay` ago              memory  what the quantity was after the step before
+and the effect's own parameters and states, whose rates it returns after the value. One that
+`remembers` returns what is to be remembered instead; one that `gives` returns what the state named
+by the model file gains.
+"""
+
+import dataclasses
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+from plant.effects.effect import Effect
+from plant.signals import Floats
+
+RELATIVE = re.compile(r"\[(1/)?(seam|other|time)(?:\^(\d))?\]")
+INPUT, SEAM, RATE, OUTPUT = "input", "seam", "rate", "output"
+
+
+@dataclass(frozen=True)
+class Place:
+    """A quantity of a system. kind: input, seam, rate or output; size: its usual magnitude.
+
+    other: name of a quantity that the effect may use besides, with its unit and size.
+    """
+
+    name: str
+    kind: str
+    unit: str
+    size: float
+    other: str = ""
+    other_unit: str = "1"
+    other_size: float = 1.0
+
+
+@dataclass(frozen=True)
+class SeamEffect(Effect):
+    """Base of all effects of model files.
+
+    acts_on: kinds of places. uses: what it needs besides: "along", the speed that a seam tells;
+    "channel", every other input; "angle", every other input in rad; "into", a state that gains.
+    decades: values of a frequency at which it is tried apart, as factors of the typical one.
+    """
+
+    acts_on: ClassVar[tuple[str, ...]] = (INPUT, SEAM, OUTPUT)
+    uses: ClassVar[str] = ""
+    remembers: ClassVar[bool] = False
+    gives: ClassVar[bool] = False
+    variants: ClassVar[tuple[float, ...]] = (1.0,)
+    varies: ClassVar[str] = ""
+    place: ClassVar[Place]
+    act: ClassVar[Callable[..., Any] | None] = None
+    shows_in: ClassVar[tuple[str, ...]] = ()
+    confused_with: ClassVar[tuple[str, ...]] = ()
+
+    @property
+    def subject(self) -> str:
+        """Return the place where it acts, and what it uses besides."""
+        return f"{self.place.name}/{self.place.other}" if self.place.other else self.place.name
+
+    def late(self, time: Floats) -> Floats | None:
+        """Return by how much an output is told late at these times, s; None: not at all."""
+        return None
+
+
+_PLACED: dict[tuple[str, Place, float, float], type[SeamEffect]] = {}
+
+
+def placed(
+    kind: type[SeamEffect], place: Place, period: float, factor: float = 1.0
+) -> type[SeamEffect]:
+    """Return the effect at a place. factor: of the typical value of what `varies`."""
+    key = (kind.name, place, period, factor)
+    if key not in _PLACED:
+        _PLACED[key] = _made(kind, place, period, factor)
+    return _PLACED[key]
+
+
+def _made(kind: type[SeamEffect], place: Place, period: float, factor: float) -> type[SeamEffect]:
+    fields = []
+    for field in dataclasses.fields(kind):
+        described = dict(field.metadata)
+        scale, described["unit"] = _scaled(described["unit"], place, period)
+        own = factor if field.name == kind.varies else 1.0
+        for key in ("low", "high", "absent", "smallest"):
+            if described[key] is not None:
+                described[key] = scale * described[key]
+        described["typical"] = scale * own * described["typical"]
+        if described["smallest"] is None:
+            described["absent"] = described["typical"]
+        default = dataclasses.field(default=described["typical"], metadata=described)
+        fields.append((field.name, float, default))
+    return dataclasses.make_dataclass(
+        kind.__name__, fields, bases=(kind,), frozen=True,
+        namespace={"__module__": kind.__module__, "__doc__": kind.__doc__, "place": place,
+                   "block": place.name},
+    )  # fmt: skip
+
+
+def _scaled(unit: str, place: Place, period: float) -> tuple[float, str]:
+    """Size and unit of a relative unit at a place."""
+    match = RELATIVE.fullmatch(unit)
+    if not match:
+        return 1.0, unit
+    inverse, of, power = match[1], match[2], int(match[3] or 1)
+    size = {"seam": place.size, "other": place.other_size, "time": period}[of]
+    base = {"seam": place.unit, "other": place.other_unit, "time": "s"}[of]
+    simple = base.replace("_", "").isalnum()
+    name = base if power == 1 else f"{base if simple else f'({base})'}^{power}"
+    if not inverse:
+        return size**power, name
+    if base == "1":
+        return size**-power, "1"
+    return size**-power, f"1/{name if simple else f'({name})'}"

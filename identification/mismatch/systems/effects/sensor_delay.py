@@ -1,0 +1,50 @@
+"""Sensor delay: a channel is told later than it was measured.
+
+Satellites compute, a bus waits, a display averages and forwards: what a channel tells was true some
+time ago.
+
+Equation
+--------
+    y(t) = y(t - d)
+
+Symbols
+-------
+    d   delay   s   0.2 to 20 periods of the recording (absent 0)
+
+Trace
+-----
+The channel trails in proportion to its rate, at every frequency by the same time.
+
+Confused with
+-------------
+Lag (rounds corners), a clock that is off (may be early as well).
+
+Reference
+---------
+Bevly, "Global positioning system (GPS): a low-cost velocity
+sensor", Journal of Dynamic Systems, Measurement and Control 126 (2004).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from identification.mismatch.systems.effects.seam_effect import OUTPUT, SeamEffect
+from plant.parameters import parameter
+from plant.signals import Floats
+
+
+@dataclass(frozen=True)
+class SensorDelay(SeamEffect):
+    """A channel that is late."""
+
+    name = "sensor_delay"
+    block = "seam"
+    confused_with = ("lag", "clock_offset")
+    acts_on = (OUTPUT,)
+
+    delay: float = parameter(1.0, "[time]", 0.0, 100.0, "of the channel", absent=0.0, smallest=0.2)
+
+    def late(self, time: Floats) -> Floats:
+        """Return the delay."""
+        return np.full(time.shape, self.delay)

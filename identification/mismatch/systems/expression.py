@@ -1,0 +1,102 @@
+"""Equations are text in a model file; here they are read, and nothing but arithmetic passes.
+
+The text goes through Python's own parser and every node is held against a list. What passes becomes
+the text of a compiled kernel; nothing is ever evaluated as it stands.
+"""
+
+import ast
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from plant.trouble import nearest
+from protocol.errors import InputError
+
+FUNCTIONS = {
+    "sin": "math.sin", "cos": "math.cos", "tan": "math.tan", "atan": "math.atan",
+    "atan2": "math.atan2", "exp": "math.exp", "log": "math.log", "sqrt": "math.sqrt",
+    "tanh": "math.tanh", "abs": "abs", "min": "min", "max": "max",
+}  # fmt: skip
+ARGUMENTS = {"atan2": 2, "min": 2, "max": 2}
+ALLOWED = (
+    ast.Expression, ast.BinOp, ast.UnaryOp, ast.IfExp, ast.Compare, ast.Call, ast.Name,
+    ast.Constant, ast.Load, ast.Add, ast.Sub, ast.Mult, ast.Div, ast.Pow, ast.USub, ast.UAdd,
+    ast.Lt, ast.LtE, ast.Gt, ast.GtE,
+)  # fmt: skip
+PREFIX = "q_"
+LONGEST = 1000
+
+
+@dataclass(frozen=True)
+class Expression:
+    """text: as it stands in a kernel, every name with a prefix; names: that it uses."""
+
+    text: str
+    names: frozenset[str]
+
+
+def read_expression(text: str, known: Iterable[str], where: str) -> Expression:
+    """Read one equation. known: names that may stand in it. Raises InputError."""
+    if len(text) > LONGEST:
+        raise InputError("an equation is too long", where=where, expected=f"{LONGEST} characters")
+    try:
+        tree = ast.parse(text, mode="eval")
+    except (SyntaxError, ValueError, RecursionError, MemoryError) as fault:
+        raise InputError(
+            "an equation cannot be read", where=where, expected="arithmetic, as in k * (x - y)",
+            found=repr(text),
+        ) from fault  # fmt: skip
+    names = frozenset(_names(tree, set(known), where))
+    renamed = _Renamed().visit(tree)
+    return Expression(ast.unparse(ast.fix_missing_locations(renamed)), names)
+
+
+def _names(tree: ast.AST, known: set[str], where: str) -> Iterable[str]:
+    functions = {id(n.func) for n in ast.walk(tree) if isinstance(n, ast.Call)}
+    for node in ast.walk(tree):
+        if not isinstance(node, ALLOWED):
+            raise _refused(ast.unparse(node) or type(node).__name__, where)
+        if isinstance(node, ast.Constant) and type(node.value) not in (int, float):
+            raise _refused(repr(node.value), where)
+        if isinstance(node, ast.Call):
+            _check_call(node, where)
+        if isinstance(node, ast.Name) and id(node) not in functions:
+            if node.id not in known:
+                raise InputError(
+                    f"{node.id!r} is not known here", where=where, remedy=nearest(node.id, known)
+                )
+            yield node.id
+
+
+def _check_call(node: ast.Call, where: str) -> None:
+    name = node.func.id if isinstance(node.func, ast.Name) else ""
+    if name not in FUNCTIONS or node.keywords or len(node.args) != ARGUMENTS.get(name, 1):
+        expected = f"{', '.join(FUNCTIONS)}; {', '.join(ARGUMENTS)} with two arguments"
+        raise InputError(
+            f"{ast.unparse(node)!r} may not be called in an equation", where=where,
+            expected=expected,
+        )  # fmt: skip
+
+
+def _refused(found: str, where: str) -> InputError:
+    return InputError(
+        "an equation may hold arithmetic alone", where=where, found=found,
+        expected="numbers, names, + - * / **, comparisons in `a if b > c else d`, and "
+        + ", ".join(FUNCTIONS),
+    )  # fmt: skip
+
+
+class _Renamed(ast.NodeTransformer):
+    """Puts the prefix before quantities and the module before functions; numbers become floats."""
+
+    def visit_Call(self, node: ast.Call) -> ast.AST:
+        assert isinstance(node.func, ast.Name)
+        arguments = [self.visit(a) for a in node.args]
+        function = ast.parse(FUNCTIONS[node.func.id], mode="eval").body
+        return ast.Call(function, arguments, [])
+
+    def visit_Name(self, node: ast.Name) -> ast.AST:
+        return ast.Name(f"{PREFIX}{node.id}", ast.Load())
+
+    def visit_Constant(self, node: ast.Constant) -> ast.AST:
+        assert isinstance(node.value, (int, float))
+        return ast.Constant(float(node.value))

@@ -1,0 +1,204 @@
+"""The equations of a model file become the text of one compiled kernel, effects included.
+
+Effects are handed in as numbers: a code, a place, what it uses, parameters. So one kernel serves
+every combination of them, and is compiled once a model file (plant/compiled.py keeps it on disk).
+Steps are the classical fourth-order Runge-Kutta rule; inputs are held or follow lines in a row.
+"""
+
+import inspect
+from collections.abc import Iterator
+from functools import cache
+from types import ModuleType
+
+from identification.mismatch.systems.effects.library import CODES, LIBRARY
+from identification.mismatch.systems.effects.seam_effect import SeamEffect
+from identification.mismatch.systems.equations import Equations
+from identification.mismatch.systems.expression import PREFIX
+from plant.compiled import entry, inlined, load, text_of
+
+MOST_STATES = 2
+"""States that one effect may have."""
+MOST_PARAMETERS = 4
+FINE, NOT_FINITE = 0.0, 1.0
+ADVANCE = (
+    "f8(f8[::1],f8[:,::1],f8[::1],f8[:,::1],f8[::1],i8[::1],i8[::1],i8[::1],f8[:,::1],"
+    "i8,f8,i8,f8[:,::1])"
+)
+AT = (
+    "f8(i8,f8,f8,f8,b1,b1,f8[::1],f8[::1],i8[::1],i8[::1],i8[::1],f8[:,::1],f8[::1],f8[::1],f8[::1],"
+    "f8[::1],f8[:,::1],i8,f8,f8[::1])"
+)
+COMMON = (
+    "fraction, commit, init, x, dx, code, where, other, par, push, q, spill, memory, rings, count,"
+    " step, values"
+)
+
+PAST = """def past(ring, count, fraction, value, delay_steps):
+    mask = len(ring) - 1
+    place = fraction - delay_steps
+    if place >= 0.0:
+        if fraction <= 0.0:
+            return value
+        return ring[count & mask] + (value - ring[count & mask]) * place / fraction
+    whole = int(-place)
+    share = -place - whole
+    new, old = ring[(count - whole) & mask], ring[(count - whole - 1) & mask]
+    return new + share * (old - new)
+"""
+
+RUN = """def advance(x0, u, held, push, p, code, where, other, par, ring, step, substeps, out):
+    n = len(code)
+    size = len(x0)
+    states = size + {most} * n
+    x, k = np.zeros(states), np.zeros(states)
+    x[:size] = x0
+    stage, total = x.copy(), np.zeros(states)
+    now, q = np.zeros(u.shape[1]), np.zeros(u.shape[1] + size)
+    spill, memory = np.zeros(size), np.zeros(n)
+    rings, values = np.zeros((n, ring)), np.zeros(push.shape[1])
+    count = 0
+    for r in range(len(u)):
+        before = u[r - 1] if r > 0 else u[0]
+        for turn in range(4 * substeps + 1):
+            s, part = turn // 4, turn % 4
+            last = turn == 4 * substeps
+            fraction = 0.0 if part == 0 else (1.0 if part == 3 else 0.5)
+            if last:
+                s, fraction = substeps - 1, 1.0
+            for i in range(len(now)):
+                line = before[i] + (u[r, i] - before[i]) * (s + fraction) / substeps
+                now[i] = u[r, i] if held[i] else line
+            start = part == 0 and not last
+            init = start and r == 0 and s == 0
+            rates(now, p, {rest})
+            if last:
+                break
+            if init:
+                x[:] = stage
+            weight = 1.0 if part == 0 or part == 3 else 2.0
+            for i in range(states):
+                total[i] = weight * k[i] + (0.0 if part == 0 else total[i])
+            if part == 3:
+                for i in range(states):
+                    x[i] += step / 6.0 * total[i]
+                    stage[i] = x[i]
+                if s < substeps - 1:
+                    count += 1
+            else:
+                ahead = step if part == 2 else 0.5 * step
+                for i in range(states):
+                    stage[i] = x[i] + ahead * k[i]
+        count += 1
+        for i in range(len(values)):
+            out[r, i] = values[i]
+        for i in range(size):
+            out[r, len(values) + i] = x[i]
+            if not math.isfinite(x[i]):
+                return {bad}
+    return {fine}
+"""
+
+
+@cache
+def compose(equations: Equations) -> ModuleType:
+    """Return the compiled kernel: a module with `advance`."""
+    return load(kernel_text(equations, _effects()))
+
+
+@cache
+def _effects() -> str:
+    """Compile what may act at a place, once for all systems; return its module's name."""
+    parts = [inlined(text_of(k.act, f"act_{k.name}")) for k in LIBRARY if k.act is not None]
+    text = "\n".join([*parts, inlined(PAST), entry("\n".join(_place_lines()), AT)])
+    return load(text).__name__
+
+
+def kernel_text(equations: Equations, effects: str) -> str:
+    """Return the text of a system's kernel. effects: name of the module of what may act."""
+    parts = [f"from {effects} import at", _plain("\n".join(_rates_lines(equations)))]
+    rest = COMMON.replace("commit, init, x, dx", "start, init, stage, k").replace("push", "push[r]")
+    run = RUN.format(most=MOST_STATES, rest=rest, bad=NOT_FINITE, fine=FINE)
+    return "\n".join([*parts, entry(run, ADVANCE)])
+
+
+def _plain(text: str) -> str:
+    return f"@njit(error_model='numpy')\n{text}\n"
+
+
+def _place_lines() -> Iterator[str]:
+    """Yield a function that lets everything at one place act on its quantity."""
+    yield f"def at(j, value, own, {COMMON}):"
+    yield "    value += push[j]"
+    yield "    for i in range(len(code)):"
+    yield "        if where[i] != j:"
+    yield "            continue"
+    yield f"        b = len(spill) + {MOST_STATES} * i"
+    yield "        z = q[other[i]] if other[i] >= 0 else 0.0"
+    yield "        if init:"
+    yield "            memory[i] = value"
+    yield "            rings[i, :] = value"
+    yield "        if commit:"
+    yield "            rings[i, count & (rings.shape[1] - 1)] = value"
+    word = "if"
+    for kind in LIBRARY:
+        if kind.act is not None:
+            yield f"        {word} code[i] == {CODES[kind.name]}:"
+            yield from (f"            {line}" for line in _branch(kind))
+            word = "elif"
+    yield "    values[j] = value"
+    yield "    return value"
+
+
+def _branch(kind: type[SeamEffect]) -> Iterator[str]:
+    names = [p.name for p in kind.parameters()]
+    known = {"value": "value", "other": "z", "memory": "memory[i]", "step": "step",
+             "rate_of": "own",
+             "past": "past(rings[i], count, fraction, value, par[i, 0] / step)"}  # fmt: skip
+    known |= {name: f"par[i, {k}]" for k, name in enumerate(names)}
+    known |= {name: f"x[b + {k}]" for k, name in enumerate(kind.states)}
+    starts = [(k, s) for k, s in enumerate(kind.starts) if s == "value"]
+    if starts:
+        yield "if init:"
+        yield from (f"    x[b + {k}] = value" for k, _ in starts)
+    assert kind.act is not None
+    given = ", ".join(known[a] for a in inspect.signature(kind.act).parameters)
+    call = f"act_{kind.name}({given})"
+    if kind.remembers:
+        yield f"value, kept = {call}"
+        yield "if commit:"
+        yield "    memory[i] = kept"
+    elif kind.gives:
+        yield f"value, given = {call}"
+        yield "if other[i] >= 0:"
+        yield "    spill[other[i] - (len(q) - len(spill))] += given"
+    elif kind.states:
+        yield f"value, {', '.join(f'dx[b + {k}]' for k in range(len(kind.states)))} = {call}"
+    else:
+        yield f"value = {call}"
+
+
+def _rates_lines(e: Equations) -> Iterator[str]:
+    """Yield a function that gives the rates of all states, and every place's value."""
+    yield f"def rates(u, p, {COMMON}):"
+    yield "    spill[:] = 0.0"
+    for k, name in enumerate(e.parameters):
+        yield f"    {PREFIX}{name} = p[{k}]"
+    for k, name in enumerate(e.states):
+        yield f"    {PREFIX}{name} = x[{k}]"
+        yield f"    q[{len(e.inputs) + k}] = x[{k}]"
+    place = 0
+    for k, name in enumerate(e.inputs):
+        yield f"    {PREFIX}{name} = at({place}, u[{k}], 0.0, {COMMON})"
+        yield f"    q[{k}] = {PREFIX}{name}"
+        place += 1
+    for name, text in e.seams:
+        yield f"    {PREFIX}{name} = at({place}, {text}, 0.0, {COMMON})"
+        place += 1
+    for k, text in enumerate(e.rates):
+        yield f"    dx[{k}] = at({place}, {text}, x[{k}], {COMMON})"
+        place += 1
+    for _, text in e.outputs:
+        yield f"    at({place}, {text}, 0.0, {COMMON})"
+        place += 1
+    yield f"    for i in range({len(e.states)}):"
+    yield "        dx[i] += spill[i]"

@@ -1,0 +1,140 @@
+"""A model file tells any system in a page: states with equations, inputs, outputs, seams.
+
+TOML. Equations are text over the names of parameters, inputs, states and seams. A number is
+`{ value = 3, unit = "mm", plus_minus = 1 }`; plus_minus is the half width of what is believed with
+95 %, 5 % of the value if it is not told, nothing if it is 0. `size` is the usual magnitude of a
+quantity: what is large and what is small follows from it.
+"""
+
+from pathlib import Path
+
+from pydantic import Field, model_validator
+
+from identification.mismatch.systems.expression import FUNCTIONS
+from protocol.configuration import Seconds, Section, read_toml
+from protocol.units import to_base
+
+
+class Number(Section):
+    """A number with its unit; inside, everything is in base units of SI."""
+
+    value: float
+    unit: str = "1"
+    plus_minus: float | None = Field(default=None, ge=0.0)
+
+    @model_validator(mode="after")
+    def _known_unit(self) -> "Number":
+        to_base(self.unit)
+        return self
+
+    @property
+    def si(self) -> float:
+        """The value in base units."""
+        slope, offset, _ = to_base(self.unit)
+        return slope * self.value + offset
+
+    @property
+    def si_plus_minus(self) -> float | None:
+        """The half width in base units."""
+        return None if self.plus_minus is None else to_base(self.unit)[0] * self.plus_minus
+
+    @property
+    def si_unit(self) -> str:
+        """The base unit; as written where it is one."""
+        return to_base(self.unit)[2]
+
+
+class Input(Section):
+    """What drives the system, as it was recorded. held: between samples, else along lines.
+
+    slope_over: s; if told, the input is the slope of the recorded quantity over that span.
+    """
+
+    role: str
+    size: Number
+    held: bool = True
+    slope_over: Seconds = Field(default=0.0, ge=0.0)
+    latency: Seconds = 0.0
+
+
+class State(Section):
+    """rate: its equation. start: its value at first, or the output that shows it.
+
+    first: deviation of that value from the true one; half its size if it is not told.
+
+    drift: size of an unknown slow push on its rate, in units of its rate; every: s between knots.
+    overflows_into: the state that gets some of what overflows.
+    """
+
+    rate: str
+    size: Number
+    start: str | Number = Number(value=0.0)
+    first: Number | None = None
+    overflows_into: str = ""
+    drift: Number | None = None
+    every: Seconds = Field(default=0.0, ge=0.0)
+
+
+class Seam(Section):
+    """A named quantity at which something may act. along: the state that is its speed."""
+
+    value: str
+    size: Number
+    along: str = ""
+
+
+class Output(Section):
+    """What a sensor shows. latency: s, known; noise: deviation before it rounds."""
+
+    role: str
+    value: str
+    size: Number
+    latency: Seconds = 0.0
+    noise: Number = Number(value=0.0)
+
+
+class ActingEffect(Section):
+    """An effect that acts. at: seam, input, state or output; using: the other quantity."""
+
+    name: str
+    at: str
+    using: str = ""
+    values: dict[str, Number] = Field(default_factory=dict)
+
+
+class ModelFile(Section):
+    """One model file.
+
+    step: s, largest step of integration. period: s, of the bins in which residuals are judged: that
+    of the slowest output, as a rule. stretch: s, within which errors may hang together; 30 periods
+    if it is not told.
+    """
+
+    name: str
+    description: str = ""
+    step: Seconds = Field(gt=0.0)
+    period: Seconds = Field(gt=0.0)
+    stretch: Seconds = Field(default=0.0, ge=0.0)
+    parameters: dict[str, Number] = Field(default_factory=dict)
+    inputs: dict[str, Input] = Field(min_length=1)
+    states: dict[str, State] = Field(default_factory=dict)
+    seams: dict[str, Seam] = Field(default_factory=dict)
+    outputs: dict[str, Output] = Field(min_length=1)
+    effects: tuple[ActingEffect, ...] = ()
+
+    @model_validator(mode="after")
+    def _one_meaning_each(self) -> "ModelFile":
+        seen: set[str] = set(FUNCTIONS)
+        for part in (self.parameters, self.inputs, self.states, self.seams, self.outputs):
+            for name in part:
+                if not name.isidentifier():
+                    raise ValueError(f"{name!r} is no name: letters, digits and _ only")
+                if name in seen:
+                    raise ValueError(f"{name!r} is told twice, or is a function's name")
+                seen.add(name)
+        return self
+
+
+def load_model_file(path: Path) -> ModelFile:
+    """Read a model file. Raises InputError, which tells every fault."""
+    return read_toml(path, ModelFile)

@@ -1,0 +1,192 @@
+"""A recording made ready for the system of a model file: inputs row by row, and sensors.
+
+Residuals are judged in bins of the model file's period; rows are as long as the fastest input's
+period allows. A row tells its own end.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+from scipy import signal
+
+from identification.mismatch.record import Record
+from identification.mismatch.sampling import Grid
+from identification.mismatch.sensor import Columns, Sampled, Sensor, point_sensor
+from identification.mismatch.systems.clock_search import best_shift
+from identification.mismatch.systems.model_file import ModelFile
+from identification.signals.aligned import Aligned, aligned
+from identification.signals.clocks import BUS
+from plant.signals import Floats
+from protocol.errors import InputError
+from protocol.recording import Recording
+
+LEAST = 30  # bins
+STRETCH = 30  # bins, if the file tells nothing
+MOST_ROWS = 2_000_000
+SPREAD_AT_FIRST = 0.5
+"""Deviation of a state's unknown first value, in its usual magnitude."""
+
+
+def prepare(recording: Recording, file: ModelFile) -> Record:
+    """Make a recording ready. Raises InputError where an input or every output is missing."""
+    data = aligned(recording)
+    _check_inputs(data, file)
+    shown = [n for n, o in file.outputs.items() if data.has(o.role) or _on_own_clock(data, o.role)]
+    if not shown:
+        raise InputError(
+            "no output of the model file was recorded", where=str(recording.folder),
+            expected=", ".join(o.role for o in file.outputs.values()),
+            found=", ".join(data.time) or "no channels", remedy="check the role map",
+        )  # fmt: skip
+    start, end = _window(data, file)
+    grid = _grid(data, file, end - start, str(recording.folder))
+    time: Floats = np.asarray(start + grid.step * np.arange(1, grid.rows + 1), np.float64)
+    inputs = np.column_stack([_input(data, file, name, time, grid.step) for name in file.inputs])
+    sensors = {name: _sensor(data, file, name, start, grid) for name in shown}
+    measured = {name: _at(data, file.outputs[name].role, 0.0, time) for name in shown}
+    slow = _slow(file, grid)
+    return Record(recording.folder.name, start, grid, inputs, measured, sensors, slow)
+
+
+def realigned(record: Record, recording: Recording, file: ModelFile, simulated: Columns) -> Record:
+    """Lay channels on clocks of their own onto the recording's, by what a simulation shows.
+
+    The clock of each is set so that what it tells resembles most what it should.
+    """
+    data, sensors, notes = aligned(recording), dict(record.sensors), list(record.notes)
+    for name in record.sensors:
+        role = file.outputs[name].role
+        if _on_own_clock(data, role):
+            channel = recording.channels[role]
+            start, alike = best_shift(
+                record.grid.step, simulated[name], channel.time, channel.value
+            )
+            sensors[name] = _sensor(data, file, name, start, record.grid)
+            notes.append(
+                f"the clock {channel.clock!r} of {name.replace('_', ' ')} is"
+                f" {start - record.start:.3f} s ahead of the recording's: there its correlation"
+                f" with the simulation is {alike:.4f}"
+            )
+    return replace(record, sensors=sensors, notes=tuple(notes))
+
+
+def _check_inputs(data: Aligned, file: ModelFile) -> None:
+    for name, told in file.inputs.items():
+        if not data.has(told.role):
+            raise InputError(
+                f"the input {name!r} was not recorded, so nothing drives the system",
+                where=str(data.recording.folder), expected=f"the role {told.role}",
+                found=data.absent.get(told.role, ", ".join(data.time)),
+                remedy="check the role map, or cut the model file where it was recorded",
+            )  # fmt: skip
+
+
+def _window(data: Aligned, file: ModelFile) -> tuple[float, float]:
+    """Take what all inputs cover; an output may begin later or end sooner."""
+    times = [data.time[told.role] for told in file.inputs.values()]
+    return float(max(t[0] for t in times)), float(min(t[-1] for t in times))
+
+
+def _period(time: Floats) -> float:
+    """Time between two samples, as a rule."""
+    return float((time[-1] - time[0]) / max(time.size - 1, 1))
+
+
+def _grid(data: Aligned, file: ModelFile, length: float, where: str) -> Grid:
+    width = file.period
+    driven = min(_period(data.time[i.role]) for i in file.inputs.values())
+    per = max(1, round(width / min(driven, width)))
+    step = width / per
+    rows = int(length / step + 1e-6)
+    bins = (rows - 2 * per) // per
+    if bins < LEAST or rows > MOST_ROWS:
+        raise InputError(
+            "the recording is too short" if bins < LEAST else "the recording is too long",
+            where=where, expected=f"{LEAST} bins of {width:.3g} s up to {MOST_ROWS} rows",
+            found=f"{length:.3g} s in rows of {step:.3g} s",
+            remedy="give a longer piece" if bins < LEAST else "give a piece, as in run@0:60",
+        )  # fmt: skip
+    # A quarter of a bin apart from the instants of regular samples, so that each has its own.
+    return Grid(rows, 1.25 * width, int(bins), width, step, file.stretch or STRETCH * width)
+
+
+def _at(data: Aligned, role: str, latency: float, time: Floats) -> Floats:
+    """Values along lines between samples."""
+    channel = data.recording.channels[role]
+    sampled = _times(data, role)
+    keep = np.isfinite(channel.value) & np.isfinite(sampled)
+    return np.interp(time, sampled[keep] - latency, channel.value[keep])
+
+
+def _on_own_clock(data: Aligned, role: str) -> bool:
+    """Tell whether a channel's clock has nothing in common with the bus's."""
+    channel = data.recording.channels.get(role)
+    return channel is not None and channel.clock != BUS and channel.arrival is None
+
+
+def _times(data: Aligned, role: str) -> Floats:
+    """Times of a channel on the bus clock, or on its own where that cannot be laid onto it."""
+    return data.time[role] if data.has(role) else data.recording.channels[role].time
+
+
+def _input(data: Aligned, file: ModelFile, name: str, time: Floats, step: float) -> Floats:
+    """Value of a row: what was told last when it began if held, else the value at its end."""
+    told = file.inputs[name]
+    if told.slope_over > 0.0:
+        return _slope(_at(data, told.role, told.latency, time), told.slope_over, step)
+    if not told.held:
+        return _at(data, told.role, told.latency, time)
+    channel = data.recording.channels[told.role]
+    sampled = data.time[told.role] - told.latency
+    begun = np.searchsorted(sampled, time - step + 1e-3 * step, side="right") - 1
+    return np.asarray(channel.value[np.clip(begun, 0, sampled.size - 1)], np.float64)
+
+
+def _slope(values: Floats, span: float, step: float) -> Floats:
+    """Slope of the straight line that fits best over a span about every row: late by nothing."""
+    rows = max(3, 2 * round(0.5 * span / step) + 1)
+    if rows >= values.size:
+        return np.gradient(values, step)
+    found: Floats = signal.savgol_filter(values, rows, 1, deriv=1, delta=step)
+    return found
+
+
+def _sensor(data: Aligned, file: ModelFile, name: str, start: float, grid: Grid) -> Sensor:
+    told = file.outputs[name]
+    channel = data.recording.channels[told.role]
+    time = _times(data, told.role) - told.latency - start
+    keep = np.isfinite(channel.value) & np.isfinite(time)
+    samples = Sampled(time[keep], channel.value[keep], channel.clock)
+    noise = told.noise.si
+    return point_sensor(name, told.size.si_unit, name, 1.0, samples, grid, noise)
+
+
+def _slow(file: ModelFile, grid: Grid) -> Floats:
+    """Pushes on the rates of states: one at the first moment each, then hats where told.
+
+    Columns in the order of `slow_states`.
+    """
+    columns = []
+    for state in file.states.values():
+        first = np.zeros(grid.rows)
+        spread = SPREAD_AT_FIRST * state.size.si if state.first is None else state.first.si
+        first[0] = spread / grid.step
+        columns.append(first)
+        if state.drift is not None:
+            columns += list(_hats(grid, state.every or grid.stretch) * state.drift.si)
+    return np.column_stack(columns) if columns else np.zeros((grid.rows, 0))
+
+
+def _hats(grid: Grid, every: float) -> Floats:
+    time = grid.step * (np.arange(grid.rows) + 0.5)
+    knots = np.linspace(0.0, time[-1], max(int(time[-1] / every), 1) + 1)
+    return np.asarray(np.maximum(0.0, 1.0 - np.abs(time - knots[:, None]) / (knots[1] - knots[0])))
+
+
+def slow_states(file: ModelFile, grid: Grid) -> list[int]:
+    """Number of the state on whose rate each slow column acts."""
+    found = []
+    for k, state in enumerate(file.states.values()):
+        hats = 0 if state.drift is None else len(_hats(grid, state.every or grid.stretch))
+        found += [k] * (1 + hats)
+    return found

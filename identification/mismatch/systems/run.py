@@ -1,0 +1,108 @@
+"""One recording simulated by the system of a model file."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identification.mismatch.record import Record
+from identification.mismatch.systems.effects.library import CODES
+from identification.mismatch.systems.effects.seam_effect import OUTPUT, SeamEffect
+from identification.mismatch.systems.equations import Equations, rate_name
+from identification.mismatch.systems.kernel import FINE, MOST_PARAMETERS, compose
+from identification.mismatch.systems.model_file import ModelFile
+from plant.effects.effect import Effect
+from plant.signals import Floats
+from plant.trouble import PlantError
+
+MOST_RING = 1 << 20  # steps
+Integers = NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False)
+class Shown:
+    """Columns of a run: places, with what acts there, and states; outputs as they are told."""
+
+    columns: Mapping[str, Floats]
+
+    def __getitem__(self, name: str, /) -> Floats:
+        """Return a column, (rows,)."""
+        return self.columns[name]
+
+
+def run(
+    e: Equations, file: ModelFile, values: Floats, effects: Iterable[Effect], record: Record,
+    push: Floats,
+) -> Shown:  # fmt: skip
+    """Run all rows. push: (rows, places). Raises PlantError where numbers grow without bound."""
+    grid = record.grid
+    substeps = max(1, int(np.ceil(grid.step / file.step - 1e-9)))
+    step = grid.step / substeps
+    acting = [x for x in effects if isinstance(x, SeamEffect)]
+    inside = [x for x in acting if x.act is not None]
+    code, where, other, par = _slots(inside, e, file)
+    ring = _ring(inside, step)
+    held = np.array([1.0 if told.held else 0.0 for told in file.inputs.values()])
+    out = np.full((grid.rows, len(e.places) + len(e.states)), np.nan)
+    done = compose(e).advance(
+        _first(file, record), np.ascontiguousarray(record.inputs, np.float64), held,
+        np.ascontiguousarray(push), values, code, where, other, par, ring, step, substeps, out,
+    )  # fmt: skip
+    if done != FINE or not np.isfinite(out[-1]).all():
+        raise PlantError(
+            "the simulation grows without bound", f"{file.name} on {record.name}",
+            "finite numbers", ", ".join(x.key for x in acting) or "no effect",
+            "correct the equations, or take a smaller step",
+        )  # fmt: skip
+    columns = dict(zip((*e.places, *e.states), out.T, strict=True))
+    for effect in acting:
+        if effect.place.kind == OUTPUT and (late := effect.late(record.time)) is not None:
+            name = effect.place.name
+            columns[name] = np.interp(record.time - late, record.time, columns[name])
+    return Shown(columns)
+
+
+def _slots(
+    effects: list[SeamEffect], e: Equations, file: ModelFile
+) -> tuple[Integers, Integers, Integers, Floats]:
+    """Code, place, other quantity and parameters of every effect, in the library's order."""
+    code, where, other = (np.zeros(len(effects), np.int64) for _ in range(3))
+    par = np.zeros((len(effects), MOST_PARAMETERS))
+    for i, effect in enumerate(sorted(effects, key=lambda x: CODES[x.name])):
+        code[i] = CODES[effect.name]
+        where[i] = e.places.index(effect.place.name)
+        other[i] = _other(effect, e, file)
+        numbers = list(effect.values())
+        par[i, : len(numbers)] = numbers
+    return code, where, other, par
+
+
+def _other(effect: SeamEffect, e: Equations, file: ModelFile) -> int:
+    """Number of the quantity that an effect uses or gives to; -1: none."""
+    name = effect.place.other
+    if effect.gives:
+        state = next(s for s in e.states if rate_name(s) == effect.place.name)
+        name = file.states[state].overflows_into
+    return (*e.inputs, *e.states).index(name) if name else -1
+
+
+def _ring(effects: list[SeamEffect], step: float) -> int:
+    longest = max((float(getattr(x, "delay", 0.0)) for x in effects), default=0.0)
+    steps = int(longest / step) + 4
+    if steps > MOST_RING:
+        raise PlantError(
+            "a delay is too long", "delay", f"{MOST_RING} steps", f"{steps}", "take a larger step"
+        )
+    return 1 << (steps - 1).bit_length()
+
+
+def _first(file: ModelFile, record: Record) -> Floats:
+    """States at first: as told, or as the output shows them first."""
+    found = []
+    for state in file.states.values():
+        if isinstance(state.start, str):
+            found.append(float(record.measured[state.start][0]))
+        else:
+            found.append(state.start.si)
+    return np.array(found, np.float64)

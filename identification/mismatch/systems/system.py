@@ -1,0 +1,222 @@
+"""What a model file tells, as a system that the engine explains."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Self
+
+import numpy as np
+
+from identification.mismatch.blocks import Block, Chain
+from identification.mismatch.coordinates import NORMAL_95, STATED_SHARE, Coordinate
+from identification.mismatch.place import Injection
+from identification.mismatch.record import Record
+from identification.mismatch.system import System
+from identification.mismatch.systems import placing
+from identification.mismatch.systems.effects.seam_effect import OUTPUT, SeamEffect
+from identification.mismatch.systems.equations import Equations, equations
+from identification.mismatch.systems.model_file import ModelFile, load_model_file
+from identification.mismatch.systems.record import prepare, realigned, slow_states
+from identification.mismatch.systems.run import Shown, run
+from identification.mismatch.systems.writing import as_text
+from plant.effects.effect import Effect
+from plant.signals import Floats
+from protocol.recording import Recording
+
+DRIVE = "system"
+ORDER = 12
+BINS_PER_LAG = 60
+"""Least bins of a recording for each lag of its noise model."""
+MEMORY = 1 / 3
+"""Of the noise models, in stretches: errors that far apart have little in common."""
+PUSH = 0.1
+"""Size of a push worth trying, in the usual magnitude of its place."""
+
+
+@dataclass(frozen=True, eq=False)
+class ModelSystem(System):
+    """A system of a model file.
+
+    values: of its parameters, SI, in the file's order. acting: effects. known: 95 % half widths.
+    """
+
+    file: ModelFile
+    where: str
+    equations: Equations
+    values: Floats
+    acting: tuple[Effect, ...] = ()
+    known: Mapping[str, float] = field(default_factory=dict)
+    read: placing.Read | None = None
+
+    @classmethod
+    def load(cls, path: Path) -> Self:
+        """Load a model file. Raises InputError."""
+        return cls.of(load_model_file(path), path.name)
+
+    @classmethod
+    def of(cls, file: ModelFile, where: str) -> Self:
+        """Make the system of a model file. where: its name, for messages."""
+        values = np.array([number.si for number in file.parameters.values()])
+        acts = tuple(
+            placing.acting(e, file, f"{where}: effects[{i}]") for i, e in enumerate(file.effects)
+        )
+        told = {
+            f"parameters.{name}": _plus_minus(number.si, number.si_plus_minus)
+            for name, number in file.parameters.items()
+        }
+        return cls(file, where, equations(file, where), values, acts, told, placing.Read(file))
+
+    @property
+    def units(self) -> Mapping[str, str]:  # type: ignore[override]
+        """Units of all quantities and of their rates."""
+        found = {"time": "s"}
+        parts = (self.file.inputs, self.file.states, self.file.seams, self.file.outputs)
+        for part in parts:
+            for name, told in part.items():
+                unit = told.size.si_unit
+                found[_word(name)] = unit
+                found[f"{_word(name)} rate"] = "1/s" if unit == "1" else f"{unit}/s"
+        return found
+
+    @property
+    def operating(self) -> str:  # type: ignore[override]
+        """The first input."""
+        return _word(next(iter(self.file.inputs)))
+
+    @property
+    def direction(self) -> str:  # type: ignore[override]
+        """The rate of the first input."""
+        return f"{self.operating} rate"
+
+    @property
+    def name(self) -> str:
+        """Name in the file."""
+        return self.file.name
+
+    @property
+    def effects(self) -> tuple[Effect, ...]:
+        """Effects that act."""
+        return self.acting
+
+    @property
+    def library(self) -> tuple[type[Effect], ...]:
+        """Every effect at every place."""
+        assert self.read is not None
+        return placing.library(self.read)
+
+    @property
+    def plus_minus(self) -> Mapping[str, float]:
+        """95 % half widths, SI."""
+        return self.known
+
+    def at(self, known: Sequence[Coordinate], x: Floats, effects: Sequence[Effect]) -> Self:
+        """Return it with other numbers."""
+        values = self.values.copy()
+        for coordinate, place in zip(known, x, strict=True):
+            values[self.equations.parameters.index(coordinate.name)] = coordinate.at(float(place))
+        new = {e.key for e in effects}
+        kept = tuple(e for e in self.acting if e.key not in new)
+        return replace(self, values=values, acting=(*kept, *effects))
+
+    def believed(self, plus_minus: Mapping[str, float]) -> Self:
+        """Return it under an improved one's name."""
+        told = "Re-calibrated on recordings, with the effects found there"
+        file = self.file.model_copy(
+            update={"name": f"{self.file.name} improved", "description": told}
+        )
+        return replace(self, file=file, known=dict(plus_minus))
+
+    def text(self) -> str:
+        """Return the model file."""
+        effects = tuple(e for e in self.acting if isinstance(e, SeamEffect))
+        return as_text(self.file, self.values, effects, self.known)
+
+    def prepare(self, recording: Recording) -> Record:
+        """Make a recording ready."""
+        record = prepare(recording, self.file)
+        q = np.zeros(record.slow.shape[1])
+        shown = self.simulate(record, Chain({DRIVE: ()}, ()), DRIVE, q, {})
+        return realigned(record, recording, self.file, shown)
+
+    def check(self, record: Record) -> None:
+        """A recording with its inputs and an output is taken as one of it."""
+
+    def chain(self, records: Sequence[Record]) -> Chain:
+        """One drive, led by the recorded inputs; a block for every output that all records have."""
+        has = set.intersection(*(set(r.sensors) for r in records))
+        order = max(1, min([ORDER, *(r.grid.bins // BINS_PER_LAG for r in records)]))
+        shown = [name for name in self.file.outputs if name in has]
+        memory = MEMORY * min(r.grid.stretch / r.grid.width for r in records)
+        blocks = (Block(_word(n), DRIVE, (n,), order, memory=memory) for n in shown)
+        return Chain({DRIVE: ()}, tuple(blocks))
+
+    def coordinates(self, records: Sequence[Record], chain: Chain) -> list[Coordinate]:
+        """List the parameters; those with plus_minus = 0 are exact."""
+        found = []
+        for name, value in zip(self.equations.parameters, self.values, strict=True):
+            half = self.known[f"parameters.{name}"]
+            if half > 0.0:
+                linear = value <= 0.0
+                scale = half / NORMAL_95 / (1.0 if linear else float(value))
+                found.append(Coordinate("parameters", name, float(value), scale, linear))
+        return found
+
+    def touched(self, chain: Chain, coordinate: Coordinate) -> tuple[str, ...]:
+        """There is one drive."""
+        return (DRIVE,)
+
+    def slow_drives(self, chain: Chain) -> tuple[str, ...]:
+        """There is one drive."""
+        return (DRIVE,)
+
+    def concerns(self, effect: Effect, chain: Chain, drive: str) -> bool:
+        """There is one drive."""
+        return True
+
+    def simulate(
+        self, record: Record, chain: Chain, drive: str, q: Floats, added: Mapping[str, Floats]
+    ) -> Shown:
+        """Run it."""
+        names = self.equations.places
+        push = np.zeros((record.grid.rows, len(names)))
+        rates = len(self.equations.inputs) + len(self.equations.seams)
+        for k, state in enumerate(slow_states(self.file, record.grid)):
+            push[:, rates + state] += record.slow[:, k] * q[k]
+        for name, course in added.items():
+            push[:, names.index(name)] += course
+        return run(self.equations, self.file, self.values, self.acting, record, push)
+
+    def places(self, chain: Chain) -> list[Injection]:
+        """Inputs, seams and rates of states."""
+        return [
+            Injection(_word(p.name), p.name, p.unit, PUSH * p.size, DRIVE, {p.name: 1.0})
+            for p in placing.places(self.file) if p.kind != OUTPUT
+        ]  # fmt: skip
+
+    def push(self, place: Injection, record: Record, course: Floats) -> dict[str, Floats]:
+        """Add it to the place's quantity."""
+        return {name: factor * course for name, factor in place.push.items()}
+
+    def regressors(
+        self, record: Record, chain: Chain, drive: str, q: Floats
+    ) -> Mapping[str, Floats]:
+        """Inputs as recorded, states and seams as simulated, all with their rates; and time."""
+        out = self.simulate(record, chain, drive, q, {})
+        found = {"time": record.grid.centre}
+        for k, name in enumerate(self.equations.inputs):
+            found[_word(name)] = record.grid.binned(record.inputs[:, k])
+        for name in (*self.equations.states, *(n for n, _ in self.equations.seams)):
+            found[_word(name)] = record.grid.binned(out[name])
+        for name in record.sensors:
+            found.setdefault(_word(name), record.grid.binned(out[name]))
+        rates = {f"{n} rate": np.gradient(c, record.grid.width) for n, c in found.items()}
+        del rates["time rate"]
+        return {**found, **rates}
+
+
+def _word(name: str) -> str:
+    return name.replace("_", " ")
+
+
+def _plus_minus(value: float, told: float | None) -> float:
+    return STATED_SHARE * abs(value) if told is None else told
