@@ -1,11 +1,16 @@
 """A number with a unit becomes a number in SI, once, when the file is read."""
 
+import re
 from functools import cache
+from tokenize import TokenError
 from typing import Any
 
 import pint
 
 ANGULAR = ("rad/s",)
+# pint calculates what it is given: "9**9**9 m" would keep it for hours and fill the memory.
+_PLAIN = re.compile(r"[\w\s/*^().%°·µΩ²³-]{0,60}")
+_POWER = re.compile(r"(?<=[\w°Ω])\s*(?:\*\*|\^)\s*-?\d(?![\w.]|\s*(?:\*\*|\^))")
 
 
 @cache
@@ -26,11 +31,17 @@ def to_si(value: float, unit: str, si: str) -> float:
         if source == target:
             return float(value)
         return float(_registry().Quantity(value, source).to(target).magnitude)
-    except (pint.UndefinedUnitError, pint.DefinitionSyntaxError) as unknown:
+    except (
+        pint.UndefinedUnitError, pint.DefinitionSyntaxError, ArithmeticError, AssertionError,
+        AttributeError, LookupError, RecursionError, SyntaxError, TokenError, TypeError,
+    ) as unknown:  # fmt: skip
         raise ValueError(f"a unit that can become {si}, not '{unit}' (unknown)") from unknown
     except pint.DimensionalityError as wrong:
         raise ValueError(f"a unit that can become {si}, not '{unit}'") from wrong
 
 
 def _parsed(unit: str) -> Any:
+    rest = _POWER.sub("", unit)
+    if not _PLAIN.fullmatch(unit) or "^" in rest or "**" in rest:
+        raise pint.DefinitionSyntaxError("not a product of units with powers of one digit")
     return _registry().Unit("" if unit == "1" else unit.replace("%", "percent"))

@@ -31,19 +31,24 @@ class BusLoad:
         return float(self.load.max(initial=0.0))
 
 
+MOST = 1_000_000  # windows: a day of 0.1 s
+
+
 def bus_load(
     log: FrameLog, bitrate: float, data_bitrate: float | None = None, window: float = 0.1
 ) -> Mapping[str, BusLoad]:
     """Load of each bus of a log. bitrate, data_bitrate: bit/s; window: s.
 
     data_bitrate is that of CAN FD frames after their rate switch; None: they do not switch. A frame
-    counts where its time stamp lies.
+    counts where its time stamp lies. Windows are widened where there would be more than MOST: one
+    damaged time stamp makes a log of years.
     """
     bits = frame_bits(log)
     taken: FloatArray = bits.nominal / float(bitrate) + bits.data / float(data_bitrate or bitrate)
     start = int(log.time_ns.min(initial=np.iinfo(np.int64).max))
     times = np.asarray((log.time_ns - start) * 1e-9, np.float64)
     duration = float(times.max(initial=0.0))
+    window = max(window, duration / MOST)
     edges: FloatArray = np.arange(max(1, int(np.ceil(duration / window))), dtype=float) * window
     lasts = np.maximum(np.minimum(duration - edges, window), 0.0)
     place = np.minimum((times / window).astype(np.int64), edges.size - 1)

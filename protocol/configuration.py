@@ -10,11 +10,15 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationError
 from protocol.errors import InputError
 from protocol.units import parse_quantity
 
+LARGEST = 4_000_000  # bytes of a TOML file
+
 
 class Section(BaseModel):
-    """One table of a TOML file: frozen, with no unknown keys."""
+    """One table of a TOML file: frozen, with no unknown keys, and only finite numbers."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, arbitrary_types_allowed=True)
+    model_config = ConfigDict(
+        extra="forbid", frozen=True, arbitrary_types_allowed=True, allow_inf_nan=False
+    )
 
 
 def _quantity(unit: str) -> BeforeValidator:
@@ -42,15 +46,26 @@ Model = TypeVar("Model", bound=BaseModel)
 def load_toml(path: Path) -> dict[str, Any]:
     """Read a TOML file as plain data; a fault names the file, the line and the remedy."""
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
+        with path.open("rb") as file:
+            text = file.read(LARGEST + 1)
+        if len(text) > LARGEST:
+            raise InputError(
+                "too large for a description", where=str(path),
+                expected=f"at most {LARGEST:,} bytes", remedy="is it the right file?",
+            )  # fmt: skip
+        return tomllib.loads(text.decode("utf-8").replace("\r\n", "\n"))
     except FileNotFoundError as cause:
         raise InputError("no such file", where=str(path), remedy="check the path") from cause
     except IsADirectoryError as cause:
         raise InputError("this is a folder, not a file", where=str(path)) from cause
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as cause:
+    except OSError as cause:
+        raise InputError("cannot be read", where=str(path), found=str(cause)) from cause
+    except ValueError as cause:  # not TOML, not UTF-8, or a number of thousands of digits
         raise InputError(
             "not valid TOML", where=str(path), found=str(cause), remedy="mend that line"
         ) from cause
+    except RecursionError as cause:
+        raise InputError("nested too deeply", where=str(path), remedy="mend it") from cause
 
 
 def read_toml(path: Path, model: type[Model]) -> Model:

@@ -10,6 +10,7 @@ frames afresh with the database and the role map that lie beside them.
 """
 
 import hashlib
+import math
 import os
 import platform
 from collections.abc import Mapping
@@ -87,6 +88,7 @@ def sha256(path: Path) -> str:
 def read(folder: Path, progress: Progress = quiet) -> Recording:
     """Read a recording. Raises InputError naming what is missing, damaged or contradictory."""
     warnings: list[str] = []
+    _refuse_ways_out(folder)
     description = _description(folder, warnings)
     roles = read_toml(folder / ROLES, RoleMap)
     tables = _tables(folder, description)
@@ -110,6 +112,18 @@ def read(folder: Path, progress: Progress = quiet) -> Recording:
         faults=_faults(sorted_log, bound, start_ns),
         bus_load=_bus_load(sorted_log, description, roles),
     )
+
+
+def _refuse_ways_out(folder: Path) -> None:
+    """Refuse a link that leads out: neither what is read nor what is written is the recording's."""
+    inside = folder.resolve()
+    for item in folder.rglob("*"):
+        if item.is_symlink() and not item.resolve().is_relative_to(inside):
+            raise InputError(
+                "a link leads out of the recording", where=str(item),
+                expected=f"files below {folder}", found=str(item.readlink()),
+                remedy="a recording is complete in itself: put the file itself there",
+            )  # fmt: skip
 
 
 def _decoded(
@@ -150,7 +164,7 @@ def _description(folder: Path, warnings: list[str]) -> dict[str, Any]:
             expected=f"a folder with {DESCRIPTION}", remedy="check the path",
         )  # fmt: skip
     if (folder / DESCRIPTION).exists():
-        return load_toml(folder / DESCRIPTION)
+        return _of_the_right_kinds(load_toml(folder / DESCRIPTION), str(folder / DESCRIPTION))
     if not (folder / FRAMES).exists():
         raise InputError(
             "this folder is no recording", where=str(folder), expected=f"{DESCRIPTION}, {FRAMES}",
@@ -158,6 +172,25 @@ def _description(folder: Path, warnings: list[str]) -> dict[str, Any]:
         )  # fmt: skip
     warnings.append(f"there is no {DESCRIPTION}: whoever wrote the recording did not finish")
     return {}
+
+
+def _of_the_right_kinds(description: dict[str, Any], where: str) -> dict[str, Any]:
+    """Refuse a description in which a key that is read here holds another kind of thing."""
+    found = {name: description.get(name, {}) for name in ("run", "bus", TABLES)}
+    wrong = [f"{name}: a table" for name, what in found.items() if not isinstance(what, dict)]
+    if not isinstance(description.get("warnings", []), list):
+        wrong.append("warnings: a list")
+    rates = found["bus"] if isinstance(found["bus"], dict) else {}
+    for name in {"bitrate", "data_bitrate"} & set(rates):
+        if not isinstance(rates[name], int | float) or not 0 < rates[name] < math.inf:
+            wrong.append(f"bus.{name}: a number above 0")
+    if wrong:
+        raise InputError(
+            "a key holds another kind of thing", where=where, expected="; ".join(sorted(wrong)),
+            remedy="mend it in a copy of the recording",
+        )  # fmt: skip
+    description["warnings"] = [str(text) for text in description.get("warnings", [])]
+    return description
 
 
 def _tables(folder: Path, description: Mapping[str, Any]) -> dict[str, Table]:

@@ -33,7 +33,7 @@ class _Excitation(Section):
 
     actuator: Literal["throttle", "spark"]
     amplitude: str | float
-    duration: Seconds = Field(gt=0)
+    duration: Seconds = Field(gt=0, le=3600)  # its whole table is made before the bench arms
 
 
 class Sweep(_Excitation):

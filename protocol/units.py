@@ -1,6 +1,8 @@
 """Units are converted once, at the edge: inside, everything is SI (angles rad, ratios 1)."""
 
+import re
 from functools import cache, lru_cache
+from tokenize import TokenError
 
 import pint
 
@@ -20,6 +22,16 @@ NAMED = {"kg/m/s**2": "Pa", "kg*m/s**2": "N", "kg*m**2/s**2": "N m", "m/s**2": "
 """Base units that have a name of their own."""
 
 
+# pint calculates what it is given: "9**9**9 m" would keep it for hours and fill the memory.
+_PLAIN = re.compile(r"[\w\s/*^().%°·µΩ²³-]{0,60}")
+_POWER = re.compile(r"(?<=[\w°Ω])\s*(?:\*\*|\^)\s*-?\d(?![\w.]|\s*(?:\*\*|\^))")
+# What pint, and the Python tokenizer inside it, raise for text that is no unit.
+_NO_UNIT = (
+    pint.PintError, ArithmeticError, AssertionError, AttributeError, LookupError, RecursionError,
+    SyntaxError, TokenError, TypeError,
+)  # fmt: skip
+
+
 @cache
 def _registry() -> pint.UnitRegistry[float]:
     return pint.UnitRegistry(autoconvert_offset_to_baseunit=True)
@@ -36,9 +48,10 @@ def linear(unit: str, to: str) -> tuple[float, float]:
         unit_name = "standard_gravity"  # an accelerometer's g, not a gram
     try:
         source = _registry()
+        _check_plain(unit_name)
         zero = float(source.Quantity(0.0, unit_name).to(to_name).magnitude)
         one = float(source.Quantity(1.0, unit_name).to(to_name).magnitude)
-    except (pint.PintError, AttributeError, TypeError) as cause:
+    except _NO_UNIT as cause:
         raise ValueError(f"unit {unit!r} does not convert to {to!r} ({cause})") from cause
     return one - zero, zero
 
@@ -50,13 +63,21 @@ def to_base(unit: str) -> tuple[float, float, str]:
     Raises ValueError where the unit is unknown.
     """
     source = _registry()
+    _check_plain(ALIASES.get(unit, unit))
     try:
         base = f"{source.Quantity(1.0, ALIASES.get(unit, unit)).to_base_units().units:~C}"
-    except (pint.PintError, AttributeError, TypeError) as cause:
+    except _NO_UNIT as cause:
         raise ValueError(f"unit {unit!r} is not known ({cause})") from cause
     slope, offset = linear(unit, base)
     same = slope == 1.0 and offset == 0.0
     return slope, offset, (unit or "1") if same else NAMED.get(base, base or "1")
+
+
+def _check_plain(unit: str) -> None:
+    """Refuse what is not a product of units with powers of one digit."""
+    rest = _POWER.sub("", unit)
+    if not _PLAIN.fullmatch(unit) or "^" in rest or "**" in rest:
+        raise ValueError(f"{unit[:60]!r} is no unit")
 
 
 def parse_quantity(text: str | float | int, to: str) -> float:

@@ -14,6 +14,7 @@ from protocol.logs.candump_text import DATA, KINDS, TextColumns, line_at, parse_
 from protocol.logs.reading import Progress, quiet
 
 PIECE = 8_000_000  # bytes read at once: some 170 000 lines
+LONGEST = 2 * PIECE  # bytes of a line: the padding of a torn end; memory stays bounded
 
 
 def candump_pieces(path: Path, progress: Progress = quiet, size: int = PIECE) -> Iterator[bytes]:
@@ -26,6 +27,12 @@ def candump_pieces(path: Path, progress: Progress = quiet, size: int = PIECE) ->
             progress(done / total)
             if newline:
                 yield whole + newline
+            elif len(rest) > LONGEST:
+                raise InputError(
+                    "this is no text of lines", where=str(path), expected=EXPECTED,
+                    found=f"no line end in {len(rest):,} bytes",
+                    remedy="is it a log, and whole?",
+                )  # fmt: skip
     if rest:
         yield rest
 
