@@ -181,9 +181,11 @@ def _of_the_right_kinds(description: dict[str, Any], where: str) -> dict[str, An
     if not isinstance(description.get("warnings", []), list):
         wrong.append("warnings: a list")
     rates = found["bus"] if isinstance(found["bus"], dict) else {}
-    for name in {"bitrate", "data_bitrate"} & set(rates):
-        if not isinstance(rates[name], int | float) or not 0 < rates[name] < math.inf:
-            wrong.append(f"bus.{name}: a number above 0")
+    wrong += [
+        f"bus.{name}: a number above 0"
+        for name in {"bitrate", "data_bitrate"} & set(rates)
+        if not isinstance(rates[name], int | float) or not 0 < rates[name] < math.inf
+    ]
     if wrong:
         raise InputError(
             "a key holds another kind of thing", where=where, expected="; ".join(sorted(wrong)),
