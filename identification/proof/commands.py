@@ -49,6 +49,10 @@ def prove_command(
                    TimeRemainingColumn())  # fmt: skip
         with Progress(*columns, console=console) as progress:
             task = progress.add_task("sealed cases", total=cases)
-            results = run_study(study, lambda done, _: progress.update(task, completed=done))
+            try:
+                results = run_study(study, lambda done, _: progress.update(task, completed=done))
+            except KeyboardInterrupt:
+                console.print("interrupted; the same command goes on where this one stopped")
+                raise typer.Exit(130) from None
     for line in publish(study, results, page_path or out / "proof.md"):
         typer.echo(line)

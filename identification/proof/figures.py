@@ -11,12 +11,13 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from identification.proof.generator.case import NOTHING
-from identification.proof.score import NOBODY_SEES, VISIBLE, Judged, Rate, what_is_wrong
+from identification.proof.score import NOBODY_SEES, VISIBLE, Judged, what_is_wrong
+from identification.proof.score import Figure as Counted
 
 GOOD, BAD, QUIET = "#1b7f5c", "#c0392b", "#8a8f98"
 
 
-def draw_figures(cases: Sequence[Judged], rates: Sequence[Rate], folder: Path) -> list[Path]:
+def draw_figures(cases: Sequence[Judged], rates: Sequence[Counted], folder: Path) -> list[Path]:
     """Draw all figures into a folder; returns their paths."""
     folder.mkdir(parents=True, exist_ok=True)
     drawn = {"proof_rates.png": _rates(rates), "proof_visibility.png": _visibility(cases)}
@@ -25,19 +26,21 @@ def draw_figures(cases: Sequence[Judged], rates: Sequence[Rate], folder: Path) -
     return [folder / name for name in drawn]
 
 
-def _rates(rates: Sequence[Rate]) -> Figure:
+def _rates(rates: Sequence[Counted]) -> Figure:
     """Every share with its interval, and what is wanted of it."""
     shown = [r for r in rates if r.total]
     figure = Figure(figsize=(9.0, 0.45 * len(shown) + 1.2), layout="constrained")
     axes = figure.add_subplot()
     for y, rate in enumerate(reversed(shown)):
-        axes.barh(y, rate.high - rate.low, left=rate.low, height=0.7, color="#e7efe9")
-        low, high = rate.interval
-        axes.plot([low, high], [y, y], color=GOOD if rate.met else BAD, lw=2.5)
-        axes.plot(rate.percent, y, "o", color=GOOD if rate.met else BAD)
-    axes.set_yticks(range(len(shown)), [f"{r.text} ({r.count}/{r.total})" for r in reversed(shown)])
+        if rate.wanted:
+            width = min(rate.high, 120.0) - rate.low
+            axes.barh(y, width, left=rate.low, height=0.7, color="#e7efe9")
+        colour = {True: GOOD, False: BAD, None: QUIET}[rate.met]
+        axes.plot(np.clip(rate.interval, 0.0, 120.0), [y, y], color=colour, lw=2.5)
+        axes.plot(np.clip(rate.percent, 0.0, 120.0), y, "o", color=colour)
+    axes.set_yticks(range(len(shown)), [f"{r.text}: {r.shown}" for r in reversed(shown)])
     axes.set_xlim(-1, 101)
-    axes.set_xlabel("share of the cases, %; line: Clopper and Pearson's 95 %; shaded: the goal")
+    axes.set_xlabel("%; line: 95 % interval; shaded: the goal")
     axes.spines[["top", "right"]].set_visible(False)
     return figure
 

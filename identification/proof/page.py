@@ -13,10 +13,10 @@ from identification.proof.generator.kinds import LIBRARY, OUTSIDE
 from identification.proof.score import (
     NOBODY_SEES,
     VISIBLE,
+    Figure,
     Judged,
-    Rate,
+    figures,
     misses,
-    rates,
     what_is_wrong,
 )
 
@@ -45,7 +45,7 @@ class Made:
 
 def page(cases: Sequence[Judged], made: Made) -> str:
     """Return the text of docs/proof.md."""
-    counted = rates(cases)
+    counted = figures(cases)
     return "\n".join([
         "# The proof", "", *_opening(cases, made), "", "## Goals", "", *_goals(counted), "",
         f"![Every share with its interval]({made.figures}/proof_rates.png)", "",
@@ -62,13 +62,12 @@ def _opening(cases: Sequence[Judged], made: Made) -> list[str]:
     told = ", ".join(f"{count} {sort}" for sort, count in sorts.most_common())
     tyres = sum(c.tyre != "magic formula" for c in cases)
     left = made.wanted - len(cases)
-    lines = [
-        "Sealed cases out of a generator with its own equations, step, integrator and",
-        "disturbances, analysed by `slipbench explain`:",
-        f"{len(cases)} cases ({told}); in {tyres} of",
-        "them the tyre follows another formula than the simulation's. This page is made by the",
-        "command at its end.",
-    ]
+    lines = textwrap.wrap(
+        "Sealed cases out of a generator with its own equations, step, integrator and disturbances,"
+        f" analysed by `slipbench explain`: {len(cases)} cases ({told}); in {tyres} of them the"
+        " tyre follows another formula than the simulation's. This page is made by the command at"
+        " its end.", 95,
+    )  # fmt: skip
     if failed := [c for c in cases if c.failed]:
         lines += ["", f"**In {len(failed)} cases the engine failed; they count as missed.**"]
     if left:
@@ -76,24 +75,24 @@ def _opening(cases: Sequence[Judged], made: Made) -> list[str]:
     return lines
 
 
-def _goals(counted: Iterable[Rate]) -> list[str]:
-    lines = ["| | share | 95 % interval | goal | |", "|---|---|---|---|---|"]
+def _goals(counted: Iterable[Figure]) -> list[str]:
+    lines = ["| | counted | 95 % interval | goal | |", "|---|---|---|---|---|"]
     for r in counted:
         low, high = r.interval
-        share = f"{r.count} of {r.total} = {r.percent:.1f} %" if r.total else "none counted"
-        lines.append(f"| {r.text} | {share} | {low:.1f} to {high:.1f} % | {_goal(r)} | {_met(r)} |")
+        interval = f"{low:.1f} to {high:.1f} %" if r.total else ""
+        lines.append(f"| {r.text} | {r.shown} | {interval} | {_goal(r)} | {_met(r)} |")
     return lines
 
 
-def _goal(rate: Rate) -> str:
+def _goal(rate: Figure) -> str:
     if not rate.wanted:
         return "none set"
-    if rate.low and rate.high < 100.0:
+    if rate.low and math.isfinite(rate.high):
         return f"{rate.low:g} to {rate.high:g} %"
     return f"at least {rate.low:g} %" if rate.low else f"at most {rate.high:g} %"
 
 
-def _met(rate: Rate) -> str:
+def _met(rate: Figure) -> str:
     return {True: "met", False: "**not met**", None: "open" if rate.wanted else ""}[rate.met]
 
 
@@ -101,12 +100,13 @@ def _visible(cases: Iterable[Judged]) -> list[str]:
     with_truth = [c for c in cases if c.truth and not c.failed]
     seen = sum(c.expected is True for c in with_truth)
     nobody = sum(c.expected is False for c in with_truth)
-    return [
-        f"Of {len(with_truth)} cases in which something is missing, somebody who knows it gains",
-        f"{VISIBLE:g} nats and more in {seen}, and less than {NOBODY_SEES:g} in {nobody}: there",
-        "calibration hides it, or the trials do not excite it. The former count in the table",
-        "above; to claim the latter counts as a false alarm. Between the two nothing is counted.",
-    ]
+    return textwrap.wrap(
+        f"Of {len(with_truth)} cases in which something is missing, somebody who knows it gains"
+        f" {VISIBLE:g} nats and more in {seen}, and less than {NOBODY_SEES:g} in {nobody}: there"
+        " calibration hides it, or the trials do not excite it. The former count in the table"
+        " above; to claim the latter counts as a false alarm. Between the two nothing is counted.",
+        95,
+    )
 
 
 def _kinds(cases: Sequence[Judged]) -> list[str]:
@@ -160,15 +160,16 @@ def _misses(cases: Sequence[Judged]) -> list[str]:
 
 
 def _method() -> list[str]:
-    return textwrap.wrap(METHOD, 95)
+    return textwrap.wrap(METHOD.strip(), 95)
 
 
 def _repeat(made: Made) -> list[str]:
     return [
         "```", made.command, "```", "",
-        f"Sealed answers: `{made.fingerprint}` (SHA-256). Source text that decides the results:",
-        f"`{made.source[:16]}`. The table is the same for any number of workers, and after any",
-        "interruption: the same command goes on where it stopped.",
+        f"Sealed answers: `{made.fingerprint}` (SHA-256).",
+        f"Source text that decides the results: `{made.source[:16]}`.",
+        "The table is the same for any number of workers, and after any interruption: the same",
+        "command goes on where it stopped.",
     ]  # fmt: skip
 
 

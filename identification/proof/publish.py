@@ -7,28 +7,27 @@ from pathlib import Path
 from identification.proof.answers import FINGERPRINT, unseal, write_whole
 from identification.proof.figures import draw_figures
 from identification.proof.page import Made, headline, page
-from identification.proof.score import judged, rates
+from identification.proof.score import figures, judged
 from identification.proof.study import Result, Study, source_fingerprint
 
 
 def publish(study: Study, results: Sequence[Result], path: Path) -> Iterator[str]:
     """Write the page and its figures; yields what to say."""
     cases = judged(unseal(study.folder), results)
-    counted = rates(cases)
-    figures = path.parent / "figures"
-    draw_figures(cases, counted, figures)
+    counted = figures(cases)
+    drawn = path.parent / "figures"
+    draw_figures(cases, counted, drawn)
     made = Made(
         f"slipbench prove --cases {study.cases} --seed {study.seed}",
         (study.folder / FINGERPRINT).read_text("ascii").strip(),
         results[0]["source"] if results else source_fingerprint(),
-        study.cases, os.path.relpath(figures, path.parent),
+        study.cases, os.path.relpath(drawn, path.parent),
     )  # fmt: skip
     write_whole(path, page(cases, made))
     yield headline(results, cases)
-    for rate in counted:
-        if rate.total:
-            low, high = rate.interval
-            share = f"{rate.count}/{rate.total} = {rate.percent:.1f} % ({low:.0f} to {high:.0f})"
-            verdict = {True: ", met", False: ", NOT MET", None: ""}[rate.met]
-            yield f"{rate.text}: {share}{verdict}"
+    for one in counted:
+        if one.total:
+            low, high = one.interval
+            verdict = {True: ", met", False: ", NOT MET", None: ""}[one.met]
+            yield f"{one.text}: {one.shown} ({low:.0f} to {high:.0f}){verdict}"
     yield f"written: {path}"

@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
 from scipy import stats
 
 from identification.proof.generator.case import (
@@ -57,38 +58,48 @@ class Judged:
 
 
 @dataclass(frozen=True)
-class Rate:
-    """A count out of cases. goal: what is wanted of the share, in per cent; low, high: allowed."""
+class Figure:
+    """Something counted over cases, %. low, high: what is wanted of it; 0 and inf: nothing."""
 
     text: str
-    count: int
     total: int
+    percent: float
+    interval: tuple[float, float]
+    shown: str
     low: float = 0.0
-    high: float = 100.0
-
-    @property
-    def percent(self) -> float:
-        """Share, %."""
-        return 100.0 * self.count / self.total if self.total else math.nan
-
-    @property
-    def interval(self) -> tuple[float, float]:
-        """Clopper and Pearson's 95 % interval, %."""
-        if not self.total:
-            return 0.0, 100.0
-        found = stats.binomtest(self.count, self.total).proportion_ci(CONFIDENCE, "exact")
-        return 100.0 * float(found.low), 100.0 * float(found.high)
+    high: float = math.inf
 
     @property
     def wanted(self) -> bool:
         """Whether there is a goal."""
-        return self.low > 0.0 or self.high < 100.0
+        return self.low > 0.0 or self.high < math.inf
 
     @property
     def met(self) -> bool | None:
-        """Whether the share is what is wanted; None where nothing was counted or wanted."""
+        """Whether it is what is wanted; None where nothing was counted or wanted."""
         counts = bool(self.total) and self.wanted
         return self.low <= self.percent <= self.high if counts else None
+
+
+def share(text: str, count: int, total: int, low: float = 0.0, high: float = math.inf) -> Figure:
+    """So many of so many, with Clopper and Pearson's exact 95 % interval."""
+    if not total:
+        return Figure(text, 0, math.nan, (0.0, 100.0), "none counted", low, high)
+    found = stats.binomtest(count, total).proportion_ci(CONFIDENCE, "exact")
+    percent = 100.0 * count / total
+    interval = 100.0 * float(found.low), 100.0 * float(found.high)
+    return Figure(text, total, percent, interval, f"{count}/{total} = {percent:.1f} %", low, high)
+
+
+def middle(text: str, shares: Sequence[float], low: float = 0.0) -> Figure:
+    """Median of shares, with the 95 % interval that their order alone gives."""
+    if not shares:
+        return Figure(text, 0, math.nan, (0.0, 100.0), "none counted", low)
+    ordered, n = np.sort(shares) * 100.0, len(shares)
+    first = max(int(stats.binom.ppf(0.5 - CONFIDENCE / 2, n, 0.5)) - 1, 0)
+    percent = float(np.median(ordered))
+    interval = float(ordered[first]), float(ordered[n - 1 - first])
+    return Figure(text, n, percent, interval, f"{percent:.1f} %, median of {n}", low)
 
 
 def judged(
@@ -169,48 +180,46 @@ def _curve(result: Mapping[str, Any]) -> float:
     return told["confirmed"] / told["possible"] if told and told["possible"] > VISIBLE else math.nan
 
 
-def rates(cases: Sequence[Judged]) -> list[Rate]:
-    """Return all that has a goal."""
+def figures(cases: Sequence[Judged]) -> list[Figure]:
+    """Return all that is counted, with the goals that there are."""
+    single = (MODERATE, SMALL)
 
     def of(text: str, among: Callable[[Judged], bool], what: Callable[[Judged], bool],
-           low: float = 0.0, high: float = 100.0) -> Rate:  # fmt: skip
+           low: float = 0.0, high: float = math.inf) -> Figure:  # fmt: skip
         chosen = [c for c in cases if among(c)]
-        return Rate(text, sum(map(what, chosen)), len(chosen), low, high)
+        return share(text, sum(map(what, chosen)), len(chosen), low, high)
 
     def visible(*sorts: str) -> Callable[[Judged], bool]:
         return lambda c: c.sort in sorts and bool(c.seen)
 
-    single = (MODERATE, SMALL)
-    found = [
-        of("Family-wise false alarms, nothing missing", lambda c: c.sort == NOTHING,
-           lambda c: c.alarm, high=5.0),
-        of("Alarms where nobody can see anything", lambda c: c.sort != NOTHING
-           and c.expected is False, lambda c: c.alarm, high=5.0),
-        of("Alarm, one effect, moderate", visible(MODERATE), lambda c: c.alarm, low=95.0),
-        of("Alarm, one effect, small", visible(SMALL), lambda c: c.alarm, low=90.0),
+    def unseen(c: Judged) -> bool:
+        return c.sort != NOTHING and c.expected is False
+
+    numbers = [x for c in cases for x in c.covered]
+    return [
+        of("False alarms, nothing missing", lambda c: c.sort == NOTHING, lambda c: c.alarm,
+           high=5.0),
+        of("Alarms where nobody can see anything", unseen, lambda c: c.alarm, high=5.0),
+        of("Alarm, one effect, moderate", visible(MODERATE), lambda c: c.alarm),
+        of("Alarm, one effect, small", visible(SMALL), lambda c: c.alarm),
         of("Injection point right, moderate", visible(MODERATE), lambda c: c.located, low=95.0),
         of("Injection point right, small", visible(SMALL), lambda c: c.located, low=90.0),
         of("Name or its class right, moderate", visible(MODERATE), lambda c: c.named, low=95.0),
         of("Name or its class right, small", visible(SMALL), lambda c: c.named, low=85.0),
-        of("Alarm, effect outside the library", visible(ELSE), lambda c: c.alarm, low=95.0),
-        of("No name given, effect outside the library", visible(ELSE), lambda c: not c.said,
-           low=95.0),
-        of("Injection point right, outside the library", visible(ELSE), lambda c: c.located,
-           low=90.0),
         of("Pairs exact", visible(PAIR), lambda c: c.named, low=85.0),
         of("Triples exact", visible(TRIPLE), lambda c: c.named, low=85.0),
+        of("Alarm, effect outside the library", visible(ELSE), lambda c: c.alarm, low=95.0),
+        of("No name given, outside the library", visible(ELSE), lambda c: not c.said),
+        of("Injection point right, outside the library", visible(ELSE), lambda c: c.located),
+        of("Not excited, and said so", lambda c: c.sort == UNEXCITED and c.expected is False,
+           lambda c: c.said_hidden),
+        share("95 % intervals that hold the truth", sum(numbers), len(numbers), 90.0, 98.0),
+        middle("Share of the true effect's held-out gain, where named",
+               [c.share for c in cases if c.sort in single and c.named
+                and math.isfinite(c.share)]),
+        middle("Share of the true physics' held-out gain, free curve",
+               [c.curve for c in cases if c.seen and math.isfinite(c.curve)], low=90.0),
     ]  # fmt: skip
-    found.append(of("Not excited, and said so", lambda c: c.sort == UNEXCITED
-                    and c.expected is False, lambda c: c.said_hidden))  # fmt: skip
-    numbers = [x for c in cases for x in c.covered]
-    found.append(Rate("95 % intervals that hold the truth", sum(numbers), len(numbers), 90.0, 98.0))
-    shares = [c.share for c in cases if c.sort in single and c.named and math.isfinite(c.share)]
-    found.append(Rate("Held-out gain at least 90 % of the true effect's, where named",
-                      sum(s >= 0.9 for s in shares), len(shares), 90.0))  # fmt: skip
-    curves = [c.curve for c in cases if c.seen and math.isfinite(c.curve)]
-    found.append(Rate("Free curve's held-out gain at least 90 % of the true physics'",
-                      sum(s >= 0.9 for s in curves), len(curves), 90.0))  # fmt: skip
-    return found
 
 
 def misses(cases: Iterable[Judged]) -> list[Judged]:

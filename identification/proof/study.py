@@ -20,6 +20,10 @@ from protocol.errors import InputError
 JUDGED = ("identification/mismatch", "identification/proof", "identification/signals", "plant",
           "protocol")  # fmt: skip
 """Folders whose text decides a result."""
+AFTERWARDS = frozenset(
+    {"page.py", "figures.py", "score.py", "publish.py", "commands.py", "study.py", "answers.py"}
+)
+"""Files of these names only order the work, or count and show what came of it."""
 Result = dict[str, Any]
 
 
@@ -96,6 +100,6 @@ def source_fingerprint(root: Path = Path(__file__).parents[2]) -> str:
     digest = hashlib.sha256()
     for folder in JUDGED:
         for path in sorted((root / folder).rglob("*.py")):
-            if path.name not in ("page.py", "figures.py", "score.py", "commands.py"):
+            if path.name not in AFTERWARDS:
                 digest.update(path.relative_to(root).as_posix().encode() + path.read_bytes())
     return digest.hexdigest()

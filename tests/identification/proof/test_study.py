@@ -9,7 +9,7 @@ from distributed import LocalCluster
 from identification.cluster import Workers
 from identification.proof.answers import FINGERPRINT, SEALED, seal, unseal
 from identification.proof.page import Made, page
-from identification.proof.score import Judged, Rate, judged, rates, what_is_wrong
+from identification.proof.score import Judged, figures, judged, middle, share, what_is_wrong
 from identification.proof.study import Study, place_of, results_so_far, run_study
 from protocol.errors import InputError
 
@@ -83,7 +83,7 @@ def test_what_nobody_can_see_is_no_miss_and_to_claim_it_is() -> None:
 def test_an_alarm_where_nothing_is_missing_is_a_false_one() -> None:
     (one,) = only((answer(0, "nothing"), result(0, FOUND, [])))
     assert what_is_wrong(one) == "false alarm"
-    assert next(r for r in rates([one]) if "false alarms" in r.text).count == 1
+    assert next(f for f in figures([one]) if "False alarms" in f.text).percent == 100.0
 
 
 def test_of_a_pair_both_must_be_named_and_nothing_else() -> None:
@@ -104,7 +104,15 @@ def test_a_name_for_what_is_in_no_library_is_a_miss() -> None:
 ])  # fmt: skip
 def test_intervals_are_those_of_the_tables(count: int, total: int, low: float, high: float) -> None:
     """Clopper and Pearson, Biometrika 26 (1934), to two digits."""
-    assert Rate("", count, total).interval == pytest.approx((low, high), abs=0.01)
+    assert share("", count, total).interval == pytest.approx((low, high), abs=0.01)
+
+
+def test_the_interval_of_a_median_comes_from_order_alone() -> None:
+    """Of 10 values, the 2nd and the 9th hold the median in 97.9 % (David and Nagaraja 2003)."""
+    found = middle("", [0.1 * k for k in range(1, 11)], low=90.0)
+    assert found.interval == pytest.approx((20.0, 90.0))
+    assert found.percent == pytest.approx(55.0)
+    assert found.met is False
 
 
 def test_the_page_tells_every_goal_and_every_miss() -> None:
