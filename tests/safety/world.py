@@ -98,6 +98,7 @@ class Wire:
     waiting: list[can.Message] = field(default_factory=list)
     sent: list[can.Message] = field(default_factory=list)
     refuses: bool = False
+    state: can.BusState = can.BusState.ACTIVE  # of its controller, which never leaves this bus
 
     def recv(self, _timeout: float) -> can.Message | None:
         return self.waiting.pop(0) if self.waiting else None
@@ -249,7 +250,7 @@ class Beginning:
         return world
 
 
-def _nowhere(_message: can.Message, _own: bool) -> None:
+def _nowhere(_message: can.Message, own: bool) -> None:
     pass
 
 
