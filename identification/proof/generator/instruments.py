@@ -12,7 +12,7 @@ from identification.proof.generator.ride import Commands, Course
 from identification.proof.generator.told import Noises
 
 TEETH = 16
-TOLERANCE = 3e-6  # m, standard deviation of the place of a ground tooth
+TOLERANCE = 1e-6  # m, standard deviation of a tooth's place: a tenth of what anybody cares for
 PITCH_RADIUS = 0.1  # m
 DRIFT = 30e-6
 PERIODS = {"throttle_position": 1e-3, "engine_speed": 5e-3, "optical_speed": 4e-3}
