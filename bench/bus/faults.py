@@ -22,6 +22,7 @@ from bench.bus.frame import Frame
 
 ALL: frozenset[int] = frozenset()
 ANYBODY: frozenset[str] = frozenset()
+LONGEST = 3600.0  # s that a frame may be late
 
 
 class Passage(NamedTuple):
@@ -161,6 +162,21 @@ class FaultPlan:
 
     faults: tuple[Fault, ...] = ()
     seed: int = 0
+
+    def __post_init__(self) -> None:
+        """Refuse what cannot be followed; raises ValueError."""
+        for fault in self.faults:
+            if not 0 <= fault.chance <= 1:
+                raise ValueError(f"chance = {fault.chance} is not between 0 and 1")
+            for name in ("by", "spread", "at_most"):
+                seconds = getattr(fault, name, 0.0)
+                if not 0 <= seconds <= LONGEST:
+                    raise ValueError(f"{name} = {seconds} s is not between 0 and {LONGEST:.0f}")
+            where = fault.where
+            if not all(isinstance(each, int) for each in where.identifiers):
+                raise ValueError("identifiers are numbers")
+            if not all(isinstance(each, str) for each in (*where.senders, *where.receivers)):
+                raise ValueError("senders and receivers are names")
 
 
 NO_FAULTS = FaultPlan()

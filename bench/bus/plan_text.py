@@ -36,7 +36,7 @@ def read_plan(text: str) -> FaultPlan:
     try:
         told = json.loads(text)
         return FaultPlan(tuple(_fault(each) for each in told["faults"]), int(told["seed"]))
-    except (ValueError, KeyError, TypeError, AttributeError) as cause:
+    except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as cause:
         raise InputError(
             "not a plan of faults",
             expected=f'{{"seed": 0, "faults": [{{"fault": one of {", ".join(KINDS)}, ...}}]}}',

@@ -13,9 +13,11 @@ from typing import NamedTuple
 from bench.bus.counters import Confinement
 from bench.bus.error_frames import BUS_OFF, CONTROLLER, OVERFLOW, error_content
 from bench.bus.events import Delivery, Notice
+from bench.bus.faults import LONGEST
 from bench.bus.frame import Frame, checked
 
 HEAD = struct.Struct("=BBBBIqQ")
+FASTEST = 20_000_000  # bit/s
 LARGEST = 1 << 16  # bytes of a record: a plan of faults
 EXTENDED, REMOTE, FD, SWITCHES_RATE, ERROR_PASSIVE, OWN = 1, 2, 4, 8, 16, 32
 
@@ -69,7 +71,25 @@ class Hello:
     @classmethod
     def read(cls, text: bytes) -> "Hello":
         """Read it; raises ValueError or TypeError for what is none."""
-        return cls(**json.loads(text))
+        try:
+            told = json.loads(text)
+        except RecursionError as cause:
+            raise ValueError("this is no hello") from cause
+        hello = cls(**told) if isinstance(told, dict) else None
+        if hello is None or not hello.sensible:
+            raise ValueError(f"this is no hello: {told!r:.200}")
+        return hello
+
+    @property
+    def sensible(self) -> bool:
+        """Tell whether a wire can do what this asks for."""
+        counts = (self.bitrate, self.data_bitrate, self.room)
+        wait = self.restart_after
+        return (
+            all(type(count) is int and 0 < count <= FASTEST for count in counts)
+            and isinstance(self.name, str)
+            and (wait is None or (isinstance(wait, int | float) and 0 <= wait <= LONGEST))
+        )
 
 
 def packed(kind: Kind, content: bytes = b"", time_ns: int = 0) -> bytes:

@@ -160,10 +160,21 @@ def test_a_plan_survives_its_text(seed: int, faults: list[Fault]) -> None:
     assert read_plan(plan_text(plan)) == plan
 
 
+@pytest.mark.parametrize("fault", [
+    Lost(1.1), Lost(-0.1), Lost(float("nan")), Delayed(1.0, float("inf")), Delayed(1.0, -1.0),
+    Delayed(1.0, 0.0, float("nan")), Reordered(1.0, at_most=float("inf")),
+], ids=str)  # fmt: skip
+def test_what_cannot_happen_cannot_be_planned(fault: Fault) -> None:
+    with pytest.raises(ValueError, match="is not between"):
+        FaultPlan((fault,))
+
+
 @pytest.mark.parametrize(
     "text",
     ["", "[]", "{}", '{"seed": 1, "faults": [{"fault": "bang"}]}', '{"seed": "x", "faults": []}',
-     '{"seed": 1, "faults": [{"fault": "lost", "chance": 1, "colour": 2}]}'],
+     '{"seed": 1, "faults": [{"fault": "lost", "chance": 1, "colour": 2}]}',
+     '{"seed": 1, "faults": [{"fault": "lost", "chance": 1, "where": {"senders": [1]}}]}',
+     "[" * 100_000],
 )  # fmt: skip
 def test_what_is_no_plan_is_refused(text: str) -> None:
     with pytest.raises(InputError, match="not a plan of faults"):

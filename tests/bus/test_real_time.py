@@ -3,6 +3,7 @@
 Nothing here depends on how fast the machine is: the time stamps are the wire's own.
 """
 
+import socket
 import subprocess
 import sys
 import time
@@ -14,9 +15,11 @@ from pathlib import Path
 import can
 import pytest
 
+from bench.bus.broker import address
 from bench.bus.faults import Disturbed, FaultPlan, Lost, Where
 from bench.bus.frame import BitRates, Frame
 from bench.bus.python_can import SlipbenchBus
+from bench.bus.records import HEAD, LARGEST, Hello, Kind, packed, unpacked
 from bench.buses import QUEUE_LENGTH, BusAddress, open_bus
 from tests.bus.wires import PATIENCE, receive
 
@@ -228,6 +231,45 @@ def test_a_broker_that_is_killed_is_told_at_once_and_the_channel_can_be_used_aga
     with joined(channel) as one, joined(channel) as other:
         one.send(frame())
         assert len(receive(other, 1)) == 1
+
+
+@pytest.mark.parametrize("nonsense", [
+    b"", b"x", bytes(24), b"\x01" + bytes(23), b"\x01" + bytes(23) + b"{}", b"\x02" + bytes(40),
+    b"\x01" + bytes(23) + b"[" * 5000, b"\xff" * 24,
+    packed(Kind.HELLO, Hello("zero", 0, 0, True, None, 5, False).text()),
+    packed(Kind.HELLO, Hello("never", 500_000, 2_000_000, True, float("nan"), 5, False).text()),
+    packed(Kind.HELLO, Hello(5, 500_000, 2_000_000, True, None, 5, False).text()),  # type: ignore[arg-type]
+], ids=len)  # fmt: skip
+def test_a_stranger_who_talks_nonsense_is_sent_away_and_disturbs_nobody(
+    two: Two, nonsense: bytes
+) -> None:
+    with socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET) as stranger:
+        stranger.settimeout(PATIENCE)
+        stranger.connect(address(two[0]._channel))
+        stranger.send(nonsense)
+        if nonsense:
+            assert unpacked(stranger.recv(LARGEST)).kind is Kind.REFUSED
+    two[0].send(frame(0x123))
+    assert [message.arbitration_id for message in receive(two[1], 1)] == [0x123]
+
+
+@pytest.mark.parametrize("record", [
+    HEAD.pack(Kind.FRAME, 0, 0, 0, 0x800, 0, 0),
+    HEAD.pack(Kind.FRAME, 0, 0, 0, 1, 0, 0) + bytes(9),
+    HEAD.pack(Kind.FRAME, 4, 0, 0, 1, 0, 0) + bytes(9),
+    HEAD.pack(Kind.FAULTS, 0, 0, 0, 0, 0, 0) + b"{}",
+    HEAD.pack(Kind.WELCOME, 0, 0, 0, 0, 0, 0)[:-1],
+], ids=["identifier", "too long", "no such length", "no plan", "torn"])  # fmt: skip
+def test_a_member_that_sends_what_cannot_be_is_sent_away_and_disturbs_nobody(
+    two: Two, channel: str, record: bytes
+) -> None:
+    one, other = two
+    with joined(channel) as wrong:
+        wrong._tell(record)
+        with pytest.raises(can.CanOperationError, match=r"the bus refused|the bus is gone"):
+            wrong.recv(PATIENCE)
+    one.send(frame(0x123))
+    assert [message.arbitration_id for message in receive(other, 1)] == [0x123]
 
 
 def test_a_channel_s_name_that_is_too_long_is_refused() -> None:
