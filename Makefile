@@ -73,6 +73,12 @@ bench: setup
 	@for benchmark in benchmarks/*.py; do \
 	  echo "== $$benchmark"; $(IN)/python $$benchmark || exit 1; done
 
+# The same as a page; hilspy and cyclictest are measured where they are installed.
+.PHONY: bench-page
+bench-page: setup
+	mkdir -p build && cd benchmarks && ../$(IN)/python -m timing.page > ../build/benchmarks.md
+	mv build/benchmarks.md docs/benchmarks.md
+
 # The test files of libraries that judge ours (cantools' own databases).
 .PHONY: sources
 sources: setup

@@ -1,4 +1,4 @@
-"""Logs that others wrote: the frames are what other readers read, the samples what cantools decodes.
+"""Logs that others wrote: their frames as other readers read them, decoded as cantools decodes.
 
 No database came with these logs, so one is made up for the identifiers that are in them: signals of
 both byte orders across the payload, signed and scaled. What they mean does not matter here.

@@ -1,0 +1,50 @@
+"""The benchmarks of time and formats as a page: what was run, on what, and what it printed.
+
+`python -m timing.page` in benchmarks/ prints the page.
+"""
+
+import os
+import platform
+import subprocess
+import sys
+import time
+from importlib import metadata
+from pathlib import Path
+
+BENCHMARKS = Path(__file__).parents[1]
+PAGES = {
+    "lateness.py": "How late a periodic loop, a replay and an answer are",
+    "decode.py": "Decoding a whole log",
+    "export.py": "Exporting a recording",
+}
+LIBRARIES = ("python-can", "cantools", "asammdf", "hilspy", "numpy")
+
+
+def main() -> None:
+    """Run each and print the page."""
+    print("# Benchmarks\n\nMade by `make bench-page`, peers in the same run, on one machine.\n")
+    print(f"{_machine()}\n")
+    for name, title in PAGES.items():
+        done = subprocess.run(
+            [sys.executable, str(BENCHMARKS / name)], capture_output=True, text=True, check=True
+        )
+        print(f"## {title}\n\n```text\n{done.stdout.rstrip()}\n```\n")
+
+
+def _machine() -> str:
+    versions = ", ".join(f"{name} {_version(name)}" for name in LIBRARIES)
+    return (
+        f"{time.strftime('%Y-%m-%d')}, {os.cpu_count()} processors, {platform.system()}"
+        f" {platform.release().split('-')[0]}, Python {platform.python_version()}, {versions}."
+    )
+
+
+def _version(name: str) -> str:
+    try:
+        return metadata.version(name)
+    except metadata.PackageNotFoundError:
+        return "not installed"
+
+
+if __name__ == "__main__":
+    main()
