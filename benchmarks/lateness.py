@@ -11,7 +11,7 @@ import time
 from contextlib import nullcontext
 
 import numpy as np
-from timing import cyclictest, players, trigger, wire
+from timing import cyclictest, players, ring, trigger, wire
 from timing.load import decoding
 from timing.quantiles import HEAD, Row
 
@@ -30,6 +30,8 @@ def main(seconds: float = SECONDS) -> None:
             triggers(title)
     with decoding():
         accounted()
+    costs = ", ".join(f"{name} {cost:.2f} us" for name, cost in ring.measure().items())
+    print(f"inside the tick, into the ring of the recorder: {costs}")
 
 
 def senders(title: str, seconds: float) -> None:
