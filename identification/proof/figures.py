@@ -10,9 +10,9 @@ matplotlib.use("Agg")
 import numpy as np
 from matplotlib.figure import Figure
 
+from identification.proof.counting import Figure as Counted
 from identification.proof.generator.case import NOTHING
 from identification.proof.score import NOBODY_SEES, VISIBLE, Judged, what_is_wrong
-from identification.proof.score import Figure as Counted
 
 GOOD, BAD, QUIET = "#1b7f5c", "#c0392b", "#8a8f98"
 

@@ -9,16 +9,9 @@ from typing import Any
 
 import numpy as np
 
+from identification.proof.counting import Figure, figures
 from identification.proof.generator.kinds import LIBRARY, OUTSIDE
-from identification.proof.score import (
-    NOBODY_SEES,
-    VISIBLE,
-    Figure,
-    Judged,
-    figures,
-    misses,
-    what_is_wrong,
-)
+from identification.proof.score import NOBODY_SEES, VISIBLE, Judged, misses, what_is_wrong
 
 METHOD = """
 Every motorcycle is drawn anew from the range of its class. Its vehicle file errs in every number by

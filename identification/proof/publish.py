@@ -5,9 +5,10 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from identification.proof.answers import FINGERPRINT, unseal, write_whole
+from identification.proof.counting import figures
 from identification.proof.figures import draw_figures
 from identification.proof.page import Made, headline, page
-from identification.proof.score import figures, judged
+from identification.proof.score import judged
 from identification.proof.study import Result, Study, source_fingerprint
 
 

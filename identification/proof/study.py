@@ -21,7 +21,16 @@ JUDGED = ("identification/mismatch", "identification/proof", "identification/sig
           "protocol")  # fmt: skip
 """Folders whose text decides a result."""
 AFTERWARDS = frozenset(
-    {"page.py", "figures.py", "score.py", "publish.py", "commands.py", "study.py", "answers.py"}
+    {
+        "page.py",
+        "figures.py",
+        "score.py",
+        "counting.py",
+        "publish.py",
+        "commands.py",
+        "study.py",
+        "answers.py",
+    }
 )
 """Files of these names only order the work, or count and show what came of it."""
 Result = dict[str, Any]

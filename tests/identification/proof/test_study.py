@@ -8,8 +8,9 @@ from distributed import LocalCluster
 
 from identification.cluster import Workers
 from identification.proof.answers import FINGERPRINT, SEALED, seal, unseal
+from identification.proof.counting import figures, middle, share
 from identification.proof.page import Made, page
-from identification.proof.score import Judged, figures, judged, middle, share, what_is_wrong
+from identification.proof.score import Judged, judged, what_is_wrong
 from identification.proof.study import Study, place_of, results_so_far, run_study
 from protocol.errors import InputError
 
