@@ -69,9 +69,15 @@ million: setup
 accuracy: setup
 	$(IN)/python benchmarks/accuracy.py 200 --out docs/accuracy.md
 
-bench: setup
+bench: setup build/peers/.ready
 	@for benchmark in benchmarks/*.py; do \
-	  echo "== $$benchmark"; $(IN)/python $$benchmark || exit 1; done
+	  echo "== $$benchmark"; PYTHONPATH=build/peers $(IN)/python $$benchmark || exit 1; done
+
+# Libraries that we are compared with, beside the environment; what cannot be had is named as absent.
+build/peers/.ready: benchmarks/peers.txt | $(READY)
+	-$(IN)/python -m pip install --quiet --disable-pip-version-check --no-deps --upgrade \
+	  --target build/peers --requirement benchmarks/peers.txt
+	@mkdir -p build/peers && touch $@
 
 # The same as a page; hilspy and cyclictest are measured where they are installed.
 .PHONY: bench-page

@@ -1,15 +1,20 @@
-"""What a user would take from PyPI for the step from samples to a model, each as its manual says.
+"""What a user would take from PyPI for the step from samples to a model, beside ours.
 
-Each gives the response at f (Hz) and the natural frequency of its resonance (Hz), from throttle and
-slip at `rate`. State-space and NARX packages get the samples at 100 Hz without their means, and
-enough order for the delay, for none of them has one.
+`python benchmarks/peers.py [seeds]` rides the linear motorcycle and prints errors and times of all
+on the same samples, each used as its manual says. Each gives the response at f (Hz) and the natural
+frequency of its resonance (Hz), from throttle and slip at `rate`. State-space, ARX and NARX
+packages get the samples at 100 Hz without their means, and enough order for the delay: none has one.
 """
 
+import sys
+import time
+from importlib.util import find_spec
+
 import numpy as np
+from rides import RATE, driveline, linear, ride, truth
 from scipy import optimize, signal
 
-from identification.models.rational_ml import fit_order
-from identification.models.stable_rational import Order
+from identification.models.model_order import all_pole, choose_order
 from identification.response.independent_lines import independent_lines
 from identification.response.local_polynomial import sweep_response
 
@@ -21,8 +26,21 @@ LAGS = 6
 def slipbench(u, y, rate, f):
     """Ours: local polynomial and maximum likelihood, nothing taken as known."""
     response = sweep_response(u, y, rate, (0.5, 12.0))
-    fit = fit_order(independent_lines(response), Order(3, 0))
-    return fit.model.response(f), min(fit.modes, key=lambda m: m.damping).frequency
+    fit = choose_order(independent_lines(response), all_pole()).best_by_mdl.fit
+    return fit.response(f), min(fit.modes, key=lambda m: m.damping).frequency
+
+
+def arx(u, y, rate, f):
+    """python-control and least squares: ARX, then its discrete transfer function."""
+    import control
+
+    u, y = _slow(u, y, rate)
+    rows = [np.concatenate((-y[k - LAGS : k][::-1], u[k - LAGS : k][::-1]))
+            for k in range(LAGS, y.size)]  # fmt: skip
+    found = np.linalg.lstsq(np.array(rows), y[LAGS:], rcond=None)[0]
+    below = np.concatenate(([1.0], found[:LAGS]))
+    system = control.tf(found[LAGS:], below, 1 / SLOW)
+    return np.asarray(system(np.exp(2j * np.pi * f / SLOW))), _resonance(np.roots(below))
 
 
 def welch(u, y, rate, f):
@@ -127,6 +145,7 @@ def _fitted(f, value):
 
 PEERS = {
     "slipbench, nothing known": ("", slipbench),
+    "python-control, ARX": ("control", arx),
     "scipy csd / welch": ("", welch),
     "scipy least_squares on welch": ("", curve_fit),
     "nfoursid, 6 states": ("nfoursid", n4sid),
@@ -134,3 +153,45 @@ PEERS = {
     "jax-sysid, 6 states": ("jax_sysid", jax_sysid),
 }
 """name: (package that must be installed, estimate)."""
+SEEDS, FIRST = 3, 310_000
+AT = np.linspace(1.0, 11.5, 40)  # Hz
+
+
+def judged(estimate, rides, motorcycle) -> tuple[float, float, float, float, float]:
+    """Median and greatest error of gain (%), of phase (degrees), of the resonance (%); s a ride."""
+    at, true = truth(motorcycle)(AT), driveline(motorcycle)[0]
+    gain, phase, off, begun = [], [], [], time.perf_counter()
+    for one in rides:
+        value, resonance = estimate(one.throttle, one.slip, RATE, AT)
+        gain.append(100 * np.abs(np.abs(value / at) - 1))
+        phase.append(np.degrees(np.abs(np.angle(value / at))))
+        off.append(100 * abs(resonance / true - 1))
+    took = (time.perf_counter() - begun) / len(rides)
+    return (float(np.median(gain)), float(np.max(gain)), float(np.max(phase)),
+            float(np.median(off)), took)  # fmt: skip
+
+
+def main(seeds: int) -> None:
+    """Print the table; times are also told as ratios to ours."""
+    motorcycle = linear("demonstration")
+    rides = [ride(motorcycle, 1.0, FIRST + k) for k in range(seeds)]
+    print(f"{seeds} rides of the linear motorcycle, noise 1; response from 1 to 11.5 Hz, resonance")
+    head = f"{'':34}{'gain p50 %':>11}{'max %':>8}{'phase max °':>12}"
+    print(f"{head}{'f p50 %':>9}{'s':>8}{'ratio':>8}")
+    ours = None
+    for name, (package, estimate) in PEERS.items():
+        if package and find_spec(package) is None:
+            print(f"{name:34}  absent: {package.replace('_', '-')} (benchmarks/peers.txt)")
+            continue
+        try:
+            *errors, took = judged(estimate, rides, motorcycle)
+        except Exception as fault:  # a peer's own trouble is its row of the table
+            print(f"{name:34}  {type(fault).__name__}: {str(fault)[:60]}")
+            continue
+        ours = ours or took
+        print(f"{name:34}{errors[0]:11.2f}{errors[1]:8.1f}{errors[2]:12.1f}{errors[3]:9.2f}"
+              f"{took:8.2f}{took / ours:8.1f}")  # fmt: skip
+
+
+if __name__ == "__main__":
+    main(int(sys.argv[1]) if len(sys.argv) > 1 else SEEDS)
