@@ -3,7 +3,7 @@
 `python benchmarks/peers.py [seeds]` rides the linear motorcycle and prints errors and times of all
 on the same samples, each used as its manual says. Each gives the response at f (Hz) and the natural
 frequency of its resonance (Hz), from throttle and slip at `rate`. State-space, ARX and NARX
-packages get the samples at 100 Hz without their means, and enough order for the delay: none has one.
+packages get the samples at 100 Hz without their means, and enough order to stand for the delay.
 """
 
 import sys

@@ -177,3 +177,27 @@ def test_the_input_is_the_echo_and_not_the_intent():
     middle = (half.frequency > 1) & (half.frequency < 10)
     ratio = half.value[middle] / truth.response(half.frequency[middle])
     assert np.median(np.abs(ratio - 1)) < 0.01
+
+
+def test_an_input_that_follows_the_slip_is_refused_as_a_closed_loop():
+    """A traction control that is left on moves the throttle by what the slip did beside the sweep.
+
+    It does not imitate that the slip answers in turn.
+    """
+    made = recording(Truth(noise=0.5, seed=7))
+    first = identify(made)
+    command, base = made.channels["throttle_command"], first.base
+    moved = np.nan_to_num(first.motion.slip.ratio)
+    # What the slip did beside its answer to the sweep: the same ride without noise, taken off.
+    quiet = np.nan_to_num(identify(recording(Truth(noise=0.0, seed=7))).motion.slip.ratio)
+    n = min(moved.size, quiet.size)
+    noise = moved[:n] - quiet[:n]
+    kick = 0.15 * np.std(command.value) / np.std(noise[2000:-2000]) * noise
+    since = command.time - command.time[0]
+    added = np.interp(since, base.time[:n] - base.time[0], kick)
+    looped = replace(command, value=command.value - added)
+    found = identify(replace(made, channels={**made.channels, "throttle_command": looped}))
+    assert found.main is None
+    reasons = " ".join(str(item) for item in found.left_out)
+    assert "closed loop" in reasons
+    assert first.main is not None
