@@ -208,6 +208,8 @@ def error_cells(row: Row) -> tuple[str, ...]:
         cells += [f"{p(gain, 50):.2f}, {p(gain, 95):.2f}", f"{p(phase, 95):.2f}", f"{within:.0f}"]
     swings, late = row.driveline, row.late
     cells.append(f"{len(swings)}")
+    if not len(swings) or not late.size:
+        return (*_cells(row), *cells, *("–",) * 6)
     cells.append(", ".join(f"{x:.2f}" for x in p(swings[:, 0], (50, 95))))
     cells.append(f"{100 * np.mean(swings[:, 0] < 2):.0f}")
     cells.append(", ".join(f"{x:.2f}" for x in p(swings[:, 1], (50, 95))))
@@ -276,7 +278,7 @@ def document(made: list[Row], notes: str) -> str:
         "Written by `make accuracy` (`benchmarks/accuracy.py`). One throttle sweep of 2 % from 0.5 "
         f"to 12 Hz a ride, seeds from {FIRST} on, which had no part in any choice. Noise 1 is the "
         "virtual bench's: optical speed 0.02 m/s and 0.01 m/s steps, throttle 0.03 %, combustion "
-        "0.8 N m, gusts of 12 N. Drawn motorcycles: 20, from what the nominal file believes.\n\n"
+        "0.8 N m, gusts of 12 N. Drawn motorcycles: one for ten rides, from what the nominal file believes.\n\n"
         "## Errors\n\nLines: the nonparametric response; model: the report's rational function, "
         "its order found, nothing known. p50, p95: percentiles over lines and rides. Drivelines "
         "count where they swing below the last line. The delay of every fourth ride is profiled, "
