@@ -10,7 +10,7 @@
 # make lock     choose the newest versions that pyproject.toml allows
 # make clean    forget the environment and everything that was made, except runs/
 
-.PHONY: help trial test conformance figures test-mismatch paper prove prove-quick mutants million bench accuracy lock setup clean
+.PHONY: help real-recordings trial test conformance figures test-mismatch paper prove prove-quick mutants million bench accuracy lock setup clean
 .DEFAULT_GOAL := help
 
 # The first interpreter that is new enough; the lock is tested with 3.11.
@@ -89,6 +89,11 @@ bench-page: setup
 .PHONY: sources
 sources: setup
 	PYTHON=$(IN)/python .ci/fetch-sources
+
+# What real recordings conceal, explained; takes tens of minutes. RECORDINGS: their folder.
+RECORDINGS ?= ../shared/recordings
+real-recordings: setup
+	$(IN)/python -m benchmarks.real.run $(RECORDINGS)
 
 setup: $(READY)
 

@@ -19,6 +19,8 @@ FAMILY = 0.05
 """Family-wise level of false alarms, over all that is tried."""
 SHARE = 0.5
 """Share of it that the library has; the free curves have the other."""
+FEWEST = 3
+"""Columns whose scatter can tell what is usual."""
 LEAST, MOST = 4.0, 30.0
 """Degrees of freedom that what is usual may have."""
 
@@ -52,11 +54,13 @@ def stretches(columns: Floats, left: Floats, groups: Integers) -> tuple[Floats, 
 
 
 def usual_scatter(columns: Floats, left: Floats, groups: Integers) -> Scatter:
-    """Fit what is usual to the scatter of many columns (rows, p)."""
+    """Fit what is usual to the scatter of many columns (rows, p); few tell little of it."""
+    if columns.shape[1] < FEWEST:
+        return Scatter(freedom=LEAST)
     robust, white, freedom = stretches(columns, left, groups)
     told = (white > 0.0) & (robust > 0.0)
-    if told.sum() < 3:
-        return Scatter()
+    if told.sum() < FEWEST:
+        return Scatter(freedom=LEAST)
     half = 0.5 * freedom[told]
     logs = np.log(robust[told] / white[told]) - special.digamma(half) + np.log(half)
     spread = float(np.var(logs, ddof=1) - np.mean(special.polygamma(1, half)))

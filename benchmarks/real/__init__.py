@@ -1,0 +1,1 @@
+"""Real recordings in which something is concealed, explained one by one."""

@@ -1,0 +1,177 @@
+"""`make real-recordings`: every case by explain's ordinary path, then docs/real_recordings.md.
+
+    python -m benchmarks.real.run RECORDINGS [CASE...]
+
+Results of a case stay in build/real/<case>; the page is made of all that are there.
+"""
+
+import json
+import os
+import sys
+import time
+
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+from benchmarks.real.cases import CAPTURES, CASES, Case
+from identification.mismatch.explain import Analysis, analyse, verdict
+from identification.mismatch.held_out import driven
+from identification.mismatch.memo import sentence
+from identification.mismatch.runs import open_analysis
+from identification.mismatch.verdict import as_tree
+from protocol.import_log import Capture as Import
+from protocol.import_log import import_capture
+
+BUILD, DOCS = Path("build/real"), Path("docs")
+TRIALS = Path(__file__).parents[2] / "trials"
+MOST = 400
+"""Samples in a figure."""
+
+
+def main(arguments: list[str]) -> None:
+    """Run the cases that were asked for, all without a word, and write the page."""
+    recordings, wanted = Path(arguments[0]), arguments[1:]
+    for case in CASES:
+        if not wanted or case.name in wanted:
+            _import(recordings, case)
+            _run(case)
+            _page()
+
+
+def _import(recordings: Path, case: Case) -> None:
+    used = {name.partition("@")[0] for name in (*case.training, *case.held_out)}
+    for capture in CAPTURES:
+        out = BUILD / "runs" / capture.name
+        if capture.name in used and not out.exists():
+            out.parent.mkdir(parents=True, exist_ok=True)
+            roles = TRIALS / "roles" / f"{capture.roles}.toml"
+            database = recordings / capture.database if capture.database else None
+            tables = {name: recordings / path for name, path in capture.tables.items()}
+            import_capture(Import(recordings / capture.log, roles, database, tables), out)
+
+
+def _run(case: Case) -> None:
+    model = TRIALS / "models" / f"{case.model}.toml"
+    folders = [[BUILD / "runs" / n for n in names] for names in (case.training, case.held_out)]
+    begun = time.monotonic()
+    analysis = open_analysis(model, *folders)
+    analyse(analysis, say=lambda words: print(f"{case.name}: {words}", flush=True))
+    told = verdict(analysis)
+    tree = as_tree(told)
+    tree["sentence"] = sentence(told)
+    tree["seconds"] = time.monotonic() - begun
+    records = (analysis.training.records, analysis.held_out.records if analysis.held_out else ())
+    tree["notes"] = [note for part in records for r in part for note in r.notes]
+    tree["by_record"] = _by_record(analysis)
+    folder = BUILD / case.name
+    folder.mkdir(parents=True, exist_ok=True)
+    _draw(analysis, DOCS / "figures" / f"real_{case.name}.png")
+    (folder / "verdict.json").write_text(json.dumps(tree, indent=1), encoding="utf-8")
+
+
+def _fits(a: Analysis):
+    """Nominal, re-calibrated and with what was found, driven by the held-out recordings."""
+    assert a.held_out is not None
+    assert a.base is not None
+    assert a.named is not None
+    last = a.named.fit
+    for system in (a.system, a.base.model.at(a.base.point), last.model.at(last.point)):
+        yield driven(a.held_out, system, last)
+
+
+def _by_record(a: Analysis) -> list[dict[str, object]]:
+    found = []
+    fits = list(_fits(a))
+    for b, block in enumerate(a.held_out.chain.blocks):
+        for r, record in enumerate(a.held_out.records):
+            errors = [float(np.sqrt(np.mean(fit.rest[b][r] ** 2))) for fit in fits]
+            found.append({"record": record.name, "output": block.name, "errors": errors})
+    return found
+
+
+def _draw(a: Analysis, path: Path) -> None:
+    record, fits = a.held_out.records[0], list(_fits(a))
+    block = a.held_out.chain.blocks[0]
+    unit = record.sensors[block.outputs[0]].unit
+    shown = slice(0, min(MOST, record.grid.bins))
+    figure, (above, below) = plt.subplots(2, 1, figsize=(7, 4.2), sharex=True)
+    t = record.grid.centre[shown]
+    above.plot(t, a.held_out.measured[0][0][shown, 0], color="0.2", lw=1, label="recorded")
+    above.plot(t, fits[2].predicted[0][0][shown, 0], color="C0", lw=1, label="improved")
+    for fit, colour, label in ((fits[0], "C1", "nominal"), (fits[2], "C0", "improved")):
+        below.plot(t, fit.rest[0][0][shown, 0], color=colour, lw=0.9, label=label)
+    above.set(ylabel=f"{block.name} / {unit}", title=f"held out: {record.name}")
+    below.set(xlabel="time / s", ylabel=f"left over / {unit}")
+    for axes in (above, below):
+        axes.legend(loc="upper right", fontsize=8, frameon=False)
+    figure.tight_layout()
+    path.parent.mkdir(parents=True, exist_ok=True)
+    figure.savefig(path, dpi=80)
+    plt.close(figure)
+
+
+HEAD = """# Real recordings in which something is concealed
+
+Made by `make real-recordings`, from recordings that others made and published; they are not part of
+this project. Each was explained by the ordinary path, `slipbench explain --vehicle MODEL RUN...
+--held-out RUN...`, with a role map (`trials/roles`) and a model file (`trials/models`) and nothing
+else. No threshold was set on them. Errors are root mean squares on the held-out recordings, of the
+model file as it is, of it re-calibrated, and of it with the effects that were fitted. "None of the
+above" means that a free curve still found something after them: then the names are withdrawn, and
+the fitted effects are shown as what helps, not as what is.
+
+"""
+
+
+def _page() -> None:
+    parts = [HEAD]
+    for case in CASES:
+        path = BUILD / case.name / "verdict.json"
+        if path.exists():
+            parts.append(_section(case, json.loads(path.read_text(encoding="utf-8"))))
+        else:
+            parts.append(f"## {case.title}\n\nNot run.\n")
+    DOCS.joinpath("real_recordings.md").write_text("\n".join(parts), encoding="utf-8")
+
+
+def _section(case: Case, told: dict) -> str:
+    where = told["location"]
+    located = "nothing" if where is None else (
+        f"{where['injection']} along {where['regressor']}: {where['shape']}"
+        f" ({where['gain']:.0f} nats, held out {where['confirmed']:.0f})")  # fmt: skip
+    lines = [
+        f"## {case.title}", "", f"Known: {case.known}", "", f"> {told['sentence']}", "",
+        f"- Model file `trials/models/{case.model}.toml`; training {', '.join(case.training)};"
+        f" held out {', '.join(case.held_out)}; {told['seconds']:.0f} s.",
+        f"- Located: {located}.",
+        *(f"- Clock: {note}." for note in dict.fromkeys(told["notes"])),
+        f"- Named: {_effects(told)}.",
+        *(f"- Cannot be told apart here: {', '.join(names)}." for names in told["equivalents"]),
+        "", "| held out | output | nominal | re-calibrated | improved |", "|---|---|---|---|---|",
+    ]  # fmt: skip
+    for row in told["by_record"]:
+        n, c, i = row["errors"]
+        name = row["record"]
+        lines.append(f"| {name} | {row['output']} | {n:.4g} | {c:.4g} | {i:.4g} |")
+    lines += ["", f"![{case.title}](figures/real_{case.name}.png)", ""]
+    return "\n".join(lines)
+
+
+def _effects(told: dict) -> str:
+    if told["unknown"]["found"]:
+        return "none of the above"
+    found = [
+        f"{e['name']} at {e['subject']} ("
+        + ", ".join(
+            f"{p['name']} {p['value']:.4g} [{p['interval'][0]:.4g}, {p['interval'][1]:.4g}]"
+            f" {p['unit']}" for p in e["parameters"]
+        ) + ")"
+        for e in told["effects"]
+    ]  # fmt: skip
+    return "; ".join(found) or "nothing"
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:] or [os.environ.get("SLIPBENCH_RECORDINGS", "../shared/recordings")])
