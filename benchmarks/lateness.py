@@ -17,13 +17,14 @@ from timing.quantiles import HEAD, Row
 
 SECONDS = 10.0
 ACCOUNTED = 60.0  # s of the run in which every tick must be accounted for
+ALONE, LOADED = "nothing of ours beside it", "decode at 100 % beside it"
 PEERS = ("python-can", "hilspy")
 
 
 def main(seconds: float = SECONDS) -> None:
     """Print the tables."""
     print(f"{os.cpu_count()} processors, load average {os.getloadavg()[0]:.1f} before the run")
-    for title, load in (("idle", nullcontext), ("decode at 100 % beside it", decoding)):
+    for title, load in ((ALONE, nullcontext), (LOADED, decoding)):
         with load():
             senders(title, seconds)
             replays(title, seconds)
