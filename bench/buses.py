@@ -44,8 +44,12 @@ class BusAddress:
         return "".join(c if c.isalnum() else "_" for c in self.channel) or self.interface
 
 
-def open_bus(address: BusAddress, hears_itself: bool) -> can.BusABC:
-    """Open the bus; raises InputError with the remedy where it cannot be."""
+def open_bus(address: BusAddress, hears_itself: bool, in_order: bool = False) -> can.BusABC:
+    """Open the bus; raises InputError with the remedy where it cannot be.
+
+    in_order  frames leave as they were sent, on the virtual bus too, where a node otherwise offers
+              its most urgent one first; SocketCAN's queue keeps order, other hardware may not
+    """
     channel: str | int = address.channel
     if address.interface == "kvaser" and address.channel.isdigit():
         channel = int(address.channel)
@@ -54,7 +58,8 @@ def open_bus(address: BusAddress, hears_itself: bool) -> can.BusABC:
     )
     if address.fd:
         options["fd"] = True
-    if address.interface == "slipbench":  # one node speaks for several devices, as does a gateway
+    # On the virtual bus one node speaks for several devices, as does a gateway.
+    if address.interface == "slipbench" and not in_order:
         options |= {"urgent_first": True, "queue_length": QUEUE_LENGTH}
     try:
         bus = can.Bus(

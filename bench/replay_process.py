@@ -142,7 +142,7 @@ def _open(
     opened = {}
     for channel in dict.fromkeys(channels.values()):
         address = BusAddress(order.interface, channel, order.bitrate, order.fd)
-        opened[channel] = stack.enter_context(open_bus(address, hears_itself=False))
+        opened[channel] = stack.enter_context(open_bus(address, hears_itself=False, in_order=True))
     return [opened[channels[bus]] for bus in log.buses]
 
 

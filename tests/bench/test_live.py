@@ -20,7 +20,7 @@ from tests.bench.test_whole_trial import prepared
 
 def ridden(the_trial, folder, told=lambda _: None):
     """A trial on a virtual bus, with the virtual motorcycle in a process of its own."""
-    address = BusAddress("slipbench", folder.parent.name)
+    address = BusAddress("slipbench", f"{folder.parent.name}-{os.getpid()}")
     with riding_beside(the_trial.ride, the_trial.database, address):
         return run_trial(the_trial, folder, address, phases=told)
 

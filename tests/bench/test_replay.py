@@ -1,5 +1,6 @@
 """A replay is never early and never out of order, whatever is done to it while it runs."""
 
+import os
 import threading
 
 import can
@@ -264,3 +265,20 @@ def test_a_log_or_a_bus_that_cannot_be_used_is_told_before_anything_is_sent(tmp_
     order = ReplayOrder(tmp_path / "none.log", "virtual", ("a",))
     with pytest.raises(InputError, match="no such file"), running_replay(order, 1.0, 1):
         pass
+
+
+def test_frames_of_one_moment_keep_their_order_on_a_bus_that_arbitrates(tmp_path):
+    """All due at once, the most urgent last: what another process hears is the log's order."""
+    identifiers = [0x7FF - n for n in range(300)]
+    lines = [f"(1.000000) can0 {identifier:03X}#00\n" for identifier in identifiers]
+    (tmp_path / "x.log").write_text("".join(lines))
+    channel = f"{tmp_path.name}-{os.getpid()}"
+    with can.Bus(interface="slipbench", channel=channel, bitrate=1_000_000) as listener:
+        order = ReplayOrder(tmp_path / "x.log", "slipbench", (channel,))
+        with running_replay(order, speed=1.0, passes=1) as running:
+            running.begin()
+            heard = [listener.recv(20.0).arbitration_id for _ in identifiers]
+            report = running.report(within=20.0)
+    assert heard == identifiers
+    assert report is not None
+    assert report.replayed.sent == 300
