@@ -12,13 +12,29 @@ from identification.mismatch.stack import flat, residuals, whiteners
 from identification.mismatch.whitening import Whitener
 from plant.signals import Floats
 
+WORTH_AGAIN = 1.0  # nats
+
 
 def calibrate(model: Model, start: Point) -> Fit:
     """Fit the vehicle, the slow road and the noise; no effects but those of the start."""
     predicted = predict(model, start)
     slopes = sensitivities(model, start)
     noise = _first_noise(model, predicted, slopes)
-    return settle(refreshed(settle(Fit(model, start, predicted, noise, slopes), noises=3)))
+    return followed(settle(Fit(model, start, predicted, noise, slopes), noises=3))
+
+
+def followed(fit: Fit) -> Fit:
+    """Return the fit settled with sensitivities taken anew, again as long as that brings much.
+
+    Numbers known to a few per cent bend nothing; those of a model file may move by factors.
+    """
+    fit = settle(refreshed(fit))
+    for _ in range(fit.model.system.bends):
+        new = settle(refreshed(fit))
+        if new.score - fit.score < WORTH_AGAIN:
+            return new if new.score > fit.score else fit
+        fit = new
+    return fit
 
 
 def refreshed(fit: Fit) -> Fit:

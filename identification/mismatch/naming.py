@@ -10,7 +10,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from itertools import combinations
 
-from identification.mismatch.calibrate import refreshed
+from identification.mismatch.calibrate import followed
 from identification.mismatch.candidate import Candidate, tried_sizes
 from identification.mismatch.fitting import Fit, settle, with_effects
 from identification.mismatch.interval import significance
@@ -67,7 +67,7 @@ def name(base: Fit, library: Sequence[type[Effect]], say: Say) -> Named:
         if best is None:
             best_p = min((_least_p(rough, t) for t in tried), default=1.0)
             break
-        finer = settle(refreshed(best.fine(base.model)))
+        finer = followed(best.fine(base.model))
         if not _passes(fit, finer, limit):
             break
         news = [c.name for c in best.candidates if c.name not in {e.name for e in fit.candidates}]

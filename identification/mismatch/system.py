@@ -24,11 +24,13 @@ class System(ABC):
 
     units: of regressors, by name. operating: the regressor along which a region is told.
     direction: the regressor whose sign tells opening from closing. Empty: there is none.
+    bends: how often sensitivities are taken anew at most, where numbers move far.
     """
 
     units: Mapping[str, str]
     operating: str = ""
     direction: str = ""
+    bends: int = 0
 
     # What it is.
 

@@ -48,6 +48,8 @@ class ModelSystem(System):
     known: Mapping[str, float] = field(default_factory=dict)
     read: placing.Read | None = None
 
+    bends = 4
+
     @classmethod
     def load(cls, path: Path) -> Self:
         """Load a model file. Raises InputError."""
