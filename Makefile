@@ -41,7 +41,7 @@ figures: trial
 	cp build/figures/response.png docs/figures/throttle_sweep_response.png
 	cp build/figures/overview.png docs/figures/throttle_sweep_overview.png
 
-# The first form of the mismatch engine; it takes minutes and is not part of `make test` yet.
+# Recovery by the mismatch engine; it takes minutes and is not part of `make test`.
 test-mismatch: setup
 	$(IN)/python -m pytest -n $(WORKERS) --dist load -o addopts=-ra tests/identification/mismatch
 

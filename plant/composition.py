@@ -62,6 +62,7 @@ def kernel_text(
     parts = ["\n".join((*constants, f"OUTPUTS = {outputs}")) + "\n"]
     parts += [inlined(text_of(equation, f"nominal__{equation.__name__}")) for equation in equations]
     for effect in effects:
+        parts += [inlined(text_of(f)) for f in effect.helpers]
         hooks = (h for h in effect.hooks if h.seam in {e.__name__ for e in equations})
         parts += [inlined(text_of(h.function, _hook_name(effect, h))) for h in hooks]
     parts.append(inlined(rates_text(order, equations)))
@@ -161,6 +162,8 @@ class _Names:
         )
 
     def _text(self, name: str, effect: EffectClass | None) -> str:
+        if effect and name in effect.tuples:
+            return f"({', '.join(self._text(each, effect) for each in effect.tuples[name])},)"
         own = f"{effect.name}.{name}" if effect else name
         if own in self._parameters:
             return f"p[{self._parameters[own]}]"

@@ -7,8 +7,10 @@ or wheel that may have the effect.
 """
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from typing import Self
 
 import numpy as np
 
@@ -22,11 +24,46 @@ TRIES = 3
 SHAPE = math.log(1.6)
 """Prior deviation of a shaping parameter's logarithm."""
 MOST_WHOLE = 48
+NUDGE = 0.05  # of a size, or of a shape's prior deviation
+WEAK = 1e3  # prior deviation of a size, in typical sizes: none to speak of
+SHARE_OF_SMALL = 0.1
+"""Effects below this share of the smallest size of interest do not count."""
+OF_DISCS = 0.5
+"""The same for toothed discs, which are all cut with some tolerance."""
 ABOUT = 3
 
 
+class Dialled(ABC):
+    """Something missing that can be turned up from nothing. dials: what is fitted, free numbers."""
+
+    dials: tuple[float, ...]
+
+    @property
+    @abstractmethod
+    def name(self) -> str:
+        """Its word."""
+
+    @property
+    @abstractmethod
+    def deviations(self) -> tuple[float, ...]:
+        """Prior deviation of every dial."""
+
+    @property
+    @abstractmethod
+    def nudges(self) -> tuple[float, ...]:
+        """Small steps by which the dials' effect is measured."""
+
+    @abstractmethod
+    def effect(self) -> Effect:
+        """Return the effect at these dials."""
+
+    @abstractmethod
+    def moved(self, step: Floats) -> Self:
+        """Return it with its dials turned."""
+
+
 @dataclass(frozen=True)
-class Candidate:
+class Candidate(Dialled):
     """An effect with the values of its dials: first the size, then what shapes it.
 
     pattern: the effect on its subject, at its typical size. dials: size in typical sizes, shapes as
@@ -48,6 +85,22 @@ class Candidate:
         return self.pattern.key
 
     @property
+    def deviations(self) -> tuple[float, ...]:
+        """A size has none to speak of."""
+        return (WEAK, *([1.0] * (len(self.dials) - 1)))
+
+    @property
+    def nudges(self) -> tuple[float, ...]:
+        """In proportion to the size."""
+        return (NUDGE * self.size, *([NUDGE] * (len(self.dials) - 1)))
+
+    @property
+    def counts(self) -> float:
+        """Size below which it does not count, in shares of the typical one."""
+        share = OF_DISCS if hasattr(self.kind, "tooth_offsets") else SHARE_OF_SMALL
+        return share * self.smallest
+
+    @property
     def size(self) -> float:
         """Share of the typical size."""
         return self.dials[0]
@@ -66,7 +119,7 @@ class Candidate:
             values[p.name] = _inside(p, _shaped(p, y))
         return replace(self.pattern, **values)
 
-    def moved(self, step: Floats) -> "Candidate":
+    def moved(self, step: Floats) -> Self:
         """Return it with its dials turned; a size does not pass through nothing."""
         dials = np.array(self.dials) + step
         if dials[0] * self.size <= 0.0:

@@ -119,7 +119,7 @@ def _free(a: Analysis, _: Sequence[type[Effect]], say: Say) -> None:
     assert a.base is not None
     if unexplained(a) and a.before:
         say("fitting a free curve inside the simulation")
-        a.free = inside(a.base, a.before[0], a.held_out)
+        a.free = inside(a.base, a.before, a.held_out)
 
 
 def _prove(a: Analysis, _: Sequence[type[Effect]], say: Say) -> None:
@@ -127,8 +127,17 @@ def _prove(a: Analysis, _: Sequence[type[Effect]], say: Say) -> None:
     assert a.named is not None
     if a.held_out is not None:
         say("proving on the held-out recordings")
-        a.proof = proof(a.held_out, a.base, a.named.fit)
+        a.proof = proof(a.held_out, a.base, accepted(a), a.free.proven if a.free else None)
         a.errors = errors(a.proof)
+
+
+def accepted(a: Analysis) -> Fit:
+    """Return the fit that stands: with names, with the free curve in their place, or bare."""
+    assert a.base is not None
+    assert a.named is not None
+    if not unexplained(a):
+        return a.named.fit
+    return a.free.fit if a.free else a.base
 
 
 def _propose(a: Analysis, library: Sequence[type[Effect]], say: Say) -> None:
@@ -237,7 +246,7 @@ def _effects(named: Named) -> list[FoundEffect]:
         FoundEffect(
             c.kind.name, c.pattern.subject, c.kind.block, tuple(estimates(named.fit, i)), named.gain
         )
-        for i, c in enumerate(named.fit.candidates)
+        for i, c in enumerate(named.fit.effects)
     ]
 
 

@@ -11,7 +11,7 @@ from functools import cached_property
 
 import numpy as np
 
-from identification.mismatch.candidate import Candidate
+from identification.mismatch.candidate import Candidate, Dialled
 from identification.mismatch.model import Model, Point, Series, predict
 from identification.mismatch.scatter import Scatter, usual_scatter
 from identification.mismatch.sensitivity import change, coordinates_of, moved
@@ -27,8 +27,6 @@ from identification.mismatch.stack import (
 from identification.mismatch.whitening import Whitener
 from plant.signals import Floats
 
-NUDGE = 0.05  # of a size, or of a shape's prior deviation
-WEAK = 1e3  # prior deviation of a size, in typical sizes: none to speak of
 SETTLED = 0.5  # nats that another step must bring
 SHARES = (1.0, 0.4, 0.1)
 
@@ -42,7 +40,7 @@ class Fit:
     predicted: Series
     noise: list[Whitener]
     slopes: Series
-    candidates: tuple[Candidate, ...] = ()
+    candidates: tuple[Dialled, ...] = ()
 
     @cached_property
     def rest(self) -> Series:
@@ -75,6 +73,11 @@ class Fit:
         """Log-posterior, nats."""
         likelihood = log_likelihood(self.model, self.rest, self.noise)
         return likelihood - 0.5 * _prior(self.point, self.candidates)
+
+    @property
+    def effects(self) -> tuple[Candidate, ...]:
+        """Candidates that are effects of the library."""
+        return tuple(c for c in self.candidates if isinstance(c, Candidate))
 
     def coarse(self) -> "Fit":
         """Return the same point simulated with coarse steps; what is whitened is shared."""
@@ -113,7 +116,7 @@ def renoised(fit: Fit) -> Fit:
     return replace(fit, noise=whiteners(fit.model, fit.rest))
 
 
-def with_effects(fit: Fit, candidates: Sequence[Candidate]) -> Fit:
+def with_effects(fit: Fit, candidates: Sequence[Dialled]) -> Fit:
     """Return the fit with these effects turned on; nothing is fitted yet.
 
     Whitened sensitivities are shared with the given fit. Raises PlantError where it cannot run.
@@ -169,7 +172,7 @@ def _there(fit: Fit, dz: Floats, du: Floats) -> Fit:
     return new
 
 
-def turned(now: Sequence[Candidate], step: Floats) -> tuple[Candidate, ...]:
+def turned(now: Sequence[Dialled], step: Floats) -> tuple[Dialled, ...]:
     """Return the candidates with all their dials moved."""
     if not now:
         return ()
@@ -186,7 +189,7 @@ def _dial_columns(fit: Fit) -> Series:
     column = 0
     for i, candidate in enumerate(fit.candidates):
         for d in range(len(candidate.dials)):
-            nudge = NUDGE * (candidate.size if d == 0 else 1.0)
+            nudge = candidate.nudges[d]
             there = candidate.moved(nudge * np.eye(len(candidate.dials))[d])
             effects = (*fit.point.effects[:i], there.effect(), *fit.point.effects[i + 1 :])
             series = change(model, fit.point, effects, base)
@@ -198,14 +201,14 @@ def _dial_columns(fit: Fit) -> Series:
     return found
 
 
-def _dials(now: Sequence[Candidate]) -> Floats:
+def _dials(now: Sequence[Dialled]) -> Floats:
     return np.concatenate([c.dials for c in now]) if now else np.zeros(0)
 
 
-def _deviations(now: Sequence[Candidate]) -> Floats:
-    return np.concatenate([[WEAK, *([1.0] * (len(c.dials) - 1))] for c in now])
+def _deviations(now: Sequence[Dialled]) -> Floats:
+    return np.concatenate([c.deviations for c in now])
 
 
-def _prior(point: Point, now: Sequence[Candidate]) -> float:
+def _prior(point: Point, now: Sequence[Dialled]) -> float:
     z = coordinates_of(point)
     return float(z @ z) + (float(np.sum((_dials(now) / _deviations(now)) ** 2)) if now else 0.0)

@@ -1,41 +1,161 @@
 """None of the above: a located curve is put into the simulation itself and fitted there.
 
-The curve acts at its place as an input of the simulation, evaluated along its recorded regressor.
-It gets a knot more between each two, and its values are corrected by what it still leaves while the
-vehicle is fitted around it; then the same curve meets the held-out recordings.
+Where the simulation knows a free curve at the place along the quantity, the curve is evaluated on
+its own motion, so that what the curve does acts back on what drives it, and its values are fitted
+jointly with everything that is uncertain. Knots move to where it bends. Elsewhere the curve acts
+as an input, evaluated along its recorded regressor. Then it meets the held-out recordings.
 """
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from identification.mismatch.fitting import Fit, settle
+from identification.mismatch.calibrate import refreshed
+from identification.mismatch.candidate import Dialled
+from identification.mismatch.fitting import Fit, settle, with_effects
 from identification.mismatch.held_out import carried_over
 from identification.mismatch.injection import places
 from identification.mismatch.locate import Curve, locate_along, regressors
 from identification.mismatch.model import Model, predict
 from identification.mismatch.place import Injection
 from identification.mismatch.score import Judge
+from identification.mismatch.system import System
+from plant.effects.effect import Effect
+from plant.effects.free_curve import KNOTS
 from plant.signals import Floats
+from plant.trouble import PlantError
 
 ROUNDS = 4
+TRIED = 3
+"""Located curves that are tried inside the simulation."""
+BENDS = 2
+"""How often knots move to where the curve bends."""
+LOOSE = 5.0
+"""Prior deviation of a value, in pushes worth trying at its place."""
+NUDGE = 0.02
 
 
 @dataclass(frozen=True, eq=False)
 class FreeCurve:
-    """A curve inside the simulation. gain, confirmed: nats on training and held-out runs."""
+    """A curve inside the simulation. gain, confirmed: nats on training and held-out runs.
+
+    proven: the held-out model with which `fit` meets the held-out recordings.
+    """
 
     curve: Curve
     fit: Fit
     gain: float
     confirmed: float
+    proven: Model | None
 
 
-def inside(base: Fit, curve: Curve, held_out: Model | None) -> FreeCurve | None:
-    """Put a curve into the simulation; None for a sensor's curve, which nothing is driven by."""
-    place = next((p for p in places(base) if p.name == curve.place), None)
-    if place is None:
+@dataclass(frozen=True)
+class Bent(Dialled):
+    """A curve with its values as dials, in pushes worth trying at its place."""
+
+    system: System
+    place: Injection
+    curve: Curve
+    dials: tuple[float, ...]
+
+    @property
+    def name(self) -> str:
+        """Where it acts and along what."""
+        return f"{self.place.name} along {self.curve.regressor}"
+
+    @property
+    def deviations(self) -> tuple[float, ...]:
+        """Loose."""
+        return (LOOSE,) * len(self.dials)
+
+    @property
+    def nudges(self) -> tuple[float, ...]:
+        """Small beside a push worth trying."""
+        return (NUDGE,) * len(self.dials)
+
+    def effect(self) -> Effect:
+        """Return the effect of the simulation."""
+        values = self.place.size * np.array(self.dials)
+        found = self.system.curve(self.place, self.curve.regressor, self.curve.knots, values)
+        assert found is not None
+        return found
+
+    def moved(self, step: Floats) -> "Bent":
+        """Return it with other values."""
+        return replace(self, dials=tuple(float(d) for d in np.array(self.dials) + step))
+
+    def told(self) -> Curve:
+        """Return the curve with its values."""
+        return replace(self.curve, values=self.place.size * np.array(self.dials))
+
+
+def inside(base: Fit, curves: Sequence[Curve], held_out: Model | None) -> FreeCurve | None:
+    """Put the best of the located curves into the simulation; None where all are of sensors."""
+    tried = list(_tried(base.coarse(), [c for c in curves if c.certain][:TRIED]))
+    if not tried:
+        pushed = [c for c in curves[:1] if _place(base, c) is not None]
+        return _pushed(base, pushed[0], held_out) if pushed else None
+    best = max(tried, key=lambda t: t.score)
+    for _ in range(BENDS):
+        bent = best.candidates[0]
+        assert isinstance(bent, Bent)
+        again = _simulated(base.coarse(), _rebent(bent.told()))
+        if again is None or again.score < best.score:
+            break
+        best = again
+    best = settle(refreshed(best.fine(base.model)))
+    bent = best.candidates[0]
+    assert isinstance(bent, Bent)
+    confirmed = 0.0
+    if held_out is not None:
+        confirmed = carried_over(best, held_out).score - carried_over(base, held_out).score
+    return FreeCurve(bent.told(), best, best.score - base.score, confirmed, held_out)
+
+
+def _tried(base: Fit, curves: Sequence[Curve]) -> Iterator[Fit]:
+    for curve in curves:
+        fit = _simulated(base, replace(curve, knots=(k := _many(curve.knots)), values=curve(k)))
+        if fit is not None:
+            yield fit
+
+
+def _place(base: Fit, curve: Curve) -> Injection | None:
+    return next((p for p in places(base) if p.name == curve.place), None)
+
+
+def _simulated(base: Fit, curve: Curve) -> Fit | None:
+    """Fit a curve in the simulation; None where it does not know such a curve."""
+    place, system = _place(base, curve), base.model.system
+    if place is None or system.curve(place, curve.regressor, curve.knots, curve.values) is None:
         return None
+    dials = tuple(float(v) for v in curve.values / place.size)
+    try:
+        return settle(with_effects(base, (Bent(system, place, curve, dials),)), noises=2)
+    except PlantError:
+        return None
+
+
+def _many(knots: Floats) -> Floats:
+    """As many knots as a curve in the simulation has, spread like those given."""
+    return np.interp(np.linspace(0.0, knots.size - 1.0, KNOTS), np.arange(knots.size), knots)
+
+
+def _rebent(curve: Curve) -> Curve:
+    """Return the curve with knots nearer to each other where it bends."""
+    z, f = curve.knots, curve.values
+    bend = np.abs(np.diff(np.diff(f) / np.diff(z)))
+    mass = np.convolve(np.pad(bend, 1), (0.5, 0.5), "valid") + 1e-300
+    share = 0.5 * mass / mass.sum() + 0.5 * np.diff(z) / (z[-1] - z[0])
+    reached = np.concatenate(([0.0], np.cumsum(share)))
+    knots = np.interp(np.linspace(0.0, reached[-1], KNOTS), reached, z)
+    return replace(curve, knots=knots, values=curve(knots))
+
+
+def _pushed(base: Fit, curve: Curve, held_out: Model | None) -> FreeCurve:
+    """Let a curve act as an input, along its recorded regressor."""
+    place = _place(base, curve)
+    assert place is not None
     best, kept = base, replace(_finer(curve), values=np.zeros(2 * curve.knots.size - 1))
     share = 1.0
     for _ in range(ROUNDS):
@@ -46,8 +166,10 @@ def inside(base: Fit, curve: Curve, held_out: Model | None) -> FreeCurve | None:
             best, kept = fit, now
         else:
             share *= 0.4
-    confirmed = _confirmed(base, best, place, kept, held_out) if held_out is not None else 0.0
-    return FreeCurve(kept, best, best.score - base.score, confirmed)
+    if held_out is None:
+        return FreeCurve(kept, best, best.score - base.score, 0.0, None)
+    confirmed, proven = _confirmed(base, best, place, kept, held_out)
+    return FreeCurve(kept, best, best.score - base.score, confirmed, proven)
 
 
 def _finer(curve: Curve) -> Curve:
@@ -73,8 +195,10 @@ def injected_rows(fit: Fit, r: int, place: Injection, curve: Curve) -> dict[str,
     return fit.model.at(fit.point).push(place, record, rows)
 
 
-def _confirmed(base: Fit, best: Fit, place: Injection, curve: Curve, held_out: Model) -> float:
+def _confirmed(
+    base: Fit, best: Fit, place: Injection, curve: Curve, held_out: Model
+) -> tuple[float, Model]:
     before = carried_over(base, held_out)
     after = carried_over(replace(best, candidates=base.candidates), held_out)
     with_it = settle(_with(before, after, place, curve), noises=2)
-    return with_it.score - before.score
+    return with_it.score - before.score, with_it.model

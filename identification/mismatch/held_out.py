@@ -52,11 +52,15 @@ def driven(model: Model, system: System, noise_of: Fit) -> Fit:
     return settle(Fit(fixed, point, predicted, noise_of.noise, slopes), noises=1)
 
 
-def proof(model: Model, base: Fit, fit: Fit) -> list[Fit]:
-    """Held-out runs of the file's system, of it re-calibrated, and of it with what was found."""
+def proof(model: Model, base: Fit, fit: Fit, improved: Model | None = None) -> list[Fit]:
+    """Held-out runs of the file's system, of it re-calibrated, and of it with what was found.
+
+    improved: the held-out model in which what was found acts, where that is more than its system.
+    """
     return [
-        driven(model, system, fit)
-        for system in (model.system, base.model.at(base.point), fit.model.at(fit.point))
+        driven(model, model.system, fit),
+        driven(model, base.model.at(base.point), fit),
+        driven(improved or model, fit.model.at(fit.point), fit),
     ]
 
 

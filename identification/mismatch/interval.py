@@ -6,9 +6,8 @@ import numpy as np
 from scipy import stats
 
 from identification.mismatch.candidate import Candidate, shapes, sizes
-from identification.mismatch.fitting import WEAK, Fit
+from identification.mismatch.fitting import Fit
 from identification.mismatch.scatter import stretches
-from identification.mismatch.score import SHARE_OF_SMALL
 from identification.mismatch.stack import Nuisances
 from plant.parameters import Parameter
 from plant.signals import Floats
@@ -36,7 +35,7 @@ def deviations(fit: Fit) -> tuple[Floats, Floats]:
     and it does not blur the size.
     """
     off = fit.nuisances.off(fit.columns)
-    prior = np.concatenate([[1 / WEAK**2, *([1.0] * (len(c.dials) - 1))] for c in fit.candidates])
+    prior = np.concatenate([c.deviations for c in fit.candidates]) ** -2.0
     normal = fit.columns.T @ off + np.diag(prior)
     untold = (prior == 1.0) & (np.diag(np.linalg.inv(normal)) > UNTOLD**2)
     normal[np.ix_(untold, ~untold)] = normal[np.ix_(~untold, untold)] = 0.0
@@ -64,7 +63,8 @@ def significance(fit: Fit, number: int) -> float:
     spread, freedom = deviations(fit)
     place = sum(len(c.dials) for c in fit.candidates[:number])
     now = fit.candidates[number]
-    beyond = abs(now.size) - SHARE_OF_SMALL * now.smallest
+    assert isinstance(now, Candidate)
+    beyond = abs(now.size) - now.counts
     return float(stats.t.sf(beyond / spread[place], freedom[place]))
 
 
@@ -73,6 +73,8 @@ def estimates(fit: Fit, number: int) -> list[Estimate]:
     spread, freedom = deviations(fit)
     place = sum(len(c.dials) for c in fit.candidates[:number])
     candidate = fit.candidates[number]
+    if not isinstance(candidate, Candidate):
+        return []
     reach = stats.t.ppf(0.5 + CONFIDENCE / 2, freedom) * spread
     found = [_estimate(candidate, 0, p, float(reach[place])) for p in sizes(candidate.kind)]
     for i, p in enumerate(shapes(candidate.kind), start=1):

@@ -67,7 +67,7 @@ def locate(training: Judge, held_out: Judge | None) -> list[Curve]:
               _family_p(f, h, training, held_out, len(found)))
         for f, h in zip(found, held, strict=True)
     ]  # fmt: skip
-    return sorted(curves, key=_doubt)
+    return sorted(curves, key=lambda c: (not c.certain, _doubt(c)))
 
 
 def _family_p(

@@ -21,6 +21,7 @@ from plant.trouble import PlantError
 
 MOST = 3
 SHORTLIST = 4
+HALVES = 3  # effects of which pairs are tried
 HOPELESS = 0.1  # share of the leader's gain below which a score gets one start only
 WORTH = 6.0  # nats that a score must promise before a full fit is tried
 ENOUGH = 12.0  # nats that an effect must bring
@@ -88,7 +89,7 @@ def _least_p(before: Fit, after: Fit) -> float:
 
 
 def _left(fit: Fit, library: Sequence[type[Effect]]) -> list[type[Effect]]:
-    taken = {c.kind for c in fit.candidates}
+    taken = {c.kind for c in fit.effects}
     return [kind for kind in library if kind not in taken]
 
 
@@ -137,7 +138,7 @@ def _passes(before: Fit, after: Fit, limit: float) -> bool:
 
 def _pair(fit: Fit, scores: Sequence[Score], limit: float, say: Say) -> Fit | None:
     """Try pairs of the most promising effects."""
-    halves = [s.candidate for s in scores if s.gain > 1.0][:SHORTLIST]
+    halves = [s.candidate for s in scores if s.gain > 1.0][:HALVES]
     done = []
     for a, b in combinations(halves, 2):
         say(f"fitting {a.name} with {b.name}".replace("_", " "))

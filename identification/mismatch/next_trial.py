@@ -73,7 +73,7 @@ def _rehearsed(fit: Fit, choice: Any, exact: bool) -> Judge | None:
 
 def _signature(judge: Judge, fit: Fit, kind: type[Effect]) -> Floats:
     """Signature of an effect at its fitted size, else at its typical one."""
-    fitted = next((c for c in fit.candidates if c.kind is kind), None)
+    fitted = next((c for c in fit.effects if c.kind is kind), None)
     return judge.signature(fitted or _typical(kind))
 
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import tomli_w
 
-from identification.mismatch.explain import Analysis
+from identification.mismatch.explain import Analysis, accepted
 from identification.mismatch.improved import improved_system
 from identification.mismatch.memo_page import memo_page
 from identification.mismatch.verdict import Verdict, as_json
@@ -21,7 +21,7 @@ def write_outputs(
         if json_path is not None:
             json_path.write_text(as_json(verdict), encoding="utf-8")
             written.append(json_path)
-        fit = analysis.named.fit if analysis.named and not verdict.unknown else analysis.base
+        fit = accepted(analysis) if analysis.named else analysis.base
         if fit is not None:
             path = (folder or vehicle.parent) / f"{vehicle.stem}.improved.toml"
             path.parent.mkdir(parents=True, exist_ok=True)

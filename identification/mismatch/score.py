@@ -23,8 +23,6 @@ from plant.effects.effect import Effect
 from plant.signals import Floats
 from plant.trouble import PlantError
 
-SHARE_OF_SMALL = 0.1
-"""Effects below this share of the smallest size of interest do not count."""
 HINT = 0.5
 """Nats of an amplitude, either sign, above which an effect is looked at more closely."""
 SHOWN = 6.0
@@ -124,7 +122,7 @@ class Judge:
         gain = 0.5 * energy * max(amplitude, 0.0) ** 2
         p = 1.0
         if gain > HINT:
-            least = SHARE_OF_SMALL * candidate.smallest / abs(candidate.size)
+            least = candidate.counts / abs(candidate.size)
             off = self.nuisances.off(signature)
             p = amplitude_p(off, self.left, self.fit.groups, self.fit.scatter, least)
         return Score(candidate, amplitude, gain, 0.5 * energy, energy / whole, p)

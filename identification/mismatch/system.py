@@ -121,6 +121,12 @@ class System(ABC):
     ) -> Mapping[str, Floats]:
         """Quantities along which something may act in a drive, (bins,) each."""
 
+    def curve(
+        self, place: Injection, regressor: str, knots: Floats, values: Floats
+    ) -> Effect | None:
+        """Return a free curve as an effect of the simulation; None where it knows none there."""
+        return None
+
     def coarse(self) -> Self:
         """Return it with steps of integration that are just fine enough to compare simulations."""
         return self

@@ -40,6 +40,8 @@ class Effect(Block):
     states: what it remembers, each governed by one hook; starts: for each of them a number near
     which its steady value is sought, or the nominal state from which it starts if any value is
     steady.
+    helpers: functions that its hooks call. tuples: arguments of its hooks that are several
+    quantities at once, and which.
     periodic: whether it goes with the angle of crank or wheel, so that steady means on average.
     """
 
@@ -51,6 +53,8 @@ class Effect(Block):
     hooks: ClassVar[tuple[Hook, ...]] = ()
     starts: ClassVar[tuple[float | str, ...]] = ()
     periodic: ClassVar[bool] = False
+    helpers: ClassVar[tuple[Callable[..., Any], ...]] = ()
+    tuples: ClassVar[Mapping[str, tuple[str, ...]]] = {}
 
     @property
     def subject(self) -> str:

@@ -65,4 +65,6 @@ def _effect(name: str) -> type[Effect]:
 
 
 LIBRARY: tuple[type[Effect], ...] = tuple(_effect(name) for name in NAMES)
-BY_NAME = {effect.name: effect for effect in LIBRARY}
+FREE_CURVE = _effect("free_curve")
+"""Stands in for what has no name; a simulation can have it, but nobody looks for it."""
+BY_NAME = {effect.name: effect for effect in (*LIBRARY, FREE_CURVE)}

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from plant.effects.free_curve import free_curve
 from plant.effects.gear_play import GearPlay
 from plant.effects.library import LIBRARY
 from plant.equilibrium import equilibrium
@@ -310,3 +311,28 @@ def test_courses_are_columns_of_all_outputs_and_the_servo_alone_moves_alike() ->
     alone = servo.courses(servo.state(**start), inputs, ("throttle", "speed"))
     assert np.allclose(alone["throttle"], out.throttle, rtol=0.0, atol=1e-12)
     assert np.ptp(alone["speed"]) == 0.0
+
+
+def test_a_free_curve_along_the_twist_acts_as_a_stiffer_spring_does() -> None:
+    bike = Motorcycle()
+    knots = tuple(np.linspace(-0.05, 0.15, 16))
+    curve = free_curve(
+        "driveline torque", "twist", knots, tuple(0.1 * bike.driveline.stiffness * z for z in knots)
+    )
+    assert curve is not None
+    stiffer = replace(bike.driveline, stiffness=1.1 * bike.driveline.stiffness)
+    state, throttle = equilibrium(Simulation(bike, 0.5e-3, 2, 2), 2, 1400.0)
+    wave = throttle + 0.03 * np.sin(0.02 * np.arange(1000))
+    inputs = Inputs.held(1000, gear=2.0, throttle_command=wave)
+    curved, stiff, plain = (
+        Simulation(b, 0.5e-3, 2, 2).advance(state, inputs)[1].engine_speed
+        for b in (replace(bike, effects=(curve,)), replace(bike, driveline=stiffer), bike)
+    )
+    assert np.abs(curved - stiff).max() < 1e-9
+    assert np.abs(curved - plain).max() > 0.1
+
+
+def test_a_free_curve_knows_only_what_the_simulation_knows_at_its_place() -> None:
+    knots = tuple(np.linspace(0.0, 1.0, 16))
+    assert free_curve("servo force", "twist", knots, knots) is None
+    assert free_curve("engine torque", "acceleration", knots, knots) is None

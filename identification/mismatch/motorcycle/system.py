@@ -24,6 +24,7 @@ from identification.mismatch.place import Injection
 from identification.mismatch.record import Record
 from identification.mismatch.system import System
 from plant.effects.effect import Effect
+from plant.effects.free_curve import free_curve
 from plant.effects.library import LIBRARY
 from plant.signals import Floats, Inputs
 from plant.trouble import PlantError
@@ -135,6 +136,12 @@ class MotorcycleSystem(System):
     ) -> Mapping[str, Floats]:
         """Run one drive of one record."""
         return shown(self.vehicle.motorcycle, record, chain, drive, q, added, self.finer)
+
+    def curve(
+        self, place: Injection, regressor: str, knots: Floats, values: Floats
+    ) -> Effect | None:
+        """Return the plant's free curve."""
+        return free_curve(place.name, regressor, tuple(knots), tuple(values))
 
     def coarse(self) -> Self:
         """Return it with one step of integration in a row."""

@@ -1,0 +1,49 @@
+"""What trials do not repeat is the floor; what they share and nobody explains is lack of fit."""
+
+from types import SimpleNamespace
+
+import numpy as np
+
+from identification.mismatch.floor import INNOVATIONS, REPEATED, floors, lack_of_fit, repeated
+from identification.mismatch.whitening import whitener
+
+
+def fit(shared, alike=True):
+    """Two recordings of one trial: residuals with a shared part beside noise of deviation 1."""
+    rng = np.random.default_rng(6)
+    common = shared * np.sin(np.arange(1000) * 0.2)[:, None]
+    rest = [common + rng.standard_normal((1000, 1)) for _ in range(2)]
+    command = np.sin(np.arange(5000) * 0.01)[:, None]
+    inputs = [command, command if alike else np.roll(command, 300)]
+    records = tuple(
+        SimpleNamespace(name=f"run {i}", inputs=u, grid=SimpleNamespace(stretches=3))
+        for i, u in enumerate(inputs)
+    )
+    chain = SimpleNamespace(blocks=(SimpleNamespace(order=4),))
+    model = SimpleNamespace(records=records, chain=chain)
+    return SimpleNamespace(model=model, rest=[rest], noise=[whitener(rest, 4)])
+
+
+def test_the_floor_of_repeated_trials_is_what_they_do_not_share():
+    floor, told_by = floors(fit(shared=2.0), 0)
+    assert told_by == REPEATED
+    assert abs(floor[0] - 1.0) < 0.05
+
+
+def test_without_repetition_the_floor_is_what_is_new_in_every_bin():
+    one = fit(shared=2.0, alike=False)
+    floor, told_by = floors(one, 0)
+    assert told_by == INNOVATIONS
+    assert 0.95 < floor[0] < 0.8 * np.sqrt(np.mean(one.rest[0][0] ** 2))
+
+
+def test_lack_of_fit_is_seen_where_the_trials_share_something():
+    assert lack_of_fit(fit(shared=2.0)).p_value < 1e-3
+    assert lack_of_fit(fit(shared=0.0)).p_value > 1e-3
+    assert lack_of_fit(fit(shared=2.0, alike=False)) is None
+
+
+def test_every_recording_is_in_one_pair_at_most():
+    records = fit(1.0).model.records
+    again = SimpleNamespace(**{**vars(records[0]), "name": "run 2"})
+    assert list(repeated((*records, again))) == [(0, 1)]

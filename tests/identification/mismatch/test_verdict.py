@@ -1,0 +1,54 @@
+"""verdict.json keeps to its published schema, whatever is found."""
+
+import json
+from importlib.resources import files
+
+import jsonschema
+import pytest
+
+from identification.mismatch.floor import LackOfFit
+from identification.mismatch.held_out import Error
+from identification.mismatch.interval import Estimate
+from identification.mismatch.memo import lines, sentence
+from identification.mismatch.verdict import FoundCurve, FoundEffect, Location, Verdict, as_json
+
+SCHEMA = json.loads((files("identification.mismatch") / "verdict.schema.json").read_text())
+WHERE = Location(
+    "driveline", "driveline torque", "twist", "a kink about 0", 500.0, 400.0, (6.0, 12.0),
+    (1000.0, 1400.0), "both", "engine speed", "rad/s",
+)  # fmt: skip
+SLACK = FoundEffect(
+    "backlash", "", "driveline", (Estimate("slack", "rad", 12.2e-3, 11.8e-3, 12.6e-3),), 3000.0
+)
+TEETH = Error("rear_teeth", "rad/s", 0.41, 0.2, 0.12, 0.11, "repeated trials", (0.2, 0.4))
+VERDICTS = {
+    "nothing": Verdict(False, 1.0),
+    "interrupted": Verdict(True, 0.01, WHERE, complete=False),
+    "named": Verdict(
+        True, 1e-9, WHERE, (SLACK,), equivalents=(("backlash", "hardening_cush"),),
+        rivals={"backlash": {"hardening_cush": 4.0}}, not_excited=("rate_limit",),
+        next_trial={"why": "it would", "trial": {"name": "next_trial"}}, held_out=(TEETH,),
+        headline="rear_teeth", lack_of_fit=(LackOfFit((("a", "b"),), 3.0, 1e-3),),
+    ),
+    "unknown": Verdict(
+        True, 1e-9, WHERE, unknown=True, shape="a dead zone", held_out=(TEETH,),
+        curve=FoundCurve("driveline torque", "N m", "twist", (0.0, 1.0), (0.0, 2.0), 9.0, 8.0),
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", VERDICTS)
+def test_every_verdict_keeps_to_the_schema(name):
+    jsonschema.validate(json.loads(as_json(VERDICTS[name])), SCHEMA)
+    assert lines(VERDICTS[name])
+
+
+def test_the_first_sentence_names_place_size_and_proof():
+    said = sentence(VERDICTS["named"])
+    assert said.startswith("The driveline has backlash (slack 12.2 +- 0.4 mrad)")
+    assert "falls from 0.41 (0.2 re-calibrated) to 0.12 rad/s, floor 0.11" in said
+
+
+def test_an_alarm_and_its_probability_agree():
+    for verdict in VERDICTS.values():
+        assert verdict.mismatch == (verdict.p_value < 0.05)
