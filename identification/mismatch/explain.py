@@ -169,7 +169,8 @@ def verdict(a: Analysis) -> Verdict:
     """Say what is known so far."""
     if a.named is None:
         p = _least(a.before)
-        return Verdict(p < FAMILY, p, _location(a.before, a.when), complete=False)
+        where = _location(a.before, a.when)
+        return Verdict(p < FAMILY, p, where, left_out=_left_out(a), complete=False)
     doubt = unexplained(a)
     effects = () if doubt else tuple(_effects(a.named))
     left = (a.after if a.named.names else a.before) if doubt else a.before
@@ -192,6 +193,7 @@ def verdict(a: Analysis) -> Verdict:
         lack_of_fit=tuple(f for f in (lack_of_fit(a.base), lack_of_fit(a.named.fit)) if f)
         if a.base
         else (),
+        left_out=_left_out(a),
         complete=a.complete,
     )
 
@@ -203,6 +205,13 @@ def unexplained(a: Analysis) -> bool:
         return _certain(a.before)
     best = max((c.gain for c in a.after if c.certain), default=0.0)
     return best > LEFT * a.named.gain or (best > 0.0 and best > 60.0)
+
+
+def _left_out(a: Analysis) -> tuple[str, ...]:
+    others = a.held_out.records if a.held_out else ()
+    return tuple(
+        f"{r.name}: {w}" for r in (*a.training.records, *others) for w in (*r.left_out, *r.notes)
+    )
 
 
 def _proposed(a: Analysis) -> Mapping[str, Any] | None:

@@ -27,7 +27,7 @@ from plant.signals import Floats
 from plant.trouble import PlantError
 
 ROUNDS = 4
-TRIED = 3
+TRIED = 2
 """Located curves that are tried inside the simulation."""
 BENDS = 2
 """How often knots move to where the curve bends."""
@@ -104,7 +104,7 @@ def inside(base: Fit, curves: Sequence[Curve], held_out: Model | None) -> FreeCu
         if again is None or again.score < best.score:
             break
         best = again
-    best = settle(refreshed(best.fine(base.model)))
+    best = settle(refreshed(best.fine(base.model)), noises=2, steps=3)
     bent = best.candidates[0]
     assert isinstance(bent, Bent)
     confirmed = 0.0
@@ -131,7 +131,7 @@ def _simulated(base: Fit, curve: Curve) -> Fit | None:
         return None
     dials = tuple(float(v) for v in curve.values / place.size)
     try:
-        return settle(with_effects(base, (Bent(system, place, curve, dials),)), noises=2)
+        return settle(with_effects(base, (Bent(system, place, curve, dials),)), 1, 3)
     except PlantError:
         return None
 

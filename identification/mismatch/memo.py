@@ -111,6 +111,8 @@ def _limits(verdict: Verdict) -> Iterator[str]:
         yield f"  not excited: {', '.join(verdict.not_excited)}"
     if verdict.not_told:
         yield f"  these recordings say nothing of: {', '.join(verdict.not_told)}"
+    for told in verdict.left_out:
+        yield f"  left out: {told}"
     if verdict.next_trial:
         yield f"  next trial: {verdict.next_trial['why']}"
 

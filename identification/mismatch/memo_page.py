@@ -57,5 +57,7 @@ def _open(a: Analysis, verdict: Verdict) -> Iterator[tuple[str, str]]:
         yield "not excited", ", ".join(verdict.not_excited).replace("_", " ")
     if verdict.not_told:
         yield "parameters not told", ", ".join(verdict.not_told)
+    for told in verdict.left_out:
+        yield "left out", told
     if verdict.next_trial:
         yield "next trial", str(verdict.next_trial["why"])

@@ -17,7 +17,7 @@ class Record:
     start: s, bus time of row 0. inputs: (rows, k), columns as its system has them. measured: role
     -> its value at the end of each row. sensors: by name, in order. slow: (rows, K), what may act
     unknown and slowly on this record, per unit of each coordinate; its system knows on what. notes:
-    what a reader of the verdict must know of it.
+    what a reader of the verdict must know of it. left_out: channels of no use, and why.
     """
 
     name: str
@@ -28,6 +28,7 @@ class Record:
     sensors: Mapping[str, Sensor]
     slow: Floats
     notes: tuple[str, ...] = ()
+    left_out: tuple[str, ...] = ()
 
     @property
     def time(self) -> Floats:

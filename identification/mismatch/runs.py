@@ -3,9 +3,12 @@
 from collections.abc import Sequence
 from pathlib import Path
 
+import numpy as np
+
 from identification.mismatch.explain import Analysis, begin
 from identification.mismatch.motorcycle.system import MotorcycleSystem
 from identification.mismatch.piece import Piece
+from identification.mismatch.record import Record
 from identification.mismatch.system import System
 from identification.mismatch.systems.system import ModelSystem
 from protocol.configuration import load_toml
@@ -33,4 +36,26 @@ def open_analysis(file: Path, training: Sequence[Path], held_out: Sequence[Path]
     records = [[system.prepare(p.read()) for p in pieces] for pieces in (learnt, proof)]
     for record in (*records[0], *records[1]):
         system.check(record)
+    _check_other(*records)
     return begin(system, *records)
+
+
+def _check_other(training: Sequence[Record], held_out: Sequence[Record]) -> None:
+    """Refuse a held-out recording that is a copy of a training one."""
+    for mine in held_out:
+        for other in training:
+            if same_recording(mine, other):
+                raise InputError(
+                    "a held-out run is a copy of a training run, so it would prove nothing",
+                    where=mine.name,
+                    found=f"the same samples as {other.name}",
+                    remedy="hold out recordings that the analysis does not learn from",
+                )
+
+
+def same_recording(a: Record, b: Record) -> bool:
+    """Tell whether two recordings hold the same samples."""
+    shared = a.sensors.keys() & b.sensors.keys()
+    return bool(shared) and all(
+        np.array_equal(a.sensors[s].value, b.sensors[s].value) for s in shared
+    )

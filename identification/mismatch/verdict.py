@@ -14,6 +14,7 @@ next_trial   {why, trial} the experiment of the menu that would tell most, or nu
 held_out     [{output, unit, nominal, calibrated, improved, floor, floor_from, interval}]
 headline     the output of the first sentence, chosen on the training recordings
 lack_of_fit  [{trials, f, p_value}] of repeated trials: re-calibrated, and with what was found
+left_out     ["recording: channel: why"] of what could not be used
 complete     false where the analysis was interrupted
 """
 
@@ -88,6 +89,7 @@ class Verdict:
     held_out: tuple[Error, ...] = ()
     headline: str = ""
     lack_of_fit: tuple[LackOfFit, ...] = ()
+    left_out: tuple[str, ...] = ()
     complete: bool = True
 
 

@@ -5,6 +5,7 @@ tells of; commands are held. What a simulation is compared with stands in its se
 """
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
@@ -35,6 +36,8 @@ LINEAR: Mapping[str, tuple[str, str]] = {
     "vehicle_speed": ("speed", "m/s"),
 }
 """Role -> column of the simulation that it shows, and the unit."""
+SPEEDS = ("engine_speed", "optical_speed", "gnss_speed", "vehicle_speed", "rear_wheel_speed",
+          "front_wheel_speed")  # fmt: skip
 WHEELS = ("rear", "front")
 TRUE_SPEED = ("front", "optical_speed", "gnss_speed", "vehicle_speed")
 """Where the speed that leads a simulation in is taken from, best first."""
@@ -42,7 +45,8 @@ TRUE_SPEED = ("front", "optical_speed", "gnss_speed", "vehicle_speed")
 
 def prepare(recording: Recording, vehicle: Vehicle) -> Record:
     """Make a recording ready. Raises InputError where nothing in it can drive a simulation."""
-    data = aligned(recording)
+    data = aligned(without_dead(recording))
+    left_out = tuple(f"{role}: {why}" for role, why in data.absent.items())
     base = dataset(data)
     start, end = _window(data, base)
     rows = int((end - start) / STEP)
@@ -58,7 +62,28 @@ def prepare(recording: Recording, vehicle: Vehicle) -> Record:
     measured = _measured(data, vehicle, time)
     inputs = _inputs(data, base, vehicle, time, measured)
     slow = road_hats(rows, vehicle.motorcycle.body.mass, LEAD_IN, STEP)
-    return Record(recording.folder.name, start, grid, inputs.table, measured, sensors, slow)
+    return Record(
+        recording.folder.name, start, grid, inputs.table, measured, sensors, slow, left_out
+    )
+
+
+def without_dead(recording: Recording) -> Recording:
+    """Return the recording without channels that tell one value throughout while others move.
+
+    A throttle may rest; a speed that never changes by a quantum is no measurement.
+    """
+    moved = any(
+        np.ptp(c.value) > 0.0
+        for role, c in recording.channels.items()
+        if c.value.size and role.endswith(("teeth", "speed"))
+    )
+    dead = {
+        role: f"it tells {recording.channels[role].value[0]:.6g} throughout ({c.origin})"
+        for role, c in recording.channels.items()
+        if moved and role in SPEEDS and c.value.size and np.ptp(c.value) == 0.0
+    }
+    channels = {r: c for r, c in recording.channels.items() if r not in dead}
+    return replace(recording, channels=channels, missing={**recording.missing, **dead})
 
 
 def _window(data: Aligned, base: Dataset) -> tuple[float, float]:
@@ -68,7 +93,8 @@ def _window(data: Aligned, base: Dataset) -> tuple[float, float]:
         raise InputError(
             "no channel that a simulation could be judged by", where=str(data.recording.folder),
             expected=", ".join((*LINEAR, "rear_teeth", "front_teeth")),
-            found=", ".join(data.time) or "no channels", remedy="check the role map",
+            found="; ".join(f"{r}: {w}" for r, w in data.absent.items()) or ", ".join(data.time)
+            or "no channels", remedy="check the role map and the sensors",
         )  # fmt: skip
     first, last = max(t[0] for t in used) + 0.02, min(t[-1] for t in used) - 0.02
     window = trial_window(base)
