@@ -63,8 +63,9 @@ def prepare(recording: Recording, vehicle: Vehicle) -> Record:
     inputs = _inputs(data, base, vehicle, time, measured)
     slow = road_hats(rows, vehicle.motorcycle.body.mass, LEAD_IN, STEP)
     return Record(
-        recording.folder.name, start, grid, inputs.table, measured, sensors, slow, left_out
-    )
+        recording.folder.name, start, grid, inputs.table, measured, sensors, slow,
+        left_out=left_out,
+    )  # fmt: skip
 
 
 def without_dead(recording: Recording) -> Recording:
