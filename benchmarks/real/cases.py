@@ -59,7 +59,7 @@ CASES = (
          "The pulse counter is blind to direction (0.508 to 0.371 V with the size of the speed)"
          " and the belt is elastic."),
     Case("silverbox", "Silverbox: a spring taken as linear", "silverbox",
-         ("silverbox@70:73", "silverbox@90:93"), ("silverbox@110:113",),
+         ("silverbox@70:71.5", "silverbox@90:91.5"), ("silverbox@110:112",),
          "The spring hardens with the cube; published models reach about 0.3 mV (Schoukens and"
          " Noel, nonlinearbenchmark.org)."),
     Case("cascaded_tanks", "Cascaded tanks without an edge", "cascaded_tanks",
@@ -75,6 +75,6 @@ CASES = (
          ("wrx@0:45",), ("wrx@45:",),
          "The second logger is 59.94 s off and drifts about 15 ms a minute."),
     Case("wrx_control", "Control, Subaru WRX: front left against front right wheel",
-         "left_and_right", ("wrx@10:30",), ("wrx@30:50",),
-         "On a straight the wheels differ by nothing but their radii."),
+         "left_and_right", ("wrx@50:70",), ("wrx@70:90",),
+         "On a straight (steering within 5 degrees) the wheels differ by nothing but their radii."),
 )  # fmt: skip

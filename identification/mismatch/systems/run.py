@@ -16,6 +16,8 @@ from plant.effects.effect import Effect
 from plant.signals import Floats
 from plant.trouble import PlantError
 
+BOUND = 1e6
+"""Of a state, in its usual magnitude: beyond, a simulation has lost all meaning."""
 MOST_RING = 1 << 20  # steps
 Integers = NDArray[np.int64]
 
@@ -49,7 +51,9 @@ def run(
         _first(file, record), np.ascontiguousarray(record.inputs, np.float64), held,
         np.ascontiguousarray(push), values, code, where, other, par, ring, step, substeps, out,
     )  # fmt: skip
-    if done != FINE or not np.isfinite(out[-1]).all():
+    usual = np.array([state.size.si for state in file.states.values()])
+    wild = np.abs(out[:, len(e.places) :]) > BOUND * np.abs(usual)
+    if done != FINE or not np.isfinite(out).all() or wild.any():
         raise PlantError(
             "the simulation grows without bound", f"{file.name} on {record.name}",
             "finite numbers", ", ".join(x.key for x in acting) or "no effect",
