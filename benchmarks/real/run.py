@@ -14,7 +14,7 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import numpy as np
 
-from benchmarks.real.cases import CAPTURES, CASES, Case
+from benchmarks.real.cases import CAPTURES, CASES, REMARKS, Case
 from identification.mismatch.explain import Analysis, analyse, verdict
 from identification.mismatch.held_out import driven
 from identification.mismatch.memo import sentence
@@ -154,6 +154,8 @@ def _section(case: Case, told: dict) -> str:
         n, c, i = row["errors"]
         name = row["record"]
         lines.append(f"| {name} | {row['output']} | {n:.4g} | {c:.4g} | {i:.4g} |")
+    if case.name in REMARKS:
+        lines += ["", REMARKS[case.name]]
     lines += ["", f"![{case.title}](figures/real_{case.name}.png)", ""]
     return "\n".join(lines)
 
