@@ -38,7 +38,7 @@ ALLOWED = {
         "identification/report/close_ups.py", "identification/report/distributions.py",
         "identification/report/model_figure.py", "identification/report/operation.py",
         "identification/report/overview.py", "identification/report/table_report.py",
-        "identification/paper/*_figures.py", "identification/paper/paper.py",
+        "identification/paper/*_figures.py", "identification/paper/paper_section.py",
         "identification/proof/figures.py",
         "identification/mismatch/pictures.py",
     ),

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from identification.paper.claims import Claim
-from identification.paper.paper import Context, paper_answer, paper_sections
+from identification.paper.context import Context
+from identification.paper.paper import paper
 from identification.paper.paper_report import write_paper
 from identification.paper.paper_trials import PAPER, record_all
 from identification.response.identify import identify
@@ -44,7 +45,6 @@ def reproduce(
         found[name] = identify(recording)
     told("judging the claims")
     context = Context(vehicle.motorcycle, 2 * math.pi * bandwidth)
-    sections = paper_sections(found, context)
-    answer = paper_answer(found, context)
-    page = write_paper(answer, sections, recordings, out)
-    return Reproduced(tuple(c for s in sections for c in s.claims), answer, page)
+    made = paper(found, context)
+    page = write_paper(made, recordings, out)
+    return Reproduced(made.claims, made.answer, page)

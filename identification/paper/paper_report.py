@@ -10,33 +10,25 @@ import jinja2
 from markupsafe import Markup
 
 from identification.paper.claims import Claim
-from identification.paper.paper_section import Section
+from identification.paper.paper import Paper
 from identification.report import drawing
 from identification.report.report import Drawn, write_figures
 from identification.report.tiles import Tile
 from protocol.recording import Recording
 
 
-def write_paper(
-    answer: str, sections: Sequence[Section], recordings: Mapping[str, Recording], out: Path
-) -> Path:
+def write_paper(made: Paper, recordings: Mapping[str, Recording], out: Path) -> Path:
     """Write paper.html, claims.json and the figures into `out`. Returns the page's path."""
     out.mkdir(parents=True, exist_ok=True)
-    claims = [claim for section in sections for claim in section.claims]
-    write_figures([item for section in sections for item in section.drawn], out / "figures")
-    described = {"answer": answer, "claims": [claim.described() for claim in claims]}
+    write_figures([item for section in made.sections for item in section.drawn], out / "figures")
+    described = {"answer": made.answer, "claims": [claim.described() for claim in made.claims]}
     (out / "claims.json").write_text(json.dumps(described, indent=2, allow_nan=False) + "\n")
     page = out / "paper.html"
-    page.write_text(_page(answer, sections, recordings, claims), encoding="utf-8")
+    page.write_text(_page(made, recordings), encoding="utf-8")
     return page
 
 
-def _page(
-    answer: str,
-    sections: Sequence[Section],
-    recordings: Mapping[str, Recording],
-    claims: Sequence[Claim],
-) -> str:
+def _page(made: Paper, recordings: Mapping[str, Recording]) -> str:
     environment = jinja2.Environment(
         autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
@@ -44,9 +36,9 @@ def _page(
     template = environment.from_string((here / "paper.html").read_text(encoding="utf-8"))
     return template.render(
         style=Markup(style.read_text(encoding="utf-8")),
-        answer=answer,
-        sections=sections,
-        tiles=_tiles(claims),
+        answer=made.answer,
+        sections=made.sections,
+        tiles=_tiles(made.claims),
         recordings=[_row(name, recording) for name, recording in recordings.items()],
         inline=_inline,
         found=found_in_words,

@@ -1,9 +1,12 @@
 """One section of the paper's reproduction: what was done, its figures, its claims."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
+from matplotlib.figure import Figure
+
 from identification.paper.claims import Claim
+from identification.report import drawing
 from identification.report.report import Drawn
 
 Table = tuple[tuple[str, ...], ...]
@@ -26,3 +29,10 @@ class Section:
     drawn: tuple[Drawn, ...] = ()
     claims: tuple[Claim, ...] = ()
     tables: Mapping[str, Table] = field(default_factory=dict)
+
+
+def drawn(name: str, caption: str, make: Callable[[], Figure | None]) -> tuple[Drawn, ...]:
+    """Draw one figure in the project's hand; nothing where it cannot be drawn."""
+    with drawing.hand():
+        figure = make()
+    return () if figure is None else (Drawn(name, caption, figure),)

@@ -42,13 +42,14 @@ PAPER: tuple[PaperTrial, ...] = (
     *_again("spark", "spark_sweep", 2),
     *_again("large", "throttle_sweep", 2, excitation__amplitude="5.5 %"),
     *_again("steps", "throttle_steps", 1),
-    *_again("sparksteps", "spark_steps", 1),
+    *_again("sparksteps", "spark_steps", 1, excitation__duration="10 s"),
     *(
-        PaperTrial(f"speed_{base.rpartition('_')[2]}", base)
-        for base in (
-            "throttle_sweep_slow", "throttle_sweep_12000", "throttle_sweep_13000",
-            "throttle_sweep_fast",
-        )
+        PaperTrial(f"speed_{place}", f"throttle_sweep_{place}", {"excitation.duration": "20 s"})
+        for place in ("slow", "12000", "13000", "fast")
+    ),
+    *(
+        PaperTrial(f"multisine_{n}", "throttle_multisine", {"excitation.seed": n, "seed": n})
+        for n in (1, 2)
     ),
 )  # fmt: skip
 
