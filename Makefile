@@ -46,7 +46,7 @@ test-mismatch: setup
 	$(IN)/python -m pytest -n $(WORKERS) --dist load -o addopts=-ra tests/identification/mismatch
 
 paper: setup
-	$(IN)/slipbench paper --out paper --runs paper/runs
+	$(IN)/slipbench paper --out paper --runs paper/runs --document docs/paper.md
 
 # Half of the cases miss nothing. CASES and SEED choose another study, for which PROOF is its folder.
 CASES ?= 200

@@ -126,6 +126,9 @@ def paper_command(
     bandwidth: Annotated[
         float, typer.Option(help="w_c of the throttle servo, in Hz.", min=0.1)
     ] = 10.0,
+    document: Annotated[
+        Path | None, typer.Option(help="Also write this page of Markdown, its figures beside it.")
+    ] = None,
 ) -> None:
     """Reproduce Corno and Savaresi (SYSID 2009) on recordings over CAN, claim by claim.
 
@@ -138,7 +141,9 @@ def paper_command(
 
     console = Console(stderr=True)
     with console.status("") as progress:
-        done = reproduce(out, runs or out / "runs", nominal, trials, bandwidth, progress.update)
+        done = reproduce(
+            out, runs or out / "runs", nominal, trials, bandwidth, progress.update, document
+        )
     for claim in done.claims:
         mark = "holds" if claim.holds else "FAILS"
         typer.echo(f"  {mark}  {claim.statement}: {found_in_words(claim)}")

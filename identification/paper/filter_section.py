@@ -60,4 +60,4 @@ def _figures(
 def _phase_table(lines: LineReductions) -> Table:
     costs = filter_figures.phase_costs(lines, SHOWN)
     head = ("filter", *(f"{f:g} Hz" for f in SHOWN))
-    return (head, *((name, *(f"{x:.1f}" for x in row)) for name, row in costs.items()))
+    return (head, *((name, *(f"{x:z.1f}" for x in row)) for name, row in costs.items()))

@@ -8,6 +8,7 @@ from pathlib import Path
 from identification.paper.claims import Claim
 from identification.paper.context import Context
 from identification.paper.paper import paper
+from identification.paper.paper_document import write_document
 from identification.paper.paper_report import write_paper
 from identification.paper.paper_trials import PAPER, record_all
 from identification.response.identify import identify
@@ -32,8 +33,12 @@ def reproduce(
     trials: Path,
     bandwidth: float,
     told: Callable[[str], None] = lambda _: None,
+    document: Path | None = None,
 ) -> Reproduced:
-    """Run what is missing, identify all, judge the claims, write the page. bandwidth: Hz."""
+    """Run what is missing, identify all, judge the claims, write the page. bandwidth: Hz.
+
+    document: the Markdown page that is to be written as well.
+    """
     try:
         vehicle = load_vehicle(nominal)
     except VehicleFileError as fault:
@@ -47,4 +52,6 @@ def reproduce(
     context = Context(vehicle.motorcycle, 2 * math.pi * bandwidth)
     made = paper(found, context)
     page = write_paper(made, recordings, out)
+    if document is not None:
+        write_document(made, document)
     return Reproduced(made.claims, made.answer, page)

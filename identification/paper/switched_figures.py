@@ -172,6 +172,7 @@ def actuators_figure(found: Comparison) -> Figure:
         axes[0].set(ylabel="gain / dB", title="First harmonics, delay-free and normalised")
         axes[1].set(ylabel="phase / °", yticks=(-270, -180, -120, -90, 0))
         axes[1].set_xlabel(f"f / f_c (f_c = {found.cutoff:g} Hz)")
+        d.plain_frequency(axes[1])
         d.legend(axes[0], 4)
     return figure
 
@@ -224,6 +225,7 @@ def uncertainty_figure(found: UncertaintySet, cutoff: float = CUTOFF) -> Figure:
         axes[1].plot(x, weight, color=d.RED, label="weight")
         axes[0].set(ylabel="gain / dB", title="Members and nominal model")
         axes[1].set(ylabel="relative", ylim=(0, None), xlabel=f"f / f_c (f_c = {cutoff:g} Hz)")
+        d.plain_frequency(axes[1])
         for panel in axes:
             d.legend(panel, 2)
     return figure

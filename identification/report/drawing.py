@@ -108,6 +108,11 @@ def plain_decades(gain: Axes, frequency: Axes) -> None:
     gain.yaxis.set_major_locator(LogLocator(base=10, subs=(1, 2, 5)))
     gain.yaxis.set_major_formatter(FuncFormatter(lambda y, _: f"{y:.3g}"))
     gain.yaxis.set_minor_formatter(FuncFormatter(lambda *_: ""))
+    plain_frequency(frequency)
+
+
+def plain_frequency(frequency: Axes) -> None:
+    """Write a logarithmic frequency axis in plain numbers."""
     frequency.xaxis.set_major_locator(LogLocator(base=10, subs=(1, 2, 3, 5, 7)))
     frequency.xaxis.set_major_formatter(FuncFormatter(lambda x, _: f"{x:g}"))
     frequency.xaxis.set_minor_formatter(FuncFormatter(lambda *_: ""))
@@ -123,7 +128,7 @@ def svg(figure: Figure, name: str) -> str:
     return text[text.index("<svg") :].replace("<svg ", f'<svg role="img" aria-label="{name}" ', 1)
 
 
-def png(figure: Figure, path: Path) -> None:
-    """Write a figure as PNG."""
+def png(figure: Figure, path: Path, dots: int = 160) -> None:
+    """Write a figure as PNG. dots: per inch."""
     with mpl.rc_context(STYLE):  # type: ignore[arg-type]
-        figure.savefig(path, format="png", dpi=160)
+        figure.savefig(path, format="png", dpi=dots)
