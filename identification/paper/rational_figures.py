@@ -92,9 +92,10 @@ def time_figure(stretches: tuple[Stretch | NoStretch, ...], bandwidth: float) ->
             panel.plot(s.time, 100 * s.measured, color=d.INK, lw=1, label="measured")
             panel.plot(s.time, 100 * s.simulated, color=d.ORANGE, label="model")
             panel.set_title(f"{HZ * s.frequency / bandwidth:.2f} ω_c, fit {s.fit:.0f} %")
-        low, high = axes[0].get_ylim()
-        axes[0].set_ylim(low, high + 0.2 * (high - low))  # room for the legend
-        axes[0].legend(loc="upper right", ncols=2)
+        if axes[0].lines:
+            low, high = axes[0].get_ylim()
+            axes[0].set_ylim(low, high + 0.2 * (high - low))  # room for the legend
+            axes[0].legend(loc="upper right", ncols=2)
     return figure
 
 
