@@ -120,7 +120,14 @@ def encoder_claims(radius: float, teeth: int = 16) -> tuple[Claim, ...]:
     lag = float(np.degrees(read.lag))
     return (
         _claim("encoder_delay_at_40_kmh", late, 1e3 * formula, 1e3 * LATE, "ms", note),
-        _claim("encoder_delay_measured", late, 1e3 * read.delay, 1e3 * LATE, "ms", measured),
+        _claim(
+            "encoder_delay_measured",
+            f"{late}, as its own teeth show",
+            1e3 * read.delay,
+            1e3 * LATE,
+            "ms",
+            measured,
+        ),
         _claim("encoder_phase_at_10_hz", phase, lag, 360 * 10 * LATE, "°", measured),
     )
 

@@ -43,7 +43,7 @@ def describing_figure(
         for panel in axes:
             _zones(panel)
         axes[0].set_title(f"{name(found.input)} to {name(found.output)}", loc="left")
-        d.legend(axes[0], 3)
+        d.legend(axes[0], 6)
     return figure
 
 
@@ -67,7 +67,7 @@ def linear_figure(found: BestLinearApproximation, cutoff: float = CUTOFF) -> Fig
         axes[1].set(ylabel="phase / °", ylim=(-200, 200), yticks=(-180, -90, 0, 90, 180))
         axes[1].set_xlabel(f"f / f_c (f_c = {cutoff:g} Hz)")
         axes[0].set_title(f"{name(found.input)} to {name(found.output)}")
-        d.legend(axes[0], 3)
+        d.legend(axes[0], 5)
     return figure
 
 
