@@ -15,7 +15,7 @@ from identification.mismatch.systems.expression import read_expression
 from plant.effects.effect import SECTIONS
 from plant.trouble import PlantError
 from protocol.errors import InputError
-from tests.identification.mismatch.spring import MODEL, recorded, system
+from tests.identification.spring import MODEL, recorded, system
 
 CHAIN = Chain({"system": ()}, ())
 
