@@ -16,6 +16,7 @@ from identification.proof.generator.case import (
     TRIPLE,
     UNEXCITED,
 )
+from identification.proof.generator.tyres import MAGIC, NAMES
 from identification.proof.score import Judged
 
 CONFIDENCE = 0.95
@@ -64,6 +65,10 @@ def figures(cases: Sequence[Judged]) -> list[Figure]:
     return [
         of("False alarms, nothing missing", lambda c: c.sort == NOTHING, lambda c: c.alarm,
            high=5.0),
+        of("... where the tyre follows the simulation's formula",
+           lambda c: c.sort == NOTHING and c.tyre == NAMES[MAGIC], lambda c: c.alarm),
+        of("... where it follows another",
+           lambda c: c.sort == NOTHING and c.tyre != NAMES[MAGIC], lambda c: c.alarm),
         of("Alarms where nobody can see anything", unseen, lambda c: c.alarm, high=5.0),
         of("Alarm, one effect, moderate", visible(MODERATE), lambda c: c.alarm),
         of("Alarm, one effect, small", visible(SMALL), lambda c: c.alarm),

@@ -51,11 +51,13 @@ COLUMNS = {
 class Ideal:
     """gain: nats of all that is missing; each: of every one, in the others' presence.
 
-    fit: with the truth in it, where the library has it; None where it has not.
+    difference: nats of the true difference, for whoever has the true formula as well; NaN where
+    more than motion is concerned. fit: with the truth in it; None where the library has it not.
     """
 
     gain: float
     each: tuple[float, ...]
+    difference: float = math.nan
     fit: Fit | None = None
 
 
@@ -66,17 +68,20 @@ def ideal(case: Case, base: Fit) -> Ideal:
     if len(case.hidden) == 1 and case.hidden[0].kind in BY_CHANCE:
         gain = told_difference(case, base)
         return Ideal(gain, (gain,))
+    moves = not any(h.subject for h in case.hidden)
+    difference = seen_difference(case, base, case.training) if moves else math.nan
     if all(BY_NAME[h.kind].inside for h in case.hidden):
-        return _of_library(case.hidden, base)
-    gain = seen_difference(case, base, case.training)
-    return Ideal(gain, (gain,))
+        return replace(_of_library(case.hidden, base), difference=difference)
+    return Ideal(difference, (difference,), difference)
 
 
 def on_held_out(case: Case, base: Fit, found: Ideal, held_out: Model) -> float:
     """Nats that the truth gains on the held-out recordings."""
     before = carried_over(base, held_out)
-    if found.fit is None:
+    if math.isfinite(found.difference):
         return seen_difference(case, before, case.held_out)
+    if found.fit is None:
+        return math.nan
     return carried_over(found.fit, held_out).score - before.score
 
 
@@ -88,12 +93,12 @@ def _of_library(hidden: Sequence[Hidden], base: Fit) -> Ideal:
         return Ideal(0.0, tuple(0.0 for _ in hidden))
     gain = whole.score - base.score
     if len(candidates) == 1:
-        return Ideal(gain, (gain,), whole)
+        return Ideal(gain, (gain,), fit=whole)
     each = []
     for left_out in candidates:
         less = _fitted(base, [c for c in candidates if c is not left_out])
         each.append(whole.score - (less.score if less else base.score))
-    return Ideal(gain, tuple(each), whole)
+    return Ideal(gain, tuple(each), fit=whole)
 
 
 def _fitted(base: Fit, candidates: Sequence[Candidate]) -> Fit | None:
@@ -153,10 +158,11 @@ def seen_difference(case: Case, base: Fit, trials: Sequence[Trial]) -> float:
         [_shown(case, model, r, t, secret) for r, t in enumerate(trials)]
         for secret in (case.secret, absent)
     )
-    servo = all(h.places == (SERVO,) for h in case.hidden)
+    places = [h.places == (SERVO,) for h in case.hidden]
     difference: Series = []
     for b, block in enumerate(model.chain.blocks):
-        wanted = (block.drive == "servo") == servo
+        # What the plate does is measured, so that its own secrets are seen in its block alone.
+        wanted = any(places) if block.drive == "servo" else not all(places)
         difference.append([
             (x[b] - y[b]) * (known if wanted else 0.0)
             for x, y, known in zip(there, without, model.known_bins[b], strict=True)

@@ -1,5 +1,6 @@
 """One sealed case: recorded, analysed as anybody's recordings are, and then judged knowing it."""
 
+import math
 import tempfile
 import time
 import traceback
@@ -49,14 +50,17 @@ def _seen(case: Case, analysis: Analysis) -> dict[str, Any]:
     assert analysis.base is not None
     found = ideal(case, analysis.base)
     told: dict[str, Any] = {
-        "ideal": {"gain": found.gain, "each": list(found.each)},
+        "ideal": {
+            "gain": found.gain,
+            "each": list(found.each),
+            "difference": found.difference if math.isfinite(found.difference) else None,
+        },
         "truth": _proven(analysis, found),
     }
     if analysis.free is not None and case.hidden and analysis.held_out is not None:
-        told["curve"] = {
-            "confirmed": analysis.free.confirmed,
-            "possible": on_held_out(case, analysis.base, found, analysis.held_out),
-        }
+        possible = on_held_out(case, analysis.base, found, analysis.held_out)
+        if math.isfinite(possible):
+            told["curve"] = {"confirmed": analysis.free.confirmed, "possible": possible}
     return told
 
 

@@ -19,6 +19,7 @@ from identification.proof.generator.case import (
 from identification.proof.generator.kinds import BY_NAME
 
 VISIBLE, NOBODY_SEES = 16.0, 8.0  # nats
+FAITHFUL = 0.7  # share of the true gain below which the library means something else
 
 
 @dataclass(frozen=True)
@@ -46,6 +47,7 @@ class Judged:
     seconds: float
     curve: float = math.nan
     said_hidden: bool = False
+    formula: float = math.nan
     failed: str = ""
 
 
@@ -78,7 +80,7 @@ def _judge(answer: Mapping[str, Any], result: Mapping[str, Any]) -> Judged:
         named=bool(seen) and _exact(truth, seen, said, verdict["equivalents"]),
         covered=tuple(_coverage(hidden, verdict["effects"])),
         share=_share(result), seconds=result["seconds"]["analysis"], curve=_curve(result),
-        said_hidden=set(truth) <= set(verdict["not_excited"]),
+        formula=_formula(result), said_hidden=set(truth) <= set(verdict["not_excited"]),
     )  # fmt: skip
 
 
@@ -127,6 +129,12 @@ def _curve(result: Mapping[str, Any]) -> float:
     return told["confirmed"] / told["possible"] if told and told["possible"] > VISIBLE else math.nan
 
 
+def _formula(result: Mapping[str, Any]) -> float:
+    """Share of what the true physics gains that the library's formula reaches."""
+    possible = result["ideal"].get("difference")
+    return result["ideal"]["gain"] / possible if possible and possible > VISIBLE else math.nan
+
+
 def misses(cases: Iterable[Judged]) -> list[Judged]:
     """Every case in which something was claimed wrongly or not at all."""
     return [c for c in cases if what_is_wrong(c)]
@@ -145,7 +153,9 @@ def what_is_wrong(c: Judged) -> str:
     if c.sort == ELSE:
         return "named, but it is in no library" if c.said else _place_wrong(c)
     if not c.named:
-        return "not named" if c.unknown or not c.said else "wrong name"
+        wrong = "not named" if c.unknown or not c.said else "wrong name"
+        short = c.formula < FAITHFUL
+        return f"{wrong}; its formula reaches {100 * c.formula:.0f} %" if short else wrong
     return _place_wrong(c)
 
 
