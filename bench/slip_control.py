@@ -1,0 +1,71 @@
+"""Slip control inside the tick: what arrives goes to the estimator, what it says to the controller.
+
+It keeps the two states, and nothing else; laws and estimator are pure, and `permit` has the last
+word on what comes out. The reference is the slip that stood when the button was pressed, or the
+trial's own target, and what the trial's waveform adds.
+"""
+
+import math
+from dataclasses import dataclass
+
+from bench.lookout import Wheels
+from bench.tooth_stream import ToothStream
+from controllers.slip_controller import SlipController, SlipState
+from controllers.slip_estimator import Slip, SlipEstimator
+from protocol.messages import OpticalSpeed, ToothIntervals
+
+
+@dataclass(frozen=True, slots=True)
+class Asked:
+    """What a controller asks for: offsets of throttle (0..1) and spark (rad) from their rest."""
+
+    throttle: float = 0.0
+    spark: float = 0.0
+
+
+class SlipControl:
+    """Listens all the time, so that it knows the teeth when the button is pressed."""
+
+    def __init__(
+        self, controller: SlipController, wheels: Wheels, modulo: int, target: float | None
+    ) -> None:
+        """Know nothing yet. modulo: of the tooth frames' count; target: slip, None for as found."""
+        self._controller, self._target = controller, target
+        self._estimator = SlipEstimator(wheels.teeth, wheels.rear_radius, wheels.front_radius)
+        self._known = self._estimator.initial()
+        self._streams = {name: ToothStream(modulo) for name in ("RearTeeth", "FrontTeeth")}
+        self._state: SlipState | None = None
+        self._since = 0.0
+        self._base = math.nan
+        self.reference = math.nan
+
+    def observe(self, name: str, message: object, now: float) -> None:
+        """Take in a good frame of message `name` that arrived at `now` (s)."""
+        if isinstance(message, ToothIntervals):
+            take = (
+                self._estimator.rear_tooth if name == "RearTeeth" else self._estimator.front_tooth
+            )
+            for time, count in self._streams[name].take(message, now):
+                # Once in control, an oscillation could turn with the wheel: no more learning.
+                self._known = take(self._known, time, float(count), self._state is None)
+        elif isinstance(message, OpticalSpeed) and message.valid:
+            self._known = self._estimator.optical(self._known, now, message.speed)
+
+    def slip(self, now: float) -> Slip:
+        """Say what is known of the slip at `now` (s)."""
+        return self._estimator.slip(self._known, now)
+
+    def ask(self, waveform: float, now: float) -> Asked:
+        """Control for one tick. waveform: what the trial adds to the target now."""
+        seen = self.slip(now)
+        if self._state is None:
+            self._base = seen.value if self._target is None else self._target
+            self._state = self._controller.start(0.0, 0.0, seen.value, seen.value, seen.speed)
+            self._since = now - 0.001
+        target = self._base + waveform
+        throttle, spark, self._state = self._controller.update(
+            self._state, target, seen.value, seen.speed, now - self._since
+        )
+        self._since = now
+        self.reference = self._state.reference
+        return Asked(throttle, spark)
