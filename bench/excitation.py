@@ -20,8 +20,8 @@ COMMANDS_PER_CYCLE = 20  # fewer make a sine a staircase whose images reach the 
 class Excitation:
     """A waveform, sampled at the command period before anything is armed.
 
-    actuator  "throttle" or "spark"
-    table     (n,) deviation from the operating point at each command, throttle 0..1 or rad
+    actuator  "throttle" or "spark", or "slip": the target of a controller
+    table     (n,) deviation from the operating point at each command, throttle or slip 0..1 or rad
     period    s between commands
     """
 
@@ -49,16 +49,20 @@ def plan_excitation(trial: TrialFile) -> Excitation:
     exceed the trial's own limits.
     """
     spec, limits = trial.excitation, trial.limits
-    throttle = spec.actuator == "throttle"
-    unit, rate = ("1", limits.throttle_rate) if throttle else ("rad", limits.spark_rate)
-    amplitude = parse_quantity(spec.amplitude, "" if throttle else unit)
-    most = limits.throttle_deviation if throttle else min(-limits.spark[0], limits.spark[1])
+    unit, most, rate = {
+        "throttle": ("", limits.throttle_deviation, limits.throttle_rate),
+        "spark": ("rad", min(-limits.spark[0], limits.spark[1]), limits.spark_rate),
+        "slip": ("", limits.slip, math.inf),  # a target; what moves is the controller's to limit
+    }[spec.actuator]
+    amplitude = parse_quantity(spec.amplitude, unit)
     _check_amplitude(trial, amplitude, most)
     _check_frequency(trial)
     count = round(spec.duration / trial.command.period)
     time = np.arange(count, dtype=np.float64) * trial.command.period
     wave = amplitude * _shape(trial)(time)
     step = rate * trial.command.period
+    if spec.actuator == "slip":
+        return Excitation(spec.actuator, wave, trial.command.period)
     wave = _limit_rate(wave, step) if isinstance(spec, Square) else _end_at_zero(wave)
     _check_rate(trial, wave, rate)
     return Excitation(spec.actuator, wave, trial.command.period)
@@ -172,8 +176,10 @@ def _check_multisine(spec: Multisine) -> None:
 
 
 def _check_amplitude(trial: TrialFile, amplitude: float, most: float) -> None:
-    if not 0 < amplitude <= most:
-        key = "throttle_deviation" if trial.excitation.actuator == "throttle" else "spark"
+    if not 0 < amplitude <= most and not amplitude == 0 == _least(trial):
+        key = {"throttle": "throttle_deviation"}.get(
+            trial.excitation.actuator, trial.excitation.actuator
+        )
         raise InputError(
             f"excitation.amplitude = {trial.excitation.amplitude} is outside the trial's limits",
             where=trial.name,
@@ -181,6 +187,11 @@ def _check_amplitude(trial: TrialFile, amplitude: float, most: float) -> None:
             found=f"{amplitude:.4g}",
             remedy=f"lower the amplitude, or widen limits.{key} if the rider can take it",
         )
+
+
+def _least(trial: TrialFile) -> float:
+    """Return the least amplitude: a target may stand still, an excitation may not."""
+    return 0.0 if trial.excitation.actuator == "slip" else math.inf
 
 
 def _check_rate(trial: TrialFile, wave: FloatArray, rate: float) -> None:

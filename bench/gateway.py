@@ -12,7 +12,21 @@ from bench.permit import Held, Trip, permit
 from bench.ring import BIT_RATE_SWITCH, ERROR, EXTENDED, FD, REMOTE, SENT, Ring
 from bench.seen import Seen
 from bench.senders import OURS, Senders
-from bench.trial import ENDED, HOLDING, Plan, TrialState, advance, tripped, wanted
+from bench.slip_control import slip_control
+from bench.trial import (
+    ENDED,
+    HOLDING,
+    NOTHING,
+    Plan,
+    TrialState,
+    advance,
+    controlling,
+    tripped,
+    wanted,
+)  # fmt: skip
+from bench.trial import (
+    due as waveform_due,
+)
 from protocol import e2e
 from protocol.codec import Codec, Sender
 from protocol.faults import Fault, FrameFault
@@ -55,6 +69,7 @@ class Gateway:
         self._controller = ControllerState(bus)
         self._ours = {codec.identifier(name) for name in OURS}
         self._lookout = Lookout(wheels)
+        self._control = slip_control(plan, wheels, _tooth_modulo(database))
         self._senders = Senders(_cycles(database))
         self._protected = dict.fromkeys(SAFETY, e2e.INITIAL)
         self._last = ActuatorCommand(Authority.NONE, 0.0, 0.0, 0.0)
@@ -78,7 +93,8 @@ class Gateway:
         )
         if self._senders.trouble:
             self._trip(TripReason.TWO_SENDERS, self._senders.trouble, due)
-        self._move_to(advance(self.state, seen, self._plan, now), due)
+        standing = self._control.asked if self._control else NOTHING
+        self._move_to(advance(self.state, seen, self._plan, now, standing), due)
         self._send(self._decide(seen, now, due), now)
         self._report(number, now)
         return self._ended_at is None or now - self._ended_at < AFTERWARDS
@@ -123,6 +139,8 @@ class Gateway:
             self._lookout.fault(name)
             return
         self._lookout.observe(name, decoded, now)
+        if self._control:
+            self._control.observe(name, decoded, now)
 
     def _in_sequence(self, name: str, identifier: int, data: bytes, now: float) -> bool:
         """Tell whether the counter moved; frames lost before this one do not spoil it.
@@ -154,7 +172,10 @@ class Gateway:
 
     def _decide(self, seen: Seen, now: float, due: int) -> ActuatorCommand:
         """Ask for what the trial wants; a trip turns it into a release in this very tick."""
-        command = wanted(self.state, self._plan, now)
+        asked = None
+        if self._control and controlling(self.state, self._plan):
+            asked = self._control.ask(waveform_due(self.state, self._plan, now), now)
+        command = wanted(self.state, self._plan, now, asked)
         if command.authority == Authority.NONE:
             return command
         if self._last.authority == Authority.NONE:
@@ -218,6 +239,12 @@ class Gateway:
 def _carries_nothing(message: can.Message) -> bool:
     """Tell whether a frame cannot be one of the bench's messages, all of which are 11-bit data."""
     return message.is_remote_frame or message.is_extended_id
+
+
+def _tooth_modulo(database: Database) -> int:
+    """Tell at which count the tooth frames start again."""
+    message = next(m for m in database.messages if m.name == "RearTeeth")
+    return 1 << next(s.length for s in message.signals if s.name == "tooth_count")
 
 
 def _cycles(database: Database) -> dict[str, float]:

@@ -7,6 +7,7 @@ from bench.excitation import plan_excitation
 from bench.trial import Plan, plan_of
 from bench.virtual_motorcycle import Ride, read_vehicle
 from protocol.configuration import read_toml
+from protocol.controller_file import Bounds, ControllerFile
 from protocol.database import load_database
 from protocol.errors import InputError
 from protocol.layout import Database
@@ -23,6 +24,7 @@ class Prepared:
     trial_path: Path
     vehicle_path: Path
     database_path: Path
+    controller_path: Path | None = None
 
     @property
     def trial(self) -> TrialFile:
@@ -34,13 +36,57 @@ def prepare(trial_path: Path, database_path: Path) -> Prepared:
     """Read and check a trial; raises InputError for whatever the user must mend."""
     trial = read_toml(trial_path, TrialFile)
     vehicle_path = (trial_path.parent / trial.vehicle).resolve()
+    controller_path = _controller_path(trial, trial_path)
+    controller = read_toml(controller_path, ControllerFile) if controller_path else None
+    if controller:
+        check_controller(controller, trial, str(controller_path))
     return Prepared(
-        plan_of(trial, plan_excitation(trial)),
+        plan_of(trial, plan_excitation(trial), controller),
         Ride(read_vehicle(vehicle_path), trial),
         load_database(database_path),
         trial_path,
         vehicle_path,
         database_path,
+        controller_path,
+    )
+
+
+def _controller_path(trial: TrialFile, trial_path: Path) -> Path | None:
+    return (trial_path.parent / trial.controller.file).resolve() if trial.controller else None
+
+
+def check_controller(controller: ControllerFile, trial: TrialFile, where: str) -> None:
+    """Refuse a controller that was made for another period, or that could trip the trial."""
+    limits, period = trial.limits, trial.command.period
+    if abs(controller.period - period) > 1e-9:
+        raise InputError(
+            "the controller was designed for another command period",
+            where=where,
+            expected=f"{period * 1e3:g} ms (command.period)",
+            found=f"{controller.period * 1e3:g} ms",
+            remedy="design it again, or change command.period",
+        )
+    most = limits.throttle_deviation
+    throttle = controller.mixed.throttle if controller.mixed else controller.limits
+    spark = controller.limits if controller.actuator != "throttle" else None
+    if controller.actuator != "spark":
+        _inside(throttle, (-most, most), limits.throttle_rate, "throttle", where)
+    if spark is not None:
+        _inside(spark, limits.spark, limits.spark_rate, "spark", where)
+
+
+def _inside(
+    bounds: Bounds, allowed: tuple[float, float], rate: float, actuator: str, where: str
+) -> None:
+    low, high = allowed
+    if low <= bounds.low and bounds.high <= high and bounds.rate <= rate:
+        return
+    raise InputError(
+        f"the controller may move the {actuator} further or faster than the trial permits",
+        where=where,
+        expected=f"{low:.4g} .. {high:.4g} at up to {rate:.4g}/s (the trial's limits)",
+        found=f"{bounds.low:.4g} .. {bounds.high:.4g} at up to {bounds.rate:.4g}/s",
+        remedy="design it for these limits, or narrow its limits",
     )
 
 

@@ -27,6 +27,11 @@ class Rider:
         """Tell where the controls are at `now` (s)."""
         return RiderControls(self._presses(now), self.grip, 0.0, 0.0, 0.0)
 
+    @property
+    def pressed(self) -> bool:
+        """Tell whether the button was pressed, now or before."""
+        return self._pressed_at is not None
+
     def _presses(self, now: float) -> bool:
         if self._armed_at is None or now < self._armed_at + self._script.presses_button_after:
             return False

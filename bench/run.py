@@ -70,6 +70,8 @@ def _keep_inputs(prepared: Prepared, folder: Path) -> None:
     shutil.copyfile(prepared.trial_path, folder / "trial.toml")
     shutil.copyfile(prepared.vehicle_path, folder / "vehicle.toml")
     shutil.copyfile(prepared.database_path, folder / "database.dbc")
+    if prepared.controller_path:
+        shutil.copyfile(prepared.controller_path, folder / "controller.toml")
     (folder / "roles.toml").write_text(
         roles_text(dbc.MOTORBIKE_ROLES, wheels_of(prepared.ride.vehicle))
     )

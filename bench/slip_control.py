@@ -6,21 +6,15 @@ trial's own target, and what the trial's waveform adds.
 """
 
 import math
-from dataclasses import dataclass
 
 from bench.lookout import Wheels
 from bench.tooth_stream import ToothStream
-from controllers.slip_controller import SlipController, SlipState
+from bench.trial import NOTHING, Asked, Plan
+from controllers.slip_controller import SlipController, SlipState, from_tree
 from controllers.slip_estimator import Slip, SlipEstimator
 from protocol.messages import OpticalSpeed, ToothIntervals
 
-
-@dataclass(frozen=True, slots=True)
-class Asked:
-    """What a controller asks for: offsets of throttle (0..1) and spark (rad) from their rest."""
-
-    throttle: float = 0.0
-    spark: float = 0.0
+REPORT = 0.0065  # s: an encoder waits 5 ms for more teeth, and its frame is on the way
 
 
 class SlipControl:
@@ -31,13 +25,15 @@ class SlipControl:
     ) -> None:
         """Know nothing yet. modulo: of the tooth frames' count; target: slip, None for as found."""
         self._controller, self._target = controller, target
-        self._estimator = SlipEstimator(wheels.teeth, wheels.rear_radius, wheels.front_radius)
+        self._estimator = SlipEstimator(
+            wheels.teeth, wheels.rear_radius, wheels.front_radius, report=REPORT
+        )
         self._known = self._estimator.initial()
         self._streams = {name: ToothStream(modulo) for name in ("RearTeeth", "FrontTeeth")}
         self._state: SlipState | None = None
         self._since = 0.0
         self._base = math.nan
-        self.reference = math.nan
+        self.asked = NOTHING
 
     def observe(self, name: str, message: object, now: float) -> None:
         """Take in a good frame of message `name` that arrived at `now` (s)."""
@@ -67,5 +63,13 @@ class SlipControl:
             self._state, target, seen.value, seen.speed, now - self._since
         )
         self._since = now
-        self.reference = self._state.reference
-        return Asked(throttle, spark)
+        self.asked = Asked(throttle, spark)
+        return self.asked
+
+
+def slip_control(plan: Plan, wheels: Wheels, modulo: int) -> SlipControl | None:
+    """Make what a plan's controller needs; None where the plan has none."""
+    if plan.controller is None or plan.trial.controller is None:
+        return None
+    controller = from_tree(plan.controller.model_dump())
+    return SlipControl(controller, wheels, modulo, plan.trial.controller.target)

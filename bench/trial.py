@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 from bench.excitation import Excitation
 from bench.permit import CLOCK_RESOLUTION, Trip
 from bench.seen import Seen
+from protocol.controller_file import ControllerFile
 from protocol.messages import ActuatorCommand, Authority, Phase, TripReason
 from protocol.trial_file import RPM, TrialFile
 
@@ -17,19 +18,43 @@ HOLDING = frozenset({Phase.EXCITING, Phase.SETTLING, Phase.HANDING_BACK})
 ENDED = frozenset({Phase.DONE, Phase.TRIPPED})
 
 
+AUTHORITY = {
+    "throttle": Authority.THROTTLE,
+    "spark": Authority.SPARK,
+    "mixed": Authority.BOTH,
+}
+
+
 @dataclass(frozen=True, slots=True)
 class Plan:
-    """A trial, its waveform computed, and the authority that it needs; see `plan_of`."""
+    """A trial, its waveform computed, the authority that it needs, and the controller's file.
+
+    See `plan_of`. controller: None where the waveform itself is what is commanded.
+    """
 
     trial: TrialFile
     excitation: Excitation
     authority: Authority
+    controller: ControllerFile | None = None
 
 
-def plan_of(trial: TrialFile, excitation: Excitation) -> Plan:
-    """Ask for authority over the actuator that is excited, and over no other."""
-    throttle = excitation.actuator == "throttle"
-    return Plan(trial, excitation, Authority.THROTTLE if throttle else Authority.SPARK)
+def plan_of(
+    trial: TrialFile, excitation: Excitation, controller: ControllerFile | None = None
+) -> Plan:
+    """Ask for authority over what is excited, or what the controller moves, and no more."""
+    actuator = controller.actuator if controller else excitation.actuator
+    return Plan(trial, excitation, AUTHORITY[actuator], controller)
+
+
+@dataclass(frozen=True, slots=True)
+class Asked:
+    """What is asked for beside the operating point: offsets of throttle (0..1) and spark (rad)."""
+
+    throttle: float = 0.0
+    spark: float = 0.0
+
+
+NOTHING = Asked()
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,6 +67,7 @@ class TrialState:
     throttle      operating point: opening when the button was pressed, 0..1
     grip          the rider's grip then, 0..1
     target        opening that the hand-back ramps to: the rider's grip when the ramp began
+    left          what a controller asked for when the ramp began
     trip          why the trial ended early
     """
 
@@ -52,17 +78,23 @@ class TrialState:
     throttle: float = math.nan
     grip: float = math.nan
     target: float = math.nan
+    left: Asked = NOTHING
     trip: Trip | None = None
 
 
-def advance(state: TrialState, seen: Seen, plan: Plan, now: float) -> TrialState:
-    """Move the trial on by what was seen; `now` in s. Ended trials stay as they are."""
+def advance(
+    state: TrialState, seen: Seen, plan: Plan, now: float, standing: Asked = NOTHING
+) -> TrialState:
+    """Move the trial on by what was seen; `now` in s. Ended trials stay as they are.
+
+    standing: what a controller asked for last.
+    """
     if state.phase == Phase.IDLE:
         return _idle(state, seen, plan, now)
     if state.phase == Phase.ARMED:
         return _armed(state, seen, plan, now)
     if state.phase in HOLDING:
-        return _holding(state, seen, plan, now)
+        return _holding(state, seen, plan, now, standing)
     return state
 
 
@@ -71,18 +103,40 @@ def tripped(state: TrialState, trip: Trip, now: float) -> TrialState:
     return state if state.phase in ENDED else replace(_enter(state, Phase.TRIPPED, now), trip=trip)
 
 
-def wanted(state: TrialState, plan: Plan, now: float) -> ActuatorCommand:
-    """Say what the trial asks for at `now`: the operating point plus what is due."""
+def controlling(state: TrialState, plan: Plan) -> bool:
+    """Tell whether a controller has the say: from the button until the hand-back begins."""
+    return plan.controller is not None and state.phase in (Phase.EXCITING, Phase.SETTLING)
+
+
+def due(state: TrialState, plan: Plan, now: float) -> float:
+    """Say what the waveform adds at `now` (s): to the actuator, or to a controller's target."""
+    return plan.excitation.value(now - state.since) if state.phase == Phase.EXCITING else 0.0
+
+
+def wanted(
+    state: TrialState, plan: Plan, now: float, asked: Asked | None = None
+) -> ActuatorCommand:
+    """Say what the trial asks for at `now`: the operating point plus what is due.
+
+    asked: what a controller asks for, while it has the say.
+    """
     if state.phase not in HOLDING:
         return ActuatorCommand(Authority.NONE, 0.0, 0.0, now)
-    due = plan.excitation.value(now - state.since) if state.phase == Phase.EXCITING else 0.0
-    if plan.authority == Authority.SPARK:
-        return ActuatorCommand(Authority.SPARK, 0.0, due, now)
-    throttle = state.throttle + due
-    if state.phase == Phase.HANDING_BACK:
-        share = min((now - state.since) / plan.trial.hand_back, 1.0)
-        throttle += share * (state.target - state.throttle)
-    return ActuatorCommand(Authority.THROTTLE, throttle, 0.0, now)
+    if asked is None:
+        asked = _unaided(state, plan, now)
+    throttle = state.throttle + asked.throttle if plan.authority & Authority.THROTTLE else 0.0
+    spark = asked.spark if plan.authority & Authority.SPARK else 0.0
+    return ActuatorCommand(plan.authority, throttle, spark, now)
+
+
+def _unaided(state: TrialState, plan: Plan, now: float) -> Asked:
+    """Say what is asked for where no controller has the say: the waveform, then the ramp home."""
+    if state.phase != Phase.HANDING_BACK:
+        offset = due(state, plan, now)
+        return Asked(offset, offset)
+    share = min((now - state.since) / plan.trial.hand_back, 1.0)
+    way = state.target - state.throttle - state.left.throttle
+    return Asked(state.left.throttle + share * way, (1.0 - share) * state.left.spark)
 
 
 def _idle(state: TrialState, seen: Seen, plan: Plan, now: float) -> TrialState:
@@ -113,7 +167,7 @@ def _pressed(state: TrialState, seen: Seen, plan: Plan, now: float) -> TrialStat
     """Take the operating point that stands now, if the whole waveform fits around it."""
     low, high = plan.trial.limits.throttle
     table, throttle = plan.excitation.table, seen.ecu.throttle_command
-    if plan.authority == Authority.THROTTLE and not (
+    if plan.excitation.actuator == "throttle" and not (
         low <= throttle + float(table.min()) and throttle + float(table.max()) <= high
     ):
         swing = float(abs(table).max())
@@ -123,7 +177,7 @@ def _pressed(state: TrialState, seen: Seen, plan: Plan, now: float) -> TrialStat
     return replace(entered, throttle=throttle, grip=seen.rider.grip)
 
 
-def _holding(state: TrialState, seen: Seen, plan: Plan, now: float) -> TrialState:
+def _holding(state: TrialState, seen: Seen, plan: Plan, now: float, standing: Asked) -> TrialState:
     """Go on to the next phase when this one's time is up.
 
     Once the excitation is over the rider may let go: that is a hand-back, not a trip.
@@ -138,7 +192,8 @@ def _holding(state: TrialState, seen: Seen, plan: Plan, now: float) -> TrialStat
     if now - state.since < lasts - CLOCK_RESOLUTION:
         return state
     if then == Phase.HANDING_BACK:
-        state = replace(state, target=_hand_back_target(state, seen, plan))
+        target = _hand_back_target(state, seen, plan)
+        state = replace(state, target=target, left=standing)
     return _enter(state, then, now)
 
 

@@ -17,6 +17,7 @@ from bench.disturbances import ON_THE_ROAD, Disturbances, Roughness
 from bench.instruments import Instruments, Motion, Timing
 from bench.lookout import Wheels
 from bench.rider import Rider
+from bench.road import Road
 from plant.channels import ChannelTiming
 from plant.encoder import ToothedDisc, begin, passing_teeth, toothed_disc
 from plant.equilibrium import equilibrium
@@ -122,6 +123,8 @@ class VirtualMotorcycle:
             "front": toothed_disc(motorcycle.front_encoder, motorcycle.effects, "front_encoder"),
         }
         self._pickups: dict[str, Floats] = {}
+        self._road = Road(trial.road)
+        self._place = 0.0  # m since the button
         self._start: int | None = None
         self._lived = 0
         self._throttle_rate = 0.0
@@ -176,7 +179,10 @@ class VirtualMotorcycle:
         inputs.throttle_command[0] = throttle
         inputs.spark[0] = command.spark if authority & Authority.SPARK else 0.0
         inputs.road_force[0], inputs.engine_disturbance[0] = self._disturbances.draw(STEP)
+        inputs.grip[0], inputs.load[0] = self._road.factors(self._place)
         self._state, out = self._simulation.advance(self._state, inputs)
+        if self._rider.pressed:
+            self._place += float(out.speed[-1]) * STEP
         times = now + (out.time - out.time[-1])
         self._turn("rear", times, out.rear_angle, out.rear_speed)
         self._turn("front", times, out.front_angle, out.front_speed)

@@ -51,7 +51,7 @@ class Pid:
         self, state: PidState, reference: float, measurement: float, dt: float
     ) -> tuple[float, PidState]:
         """Return the command for the next `dt` seconds, and the state after it."""
-        if not math.isfinite(measurement):
+        if not math.isfinite(measurement + reference):
             return state.command, replace(state, slope=0.0)
         slope = self._slope(state, measurement, dt)
         wanted = self._push(reference, measurement) + state.integral + slope

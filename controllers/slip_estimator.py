@@ -52,13 +52,15 @@ class Slip:
 @dataclass(frozen=True)
 class SlipEstimator:
     """teeth: per turn of either encoder; radii: m, rolling; silence: s after which a sensor is
-    lost; memory: s over which the front wheel's scale is learnt."""
+    lost; memory: s over which the front wheel's scale is learnt; report: s after which teeth that
+    have passed are told at the latest: a silence of that length says nothing."""
 
     teeth: int
     rear_radius: float
     front_radius: float
     silence: float = 0.015
     memory: float = 2.0
+    report: float = 0.0
     limit: float = 0.05  # the front wheel's scale stays within 1 +- this
 
     @property
@@ -113,7 +115,7 @@ class SlipEstimator:
 
     def _still(self, wheel: Wheel, now: float) -> float:
         """Speed of a wheel, rad/s: no more than the silence since its last tooth allows."""
-        silence = now - wheel.time
+        silence = now - wheel.time - self.report
         if silence > wheel.interval:
             gap = self.learner.angle(wheel.learner, wheel.learner.count)
             return min(wheel.speed, gap / silence)

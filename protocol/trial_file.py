@@ -31,7 +31,7 @@ class OperatingPoint(Section):
 class _Excitation(Section):
     """What every waveform has: an actuator, an amplitude in its unit, a duration."""
 
-    actuator: Literal["throttle", "spark"]
+    actuator: Literal["throttle", "spark", "slip"]  # slip: the target of a controller
     amplitude: str | float
     duration: Seconds = Field(gt=0, le=3600)  # its whole table is made before the bench arms
 
@@ -131,6 +131,32 @@ class Timing(Section):
     budget: Ratio = 0.01  # of the ticks with authority; more that were late or skipped: invalid
 
 
+class Controller(Section):
+    """Slip control inside the trial: the waveform moves the target, not the actuator.
+
+    file: a controller file, relative to the trial file. target: slip; None for what stands at the
+    button.
+    """
+
+    file: str
+    target: Ratio | None = None
+
+
+class Stretch(Section):
+    """Part of the road that the virtual motorcycle meets, counted from the button."""
+
+    of: Literal["grip", "load"]
+    start: Metres = Field(alias="from")
+    end: Metres = Field(alias="to")
+    factor: float = Field(gt=0)
+
+    @model_validator(mode="after")
+    def _ordered(self) -> "Stretch":
+        if not self.start < self.end:
+            raise ValueError(f"from = {self.start:g} m lies behind to = {self.end:g} m")
+        return self
+
+
 class VirtualRider(Section):
     """What the scripted rider of the virtual motorcycle does."""
 
@@ -155,6 +181,14 @@ class TrialFile(Section):
     limits: Limits
     timing: Timing = Timing()
     rider: VirtualRider = VirtualRider()
+    controller: Controller | None = None
+    road: tuple[Stretch, ...] = ()
+
+    @model_validator(mode="after")
+    def _controller_and_target(self) -> "TrialFile":
+        if (self.excitation.actuator == "slip") != (self.controller is not None):
+            raise ValueError("excitation.actuator = 'slip' and a table [controller] go together")
+        return self
 
     @model_validator(mode="after")
     def _hand_back_fits(self) -> "TrialFile":

@@ -96,12 +96,28 @@ def _speed(run: Identification) -> float:
 
 
 def _extra(run: Identification, speed: float, period: float) -> float:
-    """Delay that the loop adds, s: age of the tooth speed, frames, and waiting for the next tick.
+    """Delay that the loop adds, s: age of the tooth speed, the command's frame, half a tick.
 
-    The identification sees a tooth speed at the middle of its interval; a controller has it when
-    the tooth has passed, and holds it until the next (`teeth.delay`).
+    The identification sees a tooth speed at the middle of its interval. A controller has it when
+    the frame that tells it has come, and holds it until the next one: how old it is then, on
+    average, the recording's arrivals tell.
     """
-    return _interval(run, speed) + ON_THE_WAY + 0.5 * period
+    age = mean_age(run)
+    return (_interval(run, speed) if age is None else age) + ON_THE_WAY + 0.5 * period
+
+
+def mean_age(run: Identification) -> float | None:
+    """Mean age of the newest tooth speed at the bench, s; None where arrivals were not recorded."""
+    channel = run.recording.channels.get("rear_teeth")
+    if channel is None or channel.arrival is None or channel.time.size < 3:
+        return None
+    middle = run.data.time["rear_teeth"][1:] - 0.5 * np.diff(channel.time)
+    arrived = channel.arrival[1:]
+    newest = np.append(np.diff(arrived) > 0, True)  # of teeth told together, the last
+    heard, of = arrived[newest], middle[newest]
+    lasts = np.diff(heard)
+    age = heard[:-1] - of[:-1] + 0.5 * lasts
+    return float(np.sum(age * lasts) / np.sum(lasts))
 
 
 def _interval(run: Identification, speed: float) -> float:

@@ -1,7 +1,8 @@
 """One ride under slip control: the simulated motorcycle, its teeth, and a controller, every 1 ms.
 
-A tick sees the teeth that have passed, and the optical sensor's last sample; its command acts from
-the next tick on. That is the order in which the bench does it over CAN.
+An encoder tells its teeth three at a time, or what it has after 5 ms; the optical sensor speaks
+every 4 ms. A tick sees what was told, and its command acts from the next tick on. That is how it
+goes over CAN.
 """
 
 from dataclasses import dataclass
@@ -20,6 +21,8 @@ from plant.simulation import Simulation
 TICK = 0.001  # s
 WARM_UP = 5.0  # s, in which the estimator learns the gaps between teeth before it is needed
 OPTICAL_PERIOD = 0.004  # s
+TOGETHER = 3  # teeth in a frame
+WAIT = 0.005  # s, after which a frame is sent with fewer
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,6 +52,8 @@ class _Wheels:
             for side in ("rear", "front")
         }
         self._pickups: dict[str, Floats] = {}
+        self._waiting: dict[str, list[tuple[float, float]]] = {"rear": [], "front": []}
+        self._told_at = {"rear": 0.0, "front": 0.0}
         self._next_optical = 0.0
 
     def take_in(self, out: Outputs, learning: bool) -> EstimatorState:
@@ -69,9 +74,21 @@ class _Wheels:
         self._pickups[side], teeth = passing_teeth(
             disc, self._pickups[side], out.time, angle, speed
         )
-        told = self._estimator.rear_tooth if side == "rear" else self._estimator.front_tooth
-        for tick, number in zip(teeth.ticks, teeth.numbers, strict=True):
-            self._state = told(self._state, float(tick) * disc.resolution, float(number), learning)
+        self._waiting[side] += [
+            (float(tick) * disc.resolution, float(number))
+            for tick, number in zip(teeth.ticks, teeth.numbers, strict=True)
+        ]
+        self._tell(side, float(out.time[-1]), learning)
+
+    def _tell(self, side: str, now: float, learning: bool) -> None:
+        waiting = self._waiting[side]
+        if len(waiting) < TOGETHER and now - self._told_at[side] < WAIT:
+            return
+        take = self._estimator.rear_tooth if side == "rear" else self._estimator.front_tooth
+        for time, number in waiting:
+            self._state = take(self._state, time, number, learning)
+        self._told_at[side] = now
+        waiting.clear()
 
 
 def ride(motorcycle: Motorcycle, scenario: Scenario, controller: SlipController | None) -> Ridden:
@@ -80,7 +97,7 @@ def ride(motorcycle: Motorcycle, scenario: Scenario, controller: SlipController 
     state, rest = equilibrium(simulation, scenario.gear, scenario.engine_speed)
     estimator = SlipEstimator(
         int(motorcycle.rear_encoder.teeth), motorcycle.rear_wheel.radius,
-        motorcycle.front_wheel.radius,
+        motorcycle.front_wheel.radius, report=WAIT + 0.0015,
     )  # fmt: skip
     wheels = _Wheels(motorcycle, estimator)
     inputs = Inputs.held(1, gear=float(scenario.gear), throttle_command=rest)
