@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 from identification.report import drawing as d
 from identification.report.words import name, of_role, shown, unit
 from identification.response.identify import Identification
-from identification.response.responses import INPUTS
+from identification.response.responses import INPUTS, excited_actuator
 from identification.signals.motion import Motion
 from identification.signals.trial_window import TrialWindow
 from protocol.channel import FloatArray
@@ -18,7 +18,7 @@ def close_ups(found: Identification) -> Figure | None:
     trial, window, moved = found.recording.trial, found.window, found.motion
     if not (trial and isinstance(window, TrialWindow) and isinstance(moved, Motion)):
         return None
-    role = INPUTS[trial.excitation.actuator][0]
+    role = INPUTS[excited_actuator(trial, found.base, window)][0]
     given = found.base.get(role)
     if not isinstance(trial.excitation, Sweep) or given is None or found.main is None:
         return None

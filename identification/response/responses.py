@@ -24,6 +24,7 @@ INPUTS = {
     "throttle": ("throttle_command", "throttle_position"),
     "spark": ("spark_command", "spark_advance"),
 }
+CONTROLLED = "the trial ran under slip control: in a closed loop the response cannot be told"
 STILL = 1e-6  # an input that moves less than this did not excite
 
 
@@ -39,7 +40,7 @@ class NoResponse:
 
 def excited_actuator(trial: TrialFile | None, base: Dataset, window: TrialWindow) -> str:
     """Name the actuator: from the trial, else from the authority, else the one that moved."""
-    if trial is not None:
+    if trial is not None and trial.excitation.actuator != "slip":
         return trial.excitation.actuator
     authority = base.get("authority")
     if authority is not None:
@@ -57,8 +58,9 @@ def responses(
     pairs = [(command, "slip"), (measured, "slip"), (command, measured)]
     found = [_response(base, slip, window, trial, *pair) for pair in pairs]
     looped = _closed_loop(found[0], base, slip, window)
-    if looped is not None:
-        found[:2] = [NoResponse(*pair, looped.reason) for pair in pairs[:2]]
+    if looped is not None or (trial is not None and trial.controller is not None):
+        reason = looped.reason if looped is not None else CONTROLLED
+        found[:2] = [NoResponse(*pair, reason) for pair in pairs[:2]]
     return tuple(found)
 
 
