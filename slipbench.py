@@ -6,6 +6,7 @@ import typer
 
 import bench.commands
 import identification.commands
+import identification.design.commands
 import identification.fleet.commands
 import identification.proof.commands
 import protocol.commands
@@ -20,6 +21,7 @@ app = typer.Typer(
 )
 bench.commands.register(app)
 identification.commands.register(app)
+identification.design.commands.register(app)
 identification.fleet.commands.register(app)
 identification.proof.commands.register(app)
 protocol.commands.register(app)

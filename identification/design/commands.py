@@ -1,0 +1,117 @@
+"""The sub-command of this package: design."""
+
+from pathlib import Path as File
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich.console import Console
+
+from protocol.errors import InputError
+
+if TYPE_CHECKING:  # the analyses take seconds to import; --help should not
+    from identification.design.from_runs import Path
+    from identification.design.widest import Designed
+    from identification.response.identify import Identification
+
+EXAMPLE = (
+    "Example: slipbench design runs/throttle_sweep-001 runs/spark_sweep-001 --actuator mixed "
+    "--out mixed.toml"
+)
+ACTUATORS = ("throttle", "spark", "mixed")
+LAWS = ("pid", "internal_model")
+
+
+def register(app: typer.Typer) -> None:
+    """Add `design` to the one command."""
+    app.command("design", epilog=EXAMPLE)(design_command)
+
+
+def design_command(
+    runs: Annotated[list[File], typer.Argument(help="Run folders, the nominal one first.")],
+    actuator: Annotated[str, typer.Option(help="throttle, spark or mixed.")],
+    out: Annotated[File, typer.Option(help="Controller file to write.")],
+    law: Annotated[str, typer.Option(help="pid or internal_model.")] = "pid",
+    report: Annotated[
+        File | None, typer.Option(help="Folder for the report: Nyquist plot, margins, steps.")
+    ] = None,
+    gain_margin: Annotated[float, typer.Option(help="Least gain margin, dB.", min=0.0)] = 6.0,
+    phase_margin: Annotated[float, typer.Option(help="Least phase margin, deg.", min=0.0)] = 40.0,
+    sensitivity: Annotated[float, typer.Option(help="Greatest sensitivity peak.", min=1.01)] = 2.0,
+    period: Annotated[float, typer.Option(help="Command period, ms.", min=0.1)] = 1.0,
+) -> None:
+    """Design a slip controller on recorded trials, as wide as its reserves allow.
+
+    All runs of one actuator are members of the set that it must be stable for, margins kept.
+    """
+    from math import radians
+
+    from identification.design.problem import Requirements
+    from identification.design.report import write_report
+    from identification.design.writing import controller_file, mixed_file
+    from protocol.controller_file import write_controller
+
+    if actuator not in ACTUATORS or law not in LAWS:
+        raise InputError(
+            f"no such controller: {actuator}, {law}", expected=", ".join((*ACTUATORS, *LAWS)),
+            remedy="choose --actuator and --law from these",
+        )  # fmt: skip
+    required = Requirements(10 ** (gain_margin / 20), radians(phase_margin), sensitivity)
+    with Console(stderr=True).status("") as progress:
+        progress.update("identifying")
+        found = [_identified(run) for run in runs]
+        progress.update("designing")
+        fast = "throttle" if actuator == "throttle" else "spark"
+        path = _path(fast, found, required, period * 1e-3)
+        designed = _designed(path, law)
+        file = controller_file(path, designed)
+        if actuator == "mixed":
+            file = mixed_file(path, designed, _path("throttle", found, required, period * 1e-3))
+        write_controller(file, out)
+        page = write_report(path, designed, report) if report else None
+    for name, m in designed.margins.items():
+        typer.echo(_line(name, m.bandwidth, m.gain, m.phase, m.sensitivity))
+    typer.echo(f"slip follows its target up to {designed.bandwidth:.1f} Hz (-3 dB)")
+    typer.echo(f"controller: {out}")
+    if page:
+        typer.echo(f"report: {page}")
+
+
+def _identified(run: File) -> "Identification":
+    from identification.commands import identified, read_run
+
+    return identified(read_run(run))
+
+
+def _path(actuator: str, runs: "list[Identification]", required: object, period: float) -> "Path":
+    from identification.design.from_runs import NoPath, path_of
+    from identification.design.problem import Requirements
+
+    assert isinstance(required, Requirements)
+    path = path_of(actuator, runs, required, period)
+    if isinstance(path, NoPath):
+        raise InputError(
+            f"no controller through the {actuator}", found=path.reason,
+            remedy=f"record a trial that excites the {actuator}",
+        )  # fmt: skip
+    return path
+
+
+def _designed(path: "Path", law: str) -> "Designed":
+    from identification.design import widest
+
+    found = widest.pid(path.problem) if law == "pid" else widest.internal_model(path.problem)
+    if isinstance(found, widest.NoDesign):
+        raise InputError(
+            "no controller keeps these reserves", found=found.reason,
+            remedy="ask for less margin, or design for fewer operating points",
+        )  # fmt: skip
+    return found
+
+
+def _line(name: str, bandwidth: float, gain: float, phase: float, peak: float) -> str:
+    from math import degrees, log10
+
+    return (
+        f"{name}: |T| to {bandwidth:.1f} Hz, gain margin {20 * log10(gain):.1f} dB, "
+        f"phase margin {degrees(phase):.0f} deg, M_s {peak:.2f}"
+    )

@@ -1,0 +1,80 @@
+"""The page about a designed controller."""
+
+from importlib.resources import files
+from pathlib import Path as File
+
+import jinja2
+import numpy as np
+from markupsafe import Markup
+
+from identification.design.figures import nyquist, sensitivities, steps
+from identification.design.from_runs import Path
+from identification.design.widest import Designed, Gains
+from identification.report import drawing as d
+
+HEAD = ("loop", "|T| to / Hz", "|S| held to / Hz", "gain margin / dB", "phase margin / deg", "M_s")
+FIGURES = (
+    ("Nyquist plot", "Loop gain of every member; the disc is what M_s keeps free.", nyquist),
+    ("Sensitivity", "|S| below 1 holds disturbances off; |T| near 1 follows the target.",
+     sensitivities),
+    ("Steps of the target", "Slip over the set after a step of its target.", steps),
+)  # fmt: skip
+
+
+def write_report(path: Path, designed: Designed, out: File) -> File:
+    """Write design.html into `out`. Returns its path."""
+    out.mkdir(parents=True, exist_ok=True)
+    environment = jinja2.Environment(
+        autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
+    )
+    here, style = files("identification.design"), files("identification.report") / "report.css"
+    template = environment.from_string((here / "design.html").read_text(encoding="utf-8"))
+    page = out / "design.html"
+    page.write_text(
+        template.render(
+            title=f"{path.actuator} slip controller", headline=_headline(path, designed),
+            style=Markup(style.read_text(encoding="utf-8")), head=HEAD, rows=_rows(designed),
+            robust=_robust(designed), pairs=_pairs(path, designed),
+            figures=[(n, c, Markup(d.svg(f(path, designed), n))) for n, c, f in FIGURES],
+        ),
+        encoding="utf-8",
+    )  # fmt: skip
+    return page
+
+
+def _headline(path: Path, designed: Designed) -> str:
+    worst = max(m.sensitivity for m in designed.margins.values())
+    return (
+        f"Through the {path.actuator}, slip follows its target up to {designed.bandwidth:.1f} Hz, "
+        f"with a sensitivity peak of {worst:.2f} over {len(designed.margins)} loops."
+    )
+
+
+def _rows(designed: Designed) -> list[tuple[str, ...]]:
+    return [
+        (name, f"{m.bandwidth:.2f}", f"{m.rejection:.2f}", f"{20 * np.log10(m.gain):.1f}",
+         f"{np.degrees(m.phase):.0f}", f"{m.sensitivity:.2f}")
+        for name, m in designed.margins.items()
+    ]  # fmt: skip
+
+
+def _robust(designed: Designed) -> str:
+    return (
+        f"Greatest |W T| over the set: {designed.robust:.2f}; below 1 the loop is stable for "
+        "every motorcycle inside the weight."
+    )
+
+
+def _pairs(path: Path, designed: Designed) -> list[tuple[str, str]]:
+    problem = path.problem
+    law = designed.controller
+    shape = "PID" if isinstance(law, Gains) else "internal model"
+    return [
+        ("Runs", ", ".join(path.names)),
+        ("Speed", f"{path.speed:.1f} m/s"),
+        ("Law", shape),
+        ("Delay of the model", f"{1e3 * problem.model.delay:.1f} ms"),
+        ("Delay that the loop adds", f"{1e3 * problem.extra:.1f} ms: teeth, frames, half a tick"),
+        ("Noise of a slip sample", f"{1e2 * problem.noise:.4f} %"),
+        ("Noise of the command", f"{designed.noise:.2g} of {problem.swing:.2g}"),
+    ]
