@@ -109,9 +109,10 @@ def _designed(path: "Path", law: str) -> "Designed":
 
 
 def _line(name: str, bandwidth: float, gain: float, phase: float, peak: float) -> str:
-    from math import degrees, log10
+    from math import degrees, isfinite, log10
 
+    reach = f"to {bandwidth:.1f} Hz" if isfinite(bandwidth) else "beyond what was measured"
     return (
-        f"{name}: |T| to {bandwidth:.1f} Hz, gain margin {20 * log10(gain):.1f} dB, "
+        f"{name}: |T| {reach}, gain margin {20 * log10(gain):.1f} dB, "
         f"phase margin {degrees(phase):.0f} deg, M_s {peak:.2f}"
     )

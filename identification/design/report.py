@@ -52,10 +52,14 @@ def _headline(path: Path, designed: Designed) -> str:
 
 def _rows(designed: Designed) -> list[tuple[str, ...]]:
     return [
-        (name, f"{m.bandwidth:.2f}", f"{m.rejection:.2f}", f"{20 * np.log10(m.gain):.1f}",
+        (name, _hertz(m.bandwidth), _hertz(m.rejection), f"{20 * np.log10(m.gain):.1f}",
          f"{np.degrees(m.phase):.0f}", f"{m.sensitivity:.2f}")
         for name, m in designed.margins.items()
     ]  # fmt: skip
+
+
+def _hertz(frequency: float) -> str:
+    return f"{frequency:.2f}" if np.isfinite(frequency) else "beyond what was measured"
 
 
 def _robust(designed: Designed) -> str:

@@ -13,14 +13,20 @@ from bench.permit import CLOCK_RESOLUTION, Trip
 from bench.trial import (
     ENDED,
     HOLDING,
+    NOTHING,
+    Asked,
     Plan,
     TrialState,
     advance,
+    controlling,
+    due,
     plan_of,
     tripped,
     unsteady,
     wanted,
 )
+from protocol.configuration import parse
+from protocol.controller_file import ControllerFile
 from protocol.messages import ActuatorCommand, Authority, Phase, TripReason
 from tests.bench.conditions import trial_file
 from tests.safety.sights import GEAR, GRIP, LIMITS, OPENING, above, below, changed, seen
@@ -47,6 +53,26 @@ def plan(actuator="throttle", table=TABLE, **limits) -> Plan:
 
 
 PLAN, SPARK_PLAN = plan(), plan("spark")
+
+
+def controlled(actuator: str) -> Plan:
+    """The same with a controller; the waveform moves its target."""
+    file = parse(
+        {"name": "c", "actuator": actuator, "limits": BOUNDS,
+         "law": {"kind": "pid", "proportional": 1.0, "integral": 1.0, "derivative": 0.0,
+                 "filter_time": 0.01, "tracking_time": 0.1},
+         **({"mixed": {"exchange": 0.1, "time": 0.5, "throttle": BOUNDS}}
+            if actuator == "mixed" else {})},
+        ControllerFile, "controller.toml",
+    )  # fmt: skip
+    return plan_of(PLAN.trial, Excitation("slip", np.array(TABLE), 0.25), file)
+
+
+BOUNDS = {"low": -0.05, "high": 0.05, "rate": 1.0}
+ASKED = Asked(0.03125, -0.0625)
+AUTHORITIES = [
+    ("throttle", Authority.THROTTLE), ("spark", Authority.SPARK), ("mixed", Authority.BOTH)
+]  # fmt: skip
 
 
 @pytest.mark.parametrize(("actuator", "authority"), [
@@ -316,3 +342,59 @@ def test_only_holding_phases_ever_ask_for_authority(buttons, phase):
         state = advance(state, changed(PRESSED, rider__button=button), PLAN, number * 0.1)
         asked = wanted(state, PLAN, number * 0.1).authority
         assert (asked != Authority.NONE) == (state.phase in HOLDING)
+
+
+# Under a controller
+
+
+@pytest.mark.parametrize(("actuator", "authority"), AUTHORITIES)
+@pytest.mark.parametrize("phase", [Phase.EXCITING, Phase.SETTLING])
+def test_a_controllers_word_counts_for_what_it_may_move_and_for_nothing_else(
+    actuator, authority, phase
+):
+    state = TrialState(phase, 16.0, throttle=OPENING)
+    throttle = OPENING + 0.03125 if authority & Authority.THROTTLE else 0.0
+    spark = -0.0625 if authority & Authority.SPARK else 0.0
+    assert wanted(state, controlled(actuator), 16.25, ASKED) == ActuatorCommand(
+        authority, throttle, spark, 16.25
+    )
+
+
+@pytest.mark.parametrize("phase", sorted(Phase))
+def test_a_controller_has_the_say_from_the_button_until_the_hand_back(phase):
+    state = TrialState(phase, 16.0, throttle=OPENING)
+    has_it = phase in (Phase.EXCITING, Phase.SETTLING)
+    assert controlling(state, controlled("mixed")) == has_it
+    assert not controlling(state, PLAN)
+
+
+@pytest.mark.parametrize(("phase", "value"), [(Phase.EXCITING, 0.03125), (Phase.SETTLING, 0.0)])
+def test_the_waveform_is_due_while_it_excites(phase, value):
+    assert due(TrialState(phase, 16.0), PLAN, 16.25) == value
+
+
+@pytest.mark.parametrize(("after", "throttle", "spark"), [
+    (0.0, 0.28125, -0.0625), (0.125, 0.203125, -0.03125), (0.25, 0.125, 0.0), (0.5, 0.125, 0.0),
+])  # fmt: skip
+def test_the_hand_back_begins_where_the_controller_stood(after, throttle, spark):
+    state = TrialState(Phase.HANDING_BACK, 16.0, throttle=OPENING, target=0.125, left=ASKED)
+    now = 16.0 + after
+    asked = ActuatorCommand(Authority.BOTH, throttle, spark, now)
+    assert wanted(state, controlled("mixed"), now) == asked
+
+
+def test_what_the_controller_asked_for_last_is_kept_for_the_hand_back():
+    the_plan = controlled("mixed")
+    state = TrialState(Phase.SETTLING, 16.0, throttle=OPENING)
+    stays = advance(state, PRESSED, the_plan, 16.25, ASKED)
+    assert (stays.phase, stays.left) == (Phase.SETTLING, NOTHING)
+    ends = advance(state, PRESSED, the_plan, 16.5, ASKED)
+    assert (ends.phase, ends.left) == (Phase.HANDING_BACK, ASKED)
+    assert advance(state, PRESSED, the_plan, 16.5).left == NOTHING
+
+
+def test_a_target_that_swings_widely_is_not_taken_for_a_throttle():
+    """A waveform of slip may be larger than the throttle's range and still begin."""
+    wide = replace(controlled("throttle"), excitation=Excitation("slip", np.array([9.0]), 0.25))
+    armed = TrialState(Phase.ARMED, 16.0, released=True)
+    assert advance(armed, PRESSED, wide, 16.25).phase == Phase.EXCITING

@@ -1,0 +1,96 @@
+"""Trials under slip control, over simulated CAN: the slip goes where its target goes."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import dbc
+from bench.preparation import check_controller, prepare
+from bench.run import run_trial
+from identification.response.identify import identify
+from identification.signals.motion import Motion
+from identification.signals.trial_window import TrialWindow
+from protocol.configuration import load_toml, parse, read_toml
+from protocol.controller_file import ControllerFile
+from protocol.errors import InputError
+from protocol.run_folder import read
+from protocol.trial_file import TrialFile
+from tests.bench.conditions import TRIALS
+
+STEP = 0.001  # of the target, either way
+
+
+def shortened(tmp_path: Path, actuator: str, **excitation) -> Path:
+    """The project's own trial, four seconds long, beside its files."""
+    text = (TRIALS / f"slip_steps_{actuator}.toml").read_text(encoding="utf-8")
+    text = text.replace('duration = "8 s"', 'duration = "4 s"')
+    text = text.replace("../plant", str(TRIALS.parent / "plant"))
+    text = text.replace('"controllers/', f'"{TRIALS}/controllers/')
+    for key, value in excitation.items():
+        text = text.replace(f"{key} = ", f"{key} = {value} # ")
+    path = tmp_path / f"{actuator}.toml"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize("actuator", ["throttle", "spark", "mixed"])
+def test_the_slip_steps_with_its_target_and_authority_goes_back(tmp_path, actuator):
+    prepared = prepare(shortened(tmp_path, actuator), dbc.MOTORBIKE)
+    outcome = run_trial(prepared, tmp_path / "run", None)
+    assert outcome.state.trip is None
+    found = identify(read(tmp_path / "run"))
+    assert isinstance(found.motion, Motion)
+    assert isinstance(found.window, TrialWindow)
+    slip, at, half = found.motion.slip.ratio, found.window.exciting.start, 1000
+    levels = [
+        np.mean(slip[at + k * half + 600 : at + (k + 1) * half - 100]) for k in range(4)
+    ]  # up, down, up, down
+    np.testing.assert_allclose(np.diff(levels), [-2 * STEP, 2 * STEP, -2 * STEP], atol=0.4 * STEP)
+    assert all("closed loop" in left.reason for left in found.left_out if "slip" in left.analysis)
+
+
+def controller(**changes) -> ControllerFile:
+    tree = load_toml(TRIALS / "controllers" / "throttle.toml")
+    return parse(tree | changes, ControllerFile, "controller.toml")
+
+
+TRIAL = read_toml(TRIALS / "slip_steps_throttle.toml", TrialFile)
+
+
+@pytest.mark.parametrize(("changes", "told"), [
+    ({"period": 0.002}, "another command period"),
+    ({"limits": {"low": -0.07, "high": 0.05, "rate": 5.0}}, "further or faster"),
+    ({"limits": {"low": -0.05, "high": 0.07, "rate": 5.0}}, "further or faster"),
+    ({"limits": {"low": -0.05, "high": 0.05, "rate": 7.0}}, "further or faster"),
+])  # fmt: skip
+def test_a_controller_that_could_trip_the_trial_is_refused_before_it(changes, told):
+    with pytest.raises(InputError, match=told):
+        check_controller(controller(**changes), TRIAL, "controller.toml")
+
+
+def test_a_controller_without_a_target_and_a_target_without_a_controller_are_refused():
+    tree = load_toml(TRIALS / "slip_steps_throttle.toml")
+    for wrong in (
+        {k: v for k, v in tree.items() if k != "controller"},
+        tree | {"excitation": tree["excitation"] | {"actuator": "throttle"}},
+    ):
+        with pytest.raises(InputError, match="go together"):
+            parse(wrong, TrialFile, "trial.toml")
+
+
+def test_a_wet_patch_is_met_where_the_trial_says():
+    from bench.road import Road
+
+    road = Road(
+        parse(
+            load_toml(TRIALS / "slip_steps_throttle.toml")
+            | {"road": [{"of": "grip", "from": "10 m", "to": "30 m", "factor": 0.5},
+                        {"of": "load", "from": "20 m", "to": "40 m", "factor": 0.6}]},
+            TrialFile, "trial.toml",
+        ).road
+    )  # fmt: skip
+    places = [9.9, 10.0, 20.0, 30.0, 40.0]
+    assert [road.factors(p) for p in places] == [
+        (1.0, 1.0), (0.5, 1.0), (0.5, 0.6), (1.0, 0.6), (1.0, 1.0)
+    ]  # fmt: skip
