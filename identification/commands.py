@@ -13,7 +13,6 @@ from protocol.errors import InputError
 if TYPE_CHECKING:  # the analyses take seconds to import; --help should not
     from identification.models.study import Study
     from identification.response.identify import Identification
-    from protocol.recording import Recording
 
 EXAMPLE = "Example: slipbench identify runs/throttle_sweep --figures figures"
 MODEL_EXAMPLE = (
@@ -45,10 +44,13 @@ def identify_command(
 
     Writes report.html, which needs nothing but a browser, and identification.json.
     """
+    from identification.response.from_folder import identified
+    from protocol.run_folder import read
+
     console = Console(stderr=True)
     with console.status("") as progress:
         progress.update("reading the recording")
-        recording = read_run(run)
+        recording = read(run)
         progress.update("identifying")
         found = identified(recording)
         progress.update("modelling")
@@ -150,38 +152,6 @@ def paper_command(
     typer.echo(f"\n{done.answer}\n\nreport: {done.page}")
     if not all(claim.holds for claim in done.claims):
         raise typer.Exit(FAILED)
-
-
-def read_run(run: Path) -> "Recording":
-    """Read a run folder. Raises InputError where there is none, or where it is damaged."""
-    from protocol.run_folder import read
-
-    return read(run)
-
-
-def identified(recording: "Recording") -> "Identification":
-    """Identify, or say why nothing can be identified. Raises InputError."""
-    from identification.response.identify import identify
-    from identification.signals.trial_window import NoExcitation
-
-    if not any(channel.time.size for channel in recording.channels.values()):
-        raise InputError(
-            "the recording holds no samples of any role",
-            where=str(recording.folder),
-            expected=f"samples of {', '.join(sorted(recording.roles.roles)) or 'some role'}",
-            found=f"{recording.frame_count} frames, none of which a role comes from",
-            remedy="check that the role map and the database belong to this vehicle",
-        )
-    found = identify(recording)
-    if isinstance(found.window, NoExcitation) and found.window.tripped:
-        raise InputError(
-            "the trial tripped before it excited anything",
-            where=str(recording.folder),
-            expected="a phase EXCITING in trial_phase",
-            found=found.window.reason,
-            remedy="mend the cause of the trip and repeat the trial",
-        )
-    return found
 
 
 def studied(found: "Identification") -> "Study":

@@ -46,6 +46,7 @@ ALLOWED = {
     "jinja2": (
         "identification/report/report.py", "identification/report/table_report.py",
         "identification/paper/paper_report.py", "identification/mismatch/memo_page.py",
+        "identification/design/report.py",
     ),
     "typer": ("*/commands.py", "slipbench.py"),
     "rich": ("*/commands.py", "protocol/summary.py", "slipbench.py"),

@@ -48,6 +48,7 @@ def design_command(
     from identification.design.problem import Requirements
     from identification.design.report import write_report
     from identification.design.writing import controller_file, mixed_file
+    from identification.response.from_folder import identified_folder
     from protocol.controller_file import write_controller
 
     if actuator not in ACTUATORS or law not in LAWS:
@@ -58,7 +59,7 @@ def design_command(
     required = Requirements(10 ** (gain_margin / 20), radians(phase_margin), sensitivity)
     with Console(stderr=True).status("") as progress:
         progress.update("identifying")
-        found = [_identified(run) for run in runs]
+        found = [identified_folder(run) for run in runs]
         progress.update("designing")
         fast = "throttle" if actuator == "throttle" else "spark"
         path = _path(fast, found, required, period * 1e-3)
@@ -74,12 +75,6 @@ def design_command(
     typer.echo(f"controller: {out}")
     if page:
         typer.echo(f"report: {page}")
-
-
-def _identified(run: File) -> "Identification":
-    from identification.commands import identified, read_run
-
-    return identified(read_run(run))
 
 
 def _path(actuator: str, runs: "list[Identification]", required: object, period: float) -> "Path":
