@@ -215,14 +215,21 @@ def tyre_force(
     tyre_load: float,
     tyre_slip_stiffness: float,
     tyre_shape: float,
+    tyre_brush: float,
 ) -> float:
     """F_x = D sin(C atan(B lambda)) [N]; D = mu F_z, B C D = C_kappa (Pacejka).
 
-    Grip moves the peak alone; load moves peak and slope.
+    Grip moves the peak alone; load moves peak and slope. A share of it may be the brush model's:
+    D (1 - (1 - C_kappa |lambda| / 3 D)^3), the same at zero slip and at the peak.
     """
     peak = max(rear_grip * rear_load, 1e-3)
     B = tyre_slip_stiffness * rear_load / (tyre_load * tyre_shape * peak)
-    return peak * math.sin(tyre_shape * math.atan(B * slip))
+    force = peak * math.sin(tyre_shape * math.atan(B * slip))
+    if tyre_brush != 0.0:
+        stuck = 1.0 - min(B * tyre_shape * abs(slip) / 3.0, 1.0)
+        brush = peak * (1.0 - stuck * stuck * stuck)
+        force += tyre_brush * ((brush if slip > 0.0 else -brush) - force)
+    return force
 
 
 def rear_acceleration(

@@ -21,6 +21,9 @@ from plant.trouble import PlantError
 
 MOST = 3
 SHORTLIST = 4
+LONGEST = 8  # scores that are fitted where they are near to the best
+NEAR = 0.7
+"""Share of the best score's gain above which a name could be the same to these recordings."""
 HALVES = 3  # effects of which pairs are tried
 HOPELESS = 0.1  # share of the leader's gain below which a score gets one start only
 WORTH = 6.0  # nats that a score must promise before a full fit is tried
@@ -75,7 +78,7 @@ def name(base: Fit, library: Sequence[type[Effect]], say: Say) -> Named:
         rivals[" + ".join(news)] = _behind(best, tried)
         say(f"accepted: {', '.join(news)} ({finer.score - fit.score:.0f} nats)")
         fit = finer
-        found = survey(Judge.of(fit), _left(fit, library)).scores
+        found = survey(Judge.of(fit), library).scores
     fit = _pruned(base, fit, limit, say)
     fitted = [significance(fit, i) for i in range(len(fit.candidates))]
     least = min(fitted) if fitted else max(best_p, limit)
@@ -88,15 +91,11 @@ def _least_p(before: Fit, after: Fit) -> float:
     return significance(after, len(before.candidates)) if enough else 1.0
 
 
-def _left(fit: Fit, library: Sequence[type[Effect]]) -> list[type[Effect]]:
-    taken = {c.kind for c in fit.effects}
-    return [kind for kind in library if kind not in taken]
-
-
 def _tried(fit: Fit, scores: Sequence[Score], say: Say) -> list[Fit]:
     """Full fits of the most promising effects, best first."""
     done: list[Fit] = []
-    for score in scores[:SHORTLIST]:
+    near = NEAR * (scores[0].gain if scores else 0.0)
+    for score in [*scores[:SHORTLIST], *(s for s in scores[SHORTLIST:LONGEST] if s.gain > near)]:
         if score.gain > WORTH:
             say(f"fitting {score.candidate.name.replace('_', ' ')}")
             leader = max((d.score - fit.score for d in done), default=0.0)

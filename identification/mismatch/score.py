@@ -140,12 +140,14 @@ class Survey:
 
 
 def survey(judge: Judge, library: Iterable[type[Effect]]) -> Survey:
-    """Score every effect.
+    """Score every effect on every subject that it is not found on yet.
 
     All are tried at their typical size. Those of which there is a hint are tried at other sizes and
     shapes as well; those that would not show at their typical size, at a large one.
     """
-    first = judge.scores([c for kind in library for c in candidates(kind)])
+    there = {c.name for c in judge.fit.effects}
+    kinds = (c for kind in library for c in candidates(kind))
+    first = judge.scores([c for c in kinds if c.name not in there])
     more = [c for s in first for c in _more(s)]
     tried = judge.scores(more)
     best = _best([*first, *tried])
