@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy import interpolate
 
-from identification.mismatch.calibrate import refreshed
+from identification.mismatch.calibrate import calibrate, refreshed
 from identification.mismatch.candidate import (
     SHAPE,
     Candidate,
@@ -24,8 +24,6 @@ from identification.mismatch.fitting import Fit, settle, with_effects
 from identification.mismatch.held_out import carried_over
 from identification.mismatch.model import Model, Series
 from identification.mismatch.sampling import into_bins
-from identification.mismatch.sensitivity import coordinates_of
-from identification.mismatch.stack import Nuisances, flat, log_likelihood, whiteners
 from identification.proof.generator.case import Case
 from identification.proof.generator.instruments import Told, sampled
 from identification.proof.generator.kinds import BY_NAME, SERVO, Hidden
@@ -204,20 +202,11 @@ def _shown(case: Case, model: Model, r: int, trial: Trial, secret: Secret) -> li
     ]
 
 
-def _worth(base: Fit, difference: Series, rounds: int = 3) -> float:
-    """Log-posterior gained by whoever explains the difference, each side with its own noise."""
-    model, noise, here = base.model, base.noise, coordinates_of(base.point)
-    left = [
-        [e - d for e, d in zip(es, ds, strict=True)]
-        for es, ds in zip(base.rest, difference, strict=True)
+def _worth(base: Fit, difference: Series) -> float:
+    """Log-posterior gained by whoever takes the difference off the recordings and calibrates."""
+    cleared = replace(base.model)
+    cleared.__dict__["measured"] = [
+        [m - d for m, d in zip(ms, ds, strict=True)]
+        for ms, ds in zip(base.model.measured, difference, strict=True)
     ]
-    for _ in range(rounds):
-        columns = flat(model, noise, base.slopes)
-        there = Nuisances(columns).fit(flat(model, noise, left) + columns @ here)
-        rest = [
-            [e - s @ (there - here) for e, s in zip(es, ss, strict=True)]
-            for es, ss in zip(left, base.slopes, strict=True)
-        ]
-        noise = whiteners(model, rest)
-    explained = log_likelihood(model, rest, noise) - 0.5 * float(there @ there)
-    return explained - (log_likelihood(model, base.rest, base.noise) - 0.5 * float(here @ here))
+    return calibrate(cleared, cleared.origin()).score - base.score

@@ -29,13 +29,13 @@ BRISTLE_BEND = 2e-4  # opening, at which a bristle of the throttle shaft lets go
 RUBBER_BEND = 3e-3  # rad, at which the dry friction of the rubber is developed
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def limited(value: float, low: float, high: float) -> float:
     """Return the value within its limits."""
     return min(max(value, low), high)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def servo(x: Floats, dx: Floats, command: float, m: Machine, e: Missing) -> None:
     """Move the plate and its bristles."""
     position, rate = x[PLATE], x[PLATE_RATE]
@@ -60,7 +60,7 @@ def servo(x: Floats, dx: Floats, command: float, m: Machine, e: Missing) -> None
     dx[PLATE], dx[PLATE_RATE] = limited(rate, -e.rate_limit, e.rate_limit), push
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def charge_of(x: Floats, dx: Floats, arriving: float, m: Machine, e: Missing) -> float:
     """Fill manifold, film and runner; return what the cylinders get, as an opening."""
     air = x[AIR]
@@ -74,7 +74,7 @@ def charge_of(x: Floats, dx: Floats, arriving: float, m: Machine, e: Missing) ->
     return float(drawn - e.film_share * (drawn - x[FILM]))
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def spark_factor(x: Floats, dx: Floats, asked: float, m: Machine, e: Missing) -> float:
     """Torque by spark: a straight line, or a hill with caps."""
     advance = limited(asked, -e.spark_clip, e.spark_clip)
@@ -85,7 +85,7 @@ def spark_factor(x: Floats, dx: Floats, asked: float, m: Machine, e: Missing) ->
     return 1.0 + m.spark_gain * advance - e.spark_curvature * advance * advance
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def crank_torque(
     t: float, x: Floats, dx: Floats, charge: float, u: Floats, m: Machine, e: Missing
 ) -> float:
@@ -114,7 +114,7 @@ def crank_torque(
     return float(torque)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def chain_torque(x: Floats, dx: Floats, m: Machine, e: Missing) -> float:
     """Torque of chain, cush and clutch at the wheel [N m]; winds the spring."""
     twist, rate = x[TWIST], x[CRANK_SPEED] / m.ratio - x[WHEEL_SPEED]
@@ -143,7 +143,7 @@ def chain_torque(x: Floats, dx: Floats, m: Machine, e: Missing) -> float:
     return passed
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def stretch(way: float, place: float, length: float, rounding: float) -> float:
     """Return 1 on a stretch of road, 0 elsewhere, with rounded ends."""
     begun = 1.0 / (1.0 + math.exp(-limited(2.0 * (way - place) / rounding, -40.0, 40.0)))
@@ -151,7 +151,7 @@ def stretch(way: float, place: float, length: float, rounding: float) -> float:
     return begun - ended
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def tyre_force(
     x: Floats, dx: Floats, radius: float, bump: float, formula: int, m: Machine, e: Missing
 ) -> float:
@@ -177,7 +177,7 @@ def tyre_force(
     return passed
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def body(
     t: float, x: Floats, dx: Floats, driving: float, u: Floats, m: Machine, e: Missing
 ) -> None:
@@ -200,13 +200,13 @@ def body(
     dx[FRONT] = v / (m.front_radius * (1.0 + e.front_growth * v * v))
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def told_speed(x: Floats, a: float, e: Missing) -> float:
     """Return what the optical sensor sees before its own lag [m/s]."""
     return float(x[SPEED]) * (1.0 + e.optical_error) * math.cos(e.aside + e.aside_pitch * a)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def rates(t: float, x: Floats, dx: Floats, u: Floats, formula: int, m: Machine, e: Missing) -> None:
     """Write the rates of all states."""
     servo(x, dx, u[COMMAND], m, e)

@@ -59,7 +59,7 @@ def ride(
     return Course(time, *table.T[: SEEN_COLUMNS - 1])
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _mean(table: Floats, time: float, period: float) -> float:
     """Mean over the step that begins at a time of what is held from tick to tick."""
     last = table.size - 1
@@ -69,7 +69,7 @@ def _mean(table: Floats, time: float, period: float) -> float:
     return float(table[first] + share * (table[next_] - table[first]))
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _between(table: Floats, time: float, period: float) -> float:
     """Value on the line between samples."""
     place = min(max(time / period, 0.0), table.size - 1.001)
@@ -77,13 +77,13 @@ def _between(table: Floats, time: float, period: float) -> float:
     return float(table[i] + (place - i) * (table[i + 1] - table[i]))
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _played(value: float, held: float, play: float) -> float:
     """Follow a value with play: it is pushed from either flank."""
     return min(max(held, value - 0.5 * play), value + 0.5 * play)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _ago(history: Floats, count: int, steps: float) -> float:
     """Throttle so many steps before the step under way began; positive: the past."""
     if steps <= 0.0:
@@ -95,7 +95,7 @@ def _ago(history: Floats, count: int, steps: float) -> float:
     return float(new + f * (old - new))
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _ride(
     m: Machine, e: Missing, formula: int, throttle: Floats, spark: Floats, tick: float,
     wind: Floats, shove: Floats, bump: Floats, road_period: float, scatter: Floats,

@@ -14,7 +14,7 @@ NAMES = ("magic formula", "brush", "Dugoff", "Burckhardt")
 FALL = 0.35  # of Burckhardt's curve, per slip and peak
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def force(formula: int, s: float, C: float, D: float, shape: float) -> float:
     """Return the force [N]."""
     if formula == BRUSH:
@@ -26,14 +26,14 @@ def force(formula: int, s: float, C: float, D: float, shape: float) -> float:
     return D * math.sin(shape * math.atan(C / (shape * D) * s))
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def brush(s: float, C: float, D: float) -> float:
     """Bristles under a parabolic pressure: they slide from the rear of the patch on."""
     left = max(1.0 - C / (3.0 * D) * abs(s), 0.0)
     return math.copysign(D * (1.0 - left**3), s)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def dugoff(s: float, C: float, D: float) -> float:
     """Linear up to half the peak, then a hyperbola towards it."""
     linear = C * abs(s)
@@ -41,7 +41,7 @@ def dugoff(s: float, C: float, D: float) -> float:
     return math.copysign(reached, s)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def burckhardt(s: float, C: float, D: float) -> float:
     """A saturating exponential less a slow fall."""
     high, fall = 1.05 * D, FALL * D

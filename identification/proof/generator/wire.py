@@ -8,7 +8,7 @@ Integers = npt.NDArray[np.int64]
 MOST_WAITING = 256
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def arrivals(ready: Integers, identifier: Integers, length: Integers) -> Integers:
     """When each frame ends on the wire, ns. ready: ns, ascending; length: ns on the wire."""
     ends = np.zeros(ready.size, np.int64)
@@ -34,7 +34,7 @@ def arrivals(ready: Integers, identifier: Integers, length: Integers) -> Integer
     return ends
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def packed(tooth: Integers, most: int, wait: int) -> Integers:
     """Number of the frame that tells each tooth: full ones, or what has waited so long.
 

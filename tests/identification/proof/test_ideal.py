@@ -25,7 +25,7 @@ def test_a_fit_from_the_truth_and_the_true_difference_gain_alike(fitted) -> None
     case, base = fitted
     assert case.hidden[0].kind == "asymmetric_filling"
     found = ideal(case, base)
-    assert found.gain == pytest.approx(found.difference, rel=0.25)
+    assert found.gain == pytest.approx(found.difference, rel=0.1)
     assert found.gain > 100.0
 
 
