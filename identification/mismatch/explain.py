@@ -45,6 +45,7 @@ class Analysis:
     errors: list[Error] = field(default_factory=list)
     free: FreeCurve | None = None
     proposal: tuple[str, Any] | None = None
+    done: int = 0
     complete: bool = False
 
 
@@ -68,8 +69,10 @@ def analyse(
 ) -> Analysis:
     """Do all steps. library: effects to look for, the system's own if not given."""
     library = so_far.system.library if library is None else library
-    for step in (_calibrate, _locate, _name, _doubt, _free, _prove, _propose):
-        step(so_far, library, say)
+    for number, step in enumerate(STEPS, start=1):
+        if number > so_far.done:
+            step(so_far, library, say)
+            so_far.done = number
     so_far.complete = True
     return so_far
 
@@ -148,6 +151,9 @@ def _propose(a: Analysis, library: Sequence[type[Effect]], say: Say) -> None:
     alike = [by_name[n] for n in told if n in by_name]
     hidden = [by_name[n.split(".")[0]] for n in not_excited(a.named)]
     a.proposal = next_trial(a.named.fit, alike, hidden)
+
+
+STEPS = (_calibrate, _locate, _name, _doubt, _free, _prove, _propose)
 
 
 def not_excited(named: Named) -> list[str]:

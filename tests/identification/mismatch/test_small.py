@@ -1,0 +1,115 @@
+"""Whole analyses, small enough for every check: few effects, short recordings."""
+
+import json
+from dataclasses import replace
+from functools import cache
+from importlib.resources import files
+
+import jsonschema
+import numpy as np
+import pytest
+
+from identification.mismatch.explain import Analysis, analyse, begin, known_so_far, verdict
+from identification.mismatch.free_curve import inside
+from identification.mismatch.improved import improved_system
+from identification.mismatch.memo import lines, sentence
+from identification.mismatch.memo_page import memo_page
+from identification.mismatch.output import write_outputs
+from identification.mismatch.verdict import as_json
+from plant.effects.backlash import Backlash
+from plant.effects.driveline_loss import DrivelineLoss
+from plant.effects.free_curve import FreeCurve
+from plant.effects.relaxation_length import RelaxationLength
+from plant.equilibrium import equilibrium
+from plant.signals import Inputs
+from plant.simulation import Simulation
+from plant.vehicle_file import load_vehicle
+from tests.identification.mismatch.conditions import erring, system
+from tests.identification.motorcycle_recording import Ride, ride
+
+LEARN = (
+    Ride("sweep", 2, 1400.0, 0.04, 0.5, 9.0, seconds=6.0, seed=31),
+    Ride("square", 2, 1100.0, 0.05, 0.9, seconds=6.0, seed=32),
+)
+PROVE = (Ride("sweep", 2, 1250.0, 0.04, 0.5, 9.0, seconds=6.0, seed=33),)
+KINDS = (Backlash, DrivelineLoss, RelaxationLength)
+
+
+def started(*effects) -> Analysis:
+    true = replace(erring(5), effects=effects)
+    learn, prove = ([system().prepare(ride(true, t)) for t in trials] for trials in (LEARN, PROVE))
+    return begin(system(), learn, prove)
+
+
+@cache
+def slack() -> Analysis:
+    return analyse(started(Backlash(slack=8e-3)), KINDS)
+
+
+def test_backlash_is_named_with_its_size_and_proven():
+    found = verdict(slack())
+    assert found.mismatch
+    assert found.p_value < 0.05
+    assert [e.name for e in found.effects] == ["backlash"]
+    size = found.effects[0].parameters[0]
+    assert size.low - 2e-4 < 8e-3 < size.high + 2e-4
+    headline = next(e for e in found.held_out if e.output == found.headline)
+    assert headline.improved < 0.8 * headline.calibrated
+    assert sentence(found).startswith("The driveline has backlash")
+    schema = json.loads((files("identification.mismatch") / "verdict.schema.json").read_text())
+    jsonschema.validate(json.loads(as_json(found)), schema)
+
+
+def test_where_nothing_is_missing_nothing_is_claimed():
+    found = verdict(analyse(started(), KINDS))
+    assert not found.mismatch
+    assert found.p_value >= 0.05
+    assert not found.effects
+    assert "nothing is missing" in sentence(found)
+
+
+def test_the_improved_file_is_run_by_every_simulation(tmp_path):
+    a = slack()
+    written = write_outputs(a, verdict(a), tmp_path / "v.toml", None, tmp_path / "report")
+    path = next(p for p in written if p.name == "v.improved.toml")
+    vehicle = load_vehicle(path)
+    assert [e.name for e in vehicle.motorcycle.effects] == ["backlash"]
+    assert vehicle.plus_minus["effects.backlash.slack"] > 0.0
+    simulation = Simulation(vehicle.motorcycle)
+    state, throttle = equilibrium(simulation, 2, 1200.0)
+    _, out = simulation.advance(state, Inputs.held(200, gear=2.0, throttle_command=throttle))
+    assert np.isfinite(out.table).all()
+    assert (tmp_path / "report" / "memo.html").read_text().count("<svg") == 2
+
+
+def test_a_free_curve_gains_most_of_what_the_physics_gains_and_goes_into_the_file(tmp_path):
+    a = slack()
+    assert a.base is not None
+    assert a.named is not None
+    free = inside(a.base, a.before, a.held_out)
+    assert free is not None
+    assert free.gain > 0.7 * a.named.gain
+    assert free.confirmed > 0.0
+    path = tmp_path / "improved.toml"
+    path.write_text(improved_system(free.fit).text())
+    (curve,) = load_vehicle(path).motorcycle.effects
+    assert isinstance(curve, FreeCurve)
+    assert curve.where == (free.curve.place, free.curve.regressor)
+    assert curve.f3 == pytest.approx(free.curve.values[3])
+
+
+@pytest.mark.parametrize("step", ["locating", "scoring", "proving"])
+def test_an_interrupted_analysis_says_what_it_has(step):
+    a = started(Backlash(slack=8e-3))
+    if step == "proving":
+        a = replace(slack(), proof=[], errors=[], done=5, complete=False)
+
+    def say(words: str) -> None:
+        if words.startswith(step):
+            raise KeyboardInterrupt
+
+    assert not known_so_far(a, say)
+    found = verdict(a)
+    assert not found.complete
+    assert lines(found)[0].startswith("Interrupted")
+    assert "Interrupted" in memo_page(a, found)
