@@ -5,12 +5,13 @@
 # make prove    set up, then the proof on sealed cases: hours; goes on where it was stopped
 # make mutants  set up, then coverage and mutants of the safety gate
 # make million  set up, then a million random frame sequences through it (an hour)
+# make faults   set up, then docs/fault_matrix.md, and the same on a real kernel's bus (minutes)
 # make bench    set up, then every benchmark
 # make accuracy write docs/accuracy.md from rides whose truth is known
 # make lock     choose the newest versions that pyproject.toml allows
 # make clean    forget the environment and everything that was made, except runs/
 
-.PHONY: help real-recordings trial test conformance figures test-mismatch paper prove prove-quick mutants million bench accuracy lock setup clean
+.PHONY: help real-recordings trial test conformance figures test-mismatch paper prove prove-quick mutants million faults bench accuracy lock setup clean
 .DEFAULT_GOAL := help
 
 # The first interpreter that is new enough; the lock is tested with 3.11.
@@ -23,7 +24,7 @@ WORKERS ?= auto
 export OMP_NUM_THREADS ?= 1
 
 help:
-	@sed -n 's/^# //p' $(firstword $(MAKEFILE_LIST)) | head -11
+	@sed -n 's/^# //p' $(firstword $(MAKEFILE_LIST)) | head -12
 
 trial: setup
 	@run=$$($(IN)/slipbench trial trials/throttle_sweep.toml) && $(IN)/slipbench identify "$$run"
@@ -64,6 +65,10 @@ mutants: setup
 
 million: setup
 	$(IN)/python -m tests.safety.sequences
+
+faults: setup
+	$(IN)/python -m tests.faults.matrix
+	$(IN)/python -m tests.faults.on_vcan
 
 # docs/accuracy.md: 200 rides of each of the larger rows, some minutes.
 accuracy: setup

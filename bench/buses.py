@@ -3,6 +3,7 @@
 import contextlib
 import errno
 import socket
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -82,6 +83,19 @@ def open_bus(address: BusAddress, hears_itself: bool, in_order: bool = False) ->
     return bus
 
 
+@contextlib.contextmanager
+def told_when_gone(address: BusAddress) -> Iterator[None]:
+    """Raise InputError with the remedy where the bus at `address` fails within the block."""
+    try:
+        yield
+    except can.CanError as cause:
+        raise InputError(
+            f"the CAN bus is gone: interface {address.interface!r}, channel {address.channel!r}",
+            found=f"{type(cause).__name__}: {cause}",
+            remedy="see to the interface, and start again",
+        ) from cause
+
+
 def widen(bus: can.BusABC) -> None:
     """Ask the kernel for room for `RECEIVE_BUFFER` bytes of frames; SocketCAN only."""
     if not isinstance(bus, SocketcanBus):
@@ -97,3 +111,8 @@ def receive_buffer(bus: can.BusABC) -> int | None:
     if not isinstance(bus, SocketcanBus):
         return None
     return bus.socket.getsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF)
+
+
+def stamps_wall_time(bus: can.BusABC) -> bool:
+    """Tell whether this bus stamps frames with the wall clock, as Linux does."""
+    return isinstance(bus, SocketcanBus)

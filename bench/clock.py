@@ -37,6 +37,10 @@ class MonotonicClock:
         """Read the clock."""
         return time.monotonic_ns() + self._origin
 
+    def set_by_ns(self) -> int:
+        """Tell by how much the wall clock was set, or slewed, since this one was made."""
+        return time.time_ns() - time.monotonic_ns() - self._origin
+
     def sleep_until_ns(self, deadline: int) -> None:
         """Sleep to just before `deadline`, then spin."""
         target = deadline - self._origin

@@ -13,6 +13,7 @@ from bench.ring import BIT_RATE_SWITCH, ERROR, EXTENDED, FD, REMOTE, SENT, Ring
 from bench.seen import Seen
 from bench.senders import OURS, Senders
 from bench.slip_control import slip_control
+from bench.stamps import Stamp, as_stamped
 from bench.trial import (
     ENDED,
     HOLDING,
@@ -36,6 +37,10 @@ from protocol.messages import ActuatorCommand, Authority, Phase, TrialStatus, Tr
 STATUS_PERIOD = 0.020  # s, of TrialStatus
 OFF_THE_BUS = 3  # frames refused in a row; a single one is a queue that is full for a moment
 MOST_NOTES = 100
+# Frames taken in within a tick: more than a bus at 1 Mbit/s carries (425 of no byte) in the 20 ms
+# after which the devices take authority back. What is left waits, and the present is not known.
+MOST_FRAMES = 500
+BEHIND = f"more than {MOST_FRAMES} frames waited to be heard at once"
 AFTERWARDS = 0.2  # s for which the gateway stays on the bus after the end, released
 
 
@@ -57,13 +62,16 @@ class Gateway:
         database: Database,
         ring: Ring,
         wheels: Wheels,
+        stamp: Stamp = as_stamped,
     ) -> None:
         """Speak `database` on `bus` and put every frame that is seen there into `ring`.
 
-        The bus must hear its own frames: the record tells when a command was on the wire.
+        `stamp` turns time stamps of the bus into the recording's time. The bus must hear its own
+        frames: the record tells when a command was on the wire.
         """
         codec = Codec(database)
         self._plan, self._bus, self._codec, self._ring = plan, bus, codec, ring
+        self._stamp = stamp
         self._sender = Sender(codec)
         self._own = OwnFrames()
         self._controller = ControllerState(bus)
@@ -85,12 +93,17 @@ class Gateway:
     def tick(self, number: int, due: int) -> bool:
         """Do what is due at `due` (ns); False once the trial has ended and was told about."""
         now = due / SECOND
-        self._listen(now)
+        behind = not self._listen(now)
         seen = self._lookout.seen(
             now,
             bus_off=self._controller.off() or self._refused_in_a_row >= OFF_THE_BUS,
             recording=not (self._full or self._ring.failed),
         )
+        if behind:  # what is heard now was said in the past: it arms nothing, and keeps nothing
+            seen = Seen()
+            self._senders.forget()
+            if self.state.phase in HOLDING:
+                self._trip(TripReason.TIMING, BEHIND, due)
         if self._senders.trouble:
             self._trip(TripReason.TWO_SENDERS, self._senders.trouble, due)
         standing = self._control.asked if self._control else NOTHING
@@ -106,25 +119,26 @@ class Gateway:
     def _trip(self, reason: TripReason, detail: str, due: int) -> None:
         self._move_to(tripped(self.state, Trip(reason, detail), due / SECOND), due)
 
-    def _listen(self, now: float) -> None:
-        """Take in every frame that has arrived."""
-        while True:
+    def _listen(self, now: float) -> bool:
+        """Take in the frames that have arrived; False where too many have for one tick."""
+        for _ in range(MOST_FRAMES):
             try:
                 message = self._bus.recv(0)
             except can.CanError as fault:
                 self._refused(fault)
-                return
+                return True
             if message is None:
-                return
+                return True
             if message.is_error_frame:
                 self._controller.heard(message)
-                self._record(message, own=False)
+                self._record(message, self._stamp(message.timestamp), own=False)
                 continue
             identifier, data = message.arbitration_id, bytes(message.data)
             own = identifier in self._ours and self._own.heard(identifier, data)
-            self._record(message, own)
+            self._record(message, self._stamp(message.timestamp), own)
             if not (own or _carries_nothing(message)):
                 self._observe(identifier, data, now)
+        return False
 
     def _observe(self, identifier: int, data: bytes, now: float) -> None:
         decoded = self._codec.decode(identifier, data)
@@ -157,7 +171,7 @@ class Gateway:
         self._protected[name] = state
         return fault is None or fault.fault in (Fault.LOST, Fault.STALE)
 
-    def _record(self, message: can.Message, own: bool) -> None:
+    def _record(self, message: can.Message, time_ns: int, own: bool) -> None:
         flags = (
             (EXTENDED if message.is_extended_id else 0)
             | (FD if message.is_fd else 0)
@@ -166,7 +180,6 @@ class Gateway:
             | (ERROR if message.is_error_frame else 0)
             | (SENT if own else 0)
         )
-        time_ns = round(message.timestamp * SECOND)
         if not self._ring.append(time_ns, message.arbitration_id, flags, bytes(message.data)):
             self._full = True
 
@@ -226,8 +239,7 @@ class Gateway:
         self._refused_in_a_row = 0
         self._own.sent(identifier, data)
         if self._own.silent:  # never heard back: the record tells when it was handed over
-            message.timestamp = now
-            self._record(message, own=True)
+            self._record(message, round(now * SECOND), own=True)
         return True
 
     def _refused(self, fault: can.CanError) -> None:

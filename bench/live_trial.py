@@ -8,7 +8,7 @@ import multiprocessing
 import signal
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from multiprocessing.connection import Connection
+from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
 from pathlib import Path
 from types import FrameType
@@ -72,9 +72,11 @@ class LiveTrial:
         """Wait a moment for the report; a loop or a recorder that died meanwhile is noticed."""
         if self._over:
             return False  # what was told with the report has been taken in between
+        lives = recorder.exitcode is None
+        wait([self._pipe, *([recorder.sentinel] if lives else [])], LOOK)
         if recorder.exitcode is not None:
             self._frames.fail()  # the loop reads it in its next tick, and hands back
-        if self._pipe.poll(LOOK):
+        if self._pipe.poll():
             self._over = True
             try:
                 self._report = self._pipe.recv()

@@ -9,13 +9,14 @@ from contextlib import AbstractContextManager, contextmanager, nullcontext
 from types import MappingProxyType
 from typing import Any
 
-from bench.buses import BusAddress, open_bus
+from bench.buses import BusAddress, open_bus, told_when_gone
 from bench.clock import MILLISECOND, MonotonicClock
 from bench.interrupts import interrupts
 from bench.loop import run_periodic
 from bench.undisturbed import die_with, undisturbed
 from bench.virtual_motorcycle import Ride, VirtualMotorcycle
 from protocol.codec import Codec
+from protocol.errors import InputError
 from protocol.layout import Database
 
 A_DAY_AT_THE_TRACK = 8 * 3_600_000  # ms
@@ -37,8 +38,11 @@ def ride_until(
     address: BusAddress,
     calm: Callable[[], AbstractContextManager[object]] = nullcontext,
 ) -> VirtualMotorcycle:
-    """Ride on the bus until `over` says so, in `calm`; returns the motorcycle as it then is."""
-    with open_bus(address, hears_itself=False) as bus:
+    """Ride on the bus until `over` says so, in `calm`; returns the motorcycle as it then is.
+
+    Raises InputError where the bus cannot be opened, or is gone meanwhile.
+    """
+    with open_bus(address, hears_itself=False) as bus, told_when_gone(address):
         motorcycle = VirtualMotorcycle(ride, bus, Codec(database))
 
         def tick(number: int, due: int) -> bool:
@@ -69,4 +73,7 @@ def _ride_on(ride: Ride, database: Database, address: BusAddress) -> None:
     over = threading.Event()
     with interrupts(over):
         signal.signal(signal.SIGINT, signal.SIG_IGN)
-        ride_until(over.is_set, ride, database, address, undisturbed)
+        try:
+            ride_until(over.is_set, ride, database, address, undisturbed)
+        except InputError as fault:
+            raise SystemExit(f"slipbench vehicle: {fault}") from fault

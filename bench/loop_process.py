@@ -14,13 +14,14 @@ from multiprocessing.process import BaseProcess
 
 import can
 
-from bench.buses import BusAddress, open_bus, receive_buffer
+from bench.buses import BusAddress, open_bus, receive_buffer, stamps_wall_time
 from bench.clock import SECOND, MonotonicClock
 from bench.gateway import Gateway, PhaseChange
 from bench.interrupts import interrupts
 from bench.lookout import Wheels
 from bench.loop import Lateness, Tick, run_periodic
 from bench.ring import PHASE, Ring, attach_shared
+from bench.stamps import SteadyStamps, as_stamped
 from bench.ticks import noting
 from bench.trial import Plan, TrialState
 from bench.undisturbed import die_with, undisturbed
@@ -80,12 +81,14 @@ def run_loop(
     order: LoopOrder, bus: can.BusABC, frames: Ring, phases: Ring, stop: threading.Event
 ) -> LoopReport:
     """Run the gateway's ticks until the trial has ended; `stop` ends it by a release."""
-    gateway = Gateway(order.plan, bus, order.database, frames, order.wheels)
+    clock = MonotonicClock()
+    stamp = SteadyStamps(clock) if stamps_wall_time(bus) else as_stamped
+    gateway = Gateway(order.plan, bus, order.database, frames, order.wheels, stamp)
     period = round(order.plan.trial.command.period * SECOND)
     tick = _telling(gateway, phases, stop)
     with undisturbed() as refused:
         _forget(bus)
-        lateness = run_periodic(tick, period, MonotonicClock(), note=noting(frames))
+        lateness = run_periodic(tick, period, clock, note=noting(frames))
     frames.close()
     notes = (*refused, *gateway.refusals)
     return LoopReport(gateway.state, tuple(gateway.changes), lateness, notes)

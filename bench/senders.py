@@ -29,3 +29,7 @@ class Senders:
         self._counts[name] += 1
         if self._counts[name] > self._most[name]:
             self.trouble = f"{name} comes more often than one sender sends it: two vehicles?"
+
+    def forget(self) -> None:
+        """Count afresh: what has been heard came late, and much of it at once."""
+        self._counts = dict.fromkeys(self._counts, 0)
