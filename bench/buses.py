@@ -21,6 +21,8 @@ REMEDIES = {
 
 BIT_RATE_SET_ELSEWHERE = ("socketcan", "virtual")  # by `ip link`, or not at all
 
+LONGEST_NAME = 15  # characters of a bus's name in a record: IFNAMSIZ of <net/if.h>
+
 QUEUE_LENGTH = 16  # frames: what a node sends within 3 ms; older ones are better not sent at all
 
 # Bytes of the kernel's memory for frames that were not read yet, as it counts them itself: some
@@ -41,8 +43,9 @@ class BusAddress:
 
     @property
     def name(self) -> str:
-        """Name the bus as recordings do: without spaces."""
-        return "".join(c if c.isalnum() else "_" for c in self.channel) or self.interface
+        """Name the bus as recordings do: without spaces, no longer than a Linux interface is."""
+        name = "".join(c if c.isalnum() else "_" for c in self.channel) or self.interface
+        return name[-LONGEST_NAME:]
 
 
 def open_bus(address: BusAddress, hears_itself: bool, in_order: bool = False) -> can.BusABC:
