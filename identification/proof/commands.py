@@ -31,6 +31,10 @@ def prove_command(
     score_only: Annotated[
         bool, typer.Option("--score-only", help="Unseal and score what is done; analyse nothing.")
     ] = False,
+    observe: Annotated[
+        bool,
+        typer.Option("--observe-again", help="Judge anew what there was to see; analyse nothing."),
+    ] = False,
 ) -> None:
     """Prove it on sealed cases: draw, seal, analyse, unseal, score.
 
@@ -38,7 +42,7 @@ def prove_command(
     """
     from identification.cluster import Workers
     from identification.proof.publish import publish
-    from identification.proof.study import Study, results_so_far, run_study
+    from identification.proof.study import Study, observe_again, results_so_far, run_study
 
     console = Console(stderr=True)
     study = Study(cases, seed, out, Workers(workers, scheduler))
@@ -50,7 +54,10 @@ def prove_command(
         with Progress(*columns, console=console) as progress:
             task = progress.add_task("sealed cases", total=cases)
             try:
-                results = run_study(study, lambda done, _: progress.update(task, completed=done))
+                work = observe_again if observe else run_study
+                results = work(
+                    study, lambda done, of: progress.update(task, completed=done, total=of)
+                )
             except KeyboardInterrupt:
                 console.print("interrupted; the same command goes on where this one stopped")
                 raise typer.Exit(130) from None

@@ -8,6 +8,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+from identification.mismatch.calibrate import calibrate
 from identification.mismatch.explain import Analysis, analyse, verdict
 from identification.mismatch.held_out import errors, proof
 from identification.mismatch.runs import open_analysis
@@ -45,16 +46,30 @@ def run_case(seed: int, number: int, keep: Path | None = None) -> dict[str, Any]
     }  # fmt: skip
 
 
+def observe(seed: int, number: int) -> dict[str, Any]:
+    """Judge only what there is to see in a case: nothing is looked for, located or named."""
+    case = draw_case(seed, number)
+    with tempfile.TemporaryDirectory(prefix="slipbench-case-") as place:
+        analysis = open_analysis(*write_case(case, Path(place) / "case"))
+    base = calibrate(analysis.training, analysis.training.origin())
+    found = ideal(case, base)
+    told: dict[str, Any] = {"ideal": _told(found)}
+    if case.hidden and analysis.held_out is not None:
+        told["possible"] = on_held_out(case, base, found, analysis.held_out)
+    return told
+
+
+def _told(found: Ideal) -> dict[str, Any]:
+    difference = found.difference if math.isfinite(found.difference) else None
+    return {"gain": found.gain, "each": list(found.each), "difference": difference}
+
+
 def _seen(case: Case, analysis: Analysis) -> dict[str, Any]:
     """What an ideal observer would see, and by how much the truth improves the held-out runs."""
     assert analysis.base is not None
     found = ideal(case, analysis.base)
     told: dict[str, Any] = {
-        "ideal": {
-            "gain": found.gain,
-            "each": list(found.each),
-            "difference": found.difference if math.isfinite(found.difference) else None,
-        },
+        "ideal": _told(found),
         "truth": _proven(analysis, found),
     }
     if analysis.free is not None and case.hidden and analysis.held_out is not None:

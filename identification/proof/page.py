@@ -29,13 +29,18 @@ less than 70 %: there the library means another physics by that name.
 
 @dataclass(frozen=True)
 class Made:
-    """How the study was made. figures: folder of the figures, as the page links them."""
+    """How the study was made.
+
+    figures: folder of the figures, as the page links them. observed: source text with which what
+    there was to see was judged anew after the study; empty where it was not.
+    """
 
     command: str
     fingerprint: str
     source: str
     wanted: int
     figures: str
+    observed: str = ""
 
 
 def page(cases: Sequence[Judged], made: Made) -> str:
@@ -165,6 +170,16 @@ def _repeat(made: Made) -> list[str]:
         f"Source text that decides the results: `{made.source[:16]}`.",
         "The table is the same for any number of workers, and after any interruption: the same",
         "command goes on where it stopped.",
+        *_observed(made),
+    ]  # fmt: skip
+
+
+def _observed(made: Made) -> list[str]:
+    if not made.observed:
+        return []
+    return [
+        "", "What there was to see was judged anew after the study, with a corrected observer (source",
+        f"text `{made.observed[:16]}`): the same command with `--observe-again`. No verdict changed.",
     ]  # fmt: skip
 
 

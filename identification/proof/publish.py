@@ -23,6 +23,7 @@ def publish(study: Study, results: Sequence[Result], path: Path) -> Iterator[str
         (study.folder / FINGERPRINT).read_text("ascii").strip(),
         results[0]["source"] if results else source_fingerprint(),
         study.cases, os.path.relpath(drawn, path.parent),
+        next((r["observed"] for r in results if "observed" in r), ""),
     )  # fmt: skip
     write_whole(path, page(cases, made))
     yield headline(results, cases)

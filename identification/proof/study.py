@@ -6,6 +6,7 @@ it out, or when.
 
 import hashlib
 import json
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,7 +15,7 @@ from typing import Any
 from identification.cluster import ALL_PROCESSORS, Workers, done_by
 from identification.proof.answers import seal, write_whole
 from identification.proof.generator.case import answer, draw_case
-from identification.proof.one_case import run_case
+from identification.proof.one_case import observe, run_case
 from protocol.errors import InputError
 
 JUDGED = ("identification/mismatch", "identification/proof", "identification/signals", "plant",
@@ -102,6 +103,36 @@ def _done(study: Study, mark: dict[str, str]) -> Iterator[tuple[int, Result]]:
                     remedy="give another folder with --out: results of two versions do not mix",
                 )  # fmt: skip
         yield number, result
+
+
+def observe_again(
+    study: Study,
+    told: Callable[[int, int], None] = lambda *_: None,
+    work: Callable[[int, int], Result] = observe,
+) -> list[Result]:
+    """Judge anew what there was to see in every case that is done; verdicts stay as they are.
+
+    For when the judge was wrong, not the analysis. Every result then tells by "observed" with which
+    source text. Returns all results.
+    """
+    source = source_fingerprint()
+    done = {r["case"]: r for r in results_so_far(study)}
+    left = [n for n, r in done.items() if "failed" not in r and r.get("observed") != source]
+    told(len(done) - len(left), len(done))
+    jobs = {f"observe-{study.seed}-{n}": (study.seed, n) for n in left}
+    for name, seen in done_by(study.workers, work, jobs) if left else ():
+        number = int(name.rpartition("-")[2])
+        done[number] = _keep(study, _observed(done[number], seen, source))
+        left.remove(number)
+        told(len(done) - len(left), len(done))
+    return [done[n] for n in sorted(done)]
+
+
+def _observed(result: Result, seen: Result, source: str) -> Result:
+    new = {**result, "ideal": seen["ideal"], "observed": source}
+    if "curve" in result and math.isfinite(seen.get("possible", math.nan)):
+        new["curve"] = {**result["curve"], "possible": seen["possible"]}
+    return new
 
 
 def source_fingerprint(root: Path = Path(__file__).parents[2]) -> str:

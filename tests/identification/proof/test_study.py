@@ -11,7 +11,7 @@ from identification.proof.answers import FINGERPRINT, SEALED, seal, unseal
 from identification.proof.counting import figures, middle, share
 from identification.proof.page import Made, page
 from identification.proof.score import Judged, judged, what_is_wrong
-from identification.proof.study import Study, place_of, results_so_far, run_study
+from identification.proof.study import Study, observe_again, place_of, results_so_far, run_study
 from protocol.errors import InputError
 
 
@@ -177,3 +177,22 @@ def test_a_scheduler_that_is_not_there_is_named(tmp_path: Path, monkeypatch) -> 
     study = Study(1, 3, tmp_path, Workers(scheduler="tcp://127.0.0.1:9"))
     with pytest.raises(InputError, match="does not answer"):
         run_study(study, work=square)
+
+
+def seen_again(seed: int, number: int) -> dict:
+    return {"ideal": {"gain": 50.0, "each": [50.0], "difference": 50.0}, "possible": 40.0}
+
+
+def test_to_observe_again_changes_no_verdict(tmp_path: Path, scheduler: str) -> None:
+    study = Study(2, 3, tmp_path, Workers(scheduler=scheduler))
+    for number in range(2):
+        old = {**result(number, FOUND, [3.0]), "curve": {"confirmed": 20.0, "possible": -9.0}}
+        place_of(tmp_path, number).parent.mkdir(exist_ok=True)
+        place_of(tmp_path, number).write_text(json.dumps(old))
+    for new in observe_again(study, work=seen_again):
+        assert new["verdict"] == FOUND
+        assert new["ideal"]["gain"] == 50.0
+        assert new["curve"] == {"confirmed": 20.0, "possible": 40.0}
+    untouched = place_of(tmp_path, 0).stat().st_mtime_ns
+    observe_again(study, work=seen_again)
+    assert place_of(tmp_path, 0).stat().st_mtime_ns == untouched
