@@ -177,10 +177,12 @@ def _repeat(made: Made) -> list[str]:
 def _observed(made: Made) -> list[str]:
     if not made.observed:
         return []
-    return [
-        "", "What there was to see was judged anew after the study, with a corrected observer (source",
-        f"text `{made.observed[:16]}`): the same command with `--observe-again`. No verdict changed.",
-    ]  # fmt: skip
+    told = textwrap.wrap(
+        "What there was to see was judged anew after the study, with a corrected observer (source"
+        f" text `{made.observed[:16]}`), by the same command with `--observe-again`. No verdict"
+        " changed by it.", 95,
+    )  # fmt: skip
+    return ["", *told]
 
 
 def seconds(cases: Iterable[Judged]) -> str:
