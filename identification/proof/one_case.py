@@ -49,12 +49,14 @@ def run_case(seed: int, number: int, keep: Path | None = None) -> dict[str, Any]
 def observe(seed: int, number: int) -> dict[str, Any]:
     """Judge only what there is to see in a case: nothing is looked for, located or named."""
     case = draw_case(seed, number)
+    if not case.hidden:
+        return {"ideal": _told(Ideal(0.0, ()))}
     with tempfile.TemporaryDirectory(prefix="slipbench-case-") as place:
         analysis = open_analysis(*write_case(case, Path(place) / "case"))
     base = calibrate(analysis.training, analysis.training.origin())
     found = ideal(case, base)
     told: dict[str, Any] = {"ideal": _told(found)}
-    if case.hidden and analysis.held_out is not None:
+    if analysis.held_out is not None:
         told["possible"] = on_held_out(case, base, found, analysis.held_out)
     return told
 
