@@ -9,6 +9,7 @@ import identification.commands
 import identification.design.commands
 import identification.fleet.commands
 import identification.proof.commands
+import identification.rehearsal.commands
 import protocol.commands
 from protocol.errors import InputError
 
@@ -24,6 +25,7 @@ identification.commands.register(app)
 identification.design.commands.register(app)
 identification.fleet.commands.register(app)
 identification.proof.commands.register(app)
+identification.rehearsal.commands.register(app)
 protocol.commands.register(app)
 
 

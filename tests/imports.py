@@ -39,7 +39,7 @@ ALLOWED = {
         "identification/report/model_figure.py", "identification/report/operation.py",
         "identification/report/overview.py", "identification/report/table_report.py",
         "identification/paper/*_figures.py", "identification/paper/paper_section.py",
-        "identification/design/figures.py",
+        "identification/design/figures.py", "identification/rehearsal/figures.py",
         "identification/proof/figures.py",
         "identification/mismatch/pictures.py",
     ),

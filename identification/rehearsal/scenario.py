@@ -18,6 +18,11 @@ def between(start: float, end: float, inside: float, outside: float = 1.0) -> Co
     return lambda x: inside if start <= x < end else outside
 
 
+def ramp(start: float, end: float, to: float) -> Course:
+    """Return a course that rises from 0 to a value between two times."""
+    return lambda t: to * min(max((t - start) / (end - start), 0.0), 1.0)
+
+
 ONE, NOTHING = steady(1.0), steady(0.0)
 
 
@@ -36,39 +41,44 @@ class Scenario:
     engine_speed: float = 14000 * math.pi / 30
 
 
-def slip_step(base: float, size: float = 0.003) -> Scenario:
-    """Steps of the wanted slip, up and down every second."""
-    return Scenario("slip step", 6.0, lambda t: base + (size if int(t) % 2 else 0.0))
+def slip_step(base: float, size: float = 0.002) -> Scenario:
+    """Steps of the wanted slip, up and down every second, about where it rests."""
+    return Scenario("slip step", 6.0, lambda t: base + (size if t >= 1.0 and int(t) % 2 else -size))
 
 
-def tracking(base: float, size: float = 0.002) -> Scenario:
-    """Slip that follows a sine of rising frequency, 0.5 to 8 Hz."""
+def tracking(base: float, size: float = 0.0015) -> Scenario:
+    """Slip that follows a sine of rising frequency, 0.5 to 14 Hz."""
+
+    def wave(t: float) -> float:
+        return base + size * math.sin(2 * math.pi * (0.5 * t + 0.5 * (13.5 / 14.0) * t * t))
+
+    return Scenario("slip tracking", 14.0, wave)
+
+
+def wet_patch(target: float, rider: float) -> Scenario:
+    """Driving hard, half of the grip is gone for 20 m. rider: opening beyond cruising."""
     return Scenario(
-        "slip tracking", 12.0,
-        lambda t: base + size * math.sin(2 * math.pi * (0.5 * t + 0.5 * 7.5 / 12.0 * t * t)),
+        "wet patch", 4.0, steady(target), grip=between(120.0, 140.0, 0.5),
+        throttle=ramp(0.2, 0.7, rider),
     )  # fmt: skip
 
 
-def wet_patch(target: float, at: float = 60.0, length: float = 20.0) -> Scenario:
-    """Half of the grip is gone for 20 m."""
-    return Scenario("wet patch", 4.0, steady(target), grip=between(at, at + length, 0.5))
-
-
-def crest(target: float, at: float = 60.0, length: float = 15.0) -> Scenario:
-    """The rear wheel carries 60 % of its load for 15 m."""
-    return Scenario("crest", 4.0, steady(target), load=between(at, at + length, 0.6))
-
-
-def rolling_on(target: float, more: float = 0.03) -> Scenario:
-    """The rider rolls on within half a second, as far as the controller lets it through."""
+def crest(target: float, rider: float) -> Scenario:
+    """Driving hard, the rear wheel carries half of its load for 15 m."""
     return Scenario(
-        "rolling on",
-        4.0,
-        steady(target),
-        throttle=lambda t: more * min(max(t - 1.0, 0.0) / 0.5, 1.0),
-    )
+        "crest", 4.0, steady(target), load=between(120.0, 135.0, 0.5),
+        throttle=ramp(0.2, 0.7, rider),
+    )  # fmt: skip
 
 
-def launch(target: float) -> Scenario:
-    """From low speed: second gear, 6 000 rpm, about 23 m/s."""
-    return Scenario("launch", 4.0, steady(target), engine_speed=6000 * math.pi / 30)
+def rolling_on(target: float, rider: float) -> Scenario:
+    """The rider rolls on within 0.3 s, further than the tyre can carry."""
+    return Scenario("rolling on", 4.0, steady(target), throttle=ramp(1.0, 1.3, rider))
+
+
+def launch(target: float, rider: float) -> Scenario:
+    """From low speed: second gear, 7 000 rpm, about 26 m/s; the rider rolls on within 0.3 s."""
+    return Scenario(
+        "launch", 4.0, steady(target), throttle=ramp(0.2, 0.5, rider),
+        engine_speed=7000 * math.pi / 30,
+    )  # fmt: skip

@@ -1,0 +1,44 @@
+"""The sub-command of this package: compare."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+EXAMPLE = "Example: slipbench compare trials/controllers/*.toml --page docs/controllers.md"
+HERE = Path(__file__).parents[2]
+
+
+def register(app: typer.Typer) -> None:
+    """Add `compare` to the one command."""
+    app.command("compare", epilog=EXAMPLE)(compare_command)
+
+
+def compare_command(
+    controllers: Annotated[list[Path], typer.Argument(help="Controller files.")],
+    page: Annotated[Path, typer.Option(help="Where to write the page; figures beside it.")],
+    vehicle: Annotated[Path, typer.Option(help="Vehicle file to ride.")] = HERE
+    / "plant"
+    / "vehicles"
+    / "demonstration.toml",
+    bandwidth: Annotated[float, typer.Option(help="w_c of the throttle servo, Hz.")] = 10.0,
+) -> None:
+    """Ride the same scenarios open loop and with each controller, and compare."""
+    from identification.rehearsal.compare import compare
+    from identification.rehearsal.page import write_page
+    from plant.trouble import VehicleFileError
+    from plant.vehicle_file import load_vehicle
+    from protocol.configuration import read_toml
+    from protocol.controller_file import ControllerFile
+    from protocol.errors import InputError
+
+    files = {path.stem: read_toml(path, ControllerFile) for path in controllers}
+    try:
+        motorcycle = load_vehicle(vehicle).motorcycle
+    except VehicleFileError as fault:
+        raise InputError(str(fault)) from fault
+    with Console(stderr=True).status("") as progress:
+        found, rides = compare(motorcycle, files, progress.update)
+        write_page(found, rides, page, bandwidth, "make controllers")
+    typer.echo(f"page: {page}")

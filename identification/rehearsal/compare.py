@@ -1,0 +1,176 @@
+"""Open loop, throttle, spark and mixed side by side: the same scenarios, one table.
+
+Where the rider drives hard, a controller may only take away: its limits end at the rider's wish.
+Steps and tracking of the target are free both ways.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from controllers.slip_controller import SlipController, from_tree
+from identification.rehearsal.measures import (
+    calm,
+    error,
+    mean_retard,
+    step_measures,
+    time_lost,
+    tracking_bandwidth,
+)
+from identification.rehearsal.ride import Ridden, ride
+from identification.rehearsal.scenario import (
+    Scenario,
+    crest,
+    launch,
+    rolling_on,
+    slip_step,
+    tracking,
+    wet_patch,
+)
+from plant.effects.library import LIBRARY
+from plant.equilibrium import equilibrium
+from plant.motorcycle import Motorcycle
+from plant.signals import Inputs
+from plant.simulation import Simulation
+from plant.trouble import PlantError
+from protocol.controller_file import ControllerFile
+
+HARD = 0.10  # opening that the rider adds to cruising
+CAUGHT = 0.03  # slip at which a controller takes away
+SHARE = 0.2  # of a parameter, either way
+PARAMETERS = (
+    ("engine", "torque_scale"), ("engine", "inertia"), ("driveline", "stiffness"),
+    ("driveline", "damping"), ("tyre", "slip_stiffness"), ("tyre", "friction"),
+    ("body", "mass"), ("throttle_servo", "natural_frequency"), ("intake", "filling_time"),
+)  # fmt: skip
+Progress = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Compared:
+    """What one controller does; NaN where it is not asked (open loop follows no target)."""
+
+    name: str
+    bandwidth: float  # Hz
+    overshoot: float
+    settling: float  # s
+    peaks: Mapping[str, float]  # slip, by scenario
+    lost: float  # s, driving hard over the wet patch, behind the best constant slip
+    retard: Mapping[str, float]  # rad, mean, by scenario
+    errors: Mapping[str, float]  # slip, by scenario
+    parameters: tuple[int, int]  # stable, tried
+    effects: tuple[int, int]
+    unstable: tuple[str, ...]
+
+
+def controllers_of(files: Mapping[str, ControllerFile]) -> dict[str, SlipController | None]:
+    """Make controllers from their files, open loop first."""
+    return {"open loop": None} | {n: from_tree(f.model_dump()) for n, f in files.items()}
+
+
+def taking_away(file: ControllerFile) -> SlipController:
+    """Return the controller that may only close the throttle and retard the spark."""
+    tree = file.model_dump()
+    tree["limits"]["high"] = 0.0
+    if tree.get("mixed"):
+        tree["mixed"]["throttle"]["high"] = 0.0
+    tree["governor"] = None
+    return from_tree(tree)
+
+
+def compare(
+    motorcycle: Motorcycle, files: Mapping[str, ControllerFile], say: Progress = lambda _: None
+) -> tuple[list[Compared], dict[str, dict[str, Ridden]]]:
+    """Ride every scenario with every controller. Returns figures, and rides by scenario."""
+    base = resting_slip(motorcycle)
+    hard = [f(CAUGHT, HARD) for f in (wet_patch, crest, rolling_on, launch)]
+    following = [slip_step(base), tracking(base)]
+    rides: dict[str, dict[str, Ridden]] = {}
+    for scenario in (*following, *hard):
+        rides[scenario.name] = {}
+        for name, controller in controllers_of(files).items():
+            say(f"{scenario.name}: {name}")
+            if controller is not None and scenario in hard:
+                controller = taking_away(files[name])
+            rides[scenario.name][name] = ride(motorcycle, scenario, controller)
+    best = max(
+        (ride(motorcycle, wet_patch(t, HARD), taking_away(files[next(iter(files))]))
+         for t in (0.02, 0.03, 0.04, 0.06)), key=lambda r: float(r.distance[-1]),
+    )  # fmt: skip
+    found = [_compared(motorcycle, name, files.get(name), rides, best, say)
+             for name in controllers_of(files)]  # fmt: skip
+    return found, rides
+
+
+def resting_slip(motorcycle: Motorcycle, scenario: Scenario | None = None) -> float:
+    """Slip of the steady ride."""
+    at = scenario or slip_step(0.0)
+    simulation = Simulation(motorcycle)
+    state, rest = equilibrium(simulation, at.gear, at.engine_speed)
+    _, out = simulation.advance(state, Inputs.held(50, gear=float(at.gear), throttle_command=rest))
+    return float(out.slip[-1])
+
+
+def _compared(
+    motorcycle: Motorcycle, name: str, file: ControllerFile | None,
+    rides: Mapping[str, Mapping[str, Ridden]], best: Ridden, say: Progress,
+) -> Compared:  # fmt: skip
+    nan = float("nan")
+    mine = {scenario: by_name[name] for scenario, by_name in rides.items()}
+    step = step_measures(mine["slip step"]) if file else None
+    good, tried, bad = _robust(_varied(motorcycle), file, say)
+    kept, missing, worse = _robust(_with_effects(motorcycle), file, say)
+    return Compared(
+        name, tracking_bandwidth(mine["slip tracking"]) if file else nan,
+        step.overshoot if step else nan, step.settling if step else nan,
+        {s: float(r.slip.max()) for s, r in mine.items()},
+        time_lost(mine["wet patch"], best), {s: mean_retard(r) for s, r in mine.items()},
+        {s: error(r, 1.0) for s, r in mine.items()}, (good, tried), (kept, missing),
+        (*bad, *worse),
+    )  # fmt: skip
+
+
+def _robust(
+    motorcycles: Mapping[str, Motorcycle], file: ControllerFile | None, say: Progress
+) -> tuple[int, int, tuple[str, ...]]:
+    """Count the motorcycles on which steps of the target stay calm."""
+    if file is None:
+        return 0, 0, ()
+    bad, tried = [], 0
+    for name, motorcycle in motorcycles.items():
+        say(f"{file.name}: {name}")
+        try:
+            ridden = ride(
+                motorcycle, replace(slip_step(resting_slip(motorcycle)), duration=4.0),
+                from_tree(file.model_dump()),
+            )  # fmt: skip
+        except (PlantError, ValueError):
+            continue  # such a motorcycle cannot hold the operating point at all
+        tried += 1
+        if not calm(ridden.slip[np.isfinite(ridden.slip)]):
+            bad.append(name)
+    return tried - len(bad), tried, tuple(bad)
+
+
+def _varied(motorcycle: Motorcycle) -> dict[str, Motorcycle]:
+    found = {}
+    for owner, name in PARAMETERS:
+        block = getattr(motorcycle, owner)
+        for factor in (1.0 - SHARE, 1.0 + SHARE):
+            changed = replace(block, **{name: getattr(block, name) * factor})
+            found[f"{owner}.{name} x {factor:g}"] = replace(motorcycle, **{owner: changed})
+    return found
+
+
+def _with_effects(motorcycle: Motorcycle) -> dict[str, Motorcycle]:
+    """Every effect of the library that the motorcycle lacks, at its typical size."""
+    has = {type(effect) for effect in motorcycle.effects}
+    found = {}
+    for kind in (k for k in LIBRARY if k not in has):
+        try:
+            effect = kind.candidates()[0]
+            found[effect.key] = replace(motorcycle, effects=(*motorcycle.effects, effect))
+        except PlantError:
+            continue
+    return found

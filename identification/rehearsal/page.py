@@ -1,0 +1,84 @@
+"""The page that compares controllers, as Markdown with figures beside it."""
+
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from identification.rehearsal.compare import CAUGHT, HARD, Compared
+from identification.rehearsal.figures import scenario_figure
+from identification.rehearsal.ride import Ridden
+from identification.report import drawing as d
+
+SHOWN = ("slip step", "wet patch", "crest", "launch")
+
+
+def write_page(
+    found: Sequence[Compared], rides: Mapping[str, Mapping[str, Ridden]], page: Path,
+    bandwidth: float, command: str,
+) -> None:  # fmt: skip
+    """Write the page and its figures. bandwidth: w_c of the throttle servo, Hz."""
+    folder = page.parent / "figures"
+    folder.mkdir(parents=True, exist_ok=True)
+    for name in SHOWN:
+        d.png(scenario_figure(rides[name]), folder / f"control_{name.replace(' ', '_')}.png")
+    parts = [_head(command), _following(found, bandwidth), _hard(found), _robust(found)]
+    parts += [f"## {name.capitalize()}\n\n![{name}](figures/control_{name.replace(' ', '_')}.png)"
+              for name in SHOWN]  # fmt: skip
+    page.write_text("\n\n".join(parts) + "\n", encoding="utf-8")
+
+
+def _head(command: str) -> str:
+    return (
+        "# Controllers compared\n\n"
+        f"Made by `{command}`. The demonstration motorcycle is ridden in simulation with its "
+        "teeth, told three at a time as on the bus, the optical sensor every 4 ms, and a "
+        "controller every millisecond; the controllers come from `slipbench design` on recorded "
+        f"sweeps. Where the rider drives hard ({100 * HARD:g} % of opening beyond cruising) a "
+        f"controller may only take away, above a slip of {100 * CAUGHT:g} %."
+    )
+
+
+def _following(found: Sequence[Compared], bandwidth: float) -> str:
+    rows = [
+        (c.name, f"{c.bandwidth:.1f}", f"{c.bandwidth / bandwidth:.2f}", f"{100 * c.overshoot:.0f}",
+         f"{1e3 * c.settling:.0f}" if math.isfinite(c.settling) else "never",
+         _degrees(c.retard["slip tracking"]))
+        for c in found if math.isfinite(c.bandwidth)
+    ]  # fmt: skip
+    head = ("controller", "bandwidth / Hz", "of w_c", "overshoot / %", "settling / ms",
+            "mean retard / deg")  # fmt: skip
+    return "## Following a target\n\n" + _table(head, rows)
+
+
+def _hard(found: Sequence[Compared]) -> str:
+    names = ("wet patch", "crest", "rolling on", "launch")
+    rows = [
+        (c.name, *(f"{100 * c.peaks[n]:.1f}" for n in names), f"{1e3 * c.lost:.0f}",
+         *(_degrees(c.retard[n]) for n in ("wet patch", "rolling on")))
+        for c in found
+    ]  # fmt: skip
+    head = ("controller", *(f"peak slip, {n} / %" for n in names), "time lost / ms",
+            "mean retard, wet patch / deg", "mean retard, rolling on / deg")  # fmt: skip
+    return (
+        "## Driving hard\n\n" + _table(head, rows) + "\n\nTime lost: behind the best constant slip."
+    )
+
+
+def _robust(found: Sequence[Compared]) -> str:
+    rows = [
+        (c.name, f"{c.parameters[0]} of {c.parameters[1]}", f"{c.effects[0]} of {c.effects[1]}",
+         ", ".join(c.unstable) or "none")
+        for c in found if c.parameters[1]
+    ]  # fmt: skip
+    head = ("controller", "stable at +-20 % of a parameter", "stable with an unknown effect",
+            "not calm with")  # fmt: skip
+    return "## Robustness\n\n" + _table(head, rows)
+
+
+def _degrees(radians: float) -> str:
+    return f"{math.degrees(radians):.2f}"
+
+
+def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    lines = ["| " + " | ".join(head) + " |", "|" + "---|" * len(head)]
+    return "\n".join(lines + ["| " + " | ".join(row) + " |" for row in rows])
