@@ -60,6 +60,19 @@ prove: setup
 prove-quick: setup
 	$(IN)/slipbench prove --cases 6 --seed 1 --out build/prove-quick
 
+# Sweeps of the demonstration motorcycle, a controller of each kind on them, and how they compare.
+.PHONY: controllers
+controllers: setup
+	rm -rf build/controllers && mkdir -p build/controllers
+	$(IN)/slipbench trial trials/throttle_sweep.toml --out build/controllers/throttle_sweep
+	$(IN)/slipbench trial trials/spark_sweep.toml --out build/controllers/spark_sweep
+	for actuator in throttle spark mixed; do \
+	  $(IN)/slipbench design build/controllers/throttle_sweep build/controllers/spark_sweep \
+	    --actuator $$actuator --out trials/controllers/$$actuator.toml \
+	    --report build/controllers/$$actuator || exit 1; done
+	$(IN)/slipbench compare trials/controllers/throttle.toml trials/controllers/spark.toml \
+	  trials/controllers/mixed.toml --page docs/controllers.md
+
 mutants: setup
 	$(IN)/python -m tests.safety.mutants
 
