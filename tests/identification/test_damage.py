@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from identification.models.study import study_of
 from identification.report.key_figures import key_figures
 from identification.response.identify import identify
 from identification.signals.motion import Motion
@@ -49,7 +50,7 @@ def test_a_damaged_recording_is_identified_as_far_as_it_goes(damage, seed):
     rng = np.random.default_rng(seed)
     made = {role: spoilt(c, damage[role], rng) for role, c in WHOLE.channels.items()}
     found = identify(replace(WHOLE, channels={k: c for k, c in made.items() if c is not None}))
-    key_figures(found)
+    key_figures(found, study_of(found))
     assert found.main is not None or found.left_out
     if damage["rear_teeth"] == "absent" or damage["optical_speed"] == "absent":
         assert not isinstance(found.motion, Motion)

@@ -8,8 +8,9 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
-from identification import commands
-from identification.commands import identified, register, studied, write_report
+from identification.commands import register, studied, write_report
+from identification.response.from_folder import identified, identified_folder
+from protocol import run_folder
 from protocol.channel import Channel
 from protocol.errors import InputError
 from protocol.messages import Phase, TripReason
@@ -138,7 +139,7 @@ def command(monkeypatch, made, *arguments):
     app = typer.Typer()
     app.callback()(lambda: None)
     register(app)
-    monkeypatch.setattr(commands, "read_run", lambda run: made)
+    monkeypatch.setattr(run_folder, "read", lambda run: made)
     return CliRunner().invoke(app, ["identify", *map(str, arguments)])
 
 
@@ -156,9 +157,9 @@ def test_help_has_an_example(made, monkeypatch):
 
 def test_a_folder_that_is_no_run_is_refused(tmp_path):
     with pytest.raises(InputError):
-        commands.read_run(tmp_path / "nothing")
+        identified_folder(tmp_path / "nothing")
     with pytest.raises(InputError):
-        commands.read_run(tmp_path)
+        identified_folder(tmp_path)
 
 
 def test_a_place_that_cannot_be_written_is_said(made, tmp_path):

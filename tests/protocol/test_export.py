@@ -106,7 +106,10 @@ def test_python_can_reads_back_every_frame_as_it_was_recorded(tmp_path_factory, 
         with reader(out) as opened:
             messages = list(opened)
     read = as_python_can_reads(messages)
-    assert read == numbered(recorded, buses, 1 if form == "mf4" else 0)
+    expected = numbered(recorded, buses, 1 if form == "mf4" else 0)
+    if form == "mf4":  # read group by group: frames of one instant come in any order
+        read, expected = sorted(read), sorted(expected)
+    assert read == expected
 
 
 @given(lines=recorded_lines())

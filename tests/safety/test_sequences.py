@@ -44,8 +44,8 @@ def jump_to_the_limit(monkeypatch):
     """A trial that asks for too much: only the gate stands before the bus."""
     asked = bench.trial.wanted
 
-    def greedy(state, plan, now):
-        command = asked(state, plan, now)
+    def greedy(state, plan, now, offsets=None):
+        command = asked(state, plan, now, offsets)
         return type(command)(command.authority, 3 * command.throttle, 5 * command.spark, now)
 
     monkeypatch.setattr(bench.gateway, "wanted", greedy)

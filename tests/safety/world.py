@@ -250,7 +250,7 @@ class Beginning:
         return world
 
 
-def _nowhere(_message: can.Message, own: bool) -> None:
+def _nowhere(_message: can.Message, _time_ns: int, own: bool) -> None:
     pass
 
 
