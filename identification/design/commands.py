@@ -30,7 +30,7 @@ def design_command(
     runs: Annotated[list[File], typer.Argument(help="Run folders, the nominal one first.")],
     actuator: Annotated[str, typer.Option(help="throttle, spark or mixed.")],
     out: Annotated[File, typer.Option(help="Controller file to write.")],
-    law: Annotated[str, typer.Option(help="pid or internal_model.")] = "pid",
+    law: Annotated[str, typer.Option(help="pid or internal_model.")] = "internal_model",
     report: Annotated[
         File | None, typer.Option(help="Folder for the report: Nyquist plot, margins, steps.")
     ] = None,

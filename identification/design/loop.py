@@ -2,7 +2,7 @@
 
 L = C G, S = 1 / (1 + L), T = L S. Gain and phase margin, sensitivity peak M_s = max |S| and the
 complementary peak M_t = max |T| as in Skogestad and Postlethwaite, Multivariable Feedback Control
-(2005), sections 2.4 and 2.5. Bandwidth is where |T| falls through -3 dB for the last time;
+(2005), sections 2.4 and 2.5. Bandwidth is where |T| first falls through -3 dB;
 rejection is where |S| first rises through -3 dB: disturbances slower than that are held.
 """
 
@@ -38,7 +38,7 @@ def margins(frequency: FloatArray, loop: ComplexArray) -> Margins:
     phase, crossover, delay = _phase(frequency, loop)
     return Margins(
         _gain(loop), phase, float(np.max(np.abs(sensitivity))), float(np.max(np.abs(closed))),
-        crossover, last_fall(frequency, np.abs(closed)),
+        crossover, first_fall(frequency, np.abs(closed)),
         _first_rise(frequency, np.abs(sensitivity)), delay,
     )  # fmt: skip
 
@@ -77,12 +77,12 @@ def _phase(frequency: FloatArray, loop: ComplexArray) -> tuple[float, float, flo
     return float(phase.min()), float(at[-1]), float(np.min(ahead / (2 * np.pi * at)))
 
 
-def last_fall(frequency: FloatArray, size: FloatArray) -> float:
-    """Return where a gain falls through -3 dB for the last time, Hz; NaN where it does not."""
-    above = np.flatnonzero(size >= HALF)
-    if not above.size or above[-1] == size.size - 1:
+def first_fall(frequency: FloatArray, size: FloatArray) -> float:
+    """Return where a gain first falls through -3 dB, Hz; NaN where it does not."""
+    below = np.flatnonzero(size < HALF)
+    if not below.size or below[0] == 0:
         return float("nan")
-    return _between(frequency, size, int(above[-1]))
+    return _between(frequency, size, int(below[0]) - 1)
 
 
 def _first_rise(frequency: FloatArray, size: FloatArray) -> float:

@@ -7,14 +7,14 @@ fixed seed over logarithms of the gains.
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import optimize
 
 from controllers.limits import Range
 from controllers.pid import Pid
-from identification.design.loop import Margins, last_fall
+from identification.design.loop import Margins, first_fall
 from identification.design.problem import Problem
 from identification.design.sampled import sampled
 from identification.design.shaping import Shape, shaped
@@ -24,6 +24,8 @@ from protocol.channel import FloatArray
 CORNERS = np.geomspace(1.0, 60.0, 60)  # Hz
 EXTRA_ORDERS = (0, 1, 2)
 SEED = 1
+WEIGHTS = (1.0, 0.8, 0.6, 0.4, 0.2, 0.0)  # of the reference in the proportional part
+PEAK = 1.1  # of the answer to the reference
 RANGES = ((0.02, 5.0), (0.3, 100.0), (5e-4, 0.1), (1e-3, 0.05))
 """Of K_p and K_i / s times the path's gain, T_d and T_f in s."""
 
@@ -32,7 +34,7 @@ RANGES = ((0.02, 5.0), (0.3, 100.0), (5e-4, 0.1), (1e-3, 0.05))
 class Designed:
     """shape or gains; margins: by member, the nominal loop first; robust: max |W T|; noise:
     deviation of the command for the sensor's noise, in the command's unit; bandwidth: of the
-    nominal answer to the reference, Hz, where it falls through -3 dB for the last time."""
+    nominal answer to the reference, Hz, where it first falls through -3 dB."""
 
     controller: "Shape | Gains"
     margins: dict[str, Margins]
@@ -57,6 +59,7 @@ class Gains:
     derivative: float
     filter_time: float
     period: float
+    reference_weight: float = 1.0
 
     def response(self, frequency: FloatArray) -> ComplexArray:
         """From error to command, complex, at frequencies in Hz, as `Pid` computes it."""
@@ -68,7 +71,8 @@ class Gains:
     def reference_response(self, frequency: FloatArray) -> ComplexArray:
         """From reference to command, the loop open: no derivative of the reference."""
         z = np.exp(2j * np.pi * np.asarray(frequency) * self.period)
-        return np.asarray(self.proportional + self.integral * self.period / (z - 1))
+        weighted = self.reference_weight * self.proportional
+        return np.asarray(weighted + self.integral * self.period / (z - 1))
 
     @property
     def noise_gain(self) -> float:
@@ -83,6 +87,7 @@ class Gains:
         return Pid(
             self.proportional, self.integral, self.derivative, limits,
             filter_time=self.filter_time, tracking_time=float(track),
+            reference_weight=self.reference_weight,
         )  # fmt: skip
 
 
@@ -119,8 +124,20 @@ def pid(problem: Problem, most: int = 60) -> Designed | NoDesign:
         cost, optimize.Bounds(*np.log(RANGES).T), maxiter=most, popsize=10, tol=1e-4,
         rng=np.random.default_rng(SEED), polish=False,
     )  # fmt: skip
-    best = gains(found.x)
+    best = _calmed(problem, gains(found.x))
     return _told(problem, best) if _allowed(problem, best) else NoDesign(_why_not(problem, best))
+
+
+def _calmed(problem: Problem, found: Gains) -> Gains:
+    """Weigh the reference as much as its peak allows: a step of the target should not overshoot."""
+    path = problem.path(problem.frequency)
+    loop = 1 + found.response(problem.frequency) * path
+    for weight in WEIGHTS:
+        calm = replace(found, reference_weight=weight)
+        peak = np.max(np.abs(calm.reference_response(problem.frequency) * path / loop))
+        if peak <= PEAK:
+            return calm
+    return calm
 
 
 def _allowed(problem: Problem, controller: "Shape | Gains") -> bool:
@@ -151,7 +168,7 @@ def _tracked(problem: Problem, controller: "Shape | Gains") -> float:
     f = problem.frequency
     path = problem.path(f)
     answer = controller.reference_response(f) * path / (1 + controller.response(f) * path)
-    return last_fall(f, np.abs(answer))
+    return first_fall(f, np.abs(answer))
 
 
 def _why_not(problem: Problem, slowest: "Shape | Gains") -> str:

@@ -73,6 +73,7 @@ def _pid(gains: Gains) -> PidGains:
     return PidGains(
         proportional=told.proportional, integral=told.integral, derivative=told.derivative,
         filter_time=told.filter_time, tracking_time=told.tracking_time,
+        reference_weight=told.reference_weight,
     )  # fmt: skip
 
 
