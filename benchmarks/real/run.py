@@ -158,7 +158,7 @@ def _section(case: Case, told: dict) -> str:
         f"- Model file `trials/models/{case.model}.toml`; training {', '.join(case.training)};"
         f" held out {', '.join(case.held_out)}; {told['seconds']:.0f} s.",
         f"- Located: {located}.",
-        *(f"- Clock: {note}." for note in dict.fromkeys(told["notes"])),
+        *(f"- Read: {note}." for note in dict.fromkeys(told["notes"])),
         f"- Named: {_effects(told)}.",
         *(f"- Cannot be told apart here: {', '.join(names)}." for names in told["equivalents"]),
         "", "| held out | output | nominal | re-calibrated | improved |", "|---|---|---|---|---|",

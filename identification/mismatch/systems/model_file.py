@@ -48,6 +48,7 @@ class Input(Section):
     """What drives the system, as it was recorded. held: between samples, else along lines.
 
     slope_over: s; if told, the input is the slope of the recorded quantity over that span.
+    turn: m that a wheel rolls in a turn; if told, its own pattern is taken out (turn_pattern.py).
     """
 
     role: str
@@ -55,6 +56,7 @@ class Input(Section):
     held: bool = True
     slope_over: Seconds = Field(default=0.0, ge=0.0)
     latency: Seconds = 0.0
+    turn: Number | None = None
 
 
 class State(Section):
@@ -84,13 +86,14 @@ class Seam(Section):
 
 
 class Output(Section):
-    """What a sensor shows. latency: s, known; noise: deviation before it rounds."""
+    """What a sensor shows. latency: s, known; noise: deviation before it rounds; turn: as above."""
 
     role: str
     value: str
     size: Number
     latency: Seconds = 0.0
     noise: Number = Number(value=0.0)
+    turn: Number | None = None
 
 
 class ActingEffect(Section):

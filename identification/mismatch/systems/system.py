@@ -18,6 +18,7 @@ from identification.mismatch.systems.equations import Equations, equations
 from identification.mismatch.systems.model_file import ModelFile, load_model_file
 from identification.mismatch.systems.record import prepare, realigned, slow_states
 from identification.mismatch.systems.run import Shown, run
+from identification.mismatch.systems.turn_pattern import without_patterns
 from identification.mismatch.systems.writing import as_text
 from plant.effects.effect import Effect
 from plant.signals import Floats
@@ -135,7 +136,9 @@ class ModelSystem(System):
 
     def prepare(self, recording: Recording) -> Record:
         """Make a recording ready."""
+        recording, found = without_patterns(recording, self.file)
         record = prepare(recording, self.file)
+        record = replace(record, notes=(*record.notes, *found))
         q = np.zeros(record.slow.shape[1])
         shown = self.simulate(record, Chain({DRIVE: ()}, ()), DRIVE, q, {})
         return realigned(record, recording, self.file, shown)
