@@ -125,7 +125,7 @@ shown as what helps, not as what is.
 recordings, but they are not sealed: parts of the method and of the model files were changed after
 results on them had been seen, the held-out parts' among them. So "held out" means here that the fit
 did not use them; for the method they are development data, and what it would do on recordings that
-nobody has looked at is told by `docs/proof.md`, not by this page. Changed after a look:
+nobody has looked at is for `slipbench prove` to tell, not for this page. Changed after a look:
 
 - the flexible link was run five times: the noise models of model files were made to forget within a
   third of a stretch, sensitivities are taken anew where parameters move far, and its model file was
