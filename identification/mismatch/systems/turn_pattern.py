@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy import integrate, signal
 
-from identification.mismatch.systems.model_file import ModelFile, Number
+from identification.mismatch.systems.model_file import Input, ModelFile, Number, Output
 from plant.signals import Floats
 from protocol.channel import Channel
 from protocol.recording import Recording
@@ -48,7 +48,8 @@ class TurnPattern:
 def without_patterns(recording: Recording, file: ModelFile) -> tuple[Recording, tuple[str, ...]]:
     """Return the recording without patterns of wheels that the file tells, and what was found."""
     channels, notes = dict(recording.channels), list[str]()
-    for name, told in (*file.inputs.items(), *file.outputs.items()):
+    wheels: list[tuple[str, Input | Output]] = [*file.inputs.items(), *file.outputs.items()]
+    for name, told in wheels:
         channel = channels.get(told.role)
         if told.turn is None or channel is None:
             continue
@@ -70,14 +71,14 @@ def _freed(channel: Channel, roll: Number) -> tuple[TurnPattern | None, Floats]:
     pattern = find(channel.time[keep], value[keep], roll.si, roll.si_plus_minus or 0.05 * roll.si)
     if pattern is not None:
         value = value.copy()
-        way = integrate.cumulative_trapezoid(value[keep], channel.time[keep], initial=0.0)
+        way = integrate.cumulative_trapezoid(value[keep], channel.time[keep], initial=0)
         value[keep] -= pattern.course(value[keep], way)
     return pattern, value
 
 
 def find(time: Floats, speed: Floats, roll: float, plus_minus: float) -> TurnPattern | None:
     """Return the pattern of a wheel that rolls roll +- plus_minus m a turn, if there is one."""
-    way = integrate.cumulative_trapezoid(speed, time, initial=0.0)
+    way = integrate.cumulative_trapezoid(speed, time, initial=0)
     turns = float(way[-1] - way[0]) / roll
     samples = speed.size / max(turns, 1e-9)
     if turns < FEWEST or samples < 1.0 / HIGHEST:
