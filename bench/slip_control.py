@@ -56,7 +56,7 @@ class SlipControl:
         seen = self.slip(now)
         if self._state is None:
             self._base = seen.value if self._target is None else self._target
-            self._state = self._controller.start(0.0, 0.0, seen.value, seen.value, seen.speed)
+            self._state = self._controller.start(0.0, 0.0, seen.value, seen.speed)
             self._since = now - 0.001
         target = self._base + waveform
         throttle, spark, self._state = self._controller.update(

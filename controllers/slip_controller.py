@@ -4,7 +4,7 @@ Throttle and spark are told as offsets from where they rested at the start, in S
 throttle, spark and mixed control; `from_tree` makes any of them from the numbers of a file.
 
     controller = from_tree(tree)
-    state = controller.start(0.0, 0.0, slip, slip, 0.0)
+    state = controller.start(0.0, 0.0, slip, speed)
     throttle, spark, state = controller.update(state, target, slip, speed, 0.001)
 """
 
@@ -43,16 +43,16 @@ class SlipController:
     schedule: Schedule | None = None
     slow: MidRanging[Any] | None = None
 
-    def start(
-        self, throttle: float, spark: float, reference: float, slip: float, speed: float
-    ) -> SlipState:
-        """Take over at offsets of throttle and spark without a jump."""
+    def start(self, throttle: float, spark: float, slip: float, speed: float) -> SlipState:
+        """Take over at offsets of throttle and spark without a jump, asking for the slip there is.
+
+        The first target then comes as a change of the reference like any later one.
+        """
         if self.slow is not None:
-            return SlipState(
-                self.slow.start(throttle, spark, reference, slip), slip, throttle, spark
-            )
+            mixed = self.slow.start(throttle, spark, slip, slip)
+            return SlipState(mixed, slip, throttle, spark)
         now = throttle if self.actuator == "throttle" else spark
-        return SlipState(self._at(speed).start(now, reference, slip), slip, throttle, spark)
+        return SlipState(self._at(speed).start(now, slip, slip), slip, throttle, spark)
 
     def update(
         self, state: SlipState, target: float, slip: float, speed: float, dt: float

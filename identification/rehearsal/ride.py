@@ -120,7 +120,7 @@ def ride(motorcycle: Motorcycle, scenario: Scenario, controller: SlipController 
         target = scenario.target(t)
         if controller is not None:
             if control is None:
-                control = controller.start(0.0, 0.0, seen.value, seen.value, seen.speed)
+                control = controller.start(0.0, 0.0, seen.value, seen.speed)
             throttle, spark, control = controller.update(
                 control, target, seen.value, seen.speed, TICK
             )
