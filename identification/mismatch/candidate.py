@@ -20,6 +20,8 @@ from plant.signals import Floats
 
 LARGE = 3.0
 """Largest share of the typical size at which every effect is tried."""
+STEPS = (1.25, 1.6, 2.2)
+"""Further shares of the typical size at which limits are tried."""
 TRIES = 3
 SHAPE = math.log(1.6)
 """Prior deviation of a shaping parameter's logarithm."""
@@ -157,8 +159,17 @@ def smallest(kind: type[Effect]) -> float:
 
 
 def tried_sizes(kind: type[Effect]) -> tuple[float, ...]:
-    """Sizes at which an effect is tried, smallest first."""
-    return (smallest(kind), 1.0, LARGE)
+    """Sizes at which an effect is tried, smallest first.
+
+    A limit does nothing until it is reached and then very much, so it is tried in smaller steps.
+    """
+    between = STEPS if limits(kind) else ()
+    return (smallest(kind), 1.0, *between, LARGE)
+
+
+def limits(kind: type[Effect]) -> bool:
+    """Tell whether an effect limits: absent at infinity."""
+    return math.isinf(sizes(kind)[0].absent)
 
 
 def candidates(kind: type[Effect], places: int = 16) -> Iterator[Candidate]:
@@ -175,10 +186,16 @@ def candidates(kind: type[Effect], places: int = 16) -> Iterator[Candidate]:
 def otherwise(candidate: Candidate, backwards: bool) -> Iterator[Candidate]:
     """Yield the candidate at the other sizes that are tried; backwards: with the other sign."""
     sign = -1.0 if backwards and _both_ways(candidate.kind) else 1.0
-    if sign < 0.0:
-        yield candidate.resized(-1.0)
-    for size in (smallest(candidate.kind), LARGE):
-        yield candidate.resized(sign * size)
+    for size in tried_sizes(candidate.kind):
+        if sign * size != candidate.size:
+            yield candidate.resized(sign * size)
+
+
+def larger(candidate: Candidate) -> Iterator[Candidate]:
+    """Yield the candidate at the tried sizes beyond the typical one."""
+    for size in tried_sizes(candidate.kind):
+        if size > 1.0:
+            yield candidate.resized(size)
 
 
 def reshaped(candidate: Candidate) -> Iterator[Candidate]:

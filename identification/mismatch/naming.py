@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from itertools import combinations
 
 from identification.mismatch.calibrate import followed
-from identification.mismatch.candidate import Candidate, tried_sizes
+from identification.mismatch.candidate import Candidate, limits, tried_sizes
 from identification.mismatch.fitting import Fit, settle, with_effects
 from identification.mismatch.interval import significance
 from identification.mismatch.scatter import FAMILY, SHARE
@@ -111,7 +111,8 @@ def _from_several(fit: Fit, score: Score, leader: float) -> Fit | None:
     """
     at = score.candidate
     best = _fitted(fit, at.resized(at.size * min(max(score.amplitude, 0.3), 2.0)))
-    for size in tried_sizes(at.kind) if score.gain > HOPELESS * leader else ():
+    several = limits(at.kind) or score.gain > HOPELESS * leader
+    for size in tried_sizes(at.kind) if several else ():
         if best is not None and best.score - fit.score > 0.5 * score.gain:
             break
         other = _fitted(fit, at.resized(math.copysign(size, at.size)))

@@ -7,10 +7,10 @@ from functools import cached_property
 import numpy as np
 
 from identification.mismatch.candidate import (
-    LARGE,
     TRIES,
     Candidate,
     candidates,
+    larger,
     otherwise,
     reshaped,
 )
@@ -166,7 +166,7 @@ def _more(score: Score) -> list[Candidate]:
     backwards = score.amplitude < 0.0
     if score.seen * score.amplitude**2 > HINT:
         return list(otherwise(score.candidate, backwards))
-    return [score.candidate.resized(LARGE)] if score.seen < SHOWN else []
+    return list(larger(score.candidate)) if score.seen < SHOWN else []
 
 
 def _best(scores: Iterable[Score]) -> list[Score]:

@@ -6,15 +6,16 @@ first.
 
 Equation
 --------
-    th'' -= w_s^2 (F + (b - 1) F exp(-(th' / v_s)^2)) tanh(th' / v_0)
-    v_0 is not taken so small that the slope of the friction exceeds one over a step.
+    th'' -= w_s^2 (F + (b - 1) F exp(-(th' / v_s)^2)) z;   z' = th' / d, held between -1 and 1
+    Bristles bend over a travel d before they slide (z = 1), and hold the plate where it stands.
 
 Symbols
 -------
     F     width             error that just keeps it sliding    1     2e-3 to 6e-3 (absent 0)
     b     breakaway         friction at breaking loose, over F  1     1.5
     v_s   stribeck_speed    at which the excess has faded       1/s   0.1
-    v_0   sliding_speed     at which the friction is developed  1/s   0.02
+    d     presliding        travel that bends the bristles      1     2e-4
+    z     bristle           how far they are bent, of full      1
     w_s   natural frequency of the servo                        rad/s
 
 Trace
@@ -30,7 +31,8 @@ separates them, since play passes nothing of it and friction lets it creep.
 Reference
 ---------
 Armstrong-Helouvry, Dupont and Canudas de Wit, "A survey of models, analysis tools and compensation
-methods for the control of machines with friction", Automatica 30 (1994).
+methods for the control of machines with friction", Automatica 30 (1994); Dahl, "Solid friction
+damping of mechanical vibrations", AIAA Journal 14 (1976), on travel before sliding.
 """
 
 import math
@@ -43,19 +45,20 @@ from plant.parameters import parameter
 def stick(
     servo_acceleration: float,
     throttle_rate: float,
+    bristle: float,
     throttle_servo_natural_frequency: float,
     width: float,
     breakaway: float,
     stribeck_speed: float,
-    sliding_speed: float,
+    presliding: float,
     step: float,
-) -> float:
-    """Return the acceleration [1/s^2] less that of the dry friction."""
-    sliding = throttle_servo_natural_frequency**2 * width
+) -> tuple[float, float]:
+    """Return the acceleration [1/s^2] less that of the dry friction, and the bristles' rate."""
+    bent = min(max(bristle + throttle_rate * step / presliding, -1.0), 1.0)
     x = throttle_rate / stribeck_speed
-    friction = sliding * (1.0 + (breakaway - 1.0) * math.exp(-x * x))
-    developed = max(sliding_speed, sliding * breakaway * step)
-    return servo_acceleration - friction * math.tanh(throttle_rate / developed)
+    friction = width * (1.0 + (breakaway - 1.0) * math.exp(-x * x))
+    held = throttle_servo_natural_frequency**2 * friction * bent
+    return servo_acceleration - held, (bent - bristle) / step
 
 
 @dataclass(frozen=True)
@@ -66,11 +69,13 @@ class ThrottleStiction(Effect):
     block = "throttle_servo"
     shows_in = ("throttle_position",)
     confused_with = ("gear_play", "spring_knee")
-    hooks = (Hook("servo_acceleration", stick),)
+    states = ("bristle",)
+    starts = ("throttle_rate",)
+    hooks = (Hook("servo_acceleration", stick, governs=("bristle",)),)
 
     width: float = parameter(
         4e-3, "1", 0.0, 0.05, "error that just keeps it sliding", absent=0.0, smallest=1e-3
     )
     breakaway: float = parameter(1.5, "1", 1.0, 4.0, "friction at breaking loose over sliding")
     stribeck_speed: float = parameter(0.1, "1/s", 0.01, 2.0, "speed at which the excess fades")
-    sliding_speed: float = parameter(0.02, "1/s", 1e-3, 0.5, "speed of developed friction")
+    presliding: float = parameter(2e-4, "1", 1e-5, 5e-3, "travel that bends the bristles")
