@@ -9,6 +9,7 @@ from collections import deque
 
 Frame = tuple[int, bytes]
 PATIENCE = 50  # frames sent without hearing one back: this interface does not echo
+WAITING = 2000  # frames; a bus that stalls for two seconds still gives back what was sent
 
 
 class OwnFrames:
@@ -16,7 +17,7 @@ class OwnFrames:
 
     def __init__(self) -> None:
         """Have sent nothing."""
-        self._waiting: deque[Frame] = deque(maxlen=4 * PATIENCE)
+        self._waiting: deque[Frame] = deque(maxlen=WAITING)
         self._heard_any = False
 
     @property
