@@ -78,15 +78,20 @@ class RearWheel(Block):
 class Tyre(Block):
     """The static longitudinal force of the rear tyre: Pacejka's sine of an arc tangent.
 
-    No formula is the tyre itself. Between it and the brush model, which bends at once instead of
-    late, lies how far formulas of one stiffness and one peak differ.
+    No formula is the tyre itself: the brush model, Dugoff's and Burckhardt's have the same slope
+    and peak and differ by some per cent of the peak between. form_...: how far the force departs
+    from the formula where the slope alone would give 1/4, 1/2, 3/4, 1 and 3/2 of the peak.
     """
 
     slip_stiffness: float = parameter(45e3, "N", 3e3, 120e3, "force per slip at zero slip")
     friction: float = parameter(1.25, "1", 0.1, 2.5, "peak force over load")
     load: float = parameter(1350.0, "N", 100.0, 5000.0, "vertical load on the rear wheel")
     shape: float = parameter(1.55, "1", 1.05, 1.95, "shape factor C of the curve")
-    brush: float = parameter(0.0, "1", -1.0, 2.0, "share of the brush model in the curve")
+    form_1: float = parameter(0.0, "1", -0.3, 0.3, "departure at 1/4, in peaks")
+    form_2: float = parameter(0.0, "1", -0.3, 0.3, "departure at 1/2, in peaks")
+    form_3: float = parameter(0.0, "1", -0.3, 0.3, "departure at 3/4, in peaks")
+    form_4: float = parameter(0.0, "1", -0.3, 0.3, "departure at 1, in peaks")
+    form_5: float = parameter(0.0, "1", -0.3, 0.3, "departure at 3/2 and beyond, in peaks")
     low_speed: float = parameter(
         3.0, "m/s", 1.0, 10.0, "below it slip is taken relative to this speed"
     )

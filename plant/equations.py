@@ -215,20 +215,35 @@ def tyre_force(
     tyre_load: float,
     tyre_slip_stiffness: float,
     tyre_shape: float,
-    tyre_brush: float,
+    tyre_form_1: float,
+    tyre_form_2: float,
+    tyre_form_3: float,
+    tyre_form_4: float,
+    tyre_form_5: float,
 ) -> float:
     """F_x = D sin(C atan(B lambda)) [N]; D = mu F_z, B C D = C_kappa (Pacejka).
 
-    Grip moves the peak alone; load moves peak and slope. A share of it may be the brush model's:
-    D (1 - (1 - C_kappa |lambda| / 3 D)^3), the same at zero slip and at the peak.
+    Grip moves the peak alone; load moves peak and slope. Departures from the formula are straight
+    between their places.
     """
     peak = max(rear_grip * rear_load, 1e-3)
     B = tyre_slip_stiffness * rear_load / (tyre_load * tyre_shape * peak)
     force = peak * math.sin(tyre_shape * math.atan(B * slip))
-    if tyre_brush != 0.0:
-        stuck = 1.0 - min(B * tyre_shape * abs(slip) / 3.0, 1.0)
-        brush = peak * (1.0 - stuck * stuck * stuck)
-        force += tyre_brush * ((brush if slip > 0.0 else -brush) - force)
+    apart = abs(tyre_form_1) + abs(tyre_form_2) + abs(tyre_form_3) + abs(tyre_form_4)
+    if apart + abs(tyre_form_5) > 0.0:
+        quarters = 4.0 * B * tyre_shape * abs(slip)
+        if quarters < 1.0:
+            form = tyre_form_1 * quarters
+        elif quarters < 2.0:
+            form = tyre_form_1 + (tyre_form_2 - tyre_form_1) * (quarters - 1.0)
+        elif quarters < 3.0:
+            form = tyre_form_2 + (tyre_form_3 - tyre_form_2) * (quarters - 2.0)
+        elif quarters < 4.0:
+            form = tyre_form_3 + (tyre_form_4 - tyre_form_3) * (quarters - 3.0)
+        else:
+            rest = min(0.5 * (quarters - 4.0), 1.0)
+            form = tyre_form_4 + (tyre_form_5 - tyre_form_4) * rest
+        force += peak * (form if slip > 0.0 else -form)
     return force
 
 

@@ -184,7 +184,8 @@ def verdict(a: Analysis) -> Verdict:
     return Verdict(
         mismatch=p < FAMILY,
         p_value=p,
-        location=_location(a.before, a.when) or (_location(left) if doubt else None),
+        location=_location(a.before, a.when)
+        or (_location(left) if doubt else _of_the_named(a.system, a.named)),
         effects=effects,
         unknown=doubt,
         shape=shape_in_words(left[0]) if doubt and left else "",
@@ -246,6 +247,17 @@ def _location(curves: Sequence[Curve], when: Circumstance | None = None) -> Loca
         where, band=when.band, region=when.region, direction=when.direction,
         along=when.along, along_unit=when.along_unit,
     )  # fmt: skip
+
+
+def _of_the_named(system: System, named: Named) -> Location | None:
+    """Where the first named effect acts, if no free curve alone was certain of a place."""
+    if not named.fit.effects:
+        return None
+    first = named.fit.effects[0]
+    place = system.acts_at(first.pattern)
+    if not place:
+        return None
+    return Location(first.kind.block, place, "", "as its name tells", named.gain, 0.0)
 
 
 def _curve(free: FreeCurve | None) -> FoundCurve | None:

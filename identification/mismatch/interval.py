@@ -8,11 +8,13 @@ from scipy import stats
 from identification.mismatch.candidate import Candidate, shapes, sizes
 from identification.mismatch.fitting import Fit
 from identification.mismatch.scatter import stretches
-from identification.mismatch.stack import Nuisances
+from identification.mismatch.stack import Integers, Nuisances, recordings
 from plant.parameters import Parameter
 from plant.signals import Floats
 
 CONFIDENCE = 0.95
+FEW = 3
+"""Recordings from which on what differs from one trial to the next is told as well."""
 UNTOLD = 0.7
 """Posterior deviation of a shape, in prior ones, above which nothing was told of it."""
 
@@ -40,20 +42,30 @@ def deviations(fit: Fit) -> tuple[Floats, Floats]:
     untold = (prior == 1.0) & (np.diag(np.linalg.inv(normal)) > UNTOLD**2)
     normal[np.ix_(untold, ~untold)] = normal[np.ix_(~untold, untold)] = 0.0
     normal[np.ix_(untold, untold)] = np.eye(int(untold.sum()))
-    covariance = np.linalg.inv(normal)
+    covariance: Floats = np.asarray(np.linalg.inv(normal), np.float64)
     off = np.where(untold, 0.0, off)
     everything = Nuisances(np.concatenate((fit.nuisances.columns, fit.columns), axis=1))
-    robust, _, freedom = stretches(off, everything.off(fit.aim), fit.groups)
-    meat = np.sqrt(robust)
-    told = covariance @ (meat[:, None] * _alike(fit, off, everything) * meat) @ covariance
-    spread, total = fit.scatter.moderated(np.diag(told), np.diag(covariance), freedom)
+    left = everything.off(fit.aim)
+    spread, total = _spread(fit, off, left, covariance, fit.groups)
+    if len(fit.model.records) >= FEW:
+        trials = recordings(fit.model, fit.noise)
+        spread = np.maximum(spread, _spread(fit, off, left, covariance, trials)[0])
     return np.sqrt(spread), total
 
 
-def _alike(fit: Fit, off: Floats, everything: Nuisances) -> Floats:
-    """How far the pushes of two dials go together over stretches: correlations."""
-    pushes = off * everything.off(fit.aim)[:, None]
-    push = np.stack([np.bincount(fit.groups, p) for p in pushes.T], axis=1)
+def _spread(
+    fit: Fit, off: Floats, left: Floats, covariance: Floats, groups: Integers
+) -> tuple[Floats, Floats]:
+    """Variance of every dial and its degrees of freedom; errors hang together within groups."""
+    robust, _, freedom = stretches(off, left, groups)
+    meat = np.sqrt(robust)
+    told = covariance @ (meat[:, None] * _alike(off * left[:, None], groups) * meat) @ covariance
+    return fit.scatter.moderated(np.diag(told), np.diag(covariance), freedom)
+
+
+def _alike(pushes: Floats, groups: Integers) -> Floats:
+    """How far the pushes of two dials go together over groups: correlations."""
+    push = np.stack([np.bincount(groups, p) for p in pushes.T], axis=1)
     size = np.sqrt(np.sum(push**2, axis=0)) + 1e-300
     return np.asarray((push / size).T @ (push / size))
 

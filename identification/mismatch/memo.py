@@ -74,8 +74,9 @@ def _evidence(verdict: Verdict) -> Iterator[str]:
     where = verdict.location
     if where:
         yield (
-            f"  where          {where.injection} ({where.block}) along {where.regressor}:"
-            f" {where.shape}; {where.gain:.0f} nats, held out {where.confirmed:.0f}"
+            f"  where          {where.injection} ({where.block})"
+            + (f" along {where.regressor}:" if where.regressor else ":")
+            + f" {where.shape}; {where.gain:.0f} nats, held out {where.confirmed:.0f}"
         )
     if where and where.band and where.region:
         yield (f"  when           {circumstances(where)}")

@@ -61,6 +61,16 @@ def clusters(model: Model, noise: Sequence[Whitener]) -> Integers:
     return np.unique(np.concatenate(parts), return_inverse=True)[1]
 
 
+def recordings(model: Model, noise: Sequence[Whitener]) -> Integers:
+    """Number of the record of every whitened row."""
+    parts = []
+    for b, white in enumerate(noise):
+        for r in range(len(model.records)):
+            shape = model.measured[b][r].shape
+            parts.append(np.full((shape[0] - white.order) * shape[1], r))
+    return np.concatenate(parts)
+
+
 def log_likelihood(model: Model, rest: Series, noise: Sequence[Whitener]) -> float:
     """Gaussian log-likelihood of residuals under noise models, up to a constant, nats."""
     total = -0.5 * float(np.sum(flat(model, noise, rest) ** 2))

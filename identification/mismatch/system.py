@@ -121,6 +121,10 @@ class System(ABC):
     ) -> Mapping[str, Floats]:
         """Quantities along which something may act in a drive, (bins,) each."""
 
+    def acts_at(self, effect: Effect) -> str:
+        """Return the place (see `places`) or the sensor where an effect acts; empty: no such."""
+        return ""
+
     def curve(
         self, place: Injection, regressor: str, knots: Floats, values: Floats
     ) -> Effect | None:

@@ -6,8 +6,9 @@ first.
 
 Equation
 --------
-    th'' -= w_s^2 (F + (b - 1) F exp(-(th' / v_s)^2)) z;   z' = th' / d, held between -1 and 1
-    Bristles bend over a travel d before they slide (z = 1), and hold the plate where it stands.
+    th'' -= w_s^2 (F + (b - 1) F exp(-(th' / v_s)^2)) z + c d z';   z' = th' / d, |z| <= 1
+    Bristles bend over a travel d before they slide (z = 1), and hold the plate where it stands;
+    c = w_s sqrt(F / d) keeps it from ringing on them.
 
 Symbols
 -------
@@ -57,8 +58,10 @@ def stick(
     bent = min(max(bristle + throttle_rate * step / presliding, -1.0), 1.0)
     x = throttle_rate / stribeck_speed
     friction = width * (1.0 + (breakaway - 1.0) * math.exp(-x * x))
+    rate = (bent - bristle) / step
     held = throttle_servo_natural_frequency**2 * friction * bent
-    return servo_acceleration - held, (bent - bristle) / step
+    held += throttle_servo_natural_frequency * math.sqrt(width * presliding) * rate
+    return servo_acceleration - held, rate
 
 
 @dataclass(frozen=True)

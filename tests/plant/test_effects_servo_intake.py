@@ -65,12 +65,12 @@ def test_an_error_below_the_width_does_not_move_the_plate_and_one_above_does():
 
 
 def test_friction_opposes_the_motion_and_falls_from_breakaway_to_sliding(moment):
-    effect = ThrottleStiction(width=4e-3, breakaway=2.0, stribeck_speed=0.2, presliding=1e-5)
-    held = [
-        (moment(throttle_rate=rate)["d throttle_rate"]
-         - moment(effect, throttle_rate=rate)["d throttle_rate"]) / (W**2 * 4e-3)
-        for rate in (0.05, 2.0, -2.0)
-    ]  # fmt: skip
+    effect = ThrottleStiction(width=4e-3, breakaway=2.0, stribeck_speed=0.2)
+    held = []
+    for rate in (0.05, 2.0, -2.0):
+        slides = moment(effect, throttle_rate=rate, throttle_stiction__bristle=np.sign(rate))
+        free = moment(throttle_rate=rate)
+        held.append((free["d throttle_rate"] - slides["d throttle_rate"]) / (W**2 * 4e-3))
     assert held == pytest.approx([1 + np.exp(-(0.25**2)), 1.0, -1.0], rel=1e-3)
 
 

@@ -4,6 +4,8 @@ from collections.abc import Mapping
 
 from identification.mismatch.place import Injection
 from identification.mismatch.record import Record
+from plant.effects.effect import Effect
+from plant.equations import EQUATIONS
 from plant.motorcycle import Motorcycle
 from plant.signals import Floats, Inputs
 
@@ -37,3 +39,26 @@ def columns(
         scaled[name] = factor * course
     assert set(scaled) <= set(Inputs.names)
     return scaled
+
+
+UP_TO = (
+    ("servo_acceleration", "servo force"), ("engine_torque", "engine torque"),
+    ("twist_velocity", "driveline torque"), ("wheel_torque", "driveline torque"),
+    ("engine_acceleration", "engine torque"), ("tyre_force", "tyre force"),
+    ("rear_acceleration", "wheel torque"), ("front_speed", "sensor of front teeth"),
+    ("acceleration", "road force"), ("optical_speed", "sensor of optical speed"),
+)  # fmt: skip
+"""Last seam of each place, in the order of the equations."""
+
+
+def acts_at(effect: Effect) -> str:
+    """Return the name of the place where an effect acts first."""
+    if hasattr(effect, "tooth_offsets"):
+        return f"{effect.subject.removesuffix('_encoder')} teeth"
+    if hasattr(effect, "tell"):
+        return f"sensor of {effect.subject.replace('_', ' ')}"
+    if not effect.hooks:
+        return ""
+    order = [e.__name__ for e in EQUATIONS]
+    first = min(order.index(hook.seam) for hook in effect.hooks)
+    return next(place for seam, place in UP_TO if first <= order.index(seam))

@@ -137,6 +137,10 @@ class MotorcycleSystem(System):
         """Run one drive of one record."""
         return shown(self.vehicle.motorcycle, record, chain, drive, q, added, self.finer)
 
+    def acts_at(self, effect: Effect) -> str:
+        """Return the place that an effect's first seam belongs to, or its channel's sensor."""
+        return places.acts_at(effect)
+
     def curve(
         self, place: Injection, regressor: str, knots: Floats, values: Floats
     ) -> Effect | None:
