@@ -15,7 +15,7 @@ from multiprocessing.process import BaseProcess
 import can
 
 from bench.buses import BusAddress, open_bus, receive_buffer, stamps_wall_time
-from bench.clock import SECOND, MonotonicClock
+from bench.clock import SECOND, SPIN, MonotonicClock
 from bench.gateway import Gateway, PhaseChange
 from bench.interrupts import interrupts
 from bench.lookout import Wheels
@@ -24,7 +24,7 @@ from bench.ring import PHASE, Ring, attach_shared
 from bench.stamps import SteadyStamps, as_stamped
 from bench.ticks import noting
 from bench.trial import Plan, TrialState
-from bench.undisturbed import die_with, undisturbed
+from bench.undisturbed import die_with, one_processor, undisturbed
 from protocol.errors import InputError
 from protocol.layout import Database
 from protocol.messages import Phase
@@ -81,7 +81,7 @@ def run_loop(
     order: LoopOrder, bus: can.BusABC, frames: Ring, phases: Ring, stop: threading.Event
 ) -> LoopReport:
     """Run the gateway's ticks until the trial has ended; `stop` ends it by a release."""
-    clock = MonotonicClock()
+    clock = MonotonicClock(0 if one_processor() else SPIN)
     stamp = SteadyStamps(clock) if stamps_wall_time(bus) else as_stamped
     gateway = Gateway(order.plan, bus, order.database, frames, order.wheels, stamp)
     period = round(order.plan.trial.command.period * SECOND)

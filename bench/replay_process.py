@@ -18,7 +18,7 @@ from bench.clock import MonotonicClock
 from bench.replay import Replayed, replay
 from bench.replay_controls import SIZE, Controls
 from bench.replay_selection import channels_by_bus, select_buses, select_identifiers
-from bench.undisturbed import die_with, undisturbed
+from bench.undisturbed import die_with, one_processor, undisturbed
 from protocol.errors import InputError
 from protocol.frame_log import FrameLog
 from protocol.logs import read_log
@@ -147,8 +147,9 @@ def _open(
 
 
 def _run(log: FrameLog, outputs: list[can.BusABC], controls: Controls) -> Report:
-    clock = MonotonicClock(SPIN)
-    with undisturbed() as refused:
+    alone = one_processor()
+    clock = MonotonicClock(0 if alone else SPIN)
+    with undisturbed(shares_one_processor=alone) as refused:
         began = clock.now_ns()
         try:
             replayed = replay(log, outputs, clock, controls)

@@ -17,20 +17,33 @@ TIMER_SLACK, DEATH_SIGNAL = 29, 1  # PR_SET_TIMERSLACK, PR_SET_PDEATHSIG of <sys
 
 
 @contextmanager
-def undisturbed() -> Iterator[list[str]]:
+def undisturbed(shares_one_processor: bool = False) -> Iterator[list[str]]:
     """Keep other programs, paging and the garbage collector out of the block.
 
-    Yields what was refused, in words for run.toml.
+    Where it `shares_one_processor` with those who have to keep up with it, it does not go before
+    them. Yields what was refused, in words for run.toml.
     """
     refused: list[str] = []
     with ExitStack() as leaving:
         for what, claim in _CLAIMS:
+            if shares_one_processor and claim is _first_in_line:
+                refused.append(f"{what} was not asked for: listeners share the one processor")
+                continue
             try:
                 leaving.callback(claim())
             except (OSError, AttributeError) as cause:
                 why = getattr(cause, "strerror", None) or "this system does not have it"
                 refused.append(f"{what} was refused: {why}")
         yield refused
+
+
+def one_processor() -> bool:
+    """Tell whether this process has a single processor to run on, which all others need as well.
+
+    Whoever spins there, or goes first and never rests, takes it from those who have to listen.
+    """
+    affinity = getattr(os, "sched_getaffinity", None)
+    return (len(affinity(0)) if affinity else os.cpu_count() or 1) == 1
 
 
 def die_with(number: int) -> None:

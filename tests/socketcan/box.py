@@ -17,6 +17,7 @@ from tests.socketcan.kernels import HERE, Kernel
 
 ROOT = HERE.parent.parent
 SCRATCH = Path("/dev/shm")  # memory: a disk that is busy stops a user-mode kernel altogether
+BROUGHT_ALONG = ("PATH", "HOME", "LANG", "SLIPBENCH_RECORDINGS")
 BOOT = 60.0  # s that a kernel may take to come up and go down, on a machine that others load
 
 
@@ -92,9 +93,7 @@ def _run(
 
 def _write_script(path: Path, command: Sequence[str], extra: Mapping[str, str]) -> None:
     """The environment does not reach another kernel: the command brings it along."""
-    environment = {
-        name: os.environ[name] for name in ("PATH", "HOME", "LANG") if name in os.environ
-    }
+    environment = {name: os.environ[name] for name in BROUGHT_ALONG if name in os.environ}
     exports = "".join(
         f"export {name}={shlex.quote(value)}\n" for name, value in {**environment, **extra}.items()
     )

@@ -1,5 +1,6 @@
 """The programs that meet on the bus, and the trial that they are given."""
 
+import os
 import signal
 import subprocess
 import sys
@@ -35,11 +36,17 @@ def short_trial(folder: Path) -> Path:
 
 
 def slipbench(*arguments: str | Path) -> "subprocess.Popen[str]":
-    """Start the one command; what it says is in its `stdout`."""
+    """Start the one command, in a group of its own; what it says is in its `stdout`."""
     return subprocess.Popen(
         [sys.executable, "-u", "-m", "slipbench", *arguments],
-        text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+        text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, start_new_session=True,
     )  # fmt: skip
+
+
+def cut_power(program: "subprocess.Popen[str]") -> None:
+    """`kill -9` for the command and every process that it started, at once."""
+    os.killpg(program.pid, signal.SIGKILL)
+    program.wait()
 
 
 @contextmanager

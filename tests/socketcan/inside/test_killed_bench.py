@@ -1,4 +1,4 @@
-"""A bench that dies in the middle of a trial: the motorcycle notices, the record stays."""
+"""A bench that dies whole in the middle of a trial: the motorcycle notices, the record stays."""
 
 import signal
 import time
@@ -15,6 +15,7 @@ from protocol.messages import ActuatorCommand, Authority, EcuStatus, ThrottleSta
 from tests.socketcan.inside.programs import (
     ON_THE_BUS,
     candump,
+    cut_power,
     frames,
     short_trial,
     slipbench,
@@ -45,8 +46,7 @@ def killed(tmp_path_factory: pytest.TempPathFactory) -> Killed:
         assert trial.stdout
         assert any("exciting" in line for line in trial.stdout), "it never came to exciting"
         time.sleep(0.5)
-        trial.kill()
-        trial.wait()
+        cut_power(trial)
         time.sleep(0.3)
         vehicle.send_signal(signal.SIGINT)
         vehicle_said, _ = vehicle.communicate(timeout=10)
