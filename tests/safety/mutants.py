@@ -19,7 +19,7 @@ from tests.safety import document
 
 ROOT = Path(__file__).parents[2]
 KILLED = 1  # exit code of a pytest in which a test failed
-WORKERS = str(os.cpu_count() or 1)
+WORKERS = str(len(os.sched_getaffinity(0)))  # `taskset` may leave it fewer processors
 
 
 def main() -> None:
