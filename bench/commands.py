@@ -21,9 +21,10 @@ if TYPE_CHECKING:
 TRIPPED = 3  # exit status of a trial that ended early; 2 is a user's mistake, 1 a fault of ours
 
 TrialPath = Annotated[Path, typer.Argument(help="Trial file (TOML).")]
-Interface = Annotated[
-    str | None, typer.Option(help="python-can interface: socketcan, pcan, kvaser, virtual, ...")
-]
+INTERFACES = (
+    "python-can interface: socketcan, pcan, kvaser, ..., or slipbench (this project's own bus)."
+)
+Interface = Annotated[str | None, typer.Option(help=INTERFACES)]
 Channel = Annotated[str, typer.Option(help="Its channel: can0, PCAN_USBBUS1, 0, ...")]
 Bitrate = Annotated[int, typer.Option(help="Bit rate in bit/s, where the interface sets it.")]
 FlexibleDataRate = Annotated[bool, typer.Option("--fd", help="Open the bus for CAN FD.")]
@@ -104,7 +105,7 @@ def trial(
 
 def vehicle(
     file: TrialPath,
-    interface: Annotated[str, typer.Option(help="python-can interface: socketcan, ...")],
+    interface: Annotated[str, typer.Option(help=INTERFACES)],
     channel: Channel = "can0",
     bitrate: Bitrate = 1_000_000,
     fd: FlexibleDataRate = False,
@@ -144,7 +145,7 @@ def vehicle(
 
 def replay(
     log: Annotated[Path, typer.Argument(help="Log of frames: candump, ASC, BLF, TRC, MF4, ...")],
-    interface: Annotated[str, typer.Option(help="python-can interface: socketcan, virtual, ...")],
+    interface: Annotated[str, typer.Option(help=INTERFACES)],
     channel: Annotated[
         list[str] | None,
         typer.Option(help="Its channel, or LOGBUS=CHANNEL; may be repeated.  [default: can0]"),

@@ -6,6 +6,7 @@ from pathlib import Path
 from bench.excitation import plan_excitation
 from bench.trial import Plan, plan_of
 from bench.virtual_motorcycle import Ride, read_vehicle
+from bench.wire_limits import check_wire
 from protocol.configuration import read_toml
 from protocol.controller_file import Bounds, ControllerFile
 from protocol.database import load_database
@@ -40,10 +41,12 @@ def prepare(trial_path: Path, database_path: Path) -> Prepared:
     controller = read_toml(controller_path, ControllerFile) if controller_path else None
     if controller:
         check_controller(controller, trial, str(controller_path))
+    excitation, database = plan_excitation(trial), load_database(database_path)
+    check_wire(trial, excitation, database, str(trial_path))
     return Prepared(
-        plan_of(trial, plan_excitation(trial), controller),
+        plan_of(trial, excitation, controller),
         Ride(read_vehicle(vehicle_path), trial),
-        load_database(database_path),
+        database,
         trial_path,
         vehicle_path,
         database_path,

@@ -1,6 +1,7 @@
 """Configuration is read once, from TOML, into frozen objects; an unknown key is an error."""
 
 import difflib
+import re
 import tomllib
 from pathlib import Path
 from typing import Annotated, Any, TypeVar
@@ -11,6 +12,9 @@ from protocol.errors import InputError
 from protocol.units import parse_quantity
 
 LARGEST = 4_000_000  # bytes of a TOML file
+DEEPEST = 100  # parts of a dotted key; the time that tomllib takes grows with their square
+_PART = r"""(?:(?<![\w-])[\w-]++|"[^"\n]*+"|'[^'\n]*+')"""
+_DOTTED = re.compile(rf"(?:{_PART}[ \t]*+\.[ \t]*+)++")
 
 
 class Section(BaseModel):
@@ -53,7 +57,7 @@ def load_toml(path: Path) -> dict[str, Any]:
                 "too large for a description", where=str(path),
                 expected=f"at most {LARGEST:,} bytes", remedy="is it the right file?",
             )  # fmt: skip
-        return tomllib.loads(text.decode("utf-8").replace("\r\n", "\n"))
+        return tomllib.loads(_not_too_deep(text.decode("utf-8").replace("\r\n", "\n")))
     except FileNotFoundError as cause:
         raise InputError("no such file", where=str(path), remedy="check the path") from cause
     except IsADirectoryError as cause:
@@ -66,6 +70,15 @@ def load_toml(path: Path) -> dict[str, Any]:
         ) from cause
     except RecursionError as cause:
         raise InputError("nested too deeply", where=str(path), remedy="mend it") from cause
+
+
+def _not_too_deep(text: str) -> str:
+    """Pass a text on that has no dotted key of more than DEEPEST parts; raises ValueError."""
+    for found in _DOTTED.finditer(text):
+        if found[0].count(".") > DEEPEST:
+            line = text.count("\n", 0, found.start()) + 1
+            raise ValueError(f"more than {DEEPEST} parts with dots between (at line {line})")
+    return text
 
 
 def read_toml(path: Path, model: type[Model]) -> Model:

@@ -89,3 +89,10 @@ def test_every_command_explains_itself_with_an_example(monkeypatch, capsys, comm
     status, out, _ = run(monkeypatch, capsys, command, "--help")
     assert status == 0
     assert f"slipbench {command}" in " ".join(out.replace("│", " ").split())
+
+
+@pytest.mark.parametrize("command", ["trial", "vehicle", "replay"])
+def test_the_help_of_interface_names_our_own_bus(monkeypatch, capsys, command):
+    _, out, _ = run(monkeypatch, capsys, command, "--help")
+    words = " ".join(out.replace("│", " ").split())
+    assert "or slipbench (this project's own bus)" in words
