@@ -148,7 +148,7 @@ class Gateway:
         name = self._codec.name(identifier)
         if name is None:
             return
-        self._senders.heard(name, now)
+        self._senders.heard(name, now, self._codec.counter(identifier, data))
         if name in self._protected and not self._in_sequence(name, identifier, data, now):
             self._lookout.fault(name)
             return

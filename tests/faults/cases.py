@@ -14,7 +14,16 @@ from bench.bus.faults import (
 )
 from protocol.messages import TripReason
 from tests.faults import ending
-from tests.faults.devices import AT, OneToothOfATurn, Silent, Slowing, Standing, Teeth, Tells
+from tests.faults.devices import (
+    AT,
+    OneToothOfATurn,
+    Silent,
+    Slowing,
+    Standing,
+    Teeth,
+    Tells,
+    second_vehicle,
+)
 from tests.faults.ride import Case
 
 SEEN = frozenset({"gateway"})
@@ -44,9 +53,9 @@ BUS = (
     Case("corrupted to it", "all frames to the motorcycle corrupted", TripReason.AUTHORITY_LOST,
          bus=(Corrupted(1.0, TO_IT),)),
     Case("duplicated to us", "all frames to the bench come twice", TripReason.TWO_SENDERS,
-         bus=(Duplicated(1.0, TO_US),), within=0.65,
-         why="a repetition tells the truth twice and is left out by its counter; that there may "
-             "be a second vehicle shows within 0.63 s, by half as many frames again in 0.5 s"),
+         bus=(Duplicated(1.0, TO_US),),
+         why="a repetition is left out by its counter, and now and then is no fault; so many may "
+             "be a second vehicle"),
     Case("duplicated to it", "all frames to the motorcycle come twice", TripReason.NONE,
          bus=(Duplicated(1.0, TO_IT),), why="the devices leave out repetitions"),
     Case("reordered some", "5 % of the frames to the bench overtaken by the next", TripReason.NONE,
@@ -66,7 +75,8 @@ BUS = (
          vcan="test_sockets.py::test_an_error_frame_of_the_kernel_tells_that_the_controller_is_off"),
     Case("motorcycle off the bus", "bus-off of the motorcycle", TripReason.STALE,
          bus=(Disturbed(1.0, Where(AT, senders=TOLD)),), within=0.0245,
-         why="32 attempts, 3 ms, until it is off the bus; from then on it hears no command"),
+         why="CAN's own rule: 32 attempts, 3 ms, until its controller is off the bus; from then "
+             "on it hears no command, and 20 ms of silence count"),
 )  # fmt: skip
 
 DEVICES = (
@@ -107,10 +117,12 @@ DEVICES = (
     Case("device clock", "the ECU's clock jumps by an hour", TripReason.NONE,
          failing=partial(Tells, "EcuStatus", "time", lambda time: time + 3600.0),
          why="stamps must move, not be right; the record's arrival times are the bench's own"),
+    Case("second vehicle", "a second vehicle is switched on, in the same state",
+         TripReason.TWO_SENDERS, failing=lambda: second_vehicle),
     *(
         Case(f"{wheel} tooth {words}", f"{wheel} encoder: a tooth {words}", reason,
-             teeth=partial(_encoder, wheel, missing), within=0.075,
-             why="noticed when that tooth passes: once a turn, 38 ms here")
+             teeth=partial(_encoder, wheel, missing),
+             why="counted from the first turn that shows it, at most 38 ms after it broke")
         for wheel, reason in (("rear", TripReason.SLIP), ("front", TripReason.FRONT_WHEEL))
         for words, missing in (("missing", True), ("doubled", False))
     ),
@@ -120,7 +132,10 @@ DEVICES = (
          teeth=lambda: {"front": Slowing(10.0)}),
     Case("wheelie", "wheelie: the front wheel loses 30 % of its speed a second",
          TripReason.FRONT_WHEEL, teeth=lambda: {"front": Slowing(0.3)}, within=0.36,
-         why="noticed when it is `limits.front_slip` (10 %) slow, 0.3 s after it left the ground"),
+         why="a wheel in the air turns on: nothing that is measured differs from a wheel that "
+             "rolls until it is `limits.front_slip` (10 %) slow, which takes 0.33 s here; growth "
+             "with speed (4 %) and a misplaced tooth (4 %) look the same below that; a trial may "
+             "set it lower"),
     Case("vehicle killed", "kill -9 or SIGSTOP of the vehicle", TripReason.STALE,
          failing=Silent,
          vcan="test_faults.py::test_a_vehicle_that_is_killed_or_stopped_is_not_commanded_any_more"),

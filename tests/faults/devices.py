@@ -5,26 +5,38 @@ a pickup and its encoder (teeth) or between a device and its controller (message
 out and protected anew, with the counter that they had.
 """
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import Any, Protocol
 
 from bench.virtual_motorcycle import VirtualMotorcycle
+from protocol import e2e
 from protocol.messages import Authority
 
 AT = 0.6  # s into the trial: in the midst of the excitation
 
 
-class Failing(Protocol):
-    """What a device makes of a message at `now` (s): another, with which counter; None: nothing."""
+# What is sent for a message: none, one or several, each with its counter.
+Sent = tuple[tuple[Any, int], ...]
 
-    def __call__(self, name: str, told: Any, counter: int, now: float) -> tuple[Any, int] | None:
+
+class Failing(Protocol):
+    """What is sent for a message that a device has to tell at `now` (s)."""
+
+    def __call__(self, name: str, told: Any, counter: int, now: float) -> Sent:
         """Tell it."""
 
 
-def sound(_name: str, told: Any, counter: int, _now: float) -> tuple[Any, int] | None:
+def sound(_name: str, told: Any, counter: int, _now: float) -> Sent:
     """Tell it as it is."""
-    return told, counter
+    return ((told, counter),)
+
+
+def second_vehicle(_name: str, told: Any, counter: int, now: float) -> Sent:
+    """A vehicle of the same kind, in the same state, is switched on: it counts for itself."""
+    both = (told, counter), (told, (counter + 7) % e2e.PERIOD)
+    return both if now >= AT else both[:1]
 
 
 @dataclass(frozen=True)
@@ -33,8 +45,8 @@ class Silent:
 
     names: frozenset[str] = frozenset()
 
-    def __call__(self, name: str, told: Any, counter: int, now: float) -> tuple[Any, int] | None:
-        return None if now >= AT and name in (self.names or {name}) else (told, counter)
+    def __call__(self, name: str, told: Any, counter: int, now: float) -> Sent:
+        return () if now >= AT and name in (self.names or {name}) else ((told, counter),)
 
 
 @dataclass
@@ -46,14 +58,14 @@ class Standing:
     _first: dict[str, Any] = field(default_factory=dict)
     _counter: int | None = None
 
-    def __call__(self, name: str, told: Any, counter: int, now: float) -> tuple[Any, int] | None:
+    def __call__(self, name: str, told: Any, counter: int, now: float) -> Sent:
         if name != self.name or now < AT:
-            return told, counter
+            return ((told, counter),)
         if not self.fields:
             self._counter = counter if self._counter is None else self._counter
-            return told, self._counter
+            return ((told, self._counter),)
         self._first = self._first or {each: getattr(told, each) for each in self.fields}
-        return replace(told, **self._first), counter
+        return ((replace(told, **self._first), counter),)
 
 
 @dataclass(frozen=True)
@@ -64,14 +76,19 @@ class Tells:
     field: str
     value: Callable[[Any], Any]
 
-    def __call__(self, name: str, told: Any, counter: int, now: float) -> tuple[Any, int] | None:
+    def __call__(self, name: str, told: Any, counter: int, now: float) -> Sent:
         if name != self.name or now < AT:
-            return told, counter
-        return replace(told, **{self.field: self.value(getattr(told, self.field))}), counter
+            return ((told, counter),)
+        return ((replace(told, **{self.field: self.value(getattr(told, self.field))}), counter),)
 
 
-# What becomes of the times (s) at which teeth pass.
-Teeth = Callable[[list[float]], list[float]]
+class Teeth(Protocol):
+    """What becomes of the times (s) at which teeth pass. began: s, when the first was untrue."""
+
+    began: float
+
+    def __call__(self, times: list[float]) -> list[float]:
+        """Tell when they pass."""
 
 
 @dataclass
@@ -80,6 +97,7 @@ class OneToothOfATurn:
 
     teeth: int
     missing: bool
+    began: float = math.inf
     _count: int = 0
     _last: float = 0.0
 
@@ -89,8 +107,10 @@ class OneToothOfATurn:
             self._count += 1
             if time < AT or self._count % self.teeth:
                 told.append(time)
-            elif not self.missing:
-                told += [(self._last + time) / 2, time]
+            else:
+                wrong = [] if self.missing else [(self._last + time) / 2, time]
+                self.began = min(self.began, *wrong, time)
+                told += wrong
             self._last = time
         return told
 
@@ -100,6 +120,7 @@ class Slowing:
     """The wheel itself turns slower: by `rate` (1/s) of its speed, until it stands."""
 
     rate: float
+    began: float = AT
     _passed: float = 0.0  # of a tooth that has not passed as a whole
     _last: float = 0.0
 
@@ -163,10 +184,8 @@ class FailingMotorcycle(VirtualMotorcycle):
         name, told = self._codec.name(identifier), self._codec.decode(identifier, data)
         counter = self._codec.counter(identifier, data)
         assert name is not None
-        answer = self.failing(name, told, counter or 0, self._lived * 1e-3)
-        if answer is None:
-            return
-        if answer == (told, counter or 0):
-            super()._send(identifier, data)
-        else:
-            super()._send(*self._codec.encode(answer[0], counter=answer[1], name=name))
+        for answer in self.failing(name, told, counter or 0, self._lived * 1e-3):
+            if answer == (told, counter or 0):
+                super()._send(identifier, data)
+            else:
+                super()._send(*self._codec.encode(answer[0], counter=answer[1], name=name))

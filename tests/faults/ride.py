@@ -57,6 +57,7 @@ class Case:
 class Ridden:
     """What became of it; times in s from the fault, NaN where it did not come to that.
 
+    began          s into the trial, when the fault first showed in anything that was sent
     tripped, back  when the bench tripped, and when the devices held nothing for it any more
     """
 
@@ -64,6 +65,7 @@ class Ridden:
     witness: Witness
     recording: Recording
     error_frames: int
+    began: float = AT
     tripped: float = field(default=float("nan"))
 
     @property
@@ -73,7 +75,7 @@ class Ridden:
 
     @property
     def back(self) -> float:
-        return self.witness.held + 1e-3 - AT
+        return self.witness.held + 1e-3 - self.began
 
 
 @lru_cache(1)
@@ -85,7 +87,8 @@ def the_trial() -> Prepared:
 def ride(case: Case, folder: Path) -> Ridden:
     """Ride the trial of a case, recorded into the new `folder`."""
     witness = Witness()
-    motorcycle = partial(FailingMotorcycle.with_faults, witness, case.failing(), case.teeth())
+    teeth = case.teeth()
+    motorcycle = partial(FailingMotorcycle.with_faults, witness, case.failing(), teeth)
     simulated = partial(run_simulated, faults=FaultPlan(case.bus, seed=1))
     outcome = None
     with (
@@ -96,11 +99,13 @@ def ride(case: Case, folder: Path) -> Ridden:
     ):
         outcome = run_trial(the_trial(), folder, None)
     errors = read_log(folder / FRAMES).frames.skipped
+    began = min((each.began for each in teeth.values()), default=AT)
     return Ridden(
-        outcome, witness, read(folder), dict(errors).get("error frames", 0), _tripped(outcome)
-    )
+        outcome, witness, read(folder), dict(errors).get("error frames", 0),
+        began, _tripped(outcome, began),
+    )  # fmt: skip
 
 
-def _tripped(outcome: Outcome | None) -> float:
+def _tripped(outcome: Outcome | None, began: float) -> float:
     times = [c.time_ns for c in outcome.changes if c.phase == Phase.TRIPPED] if outcome else []
-    return (times[0] - START) / SECOND - AT if times else float("nan")
+    return (times[0] - START) / SECOND - began if times else float("nan")

@@ -12,6 +12,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import time
 import tomllib
 from pathlib import Path
 
@@ -26,6 +27,7 @@ def main() -> None:
     """Measure, tell, write down, and judge."""
     text = (ROOT / "pyproject.toml").read_text(encoding="utf-8")
     settings = tomllib.loads(text)["tool"]["mutmut"]
+    began = time.monotonic()
     gate: list[str] = settings["only_mutate"]
     covered = coverage(gate, settings["pytest_add_cli_args_test_selection"])
     fates = mutants(gate)
@@ -38,8 +40,10 @@ def main() -> None:
         "| file | statements | branches | missed | mutants | alive |",
         "|---|---|---|---|---|---|",
     ]
-    print("\n".join(head + rows))
-    document.write("mutants", head + rows)
+    took = f"It took {(time.monotonic() - began) / 60:.1f} minutes on {WORKERS} processors."
+    told = [*head, *rows, "", took]
+    print("\n".join(told))
+    document.write("mutants", told)
     trouble = [f"{name}: {missed(covered[name])} missed" for name in gate if missed(covered[name])]
     trouble += [
         f"{mutant}: exit code {code}" for of in fates.values() for mutant, code in alive(of)
