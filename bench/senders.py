@@ -47,6 +47,8 @@ class Senders:
         self._cycles = dict(cycles)
         self._most = {name: TOO_MANY * WINDOW / cycle + 2 for name, cycle in cycles.items()}
         self._window_ends = 0.0
+        self._counts: dict[str, int] = {}
+        self._turns: dict[str, _Turns] = {}
         self.trouble = ""
         self.forget()
 
