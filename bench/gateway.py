@@ -77,7 +77,7 @@ class Gateway:
         self._controller = ControllerState(bus)
         self._ours = {codec.identifier(name) for name in OURS}
         self._lookout = Lookout(wheels)
-        self._control = slip_control(plan, wheels, _tooth_modulo(database))
+        self._control = slip_control(plan, wheels, database)
         self._senders = Senders(_cycles(database))
         self._protected = dict.fromkeys(SAFETY, e2e.INITIAL)
         self._last = ActuatorCommand(Authority.NONE, 0.0, 0.0, 0.0)
@@ -251,12 +251,6 @@ class Gateway:
 def _carries_nothing(message: can.Message) -> bool:
     """Tell whether a frame cannot be one of the bench's messages, all of which are 11-bit data."""
     return message.is_remote_frame or message.is_extended_id
-
-
-def _tooth_modulo(database: Database) -> int:
-    """Tell at which count the tooth frames start again."""
-    message = next(m for m in database.messages if m.name == "RearTeeth")
-    return 1 << next(s.length for s in message.signals if s.name == "tooth_count")
 
 
 def _cycles(database: Database) -> dict[str, float]:

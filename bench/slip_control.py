@@ -12,6 +12,7 @@ from bench.tooth_stream import ToothStream
 from bench.trial import NOTHING, Asked, Plan
 from controllers.slip_controller import SlipController, SlipState, from_tree
 from controllers.slip_estimator import Slip, SlipEstimator
+from protocol.layout import Database
 from protocol.messages import OpticalSpeed, ToothIntervals
 
 REPORT = 0.0065  # s: an encoder waits 5 ms for more teeth, and its frame is on the way
@@ -67,9 +68,15 @@ class SlipControl:
         return self.asked
 
 
-def slip_control(plan: Plan, wheels: Wheels, modulo: int) -> SlipControl | None:
+def slip_control(plan: Plan, wheels: Wheels, database: Database) -> SlipControl | None:
     """Make what a plan's controller needs; None where the plan has none."""
     if plan.controller is None or plan.trial.controller is None:
         return None
     controller = from_tree(plan.controller.model_dump())
-    return SlipControl(controller, wheels, modulo, plan.trial.controller.target)
+    return SlipControl(controller, wheels, tooth_modulo(database), plan.trial.controller.target)
+
+
+def tooth_modulo(database: Database) -> int:
+    """Tell at which count the tooth frames start again."""
+    message = next(m for m in database.messages if m.name == "RearTeeth")
+    return 1 << next(s.length for s in message.signals if s.name == "tooth_count")

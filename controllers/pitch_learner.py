@@ -14,42 +14,46 @@ no phase. Inputs are not explained here; do not learn while an excitation turns 
 import math
 from dataclasses import dataclass, replace
 from functools import cache
+from operator import mul
 
 import numpy as np
 import numpy.typing as npt
 
 FloatArray = npt.NDArray[np.float64]
+Numbers = tuple[float, ...]
 STANDING_AFTER = 0.5  # s without a tooth
 TIMER = 1e-6  # s, resolution of the encoders' timers
 
 OUTLIER = 3.0  # deviations to which a surprise is cut
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class LearnerState:
-    """What is known after a tooth.
+    """What is known after a tooth; tuples of numbers, which a loop reads quickly.
 
     time, count  of the last tooth; NaN at first
-    logs         (2 N + 1,) log speeds of the last intervals, the newest last
+    logs         2 N + 1 log speeds of the last intervals, the newest last
     filled       how many of them follow each other without a lost tooth
-    level        (N,) log of the speed that gap j shows, over the true one
-    weight       (N,) one over the variance of each level; 0 where nothing is known
+    level        N, log of the speed that gap j shows, over the true one
+    share        N, exp(-level): each gap in proportion to the others
+    weight       N, one over the variance of each level; 0 where nothing is known
     variance     of the wheel's restlessness, over about four turns
     """
 
     time: float
     count: float
-    logs: FloatArray
+    logs: Numbers
     filled: int
-    level: FloatArray
-    weight: FloatArray
+    level: Numbers
+    share: Numbers
+    weight: Numbers
     variance: float
 
     @property
     def gaps(self) -> FloatArray:
         """g_j, (N,): how much longer than even each gap is."""
-        ratio = np.exp(-self.level)
-        return np.asarray(ratio * ratio.size / ratio.sum() - 1)
+        share = np.array(self.share)
+        return np.asarray(share * share.size / share.sum() - 1)
 
     @property
     def deviation(self) -> FloatArray:
@@ -57,7 +61,7 @@ class LearnerState:
         return np.asarray(1 / np.sqrt(np.maximum(self.weight, 1e-12)))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class PitchLearner:
     """teeth: of one turn; memory: turns after which a tooth is half forgotten (a disc may bend);
     ready: standard error of all gaps below which they are used."""
@@ -69,8 +73,9 @@ class PitchLearner:
     def initial(self) -> LearnerState:
         """Know nothing."""
         n = self.teeth
+        none = (0.0,) * n
         return LearnerState(
-            math.nan, math.nan, np.zeros(2 * n + 1), 0, np.zeros(n), np.zeros(n), 1e-2
+            math.nan, math.nan, (0.0,) * (2 * n + 1), 0, none, (1.0,) * n, none, 1e-2
         )
 
     def update(
@@ -80,42 +85,55 @@ class PitchLearner:
         interval = time - state.time
         if count - state.count != 1 or not 0 < interval < STANDING_AFTER:
             return math.nan, replace(state, time=time, count=count, filled=0)
-        logs = np.append(state.logs[1:], -math.log(interval))
-        filled = min(state.filled + 1, logs.size)
-        state = replace(state, time=time, count=count, logs=logs, filled=filled)
-        if learning and filled == logs.size:
-            state = self._learnt(state, interval)
+        logs = (*state.logs[1:], -math.log(interval))
+        filled = min(state.filled + 1, len(logs))
+        level, share, weight, variance = (
+            self._learnt(state, logs, int(count - 1) % self.teeth, interval)
+            if learning and filled == len(logs)
+            else (state.level, state.share, state.weight, state.variance)
+        )
+        state = LearnerState(time, count, logs, filled, level, share, weight, variance)
         return self.angle(state, count - 1) / interval, state
 
     def angle(self, state: LearnerState, count: float) -> float:
         """Angle of the gap after tooth `count`, rad; even while the gaps are not well known."""
-        gap = state.gaps[int(count) % self.teeth] if self._ready(state) else 0.0
-        return float(2 * math.pi / self.teeth * (1 + gap))
+        if not min(state.weight) * self.ready**2 > 1:
+            return 2 * math.pi / self.teeth
+        return 2 * math.pi * state.share[int(count) % self.teeth] / sum(state.share)
 
-    def _ready(self, state: LearnerState) -> bool:
-        return bool(state.weight.min() * self.ready**2 > 1)
-
-    def _learnt(self, state: LearnerState, interval: float) -> LearnerState:
-        """Move the level of the interval one turn ago."""
-        tooth = int(state.count - 1) % self.teeth  # one turn ago it was the same
-        seen = _centre(state.logs, self.teeth)
-        level, weight = state.level.copy(), state.weight * 1.0
-        known = weight[tooth] > 0
-        limit = OUTLIER * math.sqrt(state.variance + 1 / weight[tooth]) if known else math.inf
-        surprise = max(-limit, min(limit, seen - level[tooth]))
-        pace = 1 / (4 * self.teeth)
-        variance = state.variance + (pace * (surprise**2 - state.variance) if known else 0.0)
+    def _learnt(
+        self, state: LearnerState, logs: Numbers, tooth: int, interval: float
+    ) -> tuple[Numbers, Numbers, Numbers, float]:
+        """Move the level of the interval one turn ago: its tooth was the same."""
+        level, weight = state.level[tooth], state.weight[tooth]
+        seen = _centre(logs, self.teeth)
+        limit = OUTLIER * math.sqrt(state.variance + 1 / weight) if weight > 0 else math.inf
+        surprise = max(-limit, min(limit, seen - level))
+        pace = 1 / (4 * self.teeth) if weight > 0 else 0.0
+        variance = state.variance + pace * (surprise**2 - state.variance)
         gain = 1 / (variance + TIMER**2 / 6 / interval**2)
-        weight[tooth] = weight[tooth] * 0.5 ** (1 / self.memory) + gain
-        level[tooth] += gain / weight[tooth] * surprise
-        return replace(state, level=level, weight=weight, variance=variance)
+        weight = weight * 0.5 ** (1 / self.memory) + gain
+        level += gain / weight * surprise
+        return (
+            _with(state.level, tooth, level), _with(state.share, tooth, math.exp(-level)),
+            _with(state.weight, tooth, weight), variance,
+        )  # fmt: skip
 
 
-def _centre(logs: FloatArray, teeth: int) -> float:
+def _with(values: Numbers, place: int, value: float) -> Numbers:
+    return (*values[:place], value, *values[place + 1 :])
+
+
+def _centre(logs: Numbers, teeth: int) -> float:
     """Free the middle interval of what is slow."""
-    kernel = quick(teeth)
-    spare = (logs.size - kernel.size) // 2
-    return float(kernel @ logs[spare : logs.size - spare])
+    kernel = _quick(teeth)
+    spare = (len(logs) - len(kernel)) // 2
+    return float(sum(map(mul, kernel, logs[spare:])))
+
+
+@cache
+def _quick(teeth: int) -> Numbers:
+    return tuple(quick(teeth).tolist())
 
 
 @cache

@@ -11,7 +11,8 @@ the loop counts it.
 """
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from functools import cached_property
 
 from controllers.pitch_learner import LearnerState, PitchLearner
 
@@ -63,7 +64,7 @@ class SlipEstimator:
     report: float = 0.0
     limit: float = 0.05  # the front wheel's scale stays within 1 +- this
 
-    @property
+    @cached_property
     def learner(self) -> PitchLearner:
         """What learns the gaps of either wheel."""
         return PitchLearner(self.teeth)
@@ -76,24 +77,24 @@ class SlipEstimator:
         self, state: EstimatorState, time: float, count: float, learning: bool = True
     ) -> EstimatorState:
         """Take in a tooth of the rear wheel. time: s; count: running number."""
-        return replace(state, rear=self._tooth(state.rear, time, count, learning))
+        rear = self._tooth(state.rear, time, count, learning)
+        return EstimatorState(rear, state.front, state.optical, state.optical_time, state.scale)
 
     def front_tooth(
         self, state: EstimatorState, time: float, count: float, learning: bool = True
     ) -> EstimatorState:
         """Take in a tooth of the front wheel; the scale is learnt while the optical one speaks."""
         front = self._tooth(state.front, time, count, learning)
-        state = replace(state, front=front)
-        own = front.speed * self.front_radius
-        if not (own > SLOWEST and time - state.optical_time <= self.silence):
-            return state
-        share = min((front.interval or 0.0) / self.memory, 1.0)
-        seen = min(max(state.optical / own, 1.0 - self.limit), 1.0 + self.limit)
-        return replace(state, scale=state.scale + share * (seen - state.scale))
+        scale = (
+            self._scale(state, front) if time - state.optical_time <= self.silence else state.scale
+        )
+        return EstimatorState(state.rear, front, state.optical, state.optical_time, scale)
 
     def optical(self, state: EstimatorState, time: float, speed: float) -> EstimatorState:
         """Take in a valid reading of the optical sensor, m/s."""
-        return replace(state, optical=speed, optical_time=time) if speed == speed else state
+        if speed != speed:
+            return state
+        return EstimatorState(state.rear, state.front, speed, time, state.scale)
 
     def slip(self, state: EstimatorState, now: float) -> Slip:
         """Say the slip at `now`; a wheel whose teeth fail to come is as slow as they allow."""
@@ -102,6 +103,14 @@ class SlipEstimator:
         known = speed > SLOWEST and math.isfinite(rear)
         age = now - state.rear.time + 0.5 * state.rear.interval
         return Slip(rear / speed - 1.0 if known else math.nan, speed, age, source)
+
+    def _scale(self, state: EstimatorState, front: Wheel) -> float:
+        own = front.speed * self.front_radius
+        if not own > SLOWEST:
+            return state.scale
+        share = min((front.interval or 0.0) / self.memory, 1.0)
+        seen = min(max(state.optical / own, 1.0 - self.limit), 1.0 + self.limit)
+        return state.scale + share * (seen - state.scale)
 
     def _speed(self, state: EstimatorState, now: float) -> tuple[float, str]:
         if now - state.optical_time <= self.silence:

@@ -182,7 +182,7 @@ def test_learning_while_riding_comes_to_the_same(teeth):
     late = slice(speed.size // 2, None)
     learnt = speed_from_teeth(time, count, teeth, gaps=gaps).value
     np.testing.assert_allclose(speed[1:][late], learnt[late], rtol=2e-3)
-    assert state.logs.size == 2 * teeth + 1
+    assert len(state.logs) == 2 * teeth + 1
 
 
 def test_a_learner_bridges_nothing_and_learns_only_when_told():

@@ -14,7 +14,7 @@ LIMIT = 40.0  # s of the kernel's own time
 @pytest.mark.parametrize("path", [
     "tests/bus/test_laws.py tests/bus/test_load.py",
     "tests/socketcan/inside/test_sockets.py",
-    "tests/socketcan/inside/test_trial.py",
+    "tests/socketcan/inside/test_trial.py tests/socketcan/inside/test_slip_control.py",
     "tests/socketcan/inside/test_killed_bench.py",
     "tests/socketcan/inside/test_replay.py",
 ])  # fmt: skip

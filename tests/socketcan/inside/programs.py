@@ -35,6 +35,24 @@ def short_trial(folder: Path) -> Path:
     return path
 
 
+def slip_trial(folder: Path) -> Path:
+    """Shorten the steps under slip control: one up, one down; the teeth are learnt in 2.5 s."""
+    text = (TRIALS / "slip_steps_throttle.toml").read_text(encoding="utf-8")
+    for old, new in {
+        'duration = "8 s"': 'duration = "2 s"',
+        'after = "5 s"': 'after = "2.5 s"',
+    }.items():
+        assert old in text
+        text = text.replace(old, new)
+    text = text.replace('"../', f'"{TRIALS.parent}/').replace(
+        '"controllers/', f'"{TRIALS}/controllers/'
+    )
+    text = text.replace("\n[", '\nsettling = "200 ms"\nhand_back = "200 ms"\n\n[', 1)
+    path = folder / "slip.toml"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
 def slipbench(*arguments: str | Path) -> "subprocess.Popen[str]":
     """Start the one command, in a group of its own; what it says is in its `stdout`."""
     return subprocess.Popen(
