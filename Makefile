@@ -73,6 +73,11 @@ controllers: setup
 	$(IN)/slipbench compare trials/controllers/throttle.toml trials/controllers/spark.toml \
 	  trials/controllers/mixed.toml --page docs/controllers.md
 
+# Randomised rides under slip control, every command before the safety gate: about ten minutes.
+.PHONY: thousand
+thousand: setup
+	$(IN)/python -m tests.controllers.randomised 1000 1
+
 mutants: setup
 	$(IN)/python -m tests.safety.mutants
 

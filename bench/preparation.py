@@ -76,6 +76,7 @@ def check_controller(controller: ControllerFile, trial: TrialFile, where: str) -
         _inside(throttle, (-most, most), limits.throttle_rate, "throttle", where)
     if spark is not None:
         _inside(spark, limits.spark, limits.spark_rate, "spark", where)
+    _ramps(controller, trial, where)
 
 
 def _inside(
@@ -91,6 +92,33 @@ def _inside(
         found=f"{bounds.low:.4g} .. {bounds.high:.4g} at up to {bounds.rate:.4g}/s",
         remedy="design it for these limits, or narrow its limits",
     )
+
+
+def _ramps(controller: ControllerFile, trial: TrialFile, where: str) -> None:
+    """Refuse a hand-back that could be too quick from where the controller may stand then."""
+    limits = trial.limits
+    throttle = controller.mixed.throttle if controller.mixed else controller.limits
+    ways = []
+    if controller.actuator != "spark":
+        # the rider's grip may ask for the other end of what the trial permits
+        way = _farthest(throttle) + limits.throttle_deviation
+        ways.append(("throttle", way, limits.throttle_rate))
+    if controller.actuator != "throttle":
+        ways.append(("spark", _farthest(controller.limits), limits.spark_rate))
+    for actuator, way, rate in ways:
+        if way > rate * trial.hand_back:
+            raise InputError(
+                f"the hand-back could move the {actuator} faster than the trial permits",
+                where=where,
+                expected=f"up to {rate:.4g}/s (the trial's limits)",
+                found=f"{way:.4g} within hand_back = {trial.hand_back:g} s: "
+                f"{way / trial.hand_back:.4g}/s",
+                remedy=f"lengthen hand_back to {way / rate:.3g} s",
+            )
+
+
+def _farthest(bounds: Bounds) -> float:
+    return max(abs(bounds.low), abs(bounds.high))
 
 
 def check_swing(prepared: Prepared, opening: float) -> None:

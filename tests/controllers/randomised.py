@@ -1,19 +1,28 @@
 """Randomised rides under slip control: no command of a controller makes the safety gate trip.
 
-    python -m tests.controllers.randomised 1000 1      # rides, seed
+    python -m tests.controllers.randomised 1000 1          # rides, seed
+    python -m tests.controllers.randomised 100 1 300       # a hundred of them, from ride 300 on
 
 Each ride draws a controller, parameters within 20 %, an effect of the library that the controller
-does not know, a road and a rider; every command goes through `permit` as in a tick. Trips for what
-the motorcycle does (slip beyond the limit, say) are counted apart: the road made them.
+does not know, a road and a rider; every command, and the ramp of the hand-back after it, goes
+through `permit` as in a tick. Trips for what the motorcycle does (slip beyond the limit, say) are
+counted apart: the road made them. A ride is told by seed and number, on two processes like on one.
 """
 
+import os
 import sys
+import time
 from collections import Counter
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
+from bench.excitation import plan_excitation
 from bench.permit import Held, Trip, permit
+from bench.preparation import check_controller
+from bench.trial import Asked, TrialState, plan_of, wanted
 from controllers.slip_controller import from_tree
 from identification.rehearsal.compare import PARAMETERS
 from identification.rehearsal.ride import Ridden, ride
@@ -24,7 +33,7 @@ from plant.trouble import PlantError
 from plant.vehicle_file import builtin_vehicle, load_vehicle
 from protocol.configuration import read_toml
 from protocol.controller_file import ControllerFile
-from protocol.messages import ActuatorCommand, Authority, TripReason
+from protocol.messages import ActuatorCommand, Authority, Phase, TripReason
 from protocol.trial_file import TrialFile
 from tests.bench.conditions import TRIALS, seen
 
@@ -63,22 +72,18 @@ def drawn_scenario(rng: np.random.Generator) -> Scenario:
     )  # fmt: skip
 
 
-def judged(ridden: Ridden, actuator: str, trial: TrialFile) -> Trip | None:
-    """Put every command before the gate; the first trip, or None."""
+def judged(ridden: Ridden, actuator: str, trial: TrialFile, grip: float = REST) -> Trip | None:
+    """Put every command before the gate; the first trip, or None. grip: at the hand-back."""
     authority, limits, start = ACTUATORS[actuator], trial.limits, 100.0
     sight = seen()
     sight = replace(
-        sight, rider=replace(sight.rider, button=True),
+        sight, rider=replace(sight.rider, button=True, grip=REST),
         ecu=replace(sight.ecu, authority=authority),
         throttle=replace(sight.throttle, authority=authority),
     )  # fmt: skip
     last = ActuatorCommand(Authority.NONE, 0.0, 0.0, start - 0.001)
-    for t, throttle, spark in zip(ridden.time, ridden.throttle, ridden.spark, strict=True):
-        command = ActuatorCommand(
-            authority, REST + float(throttle) if authority & Authority.THROTTLE else 0.0,
-            float(spark) if authority & Authority.SPARK else 0.0, start + float(t),
-        )  # fmt: skip
-        held = Held(REST, sight.rider.grip, sight.engine.gear, last, start)
+    for command in (*commanded(ridden, authority, start), *handed_back(ridden, trial, start, grip)):
+        held = Held(REST, REST, sight.engine.gear, last, start)
         answer = permit(command, held, sight, limits, trial.command.silence)
         if isinstance(answer, Trip):
             return answer
@@ -86,29 +91,74 @@ def judged(ridden: Ridden, actuator: str, trial: TrialFile) -> Trip | None:
     return None
 
 
-def one(seed: int, number: int) -> str:
+def commanded(ridden: Ridden, authority: Authority, start: float) -> list[ActuatorCommand]:
+    """Give a ride's commands as the trial composes them, from `start` (s) on."""
+    return [
+        ActuatorCommand(
+            authority, REST + throttle if authority & Authority.THROTTLE else 0.0,
+            spark if authority & Authority.SPARK else 0.0, start + t,
+        )
+        for t, throttle, spark in zip(
+            ridden.time.tolist(), ridden.throttle.tolist(), ridden.spark.tolist(), strict=True
+        )
+    ]  # fmt: skip
+
+
+def handed_back(
+    ridden: Ridden, trial: TrialFile, start: float, grip: float
+) -> list[ActuatorCommand]:
+    """Give the hand-back's ramp after the last command, as the trial's own state machine has it."""
+    since = start + float(ridden.time[-1])
+    left = Asked(float(ridden.throttle[-1]), float(ridden.spark[-1]))
+    state = TrialState(
+        Phase.HANDING_BACK, since, throttle=REST, grip=REST, target=grip, left=left
+    )  # fmt: skip
+    file = read_toml(TRIALS / str(trial.controller.file), ControllerFile)  # type: ignore[union-attr]
+    plan = plan_of(trial, plan_excitation(trial), file)
+    ticks = round(trial.hand_back / trial.command.period)
+    return [wanted(state, plan, since + k * trial.command.period) for k in range(1, ticks + 1)]
+
+
+def one(number: int, seed: int) -> str:
     """Ride one; say what came of it."""
     rng = np.random.default_rng((seed, number))
     actuator = ("throttle", "spark", "mixed")[number % 3]
     trial = read_toml(TRIALS / f"slip_steps_{actuator}.toml", TrialFile)
     file = read_toml(TRIALS / "controllers" / f"{actuator}.toml", ControllerFile)
+    check_controller(file, trial, actuator)
+    return outcome(file, trial, drawn_motorcycle(rng), drawn_scenario(rng), rng)
+
+
+def outcome(
+    file: ControllerFile, trial: TrialFile, motorcycle: Motorcycle, scenario: Scenario,
+    rng: np.random.Generator,
+) -> str:  # fmt: skip
+    """Ride a scenario under a controller and put every command before the gate."""
     try:
-        ridden = ride(drawn_motorcycle(rng), drawn_scenario(rng), from_tree(file.model_dump()))
+        ridden = ride(motorcycle, scenario, from_tree(file.model_dump()))
     except (PlantError, ValueError):
         return "cannot stand at its operating point"
-    trip = judged(ridden, actuator, trial)
+    most = trial.limits.throttle_deviation
+    trip = judged(ridden, file.actuator, trial, REST + rng.uniform(-most, most))
     if trip is not None:
-        return f"TRIPPED by the controller: {trip.reason.name}, {trip.detail}"
+        blamed = "the controller" if trip.reason in BY_THE_CONTROLLER else "the rig"
+        return f"TRIPPED by {blamed}: {trip.reason.name}, {trip.detail}"
     return "slip beyond the limit" if np.nanmax(ridden.slip) > trial.limits.slip else "no trip"
 
 
 def main() -> None:
-    """Ride so many from a seed and count."""
-    count, seed = (int(a) for a in (*sys.argv[1:], "1000", "1")[:2])
-    found = Counter(one(seed, number) for number in range(count))
-    for outcome, number in found.most_common():
-        print(f"{number:6d}  {outcome}")
-    sys.exit(any(o.startswith("TRIPPED") for o in found))
+    """Ride so many from a seed, from a number on, on two processes at most; count."""
+    asked = [int(a) for a in sys.argv[1:]]
+    count, seed, first = (*asked, *(1000, 1, 0)[len(asked) :])
+    began, numbers = time.monotonic(), range(first, first + count)
+    with ProcessPoolExecutor(min(os.cpu_count() or 1, 2)) as pool:
+        found = list(pool.map(partial(one, seed=seed), numbers, chunksize=5))
+    spent = time.monotonic() - began
+    print(f"rides {first} to {first + count - 1} of seed {seed}, {spent:.0f} s")
+    for told, number in Counter(found).most_common():
+        print(f"{number:6d}  {told}")
+    tripped = [n for n, told in zip(numbers, found, strict=True) if told.startswith("TRIPPED")]
+    sys.exit(f"tripped: rides {tripped}" if tripped else 0)
 
 
 if __name__ == "__main__":
