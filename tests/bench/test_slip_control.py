@@ -73,15 +73,16 @@ def test_a_controller_that_could_trip_the_trial_is_refused_before_it(changes, to
 @pytest.mark.parametrize(("actuator", "rate", "told"), [
     ("throttle", "throttle_rate", "move the throttle faster"),
     ("spark", "spark_rate", "move the spark faster"),
-    ("mixed", "spark_rate", "move the spark faster"),
+    ("mixed", "throttle_rate", "move the throttle faster"),
 ])  # fmt: skip
 def test_a_hand_back_that_could_be_too_quick_is_refused_before_it(actuator, rate, told):
     """The limit is where the farthest way within the hand-back takes the whole rate."""
     trial = read_toml(TRIALS / f"slip_steps_{actuator}.toml", TrialFile)
     tree = load_toml(TRIALS / "controllers" / f"{actuator}.toml")
     allowed = getattr(trial.limits, rate)
-    farthest = max(abs(tree["limits"]["low"]), abs(tree["limits"]["high"]))
-    way = farthest + (trial.limits.throttle_deviation if actuator == "throttle" else 0.0)
+    bounds = tree["mixed"]["throttle"] if actuator == "mixed" else tree["limits"]
+    farthest = max(abs(bounds["low"]), abs(bounds["high"]))
+    way = farthest + (0.0 if actuator == "spark" else trial.limits.throttle_deviation)
     file = parse(tree, ControllerFile, "controller.toml")
     for share, refused in ((1.01, False), (0.99, True)):
         quick = trial.model_copy(update={"hand_back": share * way / allowed})
