@@ -36,6 +36,8 @@ from bench.bus.records import (
 ROOT = Path(__file__).parents[2]
 PATIENCE = 5.0  # s for a broker to answer
 GLANCE = 0.05  # s: how long one thread may miss what another has taken in
+RECORD = 1024  # bytes that the kernel counts for a record under way to the broker, 768 here
+SEND_BUFFER_FORCE = 32  # SO_SNDBUFFORCE of <asm/socket.h>: beyond the limit, for those who may
 
 
 class SlipbenchBus(can.BusABC):
@@ -91,6 +93,7 @@ class SlipbenchBus(can.BusABC):
             queue_length, urgent_first,
         )  # fmt: skip
         self._link = _joined(self._channel, hello)
+        _make_room(self._link, queue_length * RECORD)
         self._since = self._until = (time.monotonic_ns(), 0)  # time and busy time, ns
         super().__init__(channel=channel, can_filters=can_filters)
 
@@ -110,8 +113,8 @@ class SlipbenchBus(can.BusABC):
             raise can.CanOperationError("bus off: the node has left the bus after too many errors")
         if self._unsent >= self._room:
             raise can.CanOperationError("Transmit buffer full")
+        self._tell(packed_frame(frame, time.monotonic_ns()), deadline)
         self._unsent += 1
-        self._tell(packed_frame(frame, time.monotonic_ns()))
 
     @property
     def state(self) -> can.BusState:
@@ -203,13 +206,20 @@ class SlipbenchBus(can.BusABC):
             raise can.CanOperationError("the bus was opened for classic CAN; open it with fd=True")
         return frame_of(message)
 
-    def _tell(self, record: bytes) -> None:
-        try:
-            self._link.send(record)
-        except BlockingIOError as cause:
-            raise can.CanOperationError("Transmit buffer full") from cause
-        except OSError as cause:
-            raise can.CanOperationError(f"the bus is closed: {cause}") from cause
+    def _tell(self, record: bytes, deadline: float = 0.0) -> None:
+        """Give a record to the broker; where it is far behind, wait for it until `deadline`, s."""
+        while True:
+            try:
+                self._link.send(record)
+            except BlockingIOError as cause:
+                left = deadline - time.monotonic()
+                if left <= 0:
+                    raise can.CanOperationError("Transmit buffer full") from cause
+                select.select([], [self._link], [], left)
+            except OSError as cause:
+                raise can.CanOperationError(f"the bus is closed: {cause}") from cause
+            else:
+                return
 
 
 def _joined(channel: str, hello: Hello) -> socket.socket:
@@ -225,6 +235,14 @@ def _joined(channel: str, hello: Hello) -> socket.socket:
         raise can.CanInitializationError(f"slipbench bus '{channel}': {answer.content.decode()}")
     link.setblocking(False)
     return link
+
+
+def _make_room(link: socket.socket, size: int) -> None:
+    """Let `size` bytes wait for the broker, or as many as the system allows."""
+    try:
+        link.setsockopt(socket.SOL_SOCKET, SEND_BUFFER_FORCE, size)
+    except OSError:
+        link.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, size)
 
 
 def _connected(channel: str) -> socket.socket:

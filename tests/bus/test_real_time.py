@@ -3,6 +3,8 @@
 Nothing here depends on how fast the machine is: the time stamps are the wire's own.
 """
 
+import os
+import signal
 import socket
 import subprocess
 import sys
@@ -231,6 +233,22 @@ def test_a_broker_that_is_killed_is_told_at_once_and_the_channel_can_be_used_aga
     with joined(channel) as one, joined(channel) as other:
         one.send(frame())
         assert len(receive(other, 1)) == 1
+
+
+def test_a_broker_that_comes_late_has_lost_nothing(channel: str) -> None:
+    """A machine under load may stop the broker for long; a whole queue must fit between."""
+    with joined(channel, queue_length=600) as sender, joined(channel) as listener:
+        broker = _broker_of(channel)
+        os.kill(broker, signal.SIGSTOP)
+        try:
+            for number in range(600):
+                sender.send(frame(number))
+            with pytest.raises(can.CanOperationError, match="full"):
+                sender.send(frame())
+        finally:
+            os.kill(broker, signal.SIGCONT)
+        heard = receive(listener, 600)
+    assert [message.arbitration_id for message in heard] == list(range(600))
 
 
 @pytest.mark.parametrize("nonsense", [

@@ -24,6 +24,7 @@ ROOT = Path(__file__).parents[2]
 HERE = Path(__file__).parent
 BUILD = ROOT / "build" / "conformance"
 THEIRS = ("logformats_test.py", "test_player.py", "test_message_sync.py")  # as they are
+LIMIT = 600.0  # s for all of it; it takes about one minute
 CI_MARKS = ("CI", "CONTINUOUS_INTEGRATION", "GITHUB_ACTIONS", "TRAVIS")
 
 # Skips that are right, by the reason that the suite gives.
@@ -95,7 +96,12 @@ def run(results: Path) -> int:
         "--rootdir", BUILD, "--import-mode=importlib", "--timeout=60",
         f"--junit-xml={results}", HERE / "on_slipbench.py", *suite,
     ]  # fmt: skip
-    return subprocess.run(command, cwd=BUILD, env=environment, check=False).returncode
+    try:
+        return subprocess.run(
+            command, cwd=BUILD, env=environment, check=False, timeout=LIMIT
+        ).returncode
+    except subprocess.TimeoutExpired:
+        sys.exit(f"the suite has not ended within {LIMIT:g} s: a test of it hangs")
 
 
 def report(results: Path) -> list[str]:
