@@ -83,7 +83,7 @@ class Gateway:
         self._last = ActuatorCommand(Authority.NONE, 0.0, 0.0, 0.0)
         self._asked_since = 0.0
         self._refused_in_a_row = 0
-        self._full = False
+        self._full = self._behind = False
         self._status_due = 0.0
         self._ended_at: float | None = None
         self.state = TrialState()
@@ -93,7 +93,8 @@ class Gateway:
     def tick(self, number: int, due: int) -> bool:
         """Do what is due at `due` (ns); False once the trial has ended and was told about."""
         now = due / SECOND
-        behind = not self._listen(now)
+        behind = not self._listen(now) or self._behind
+        self._behind = False
         seen = self._lookout.seen(
             now,
             bus_off=self._controller.off() or self._refused_in_a_row >= OFF_THE_BUS,
@@ -111,6 +112,17 @@ class Gateway:
         self._send(self._decide(seen, now, due), now)
         self._report(number, now)
         return self._ended_at is None or now - self._ended_at < AFTERWARDS
+
+    @property
+    def expects_the_button(self) -> bool:
+        """Tell whether the trial would begin if the rider pressed the button now."""
+        return self.state.phase == Phase.ARMED and self.state.released and not self._behind
+
+    def attend(self, due: int) -> bool:
+        """Listen between two ticks, at `due` (ns); True where the rider has pressed the button."""
+        now = due / SECOND
+        self._behind = not self._listen(now)
+        return not self._behind and self._lookout.seen(now).rider.button
 
     def stop(self, due: int) -> None:
         """End the trial from outside: the operator's interrupt."""

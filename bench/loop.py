@@ -10,6 +10,8 @@ from bench.clock import Clock
 
 # A tick is told its number and the time at which it was due; it answers whether to go on.
 Tick = Callable[[int, int], bool]
+# Waits until a deadline (ns), or answers True earlier: then the next tick is due now.
+Wait = Callable[[int], bool]
 # Is told of each tick before it runs: its number, when it was due, and how late it is (ns).
 Note = Callable[[int, int, int], None]
 
@@ -21,7 +23,7 @@ class Lateness:
     tick      (n,) int64, number of each tick that ran, increasing
     lateness  (n,) int64, ns from when it was due to when it began
     period    ns
-    start     ns, when tick 0 was due
+    start     ns, when tick 0 was due, or would have been where the ticks began anew since
     """
 
     tick: npt.NDArray[np.int64]
@@ -52,18 +54,27 @@ def unnoted(_number: int, _due: int, _late: int) -> None:
 
 
 def run_periodic(
-    tick: Tick, period: int, clock: Clock, most: int = 3_600_000, note: Note = unnoted
+    tick: Tick,
+    period: int,
+    clock: Clock,
+    most: int = 3_600_000,
+    note: Note = unnoted,
+    wait: Wait | None = None,
 ) -> Lateness:
     """Call `tick` every `period` ns until it answers False or `most` ticks fell due.
 
     A late tick runs at once and is told its own number; ticks that are wholly past are skipped,
-    so the value sent is always the one that is due now.
+    so the value sent is always the one that is due now. Where `wait` ends early the next tick is
+    due at that moment, and those after it a period apart from there.
     """
     numbers, lateness = np.empty(most, np.int64), np.empty(most, np.int64)
     start = clock.now_ns() + period
     number = ran = 0
     while number < most:
-        clock.sleep_until_ns(start + number * period)
+        if wait is None:
+            clock.sleep_until_ns(start + number * period)
+        elif wait(start + number * period):
+            start = min(start, clock.now_ns() - number * period)
         late = clock.now_ns() - (start + number * period)
         if late >= period:
             number += late // period

@@ -14,6 +14,7 @@ from multiprocessing.process import BaseProcess
 
 import can
 
+from bench.attention import attentive
 from bench.buses import BusAddress, open_bus, receive_buffer, stamps_wall_time
 from bench.clock import SECOND, SPIN, MonotonicClock
 from bench.gateway import Gateway, PhaseChange
@@ -88,7 +89,8 @@ def run_loop(
     tick = _telling(gateway, phases, stop)
     with undisturbed() as refused:
         _forget(bus)
-        lateness = run_periodic(tick, period, clock, note=noting(frames))
+        wait = attentive(gateway, bus, clock)
+        lateness = run_periodic(tick, period, clock, note=noting(frames), wait=wait)
     frames.close()
     notes = (*refused, *gateway.refusals)
     return LoopReport(gateway.state, tuple(gateway.changes), lateness, notes)

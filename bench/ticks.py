@@ -61,5 +61,5 @@ def read_ticks(path: Path, period: int) -> Lateness:
     rows = [line.split(",") for line in path.read_text().splitlines()[1:] if line.count(",") == 3]
     ran = [(int(row[0]), int(row[1]), int(row[2])) for row in rows if row[2]]
     table = np.array(ran, np.int64).reshape(-1, 3)
-    start = int(table[0, 1] - table[0, 0] * period) if len(table) else 0
+    start = int(table[-1, 1] - table[-1, 0] * period) if len(table) else 0
     return Lateness(table[:, 0].copy(), table[:, 2].copy(), period, start)

@@ -76,7 +76,7 @@ def replays(title: str, seconds: float) -> None:
 def triggers(title: str) -> None:
     """Print how long after the button's frame the first command with authority was on the bus."""
     print(f"\nbutton's frame to first frame with authority, {title}\n{HEAD}")
-    print(trigger.measure())
+    print(*trigger.measure(), sep="\n")
 
 
 def accounted() -> None:

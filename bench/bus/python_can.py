@@ -140,6 +140,10 @@ class SlipbenchBus(can.BusABC):
         (begin, busy_before), (end, busy) = self._since, self._until
         return (busy - busy_before) / (end - begin) if end > begin else 0.0
 
+    def fileno(self) -> int:
+        """Give what `select` waits on; what `recv(0)` still gives has been taken from it before."""
+        return self._link.fileno()
+
     def shutdown(self) -> None:
         """Leave the bus; what was sent is still sent."""
         super().shutdown()

@@ -52,6 +52,26 @@ def test_every_tick_is_on_time_late_or_skipped_and_all_are_counted(durations):
         assert 0 <= late < MILLISECOND
 
 
+@given(st.dictionaries(st.integers(0, 40), st.integers(0, MILLISECOND - 1)))
+def test_where_the_wait_ends_early_the_ticks_begin_anew_and_all_are_counted(early):
+    """Keys: ticks that are called before they are due; values: by how much, ns."""
+    clock, dues = SimulatedClock(), []
+
+    def wait(deadline):
+        by = early.get(len(dues), 0)
+        clock.sleep_until_ns(deadline - by)
+        return by > 0
+
+    lateness = run_periodic(
+        lambda _, due: dues.append(due) or len(dues) <= 40, MILLISECOND, clock, wait=wait
+    )
+    assert lateness.tick.tolist() == list(range(41))
+    assert not lateness.lateness.any()
+    gaps = np.diff(dues)
+    assert gaps.tolist() == [MILLISECOND - early.get(number, 0) for number in range(1, 41)]
+    assert lateness.start + 40 * MILLISECOND == dues[-1]
+
+
 def test_on_the_simulated_clock_nothing_is_ever_late():
     clock, times = SimulatedClock(), []
     lateness = run_periodic(

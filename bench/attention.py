@@ -1,0 +1,34 @@
+"""The wait for the next tick; while the bench is armed it listens for the button meanwhile.
+
+A press arrives anywhere between two ticks. Were it to wait for the next one, a period of 1 ms would
+go by in the worst case; instead the ticks begin anew with it. See `bench.loop.run_periodic`.
+"""
+
+import select
+
+import can
+
+from bench.clock import SPIN, Clock
+from bench.gateway import Gateway
+from bench.loop import Wait
+
+
+def attentive(gateway: Gateway, bus: can.BusABC, clock: Clock) -> Wait | None:
+    """Make the wait; None where the interface has nothing to wait on (python-can's `virtual`)."""
+    try:
+        number = bus.fileno()
+    except NotImplementedError:
+        return None
+    waiting = select.poll()
+    waiting.register(number, select.POLLIN)
+
+    def wait(deadline: int) -> bool:
+        while gateway.expects_the_button and (left := deadline - clock.now_ns()) > SPIN:
+            if gateway.attend(min(clock.now_ns(), deadline)):
+                return True
+            if not waiting.poll((left - SPIN) * 1e-6):  # ms
+                break
+        clock.sleep_until_ns(deadline)
+        return False
+
+    return wait
