@@ -21,6 +21,7 @@ class Parameter:
     absent: float
     whole: bool
     smallest: float | None = None
+    sought: tuple[float, float, float] | None = None
 
     @property
     def sized(self) -> bool:
@@ -38,6 +39,7 @@ def parameter(
     absent: float | None = None,
     smallest: float | None = None,
     whole: bool = False,
+    sought: tuple[float, float, float] | None = None,
 ) -> float:
     """Declare a field of a Block: default, SI unit, valid range (inclusive) and meaning.
 
@@ -45,6 +47,8 @@ def parameter(
     shapes an effect has none and keeps its typical value.
     smallest: of a parameter that sizes an effect, the least size that anybody would care for; it
     lies between absent and typical.
+    sought: of a place that no recording comes near to by chance: the first and last at which an
+    effect is looked for, and the step between them.
     """
     metadata = {
         "unit": unit,
@@ -55,6 +59,7 @@ def parameter(
         "absent": typical if absent is None else absent,
         "whole": whole,
         "smallest": smallest,
+        "sought": sought,
     }
     return field(default=typical, metadata=metadata)
 

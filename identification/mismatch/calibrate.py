@@ -12,7 +12,7 @@ from identification.mismatch.stack import flat, residuals, whiteners
 from identification.mismatch.whitening import Whitener
 from plant.signals import Floats
 
-WORTH_AGAIN = 1.0  # nats
+WORTH_AGAIN = 10.0  # nats; what is left then is far less, since steps converge quadratically
 
 
 def calibrate(model: Model, start: Point) -> Fit:
@@ -40,6 +40,21 @@ def followed(fit: Fit) -> Fit:
 def refreshed(fit: Fit) -> Fit:
     """Return the same with sensitivities at its own point."""
     return replace(fit, slopes=sensitivities(fit.model, fit.point))
+
+
+def partly_refreshed(fit: Fit) -> Fit:
+    """Return the same with sensitivities taken anew where that costs little.
+
+    Those are drives without a slow unknown; only such as the fit's effects concern are looked at.
+    """
+    system, chain = fit.model.system, fit.model.chain
+    cheap = frozenset(
+        d for d in chain.drives if d not in system.slow_drives(chain)
+        and any(system.concerns(e, chain, d) for e in fit.point.effects)
+    )  # fmt: skip
+    if not cheap:
+        return fit
+    return replace(fit, slopes=sensitivities(fit.model, fit.point, fit.slopes, cheap))
 
 
 def _first_noise(model: Model, predicted: Series, slopes: Series) -> list[Whitener]:

@@ -68,8 +68,8 @@ class Dialled(ABC):
 class Candidate(Dialled):
     """An effect with the values of its dials: first the size, then what shapes it.
 
-    pattern: the effect on its subject, at its typical size. dials: size in typical sizes, shapes as
-    unit normals. whole: values of whole parameters.
+    pattern: the effect on its subject, at its typical size, where it is looked for. dials: size in
+    typical sizes, shapes as unit normals. whole: values of whole parameters.
     """
 
     pattern: Effect
@@ -118,7 +118,7 @@ class Candidate(Dialled):
         for p in sizes(self.kind):
             values[p.name] = _inside(p, _sized(p, self.size))
         for p, y in zip(shapes(self.kind), self.dials[1:], strict=True):
-            values[p.name] = _inside(p, _shaped(p, y))
+            values[p.name] = _inside(p, _shaped(p, getattr(self.pattern, p.name), y))
         return replace(self.pattern, **values)
 
     def moved(self, step: Floats) -> Self:
@@ -178,7 +178,7 @@ def candidates(kind: type[Effect], places: int = 16) -> Iterator[Candidate]:
     places: how many values of a whole parameter mean something (teeth of a disc).
     """
     count = len(shapes(kind))
-    for pattern in kind.candidates():
+    for pattern in (p for c in kind.candidates() for p in _sought(c)):
         for whole in _whole_values(kind, places):
             yield Candidate(pattern, (1.0, *([0.0] * count)), whole)
 
@@ -203,6 +203,17 @@ def reshaped(candidate: Candidate) -> Iterator[Candidate]:
     for i in range(1, len(candidate.dials)):
         for y in (-2.0, -1.0, 1.0, 2.0):
             yield replace(candidate, dials=(*candidate.dials[:i], y, *candidate.dials[i + 1 :]))
+
+
+def _sought(pattern: Effect) -> Iterator[Effect]:
+    """Yield an effect at every place at which it is looked for."""
+    for p in pattern.parameters():
+        if p.sought is not None:
+            first, last, step = p.sought
+            for place in np.arange(first, last, step):
+                yield replace(pattern, **{p.name: float(place)})
+            return
+    yield pattern
 
 
 def _whole_values(kind: type[Effect], places: int) -> list[tuple[float, ...]]:
@@ -232,10 +243,13 @@ def _sized(p: Parameter, size: float) -> float:
     return p.absent + size * (p.typical - p.absent)
 
 
-def _shaped(p: Parameter, y: float) -> float:
-    if p.typical > 0.0 and p.low >= 0.0:
-        return p.typical * math.exp(SHAPE * y)
-    return p.typical + y * (p.high - p.low) / 8.0
+def _shaped(p: Parameter, at: float, y: float) -> float:
+    """Return a shape y prior deviations from where it is looked for."""
+    if p.sought is not None:
+        return at + y * p.sought[2]
+    if at > 0.0 and p.low >= 0.0:
+        return at * math.exp(SHAPE * y)
+    return at + y * (p.high - p.low) / 8.0
 
 
 def _inside(p: Parameter, value: float) -> float:

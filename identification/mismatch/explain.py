@@ -13,7 +13,7 @@ from identification.mismatch.held_out import Error, carried_over, errors, proof
 from identification.mismatch.improved import not_told
 from identification.mismatch.interval import estimates
 from identification.mismatch.locate import Curve, effect_of, locate
-from identification.mismatch.model import Model, models
+from identification.mismatch.model import Model, models, predict
 from identification.mismatch.naming import ALIKE, Named, Say, name
 from identification.mismatch.next_trial import next_trial
 from identification.mismatch.record import Record
@@ -93,7 +93,7 @@ def _locate(a: Analysis, _: Sequence[type[Effect]], say: Say) -> None:
 def _name(a: Analysis, library: Sequence[type[Effect]], say: Say) -> None:
     assert a.base is not None
     say(f"scoring {len(library)} effects")
-    a.named = name(a.base, library, say)
+    a.named = name(a.base, library, say, a.held_out)
     a.headline = _headline(a)
 
 
@@ -102,9 +102,10 @@ def _headline(a: Analysis) -> str:
     assert a.base is not None
     assert a.named is not None
     if a.named.names:
-        effects = tuple(c.effect() for c in a.named.fit.candidates)
-        trace = change(a.base.model, a.base.point, effects, a.base.predicted)
-        return plainest(a.base, trace)
+        fit = a.named.fit
+        bare = replace(fit.point, effects=())
+        trace = change(fit.model, bare, fit.point.effects, predict(fit.model, bare))
+        return plainest(fit, trace)
     if a.before and a.before[0].certain:
         return plainest(a.base, effect_of(Judge.of(a.base), a.before[0]))
     return a.base.model.chain.blocks[-1].outputs[0]

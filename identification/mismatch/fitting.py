@@ -5,7 +5,7 @@ dials are taken anew at each. The score is the log-posterior with the noise mode
 that hypotheses with different noise can be compared.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -29,6 +29,7 @@ from plant.signals import Floats
 
 SETTLED = 0.5  # nats that another step must bring
 SHARES = (1.0, 0.4, 0.1)
+DAMPINGS = (0.01, 0.1, 1.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,7 +145,7 @@ def _objective(fit: Fit) -> float:
 
 
 def _step(fit: Fit, before: float) -> Fit:
-    """Return the best of a full and two shorter steps, or the same fit."""
+    """Return the first of a full, shorter and damped steps that leads on, or the same fit."""
     z, u = coordinates_of(fit.point), _dials(fit.candidates)
     total = fit.aim + fit.nuisances.columns @ z
     to_u: Floats = np.zeros(0)
@@ -156,11 +157,37 @@ def _step(fit: Fit, before: float) -> Fit:
         to_u = np.asarray(np.linalg.solve(normal, off.T @ total))
         total = total - columns @ to_u
     to_z = fit.nuisances.fit(total)
-    for share in SHARES:
-        new = _there(fit, share * (to_z - z), share * (to_u - u))
+    full = np.concatenate((to_z - z, to_u - u))
+    slope = _slope(fit, z, u)
+    if float(slope @ full) < 2 * SETTLED:
+        return fit
+    for step in _steps(fit, full, slope):
+        new = _there(fit, step[: z.size], step[z.size :])
         if _objective(new) < before:
             return new
     return fit
+
+
+def _steps(fit: Fit, full: Floats, slope: Floats) -> Iterator[Floats]:
+    """Yield shares of a full step; then Marquardt's, which hold back where little is known."""
+    yield from (share * full for share in SHARES)
+    columns, prior = fit.nuisances.columns, np.ones(fit.nuisances.columns.shape[1])
+    if fit.candidates:
+        columns = np.concatenate((columns, fit.columns), axis=1)
+        prior = np.concatenate((prior, _deviations(fit.candidates) ** -2.0))
+    normal = columns.T @ columns + np.diag(prior)
+    for damping in DAMPINGS:
+        held = normal + damping * np.diag(np.diag(normal))
+        yield np.asarray(np.linalg.solve(held, slope), np.float64)
+
+
+def _slope(fit: Fit, z: Floats, u: Floats) -> Floats:
+    """Half the negative gradient of the objective: coordinates first, then dials."""
+    to_z = fit.nuisances.columns.T @ fit.aim - z
+    if not u.size:
+        return np.asarray(to_z)
+    to_u = fit.columns.T @ fit.aim - u / _deviations(fit.candidates) ** 2
+    return np.concatenate((to_z, to_u))
 
 
 def _there(fit: Fit, dz: Floats, du: Floats) -> Fit:

@@ -1,18 +1,23 @@
 """Prove it on recordings that took no part in the fit."""
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 
 from identification.mismatch.fitting import Fit, settle
 from identification.mismatch.floor import floors
 from identification.mismatch.model import Model, predict
-from identification.mismatch.sensitivity import sensitivities
+from identification.mismatch.sensitivity import change, sensitivities
+from identification.mismatch.stack import flat
 from identification.mismatch.system import System
 from plant.signals import Floats
 
 DRAWS = 2000
+CONFIRMED = 5.0
+"""Nats that held-out recordings must gain from what they would show plainly."""
 
 
 @dataclass(frozen=True)
@@ -33,6 +38,7 @@ class Error:
     interval: tuple[float, float]
 
 
+@lru_cache(maxsize=4)
 def carried_over(fit: Fit, model: Model) -> Fit:
     """Let a fitted system meet other recordings; everything uncertain may move again."""
     point = replace(model.origin(), x=fit.point.x, effects=fit.point.effects)
@@ -40,6 +46,20 @@ def carried_over(fit: Fit, model: Model) -> Fit:
     slopes = sensitivities(model, point)
     start = Fit(model, point, predicted, fit.noise, slopes)
     return replace(settle(start, noises=2), candidates=fit.candidates)
+
+
+def contradicted(before: Fit, after: Fit, model: Model) -> bool:
+    """Tell whether held-out recordings speak against what `after` has more than `before`.
+
+    They do where they would show it, if it were right, but gain less than chance may take from it.
+    """
+    there, bare = carried_over(after, model), carried_over(before, model)
+    without = replace(there.point, effects=bare.point.effects)
+    trace = change(model, without, there.point.effects, predict(model, without))
+    course = there.nuisances.off(flat(model, there.noise, trace))
+    worth = 0.5 * float(course @ course)
+    chance = 2.0 * math.sqrt(2.0 * worth)  # 2 sigma of what a right effect of that worth gains
+    return there.score - bare.score < min(CONFIRMED, worth - chance)
 
 
 def driven(model: Model, system: System, noise_of: Fit) -> Fit:

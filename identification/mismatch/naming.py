@@ -10,10 +10,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from itertools import combinations
 
-from identification.mismatch.calibrate import followed
-from identification.mismatch.candidate import Candidate, limits, tried_sizes
-from identification.mismatch.fitting import Fit, settle, with_effects
+from identification.mismatch.calibrate import WORTH_AGAIN, followed, partly_refreshed
+from identification.mismatch.candidate import Candidate, Dialled, limits, tried_sizes
+from identification.mismatch.fitting import Fit, renoised, settle, with_effects
+from identification.mismatch.held_out import contradicted
 from identification.mismatch.interval import significance
+from identification.mismatch.model import Model
 from identification.mismatch.scatter import FAMILY, SHARE
 from identification.mismatch.score import Judge, Score, survey
 from plant.effects.effect import Effect
@@ -29,6 +31,10 @@ HOPELESS = 0.1  # share of the leader's gain below which a score gets one start 
 WORTH = 6.0  # nats that a score must promise before a full fit is tried
 ENOUGH = 12.0  # nats that an effect must bring
 ALIKE = 10.0  # nats within which two names are one class
+INEXACT = 0.05
+"""Share of what an effect brings that its formula may leave to others at the same place."""
+CHANCES = 2  # of those that pass, how many are held against the held-out recordings
+AGAIN = 1  # times that sensitivities are taken anew while an effect is fitted
 
 Say = Callable[[str], None]
 
@@ -57,22 +63,23 @@ class Named:
         return self.fit.score - self.base.score
 
 
-def name(base: Fit, library: Sequence[type[Effect]], say: Say) -> Named:
-    """Find up to three effects that the recordings ask for."""
+def name(
+    base: Fit, library: Sequence[type[Effect]], say: Say, held_out: Model | None = None
+) -> Named:
+    """Find up to three effects that the recordings ask for and held-out ones do not contradict."""
     first = survey(Judge.of(base), library)
     limit = FAMILY * SHARE / first.tests
     fit, rivals, found, best_p = base, dict[str, dict[str, float]](), first.scores, 1.0
     while len(fit.candidates) < MOST:
         rough = fit.coarse()
         tried = _tried(rough, found, say)
-        best = next((t for t in tried if _passes(rough, t, limit)), None)
-        if best is None and not fit.candidates:
-            best = _pair(rough, found, limit, say)
-        if best is None:
+        passed = [t for t in tried if _passes(rough, t, limit)][:CHANCES]
+        if not passed and not fit.candidates:
+            passed = _pairs(rough, found, limit, say)[:CHANCES]
+        if not passed:
             best_p = min((_least_p(rough, t) for t in tried), default=1.0)
-            break
-        finer = followed(best.fine(base.model))
-        if not _passes(fit, finer, limit):
+        best, finer = _first_that_holds(fit, passed, limit, held_out, say)
+        if best is None or finer is None:
             break
         news = [c.name for c in best.candidates if c.name not in {e.name for e in fit.candidates}]
         rivals[" + ".join(news)] = _behind(best, tried)
@@ -83,6 +90,19 @@ def name(base: Fit, library: Sequence[type[Effect]], say: Say) -> Named:
     fitted = [significance(fit, i) for i in range(len(fit.candidates))]
     least = min(fitted) if fitted else max(best_p, limit)
     return Named(base, fit, first.scores, min(1.0, least / limit * FAMILY), rivals)
+
+
+def _first_that_holds(
+    fit: Fit, passed: Sequence[Fit], limit: float, held_out: Model | None, say: Say
+) -> tuple[Fit | None, Fit | None]:
+    """Return the first that passes with fine steps as well, coarse and fine."""
+    for rough in passed:
+        finer = followed(rough.fine(fit.model))
+        if _passes(fit, finer, limit):
+            if held_out is None or not contradicted(fit, finer, held_out):
+                return rough, finer
+            say(f"contradicted by the held-out recordings: {rough.candidates[-1].name}")
+    return None, None
 
 
 def _least_p(before: Fit, after: Fit) -> float:
@@ -123,28 +143,58 @@ def _from_several(fit: Fit, score: Score, leader: float) -> Fit | None:
 
 def _fitted(fit: Fit, *new: Candidate) -> Fit | None:
     try:
-        return settle(with_effects(fit, (*fit.candidates, *new)))
+        return _settled(with_effects(fit, (*fit.candidates, *new)))
     except PlantError:
         return None
 
 
+def _settled(start: Fit) -> Fit:
+    """Settle, and again with sensitivities that the effects have changed, where those are cheap."""
+    fit = settle(start)
+    for _ in range(AGAIN):
+        new = partly_refreshed(fit)
+        if new is fit:
+            break
+        new = settle(new)
+        if new.score - fit.score < WORTH_AGAIN:
+            return max(new, fit, key=lambda f: f.score)
+        fit = new
+    return fit
+
+
 def _passes(before: Fit, after: Fit, limit: float) -> bool:
-    new = len(after.candidates) - len(before.candidates)
-    if after.score - before.score < ENOUGH * new:
+    new = after.candidates[len(before.candidates) :]
+    gain = after.score - before.score
+    if gain < ENOUGH * len(new) or any(gain < _inexact(before, c) for c in new):
         return False
     places = range(len(before.candidates), len(after.candidates))
     return all(significance(after, i) < limit for i in places)
 
 
-def _pair(fit: Fit, scores: Sequence[Score], limit: float, say: Say) -> Fit | None:
-    """Try pairs of the most promising effects."""
+def _inexact(fit: Fit, new: Dialled) -> float:
+    """Nats that the formulas of what is named may leave at the place of a new effect."""
+    place = place_of(fit, new)
+    there = [c for c in fit.candidates if place and place_of(fit, c) == place]
+    if not there:
+        return 0.0
+    bare = tuple(c for c in fit.candidates if c not in there)
+    return INEXACT * (fit.score - renoised(with_effects(fit, bare)).score)
+
+
+def place_of(fit: Fit, one: Dialled) -> str:
+    """Return where an effect acts; empty: not known."""
+    return fit.model.system.acts_at(one.pattern) if isinstance(one, Candidate) else ""
+
+
+def _pairs(fit: Fit, scores: Sequence[Score], limit: float, say: Say) -> list[Fit]:
+    """Try pairs of the most promising effects; those that pass, best first."""
     halves = [s.candidate for s in scores if s.gain > 1.0][:HALVES]
     done = []
     for a, b in combinations(halves, 2):
         say(f"fitting {a.name} with {b.name}".replace("_", " "))
         done.append(_fitted(fit, a, b))
     passed = [d for d in done if d is not None and _passes(fit, d, limit)]
-    return max(passed, key=lambda d: d.score, default=None)
+    return sorted(passed, key=lambda d: -d.score)
 
 
 def _behind(best: Fit, tried: Sequence[Fit]) -> dict[str, float]:
@@ -158,10 +208,16 @@ def _pruned(base: Fit, fit: Fit, limit: float, say: Say) -> Fit:
     """Drop each effect in turn; what is not missed, or not certain, stays away."""
     if len(fit.candidates) < 2:
         return fit
-    for i, dropped in enumerate(fit.candidates):
-        kept = tuple(c for c in fit.candidates if c is not dropped)
-        less = settle(with_effects(fit, kept))
-        if fit.score - less.score < ENOUGH or significance(fit, i) > limit:
-            say(f"not missed: {dropped.name}")
-            return _pruned(base, less, limit, say)
+    without = [
+        _settled(with_effects(fit, (*fit.candidates[:i], *fit.candidates[i + 1 :])))
+        for i in range(len(fit.candidates))
+    ]
+    lost = [fit.score - w.score for w in without]
+    for i in sorted(range(len(lost)), key=lost.__getitem__):
+        place = place_of(fit, fit.candidates[i])
+        beside = [x for x, c in zip(lost, fit.candidates, strict=True) if place_of(fit, c) == place]
+        enough = max(ENOUGH, INEXACT * max(beside) if place else 0.0)
+        if lost[i] < enough or significance(fit, i) > limit:
+            say(f"not missed: {fit.candidates[i].name}")
+            return _pruned(base, without[i], limit, say)
     return fit

@@ -157,7 +157,8 @@ def survey(judge: Judge, library: Iterable[type[Effect]]) -> Survey:
     for s in first:
         typical[s.candidate.name] = max(typical.get(s.candidate.name, 0.0), s.seen)
     told = [replace(s, typical=typical[s.candidate.name]) for s in _best([*best, *shaped])]
-    chances = {(s.candidate.name, s.candidate.whole) for s in (*first, *tried) if s.seen > CHANCE}
+    told_of = [s.candidate for s in (*first, *tried) if s.seen > CHANCE]
+    chances = {(c.pattern, c.whole) for c in told_of}
     return Survey(told, TRIES * max(len(chances), 1))
 
 

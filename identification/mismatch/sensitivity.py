@@ -12,12 +12,17 @@ NUDGE = 0.02  # of a coordinate's prior deviation
 SLOW_NUDGE = 0.2
 
 
-def sensitivities(fine: Model, point: Point) -> Series:
+def sensitivities(
+    fine: Model, point: Point, kept: Series | None = None, only: frozenset[str] = frozenset()
+) -> Series:
     """Return (T, m, p) by block and record: the system first, then the slow unknown by record.
 
-    Simulations with coarse steps are compared with each other.
+    Simulations with coarse steps are compared with each other. kept: those of a point nearby, which
+    hold for all drives but these.
     """
     model = fine.coarse
+    if kept is not None:
+        return _renewed(model, point, kept, only)
     base = predict(model, point)
     places = len(point.x) + sum(len(q) for q in point.q)
     found = [[np.zeros((*m.shape, places)) for m in ms] for ms in model.measured]
@@ -35,6 +40,23 @@ def sensitivities(fine: Model, point: Point) -> Series:
             there = replace(point, q=(*point.q[:r], moved, *point.q[r + 1 :]))
             put(model, found, column, predict(model, there, slow, (r,)), base, SLOW_NUDGE)
             column += 1
+    return found
+
+
+def _renewed(model: Model, point: Point, kept: Series, only: frozenset[str]) -> Series:
+    """Take sensitivities of some drives anew, on which nothing slow acts."""
+    base = predict(model, point, only)
+    blocks = model.chain.blocks
+    found = [
+        [s.copy() for s in ss] if block.drive in only else ss
+        for block, ss in zip(blocks, kept, strict=True)
+    ]
+    for i in range(len(point.x)):
+        drives = only.intersection(model.system.touched(model.chain, model.known[i]))
+        if drives:
+            x = point.x.copy()
+            x[i] += NUDGE
+            put(model, found, i, predict(model, replace(point, x=x), drives), base, NUDGE)
     return found
 
 

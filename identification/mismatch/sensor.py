@@ -22,9 +22,11 @@ from identification.mismatch.sampling import (
     known_bins,
 )
 from plant.effects.effect import Effect
-from plant.sensing import tell, telling
+from plant.effects.stale_frames import StaleFrames
+from plant.sensing import Tells, tell, telling
 from protocol.channel import FloatArray
 
+MOVED = 1.5  # quanta between two samples from which on telling a value again is no chance
 SEGMENT = 3.0  # s, over which a tooth pattern is averaged
 Integers = npt.NDArray[np.int_]
 
@@ -43,7 +45,8 @@ class Sensor:
 
     see: matrices by column of the simulation; then: the last steps, which the recorded samples go
     through as well. direct: both in one, where no effect acts between them. time: s, of samples of
-    a point sensor. offsets: what the displacement of every tooth (rad) does before the last steps.
+    a point sensor; again: 1 where they told a value again; quantum: of what they tell, 0 if as
+    good as none. offsets: what the displacement of every tooth (rad) does before the last steps.
     """
 
     name: str
@@ -56,14 +59,28 @@ class Sensor:
     direct: Callable[[Columns], FloatArray]
     offsets: Matrix | None = None
     time: FloatArray | None = None
+    again: FloatArray | None = None
+    quantum: float = 0.0
 
     def look(self, out: Columns, effects: Iterable[Effect] = ()) -> FloatArray:
         """Return what the sensor shows, effects on its channel included, (bins,)."""
         acting = () if self.time is None else telling(effects, self.name, "signal", "frame")
         if not acting or self.time is None:
             return self.direct(out)
-        _, seen = tell(acting, (), self.time, _seen(self.see, out))
+        value = _seen(self.see, out)
+        left: tuple[Tells, ...] = ()
+        for effect in acting:
+            known = self._as_recorded(effect, value)
+            value = value if known is None else known
+            left += (effect,) if known is None else ()
+        _, seen = tell(left, (), self.time, value)
         return self.then(seen)
+
+    def _as_recorded(self, effect: Tells, value: FloatArray) -> FloatArray | None:
+        """Return what an effect of chance makes of values where the recording tells its draws."""
+        if self.again is None or not isinstance(effect, StaleFrames):
+            return None
+        return effect.told_again(value, self.again, MOVED * self.quantum)
 
     def misplaced(self, displacement: FloatArray) -> FloatArray:
         """Return what displaced teeth (rad, by tooth) add to the output; zeros without teeth."""
@@ -109,7 +126,13 @@ def point_sensor(
         return np.asarray(at_once @ out[column])
 
     return Sensor(name, unit, samples.clock, bins @ samples.value, known, {column: see}, then,
-                  direct, time=samples.time)  # fmt: skip
+                  direct, time=samples.time, again=_again(samples.value), quantum=quantum,
+                  )  # fmt: skip
+
+
+def _again(values: FloatArray) -> FloatArray:
+    """Return 1 where a sample tells exactly what the one before it told."""
+    return np.concatenate(([0.0], (np.diff(values) == 0.0).astype(float)))
 
 
 def quantum_of(values: FloatArray) -> float:

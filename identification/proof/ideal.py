@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy import interpolate
 
-from identification.mismatch.calibrate import calibrate, refreshed
+from identification.mismatch.calibrate import calibrate, followed
 from identification.mismatch.candidate import (
     SHAPE,
     Candidate,
@@ -101,7 +101,7 @@ def _of_library(hidden: Sequence[Hidden], base: Fit) -> Ideal:
 
 def _fitted(base: Fit, candidates: Sequence[Candidate]) -> Fit | None:
     try:
-        return settle(refreshed(settle(with_effects(base, candidates), noises=2)))
+        return followed(settle(with_effects(base, candidates), noises=2))
     except PlantError:
         return None
 
@@ -112,7 +112,11 @@ def at_truth(hidden: Hidden) -> Candidate:
     kind, told = type(pattern), hidden.parameters
     first = sizes(kind)[0]
     size = _size(first, told[first.name])
-    dials = [_dial(p, told[p.name]) if p.name in told else 0.0 for p in shapes(kind)]
+    sought = [p.name for p in shapes(kind) if p.sought is not None and p.name in told]
+    pattern = replace(pattern, **{name: told[name] for name in sought})
+    dials = [
+        _dial(p, told[p.name]) if p.name in told and p.sought is None else 0.0 for p in shapes(kind)
+    ]
     whole = tuple(told.get(p.name, p.typical) for p in wholes(kind))
     return Candidate(pattern, (size, *dials), whole)
 
@@ -203,10 +207,14 @@ def _shown(case: Case, model: Model, r: int, trial: Trial, secret: Secret) -> li
 
 
 def _worth(base: Fit, difference: Series) -> float:
-    """Log-posterior gained by whoever takes the difference off the recordings and calibrates."""
+    """Log-posterior gained by whoever takes the difference off the recordings and calibrates.
+
+    What is hidden may have led the first calibration far off, and the file may be far off itself.
+    """
     cleared = replace(base.model)
     cleared.__dict__["measured"] = [
         [m - d for m, d in zip(ms, ds, strict=True)]
         for ms, ds in zip(base.model.measured, difference, strict=True)
     ]
-    return calibrate(cleared, cleared.origin()).score - base.score
+    found = (calibrate(cleared, start) for start in (base.point, cleared.origin()))
+    return max(f.score for f in found) - base.score

@@ -48,6 +48,10 @@ def draw(first: int, count: int, seed: int) -> Floats:
     return (z ^ (z >> np.uint64(31))).astype(np.float64) / 2.0**64
 
 
+FEWEST = 0.01
+"""Share of repeated frames that chance and noise bring about."""
+
+
 @dataclass(frozen=True)
 class StaleFrames(Effect):
     """Frames that repeat the one before."""
@@ -75,3 +79,17 @@ class StaleFrames(Effect):
         first = int(before[0])
         told = latest(draw(first, len(value), int(self.seed)) >= self.share, before[1], value)
         return np.array([first + len(value), told[-1]]), told
+
+    def told_again(self, value: Floats, again: Floats, step: float) -> Floats | None:
+        """Return the mean of what is told where it is known which frames told a value again.
+
+        again: 1 where a frame repeats the one before it; step: less than this is no movement. Of
+        the frames that tell a value again while it moves, as many are stale as the share asks for.
+        None where so few do that it may be chance.
+        """
+        repeated = again > 0.5
+        last = np.maximum.accumulate(np.where(repeated, 0, np.arange(value.size)))
+        late = value[last] - value
+        moving = np.abs(np.diff(value, prepend=value[0])) > step
+        seen = float(np.mean(repeated[moving])) if moving.any() else 0.0
+        return value + late * (self.share / seen) if seen >= FEWEST else None

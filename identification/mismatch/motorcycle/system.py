@@ -44,6 +44,7 @@ class MotorcycleSystem(System):
     units = UNITS
     operating = "engine speed"
     direction = "throttle rate"
+    bends = 3
 
     @classmethod
     def load(cls, path: Path) -> Self:

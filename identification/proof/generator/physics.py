@@ -26,6 +26,7 @@ COMMAND, SPARK_ASKED, DELAYED, WIND, SHOVE, BUMP, SCATTER = range(7)
 """What acts at an instant: commands, delayed throttle, m/s, N, relative load, relative torque."""
 G = 9.80665
 BRISTLE_BEND = 2e-4  # opening, at which a bristle of the throttle shaft lets go
+FASTEST_BRISTLE = 8e3  # 1/s; faster ones are stiffer than the steps of integration bear
 RUBBER_BEND = 3e-3  # rad, at which the dry friction of the rubber is developed
 
 
@@ -48,7 +49,8 @@ def servo(x: Floats, dx: Floats, command: float, m: Machine, e: Missing) -> None
         sliding = stiffness * e.stiction
         level = sliding * (1.0 + (e.breakaway - 1.0) * math.exp(-((rate / e.stribeck) ** 2)))
         bend = sliding / BRISTLE_BEND
-        dx[BRISTLE] = rate - abs(rate) * bend / level * x[BRISTLE]
+        settling = min(abs(rate) * bend / level, FASTEST_BRISTLE)
+        dx[BRISTLE] = settling * (math.copysign(level / bend, rate) - x[BRISTLE])
         push -= bend * x[BRISTLE] + math.sqrt(bend) * dx[BRISTLE]
     push = limited(push, -e.acceleration_limit, e.acceleration_limit)
     if e.stall_acceleration < math.inf:
