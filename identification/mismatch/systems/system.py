@@ -13,6 +13,7 @@ from identification.mismatch.place import Injection
 from identification.mismatch.record import Record
 from identification.mismatch.system import System
 from identification.mismatch.systems import placing
+from identification.mismatch.systems.coordinates import Believed
 from identification.mismatch.systems.effects.seam_effect import OUTPUT, SeamEffect
 from identification.mismatch.systems.equations import Equations, equations
 from identification.mismatch.systems.model_file import ModelFile, load_model_file
@@ -157,13 +158,13 @@ class ModelSystem(System):
 
     def coordinates(self, records: Sequence[Record], chain: Chain) -> list[Coordinate]:
         """List the parameters; those with plus_minus = 0 are exact."""
-        found = []
+        found: list[Coordinate] = []
         for name, value in zip(self.equations.parameters, self.values, strict=True):
             half = self.known[f"parameters.{name}"]
             if half > 0.0:
                 linear = value <= 0.0
                 scale = half / NORMAL_95 / (1.0 if linear else float(value))
-                found.append(Coordinate("parameters", name, float(value), scale, linear))
+                found.append(Believed("parameters", name, float(value), scale, linear))
         return found
 
     def touched(self, chain: Chain, coordinate: Coordinate) -> tuple[str, ...]:

@@ -46,5 +46,5 @@ class DirectionBlind(SeamEffect):
     act = without_sign
 
     share: float = parameter(
-        1.0, "1", 0.0, 1.0, "of the sensor that is blind", absent=0.0, smallest=0.5
+        1.0, "1", 0.0, 1.25, "of the sensor that is blind", absent=0.0, smallest=0.5
     )

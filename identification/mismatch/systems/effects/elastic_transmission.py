@@ -55,7 +55,7 @@ class ElasticTransmission(SeamEffect):
     act = swing
 
     share: float = parameter(
-        1.0, "1", 0.0, 1.0, "of the quantity that goes through it", absent=0.0, smallest=0.2
+        1.0, "1", 0.0, 1.25, "of the quantity that goes through it", absent=0.0, smallest=0.2
     )
     frequency: float = parameter(1.5, "[1/time]", 1e-3, 3.0, "of the mode, rad/s")
     damping: float = parameter(0.1, "1", 0.002, 2.0, "over critical")
