@@ -4,7 +4,7 @@
 # make paper    set up, then Corno and Savaresi's findings, claim by claim
 # make prove    set up, then the proof on sealed cases: hours; goes on where it was stopped
 # make mutants  set up, then coverage and mutants of the safety gate
-# make million  set up, then a million random frame sequences through it (an hour)
+# make million  set up, then a million random frame sequences through it (half an hour of processor)
 # make faults   set up, then docs/fault_matrix.md, and the same on a real kernel's bus (minutes)
 # make bench    set up, then every benchmark
 # make accuracy write docs/accuracy.md from rides whose truth is known

@@ -2,15 +2,19 @@
 
 `python -m tests.safety.sequences 1000000` draws a million with hypothesis, in batches of ten
 thousand with seeds of their own (so that its memory stays small), and prints how they ended.
-`make million` does that on every core. The result goes into docs/safety.md.
+`make million` does that on every core. It may be stopped, and goes on with the batches that are
+missing, as long as nothing that they went through has changed. The result goes into docs/safety.md.
 """
 
+import hashlib
+import json
 import os
 import sys
 import time
 from collections import Counter
-from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass, field
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
 
 from hypothesis import HealthCheck, Phase, given, seed, settings
 from hypothesis import strategies as st
@@ -18,6 +22,7 @@ from hypothesis import strategies as st
 from tests.safety import document
 from tests.safety.world import ending, live
 
+ROOT = Path(__file__).parents[2]
 MILLION = 1_000_000
 BATCH = 10_000
 SCRIPTS = st.binary(min_size=5, max_size=17)
@@ -31,6 +36,7 @@ class Tally:
     ticks: int = 0
     frames: int = 0
     held: int = 0  # commands with authority
+    seconds: float = 0.0  # of processor time
     endings: Counter[str] = field(default_factory=Counter)
 
     def add(self, other: "Tally") -> None:
@@ -38,6 +44,7 @@ class Tally:
         self.ticks += other.ticks
         self.frames += other.frames
         self.held += other.held
+        self.seconds += other.seconds
         self.endings += other.endings
 
 
@@ -61,24 +68,51 @@ def batch(number: int, size: int = BATCH) -> Tally:
     return tally
 
 
+def kept(folder: Path, number: int) -> Tally:
+    """Give the tally of a batch: as an earlier run left it in `folder`, or lived through now."""
+    path = folder / f"{number}.json"
+    if not path.exists():
+        began = time.process_time()
+        tally = batch(number)
+        tally.seconds = time.process_time() - began
+        draft = path.with_suffix(".part")
+        draft.write_text(json.dumps(asdict(tally)), encoding="utf-8")
+        draft.replace(path)
+    told = json.loads(path.read_text(encoding="utf-8"))
+    return Tally(**{**told, "endings": Counter(told["endings"])})
+
+
+def lived_through() -> str:
+    """Fingerprint of all the code of this project that a sequence goes through."""
+    files = {
+        Path(module.__file__)
+        for module in list(sys.modules.values())
+        if getattr(module, "__file__", None) and ROOT in Path(str(module.__file__)).parents
+    }
+    inside = sorted(file for file in files if ".venv" not in file.parts and file != Path(__file__))
+    return hashlib.sha256(b"\0".join(file.read_bytes() for file in inside)).hexdigest()[:16]
+
+
 def run(first: int, sequences: int, workers: int) -> Tally:
     """Live through `sequences`, in batches with the seeds `first`, `first` + 1 and so on."""
-    seeds = range(first, first + sequences // BATCH)
+    folder = ROOT / "build" / "million" / lived_through()
+    folder.mkdir(parents=True, exist_ok=True)
     total = Tally()
     with ProcessPoolExecutor(workers) as pool:
-        for tally in pool.map(batch, seeds):
-            total.add(tally)
+        seeds = range(first, first + sequences // BATCH)
+        for done in as_completed([pool.submit(kept, folder, number) for number in seeds]):
+            total.add(done.result())
             print(f"{total.sequences} sequences", file=sys.stderr, flush=True)
     return total
 
 
-def lines(total: Tally, first: int, seconds: float, workers: int) -> list[str]:
+def lines(total: Tally, first: int) -> list[str]:
     """Tell the result as a page tells it."""
     seeds = f"{first} to {first + total.sequences // BATCH - 1}"
     told = [
         f"{total.sequences:,} sequences (hypothesis, seeds {seeds}), {total.ticks:,} ticks,"
         f" {total.frames:,} frames, {total.held:,} commands with authority; breaches: 0."
-        f" It took {seconds / 60:.0f} minutes on {workers} cores.",
+        f" It took {total.seconds / 60:.0f} minutes of processor time.",
         "", "| ended | sequences |", "|---|---|",
     ]  # fmt: skip
     return told + [f"| {name} | {count:,} |" for name, count in total.endings.most_common()]
@@ -86,13 +120,10 @@ def lines(total: Tally, first: int, seconds: float, workers: int) -> list[str]:
 
 def main() -> None:
     """Run what the command line asks for: number of sequences, first seed, workers."""
-    asked = [int(word) for word in sys.argv[1:]] + [MILLION, 1, os.cpu_count() or 1][
-        len(sys.argv) - 1 :
-    ]
+    processors = len(os.sched_getaffinity(0))  # `taskset` may leave it fewer
+    asked = [int(word) for word in sys.argv[1:]] + [MILLION, 1, processors][len(sys.argv) - 1 :]
     number, first, workers = asked
-    began = time.monotonic()
-    total = run(first, number, workers)
-    told = lines(total, first, time.monotonic() - began, workers)
+    told = lines(run(first, number, workers), first)
     print("\n".join(told))
     document.write("million", told)
 
