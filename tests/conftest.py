@@ -2,6 +2,13 @@
 
 import pytest
 
+from tests import recordings
+
+
+def pytest_report_header() -> str:
+    """Say whether the tests on real recordings run."""
+    return recordings.told()
+
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
     """Say what ran on a real CAN interface: those tests are counted by an inner pytest."""

@@ -10,6 +10,16 @@ FOLDER = Path(
 )
 
 
+def told() -> str:
+    """Say at the head of a test run whether the real recordings are there."""
+    if FOLDER.is_dir():
+        return f"real recordings: {FOLDER}"
+    return (
+        f"real recordings: none at {FOLDER}, so their tests skip; set SLIPBENCH_RECORDINGS to"
+        " their folder"
+    )
+
+
 def recording(name: str) -> Path:
     """Path of a real recording below the folder, or a skip that says how to enable the test."""
     path = FOLDER / name
