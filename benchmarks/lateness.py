@@ -65,8 +65,7 @@ def ratio(title: str, ours: Row | str, theirs: Row | str) -> None:
 def replays(title: str, seconds: float) -> None:
     """Print how far from their recorded times replayed frames were."""
     print(f"\nreplay, {players.RATE:g} frames/s, {title}\n{HEAD}")
-    kernel = cyclictest.measure(seconds)
-    ours, theirs = players.measure(seconds)
+    kernel, ours, theirs = players.measure(seconds)
     for row in (kernel, ours, theirs):
         print(row)
     ratio("slipbench / python-can", ours, theirs)

@@ -4,6 +4,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import can
@@ -13,10 +14,12 @@ from bench.replay_process import ReplayOrder, running_replay
 from protocol.frame_log import FrameLog
 from protocol.logs import read_log
 from protocol.logs.candump_line import format_frames
+from timing import cyclictest
 from timing.quantiles import Row
 
 RATE = 2000.0  # frames/s on average; gaps of an exponential law, none under 130 us (a full bus)
 SHORTEST = 130_000  # ns
+STARTS = 0.3  # s: cyclictest has begun by then
 
 
 def drive(seconds: float, seed: int = 11) -> FrameLog:
@@ -32,14 +35,22 @@ def drive(seconds: float, seed: int = 11) -> FrameLog:
     return FrameLog(**{**vars(log), "time_ns": times})
 
 
-def slipbench(path: Path) -> Row:
-    """Replay in our real-time process, onto a bus that takes frames and does nothing."""
+def slipbench(path: Path, seconds: float) -> list[Row | str]:
+    """Replay in our real-time process, onto a bus that takes frames and does nothing.
+
+    cyclictest runs in the same seconds: what both suffer is the machine's.
+    """
     order = ReplayOrder(path, "virtual", ("nobody",))
-    with running_replay(order, speed=1.0, passes=1) as running:
+    with (
+        running_replay(order, speed=1.0, passes=1) as running,
+        ThreadPoolExecutor(1) as beside,
+    ):
+        kernel = beside.submit(cyclictest.measure, max(seconds - 1.0, 1.0))
+        time.sleep(STARTS)
         running.begin()
         while (report := running.report(within=1.0)) is None:
             pass
-    return Row("slipbench replay: handed over", report.replayed.known)
+        return [kernel.result(), Row("slipbench replay: handed over", report.replayed.known)]
 
 
 def python_can(path: Path) -> Row:
@@ -51,12 +62,12 @@ def python_can(path: Path) -> Row:
     return Row("python-can player: handed over", np.array(done.stdout.split(), np.int64))
 
 
-def measure(seconds: float) -> list[Row]:
-    """Replay one log both ways."""
+def measure(seconds: float) -> list[Row | str]:
+    """Replay one log both ways: cyclictest beside ours, ours, python-can's."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "drive.log"
         path.write_bytes(b"".join(format_frames(drive(seconds))))
-        return [slipbench(path), python_can(path)]
+        return [*slipbench(path, seconds), python_can(path)]
 
 
 def _play(path: Path) -> None:
