@@ -36,8 +36,8 @@ class Tally:
     ticks: int = 0
     frames: int = 0
     held: int = 0  # commands with authority
-    seconds: float = 0.0  # of processor time
     endings: Counter[str] = field(default_factory=Counter)
+    seconds: float = 0.0  # of processor time
 
     def add(self, other: "Tally") -> None:
         self.sequences += other.sequences
