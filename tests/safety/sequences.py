@@ -13,7 +13,7 @@ import sys
 import time
 from collections import Counter
 from concurrent.futures import ProcessPoolExecutor, as_completed
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from hypothesis import HealthCheck, Phase, given, seed, settings
@@ -68,15 +68,15 @@ def batch(number: int, size: int = BATCH) -> Tally:
     return tally
 
 
-def kept(folder: Path, number: int) -> Tally:
+def kept(folder: Path, number: int, size: int = BATCH) -> Tally:
     """Give the tally of a batch: as an earlier run left it in `folder`, or lived through now."""
     path = folder / f"{number}.json"
     if not path.exists():
         began = time.process_time()
-        tally = batch(number)
+        tally = batch(number, size)
         tally.seconds = time.process_time() - began
         draft = path.with_suffix(".part")
-        draft.write_text(json.dumps(asdict(tally)), encoding="utf-8")
+        draft.write_text(json.dumps(vars(tally)), encoding="utf-8")
         draft.replace(path)
     told = json.loads(path.read_text(encoding="utf-8"))
     return Tally(**{**told, "endings": Counter(told["endings"])})

@@ -9,7 +9,7 @@ import bench.gateway
 import bench.permit
 import bench.trial
 from bench.permit import permit
-from tests.safety.sequences import batch
+from tests.safety.sequences import batch, kept
 from tests.safety.world import beginnings
 
 SEED, SIZE = 20_000, 1_500
@@ -66,3 +66,11 @@ def test_the_gate_is_asked_about_every_command_with_authority(monkeypatch):
     with pytest.raises(AssertionError):
         batch(SEED, SIZE)
     assert permit is not bench.gateway.permit
+
+
+def test_a_batch_that_was_lived_through_is_not_again(tmp_path, monkeypatch):
+    first = kept(tmp_path, SEED, 40)
+    monkeypatch.setattr("tests.safety.sequences.batch", None)
+    assert kept(tmp_path, SEED, 40) == first
+    assert first.sequences >= 40
+    assert sum(first.endings.values()) == first.sequences
