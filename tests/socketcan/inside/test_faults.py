@@ -19,6 +19,7 @@ import dbc
 from protocol.codec import Codec
 from protocol.database import load_database
 from protocol.messages import ActuatorCommand, EcuStatus
+from protocol.recording import Recording
 from protocol.run_folder import read
 from tests.bus.wires import VCAN
 from tests.socketcan.inside.programs import (
@@ -99,6 +100,16 @@ def broken(
     return Broken(struck, trial.returncode, said, vehicle.returncode, vehicle_said, run, log)
 
 
+def exciting_from(recording: Recording) -> float:
+    """When the excitation began, s; what was late before, while programs started, is no fault."""
+    [began] = [
+        phase["time_ns"]
+        for phase in recording.description["outcome"]["phases"]
+        if phase["phase"] == "exciting"
+    ]
+    return float(began - recording.start_time_ns) * 1e-9
+
+
 def children(process: "subprocess.Popen[str]") -> list[int]:
     """The loop and the recorder of a trial, in the order in which they were started."""
     listed = Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text(encoding="ascii")
@@ -174,7 +185,9 @@ def test_a_recorder_that_is_stopped_for_a_while_loses_nothing(tmp_path: Path) ->
         lambda trial, _: os.kill(children(trial)[1], signal.SIGCONT),
     )
     assert done.status == 0, done.said
-    assert [fault for fault in read(done.folder).faults if fault.fault == "lost"] == []
+    recording = read(done.folder)
+    late = [fault for fault in recording.faults if fault.fault == "lost"]
+    assert [fault for fault in late if fault.first_time > exciting_from(recording)] == []
 
 
 @pytest.mark.parametrize("by", [3600, -3600])
@@ -198,4 +211,6 @@ def test_a_clock_that_is_set_moves_neither_the_throttle_nor_the_record(
     assert done.status == 0, done.said
     recording = read(done.folder)
     assert recording.duration < 60
-    assert [fault for fault in recording.faults if fault.fault in ("lost", "stale")] == []
+    excited = exciting_from(recording)
+    late = [fault for fault in recording.faults if fault.fault in ("lost", "stale")]
+    assert [fault for fault in late if fault.first_time > excited] == []
