@@ -86,6 +86,14 @@ def open_bus(address: BusAddress, hears_itself: bool, in_order: bool = False) ->
     return bus
 
 
+def interface_gone(fault: can.CanError) -> bool:
+    """Tell whether the interface itself is no more, or down; a queue that is full has room later.
+
+    Linux reports it once, to whichever call comes next: one that sends may be the only one told.
+    """
+    return fault.error_code in (errno.ENETDOWN, errno.ENODEV, errno.ENXIO)
+
+
 @contextlib.contextmanager
 def told_when_gone(address: BusAddress) -> Iterator[None]:
     """Raise InputError with the remedy where the bus at `address` fails within the block."""

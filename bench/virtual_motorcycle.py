@@ -11,6 +11,7 @@ from pathlib import Path
 import can
 import numpy as np
 
+from bench.buses import interface_gone
 from bench.clock import SECOND
 from bench.devices import DeviceClock, Grant
 from bench.disturbances import ON_THE_ROAD, Disturbances, Roughness
@@ -217,7 +218,9 @@ class VirtualMotorcycle:
         frame = can.Message(arbitration_id=identifier, data=data, is_extended_id=False)
         try:
             self._bus.send(frame)
-        except can.CanOperationError:
+        except can.CanOperationError as refusal:
+            if interface_gone(refusal):
+                raise
             return  # a full queue loses the frame, as on a real device; its counter tells
 
 
