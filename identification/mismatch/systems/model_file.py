@@ -49,6 +49,8 @@ class Input(Section):
 
     slope_over: s; if told, the input is the slope of the recorded quantity over that span.
     turn: m that a wheel rolls in a turn; if told, its own pattern is taken out (turn_pattern.py).
+    noise: deviation of what it tells beside the motion; if told, it may be smoothed to both sides
+    (input_noise.py).
     """
 
     role: str
@@ -57,6 +59,7 @@ class Input(Section):
     slope_over: Seconds = Field(default=0.0, ge=0.0)
     latency: Seconds = 0.0
     turn: Number | None = None
+    noise: Number = Number(value=0.0)
 
 
 class State(Section):

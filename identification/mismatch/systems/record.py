@@ -13,6 +13,7 @@ from identification.mismatch.record import Record
 from identification.mismatch.sampling import Grid
 from identification.mismatch.sensor import Columns, Sampled, Sensor, point_sensor
 from identification.mismatch.systems.clock_search import best_shift
+from identification.mismatch.systems.input_noise import WIDTHS, smoothings
 from identification.mismatch.systems.model_file import ModelFile
 from identification.signals.aligned import Aligned, aligned
 from identification.signals.clocks import BUS
@@ -44,7 +45,7 @@ def prepare(recording: Recording, file: ModelFile) -> Record:
     inputs = np.column_stack([_input(data, file, name, time, grid.step) for name in file.inputs])
     sensors = {name: _sensor(data, file, name, start, grid) for name in shown}
     measured = {name: _at(data, file.outputs[name].role, 0.0, time) for name in shown}
-    slow = _slow(file, grid)
+    slow = np.column_stack((_slow(file, grid), *_input_noise(data, file, inputs, grid)))
     return Record(recording.folder.name, start, grid, inputs, measured, sensors, slow)
 
 
@@ -164,7 +165,7 @@ def _sensor(data: Aligned, file: ModelFile, name: str, start: float, grid: Grid)
 def _slow(file: ModelFile, grid: Grid) -> Floats:
     """Pushes on the rates of states: one at the first moment each, then hats where told.
 
-    Columns in the order of `slow_states`.
+    Columns in the order of `slow_places`.
     """
     columns = []
     for state in file.states.values():
@@ -183,10 +184,21 @@ def _hats(grid: Grid, every: float) -> Floats:
     return np.asarray(np.maximum(0.0, 1.0 - np.abs(time - knots[:, None]) / (knots[1] - knots[0])))
 
 
-def slow_states(file: ModelFile, grid: Grid) -> list[int]:
-    """Number of the state on whose rate each slow column acts."""
+def _input_noise(data: Aligned, file: ModelFile, inputs: Floats, grid: Grid) -> list[Floats]:
+    """Symmetric filters of the inputs whose noise is told, after the pushes on states."""
+    return [
+        column
+        for k, told in enumerate(file.inputs.values())
+        if told.noise.value > 0.0
+        for column in smoothings(inputs[:, k], _period(data.time[told.role]) / grid.step)
+    ]
+
+
+def slow_places(file: ModelFile, grid: Grid) -> list[int]:
+    """Number of the place, as the kernel has them, on which each slow column acts."""
     found = []
-    for k, state in enumerate(file.states.values()):
+    for k, state in enumerate(file.states.values(), start=len(file.inputs) + len(file.seams)):
         hats = 0 if state.drift is None else len(_hats(grid, state.every or grid.stretch))
         found += [k] * (1 + hats)
-    return found
+    noisy = [k for k, told in enumerate(file.inputs.values()) if told.noise.value > 0.0]
+    return found + [k for k in noisy for _ in WIDTHS]

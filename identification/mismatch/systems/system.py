@@ -17,7 +17,7 @@ from identification.mismatch.systems.coordinates import Believed
 from identification.mismatch.systems.effects.seam_effect import OUTPUT, SeamEffect
 from identification.mismatch.systems.equations import Equations, equations
 from identification.mismatch.systems.model_file import ModelFile, load_model_file
-from identification.mismatch.systems.record import prepare, realigned, slow_states
+from identification.mismatch.systems.record import prepare, realigned, slow_places
 from identification.mismatch.systems.run import Shown, run
 from identification.mismatch.systems.turn_pattern import without_patterns
 from identification.mismatch.systems.writing import as_text
@@ -185,9 +185,8 @@ class ModelSystem(System):
         """Run it."""
         names = self.equations.places
         push = np.zeros((record.grid.rows, len(names)))
-        rates = len(self.equations.inputs) + len(self.equations.seams)
-        for k, state in enumerate(slow_states(self.file, record.grid)):
-            push[:, rates + state] += record.slow[:, k] * q[k]
+        for k, place in enumerate(slow_places(self.file, record.grid)):
+            push[:, place] += record.slow[:, k] * q[k]
         for name, course in added.items():
             push[:, names.index(name)] += course
         return run(self.equations, self.file, self.values, self.acting, record, push)
