@@ -29,6 +29,10 @@ SHOWN = 6.0
 """Nats that an effect of typical size must be worth to count as excited."""
 CHANCE = 1.0
 """Nats below which an effect, were it there, could not be found; such a try is no test."""
+NEAR = (0.3, 3.0)
+"""Amplitudes for which a signature still holds."""
+OFF = 0.7
+"""Credit of a gain at other amplitudes."""
 RESHAPED = 8
 BATCH = 32
 
@@ -170,10 +174,16 @@ def _more(score: Score) -> list[Candidate]:
     return list(larger(score.candidate)) if score.seen < SHOWN else []
 
 
+def _credit(score: Score) -> tuple[float, float]:
+    """Order of the tries of one effect: signatures hold near the size at which they were taken."""
+    near = NEAR[0] < score.amplitude < NEAR[1]
+    return (score.gain if near else OFF * score.gain), score.seen
+
+
 def _best(scores: Iterable[Score]) -> list[Score]:
     found: dict[str, Score] = {}
     for score in scores:
         name = score.candidate.name
-        if name not in found or (score.gain, score.seen) > (found[name].gain, found[name].seen):
+        if name not in found or _credit(score) > _credit(found[name]):
             found[name] = score
     return sorted(found.values(), key=lambda s: -s.gain)

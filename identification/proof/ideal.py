@@ -216,5 +216,5 @@ def _worth(base: Fit, difference: Series) -> float:
         [m - d for m, d in zip(ms, ds, strict=True)]
         for ms, ds in zip(base.model.measured, difference, strict=True)
     ]
-    found = (calibrate(cleared, start) for start in (base.point, cleared.origin()))
-    return max(f.score for f in found) - base.score
+    gain = calibrate(cleared, base.point).score - base.score
+    return gain if gain > 0.0 else calibrate(cleared, cleared.origin()).score - base.score

@@ -92,4 +92,5 @@ class StaleFrames(Effect):
         late = value[last] - value
         moving = np.abs(np.diff(value, prepend=value[0])) > step
         seen = float(np.mean(repeated[moving])) if moving.any() else 0.0
-        return value + late * (self.share / seen) if seen >= FEWEST else None
+        plain = np.where(np.abs(late) > step, late, 0.0)
+        return value + plain * (self.share / seen) if seen >= FEWEST else None
