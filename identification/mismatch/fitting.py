@@ -29,6 +29,8 @@ from plant.signals import Floats
 
 SETTLED = 0.5  # nats that another step must bring
 SHARES = (1.0, 0.4, 0.1)
+REACH = 2.0
+"""Prior deviations that a number of the system may move in a step: slopes hold no farther."""
 DAMPINGS = (0.01, 0.1, 1.0)
 
 
@@ -156,7 +158,7 @@ def _step(fit: Fit, before: float) -> Fit:
         normal = columns.T @ off + np.diag(1.0 / _deviations(fit.candidates) ** 2)
         to_u = np.asarray(np.linalg.solve(normal, off.T @ total))
         total = total - columns @ to_u
-    to_z = fit.nuisances.fit(total)
+    to_z = fit.nuisances.fit_near(total, *_bounds(fit, z))
     full = np.concatenate((to_z - z, to_u - u))
     slope = _slope(fit, z, u)
     if float(slope @ full) < 2 * SETTLED:
@@ -166,6 +168,15 @@ def _step(fit: Fit, before: float) -> Fit:
         if _objective(new) < before:
             return new
     return fit
+
+
+def _bounds(fit: Fit, z: Floats) -> tuple[Floats, Floats]:
+    """Between what a step may move the coordinates to: the system's are held, the slow are free."""
+    own = np.arange(z.size) < len(fit.point.x)
+    far = fit.model.system.farthest
+    low = np.maximum(z - REACH, np.minimum(-far, z))
+    high = np.minimum(z + REACH, np.maximum(far, z))
+    return np.where(own, low, -np.inf), np.where(own, high, np.inf)
 
 
 def _steps(fit: Fit, full: Floats, slope: Floats) -> Iterator[Floats]:

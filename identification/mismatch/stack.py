@@ -6,7 +6,7 @@ from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
-from scipy import linalg
+from scipy import linalg, optimize
 
 from identification.mismatch.model import Model, Series
 from identification.mismatch.whitening import Whitener, whitener
@@ -99,6 +99,15 @@ class Nuisances:
     def fit(self, series: Floats) -> Floats:
         """Return coordinates that explain a series best, priors weighed in."""
         return self.solve(self.columns.T @ series)
+
+    def fit_near(self, series: Floats, low: Floats, high: Floats) -> Floats:
+        """Return coordinates between bounds that explain a series best, priors weighed in."""
+        free = self.fit(series)
+        if np.all((free >= low) & (free <= high)):
+            return free
+        upper = np.triu(self.factor[0])
+        aim = linalg.solve_triangular(upper, self.columns.T @ series, trans="T")
+        return np.asarray(optimize.lsq_linear(upper, aim, (low, high), method="bvls").x)
 
     def off(self, series: Floats) -> Floats:
         """Return what of a series the nuisances cannot explain."""

@@ -5,6 +5,7 @@ file tells. It is immutable; other numbers make another system. The engine calib
 names and proves through these methods and knows no vehicle.
 """
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from typing import Any, Self
@@ -24,13 +25,15 @@ class System(ABC):
 
     units: of regressors, by name. operating: the regressor along which a region is told.
     direction: the regressor whose sign tells opening from closing. Empty: there is none.
-    bends: how often sensitivities are taken anew at most, where numbers move far.
+    bends: how often sensitivities are taken anew at most, where numbers move far. farthest: prior
+    deviations that a number may be off at all, so that no calibration is led astray on its way.
     """
 
     units: Mapping[str, str]
     operating: str = ""
     direction: str = ""
     bends: int = 0
+    farthest: float = math.inf
 
     # What it is.
 

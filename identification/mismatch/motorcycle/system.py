@@ -44,7 +44,8 @@ class MotorcycleSystem(System):
     units = UNITS
     operating = "engine speed"
     direction = "throttle rate"
-    bends = 3
+    bends = 4
+    farthest = 4.0
 
     @classmethod
     def load(cls, path: Path) -> Self:
