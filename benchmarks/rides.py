@@ -15,6 +15,7 @@ from functools import cache
 import numpy as np
 
 from identification.response.local_polynomial import sweep_response
+from identification.response.quiet_reference import with_quiet_reference
 from identification.response.response import FrequencyResponse
 from identification.signals.filters import low_pass, notch, wheel_frequency
 from identification.signals.samples import onto, sampled, smoothly
@@ -29,6 +30,7 @@ from plant.simulation import Simulation
 from plant.vehicle_file import Vehicle, builtin_vehicle, load_vehicle
 
 GEAR, SPEED = 2, 14000 * np.pi / 30
+FASTER = 1.01  # of the speed, for how the truth changes with it
 RATE, BEFORE, BAND = 1000.0, 2.0, (0.5, 12.0)
 AMPLITUDE = 0.02
 COMBUSTION, WIND, WIND_TIME = 0.8, 12.0, 3.0  # N m, N, s, as on the virtual road
@@ -38,10 +40,22 @@ BLOCKS = ("throttle_servo", "driveline", "tyre", "body", "engine", "intake")  # 
 
 @dataclass(frozen=True)
 class Ride:
-    """One sweep: measured throttle and slip on the time base, (n,) each."""
+    """One sweep on the time base, (n,) each: throttle, and peripheral and reference speed, m/s."""
 
     throttle: np.ndarray
-    slip: np.ndarray
+    driven: np.ndarray
+    reference: np.ndarray
+
+    @property
+    def slip(self) -> np.ndarray:
+        """As measured, (n,)."""
+        return slip(self.driven, self.reference).ratio
+
+    @property
+    def speed(self) -> float:
+        """Mean over ground during the sweep, m/s."""
+        edge = round(BEFORE * RATE)
+        return float(np.mean(self.reference[edge:-edge]))
 
 
 @cache
@@ -99,7 +113,13 @@ def ride(motorcycle: Motorcycle, noise: float, seed: int, lasts: float = 30.0) -
     position = np.interp(grid, out.time, out.throttle)
     position = position + noise * 3e-4 * rng.standard_normal(grid.size)
     inside = np.isfinite(wheel) & np.isfinite(reference)
-    return Ride(position[inside], slip(wheel, reference).ratio[inside])
+    return Ride(position[inside], wheel[inside], reference[inside])
+
+
+@cache
+def still_speed(motorcycle: Motorcycle, lasts: float) -> float:
+    """Mean speed over ground of a ride without noise and wind, m/s."""
+    return ride(motorcycle, 0.0, 0, lasts).speed
 
 
 def gusts(n: int, rng) -> np.ndarray:
@@ -126,14 +146,30 @@ def rear_speed(motorcycle, out, grid: np.ndarray) -> np.ndarray:
 
 
 @cache
-def truth(motorcycle) -> Callable[[np.ndarray], np.ndarray]:
+def truth(motorcycle: Motorcycle) -> Callable[..., np.ndarray]:
     """Response from throttle position to measured slip at this amplitude, the delay included.
 
     The plant's linearisation, times what single sines of the sweep's amplitude give beyond it,
-    without noise and without instruments but the optical sensor.
+    without noise and without instruments but the optical sensor. Of (f, faster): wind gives every
+    ride a mean speed of its own, faster (m/s) than in still air, and the gain falls by some 3 %
+    per m/s.
     """
+    (here, small), (there, quick) = (_small(motorcycle, x) for x in (SPEED, FASTER * SPEED))
+    at = np.geomspace(0.7, 12.0, 24)
+    ratio = np.array([stepped(motorcycle, f) for f in at]) / small(at)
+
+    def at_speed(f: np.ndarray, faster: float = 0.0) -> np.ndarray:
+        beyond = np.interp(f, at, ratio.real) + 1j * np.interp(f, at, ratio.imag)
+        share = faster / (there - here)
+        return small(f) * beyond * (1 + share * (quick(f) / small(f) - 1))
+
+    return at_speed
+
+
+def _small(motorcycle: Motorcycle, speed: float):
+    """Speed over ground (m/s) and the linear response at an engine speed (rad/s)."""
     names = ("throttle", "rear_speed", "optical_speed")
-    linear = linearise(motorcycle, GEAR, SPEED, ("throttle_command",), names)
+    linear = linearise(motorcycle, GEAR, speed, ("throttle_command",), names)
     v, w, r = linear.at["speed"], linear.at["rear_speed"], motorcycle.rear_wheel.radius
 
     def small(f: np.ndarray) -> np.ndarray:
@@ -141,9 +177,7 @@ def truth(motorcycle) -> Callable[[np.ndarray], np.ndarray]:
         position, wheel, seen = (linear.system(s)[k, 0] for k in range(3))
         return (r * wheel / v - seen * r * w / v**2) / position * np.exp(-s * linear.delays["air"])
 
-    at = np.geomspace(0.7, 12.0, 24)
-    ratio = np.array([stepped(motorcycle, f) for f in at]) / small(at)
-    return lambda f: small(f) * (np.interp(f, at, ratio.real) + 1j * np.interp(f, at, ratio.imag))
+    return v, small
 
 
 def stepped(motorcycle, f: float) -> complex:
@@ -166,19 +200,34 @@ def stepped(motorcycle, f: float) -> complex:
     return complex((b[0] - 1j * b[1]) / (a[0] - 1j * a[1]))
 
 
+def driveline(motorcycle: Motorcycle, faster: float = 0.0) -> tuple[float, float]:
+    """Natural frequency (Hz) and damping of the driveline, faster (m/s) than in still air.
+
+    NaN where it does not swing.
+    """
+    here, there = (_swing(motorcycle, x) for x in (SPEED, FASTER * SPEED))
+    share = faster / (there[0] - here[0])
+    frequency, damping = (a + share * (b - a) for a, b in zip(here[1:], there[1:], strict=True))
+    return frequency, damping
+
+
 @cache
-def driveline(motorcycle: Motorcycle) -> tuple[float, float]:
-    """Natural frequency (Hz) and damping of the driveline; NaN where it does not swing."""
-    poles = linearise(motorcycle, GEAR, SPEED).system.poles()
+def _swing(motorcycle: Motorcycle, speed: float) -> tuple[float, float, float]:
+    """Speed over ground, natural frequency and damping of the driveline at an engine speed."""
+    linear = linearise(motorcycle, GEAR, speed)
+    poles = linear.system.poles()
     servo = motorcycle.throttle_servo
     own = servo.natural_frequency * (-servo.damping + 1j * np.sqrt(1 - servo.damping**2))
     swinging = sorted((p for p in poles if p.imag > 0), key=lambda p: abs(p - own))
     if len(swinging) < 2:
-        return float("nan"), float("nan")
+        return float(linear.at["speed"]), float("nan"), float("nan")
     pair = swinging[1]
-    return float(abs(pair) / (2 * np.pi)), float(-pair.real / abs(pair))
+    natural = float(abs(pair) / (2 * np.pi))
+    return float(linear.at["speed"]), natural, float(-pair.real / abs(pair))
 
 
 def estimated(of: Ride) -> FrequencyResponse:
-    """First harmonic from measured throttle to slip."""
-    return sweep_response(of.throttle, of.slip, RATE, BAND, ("throttle_position", "slip"))
+    """First harmonic from measured throttle to slip, as identification gives it."""
+    raw = sweep_response(of.throttle, of.slip, RATE, BAND, ("throttle_position", "slip"))
+    speeds = of.driven, of.reference
+    return with_quiet_reference(raw, of.throttle, of.slip, *speeds, RATE, BAND)

@@ -14,7 +14,8 @@ about the order too (profile likelihood, Wilks 1938).
 A pair of zeros in the left half plane buys delay just as well, so the orders that are offered
 matter: `model_order.all_pole` are those of a chain of lags and springs without a path around it,
 as from throttle or spark to slip. And a lag shorter than the band can show is delay to it: where
-the filling time of the intake is known, take it off first (`independent_lines.without`).
+the filling time of the intake is known, take it off first (`independent_lines.without`). A lag
+that is taken off wrongly by 1 ms moves the delay by 1 ms: its doubt is the delay's.
 """
 
 from dataclasses import dataclass
@@ -23,7 +24,7 @@ import numpy as np
 from scipy import stats
 
 from identification.models.model_order import NATS, OrderChoice, Row
-from identification.models.rational_ml import RationalFit, latest, refit
+from identification.models.rational_ml import ACROSS, RationalFit, latest, refit
 from identification.models.rational_model import RationalModel
 from identification.models.stable_rational import Order
 from identification.response.response import ComplexArray
@@ -78,9 +79,15 @@ class NoDelay:
 
 
 def delay_profile(
-    choice: OrderChoice[RationalFit], nats: float = NATS, points: int = POINTS
+    choice: OrderChoice[RationalFit],
+    nats: float = NATS,
+    points: int = POINTS,
+    doubt: float = 0.0,
 ) -> DelayProfile | NoDelay:
-    """Profile the delay over every order within `nats` of the best, and the shortest to tell."""
+    """Profile the delay over every order within `nats` of the best, and the shortest to tell.
+
+    doubt: s, standard deviation of the lags that were taken off beforehand (`KnownPath.doubt`).
+    """
     rows, short = choice.within(nats), choice.best_by_mdl
     rows = rows if short in rows else (*rows, short)
     grid = _grid(rows, points)
@@ -97,8 +104,10 @@ def delay_profile(
     own = each[rows.index(short)]
     delay = float(grid[np.argmin(own if np.isfinite(own).any() else envelope)])
     return DelayProfile(
-        grid, profiles, envelope, delay, min(low, delay), max(high, delay), short.order
-    )
+        grid, profiles, envelope, delay,
+        max(delay - float(np.hypot(max(delay - low, 0.0), ACROSS * doubt)), 0.0),
+        delay + float(np.hypot(max(high - delay, 0.0), ACROSS * doubt)), short.order,
+    )  # fmt: skip
 
 
 def felt_right_zeros(of: RationalModel, top: float) -> ComplexArray:

@@ -40,6 +40,8 @@ def minimise(
     cost, damping = float(residual @ residual), 1e-3
     for _ in range(most):
         trial = np.clip(x + _step(residual, jacobian, x, low, high, damping), low, high)
+        if _promised(trial - x, residual, jacobian) <= ENOUGH * cost:
+            break
         new_residual, new_jacobian = of(trial)
         new = float(new_residual @ new_residual)
         if not new < cost:  # NaN does not help either
@@ -53,6 +55,12 @@ def minimise(
         if done:
             break
     return Minimum(x, cost, jacobian)
+
+
+def _promised(step: FloatArray, residual: FloatArray, jacobian: FloatArray) -> float:
+    """Give the fall of the cost that a step has if the residuals are straight along it."""
+    along = jacobian @ step
+    return -float(along @ (2 * residual + along))
 
 
 def free(
@@ -72,8 +80,17 @@ def _step(
     if not moves.any():
         return step
     J = jacobian[:, moves]
-    scale = np.sqrt(np.sum(J**2, axis=0)) + 1e-300
-    normal = (J / scale).T @ (J / scale)
-    normal[np.diag_indices_from(normal)] *= 1 + damping
-    step[moves] = -np.linalg.lstsq(normal, gradient[moves] / scale, rcond=1e-14)[0] / scale
+    scale = np.sqrt(np.einsum("ij,ij->j", J, J)) + 1e-300
+    J = J / scale
+    normal = J.T @ J
+    normal.flat[:: len(normal) + 1] *= 1 + damping
+    step[moves] = -_solved(normal, gradient[moves] / scale) / scale
     return step
+
+
+def _solved(normal: FloatArray, right: FloatArray) -> FloatArray:
+    """Solve by elimination; of a singular system, the least solution."""
+    try:
+        return np.asarray(np.linalg.solve(normal, right))
+    except np.linalg.LinAlgError:
+        return np.asarray(np.linalg.lstsq(normal, right, rcond=1e-14)[0])

@@ -12,7 +12,7 @@ An order whose fit has a resonance narrower than the spacing of the lines has de
 one line, for no criterion counts the choice of that line: it is left out.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Generic, TypeVar
 
 import numpy as np
@@ -23,6 +23,7 @@ from identification.models.stable_rational import Order
 from identification.response.independent_lines import Lines
 
 NATS = 2.0
+NEGLIGIBLE = 1e-3  # odds of an order that are not counted
 Fit = TypeVar("Fit")
 
 
@@ -98,6 +99,24 @@ def choose_order(
         Row(f.order, f, of_likelihood(f.chi_square / lines.inflation, f.order.size - held, samples))
         for f in kept
     ])  # fmt: skip
+
+
+def doubted(choice: OrderChoice[RationalFit]) -> RationalFit:
+    """Give the fit of least description length, with the doubt about its order.
+
+    Half the difference in description length is near the logarithm of the odds of two orders
+    (Schwarz 1978).
+    """
+    best = choice.best_by_mdl
+    lengths = np.array([row.criteria.mdl for row in choice.rows])
+    weights = np.exp((best.criteria.mdl - lengths) / 2)
+    weights /= np.sum(weights)
+    rivals = tuple(
+        (float(w), row.fit)
+        for w, row in zip(weights, choice.rows, strict=True)
+        if row is not best and w > NEGLIGIBLE
+    )
+    return replace(best.fit, rivals=rivals)
 
 
 def resolved(of: RationalModel, lines: Lines) -> bool:

@@ -30,6 +30,7 @@ from protocol.channel import FloatArray
 
 STARTS = (0.0, 0.3, 0.5, 0.7, 0.9)  # of the delay that the phase leaves room for
 REFIT_STEPS = 20
+SHORT, FAVOURITES = 12, 2  # steps from every start; so many of them then go on to the end
 SLOW = 0.5  # of the lowest line: what drifts faster is no drift
 ACROSS = float(stats.norm.ppf(0.975))
 
@@ -55,6 +56,8 @@ class RationalFit:
                    (rad/s), (p,), (p, p); rows of what was held or rests on a bound are zero
     chi_square     sum of squared errors over their variances
     freedom        real degrees of freedom: two a line, less the free parameters
+    rivals         (weight, fit) of other orders that might be the true one; the weights and this
+                   fit's own are 1 together. Bands and modes hold the doubt about the order too
     """
 
     order: Order
@@ -64,6 +67,7 @@ class RationalFit:
     pace: float
     chi_square: float
     freedom: int
+    rivals: tuple[tuple[float, "RationalFit"], ...] = ()
 
     @property
     def model(self) -> RationalModel:
@@ -94,7 +98,9 @@ class RationalFit:
     def modes(self) -> tuple[Mode, ...]:
         """Natural frequencies and dampings, in the order of the parameters."""
         pairs = [_pair(self, i) for i in range(1, self.order.poles, 2)]
-        return tuple(pairs + ([_single(self)] if self.order.poles % 2 else []))
+        own = pairs + ([_single(self)] if self.order.poles % 2 else [])
+        others = [(weight, rival.modes) for weight, rival in self.rivals]
+        return tuple(_doubted(mode, others) for mode in own)
 
     def response(self, frequency: FloatArray) -> ComplexArray:
         """Give what a measurement at `frequency` (Hz, in the band) would show, drift included."""
@@ -102,18 +108,24 @@ class RationalFit:
 
     def band(self, frequency: FloatArray) -> FloatArray:
         """Half width of the 95 % band of the response's gain, (n,), output per input."""
-        s = _laplace(frequency, self.pace)
-        G, slopes = drifting(self.x, s, self.order)
+        G, slopes = drifting(self.x, _laplace(frequency, self.pace), self.order)
         along = np.real(slopes * (np.conj(G) / np.abs(G))[:, None])
-        return np.asarray(ACROSS * np.sqrt(_quadratic(along, self.covariance)))
+        own = ACROSS * np.sqrt(_quadratic(along, self.covariance))
+        others = [
+            (w, r.band(frequency), np.abs(r.response(frequency)) - np.abs(G))
+            for w, r in self.rivals
+        ]
+        return _mixed(own, others)
 
     def phase_band(self, frequency: FloatArray) -> FloatArray:
         """Half width of the 95 % band of the phase, rad, (n,)."""
-        s = _laplace(frequency, self.pace)
-        G, slopes = drifting(self.x, s, self.order)
-        return np.asarray(
-            ACROSS * np.sqrt(_quadratic(np.imag(slopes / G[:, None]), self.covariance))
-        )
+        G, slopes = drifting(self.x, _laplace(frequency, self.pace), self.order)
+        own = ACROSS * np.sqrt(_quadratic(np.imag(slopes / G[:, None]), self.covariance))
+        others = [
+            (w, r.phase_band(frequency), np.angle(r.response(frequency) / G))
+            for w, r in self.rivals
+        ]
+        return _mixed(own, others)
 
 
 def fit_order(lines: Lines, order: Order, delay: float | None = None) -> RationalFit:
@@ -125,7 +137,9 @@ def fit_order(lines: Lines, order: Order, delay: float | None = None) -> Rationa
     s, weight = _normal(lines, pace)
     guesses = [first_guess(s, lines.value, weight, order, d * pace) for d in delays]
     starts = [np.append(guess, 0.0) for guess in guesses]
-    found = [_search(lines, order, pace, start, low, high) for start in starts]
+    begun = [_search(lines, order, pace, start, low, high, SHORT) for start in starts]
+    ahead = sorted(begun, key=lambda m: m.cost)[:FAVOURITES]
+    found = [_search(lines, order, pace, one.x, low, high) for one in ahead]
     return fitted(lines, order, min(found, key=lambda m: m.cost), low, high)
 
 
@@ -227,6 +241,33 @@ def _single(fit: RationalFit) -> Mode:
     n = fit.order.poles
     frequency = float(fit.pace / np.exp(fit.x[n]) / (2 * np.pi))
     return Mode(frequency, 1.0, frequency * float(np.sqrt(fit.covariance[n, n])), 0.0)
+
+
+def _mixed(own: FloatArray, others: list[tuple[float, FloatArray, FloatArray]]) -> FloatArray:
+    """Half width under doubt between models: (weight, half width, distance) of the others.
+
+    The variance of a mixture about one of its members (Burnham and Anderson, section 4.3.2).
+    """
+    variance = (1 - sum(w for w, *_ in others)) * own**2
+    for weight, half, apart in others:
+        variance = variance + weight * (half**2 + (ACROSS * apart) ** 2)
+    return np.asarray(np.sqrt(variance))
+
+
+def _doubted(mode: Mode, others: list[tuple[float, tuple[Mode, ...]]]) -> Mode:
+    """Widen a mode's deviations by the same mode in other orders, where they have it."""
+    same = []
+    for weight, modes in others:
+        alike = [m for m in modes if (m.damping < 1) == (mode.damping < 1)]
+        if alike:
+            nearest = min(alike, key=lambda m: abs(np.log(m.frequency / mode.frequency)))
+            same.append((weight, nearest))
+    left = 1 - sum(w for w, _ in same)
+    f, d = left * mode.frequency_deviation**2, left * mode.damping_deviation**2
+    for weight, m in same:
+        f += weight * (m.frequency_deviation**2 + (m.frequency - mode.frequency) ** 2)
+        d += weight * (m.damping_deviation**2 + (m.damping - mode.damping) ** 2)
+    return replace(mode, frequency_deviation=float(f**0.5), damping_deviation=float(d**0.5))
 
 
 def _quadratic(rows: FloatArray, covariance: FloatArray) -> FloatArray:

@@ -11,7 +11,7 @@ it, and zeros are let in where they reject every chain. What was taken for grant
 from dataclasses import dataclass
 
 from identification.models.delay_profile import DelayProfile, NoDelay, delay_profile
-from identification.models.model_order import OrderChoice, choose_order, ranked
+from identification.models.model_order import OrderChoice, choose_order, doubted, ranked
 from identification.models.rational_ml import RationalFit
 from identification.response.independent_lines import NoRational, independent_lines
 from identification.response.response import FrequencyResponse, believed_band
@@ -58,7 +58,7 @@ def recommended(response: FrequencyResponse) -> Recommended | NoRational:
     chain = bool(chains) and only.best_by_mdl.fit.adequate >= REJECTED
     choice = only if chain else everything
     return Recommended(
-        response, everything, choice.best_by_mdl.fit, delay_profile(choice), chain
+        response, everything, doubted(choice), delay_profile(choice), chain
     )  # fmt: skip
 
 

@@ -6,7 +6,7 @@ runs_of(found, "spark")          # spark_1, spark_2, ...
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from identification.response.identify import Identification
 from identification.response.response import FrequencyResponse
@@ -21,10 +21,12 @@ class Context:
 
     nominal    the motorcycle as its vehicle file describes it
     bandwidth  w_c, rad/s, of the throttle servo
+    plus_minus 95 % half widths of its numbers, by block and parameter
     """
 
     nominal: Motorcycle
     bandwidth: float
+    plus_minus: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def cutoff(self) -> float:

@@ -49,7 +49,7 @@ def reproduce(
         told(f"identifying {name}")
         found[name] = identify(recording)
     told("judging the claims")
-    context = Context(vehicle.motorcycle, 2 * math.pi * bandwidth)
+    context = Context(vehicle.motorcycle, 2 * math.pi * bandwidth, vehicle.plus_minus)
     made = paper(found, context)
     page = write_paper(made, recordings, out)
     if document is not None:

@@ -61,8 +61,10 @@ def rational_study(
     if isinstance(lines, NoRational):
         return lines
     plain = delay_profile(choose_order(lines, all_pole()))
-    same = known == NOTHING
-    profile = plain if same else delay_profile(choose_order(without(lines, known), all_pole()))
+    profile = plain
+    if known != NOTHING:
+        rest = choose_order(without(lines, known), all_pole())
+        profile = delay_profile(rest, doubt=known.doubt)
     return RationalStudy(
         lines, delay, known, choose_paper_order(lines, delay), choose_paper_order(lines, 0.0),
         choose_order(lines), profile, plain,
@@ -164,7 +166,8 @@ def path_in_words(known: KnownPath) -> str:
     """Say what was taken as known of a path."""
     parts = [("lag", lag) for lag in known.lags] + [("lead", lead) for lead in known.leads]
     parts += [("instruments' delay", known.delay)] if known.delay else []
-    return ", ".join(f"{what} {1e3 * size:.3g} ms" for what, size in parts)
+    told = ", ".join(f"{what} {1e3 * size:.3g} ms" for what, size in parts)
+    return told + (f" (95 %: {1.96e3 * known.doubt:.2g} ms either way)" if known.doubt else "")
 
 
 def _knowledge(study: RationalStudy) -> str:

@@ -26,7 +26,7 @@ def studies_of(found: Found, context: Context) -> Studies:
     return {
         role: study_of(
             runs_of(found, role.partition("_")[0])[0], role, delay,
-            known_path(context.nominal, role),
+            known_path(context.nominal, role, context.plus_minus),
         )
         for role, delay in DELAYS.items()
     }  # fmt: skip

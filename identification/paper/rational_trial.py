@@ -4,8 +4,13 @@ study = study_of(found, "throttle_position", delay=0.010, known=known_path(nomin
 stretches = stretches_of(found, study, bandwidth=2 * np.pi * 10)
 """
 
+import math
+from collections.abc import Mapping
+from types import MappingProxyType
+
 import numpy as np
 
+from identification.models.rational_ml import ACROSS
 from identification.models.time_check import SHARES, NoStretch, Stretch, time_check
 from identification.paper.rational_claims import NOTHING, RationalStudy, rational_study
 from identification.response.identify import Identification
@@ -17,15 +22,25 @@ from identification.signals.trial_window import NoExcitation
 from plant.motorcycle import Motorcycle
 
 
-def known_path(motorcycle: Motorcycle, input: str = "throttle_position") -> KnownPath:
+def known_path(
+    motorcycle: Motorcycle,
+    input: str = "throttle_position",
+    plus_minus: Mapping[str, float] = MappingProxyType({}),
+) -> KnownPath:
     """Say what a nominal vehicle knows of the path from an input to slip, beside resonances.
 
     The filling time of the intake is a lag behind the throttle; the driveline's damping leads by
-    c / k.
+    c / k. plus_minus: 95 % half widths as a vehicle file has them, SI, by block and parameter.
     """
-    spring = motorcycle.driveline
-    lags = (motorcycle.intake.filling_time,) if input.startswith("throttle") else ()
-    return KnownPath(lags, (spring.damping / spring.stiffness,))
+    spring, filled = motorcycle.driveline, input.startswith("throttle")
+    lead = spring.damping / spring.stiffness
+    lags = (motorcycle.intake.filling_time,) if filled else ()
+    doubts = (
+        plus_minus.get("intake.filling_time", 0.0) if filled else 0.0,
+        plus_minus.get("driveline.damping", 0.0) / spring.stiffness,
+        plus_minus.get("driveline.stiffness", 0.0) / spring.stiffness * lead,
+    )
+    return KnownPath(lags, (lead,), doubt=math.hypot(*doubts) / ACROSS)
 
 
 def study_of(

@@ -52,7 +52,7 @@ def _responses(
 ) -> tuple[FrequencyResponse | NoResponse, ...]:
     if isinstance(moved, NoMotion) or isinstance(window, NoExcitation):
         return ()
-    return responses(base, moved.slip, window, of.trial)
+    return responses(base, moved, window, of.trial)
 
 
 def slip_range(found: Identification) -> tuple[float, float] | None:

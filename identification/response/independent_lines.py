@@ -58,6 +58,7 @@ class KnownPath:
     lags   s: the filling time of the intake, a sensor's lag
     leads  s: damping over stiffness of the driveline
     delay  s: of instruments; below zero where a channel is stamped late
+    doubt  s: standard deviation of the sum of lags less leads, as well as it is known
 
     A lag that is short beside the band and a pure delay look alike: what is known of the one is
     what tells the other.
@@ -66,6 +67,7 @@ class KnownPath:
     lags: tuple[float, ...] = ()
     leads: tuple[float, ...] = ()
     delay: float = 0.0
+    doubt: float = 0.0
 
     def response(self, frequency: FloatArray) -> ComplexArray:
         """Give the complex response at frequencies in Hz, (n,)."""

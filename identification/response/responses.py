@@ -10,9 +10,11 @@ import numpy as np
 from identification.response.feedback import Feedback, feedback
 from identification.response.local_polynomial import sweep_response
 from identification.response.periodic import periodic_response
+from identification.response.quiet_reference import with_quiet_reference
 from identification.response.response import FrequencyResponse
 from identification.signals.dataset import Dataset
 from identification.signals.filters import bridged
+from identification.signals.motion import Motion
 from identification.signals.slip import Slip
 from identification.signals.trial_window import TrialWindow
 from protocol.channel import FloatArray
@@ -50,14 +52,15 @@ def excited_actuator(trial: TrialFile | None, base: Dataset, window: TrialWindow
 
 
 def responses(
-    base: Dataset, slip: Slip, window: TrialWindow, trial: TrialFile | None
+    base: Dataset, moved: Motion, window: TrialWindow, trial: TrialFile | None
 ) -> tuple[FrequencyResponse | NoResponse, ...]:
     """Estimate command to slip first, then measured position to slip, then command to position."""
     actuator = excited_actuator(trial, base, window)
     command, measured = INPUTS[actuator]
     pairs = [(command, "slip"), (measured, "slip"), (command, measured)]
-    found = [_response(base, slip, window, trial, *pair) for pair in pairs]
-    looped = _closed_loop(found[0], base, slip, window)
+    found = [_response(base, moved.slip, window, trial, *pair) for pair in pairs]
+    found = [_quietened(one, base, moved, window, trial) for one in found]
+    looped = _closed_loop(found[0], base, moved.slip, window)
     if looped is not None or (trial is not None and trial.controller is not None):
         reason = looped.reason if looped is not None else CONTROLLED
         found[:2] = [NoResponse(*pair, reason) for pair in pairs[:2]]
@@ -93,6 +96,29 @@ def _response(
         return NoResponse(u, y, str(fault))
 
 
+def _quietened(
+    of: FrequencyResponse | NoResponse, base: Dataset, moved: Motion, window: TrialWindow,
+    trial: TrialFile | None,
+) -> FrequencyResponse | NoResponse:  # fmt: skip
+    """Take the reference's noise off a sweep's response of slip, where the reference is whole."""
+    spec = trial.excitation if trial is not None else None
+    if isinstance(of, NoResponse) or of.output != "slip" or not isinstance(spec, Sweep | None):
+        return of
+    signals = [base.signals[of.input], moved.slip.ratio, moved.driven, moved.reference]
+    u, y, driven, reference = (bridged(x)[window.record] for x in signals)
+    band = _band(u, spec, window, base.rate)
+    return with_quiet_reference(of, u, y, driven, reference, base.rate, band)
+
+
+def _band(
+    u: FloatArray, spec: Sweep | None, window: TrialWindow, rate: float
+) -> tuple[float, float]:
+    """Band of a sweep; of what was recorded without a trial, that of the input. Hz."""
+    if spec is None:
+        return _band_of(u, rate)
+    return swept_band(spec, (window.exciting.stop - window.exciting.start) / rate)
+
+
 def _estimate(
     u: FloatArray,
     y: FloatArray,
@@ -111,11 +137,9 @@ def _estimate(
         case Square():
             lines = np.arange(1.0, max(2.0, 0.05 * rate / spec.frequency), 2)
             return periodic_response(u[part], y[part], rate, 1 / spec.frequency, lines, names)
-        case Sweep():
-            band = swept_band(spec, (part.stop - part.start) / rate)
-        case None:
-            band = _band_of(u[whole], rate)
-    return sweep_response(u[whole], y[whole], rate, band, names)
+        case Sweep() | None:
+            band = _band(u[whole], spec, window, rate)
+            return sweep_response(u[whole], y[whole], rate, band, names)
 
 
 def swept_band(spec: Sweep, lasted: float) -> tuple[float, float]:

@@ -95,3 +95,15 @@ def test_the_delay_is_within_a_millisecond_though_the_order_is_not_given():
     """Seeds that had no part in the choice of the criterion."""
     found = [profile(seed, tried=all_pole(), noise=0.01).delay for seed in range(500, 512)]
     assert np.mean(np.abs(np.array(found) - 0.010) < 0.001) >= 0.85
+
+
+@pytest.mark.parametrize("doubt", [0.0005, 0.002])
+def test_doubt_about_a_known_lag_is_doubt_about_the_delay(doubt):
+    choice = choose_order(lines(chain(), 0.002, 1), TRIED)
+    sure, unsure = (delay_profile(choice, points=16, doubt=d) for d in (0.0, doubt))
+    assert unsure.delay == sure.delay
+    for own, wide in (
+        (sure.delay - sure.low, unsure.delay - unsure.low),
+        (sure.high - sure.delay, unsure.high - unsure.delay),
+    ):
+        assert wide == pytest.approx(np.hypot(own, 1.96 * doubt), abs=1e-6)

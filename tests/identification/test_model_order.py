@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from identification.models.model_order import (
     all_pole,
     choose_order,
+    doubted,
     of_likelihood,
     of_residuals,
     orders,
@@ -42,6 +43,21 @@ def test_the_least_is_first_and_at_zero_and_description_length_is_not_larger(cho
         assert nats[0] == 0
         assert nats == sorted(nats)
         assert choice.best_by_mdl.order.size <= choice.best.order.size
+
+
+def test_bands_widen_by_doubt_about_the_order_and_by_nothing_else(choices):
+    f = np.linspace(1, 11, 9)
+    for choice in choices:
+        alone, fit = choice.best_by_mdl.fit, doubted(choice)
+        assert np.array_equal(fit.model.poles, alone.model.poles)
+        assert sum(w for w, _ in fit.rivals) < 1
+        total = (1 - sum(w for w, _ in fit.rivals)) * alone.band(f) ** 2
+        for w, rival in fit.rivals:
+            apart = np.abs(rival.response(f)) - np.abs(alone.response(f))
+            total = total + w * (rival.band(f) ** 2 + (1.96 * apart) ** 2)
+        assert fit.band(f) == pytest.approx(np.sqrt(total), rel=1e-3)
+    single = doubted(choose_order(lines(chain()), (Order(3, 0),)))
+    assert not single.rivals
 
 
 @given(
