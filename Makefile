@@ -88,7 +88,7 @@ faults: setup
 	$(IN)/python -m tests.faults.matrix
 	$(IN)/python -m tests.faults.on_vcan
 
-# docs/accuracy.md: 200 rides of each of the larger rows, some minutes.
+# docs/accuracy.md: 200 rides of every row, a quarter of an hour; goes on where it was stopped.
 accuracy: setup
 	$(IN)/python benchmarks/accuracy.py 200 --out docs/accuracy.md
 

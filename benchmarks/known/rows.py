@@ -36,8 +36,9 @@ class Row:
 
     @property
     def held(self) -> np.ndarray:
-        """How often intervals hold, %, (5,)."""
-        return 100 * np.nanmean([o.held for o in self.outcomes], axis=0)
+        """How often intervals hold, %, (5,); NaN of what no ride told."""
+        told = np.ma.masked_invalid([o.held for o in self.outcomes])
+        return np.asarray(100 * told.mean(axis=0).filled(np.nan))
 
     @property
     def late(self) -> np.ndarray:
