@@ -185,8 +185,7 @@ def verdict(a: Analysis) -> Verdict:
     return Verdict(
         mismatch=p < FAMILY,
         p_value=p,
-        location=_location(a.before, a.when)
-        or (_location(left) if doubt else _of_the_named(a.system, a.named)),
+        location=_place(a, left, doubt),
         effects=effects,
         unknown=doubt,
         shape=shape_in_words(left[0]) if doubt and left else "",
@@ -250,8 +249,29 @@ def _location(curves: Sequence[Curve], when: Circumstance | None = None) -> Loca
     )  # fmt: skip
 
 
+def _place(a: Analysis, left: Sequence[Curve], doubt: bool) -> Location | None:
+    """Where it acts: as the names that stand tell, or as the free curves alone do.
+
+    What a free curve imitates best may sit at the next seam; a name that explains all knows.
+    """
+    assert a.named is not None
+    seen = _location(a.before, a.when)
+    told = None if doubt else _of_the_named(a.system, a.named)
+    if told is None:
+        return seen or (_location(left) if doubt else None)
+    if seen is None:
+        return told
+    if seen.injection == told.injection:
+        return seen
+    shape = f"{told.shape}; without the library like {seen.injection} along {seen.regressor}"
+    return replace(
+        seen, block=told.block, injection=told.injection, regressor="", shape=shape,
+        gain=told.gain, confirmed=seen.confirmed,
+    )  # fmt: skip
+
+
 def _of_the_named(system: System, named: Named) -> Location | None:
-    """Where the first named effect acts, if no free curve alone was certain of a place."""
+    """Where the first named effect acts; None where nothing is named, or its place is unknown."""
     if not named.fit.effects:
         return None
     first = named.fit.effects[0]
