@@ -43,7 +43,7 @@ def main(frames: int = FRAMES) -> None:
             rates = []
             for what in (alone, whole):
                 out = Path(folder) / form
-                taken = seconds(partial(write, what, database, out), 1)
+                taken = seconds(partial(write, [what], database, out), 1)
                 rates.append(len(log) / taken)
                 shutil.rmtree(out) if out.is_dir() else out.unlink()
             told = f"{rates[1]:16,.0f}" if form not in ("asc", "blf") else f"{'has none':>16}"

@@ -19,7 +19,10 @@ ALLOWED = {
     "e2e": ("protocol/e2e.py",),
     # Files that others wrote.
     "asammdf": ("protocol/logs/*.py", "protocol/tables/*.py", "protocol/export/mf4.py"),
-    "pyarrow": ("protocol/*.py", "protocol/tables/*.py", "protocol/export/parquet.py"),
+    "pyarrow": (
+        "protocol/*.py", "protocol/tables/*.py", "protocol/export/asc.py",
+        "protocol/export/parquet.py",
+    ),
     "mcap": ("protocol/export/mcap_file.py",),
     # Mathematics.
     "control": (

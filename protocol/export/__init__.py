@@ -1,5 +1,8 @@
 """A recording in the formats that other programs read; made in bulk, after the trial.
 
+It is read, decoded and written in portions, so that memory does not grow with its length. Each is
+in order of time; where the recording steps back in time from one to the next, that is told.
+
     mf4      ASAM MDF 4: raw frames as a bus log, and every signal decoded, a group a message
     blf      Vector BLF: raw frames
     asc      Vector ASC: raw frames
@@ -10,16 +13,18 @@ Vector's two formats have no place for decoded signals: there the database stand
 """
 
 import shutil
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 from protocol.database import load_database
 from protocol.decode import SortedLog, sort_log
+from protocol.decode_file import AT_ONCE, Tally
 from protocol.errors import InputError
+from protocol.frame_log import FrameLog
 from protocol.layout import Database
 from protocol.logs import Progress, quiet
-from protocol.logs.candump import candump_pieces, parse_pieces
+from protocol.logs.candump import candump_pieces, parse_portions
 from protocol.run_folder import DATABASE, FRAMES
 
 ENDINGS = {"mf4": ".mf4", "blf": ".blf", "asc": ".asc", "parquet": "", "mcap": ".mcap"}
@@ -37,12 +42,17 @@ class Exported:
 
 
 def export_run(
-    folder: Path, form: str, out: Path | None = None, progress: Progress = quiet
+    folder: Path,
+    form: str,
+    out: Path | None = None,
+    progress: Progress = quiet,
+    at_once: float = AT_ONCE,
 ) -> Exported:
     """Write the recording in `folder` as `form`, a key of ENDINGS, to the new file or folder `out`.
 
-    Where `out` is None, beside the frames. Raises InputError naming what cannot be used; nothing
-    is left behind then, and nothing is ever overwritten.
+    Where `out` is None, beside the frames; `at_once` frames or a few more are in memory. Raises
+    InputError naming what cannot be used; nothing is left behind then, and nothing is ever
+    overwritten.
     """
     write = _writers().get(form)
     if write is None:
@@ -53,38 +63,49 @@ def export_run(
             "it exists, and nothing is overwritten", where=str(target),
             remedy="give another name with --out, or remove it yourself",
         )  # fmt: skip
-    sorted_log, database, warnings = _read(folder)
-    progress(0.3)
+    warnings: list[str] = []
+    tally = Tally()
+    portions, database = _read(folder, warnings, progress, at_once)
     draft = target.with_name(target.name + ".part")
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
-        samples = write(sorted_log, database, draft)
+        samples = write(tally.of(portions), database, draft)
         draft.replace(target)
     except OSError as cause:
         raise InputError("cannot be written", where=str(target), found=str(cause)) from cause
     finally:
         _remove(draft)
-    progress(1.0)
-    return Exported(target, len(sorted_log.log), samples, tuple(warnings))
+    warnings += [f"{count} {kind} stay out" for kind, count in tally.skipped.items()]
+    return Exported(target, tally.frames, samples, tuple(warnings))
 
 
-def _read(folder: Path) -> tuple[SortedLog, Database, list[str]]:
-    warnings: list[str] = []
-    if not (folder / FRAMES).is_file():
+def _read(
+    folder: Path, warnings: list[str], progress: Progress, at_once: float
+) -> tuple[Iterator[SortedLog], Database]:
+    """Read frames, portion by portion, sorted by message."""
+    path = folder / FRAMES
+    if not path.is_file():
         raise InputError(
             "there are no raw frames to export", where=str(folder), expected=FRAMES,
             remedy="give the folder of a recording; one of tables alone is read as it stands",
         )  # fmt: skip
-    log = parse_pieces(candump_pieces(folder / FRAMES), str(folder / FRAMES), warnings)
-    if not len(log) or len(log.buses) > MOST_BUSES:
-        raise InputError(
-            "this recording cannot be exported", where=str(folder / FRAMES),
-            expected=f"frames of at most {MOST_BUSES} buses",
-            found=f"{len(log)} frames of {len(log.buses)} buses",
-        )  # fmt: skip
-    warnings += [f"{count} {kind} stay out" for kind, count in log.skipped]
     database = load_database(folder / DATABASE)
-    return sort_log(log, database), database, warnings
+    logs = parse_portions(candump_pieces(path, progress), str(path), warnings, at_once)
+    return (sort_log(log, database) for log in _that_can_be_exported(logs, path)), database
+
+
+def _that_can_be_exported(logs: Iterable[FrameLog], path: Path) -> Iterator[FrameLog]:
+    """Pass the portions on that have frames; raises InputError where there are none at all."""
+    found = 0
+    for log in logs:
+        found += len(log)
+        if not found or len(log.buses) > MOST_BUSES:
+            raise InputError(
+                "this recording cannot be exported", where=str(path),
+                expected=f"frames of at most {MOST_BUSES} buses",
+                found=f"{found} frames of {len(log.buses)} buses",
+            )  # fmt: skip
+        yield log
 
 
 def _remove(draft: Path) -> None:
@@ -94,7 +115,7 @@ def _remove(draft: Path) -> None:
         draft.unlink(missing_ok=True)
 
 
-Writer = Callable[[SortedLog, Database, Path], int]
+Writer = Callable[[Iterator[SortedLog], Database, Path], int]
 
 
 def _writers() -> Mapping[str, Writer]:

@@ -7,8 +7,11 @@ first frame, so that no frame is moved.
 
 from collections.abc import Iterator
 from datetime import datetime
-from itertools import islice
 from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
 
 from protocol.decode import SortedLog
 from protocol.export.lengths import dlc, fd_flags
@@ -17,21 +20,29 @@ from protocol.layout import Database
 
 MILLISECOND, SECOND = 1_000_000, 1_000_000_000  # ns
 AT_ONCE = 50_000  # lines
+HEXADECIMAL = np.array([list(b"%02X " % byte) for byte in range(256)], np.uint8)  # (256, 3)
 
 
-def write_asc(sorted_log: SortedLog, _database: Database, path: Path) -> int:
+def write_asc(portions: Iterator[SortedLog], _database: Database, path: Path) -> int:
     """Write the raw frames; decoded signals have no place in this format."""
-    log = sorted_log.log
-    start = int(log.time_ns[0]) // MILLISECOND * MILLISECOND
-    date = _date(start)
-    lines = _lines(log, start)
-    with path.open("w", encoding="ascii", newline="\n") as file:
-        file.write(f"date {date}\nbase hex  timestamps absolute\ninternal events logged\n")
-        file.write(f"Begin Triggerblock {date}\n 0.000000 Start of measurement\n")
-        while piece := "".join(islice(lines, AT_ONCE)):
-            file.write(piece)
-        file.write("End TriggerBlock\n")
+    start: int | None = None
+    with path.open("wb") as file:
+        for log in (portion.log for portion in portions if len(portion.log)):
+            if start is None:
+                start = int(log.time_ns[0]) // MILLISECOND * MILLISECOND
+                file.write(_head(_date(start)).encode("ascii"))
+            for first in range(0, len(log), AT_ONCE):
+                rows = np.arange(first, min(first + AT_ONCE, len(log)))
+                file.write(_text(log.select(rows), start))
+        file.write(b"End TriggerBlock\n")
     return 0
+
+
+def _head(date: str) -> str:
+    return (
+        f"date {date}\nbase hex  timestamps absolute\ninternal events logged\n"
+        f"Begin Triggerblock {date}\n 0.000000 Start of measurement\n"
+    )
 
 
 def _date(time_ns: int) -> str:
@@ -44,25 +55,72 @@ def _date(time_ns: int) -> str:
     return f"{day} {month} {t.day:02d} {clock} {t.year}"
 
 
-def _lines(log: FrameLog, start: int) -> Iterator[str]:
-    payload, width = log.data.tobytes(), log.data.shape[1]
+def _text(log: FrameLog, start: int) -> memoryview:
+    """Write lines: a stamp, what frames of one kind share, the payload, what they share after it.
+
+    Arrow joins the columns, and the strings of an array lie one after the other.
+    """
+    import pyarrow as pa
+    from pyarrow import compute
+
+    _, first, kind = np.unique(_kinds(log), return_index=True, return_inverse=True)
+    heads, tails = zip(*(_around(log, row) for row in first.tolist()), strict=True)
     columns = (
-        log.time_ns, log.bus, log.identifier, log.extended, log.fd, log.sent, log.length,
-        dlc(log), fd_flags(log),
+        _stamps(log.time_ns - start), pa.array(heads).take(kind), _payloads(log),
+        pa.array(tails).take(kind), "",
     )  # fmt: skip
-    rows = zip(*(column.tolist() for column in columns), strict=True)
-    for row, (time, bus, identifier, extended, fd, sent, length, code, flags) in enumerate(rows):
-        seconds, rest = divmod(time - start, SECOND)
-        stamp = f"{seconds}.{rest:09d}" if rest % 1000 else f"{seconds}.{rest // 1000:06d}"
-        name = f"{identifier:X}{'x' if extended else ''}"
-        direction = "Tx" if sent else "Rx"
-        data = payload[row * width : row * width + length].hex(" ").upper()
-        if fd:
-            yield (
-                f"{stamp:>12} CANFD {bus + 1:>3} {direction:<4} {name:>8} {'':>32} {flags & 1} "
-                f"{flags >> 1 & 1} {code:x} {length:>2} {data} {0:>8} {0:>4} "
-                f"{0x1000 | (flags & 1) << 13 | (flags >> 1 & 1) << 14:>8X} {0:>8} {0:>8} "
-                f"{0:>8} {0:>8} {0:>8}\n"
-            )
-        else:
-            yield f"{stamp:>12} {bus + 1}  {name:<15} {direction:<4} d {code:x} {data}\n"
+    _, offsets, text = compute.binary_join_element_wise(*columns).buffers()
+    ends = np.frombuffer(offsets, np.int32, len(log) + 1)
+    return memoryview(text)[ends[0] : ends[-1]]
+
+
+def _kinds(log: FrameLog) -> npt.NDArray[np.int64]:
+    """Tell by a number which frames share all but time and payload."""
+    kind = log.identifier.astype(np.int64)
+    for column, bits in (
+        (log.extended, 1), (log.fd, 1), (log.sent, 1), (log.length, 7), (fd_flags(log), 2),
+        (log.bus, 8),
+    ):  # fmt: skip
+        kind = kind << bits | column
+    return kind
+
+
+def _around(log: FrameLog, row: int) -> tuple[str, str]:
+    """Write what stands before and after the payload of a frame."""
+    direction, code = "Tx" if log.sent[row] else "Rx", dlc(log)[row]
+    name = f"{log.identifier[row]:X}{'x' if log.extended[row] else ''}"
+    if not log.fd[row]:
+        return f" {log.bus[row] + 1}  {name:<15} {direction:<4} d {code:x} ", "\n"
+    switched, error = fd_flags(log)[row] & 1, fd_flags(log)[row] >> 1 & 1
+    head = (
+        f" CANFD {log.bus[row] + 1:>3} {direction:<4} {name:>8} {'':>32} {switched} {error}"
+        f" {code:x} {log.length[row]:>2} "
+    )
+    flags = 0x1000 | int(switched) << 13 | int(error) << 14
+    return head, f" {0:>8} {0:>4} {flags:>8X}" + f" {0:>8}" * 5 + "\n"
+
+
+def _stamps(since: npt.NDArray[np.int64]) -> Any:
+    """Write times (ns) as seconds, to the microsecond where that is exact, 12 characters wide."""
+    import pyarrow as pa
+    from pyarrow import compute
+
+    seconds, rest = np.divmod(since, SECOND)
+    exact = rest % 1000 == 0
+    digits = pa.array(np.where(exact, rest // 1000, rest)).cast(pa.string())
+    padded = compute.if_else(
+        exact, compute.utf8_lpad(digits, 6, "0"), compute.utf8_lpad(digits, 9, "0")
+    )
+    whole = pa.array(seconds).cast(pa.string())
+    return compute.utf8_lpad(compute.binary_join_element_wise(whole, padded, "."), 12)
+
+
+def _payloads(log: FrameLog) -> Any:
+    """Write payloads as hexadecimal bytes with a space between."""
+    import pyarrow as pa
+
+    digits = HEXADECIMAL[log.data].reshape(len(log), -1)
+    size = np.maximum(3 * log.length.astype(np.int32) - 1, 0)
+    ends = np.concatenate([[0], np.cumsum(size)]).astype(np.int32)
+    text = digits[np.arange(digits.shape[1]) < size[:, None]]
+    return pa.StringArray.from_buffers(len(log), pa.py_buffer(ends), pa.py_buffer(text))

@@ -7,6 +7,7 @@ millisecond; before 1990 it cannot, and the times then count from 1970.
 
 import struct
 import zlib
+from collections.abc import Iterator
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import BinaryIO
@@ -37,36 +38,52 @@ FLEXIBLE = np.dtype([
 ])  # fmt: skip
 
 
-def write_blf(sorted_log: SortedLog, _database: Database, path: Path) -> int:
+def write_blf(portions: Iterator[SortedLog], _database: Database, path: Path) -> int:
     """Write the raw frames; decoded signals have no place in this format."""
-    log = sorted_log.log
-    first = int(log.time_ns[0])
-    start = first // MILLISECOND * MILLISECOND if first >= YEAR_1990 else 0
-    objects = _objects(log, start)
+    count = last = unpacked = 0
+    start: int | None = None
+    rest = b""
     with path.open("wb") as file:
         file.write(bytes(FILE_HEADER))
-        for piece in range(0, len(objects), CONTAINER):
-            _write_container(file, objects[piece : piece + CONTAINER])
+        for log in (portion.log for portion in portions if len(portion.log)):
+            start = _start(log) if start is None else start
+            objects = memoryview(rest + _objects(log, start))
+            whole = len(objects) // CONTAINER * CONTAINER
+            unpacked += _write_containers(file, objects[:whole])
+            rest = bytes(objects[whole:])
+            count, last = count + len(log), max(last, int(log.time_ns[-1]))
+        unpacked += _write_containers(file, memoryview(rest))
         written = file.tell()
-        containers = -(-len(objects) // CONTAINER)
-        unpacked = FILE_HEADER + len(objects) + 32 * containers
         file.seek(0)
-        file.write(_file_header(written, unpacked, len(log), start, int(log.time_ns[-1])))
+        file.write(_file_header(written, FILE_HEADER + unpacked, count, start or 0, last))
     return 0
 
 
-def _objects(log: FrameLog, start: int) -> memoryview:
+def _start(log: FrameLog) -> int:
+    first = int(log.time_ns[0])
+    return first // MILLISECOND * MILLISECOND if first >= YEAR_1990 else 0
+
+
+def _write_containers(file: BinaryIO, objects: memoryview) -> int:
+    """Write objects as containers; returns the bytes that they take unpacked, with their heads."""
+    pieces = range(0, len(objects), CONTAINER)
+    for piece in pieces:
+        _write_container(file, objects[piece : piece + CONTAINER])
+    return len(objects) + 32 * len(pieces)
+
+
+def _objects(log: FrameLog, start: int) -> bytes:
     """Lay all frames out one after the other, in their order."""
     classic, flexible = np.flatnonzero(~log.fd), np.flatnonzero(log.fd)
     if not flexible.size:
-        return memoryview(_records(log, classic, start, CLASSIC).tobytes())
+        return _records(log, classic, start, CLASSIC).tobytes()
     sizes = np.where(log.fd, FLEXIBLE.itemsize, CLASSIC.itemsize)
     places = np.cumsum(sizes) - sizes
     whole = np.empty(int(sizes.sum()), np.uint8)
     for rows, kind in ((classic, CLASSIC), (flexible, FLEXIBLE)):
         bytes_ = _records(log, rows, start, kind).view(np.uint8).reshape(rows.size, kind.itemsize)
         whole[places[rows][:, None] + np.arange(kind.itemsize)] = bytes_
-    return memoryview(whole.tobytes())
+    return whole.tobytes()
 
 
 def _records(

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from protocol.decode import Frames, SortedLog, sort_log
+from protocol.decode import Samples, SortedLog, sort_log
 from protocol.export.lengths import fd_flags
 from protocol.frame_log import FrameLog
 from protocol.layout import Database, Message
@@ -30,20 +30,20 @@ _FRAME = {
 }  # fmt: skip
 
 
-def write_mcap(sorted_log: SortedLog, database: Database, path: Path) -> int:
+def write_mcap(portions: Iterator[SortedLog], database: Database, path: Path) -> int:
     """Write frames and decoded messages; returns the number of decoded samples."""
     from mcap.writer import CompressionType, Writer
 
-    log = sorted_log.log
+    first = samples = 0
     with path.open("wb") as file:
         writer = Writer(file, compression=CompressionType.LZ4)
         writer.start(profile="", library="slipbench")
-        channels = _Channels(writer, log)
-        samples = sum(
-            _write_piece(writer, channels, log.select(np.arange(first, last)), database, first)
-            for first in range(0, len(log), AT_ONCE)
-            if (last := min(first + AT_ONCE, len(log)))
-        )
+        channels = _Channels(writer)
+        for log in (portion.log for portion in portions):
+            for begin in range(0, len(log), AT_ONCE):
+                piece = log.select(np.arange(begin, min(begin + AT_ONCE, len(log))))
+                samples += _write_piece(writer, channels, piece, database, first)
+                first += len(piece)
         writer.finish()  # type: ignore[no-untyped-call]
     return samples
 
@@ -52,28 +52,28 @@ def _write_piece(
     writer: "Writer", channels: "_Channels", log: FrameLog, database: Database, first: int
 ) -> int:
     """Write some frames and what they decode to; numbered from `first`."""
-    decoded, samples = _decoded(sort_log(log, database)), 0
+    decoded, samples = _decoded(sort_log(log, database), len(log))
+    write = writer.add_message
     for row, (time, bus, text) in enumerate(_frames(log)):
-        writer.add_message(channels.frames(bus), time, text, time, first + row)
-        if row in decoded:
-            message, values = decoded[row]
-            samples += len(values)
-            told = json.dumps(values).encode()
-            writer.add_message(channels.message(bus, message), time, told, time, first + row)
+        write(channels.frames(log.buses[bus]), time, text, time, first + row)
+        if (found := decoded[row]) is not None:
+            message, told = found
+            channel = channels.message(log.buses[bus], message)
+            write(channel, time, told.encode("ascii"), time, first + row)
     return samples
 
 
 class _Channels:
     """Topics, registered when their first message comes."""
 
-    def __init__(self, writer: "Writer", log: FrameLog) -> None:
-        self._writer, self._buses = writer, log.buses
-        self._known: dict[tuple[int, str], int] = {}
+    def __init__(self, writer: "Writer") -> None:
+        self._writer = writer
+        self._known: dict[tuple[str, str], int] = {}
 
-    def frames(self, bus: int) -> int:
-        return self._channel(bus, "frames", _FRAME)
+    def frames(self, bus: str) -> int:
+        return self._known.get((bus, "frames")) or self._channel(bus, "frames", _FRAME)
 
-    def message(self, bus: int, message: Message) -> int:
+    def message(self, bus: str, message: Message) -> int:
         if (bus, message.name) in self._known:
             return self._known[bus, message.name]
         signals = {
@@ -82,13 +82,12 @@ class _Channels:
         }
         return self._channel(bus, message.name, signals)
 
-    def _channel(self, bus: int, name: str, properties: dict[str, Any]) -> int:
-        if (bus, name) not in self._known:
-            schema = json.dumps({"type": "object", "properties": properties}).encode()
-            number = self._writer.register_schema(name, "jsonschema", schema)
-            topic = f"/{self._buses[bus]}/{name}"
-            self._known[bus, name] = self._writer.register_channel(topic, "json", number)
-        return self._known[bus, name]
+    def _channel(self, bus: str, name: str, properties: dict[str, Any]) -> int:
+        schema = json.dumps({"type": "object", "properties": properties}).encode()
+        number = self._writer.register_schema(name, "jsonschema", schema)
+        channel = self._writer.register_channel(f"/{bus}/{name}", "json", number)
+        self._known[bus, name] = channel
+        return channel
 
 
 def _frames(log: FrameLog) -> Iterator[tuple[int, int, bytes]]:
@@ -109,20 +108,26 @@ def _frames(log: FrameLog) -> Iterator[tuple[int, int, bytes]]:
         yield time, bus, text.encode("ascii")
 
 
-def _decoded(sorted_log: SortedLog) -> dict[int, tuple[Message, dict[str, float]]]:
-    """Give each decoded frame's values by its row; NaN and infinities become null."""
-    found: dict[int, tuple[Message, dict[str, Any]]] = {}
+def _decoded(sorted_log: SortedLog, count: int) -> tuple[list[tuple[Message, str] | None], int]:
+    """Give each frame's message and its values as JSON, None where not known; and the samples."""
+    found: list[tuple[Message, str] | None] = [None] * count
+    samples = 0
     for frames in sorted_log.frames.values():
-        for row in frames.rows.tolist():
-            found[row] = (frames.message, {})
-        _fill(frames, found)
-    return found
+        told: list[list[str]] = [[] for _ in range(len(frames))]
+        for signal in frames.message.signals:
+            name, held = json.dumps(signal.name), frames.samples(signal.name)
+            places = np.searchsorted(frames.rows, held.rows).tolist()
+            for place, value in zip(places, _values(held), strict=True):
+                told[place].append(f"{name}:{value}")
+            samples += len(places)
+        for row, values in zip(frames.rows.tolist(), told, strict=True):
+            found[row] = frames.message, "{" + ",".join(values) + "}"
+    return found, samples
 
 
-def _fill(frames: Frames, found: dict[int, tuple[Message, dict[str, Any]]]) -> None:
-    for signal in frames.message.signals:
-        samples = frames.samples(signal.name)
-        finite = np.isfinite(samples.value.astype(np.float64)).tolist()
-        values = samples.value.tolist()
-        for row, value, known in zip(samples.rows.tolist(), values, finite, strict=True):
-            found[row][1][signal.name] = value if known else None
+def _values(samples: Samples) -> list[str]:
+    """Write values as JSON; NaN and infinities, for which it has no word, as null."""
+    told = list(map(repr, samples.value.tolist()))
+    for row in np.flatnonzero(~np.isfinite(samples.value.astype(np.float64))).tolist():
+        told[row] = "null"
+    return told

@@ -5,6 +5,7 @@ The times of an MDF file are doubles, s since its start. That is put on the whol
 the first frame, so that a nanosecond survives in a recording of a day.
 """
 
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -18,31 +19,61 @@ from protocol.layout import Database, Signal
 MICROSECOND = 1000  # ns
 
 
-def write_mf4(sorted_log: SortedLog, database: Database, path: Path) -> int:
-    """Write frames and signals; returns the number of decoded samples."""
+def write_mf4(portions: Iterator[SortedLog], database: Database, path: Path) -> int:
+    """Write frames and signals; returns the number of decoded samples.
+
+    asammdf keeps what it is given in a file, which lies beside `path`: a folder for temporary files
+    may be memory.
+    """
     import asammdf
 
-    log = sorted_log.log
-    start = int(log.time_ns[0]) // MICROSECOND * MICROSECOND
-    time = (log.time_ns - start) * 1e-9
-    with asammdf.MDF(version="4.11") as mdf:
-        mdf.header.abs_time = start
+    start: int | None = None
+    samples = 0
+    with asammdf.MDF(version="4.11", temporary_folder=str(path.parent)) as mdf:
+        groups = _Groups(mdf)
+        for portion in portions:
+            log = portion.log
+            if start is None:
+                start = int(log.time_ns[0]) // MICROSECOND * MICROSECOND
+            time = (log.time_ns - start) * 1e-9
+            for number in range(len(log.buses)):
+                _append_frames(groups, log, time, number)
+            samples += sum(
+                _append_message(groups, frames, log, time) for frames in portion.frames.values()
+            )
+        mdf.header.abs_time = start or 0
         mdf.header.comment = f"slipbench; decoded with {Path(database.origin).name}"
-        for number, bus in enumerate(log.buses):
-            _append_frames(mdf, log, time, number, bus)
-        samples = sum(
-            _append_message(mdf, frames, log, time) for frames in sorted_log.frames.values()
-        )
         with path.open("wb") as file:
             mdf.save(file, compression=0)
     return samples
 
 
-def _append_frames(mdf: Any, log: FrameLog, time: np.ndarray, number: int, bus: str) -> None:
+class _Groups:
+    """The groups of a file, begun when their first samples come and extended from then on."""
+
+    def __init__(self, mdf: Any) -> None:
+        self._mdf = mdf
+        self._known: dict[tuple[object, ...], int] = {}
+
+    def append(self, key: tuple[object, ...], signals: list[Any], name: str | None) -> None:
+        """Append samples to the group `key`: signals of the same kinds each time, on one time."""
+        if key in self._known:
+            columns = [signals[0].timestamps, *(signal.samples for signal in signals)]
+            self._mdf.extend(self._known[key], [(column, None) for column in columns])
+        else:
+            self._known[key] = self._mdf.append(signals, acq_name=name, common_timebase=True)
+
+
+def _append_frames(groups: _Groups, log: FrameLog, time: np.ndarray, number: int) -> None:
+    import asammdf
+    from asammdf.blocks.v4_constants import BUS_TYPE_CAN, SOURCE_BUS
+
     rows = slice(None) if len(log.buses) == 1 else np.flatnonzero(log.bus == number)
-    frames, width = dict(vars(log)), log.data.shape[1]
+    width, bus = log.data.shape[1], log.buses[number]
+    if not time[rows].size:
+        return
     columns: dict[str, tuple[str, Any]] = {
-        "BusChannel": ("<u1", number + 1), "ID": ("<u4", frames["identifier"][rows]),
+        "BusChannel": ("<u1", number + 1), "ID": ("<u4", log.identifier[rows]),
         "IDE": ("<u1", log.extended[rows]), "DLC": ("<u1", dlc(log)[rows]),
         "DataLength": ("<u1", log.length[rows]), "DataBytes": (f"({width},)u1", log.data[rows]),
         "Dir": ("<u1", log.sent[rows]), "EDL": ("<u1", log.fd[rows]),
@@ -52,35 +83,30 @@ def _append_frames(mdf: Any, log: FrameLog, time: np.ndarray, number: int, bus: 
     records = np.empty(time[rows].size, kind)
     for name, (_, column) in columns.items():
         records[f"CAN_DataFrame.{name}"] = column
-    mdf.append([_signal("CAN_DataFrame", records, time[rows], bus)], common_timebase=True)
-
-
-def _signal(name: str, samples: np.ndarray, time: np.ndarray, bus: str) -> Any:
-    import asammdf
-    from asammdf.blocks.v4_constants import BUS_TYPE_CAN, SOURCE_BUS
-
     source = asammdf.Source(bus, bus, "", SOURCE_BUS, BUS_TYPE_CAN)
-    return asammdf.Signal(name=name, samples=samples, timestamps=time, source=source)
+    signal = asammdf.Signal(
+        name="CAN_DataFrame", samples=records, timestamps=time[rows], source=source
+    )
+    groups.append(("frames", number, width), [signal], None)
 
 
-def _append_message(mdf: Any, frames: Frames, log: FrameLog, time: np.ndarray) -> int:
+def _append_message(groups: _Groups, frames: Frames, log: FrameLog, time: np.ndarray) -> int:
     """Append a message's signals, those of one multiplexed page together; returns the samples."""
     pages: dict[tuple[str | None, tuple[int, ...]], list[Signal]] = {}
     for signal in frames.message.signals if len(frames) else ():
         pages.setdefault((signal.multiplexer, signal.multiplexer_ids), []).append(signal)
-    return sum(_append_page(mdf, frames, page, log, time) for page in pages.values())
+    return sum(_append_page(groups, frames, key, page, log, time) for key, page in pages.items())
 
 
 def _append_page(
-    mdf: Any, frames: Frames, page: list[Signal], log: FrameLog, time: np.ndarray
-) -> int:
+    groups: _Groups, frames: Frames, key: tuple[object, ...], page: list[Signal], log: FrameLog,
+    time: np.ndarray,
+) -> int:  # fmt: skip
     import asammdf
 
     columns = [frames.samples(signal.name) for signal in page]
     rows = columns[0].rows
-    if not rows.size:
-        return 0
-    for bus in np.unique(log.bus[rows]):
+    for bus in np.unique(log.bus[rows]).tolist():
         mine = log.bus[rows] == bus
         source = asammdf.Source(log.buses[bus], f"{frames.message.name}", "", 0, 0)
         signals = [
@@ -94,7 +120,6 @@ def _append_page(
             )
             for column in columns
         ]
-        mdf.append(
-            signals, acq_name=f"{log.buses[bus]}.{frames.message.name}", common_timebase=True
-        )
+        name = f"{log.buses[bus]}.{frames.message.name}"
+        groups.append((frames.message.name, bus, key), signals, name)
     return int(rows.size) * len(columns)

@@ -5,6 +5,8 @@ MESSAGE.parquet   time_ns, bus, and a column a signal, its unit in the column's 
                   a multiplexed signal is not in the frame
 """
 
+from collections.abc import Iterator
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
@@ -16,19 +18,29 @@ from protocol.frame_log import FrameLog
 from protocol.layout import Database
 
 
-def write_parquet(sorted_log: SortedLog, _database: Database, path: Path) -> int:
-    """Write the folder; returns the number of decoded samples."""
+def write_parquet(portions: Iterator[SortedLog], _database: Database, path: Path) -> int:
+    """Write the folder, a row group a portion; returns the number of decoded samples."""
+    path.mkdir()
+    samples = 0
+    with ExitStack() as files:
+        tables: dict[str, Any] = {}
+        for portion in portions:
+            _append(files, tables, path / "frames.parquet", _frames(portion.log))
+            for name, frames in portion.frames.items():
+                if len(frames):
+                    table, count = _message(portion.log, frames)
+                    _append(files, tables, path / f"{name}.parquet", table)
+                    samples += count
+    return samples
+
+
+def _append(files: ExitStack, tables: dict[str, Any], path: Path, table: Any) -> None:
+    """Append to a table that is open, or begin it."""
     from pyarrow import parquet
 
-    path.mkdir()
-    log, samples = sorted_log.log, 0
-    parquet.write_table(_frames(log), path / "frames.parquet")
-    for name, frames in sorted_log.frames.items():
-        if len(frames):
-            table, count = _message(log, frames)
-            parquet.write_table(table, path / f"{name}.parquet")
-            samples += count
-    return samples
+    if path.name not in tables:
+        tables[path.name] = files.enter_context(parquet.ParquetWriter(path, table.schema))
+    tables[path.name].write_table(table)
 
 
 def _frames(log: FrameLog) -> Any:

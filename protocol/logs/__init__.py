@@ -32,10 +32,7 @@ def read_log(path: Path, progress: Progress = quiet) -> LogReading:
 def read_portions(
     path: Path, at_once: int, progress: Progress = quiet
 ) -> tuple[LogText, Iterator[FrameLog]]:
-    """Read a log in portions of about `at_once` frames: memory does not grow with its length.
-
-    That holds for text and for what python-can reads; an MDF file is held whole by asammdf.
-    """
+    """Read a log in portions of about `at_once` frames: memory does not grow with its length."""
     text = open_log(path, progress)
     return text, parse_portions(text.pieces, str(path), text.warnings, at_once)
 

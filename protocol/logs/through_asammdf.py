@@ -4,7 +4,7 @@ import gc
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from itertools import islice
 from pathlib import Path
 from typing import Any
@@ -13,15 +13,19 @@ import numpy as np
 
 from protocol.errors import InputError
 from protocol.frame_log import FrameLog
-from protocol.logs.candump import parse_pieces
 from protocol.logs.candump_line import format_frames
 from protocol.logs.reading import Progress
 
+AT_ONCE = 200_000  # frames of a group that are read at once
 _FRAMES = "CAN_DataFrame"
 _BESIDE = {
     "CAN_ErrorFrame": "error frames", "CAN_RemoteFrame": "remote frames",
     "LIN_Frame": "LIN frames", "FLX_Frame": "FlexRay frames", "ETH_Frame": "Ethernet frames",
 }  # fmt: skip
+
+
+# Its index of a bus log, which we do not ask for, reads the whole file.
+_OPTIONS: dict[str, Any] = {"process_bus_logging": False}
 
 
 @contextmanager
@@ -32,7 +36,7 @@ def opened(path: Path) -> Iterator[Any]:
     trouble = ""
     with _silent_finalisers():
         try:
-            with asammdf.MDF(path) as mdf:
+            with asammdf.MDF(path, **_OPTIONS) as mdf:
                 yield mdf
         except InputError:
             raise
@@ -64,7 +68,7 @@ def has_raw_frames(mdf: Any) -> bool:
 
 
 def mdf_pieces(path: Path, warnings: list[str], progress: Progress) -> Iterator[bytes]:
-    """Read all raw frames as pieces of candump text, in order of time."""
+    """Read all raw frames as pieces of candump text, in order of time, some at a time."""
     with opened(path) as mdf:
         if not has_raw_frames(mdf):
             raise InputError(
@@ -74,13 +78,14 @@ def mdf_pieces(path: Path, warnings: list[str], progress: Progress) -> Iterator[
                 remedy="give it to `slipbench import` as a table, with a role map of columns",
             )  # fmt: skip
         _tell_what_stays_out(mdf, path, warnings)
-        frames = _frames(mdf)
-    lines = format_frames(frames)
-    done = 0
-    while piece := b"".join(islice(lines, 20_000)):
-        done += 20_000
-        progress(min(done / len(frames), 1.0))
-        yield piece
+        groups = _groups(mdf)
+        done, total = 0, sum(group.left for group in groups)
+        for frames in _merged(groups):
+            lines = format_frames(frames)
+            while piece := b"".join(islice(lines, 20_000)):
+                yield piece
+            done += len(frames)
+            progress(done / total)
 
 
 def _tell_what_stays_out(mdf: Any, path: Path, warnings: list[str]) -> None:
@@ -93,20 +98,36 @@ def _tell_what_stays_out(mdf: Any, path: Path, warnings: list[str]) -> None:
             warnings.append(f"{path}: {count} {title} are no data frames and stay out")
 
 
-def _frames(mdf: Any) -> FrameLog:
-    """Give the frames of all groups in order of time."""
+def _groups(mdf: Any) -> "list[_Group]":
     start_ns = round(mdf.header.start_time.timestamp() * 1e6) * 1000
-    parts = [
-        _Part.of(mdf, group, start_ns)
+    counts = {
+        group: int(mdf.groups[group].channel_group.cycles_nr)
         for group, _ in mdf.channels_db[_FRAMES]
-        if mdf.groups[group].channel_group.cycles_nr
-    ]
-    if not parts:
-        return parse_pieces([], "", [])
+    }
+    return [_Group(mdf, group, start_ns, count) for group, count in counts.items() if count]
+
+
+def _merged(groups: "list[_Group]") -> Iterator[FrameLog]:
+    """Join groups, each of which is in order of time: as far at a time as all have been read."""
+    while groups:
+        parts = [group.read() for group in groups]
+        ends = [part.time_ns.max() for part, group in zip(parts, groups, strict=True) if group.left]
+        until = min(ends, default=None)
+        ripe = [
+            np.full(len(p.time_ns), True) if until is None else p.time_ns <= until for p in parts
+        ]
+        yield _joined([part.select(rows) for part, rows in zip(parts, ripe, strict=True)])
+        for group, part, rows in zip(groups, parts, ripe, strict=True):
+            group.kept = part.select(~rows)
+        groups = [group for group in groups if group.left or group.waits]
+
+
+def _joined(parts: "list[_Part]") -> FrameLog:
     width = 64 if any(part.data.shape[1] > 8 for part in parts) else 8
     whole: dict[str, Any] = {
-        name: np.concatenate([getattr(part, name) for part in parts])
-        for name in ("time_ns", "bus", "identifier", "extended", "fd", "sent", "length", "fd_flags")
+        field.name: np.concatenate([getattr(part, field.name) for part in parts])
+        for field in fields(_Part)
+        if field.name != "data"
     }
     data = np.concatenate([_padded(part.data, width) for part in parts])
     order = np.argsort(whole["time_ns"], kind="stable")
@@ -122,7 +143,7 @@ def _padded(data: np.ndarray, width: int) -> np.ndarray:
 
 @dataclass(frozen=True)
 class _Part:
-    """The frames of one channel group."""
+    """Frames of one channel group."""
 
     time_ns: np.ndarray
     bus: np.ndarray
@@ -134,18 +155,53 @@ class _Part:
     fd_flags: np.ndarray
     data: np.ndarray
 
-    @staticmethod
-    def of(mdf: Any, group: int, start_ns: int) -> "_Part":
-        """Read the group; fields that a logger left out are zero."""
-        signal = mdf.get(_FRAMES, group=group, raw=True)
+    def select(self, rows: np.ndarray) -> "_Part":
+        """Keep only some frames."""
+        return _Part(*(getattr(self, field.name)[rows] for field in fields(self)))
+
+
+@dataclass
+class _Group:
+    """A channel group that is read from its beginning to its end.
+
+    left: frames that were not read yet. kept: frames that were, and wait for those of other groups.
+    """
+
+    mdf: Any
+    number: int
+    start_ns: int
+    left: int
+    kept: _Part | None = None
+    _read: int = 0
+
+    @property
+    def waits(self) -> bool:
+        """Tell whether something is kept."""
+        return self.kept is not None and len(self.kept.time_ns) > 0
+
+    def read(self) -> _Part:
+        """Give what is kept; where that is nothing, the next frames."""
+        if self.kept is not None and self.waits:
+            return self.kept
+        count = min(self.left, AT_ONCE)
+        part = self._part(count)
+        self._read, self.left = self._read + count, self.left - count
+        return part
+
+    def _part(self, count: int) -> _Part:
+        """Read frames; fields that a logger left out are zero."""
+        which: dict[str, Any] = {
+            "group": self.number, "raw": True, "record_offset": self._read, "record_count": count
+        }  # fmt: skip
+        signal = self.mdf.get(_FRAMES, **which)
         records, count = signal.samples, len(signal.timestamps)
 
         def field(name: str) -> np.ndarray:
             full = f"{_FRAMES}.{name}"
             if full in (records.dtype.names or ()):
                 return np.asarray(records[full])
-            if any(channel.name == full for channel in mdf.groups[group].channels):
-                return np.asarray(mdf.get(full, group=group, raw=True).samples)
+            if any(channel.name == full for channel in self.mdf.groups[self.number].channels):
+                return np.asarray(self.mdf.get(full, **which).samples)
             return np.zeros(count, np.uint8)
 
         data = np.asarray(field("DataBytes"), np.uint8).reshape(count, -1)
@@ -153,7 +209,7 @@ class _Part:
         data = np.where(np.arange(data.shape[1]) < length[:, None], data, 0).astype(np.uint8)
         identifier = field("ID").astype(np.uint32)
         return _Part(
-            time_ns=start_ns + np.round(signal.timestamps * 1e9).astype(np.int64),
+            time_ns=self.start_ns + np.round(signal.timestamps * 1e9).astype(np.int64),
             bus=field("BusChannel").astype(np.int64),
             identifier=identifier & 0x1FFFFFFF,
             extended=(field("IDE") != 0) | (identifier > 0x7FF),
