@@ -55,8 +55,9 @@ class SlipControl:
     def ask(self, waveform: float, now: float) -> Asked:
         """Control for one tick. waveform: what the trial adds to the target now."""
         seen = self.slip(now)
-        if self._state is None:
+        if not math.isfinite(self._base):  # at first, or as long as the slip is not known
             self._base = seen.value if self._target is None else self._target
+        if self._state is None:
             self._state = self._controller.start(0.0, 0.0, seen.value, seen.speed)
             self._since = now - 0.001
         target = self._base + waveform

@@ -62,6 +62,12 @@ class InternalModel:
             state = self._step(state, reference, measurement)
         return state.command, state
 
+    def given(self, state: ModelState, command: float, dt: float) -> ModelState:
+        """Drive the model by what the actuators gave of the last command."""
+        late = state.late.copy()
+        late[0] = command - state.base[0]
+        return ModelState(state.model, state.inverse, late, state.command, state.base)
+
     def _expected(self, state: ModelState) -> float:
         return float(self.model.C @ state.model) + self.model.D * float(state.late[-1])
 

@@ -27,3 +27,7 @@ class Law(Protocol[State]):
     ) -> tuple[float, State]:
         """Return the command for the next `dt` seconds, and the state after it."""
         ...
+
+    def given(self, state: State, command: float, dt: float) -> State:
+        """Be told what the actuators could give of the last command, where that was not all."""
+        ...

@@ -60,6 +60,11 @@ class Pid:
         integral = state.integral + self.integral * (reference - measurement) * dt + back
         return command, PidState(integral, slope, measurement, command)
 
+    def given(self, state: PidState, command: float, dt: float) -> PidState:
+        """Track what the actuators gave of the last command, as at a limit."""
+        back = min(dt / self.tracking_time, 1.0) * (command - state.command)
+        return replace(state, integral=state.integral + back)
+
     def _push(self, reference: float, measurement: float) -> float:
         return self.proportional * (self.reference_weight * reference - measurement)
 

@@ -8,6 +8,7 @@ throttle, spark and mixed control; `from_tree` makes any of them from the number
     throttle, spark, state = controller.update(state, target, slip, speed, 0.001)
 """
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -16,18 +17,20 @@ from controllers.governor import Governor
 from controllers.internal_model import InternalModel
 from controllers.law import Law
 from controllers.limits import Range
-from controllers.linear import in_series
-from controllers.mid_ranging import MidRanging
+from controllers.linear import Linear, in_series
+from controllers.mid_ranging import MidRanging, reach
 from controllers.pid import Pid
 from controllers.schedule import Schedule
 
 
 @dataclass(frozen=True, slots=True)
 class SlipState:
-    """law: state of the law; reference: slip asked for last; throttle, spark: given last."""
+    """law: state of the law; reference: slip asked for last; passed: state of the prefilter;
+    throttle, spark: given last."""
 
     law: Any
     reference: float
+    passed: Any
     throttle: float
     spark: float
 
@@ -35,38 +38,52 @@ class SlipState:
 @dataclass(frozen=True)
 class SlipController:
     """actuator: "throttle", "spark" or "mixed"; law: from slip to it (to the spark, where mixed);
-    schedule: laws by speed, in place of `law`; slow: what relieves the spark, where mixed."""
+    schedule: laws by speed, in place of `law`; slow: what relieves the spark, where mixed;
+    prefilter: what the reference goes through, gain 1."""
 
     actuator: str
     law: Law[Any]
     governor: Governor | None = None
     schedule: Schedule | None = None
     slow: MidRanging[Any] | None = None
+    prefilter: Linear | None = None
 
     def start(self, throttle: float, spark: float, slip: float, speed: float) -> SlipState:
         """Take over at offsets of throttle and spark without a jump, asking for the slip there is.
 
-        The first target then comes as a change of the reference like any later one.
+        The first target then comes as a change of the reference like any later one. A slip that is
+        not known yet: throttle and spark stay until it is.
         """
+        passed = self.prefilter.rest(slip) if self.prefilter is not None else None
         if self.slow is not None:
-            mixed = self.slow.start(throttle, spark, slip, slip)
-            return SlipState(mixed, slip, throttle, spark)
-        now = throttle if self.actuator == "throttle" else spark
-        return SlipState(self._at(speed).start(now, slip, slip), slip, throttle, spark)
+            law: Any = self.slow.start(throttle, spark, slip, slip)
+        else:
+            now = throttle if self._moves_throttle else spark
+            law = self._at(speed).start(now, slip, slip)
+        return SlipState(law, slip, passed, throttle, spark)
 
     def update(
         self, state: SlipState, target: float, slip: float, speed: float, dt: float
     ) -> tuple[float, float, SlipState]:
         """Return the offsets of throttle and spark for the next `dt` s, and the state after."""
+        if not math.isfinite(state.reference):
+            return state.throttle, state.spark, self.start(state.throttle, state.spark, slip, speed)
         reference = self._governed(state, target, dt)
+        wanted, passed = self._passed(state, reference)
+        throttle, spark = state.throttle, state.spark
         if self.slow is not None:
-            throttle, spark, mixed = self.slow.update(state.law, reference, slip, dt)
-            return throttle, spark, SlipState(mixed, reference, throttle, spark)
-        command, law = self._at(speed).update(state.law, reference, slip, dt)
-        throttle, spark = (
-            (command, state.spark) if self._moves_throttle else (state.throttle, command)
-        )
-        return throttle, spark, SlipState(law, reference, throttle, spark)
+            throttle, spark, law = self.slow.update(state.law, wanted, slip, dt)
+        elif self._moves_throttle:
+            throttle, law = self._at(speed).update(state.law, wanted, slip, dt)
+        else:
+            spark, law = self._at(speed).update(state.law, wanted, slip, dt)
+        return throttle, spark, SlipState(law, reference, passed, throttle, spark)
+
+    def _passed(self, state: SlipState, reference: float) -> tuple[float, Any]:
+        if self.prefilter is None:
+            return reference, None
+        p, x = self.prefilter, state.passed
+        return float(p.C @ x) + p.D * reference, p.A @ x + p.B * reference
 
     @property
     def _moves_throttle(self) -> bool:
@@ -78,26 +95,38 @@ class SlipController:
     def _governed(self, state: SlipState, target: float, dt: float) -> float:
         if self.governor is None:
             return target
-        now = state.throttle if self._moves_throttle else state.spark
+        if self.slow is not None:
+            now = state.spark + state.throttle / self.slow.exchange
+        else:
+            now = state.throttle if self._moves_throttle else state.spark
         return self.governor.update(state.reference, target, now, dt)
 
 
 def from_tree(tree: Mapping[str, Any]) -> SlipController:
     """Make a controller from the numbers of a controller file, SI, already checked."""
-    limits = _range(tree["limits"])
-    law = _law(tree["law"], limits, tree["period"])
+    limits, mixed, period = _range(tree["limits"]), tree.get("mixed"), tree["period"]
+    far = limits
+    if mixed:
+        far = reach(limits, _range(mixed["throttle"]), mixed["exchange"])
+    law = _law(tree["law"], far, period)
+    slow = _mid_ranging(mixed, law, limits, period) if mixed else None
     rows = tree.get("schedule") or ()
     schedule = (
         Schedule(tuple((r["speed"], _pid(r["gains"], limits)) for r in rows)) if rows else None
     )
     governed = tree.get("governor")
-    governor = Governor(_range(governed["slip"]), governed["gain"], limits) if governed else None
-    mixed = tree.get("mixed")
-    slow = (
-        MidRanging(law, _range(mixed["throttle"]), mixed["exchange"], mixed["time"], mixed["rest"])
-        if mixed else None
+    governor = Governor(_range(governed["slip"]), governed["gain"], far) if governed else None
+    passed = in_series(tree["prefilter"]) if tree.get("prefilter") else None
+    return SlipController(tree["actuator"], law, governor, schedule, slow, passed)
+
+
+def _mid_ranging(
+    tree: Mapping[str, Any], law: Law[Any], spark: Range, period: float
+) -> MidRanging[Any]:
+    return MidRanging(
+        law, spark, _range(tree["throttle"]), tree["exchange"], tree["time"],
+        in_series(tree["through"]), tree["delay"], period,
     )  # fmt: skip
-    return SlipController(tree["actuator"], law, governor, schedule, slow)
 
 
 def _range(tree: Mapping[str, float]) -> Range:

@@ -15,7 +15,9 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from controllers.pitch_learner import LearnerState, PitchLearner
+from controllers.speed_tracker import SpeedTracker, Track
 
+UNKNOWN = Track()
 SLOWEST = 3.0  # m/s: below it a slip is noise over nothing
 
 
@@ -31,12 +33,11 @@ class Wheel:
 
 @dataclass(frozen=True, slots=True)
 class EstimatorState:
-    """What is known. optical: m/s, at `optical_time`; scale: true over front wheel's speed."""
+    """What is known. optical: the optical sensor's speed; scale: true over front wheel's."""
 
     rear: Wheel
     front: Wheel
-    optical: float = math.nan
-    optical_time: float = -math.inf
+    optical: Track = UNKNOWN
     scale: float = 1.0
 
 
@@ -69,6 +70,11 @@ class SlipEstimator:
         """What learns the gaps of either wheel."""
         return PitchLearner(self.teeth)
 
+    @cached_property
+    def tracker(self) -> SpeedTracker:
+        """What calms the optical sensor's readings."""
+        return SpeedTracker(silence=self.silence)
+
     def initial(self) -> EstimatorState:
         """Know nothing."""
         return EstimatorState(Wheel(self.learner.initial()), Wheel(self.learner.initial()))
@@ -78,7 +84,7 @@ class SlipEstimator:
     ) -> EstimatorState:
         """Take in a tooth of the rear wheel. time: s; count: running number."""
         rear = self._tooth(state.rear, time, count, learning)
-        return EstimatorState(rear, state.front, state.optical, state.optical_time, state.scale)
+        return EstimatorState(rear, state.front, state.optical, state.scale)
 
     def front_tooth(
         self, state: EstimatorState, time: float, count: float, learning: bool = True
@@ -86,15 +92,17 @@ class SlipEstimator:
         """Take in a tooth of the front wheel; the scale is learnt while the optical one speaks."""
         front = self._tooth(state.front, time, count, learning)
         scale = (
-            self._scale(state, front) if time - state.optical_time <= self.silence else state.scale
+            self._scale(state, front) if time - state.optical.time <= self.silence else state.scale
         )
-        return EstimatorState(state.rear, front, state.optical, state.optical_time, scale)
+        return EstimatorState(state.rear, front, state.optical, scale)
 
     def optical(self, state: EstimatorState, time: float, speed: float) -> EstimatorState:
         """Take in a valid reading of the optical sensor, m/s."""
         if speed != speed:
             return state
-        return EstimatorState(state.rear, state.front, speed, time, state.scale)
+        return EstimatorState(
+            state.rear, state.front, self.tracker.update(state.optical, time, speed), state.scale
+        )
 
     def slip(self, state: EstimatorState, now: float) -> Slip:
         """Say the slip at `now`; a wheel whose teeth fail to come is as slow as they allow."""
@@ -109,12 +117,12 @@ class SlipEstimator:
         if not own > SLOWEST:
             return state.scale
         share = min((front.interval or 0.0) / self.memory, 1.0)
-        seen = min(max(state.optical / own, 1.0 - self.limit), 1.0 + self.limit)
+        seen = min(max(state.optical.speed / own, 1.0 - self.limit), 1.0 + self.limit)
         return state.scale + share * (seen - state.scale)
 
     def _speed(self, state: EstimatorState, now: float) -> tuple[float, str]:
-        if now - state.optical_time <= self.silence:
-            return state.optical, "optical"
+        if now - state.optical.time <= self.silence:
+            return state.optical.at(now), "optical"
         front = self._still(state.front, now) * self.front_radius * state.scale
         return (front, "front wheel") if math.isfinite(front) else (math.nan, "unknown")
 

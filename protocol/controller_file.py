@@ -60,12 +60,14 @@ class ScheduledGains(Section):
 class Mixed(Section):
     """The slow actuator of a mixed controller: the throttle takes over from the spark.
 
-    exchange: slip per spark over slip per throttle; time: in which the throttle takes over.
+    exchange: slip per spark over slip per throttle; time: in which the throttle takes over;
+    through, delay: how much later than a spark the throttle acts, delay in periods.
     """
 
     exchange: float
     time: Seconds = Field(gt=0)
-    rest: float = 0.0
+    through: tuple[SectionRow, ...]
+    delay: int = Field(ge=0)
     throttle: Bounds
 
 
@@ -79,7 +81,8 @@ class GovernorTable(Section):
 class ControllerFile(Section):
     """One controller file. `limits` are of the actuator that `law` moves, about its rest.
 
-    designed: what the design promises, for people; it changes nothing.
+    prefilter: sections that the reference passes through, steady gain 1. designed: what the design
+    promises, for people; it changes nothing.
     """
 
     name: str = Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$")
@@ -90,6 +93,7 @@ class ControllerFile(Section):
     schedule: tuple[ScheduledGains, ...] = ()
     mixed: Mixed | None = None
     governor: GovernorTable | None = None
+    prefilter: tuple[SectionRow, ...] = ()
     designed: dict[str, float | str] = Field(default_factory=dict)
 
     @model_validator(mode="after")

@@ -9,6 +9,7 @@ from rich.console import Console
 from protocol.errors import InputError
 
 if TYPE_CHECKING:  # the analyses take seconds to import; --help should not
+    from identification.design.exchange import Exchange
     from identification.design.from_runs import Path
     from identification.design.widest import Designed
     from identification.response.identify import Identification
@@ -18,7 +19,7 @@ EXAMPLE = (
     "--out mixed.toml"
 )
 ACTUATORS = ("throttle", "spark", "mixed")
-LAWS = ("pid", "internal_model")
+LAWS = ("best", "pid", "internal_model")
 
 
 def register(app: typer.Typer) -> None:
@@ -30,7 +31,7 @@ def design_command(
     runs: Annotated[list[File], typer.Argument(help="Run folders, the nominal one first.")],
     actuator: Annotated[str, typer.Option(help="throttle, spark or mixed.")],
     out: Annotated[File, typer.Option(help="Controller file to write.")],
-    law: Annotated[str, typer.Option(help="pid or internal_model.")] = "internal_model",
+    law: Annotated[str, typer.Option(help="pid, internal_model, or the better one.")] = "best",
     report: Annotated[
         File | None, typer.Option(help="Folder for the report: Nyquist plot, margins, steps.")
     ] = None,
@@ -45,6 +46,7 @@ def design_command(
     """
     from math import radians
 
+    from identification.design.exchange import fast_path
     from identification.design.problem import Requirements
     from identification.design.report import write_report
     from identification.design.writing import controller_file, mixed_file
@@ -61,12 +63,14 @@ def design_command(
         progress.update("identifying")
         found = [identified_folder(run) for run in runs]
         progress.update("designing")
-        fast = "throttle" if actuator == "throttle" else "spark"
-        path = _path(fast, found, required, period * 1e-3)
+        path = _path("throttle" if actuator == "throttle" else "spark", found, required, period)
+        if actuator == "mixed":
+            path = fast_path(path)
         designed = _designed(path, law)
         file = controller_file(path, designed)
         if actuator == "mixed":
-            file = mixed_file(path, designed, _path("throttle", found, required, period * 1e-3))
+            slow = _path("throttle", found, required, period)
+            file = mixed_file(path, designed, slow, _exchange(path, designed, slow))
         write_controller(file, out)
         page = write_report(path, designed, report) if report else None
     for name, m in designed.margins.items():
@@ -82,7 +86,7 @@ def _path(actuator: str, runs: "list[Identification]", required: object, period:
     from identification.design.problem import Requirements
 
     assert isinstance(required, Requirements)
-    path = path_of(actuator, runs, required, period)
+    path = path_of(actuator, runs, required, period * 1e-3)
     if isinstance(path, NoPath):
         raise InputError(
             f"no controller through the {actuator}", found=path.reason,
@@ -91,10 +95,23 @@ def _path(actuator: str, runs: "list[Identification]", required: object, period:
     return path
 
 
+def _exchange(fast: "Path", designed: "Designed", slow: "Path") -> "Exchange":
+    from identification.design.exchange import NoExchange, quickest_exchange
+
+    found = quickest_exchange(fast, designed.controller.response, slow)
+    if isinstance(found, NoExchange):
+        raise InputError(
+            "the throttle cannot take over from the spark", found=found.reason,
+            remedy="design a controller through the throttle or the spark alone",
+        )  # fmt: skip
+    return found
+
+
 def _designed(path: "Path", law: str) -> "Designed":
     from identification.design import widest
 
-    found = widest.pid(path.problem) if law == "pid" else widest.internal_model(path.problem)
+    ways = {"best": widest.best, "pid": widest.pid, "internal_model": widest.internal_model}
+    found = ways[law](path.problem)
     if isinstance(found, widest.NoDesign):
         raise InputError(
             "no controller keeps these reserves", found=found.reason,

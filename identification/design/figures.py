@@ -55,7 +55,7 @@ def steps(path: Path, designed: Designed) -> Figure:
     time = np.arange(0.0, LASTING, 0.002)
     with d.hand():
         figure, (axes,) = d.panels(1, 3.2)
-        found = step_response(path.problem, designed.controller, time)
+        found = step_response(path.problem, designed.controller, time, designed.prefilter.response)
         for (name, y), color in zip(found.items(), _colours(), strict=False):
             axes.plot(time, y, color=color, label=name)
         axes.axhline(1.0, color=d.MUTED, lw=0.8)

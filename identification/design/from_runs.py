@@ -21,6 +21,7 @@ from identification.signals.filters import bridged, low_pass
 from identification.signals.motion import NoMotion
 from identification.signals.teeth import tooth_interval
 from identification.signals.trial_window import NoExcitation
+from protocol.channel import FloatArray
 from protocol.trial_file import Limits
 
 ON_THE_WAY = 0.0003  # s, a status frame and a command frame on a bus that is half full
@@ -67,7 +68,7 @@ def path_of(
     speed = _speed(nominal)
     problem = Problem(
         model, around, _extra(nominal, speed, period), period, _noise(nominal, speed),
-        _swing(trial.limits, actuator), required,
+        _swing(trial.limits, actuator), required, _told(nominal, speed, period),
     )  # fmt: skip
     names = tuple(run.recording.folder.name for run, _ in used)
     return Path(actuator, problem, speed, _gain(used[0][1]), names, trial.limits)
@@ -106,18 +107,33 @@ def _extra(run: Identification, speed: float, period: float) -> float:
     return (_interval(run, speed) if age is None else age) + ON_THE_WAY + 0.5 * period
 
 
+def _told(run: Identification, speed: float, period: float) -> float:
+    """Time from one told slip to the next, s; no less than a period."""
+    told = _tellings(run)
+    lasts = _interval(run, speed) if told is None else float(np.mean(np.diff(told[0])))
+    return max(lasts, period)
+
+
 def mean_age(run: Identification) -> float | None:
     """Mean age of the newest tooth speed at the bench, s; None where arrivals were not recorded."""
+    told = _tellings(run)
+    if told is None:
+        return None
+    heard, of = told
+    lasts = np.diff(heard)
+    age = heard[:-1] - of[:-1] + 0.5 * lasts
+    return float(np.sum(age * lasts) / np.sum(lasts))
+
+
+def _tellings(run: Identification) -> tuple[FloatArray, FloatArray] | None:
+    """When a tooth speed was told, and of when it is (s); of teeth told together, the last."""
     channel = run.recording.channels.get("rear_teeth")
     if channel is None or channel.arrival is None or channel.time.size < 3:
         return None
     middle = run.data.time["rear_teeth"][1:] - 0.5 * np.diff(channel.time)
     arrived = channel.arrival[1:]
-    newest = np.append(np.diff(arrived) > 0, True)  # of teeth told together, the last
-    heard, of = arrived[newest], middle[newest]
-    lasts = np.diff(heard)
-    age = heard[:-1] - of[:-1] + 0.5 * lasts
-    return float(np.sum(age * lasts) / np.sum(lasts))
+    newest = np.append(np.diff(arrived) > 0, True)
+    return arrived[newest], middle[newest]
 
 
 def _interval(run: Identification, speed: float) -> float:

@@ -6,7 +6,7 @@ motorcycle may be from it, and the delay that the loop adds to what the identifi
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -24,13 +24,20 @@ Command = Callable[[FloatArray], ComplexArray]
 
 @dataclass(frozen=True)
 class Requirements:
-    """gain: factor; phase: rad; sensitivity: M_s; noise: largest share of the command's range
+    """gain: factor; phase: rad; sensitivity: M_s; noise: largest share of half the command's range
     that sensor noise may shake it by, one standard deviation."""
 
     gain: float = 2.0
     phase: float = math.radians(40.0)
     sensitivity: float = 2.0
-    noise: float = 0.1
+    noise: float = 0.05
+
+    def with_reserve(self, share: float) -> "Requirements":
+        """Ask for more of each margin, by a share of it."""
+        return replace(
+            self, gain=self.gain * (1 + share), phase=self.phase * (1 + share),
+            sensitivity=self.sensitivity * (1 - share),
+        )  # fmt: skip
 
     def met(self, found: Margins) -> bool:
         """Tell whether a loop keeps these reserves."""
@@ -45,7 +52,7 @@ class Requirements:
 class Problem:
     """model: the nominal path; around: its set, None where only the model is known; extra: s of
     delay that the loop adds; period: s; noise: deviation of a slip sample; swing: half the
-    command's range."""
+    command's range; told: s from one slip sample to the next, for which each is held."""
 
     model: RationalModel
     around: UncertaintySet | None
@@ -54,6 +61,7 @@ class Problem:
     noise: float
     swing: float
     required: Requirements = Requirements()
+    told: float = 0.001
 
     @property
     def frequency(self) -> FloatArray:
@@ -66,10 +74,14 @@ class Problem:
         value = self.model.response(f) if model is None else model
         return np.asarray(value * held(f, self.period) * np.exp(-2j * np.pi * f * self.extra))
 
+    def nominal(self, command: Command) -> Margins:
+        """Margins of the nominal loop."""
+        f = self.frequency
+        return margins(f, command(f) * self.path(f))
+
     def loops(self, command: Command) -> dict[str, Margins]:
         """Margins of the nominal loop, and of every member in the band where it was measured."""
-        f = self.frequency
-        found = {"nominal": margins(f, command(f) * self.path(f))}
+        found = {"nominal": self.nominal(command)}
         for name, values in (self.around.members if self.around else {}).items():
             assert self.around is not None
             known = np.isfinite(values)
@@ -85,6 +97,18 @@ class Problem:
         f = self.around.frequency
         loop = command(f) * self.path(f)
         return float(np.max(np.abs(self.around.weight.response(f) * loop / (1 + loop))))
+
+    def shaken(self, command: Command) -> float:
+        """Deviation of the command for the sensor's noise, the loop closed.
+
+        A sample is held until the next one: its noise lies below the rate of the samples, where a
+        controller answers most.
+        """
+        f = np.linspace(0.25, 0.5 / self.period, 2000)
+        answer = command(f)
+        answer /= 1 + answer * self.path(f)
+        density = 2 * self.told * np.sinc(f * self.told) ** 2
+        return float(self.noise * np.sqrt(np.trapezoid(np.abs(answer) ** 2 * density, f)))
 
     def met(self, command: Command) -> bool:
         """Tell whether all members keep the required reserves, and the set is stable."""

@@ -9,7 +9,8 @@ from markupsafe import Markup
 
 from identification.design.figures import nyquist, sensitivities, steps
 from identification.design.from_runs import Path
-from identification.design.widest import Designed, Gains
+from identification.design.gains import Gains
+from identification.design.widest import Designed
 from identification.report import drawing as d
 
 HEAD = ("loop", "|T| to / Hz", "|S| held to / Hz", "gain margin / dB", "phase margin / deg", "M_s")

@@ -44,13 +44,6 @@ class Shape:
         """From reference to command, the loop open: the same as from the error."""
         return self.response(frequency)
 
-    @property
-    def noise_gain(self) -> float:
-        """Deviation of the command for a measurement that is white noise of deviation 1."""
-        f = np.linspace(0.5, 0.5 / self.period, 2000)
-        q = answer(self.inverse, np.exp(2j * np.pi * f * self.period))
-        return float(np.sqrt(np.mean(np.abs(q) ** 2)))
-
 
 def shaped(plant: Sampled, bandwidth: float, extra_order: int = 1) -> Shape:
     """Design a controller. bandwidth: of the filter, Hz (each of its lags at that corner).

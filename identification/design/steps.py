@@ -4,36 +4,45 @@ y(t) = (2 / pi) int Re T(j w) sin(w t) / w dw for a stable T that is 0 at high f
 (Papoulis, The Fourier Integral and its Applications, 1962, section 2-4, from causality).
 """
 
+from collections.abc import Callable
+
 import numpy as np
 
+from identification.design.gains import Gains
 from identification.design.problem import Problem
 from identification.design.sampled import held
 from identification.design.shaping import Shape
-from identification.design.widest import Gains
 from identification.response.response import ComplexArray
 from protocol.channel import FloatArray
 
 FINE = 0.01  # Hz
 TOP = 120.0  # Hz
+Passed = Callable[[FloatArray], ComplexArray]
+
+
+def _unchanged(f: FloatArray) -> ComplexArray:
+    return np.ones(f.shape, complex)
 
 
 def step_response(
-    problem: Problem, controller: Shape | Gains, time: FloatArray
+    problem: Problem, controller: Shape | Gains, time: FloatArray, passed: Passed = _unchanged
 ) -> dict[str, FloatArray]:
     """Slip after a step of its reference by 1, for the nominal loop and every member.
 
-    time: s, (n,). Members go on beyond their band as far from the nominal model as at its edge.
+    time: s, (n,); passed: what the reference is passed through first. Members go on beyond their
+    band as far from the nominal model as at its edge.
     """
     f = np.arange(FINE, TOP, FINE)
-    law, asked = controller.response(f), controller.reference_response(f)
+    law, asked = controller.response(f), controller.reference_response(f) * passed(f)
     at_tick = held(f, problem.period)  # a reference that steps at a tick, not between two
     return {
         name: _step(f, asked * path / (1 + law * path) / at_tick, time)
-        for name, path in _paths(problem, f).items()
+        for name, path in paths(problem, f).items()
     }
 
 
-def _paths(problem: Problem, f: FloatArray) -> dict[str, ComplexArray]:
+def paths(problem: Problem, f: FloatArray) -> dict[str, ComplexArray]:
+    """Answer of the seen slip to the command, nominal and of every member, at f (Hz)."""
     nominal = problem.path(f)
     found = {"nominal": nominal}
     around = problem.around

@@ -7,25 +7,23 @@ fixed seed over logarithms of the gains.
 """
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from scipy import optimize
 
-from controllers.limits import Range
-from controllers.pid import Pid
+from identification.design.gains import Gains
 from identification.design.loop import Margins, first_fall
+from identification.design.prefilter import Prefilter, quickest
 from identification.design.problem import Problem
 from identification.design.sampled import sampled
 from identification.design.shaping import Shape, shaped
-from identification.response.response import ComplexArray
 from protocol.channel import FloatArray
 
 CORNERS = np.geomspace(1.0, 60.0, 60)  # Hz
 EXTRA_ORDERS = (0, 1, 2)
 SEED = 1
-WEIGHTS = (1.0, 0.8, 0.6, 0.4, 0.2, 0.0)  # of the reference in the proportional part
-PEAK = 1.1  # of the answer to the reference
+ALIKE = 1.05  # two loops whose rejection differs by less are chosen by their noise
 RANGES = ((0.02, 5.0), (0.3, 100.0), (5e-4, 0.1), (1e-3, 0.05))
 """Of K_p and K_i / s times the path's gain, T_d and T_f in s."""
 
@@ -34,9 +32,10 @@ RANGES = ((0.02, 5.0), (0.3, 100.0), (5e-4, 0.1), (1e-3, 0.05))
 class Designed:
     """shape or gains; margins: by member, the nominal loop first; robust: max |W T|; noise:
     deviation of the command for the sensor's noise, in the command's unit; bandwidth: of the
-    nominal answer to the reference, Hz, where it first falls through -3 dB."""
+    nominal answer to the target, Hz, where it first falls through -3 dB."""
 
     controller: "Shape | Gains"
+    prefilter: Prefilter
     margins: dict[str, Margins]
     robust: float
     noise: float
@@ -50,62 +49,24 @@ class NoDesign:
     reason: str
 
 
-@dataclass(frozen=True)
-class Gains:
-    """Proportional, integral (1/s), derivative (s) gain and filter time (s) of a PID."""
-
-    proportional: float
-    integral: float
-    derivative: float
-    filter_time: float
-    period: float
-    reference_weight: float = 1.0
-
-    def response(self, frequency: FloatArray) -> ComplexArray:
-        """From error to command, complex, at frequencies in Hz, as `Pid` computes it."""
-        z = np.exp(2j * np.pi * np.asarray(frequency) * self.period)
-        whole = self.filter_time + self.period
-        slope = self.derivative * (1 - 1 / z) / (whole - self.filter_time / z)
-        return np.asarray(self.proportional + self.integral * self.period / (z - 1) + slope)
-
-    def reference_response(self, frequency: FloatArray) -> ComplexArray:
-        """From reference to command, the loop open: no derivative of the reference."""
-        z = np.exp(2j * np.pi * np.asarray(frequency) * self.period)
-        weighted = self.reference_weight * self.proportional
-        return np.asarray(weighted + self.integral * self.period / (z - 1))
-
-    @property
-    def noise_gain(self) -> float:
-        """Deviation of the command for white noise of deviation 1, the integral left out."""
-        f = np.linspace(0.5, 0.5 / self.period, 500)
-        quick = Gains(self.proportional, 0.0, self.derivative, self.filter_time, self.period)
-        return float(np.sqrt(np.mean(np.abs(quick.response(f)) ** 2)))
-
-    def controller(self, limits: Range) -> Pid:
-        """Return the controller, its command inside limits."""
-        track = max(2 * np.sqrt(abs(self.derivative / self.integral)), 0.02)
-        return Pid(
-            self.proportional, self.integral, self.derivative, limits,
-            filter_time=self.filter_time, tracking_time=float(track),
-            reference_weight=self.reference_weight,
-        )  # fmt: skip
-
-
 def internal_model(problem: Problem) -> Designed | NoDesign:
-    """Raise the corner as far as the problem allows; of all orders the widest loop wins."""
+    """Raise the corner as far as the problem allows; of all orders the one that holds most off."""
     plant = sampled(problem.model, problem.extra, problem.period)
     if np.any(np.abs(plant.poles) >= 1.0):
         return NoDesign("the model is not stable: an internal model would drift away beside it")
-    best: Designed | None = None
+    widest: Shape | None = None
+    reach = 0.0
     for extra in EXTRA_ORDERS:
         for corner in CORNERS:
             shape = shaped(plant, float(corner), extra)
             if not _allowed(problem, shape):
                 break
-            found = _told(problem, shape)
-            if best is None or found.bandwidth > best.bandwidth:
-                best = found
-    return best or NoDesign(_why_not(problem, shaped(plant, float(CORNERS[0]), EXTRA_ORDERS[-1])))
+            rejection = problem.nominal(shape.response).rejection
+            if rejection > reach:
+                widest, reach = shape, rejection
+    if widest is None:
+        return NoDesign(_why_not(problem, shaped(plant, float(CORNERS[0]), EXTRA_ORDERS[-1])))
+    return _told(problem, widest)
 
 
 def pid(problem: Problem, most: int = 60) -> Designed | NoDesign:
@@ -124,31 +85,34 @@ def pid(problem: Problem, most: int = 60) -> Designed | NoDesign:
         cost, optimize.Bounds(*np.log(RANGES).T), maxiter=most, popsize=10, tol=1e-4,
         rng=np.random.default_rng(SEED), polish=False,
     )  # fmt: skip
-    best = _calmed(problem, gains(found.x))
+    best = gains(found.x)
     return _told(problem, best) if _allowed(problem, best) else NoDesign(_why_not(problem, best))
 
 
-def _calmed(problem: Problem, found: Gains) -> Gains:
-    """Weigh the reference as much as its peak allows: a step of the target should not overshoot."""
-    path = problem.path(problem.frequency)
-    loop = 1 + found.response(problem.frequency) * path
-    for weight in WEIGHTS:
-        calm = replace(found, reference_weight=weight)
-        peak = np.max(np.abs(calm.reference_response(problem.frequency) * path / loop))
-        if peak <= PEAK:
-            return calm
-    return calm
+def best(problem: Problem) -> Designed | NoDesign:
+    """Design both ways; see `better`."""
+    return better(internal_model(problem), pid(problem))
+
+
+def better(*found: Designed | NoDesign) -> Designed | NoDesign:
+    """Choose the loop that holds disturbances off furthest; of those alike the calmest."""
+    able = [d for d in found if isinstance(d, Designed)]
+    if not able:
+        return found[0]
+    most = max(d.margins["nominal"].rejection for d in able)
+    alike = [d for d in able if d.margins["nominal"].rejection * ALIKE >= most]
+    return min(alike, key=lambda d: d.noise)
 
 
 def _allowed(problem: Problem, controller: "Shape | Gains") -> bool:
-    quiet = controller.noise_gain * problem.noise <= problem.required.noise * problem.swing
+    quiet = problem.shaken(controller.response) <= problem.required.noise * problem.swing
     return quiet and problem.met(controller.response)
 
 
 def _excess(problem: Problem, controller: Gains) -> float:
     """How far the worst condition is missed, as a logarithm; 0 where all are met."""
     required = problem.required
-    noise = controller.noise_gain * problem.noise / (required.noise * problem.swing)
+    noise = problem.shaken(controller.response) / (required.noise * problem.swing)
     over = [noise, problem.robust(controller.response)]
     over += [math.exp(5.0 * abs(problem.encircled(controller.response)))]
     for m in problem.loops(controller.response).values():
@@ -158,17 +122,19 @@ def _excess(problem: Problem, controller: Gains) -> float:
 
 
 def _told(problem: Problem, controller: "Shape | Gains") -> Designed:
+    prefilter = quickest(problem, controller)
     return Designed(
-        controller, problem.loops(controller.response), problem.robust(controller.response),
-        controller.noise_gain * problem.noise, _tracked(problem, controller),
+        controller, prefilter, problem.loops(controller.response),
+        problem.robust(controller.response), problem.shaken(controller.response),
+        _tracked(problem, controller, prefilter),
     )  # fmt: skip
 
 
-def _tracked(problem: Problem, controller: "Shape | Gains") -> float:
+def _tracked(problem: Problem, controller: "Shape | Gains", prefilter: Prefilter) -> float:
     f = problem.frequency
     path = problem.path(f)
-    answer = controller.reference_response(f) * path / (1 + controller.response(f) * path)
-    return first_fall(f, np.abs(answer))
+    closed = controller.reference_response(f) * path / (1 + controller.response(f) * path)
+    return first_fall(f, np.abs(prefilter.response(f) * closed))
 
 
 def _why_not(problem: Problem, slowest: "Shape | Gains") -> str:

@@ -1,10 +1,14 @@
 """A designed controller as the file that a trial runs."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from controllers.limits import Range
+from identification.design.exchange import Exchange
 from identification.design.from_runs import Path
-from identification.design.widest import Designed, Gains
+from identification.design.gains import Gains
+from identification.design.widest import Designed
 from protocol.controller_file import (
     Bounds,
     ControllerFile,
@@ -14,10 +18,10 @@ from protocol.controller_file import (
     ModelSections,
     PidGains,
     ScheduledGains,
+    SectionRow,
 )
 from protocol.trial_file import Limits
 
-TAKE_OVER = 0.25  # s, in which the throttle takes over from the spark
 SHARE = 0.9  # of a limit of the safety gate that a controller uses: it must never trip it
 FASTEST_SLIP = 0.5  # 1/s, of the reference
 
@@ -31,16 +35,19 @@ def controller_file(
         actuator="throttle" if path.actuator == "throttle" else "spark",
         period=path.problem.period, law=_law(designed), limits=bounds(path.limits, path.actuator),
         schedule=tuple(ScheduledGains(speed=v, gains=_pid(g)) for v, g in schedule),
-        governor=_governor(path), designed=_promise(path, designed),
+        governor=_governor(path), prefilter=(designed.prefilter.section,),
+        designed=_promise(path, designed),
     )  # fmt: skip
 
 
-def mixed_file(spark: Path, designed: Designed, throttle: Path) -> ControllerFile:
+def mixed_file(
+    spark: Path, designed: Designed, throttle: Path, exchange: Exchange
+) -> ControllerFile:
     """Write the mixed controller down: the spark's law, and the throttle that relieves it."""
     alone = controller_file(spark, designed)
     mixed = Mixed(
-        exchange=spark.gain / throttle.gain, time=TAKE_OVER,
-        throttle=bounds(throttle.limits, "throttle"),
+        exchange=exchange.gain, time=exchange.time, delay=exchange.delay,
+        through=_rows(exchange.through), throttle=bounds(throttle.limits, "throttle"),
     )  # fmt: skip
     return alone.model_copy(update={"name": "mixed_slip", "actuator": "mixed", "mixed": mixed})
 
@@ -63,9 +70,12 @@ def _law(designed: Designed) -> Law:
     if isinstance(designed.controller, Gains):
         return _pid(designed.controller)
     shape = designed.controller
-    rows = [tuple(tuple(float(x) for x in row) for row in part)
-            for part in (shape.model, shape.inverse)]  # fmt: skip
-    return ModelSections(model=rows[0], inverse=rows[1], delay=shape.delay)
+    model, inverse = _rows(shape.model), _rows(shape.inverse)
+    return ModelSections(model=model, inverse=inverse, delay=shape.delay)
+
+
+def _rows(sections: Sequence[Sequence[float]]) -> tuple[SectionRow, ...]:
+    return tuple((float(a), float(b), float(c), float(d), float(e)) for a, b, c, d, e in sections)
 
 
 def _pid(gains: Gains) -> PidGains:
@@ -84,13 +94,15 @@ def _governor(path: Path) -> GovernorTable:
 
 def _promise(path: Path, designed: Designed) -> dict[str, float | str]:
     worst = designed.margins.values()
+    nominal = designed.margins["nominal"]
     return {
         "runs": ", ".join(path.names),
         "speed": path.speed,
         "delay": path.problem.model.delay,
         "delay_of_the_loop": path.problem.extra,
         "bandwidth_hz": designed.bandwidth,
-        "rejection_hz": designed.margins["nominal"].rejection,
+        "complementary_hz": nominal.bandwidth,
+        "rejection_hz": nominal.rejection,
         "gain_margin_db": float(20 * np.log10(min(m.gain for m in worst))),
         "phase_margin_deg": float(np.degrees(min(m.phase for m in worst))),
         "sensitivity_peak": max(m.sensitivity for m in worst),

@@ -1,8 +1,8 @@
 """One ride under slip control: the simulated motorcycle, its teeth, and a controller, every 1 ms.
 
 An encoder tells its teeth three at a time, or what it has after 5 ms; the optical sensor speaks
-every 4 ms. A tick sees what was told, and its command acts from the next tick on. That is how it
-goes over CAN.
+every 4 ms, with its noise. A tick sees what was told, and its command acts from the next tick on.
+That is how it goes over CAN.
 """
 
 from dataclasses import dataclass
@@ -12,6 +12,7 @@ import numpy as np
 from controllers.slip_controller import SlipController
 from controllers.slip_estimator import EstimatorState, SlipEstimator
 from identification.rehearsal.scenario import Scenario
+from plant.channels import DEFAULT_CHANNELS
 from plant.encoder import ToothedDisc, begin, passing_teeth, toothed_disc
 from plant.equilibrium import equilibrium
 from plant.motorcycle import Motorcycle
@@ -20,7 +21,7 @@ from plant.simulation import Simulation
 
 TICK = 0.001  # s
 WARM_UP = 5.0  # s, in which the estimator learns the gaps between teeth before it is needed
-OPTICAL_PERIOD = 0.004  # s
+OPTICAL = DEFAULT_CHANNELS["optical_speed"]
 TOGETHER = 3  # teeth in a frame
 WAIT = 0.005  # s, after which a frame is sent with fewer
 
@@ -43,7 +44,8 @@ class Ridden:
 class _Wheels:
     """Teeth as they pass, taken in by the estimator."""
 
-    def __init__(self, motorcycle: Motorcycle, estimator: SlipEstimator) -> None:
+    def __init__(self, motorcycle: Motorcycle, estimator: SlipEstimator, seed: int) -> None:
+        self._random = np.random.default_rng(seed)
         self._estimator, self._state = estimator, estimator.initial()
         self._discs: dict[str, ToothedDisc] = {
             side: toothed_disc(
@@ -61,8 +63,10 @@ class _Wheels:
             self._turn(side, out, learning)
         now = float(out.time[-1])
         if now >= self._next_optical:
-            self._next_optical = now + OPTICAL_PERIOD - 1e-9
-            self._state = self._estimator.optical(self._state, now, float(out.optical_speed[-1]))
+            self._next_optical = now + OPTICAL.period - 1e-9
+            told = float(out.optical_speed[-1]) + OPTICAL.noise * self._random.standard_normal()
+            told = OPTICAL.quantum * round(told / OPTICAL.quantum)
+            self._state = self._estimator.optical(self._state, now, told)
         return self._state
 
     def _turn(self, side: str, out: Outputs, learning: bool) -> None:
@@ -91,15 +95,20 @@ class _Wheels:
         waiting.clear()
 
 
-def ride(motorcycle: Motorcycle, scenario: Scenario, controller: SlipController | None) -> Ridden:
-    """Ride a scenario; without a controller throttle and spark stay where they rest."""
+def ride(
+    motorcycle: Motorcycle, scenario: Scenario, controller: SlipController | None, seed: int = 1
+) -> Ridden:
+    """Ride a scenario; without a controller throttle and spark stay where they rest.
+
+    seed: of the optical sensor's noise.
+    """
     simulation = Simulation(motorcycle)
     state, rest = equilibrium(simulation, scenario.gear, scenario.engine_speed)
     estimator = SlipEstimator(
         int(motorcycle.rear_encoder.teeth), motorcycle.rear_wheel.radius,
         motorcycle.front_wheel.radius, report=WAIT + 0.0015,
     )  # fmt: skip
-    wheels = _Wheels(motorcycle, estimator)
+    wheels = _Wheels(motorcycle, estimator, seed)
     inputs = Inputs.held(1, gear=float(scenario.gear), throttle_command=rest)
     warm, ticks = round(WARM_UP / TICK), round(scenario.duration / TICK)
     rows = np.empty((ticks, 8))

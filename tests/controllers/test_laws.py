@@ -10,10 +10,12 @@ from hypothesis import strategies as st
 from controllers.governor import Governor
 from controllers.internal_model import InternalModel
 from controllers.limits import Range
-from controllers.linear import Linear
-from controllers.mid_ranging import MidRanging
+from controllers.linear import Linear, in_series
+from controllers.mid_ranging import MidRanging, reach
 from controllers.pid import Pid
 from controllers.schedule import Schedule
+from controllers.slip_controller import SlipController
+from identification.design.prefilter import Prefilter
 
 DT = 0.001
 LIMITS = Range(-0.1, 0.2, 6.0)
@@ -130,21 +132,125 @@ def test_gains_between_two_speeds_lie_between_their_designs(speed):
     assert abs(schedule.at(speed + 1e-6).proportional - at.proportional) < 1e-6
 
 
+G_T, G_S, SERVO, LATER = 0.2, 0.05, 0.02, 12  # slip per command; s; periods
+
+
+SPARK = Range(-0.2, 0.2, 20.0)
+
+
+def mixed(spark: Range = SPARK) -> MidRanging:
+    """Spark behind the slip's lag alone, throttle behind a servo and a delay as well."""
+    a = math.exp(-DT / SERVO)
+    through = Linear(np.array([[a]]), np.array([1 - a]), np.array([1.0]), 0.0)
+    throttle = Range(-0.3, 0.3, 2.0)
+    both = reach(spark, throttle, G_S / G_T)
+    law = Pid(4.0, 300.0, 0.0, both)
+    return MidRanging(law, spark, throttle, G_S / G_T, 0.03, through, LATER, DT)
+
+
+def mixed_loop(law, seconds, reference=lambda _: 0.0, disturbance=lambda _: 0.0):
+    """Slip, throttle and spark of the first-order motorcycle under a mixed law."""
+    a, b = math.exp(-DT / SERVO), math.exp(-DT / SLOW)
+    servo, x, line, found = 0.0, 0.0, [0.0] * LATER, []
+    state = law.start(0.0, 0.0, 0.0, 0.0)
+    for k in range(round(seconds / DT)):
+        y = x + disturbance(k * DT)
+        throttle, spark, state = law.update(state, reference(k * DT), y, DT)
+        line.append(throttle)
+        servo = a * servo + (1 - a) * line.pop(0)
+        x = b * x + (1 - b) * (G_T * servo + G_S * spark)
+        found.append((y, throttle, spark))
+    return np.array(found).T
+
+
+def late_step(t):
+    return 0.004 if t > 0.5 else 0.0
+
+
 def test_mixed_spark_returns_to_its_optimum_and_the_throttle_holds_the_slip():
-    """Slip = g_t throttle + g_s spark + disturbance: spark answers first and then rests."""
-    g_t, g_s = 0.2, 0.05
-    spark_law = Pid(2.0, 150.0, 0.0, Range(-0.2, 0.07, 20.0))
-    law = MidRanging(spark_law, Range(-0.3, 0.3, 2.0), g_s / g_t, 0.3)
-    state, y, sparks = law.start(0.0, 0.0, 0.0, 0.0), 0.0, []
-    for k in range(4000):
-        throttle, spark, state = law.update(state, 0.0, y, DT)
-        target = g_t * throttle + g_s * spark + (0.004 if k > 500 else 0.0)
-        y += DT / SLOW * (target - y)
-        sparks.append(spark)
-    assert abs(y) < 1e-5
-    assert min(sparks) < -0.02
-    assert abs(sparks[-1]) < 1e-3
-    assert throttle == pytest.approx(-0.004 / g_t, rel=0.05)
+    slip, throttle, spark = mixed_loop(mixed(), 2.0, disturbance=late_step)
+    assert abs(slip[-1]) < 1e-5
+    assert spark.min() < -0.02
+    assert abs(spark[-1]) < 1e-4
+    assert throttle[-1] == pytest.approx(-0.004 / G_T, rel=0.01)
+
+
+def test_mixed_is_as_quick_as_its_spark_alone():
+    """With the true model the throttle changes nothing about the slip: the loop is the spark's."""
+    wide = Range(-5.0, 5.0, 1e4)
+    slip, _, _ = mixed_loop(mixed(wide), 1.5, disturbance=late_step)
+    law = Pid(4.0, 300.0, 0.0, Range(-10.0, 10.0))
+    x, b, alone, state = 0.0, math.exp(-DT / SLOW), [], law.start(0.0, 0.0, 0.0)
+    for k in range(1500):
+        y = x + late_step(k * DT)
+        spark, state = law.update(state, 0.0, y, DT)
+        x = b * x + (1 - b) * G_S * spark
+        alone.append(y)
+    np.testing.assert_allclose(slip, alone, atol=2e-5)
+
+
+def test_mixed_reaches_as_far_as_both_and_comes_back_unwound():
+    """A target beyond the spark is the throttle's; how long it lasted does not matter after."""
+    back = []
+    for seconds in (1.0, 5.0):
+        slip, throttle, spark = mixed_loop(
+            mixed(), seconds + 1.0, reference=lambda t, s=seconds: 0.05 if t < s else 0.0
+        )
+        there = round(seconds / DT) - 1
+        assert slip[there] == pytest.approx(0.05, abs=2e-4)
+        assert throttle[there] * G_T > 0.04
+        assert np.abs(spark).max() <= 0.2 + 1e-12
+        back.append(slip[-1000:])
+    np.testing.assert_allclose(back[0], back[1], atol=3e-4)
+
+
+@given(
+    throttle=st.floats(-0.3, 0.3),
+    spark=st.floats(-0.2, 0.2),
+    measurements=slips,
+    reference=values,
+)
+def test_mixed_keeps_both_ranges_and_takes_over_without_a_jump(
+    throttle, spark, measurements, reference
+):
+    law = mixed()
+    state = law.start(throttle, spark, reference, reference)
+    first = law.update(state, reference, reference, DT)
+    assert first[1] == pytest.approx(spark, abs=1e-9)
+    assert abs(first[0] - throttle) <= 2.0 * DT + 1e-12
+    last = (throttle, spark)
+    for y in measurements:
+        new = law.update(state, reference, y, DT)
+        assert -0.3 <= new[0] <= 0.3
+        assert -0.2 <= new[1] <= 0.2
+        assert abs(new[0] - last[0]) <= 2.0 * DT + 1e-12
+        assert abs(new[1] - last[1]) <= 20.0 * DT + 1e-9
+        last, state = new[:2], new[2]
+
+
+def test_a_controller_begins_when_the_slip_is_known():
+    controller = SlipController(
+        "throttle", pid(0.8, 30.0), Governor(Range(0.0, 0.05, 0.5), GAIN, LIMITS)
+    )
+    state = controller.start(0.0, 0.0, math.nan, 50.0)
+    throttle, _, state = controller.update(state, 0.01, math.nan, 50.0, DT)
+    assert throttle == 0.0
+    for _ in range(50):
+        throttle, _, state = controller.update(state, 0.03, 0.01, 50.0, DT)
+    assert throttle > 0.0
+
+
+def test_a_prefilter_passes_what_lasts_and_starts_at_rest():
+    """A target that stays is followed exactly, with a prefilter or without."""
+    section = Prefilter((4.0, 0.5), (8.0, 1.0), DT).section
+    calm = SlipController("throttle", pid(0.8, 30.0), prefilter=in_series((section,)))
+    state = calm.start(0.01, 0.0, 0.012, 50.0)
+    throttle, _, state = calm.update(state, 0.012, 0.012, 50.0, DT)
+    assert throttle == pytest.approx(0.01, abs=1e-9)
+    for _ in range(1000):
+        _, _, state = calm.update(state, 0.02, 0.012, 50.0, DT)
+    p = calm.prefilter
+    assert float(p.C @ state.passed) + p.D * 0.02 == pytest.approx(0.02, abs=1e-9)
 
 
 @given(st.lists(st.floats(-0.2, 0.2), min_size=1, max_size=40), st.floats(-0.1, 0.2))

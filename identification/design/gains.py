@@ -1,0 +1,44 @@
+"""A PID as its design sees it: gains, and what they answer at frequencies."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from controllers.limits import Range
+from controllers.pid import Pid
+from identification.response.response import ComplexArray
+from protocol.channel import FloatArray
+
+
+@dataclass(frozen=True)
+class Gains:
+    """Proportional, integral (1/s), derivative (s) gain and filter time (s) of a PID."""
+
+    proportional: float
+    integral: float
+    derivative: float
+    filter_time: float
+    period: float
+    reference_weight: float = 1.0
+
+    def response(self, frequency: FloatArray) -> ComplexArray:
+        """From error to command, complex, at frequencies in Hz, as `Pid` computes it."""
+        z = np.exp(2j * np.pi * np.asarray(frequency) * self.period)
+        whole = self.filter_time + self.period
+        slope = self.derivative * (1 - 1 / z) / (whole - self.filter_time / z)
+        return np.asarray(self.proportional + self.integral * self.period / (z - 1) + slope)
+
+    def reference_response(self, frequency: FloatArray) -> ComplexArray:
+        """From reference to command, the loop open: no derivative of the reference."""
+        z = np.exp(2j * np.pi * np.asarray(frequency) * self.period)
+        weighted = self.reference_weight * self.proportional
+        return np.asarray(weighted + self.integral * self.period / (z - 1))
+
+    def controller(self, limits: Range) -> Pid:
+        """Return the controller, its command inside limits."""
+        track = max(2 * np.sqrt(abs(self.derivative / self.integral)), 0.02)
+        return Pid(
+            self.proportional, self.integral, self.derivative, limits,
+            filter_time=self.filter_time, tracking_time=float(track),
+            reference_weight=self.reference_weight,
+        )  # fmt: skip
