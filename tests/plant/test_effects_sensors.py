@@ -109,6 +109,23 @@ def test_a_stale_frame_repeats_the_one_before_as_often_as_it_says():
     assert (told(StaleFrames(share=0.2, seed=1), TIME) != seen).any()
 
 
+def test_stale_frames_that_are_known_are_told_as_they_were():
+    value = 5.0 * TIME
+    seen = told(StaleFrames(share=0.2), value)
+    again = (np.diff(seen, prepend=0.0) == 0.0).astype(float)
+    share = float(again[1:].mean())
+    assert StaleFrames(share=share).told_again(value, again, 0.0) == pytest.approx(seen)
+    half = StaleFrames(share=share / 2).told_again(value, again, 0.0)
+    assert half == pytest.approx((seen + value) / 2)
+
+
+def test_repetition_where_nothing_moves_tells_nothing_of_stale_frames():
+    again = np.ones(TIME.size)
+    assert StaleFrames(share=0.2).told_again(np.full(TIME.size, 3.0), again, 0.1) is None
+    few = (np.arange(TIME.size) % 500 == 7).astype(float)
+    assert StaleFrames(share=0.2).told_again(5.0 * TIME, few, 0.0) is None
+
+
 def test_a_clock_is_ahead_by_its_offset_and_gains_by_its_drift():
     effects = (ClockOffset("ecu", 0.25), ClockDrift("ecu", 1e-4), ClockOffset("optical", 9.0))
     stamp, value = tell_channel(effects, "engine_speed", ENGINE, TIME, VALUE)

@@ -1,0 +1,93 @@
+"""Steps of the fit: they keep within their bounds, and slopes taken in part are the whole ones."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from identification.mismatch.calibrate import calibrate
+from identification.mismatch.explain import begin
+from identification.mismatch.fitting import Fit, settle
+from identification.mismatch.held_out import contradicted
+from identification.mismatch.sensitivity import sensitivities
+from identification.mismatch.stack import Nuisances
+from plant.effects.backlash import Backlash
+from plant.effects.driveline_loss import DrivelineLoss
+from plant.effects.throttle_stiction import ThrottleStiction
+from tests.identification.mismatch.conditions import erring, system
+from tests.identification.motorcycle_recording import Ride, ride
+
+LEARN = Ride("sweep", 2, 1400.0, 0.04, 0.5, 9.0, seconds=4.0, seed=31)
+PROVE = Ride("square", 2, 1100.0, 0.05, 0.9, seconds=4.0, seed=32)
+
+
+@cache
+def ready(*effects):
+    true = replace(erring(5), effects=effects)
+    return begin(system(), *([system().prepare(ride(true, t))] for t in (LEARN, PROVE)))
+
+
+@cache
+def base(*effects) -> Fit:
+    model = ready(*effects).training
+    return calibrate(model, model.origin())
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_bounded_step_is_the_best_within_its_bounds(seed):
+    print(f"seed {seed}")
+    rng = np.random.default_rng(seed)
+    nuisances = Nuisances(rng.standard_normal((200, 6)))
+    series = nuisances.columns @ (5.0 * rng.standard_normal(6)) + rng.standard_normal(200)
+
+    def cost(z):
+        rest = series - nuisances.columns @ z
+        return rest @ rest + z @ z
+
+    low, high = np.full(6, -2.0), np.full(6, 2.0)
+    held = nuisances.fit_near(series, low, high)
+    assert (held >= low - 1e-9).all()
+    assert (held <= high + 1e-9).all()
+    assert (np.abs(held) > 1.99).any()
+    others = np.clip(held + 0.1 * rng.standard_normal((500, 6)), low, high)
+    assert cost(held) <= min(map(cost, others)) + 1e-9
+    wide = nuisances.fit_near(series, low - 100.0, high + 100.0)
+    assert np.allclose(wide, nuisances.fit(series))
+
+
+def test_slopes_taken_anew_in_part_are_those_taken_as_a_whole():
+    fit = base()
+    point = replace(fit.point, effects=(ThrottleStiction(width=4e-3),))
+    whole = sensitivities(fit.model, point)
+    part = sensitivities(fit.model, point, fit.slopes, frozenset({"servo"}))
+    for b, block in enumerate(fit.model.chain.blocks):
+        one = whole[b] if block.drive == "servo" else fit.slopes[b]
+        assert all(np.array_equal(x, y) for x, y in zip(part[b], one, strict=True))
+    servo = [b.drive for b in fit.model.chain.blocks].index("servo")
+    assert not np.allclose(part[servo][0], fit.slopes[servo][0])
+
+
+def test_a_settled_fit_stays_where_it_is():
+    fit = base()
+    again = settle(fit)
+    assert abs(again.score - fit.score) < 1.0
+    assert np.allclose(again.point.x, fit.point.x, atol=0.3)
+
+
+def test_no_number_is_led_farther_off_than_any_file_errs():
+    model = ready(Backlash(slack=20e-3)).training
+    assert np.abs(base(Backlash(slack=20e-3)).point.x).max() <= model.system.farthest + 1e-9
+
+
+def test_held_out_recordings_contradict_what_they_would_show_and_do_not():
+    bare = base(Backlash(slack=8e-3))
+    held_out = ready(Backlash(slack=8e-3)).held_out
+    right = settle(_with(bare, Backlash(slack=8e-3)))
+    wrong = _with(bare, DrivelineLoss(loss=0.2))
+    assert not contradicted(bare, right, held_out)
+    assert contradicted(bare, wrong, held_out)
+
+
+def _with(fit: Fit, effect) -> Fit:
+    return replace(fit, point=replace(fit.point, effects=(effect,)))
