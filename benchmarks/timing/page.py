@@ -17,18 +17,30 @@ PAGES = {
     "decode.py": "Decoding a whole log",
     "export.py": "Exporting a recording",
 }
+QUIET = 0.5  # load average of a machine that does nothing else
 LIBRARIES = ("python-can", "cantools", "asammdf", "hilspy", "numpy")
 
 
 def main() -> None:
     """Run each and print the page."""
     print("# Benchmarks\n\nMade by `make bench-page`, peers in the same run, on one machine.\n")
-    print(f"{_machine()}\n")
+    print(f"{_machine()}\n\n{_how_quiet(os.getloadavg()[0])}\n")
     for name, title in PAGES.items():
         done = subprocess.run(
             [sys.executable, str(BENCHMARKS / name)], capture_output=True, text=True, check=True
         )
         print(f"## {title}\n\n```text\n{done.stdout.rstrip()}\n```\n")
+
+
+def _how_quiet(load: float) -> str:
+    """Say what else the machine did before the run."""
+    if load < QUIET:
+        return f"Nothing else was running (load average {load:.2f} before the run)."
+    return (
+        f"Other programs were running (load average {load:.2f} before the run): figures by"
+        " themselves are worse than this machine's own. What was measured in one run was measured"
+        " under the same load."
+    )
 
 
 def _machine() -> str:
