@@ -166,6 +166,7 @@ class World:
         }  # fmt: skip
         self.grants: Authority | None = None
         self.asked = ActuatorCommand(Authority.NONE, 0.0, 0.0, 0.0)
+        self.attends = False
         self.ticks = self.frames = 0
 
     def tick(self, ahead: int = MILLISECOND) -> None:
@@ -179,6 +180,9 @@ class World:
         lookout = self.gateway._lookout
         self.judge.sees_strangely(lookout.strange)
         self.frames += len(self.wire.waiting)
+        if self.attends:
+            self.gateway.attend(self.due)
+        self.attends = False
         self.gateway.tick(self.number, self.due)
         self.judge.look(self.wire.sent, self.due, self.wire.refuses)
         for frame in self.wire.sent:
@@ -272,15 +276,17 @@ def play(world: World, script: bytes) -> World:
 
 
 def act(world: World, what: int, how: int) -> None:
-    """Do what one pair of bytes says; the first eight values do nothing."""
+    """Do what one pair of bytes says; the first seven values do nothing."""
     move(world, what, how)
     damage(world, what, how)
     shake(world, what, how)
 
 
 def move(world: World, what: int, how: int) -> None:
-    """What the rider and the motorcycle do."""
+    """What the rider and the motorcycle do; 7: the bench listens before its tick."""
     match what:
+        case 7:
+            world.attends = True
         case 8:
             world.button = bool(how & 1)
         case 9:
