@@ -1,4 +1,4 @@
-"""What real recordings conceal is found by the ordinary path; where nothing is, nothing is found."""
+"""What real recordings conceal is found by the ordinary path, and nothing where nothing is."""
 
 from dataclasses import replace
 from pathlib import Path

@@ -26,7 +26,7 @@ def best_shift(step: float, simulated: Floats, time: Floats, value: Floats) -> t
     sy, syy = (signal.fftconvolve(known, v[::-1]) for v in (y, y * y))
     sxy = signal.fftconvolve(x, y[::-1])
     spread = np.maximum(sxx - sx * sx / n, 1e-12) * np.maximum(syy - sy * sy / n, 1e-12)
-    alike = np.where(n >= LEAST * y.size, (sxy - sx * sy / n) / np.sqrt(spread), -1.0)
-    best = int(np.argmax(alike))
+    alike = np.where(n >= LEAST * y.size, (sxy - sx * sy / n) / np.sqrt(spread), 0.0)
+    best = int(np.argmax(np.abs(alike)))  # a sensor may tell the opposite
     first = best - (y.size - 1)
     return float(grid[0] + first * step - step), float(alike[best])

@@ -13,6 +13,7 @@ from identification.mismatch.record import Record
 from identification.mismatch.sampling import Grid
 from identification.mismatch.sensor import Columns, Sampled, Sensor, point_sensor
 from identification.mismatch.systems.clock_search import best_shift
+from identification.mismatch.systems.fitness import usable, window
 from identification.mismatch.systems.input_noise import WIDTHS, smoothings
 from identification.mismatch.systems.model_file import ModelFile
 from identification.signals.aligned import Aligned, aligned
@@ -24,29 +25,35 @@ from protocol.recording import Recording
 LEAST = 30  # bins
 STRETCH = 30  # bins, if the file tells nothing
 MOST_ROWS = 2_000_000
+ALIKE = 0.7
+"""Least correlation at which a clock may be laid: half of what one tells is in the other."""
 SPREAD_AT_FIRST = 0.5
 """Deviation of a state's unknown first value, in its usual magnitude."""
 
 
 def prepare(recording: Recording, file: ModelFile) -> Record:
     """Make a recording ready. Raises InputError where an input or every output is missing."""
-    data = aligned(recording)
+    data = aligned(usable(recording, file))
     _check_inputs(data, file)
     shown = [n for n, o in file.outputs.items() if data.has(o.role) or _on_own_clock(data, o.role)]
     if not shown:
         raise InputError(
             "no output of the model file was recorded", where=str(recording.folder),
             expected=", ".join(o.role for o in file.outputs.values()),
-            found=", ".join(data.time) or "no channels", remedy="check the role map",
+            found="; ".join(f"{r}: {w}" for r, w in data.absent.items()) or ", ".join(data.time)
+            or "no channels", remedy="check the role map and the sensors",
         )  # fmt: skip
-    start, end = _window(data, file)
+    start, end, notes = window(data, file)
     grid = _grid(data, file, end - start, str(recording.folder))
     time: Floats = np.asarray(start + grid.step * np.arange(1, grid.rows + 1), np.float64)
     inputs = np.column_stack([_input(data, file, name, time, grid.step) for name in file.inputs])
     sensors = {name: _sensor(data, file, name, start, grid) for name in shown}
     measured = {name: _at(data, file.outputs[name].role, 0.0, time) for name in shown}
     slow = np.column_stack((_slow(file, grid), *_input_noise(data, file, inputs, grid)))
-    return Record(recording.folder.name, start, grid, inputs, measured, sensors, slow)
+    left_out = tuple(f"{o.role}: {data.absent[o.role]}" for n, o in file.outputs.items()
+                     if n not in shown and o.role in data.absent)  # fmt: skip
+    name = recording.folder.name
+    return Record(name, start, grid, inputs, measured, sensors, slow, notes, left_out)
 
 
 def realigned(record: Record, recording: Recording, file: ModelFile, simulated: Columns) -> Record:
@@ -54,7 +61,8 @@ def realigned(record: Record, recording: Recording, file: ModelFile, simulated: 
 
     The clock of each is set so that what it tells resembles most what it should.
     """
-    data, sensors, notes = aligned(recording), dict(record.sensors), list(record.notes)
+    data, sensors = aligned(recording), dict(record.sensors)
+    notes, left_out = list(record.notes), list(record.left_out)
     for name in record.sensors:
         role = file.outputs[name].role
         if _on_own_clock(data, role):
@@ -62,13 +70,27 @@ def realigned(record: Record, recording: Recording, file: ModelFile, simulated: 
             start, alike = best_shift(
                 record.grid.step, simulated[name], channel.time, channel.value
             )
+            if abs(alike) < ALIKE:
+                left_out.append(
+                    f"{role}: its clock {channel.clock!r} has nothing in common with the"
+                    f" recording's, and nothing in it resembles the simulation (correlation at"
+                    f" most {abs(alike):.2f})"
+                )
+                del sensors[name]
+                continue
             sensors[name] = _sensor(data, file, name, start, record.grid)
             notes.append(
                 f"the clock {channel.clock!r} of {name.replace('_', ' ')} is"
                 f" {start - record.start:.3f} s ahead of the recording's: there its correlation"
                 f" with the simulation is {alike:.4f}"
             )
-    return replace(record, sensors=sensors, notes=tuple(notes))
+    if not sensors:
+        raise InputError(
+            "no output of the model file can be laid beside the simulation",
+            where=str(recording.folder), found="; ".join(left_out),
+            remedy="record a channel of each clock on both, or check the model file",
+        )  # fmt: skip
+    return replace(record, sensors=sensors, notes=tuple(notes), left_out=tuple(left_out))
 
 
 def _check_inputs(data: Aligned, file: ModelFile) -> None:
@@ -80,12 +102,6 @@ def _check_inputs(data: Aligned, file: ModelFile) -> None:
                 found=data.absent.get(told.role, ", ".join(data.time)),
                 remedy="check the role map, or cut the model file where it was recorded",
             )  # fmt: skip
-
-
-def _window(data: Aligned, file: ModelFile) -> tuple[float, float]:
-    """Take what all inputs cover; an output may begin later or end sooner."""
-    times = [data.time[told.role] for told in file.inputs.values()]
-    return float(max(t[0] for t in times)), float(min(t[-1] for t in times))
 
 
 def _period(time: Floats) -> float:
@@ -139,8 +155,9 @@ def _input(data: Aligned, file: ModelFile, name: str, time: Floats, step: float)
         return _at(data, told.role, told.latency, time)
     channel = data.recording.channels[told.role]
     sampled = data.time[told.role] - told.latency
-    begun = np.searchsorted(sampled, time - step + 1e-3 * step, side="right") - 1
-    return np.asarray(channel.value[np.clip(begun, 0, sampled.size - 1)], np.float64)
+    keep = np.isfinite(channel.value) & np.isfinite(sampled)
+    begun = np.searchsorted(sampled[keep], time - step + 1e-3 * step, side="right") - 1
+    return np.asarray(channel.value[keep][np.clip(begun, 0, keep.sum() - 1)], np.float64)
 
 
 def _slope(values: Floats, span: float, step: float) -> Floats:

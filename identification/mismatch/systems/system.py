@@ -13,7 +13,6 @@ from identification.mismatch.place import Injection
 from identification.mismatch.record import Record
 from identification.mismatch.system import System
 from identification.mismatch.systems import placing
-from identification.mismatch.systems.coordinates import Believed
 from identification.mismatch.systems.effects.seam_effect import OUTPUT, SeamEffect
 from identification.mismatch.systems.equations import Equations, equations
 from identification.mismatch.systems.model_file import ModelFile, load_model_file
@@ -23,6 +22,8 @@ from identification.mismatch.systems.turn_pattern import without_patterns
 from identification.mismatch.systems.writing import as_text
 from plant.effects.effect import Effect
 from plant.signals import Floats
+from plant.trouble import PlantError
+from protocol.errors import InputError
 from protocol.recording import Recording
 
 DRIVE = "system"
@@ -51,6 +52,7 @@ class ModelSystem(System):
     read: placing.Read | None = None
 
     bends = 4
+    farthest = 3.0  # beyond lies not another value of a parameter but physics that is missing
 
     @classmethod
     def load(cls, path: Path) -> Self:
@@ -141,7 +143,14 @@ class ModelSystem(System):
         record = prepare(recording, self.file)
         record = replace(record, notes=(*record.notes, *found))
         q = np.zeros(record.slow.shape[1])
-        shown = self.simulate(record, Chain({DRIVE: ()}, ()), DRIVE, q, {})
+        try:
+            shown = self.simulate(record, Chain({DRIVE: ()}, ()), DRIVE, q, {})
+        except PlantError as fault:
+            raise InputError(
+                "the model file cannot be simulated with its own numbers",
+                where=f"{self.where} on {recording.folder}", found=str(fault),
+                remedy="check the parameters and the equations",
+            ) from fault  # fmt: skip
         return realigned(record, recording, self.file, shown)
 
     def check(self, record: Record) -> None:
@@ -164,7 +173,7 @@ class ModelSystem(System):
             if half > 0.0:
                 linear = value <= 0.0
                 scale = half / NORMAL_95 / (1.0 if linear else float(value))
-                found.append(Believed("parameters", name, float(value), scale, linear))
+                found.append(Coordinate("parameters", name, float(value), scale, linear))
         return found
 
     def touched(self, chain: Chain, coordinate: Coordinate) -> tuple[str, ...]:

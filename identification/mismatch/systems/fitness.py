@@ -1,0 +1,91 @@
+"""Whether a recording is one of a model file's system at all, and which of its channels are of use.
+
+What nothing can be made of is refused in words; a channel of no use is left out with the reason,
+and the others are judged.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from identification.mismatch.systems.model_file import Input, ModelFile, Output
+from identification.signals.aligned import Aligned
+from plant.signals import Floats
+from protocol.channel import Channel
+from protocol.errors import InputError
+from protocol.recording import Recording
+
+GAP = 10.0
+"""Usual distances of two samples, and periods of the model file, beyond which they are a gap."""
+
+
+def usable(recording: Recording, file: ModelFile) -> Recording:
+    """Return the recording without outputs that tell nothing. Raises InputError.
+
+    Another unit than the model file's is refused, and a drive that rests throughout.
+    """
+    everything: list[Input | Output] = [*file.inputs.values(), *file.outputs.values()]
+    for told in everything:
+        if told.role in recording.channels:
+            _check_unit(recording, told)
+    if all(_rests(recording.channels.get(i.role)) for i in file.inputs.values()):
+        raise InputError(
+            "nothing drives the system: every input tells one value throughout",
+            where=str(recording.folder), expected=", ".join(i.role for i in file.inputs.values()),
+            remedy="check the sensors, or give a recording in which something moves",
+        )  # fmt: skip
+    dead = {
+        o.role: f"it tells {recording.channels[o.role].value[0]:.6g} throughout"
+        for o in file.outputs.values() if _rests(recording.channels.get(o.role))
+    }  # fmt: skip
+    channels = {r: c for r, c in recording.channels.items() if r not in dead}
+    return replace(recording, channels=channels, missing={**recording.missing, **dead})
+
+
+def _check_unit(recording: Recording, told: Input | Output) -> None:
+    channel = recording.channels[told.role]
+    if isinstance(told, Input) and told.slope_over > 0.0:
+        return
+    if channel.unit != told.size.si_unit:
+        raise InputError(
+            f"the recording tells {told.role} in another unit than the model file",
+            where=str(recording.folder), expected=told.size.si_unit, found=channel.unit,
+            remedy="check that recording, role map and model file are of the same system",
+        )  # fmt: skip
+
+
+def _rests(channel: Channel | None) -> bool:
+    """Tell whether a channel was recorded and never moves."""
+    if channel is None or not channel.value.size:
+        return False
+    value = channel.value[np.isfinite(channel.value)]
+    return not value.size or float(np.ptp(value)) == 0.0
+
+
+def window(data: Aligned, file: ModelFile) -> tuple[float, float, tuple[str, ...]]:
+    """Take what all inputs cover, the longest piece without a gap, and say what was cut.
+
+    Inputs that are held may rest for long; those along lines are unknown where nothing was told.
+    """
+    roles = [told.role for told in file.inputs.values()]
+    start = float(max(data.time[r][0] for r in roles))
+    end = float(min(data.time[r][-1] for r in roles))
+    gaps = sorted(
+        gap for told in file.inputs.values() if not told.held
+        for gap in _gaps(data.time[told.role], file.period)
+    )  # fmt: skip
+    pieces, begun = [], start
+    for last, first in gaps:
+        pieces.append((begun, last))
+        begun = max(begun, first)
+    pieces.append((begun, end))
+    best = max(pieces, key=lambda piece: piece[1] - piece[0])
+    where = ", ".join(f"{last:.3g} to {first:.3g} s" for last, first in gaps)
+    notes = (f"inputs have gaps ({where}): {best[0]:.3g} to {best[1]:.3g} s is judged",)
+    return *best, notes if gaps else ()
+
+
+def _gaps(time: Floats, period: float) -> list[tuple[float, float]]:
+    apart = np.diff(time)
+    wide = np.flatnonzero(apart > GAP * max(float(np.median(apart)), period))
+    return [(float(time[k]), float(time[k + 1])) for k in wide]
