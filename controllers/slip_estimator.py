@@ -8,6 +8,10 @@ is from the optical one (its rolling radius changes with load and pressure) is l
 speak, so that nothing jumps when the optical sensor is lost, or found again. A wheel speed is the
 mean over one gap and half an interval old when its tooth comes; `age` tells it, and the design of
 the loop counts it.
+
+A controller that takes a dead encoder for a slow wheel opens the throttle. So a tooth that fails to
+come makes the slip unknown, and so does a slip further below zero than drive can make it: the
+controller then holds, and the safety gate judges.
 """
 
 import math
@@ -19,6 +23,7 @@ from controllers.speed_tracker import SpeedTracker, Track
 
 UNKNOWN = Track()
 SLOWEST = 3.0  # m/s: below it a slip is noise over nothing
+OVERDUE = 1.5  # of the last interval: a tooth that is later has been lost, or the wheel stands
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,6 +69,7 @@ class SlipEstimator:
     memory: float = 2.0
     report: float = 0.0
     limit: float = 0.05  # the front wheel's scale stays within 1 +- this
+    lowest: float = -0.03  # slip below it is a brake's, a seizure's, or of teeth that were lost
 
     @cached_property
     def learner(self) -> PitchLearner:
@@ -105,12 +111,12 @@ class SlipEstimator:
         )
 
     def slip(self, state: EstimatorState, now: float) -> Slip:
-        """Say the slip at `now`; a wheel whose teeth fail to come is as slow as they allow."""
+        """Say the slip at `now`, where wheel and speed are known and drive can explain it."""
         speed, source = self._speed(state, now)
         rear = self._still(state.rear, now) * self.rear_radius
-        known = speed > SLOWEST and math.isfinite(rear)
+        value = rear / speed - 1.0 if speed > SLOWEST else math.nan
         age = now - state.rear.time + 0.5 * state.rear.interval
-        return Slip(rear / speed - 1.0 if known else math.nan, speed, age, source)
+        return Slip(value if value >= self.lowest else math.nan, speed, age, source)
 
     def _scale(self, state: EstimatorState, front: Wheel) -> float:
         own = front.speed * self.front_radius
@@ -131,9 +137,6 @@ class SlipEstimator:
         return Wheel(learner, speed, time, time - wheel.time if speed == speed else math.nan)
 
     def _still(self, wheel: Wheel, now: float) -> float:
-        """Speed of a wheel, rad/s: no more than the silence since its last tooth allows."""
+        """Speed of a wheel, rad/s; unknown where a tooth fails to come."""
         silence = now - wheel.time - self.report
-        if silence > wheel.interval:
-            gap = self.learner.angle(wheel.learner, wheel.learner.count)
-            return min(wheel.speed, gap / silence)
-        return wheel.speed
+        return wheel.speed if not silence > OVERDUE * wheel.interval else math.nan

@@ -70,12 +70,26 @@ def test_a_displaced_tooth_is_learnt_away():
     assert late < 0.1 * first
 
 
-def test_a_wheel_that_stops_is_not_believed_to_turn():
+@pytest.mark.parametrize("silence", [0.004, 0.02, 0.1])
+def test_a_wheel_whose_teeth_fail_to_come_is_not_taken_for_a_slow_one(silence):
+    """It would open the throttle: what is not known is held."""
     state = ESTIMATOR.initial()
     for k in range(40):
         state = ESTIMATOR.rear_tooth(state, 0.0025 * k, float(k))
-    state = ESTIMATOR.optical(state, 0.5975, 40.0)
-    assert ESTIMATOR.slip(state, 0.6).value < -0.95
+    last = 0.0025 * 39
+    state = ESTIMATOR.optical(state, last + silence, 50.0)
+    known = silence < 1.5 * 0.0025
+    assert math.isfinite(ESTIMATOR.slip(state, last + silence).value) == known
+    late = SlipEstimator(TEETH, REAR, FRONT, report=0.0065)
+    known = silence < 1.5 * 0.0025 + 0.0065
+    assert math.isfinite(late.slip(state, last + silence).value) == known
+
+
+@pytest.mark.parametrize(("slip", "known"), [(-0.02, True), (-0.05, False), (0.5, True)])
+def test_a_slip_that_no_engine_makes_is_unknown(slip, known):
+    found = [s.value for t, s in ride(50.0, slip, 0.5) if t < 0.45]
+    assert np.isfinite(found).all() == known
+    assert np.isfinite(found).any() == known
 
 
 def test_nothing_known_is_told_as_nan():

@@ -84,8 +84,8 @@ def the_trial() -> Prepared:
     return prepared(**SHORT)
 
 
-def ride(case: Case, folder: Path) -> Ridden:
-    """Ride the trial of a case, recorded into the new `folder`."""
+def ride(case: Case, folder: Path, trial: Callable[[], Prepared] = the_trial) -> Ridden:
+    """Ride a trial with what goes wrong in a case, recorded into the new `folder`."""
     witness = Witness()
     teeth = case.teeth()
     motorcycle = partial(FailingMotorcycle.with_faults, witness, case.failing(), teeth)
@@ -97,7 +97,7 @@ def ride(case: Case, folder: Path) -> Ridden:
         case.bench(witness),
         suppress(Killed),  # what is left then is on the disk
     ):
-        outcome = run_trial(the_trial(), folder, None)
+        outcome = run_trial(trial(), folder, None)
     errors = read_log(folder / FRAMES).frames.skipped
     began = min((each.began for each in teeth.values()), default=AT)
     return Ridden(
