@@ -82,9 +82,14 @@ def table(rows: Sequence[Row]) -> str:
     text = ["| analysis | mismatch | missing | in a sentence |", "|---|---|---|---|"]
     for row in rows:
         if "trouble" in row:
-            text.append(f"| {row['name']} | not judged | | {row['trouble']} |")
+            text.append(f"| {row['name']} | not judged | | {_cell(row['trouble'])} |")
             continue
         named = ", ".join(row["effects"]) or ("no name for it" if row["unknown"] else "")
         mismatch = "yes" if row["mismatch"] else "no"
-        text.append(f"| {row['name']} | {mismatch} | {named} | {row['sentence']} |")
+        text.append(f"| {row['name']} | {mismatch} | {named} | {_cell(row['sentence'])} |")
     return "\n".join(text) + "\n"
+
+
+def _cell(text: str) -> str:
+    """Return a text as one cell of a table: one line, no bars."""
+    return "; ".join(line.strip() for line in text.splitlines()).replace("|", r"\|")

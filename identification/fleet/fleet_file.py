@@ -9,9 +9,10 @@
 Paths are relative to the file.
 """
 
+import re
 from pathlib import Path
 
-from pydantic import Field, model_validator
+from pydantic import Field, field_validator, model_validator
 
 from protocol.configuration import Section, read_toml
 
@@ -19,10 +20,17 @@ from protocol.configuration import Section, read_toml
 class Entry(Section):
     """One analysis: a vehicle file and its recordings."""
 
-    name: str = Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$")
+    name: str
     vehicle: str
     training: tuple[str, ...] = Field(min_length=1)
     held_out: tuple[str, ...] = ()
+
+    @field_validator("name")
+    @classmethod
+    def _names_a_folder(cls, name: str) -> str:
+        if not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9_.-]*", name):
+            raise ValueError("a folder will have this name: letters, digits and . _ - only")
+        return name
 
 
 class FleetFile(Section):

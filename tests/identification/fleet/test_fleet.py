@@ -45,6 +45,7 @@ def test_paths_are_relative_to_the_file(tmp_path: Path) -> None:
     (GOOD.replace('"two"', '"one"'), "several analyses are called one"),
     (GOOD.replace("held_out", "heldout"), "did you mean 'held_out'"),
     (GOOD.replace('["runs/a"]', "[]"), "training"),
+    (GOOD.replace('"two"', '"bike 2"'), "letters, digits and . _ - only"),
 ])  # fmt: skip
 def test_faults_of_the_file_are_named(tmp_path: Path, text: str, fault: str) -> None:
     with pytest.raises(InputError, match=fault):
@@ -66,3 +67,8 @@ def test_what_is_done_stays_and_what_cannot_be_judged_says_why(tmp_path: Path) -
 def test_a_mismatch_without_a_name_is_told_as_such() -> None:
     row = {"name": "x", "mismatch": True, "sentence": "", "effects": [], "unknown": True}
     assert "no name for it" in table([row])
+
+
+def test_a_trouble_of_several_lines_is_one_cell() -> None:
+    text = table([{"name": "x", "trouble": str(InputError("a | b", found="c", remedy="d"))}])
+    assert text.splitlines()[2] == r"| x | not judged | | a \| b; found: c; remedy: d |"
