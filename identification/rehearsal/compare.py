@@ -11,6 +11,7 @@ import numpy as np
 
 from controllers.slip_controller import SlipController, from_tree
 from identification.rehearsal.measures import (
+    StepMeasures,
     calm,
     error,
     mean_retard,
@@ -27,6 +28,7 @@ from identification.rehearsal.scenario import (
     slip_step,
     tracking,
     wet_patch,
+    wet_road,
 )
 from plant.effects.library import LIBRARY
 from plant.equilibrium import equilibrium
@@ -37,6 +39,10 @@ from plant.trouble import PlantError
 from protocol.controller_file import ControllerFile
 
 HARD = 0.10  # opening that the rider adds to cruising
+OVER = 0.20  # that a dry tyre cannot carry at its target slip
+WET = 0.06  # that a wet one cannot carry, and a controller's range can take away
+TARGETS = (0.015, 0.02, 0.025, 0.03, 0.04, 0.05, 0.06)  # slip, of which the quickest is the best
+STEPS = 21.0  # s, a step each
 CAUGHT = 0.03  # slip at which a controller takes away
 SHARE = 0.2  # of a parameter, either way
 PARAMETERS = (
@@ -55,8 +61,9 @@ class Compared:
     bandwidth: float  # Hz
     overshoot: float
     settling: float  # s
+    noise: float  # of a step
     peaks: Mapping[str, float]  # slip, by scenario
-    lost: float  # s, driving hard over the wet patch, behind the best constant slip
+    lost: float  # s, rolling on on the wet road, behind the best constant slip
     retard: Mapping[str, float]  # rad, mean, by scenario
     errors: Mapping[str, float]  # slip, by scenario
     parameters: tuple[int, int]  # stable, tried
@@ -84,23 +91,33 @@ def compare(
 ) -> tuple[list[Compared], dict[str, dict[str, Ridden]]]:
     """Ride every scenario with every controller. Returns figures, and rides by scenario."""
     base = resting_slip(motorcycle)
-    hard = [f(CAUGHT, HARD) for f in (wet_patch, crest, rolling_on, launch)]
-    following = [slip_step(base), tracking(base)]
+    hard = [wet_patch(CAUGHT, HARD), crest(CAUGHT, HARD), rolling_on(CAUGHT, OVER),
+            launch(CAUGHT, OVER), wet_road(CAUGHT, WET)]  # fmt: skip
+    following = [slip_step(base, duration=STEPS), tracking(base)]
     rides: dict[str, dict[str, Ridden]] = {}
     for scenario in (*following, *hard):
         rides[scenario.name] = {}
         for name, controller in controllers_of(files).items():
+            if controller is None and scenario in following:
+                continue  # nobody follows
             say(f"{scenario.name}: {name}")
             if controller is not None and scenario in hard:
                 controller = taking_away(files[name])
             rides[scenario.name][name] = ride(motorcycle, scenario, controller)
-    best = max(
-        (ride(motorcycle, wet_patch(t, HARD), taking_away(files[next(iter(files))]))
-         for t in (0.02, 0.03, 0.04, 0.06)), key=lambda r: float(r.distance[-1]),
-    )  # fmt: skip
+    best = quickest(motorcycle, files, say)
     found = [_compared(motorcycle, name, files.get(name), rides, best, say)
              for name in controllers_of(files)]  # fmt: skip
     return found, rides
+
+
+def quickest(motorcycle: Motorcycle, files: Mapping[str, ControllerFile], say: Progress) -> Ridden:
+    """Ride the wet road at one constant slip after the other, with every controller."""
+    rides = []
+    for name, file in files.items():
+        for target in TARGETS:
+            say(f"wet road, {100 * target:g} %: {name}")
+            rides.append(ride(motorcycle, wet_road(target, WET), taking_away(file)))
+    return max(rides, key=lambda r: float(r.distance[-1]))
 
 
 def resting_slip(motorcycle: Motorcycle, scenario: Scenario | None = None) -> float:
@@ -117,15 +134,18 @@ def _compared(
     rides: Mapping[str, Mapping[str, Ridden]], best: Ridden, say: Progress,
 ) -> Compared:  # fmt: skip
     nan = float("nan")
-    mine = {scenario: by_name[name] for scenario, by_name in rides.items()}
-    step = step_measures(mine["slip step"]) if file else None
+    mine = {scenario: by_name[name] for scenario, by_name in rides.items() if name in by_name}
+    reach, step = nan, StepMeasures(nan, nan, nan)
+    if file:
+        steps, swept = mine["slip step"], mine["slip tracking"]
+        step = step_measures(steps.target, steps.slip)
+        reach = tracking_bandwidth(swept.target, swept.slip)
     good, tried, bad = _robust(_varied(motorcycle), file, say)
     kept, missing, worse = _robust(_with_effects(motorcycle), file, say)
     return Compared(
-        name, tracking_bandwidth(mine["slip tracking"]) if file else nan,
-        step.overshoot if step else nan, step.settling if step else nan,
+        name, reach, step.overshoot, step.settling, step.noise,
         {s: float(r.slip.max()) for s, r in mine.items()},
-        time_lost(mine["wet patch"], best), {s: mean_retard(r) for s, r in mine.items()},
+        time_lost(mine["wet road"], best), {s: mean_retard(r) for s, r in mine.items()},
         {s: error(r, 1.0) for s, r in mine.items()}, (good, tried), (kept, missing),
         (*bad, *worse),
     )  # fmt: skip
@@ -142,8 +162,8 @@ def _robust(
         say(f"{file.name}: {name}")
         try:
             ridden = ride(
-                motorcycle, replace(slip_step(resting_slip(motorcycle)), duration=4.0),
-                from_tree(file.model_dump()),
+                motorcycle, slip_step(resting_slip(motorcycle), duration=4.0),
+                from_tree(file.model_dump()), warm_up=2.5,
             )  # fmt: skip
         except (PlantError, ValueError):
             continue  # such a motorcycle cannot hold the operating point at all

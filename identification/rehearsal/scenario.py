@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 Course = Callable[[float], float]
 """Of time (s) or of distance (m), both counted from the start of control."""
@@ -41,12 +41,14 @@ class Scenario:
     engine_speed: float = 14000 * math.pi / 30
 
 
-def slip_step(base: float, size: float = 0.002) -> Scenario:
+def slip_step(base: float, size: float = 0.0006, duration: float = 6.0) -> Scenario:
     """Steps of the wanted slip, up and down every second, about where it rests."""
-    return Scenario("slip step", 6.0, lambda t: base + (size if t >= 1.0 and int(t) % 2 else -size))
+    return Scenario(
+        "slip step", duration, lambda t: base + (size if t >= 1.0 and int(t) % 2 else -size)
+    )  # fmt: skip
 
 
-def tracking(base: float, size: float = 0.0015) -> Scenario:
+def tracking(base: float, size: float = 0.0006) -> Scenario:
     """Slip that follows a sine of rising frequency, 0.5 to 14 Hz."""
 
     def wave(t: float) -> float:
@@ -74,6 +76,11 @@ def crest(target: float, rider: float) -> Scenario:
 def rolling_on(target: float, rider: float) -> Scenario:
     """The rider rolls on within 0.3 s, further than the tyre can carry."""
     return Scenario("rolling on", 4.0, steady(target), throttle=ramp(1.0, 1.3, rider))
+
+
+def wet_road(target: float, rider: float) -> Scenario:
+    """The same on a road with half of the grip: without control the wheel spins up."""
+    return replace(rolling_on(target, rider), name="wet road", grip=steady(0.5))
 
 
 def launch(target: float, rider: float) -> Scenario:

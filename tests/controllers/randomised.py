@@ -135,7 +135,7 @@ def outcome(
 ) -> str:  # fmt: skip
     """Ride a scenario under a controller and put every command before the gate."""
     try:
-        ridden = ride(motorcycle, scenario, from_tree(file.model_dump()))
+        ridden = ride(motorcycle, scenario, from_tree(file.model_dump()), warm_up=2.5)
     except (PlantError, ValueError):
         return "cannot stand at its operating point"
     most = trial.limits.throttle_deviation
