@@ -143,3 +143,21 @@ def test_a_trial_is_invalid_when_over_its_budget_while_it_holds_authority(late, 
     held = range(100, 1100)
     bad = len((late | skipped).intersection(held))
     assert bool(why) == (bad > budget * 1000)
+
+
+@given(st.integers(1, MILLISECOND - 1), st.integers(0, 8))
+def test_ticks_that_began_anew_are_judged_from_there(early, late_ticks):
+    """The press comes before tick 100; ticks 100 to 300 hold authority, some of them late."""
+    clock, dues = SimulatedClock(), []
+
+    def wait(deadline):
+        late = 300_000 + 600_000 if 150 <= len(dues) < 150 + late_ticks else 0
+        clock.sleep_until_ns(deadline - early * (len(dues) == 100) + late)
+        return len(dues) == 100
+
+    lateness = run_periodic(
+        lambda _number, due: dues.append(due) or len(dues) <= 300, MILLISECOND, clock, wait=wait
+    )
+    changes = (PhaseChange(Phase.EXCITING, dues[100]), PhaseChange(Phase.DONE, dues[300]))
+    why = invalid(Outcome(TrialState(Phase.DONE), changes, lateness), Timing(budget=0.0))
+    assert why.startswith(f"{late_ticks} ticks of 200 ") if late_ticks else why == ""
