@@ -14,10 +14,12 @@ from bench.loop import Wait
 
 
 def attentive(gateway: Gateway, bus: can.BusABC, clock: Clock) -> Wait | None:
-    """Make the wait; None where the interface has nothing to wait on (python-can's `virtual`)."""
+    """Make the wait; None where there is nothing to wait on: python-can's `virtual`, or Windows."""
     try:
         number = bus.fileno()
     except NotImplementedError:
+        return None
+    if not hasattr(select, "poll"):
         return None
     waiting = select.poll()
     waiting.register(number, select.POLLIN)

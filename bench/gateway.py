@@ -116,7 +116,8 @@ class Gateway:
     @property
     def expects_the_button(self) -> bool:
         """Tell whether the trial would begin if the rider pressed the button now."""
-        return self.state.phase == Phase.ARMED and self.state.released and not self._behind
+        armed = self.state.phase == Phase.ARMED and self.state.released
+        return armed and not self._behind and not self._refused_in_a_row
 
     def attend(self, due: int) -> bool:
         """Listen between two ticks, at `due` (ns); True where the rider has pressed the button."""

@@ -71,6 +71,19 @@ def test_a_trial_that_cannot_begin_does_not_make_the_loop_run_wild():
     assert not world.gateway.expects_the_button
 
 
+def test_a_bus_that_is_gone_is_met_once_a_tick(monkeypatch):
+    """Its end can be read at once, for ever: that must not keep the loop busy until the tick."""
+    world = armed()
+
+    def gone(_timeout):
+        raise can.CanOperationError("the bus is gone")
+
+    monkeypatch.setattr(world.wire, "recv", gone)
+    assert not world.gateway.attend(world.due + 100_000)
+    assert not world.gateway.expects_the_button
+    assert world.gateway.refusals == ["the bus is gone"]
+
+
 class Stepping:
     """A clock that goes on by 50 us whenever it is read, and at once to where one sleeps until."""
 
