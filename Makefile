@@ -88,6 +88,11 @@ faults: setup
 	$(IN)/python -m tests.faults.matrix
 	$(IN)/python -m tests.faults.on_vcan
 
+# docs/peers.md: what a user would take from PyPI for the step from samples to a model, beside ours.
+.PHONY: peers
+peers: setup build/peers/.ready
+	PYTHONPATH=build/peers $(IN)/python benchmarks/peers.py 5 --out docs/peers.md
+
 # docs/accuracy.md: 200 rides of every row, a quarter of an hour; goes on where it was stopped.
 accuracy: setup
 	$(IN)/python benchmarks/accuracy.py 200 --out docs/accuracy.md
@@ -102,10 +107,11 @@ build/peers/.ready: benchmarks/peers.txt | $(READY)
 	  --target build/peers --requirement benchmarks/peers.txt
 	@mkdir -p build/peers && touch $@
 
-# The same as a page; hilspy and cyclictest are measured where they are installed.
+# The same as a page; cyclictest is measured where it is installed.
 .PHONY: bench-page
-bench-page: setup
-	mkdir -p build && cd benchmarks && ../$(IN)/python -m timing.page > ../build/benchmarks.md
+bench-page: setup build/peers/.ready
+	mkdir -p build && cd benchmarks && \
+	  PYTHONPATH=../build/peers ../$(IN)/python -m timing.page > ../build/benchmarks.md
 	mv build/benchmarks.md docs/benchmarks.md
 
 # The test files of libraries that judge ours (cantools' own databases).

@@ -7,10 +7,14 @@ measured less what the model answers, from several starts. What is left is mostl
 no linear function says, so orders are compared over the independent samples that the excited band
 holds, 2 B T of each different run, and not over all that were stored.
 
+A band that does not reach to zero does not tell where an output comes to rest: an acceleration that
+follows no steady input would be given a steady gain. So the best orders are tried with a zero at
+s = 0 too, and taken so where that describes the runs as shortly.
+
     found = output_error(u, y, rate, band, names)       # OutputError; found.model
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import groupby
 
 import numpy as np
@@ -22,6 +26,7 @@ from identification.models.rational_model import RationalModel
 from identification.models.sanathanan_koerner import first_guess
 from identification.models.stable_rational import GREATEST, LEAST, Order, model
 from identification.response.response import ComplexArray
+from identification.signals.samples import BoolArray
 from protocol.channel import FloatArray
 
 MOST_POLES, MOST_ZEROS = 6, 5
@@ -82,7 +87,42 @@ def output_error(
             rows.append(Row(order, fit, _criteria(fit, independent)))
         if min(row.criteria.mdl for row in rows if row.order.poles == poles) > before:
             break  # one more pole was not worth its description
+    for row in ranked(rows).within() if rows else ():
+        if row.order.zeros:
+            fit = _at_rest(row.fit, different, target, rate, names, independent)
+            rows.append(Row(fit.order, fit, _criteria(fit, independent)))
     return OutputError(ranked(rows), independent)
+
+
+def _at_rest(
+    of: TimeFit, u: FloatArray, target: FloatArray, rate: float, names: tuple[str, str],
+    independent: int,
+) -> TimeFit:  # fmt: skip
+    """Fit the same order with a zero at s = 0, from where `of` ended."""
+    held = replace(of.order, at_rest=1)
+    free = np.ones(of.x.size, dtype=bool)
+    free[1 + of.order.poles] = False
+    low, high = _bounds(of.order, LONGEST * u.shape[1] / rate * of.pace)
+    problem = _Problem(of.order, u, target, rate / of.pace)
+
+    def left(z: FloatArray) -> FloatArray:
+        return problem.left(_filled(free, z))
+
+    found = optimize.least_squares(
+        left, np.clip(of.x[free], low[free] + 1e-9, high[free] - 1e-9),
+        bounds=(low[free], high[free]), x_scale="jac", max_nfev=EVALUATIONS,
+    )  # fmt: skip
+    covariance = np.zeros((free.size, free.size))
+    error, covariance[np.ix_(free, free)] = _sure(found, target.size, independent)
+    x = _filled(free, found.x)
+    of_x = model(x, of.order, of.pace, names)
+    return TimeFit(held, of_x, x, covariance, of.pace, error)
+
+
+def _filled(free: BoolArray, z: FloatArray) -> FloatArray:
+    x = np.zeros(free.size)
+    x[free] = z
+    return x
 
 
 def _criteria(fit: TimeFit, independent: int) -> Criteria:
@@ -94,16 +134,8 @@ def _best(
     band: tuple[float, float], names: tuple[str, str], independent: int,
 ) -> TimeFit:  # fmt: skip
     longest = LONGEST * u.shape[1] / rate * pace
-    low = np.concatenate(([0.0], np.full(order.poles, LEAST), np.full(order.zeros + 1, -np.inf)))
-    high = np.concatenate(
-        ([longest], np.full(order.poles, GREATEST), np.full(order.zeros + 1, np.inf))
-    )
-
-    def left(x: FloatArray) -> FloatArray:
-        with np.errstate(all="ignore"):
-            error = answer(x, order, u, rate * 1 / pace) - target
-        return np.asarray(np.nan_to_num(error, nan=1e6, posinf=1e6, neginf=-1e6).ravel())
-
+    low, high = _bounds(order, longest)
+    left = _Problem(order, u, target, rate / pace).left
     tried = []
     for share in STARTS:
         start = np.clip(_start(u, target, rate, order, pace, band, share * longest), low, high)
@@ -114,12 +146,43 @@ def _best(
             )
         )
     found = min(tried, key=lambda f: float(f.cost))
-    error = float(np.sqrt(2 * found.cost / target.size))
+    error, covariance = _sure(found, target.size, independent)
+    return TimeFit(order, model(found.x, order, pace, names), found.x, covariance, pace, error)
+
+
+@dataclass(frozen=True)
+class _Problem:
+    """What is to be explained, at `rate` samples a unit of time."""
+
+    order: Order
+    u: FloatArray
+    target: FloatArray
+    rate: float
+
+    def left(self, x: FloatArray) -> FloatArray:
+        """Give what the model leaves, (runs * n,)."""
+        with np.errstate(all="ignore"):
+            error = answer(x, self.order, self.u, self.rate) - self.target
+        return np.asarray(np.nan_to_num(error, nan=1e6, posinf=1e6, neginf=-1e6).ravel())
+
+
+def _bounds(order: Order, longest: float) -> tuple[FloatArray, FloatArray]:
+    low = np.concatenate(([0.0], np.full(order.poles, LEAST), np.full(order.zeros + 1, -np.inf)))
+    high = np.concatenate(
+        ([longest], np.full(order.poles, GREATEST), np.full(order.zeros + 1, np.inf))
+    )
+    return low, high
+
+
+def _sure(
+    found: optimize.OptimizeResult, samples: int, independent: int
+) -> tuple[float, FloatArray]:
+    """Root mean square of what is left, and the covariance that follows from it."""
+    error = float(np.sqrt(2 * found.cost / samples))
     J = np.asarray(found.jac)
     scale = np.sqrt(np.sum(J**2, axis=0)) + 1e-300
     inverse = np.linalg.pinv((J / scale).T @ (J / scale), rcond=1e-10) / np.outer(scale, scale)
-    covariance = inverse * error**2 * target.size / independent
-    return TimeFit(order, model(found.x, order, pace, names), found.x, covariance, pace, error)
+    return error, np.asarray(inverse * error**2 * samples / independent)
 
 
 def _start(

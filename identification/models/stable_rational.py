@@ -20,18 +20,23 @@ LEAST, GREATEST = np.log(1e-3), np.log(1e3)  # of the denominator's coefficients
 
 @dataclass(frozen=True, order=True)
 class Order:
-    """How many poles and zeros a rational function has."""
+    """How many poles and zeros a rational function has.
+
+    at_rest  how many of the zeros are held at s = 0: what moves only while its input changes
+    """
 
     poles: int
     zeros: int
+    at_rest: int = 0
 
     @property
     def size(self) -> int:
         """Count of parameters, the delay among them."""
-        return 1 + self.poles + self.zeros + 1
+        return 1 + self.poles + self.zeros + 1 - self.at_rest
 
     def __str__(self) -> str:
-        return f"{self.zeros} zeros, {self.poles} poles"
+        held = f" ({self.at_rest} of them at 0)" if self.at_rest else ""
+        return f"{self.zeros} zeros{held}, {self.poles} poles"
 
 
 def evaluate(x: FloatArray, s: ComplexArray, order: Order) -> tuple[ComplexArray, ComplexArray]:

@@ -19,6 +19,7 @@ from protocol.role_map import TableRules
 from protocol.tables import read_table, samples
 
 FEWEST = 200  # samples in a run
+FAR = 0.3  # share of an unseen input outside the band from which it is said
 UNEVEN = 0.01  # of a sample period, that the time may be off
 
 
@@ -40,6 +41,7 @@ class TableStudy:
     response   None where the runs do not repeat one excitation
     noise      rms by which the output differs between runs that repeat one input; NaN else
     trained    the runs of the fit, predicted; unseen: the others
+    beyond     shares of the power of each unseen input that lie outside the band
     """
 
     names: tuple[str, str]
@@ -50,6 +52,7 @@ class TableStudy:
     noise: float
     trained: tuple[HeldOut, ...]
     unseen: tuple[HeldOut, ...]
+    beyond: tuple[float, ...] = ()
 
     @property
     def words(self) -> tuple[str, ...]:
@@ -62,6 +65,16 @@ class TableStudy:
                 f"It leaves {left:.3g} rms of the runs' mean, where {self.noise:.3g} is the noise "
                 f"of one run: what is left is curvature or a higher order, not noise. The "
                 "intervals count all of it as noise."
+            )
+        far = [
+            f"{run.name} ({100 * share:.0f} %)"
+            for run, share in zip(self.unseen, self.beyond, strict=False)
+            if share > FAR
+        ]
+        if far:
+            said.append(
+                "Much of the input of these unseen runs lies outside that band, where the model is "
+                f"a guess and its error no measure of it inside: {', '.join(far)}."
             )
         if self.response is None:
             said.append("No frequency response is given: the runs do not repeat one excitation.")
@@ -120,7 +133,16 @@ def table_study(runs: list[TableRun], unseen: list[TableRun], names: tuple[str, 
         tuple(held_out(found.model, run.name, run.u, run.y, rate, rest) for run in several)
         for several in (runs, unseen)
     )
-    return TableStudy(names, tuple(runs), band, found, response, noise, trained, others)
+    beyond = tuple(outside(run.u - rest.u, rate, band) for run in unseen)
+    return TableStudy(names, tuple(runs), band, found, response, noise, trained, others, beyond)
+
+
+def outside(u: FloatArray, rate: float, band: tuple[float, float]) -> float:
+    """Share of the power of u, (n,) at `rate` Hz, that lies outside a band (Hz)."""
+    f = np.fft.rfftfreq(u.size, 1 / rate)
+    power = np.abs(np.fft.rfft(u)) ** 2 * np.where(f > 0, 2, 1)
+    apart = (f < band[0] - f[1] / 2) | (f > band[1] + f[1] / 2)
+    return float(np.sum(power[apart]) / max(np.sum(power), 1e-300))
 
 
 def _one_rate(runs: list[TableRun]) -> float:

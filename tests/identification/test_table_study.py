@@ -6,8 +6,9 @@ from scipy import signal
 from typer.testing import CliRunner
 
 import slipbench
+from identification.models.output_error import output_error
 from identification.models.stable_rational import Order
-from identification.models.table_study import read_run, table_study
+from identification.models.table_study import outside, read_run, table_study
 from protocol.errors import InputError
 from tests.recordings import recording
 
@@ -61,6 +62,13 @@ def test_the_measured_response_holds_the_truth_in_its_band(study):
 def test_an_unseen_step_is_predicted_down_to_its_noise(study):
     assert study.unseen[0].error == pytest.approx(0.02, rel=0.25)
     assert study.unseen[0].fit > 95
+
+
+def test_it_is_said_how_much_of_an_unseen_input_the_runs_do_not_excite(study):
+    assert outside(np.sin(2 * np.pi * 3 * T), RATE, (1.0, 5.0)) < 0.01
+    assert outside(np.sin(2 * np.pi * 8 * T), RATE, (1.0, 5.0)) > 0.99
+    assert study.beyond[0] > 0.5  # a step is mostly its steady part
+    assert any("step (9" in sentence for sentence in study.words), study.words
 
 
 def test_runs_that_do_not_repeat_give_a_model_and_say_why_no_response(tmp_path):
@@ -118,3 +126,16 @@ def test_the_flexible_link_is_modelled_by_the_command(tmp_path):
     page = (tmp_path / "model.html").read_text(encoding="utf-8")
     assert "coherence" in page
     assert "unseen" in page
+
+
+def test_what_comes_to_rest_under_a_steady_input_is_not_given_a_steady_gain():
+    b, a, _ = signal.cont2discrete(([W, 0], [1, 2 * Z * W, W**2]), 1 / RATE, "zoh")
+    u = np.sin(2 * np.pi * (T + 0.5 * T**2)) * (T < 7)  # nothing slow
+    tried = (Order(2, 1), Order(2, 2))
+    for steady, held in ((0.0, 1), (1.0, 0)):
+        y = signal.lfilter(np.polyadd(b[0], steady * a), a, u)
+        y = y + 0.02 * np.random.default_rng(3).standard_normal(u.size) * (T > 0)
+        found = output_error(u[None], y[None], RATE, (0.8, 8.0), ("u", "y"), tried)
+        assert found.fit.order.at_rest == held, found.fit.order
+        gain = found.model.response(np.array([1e-6]))[0].real
+        assert gain == pytest.approx(steady, abs=0.05 if steady else 1e-3)
