@@ -1,5 +1,6 @@
 """What every system of a model file, and every effect in it, must keep to."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -134,3 +135,25 @@ def test_pieces_of_one_run_meet_where_they_share_time():
     assert first.meets(whole)
     with pytest.raises(InputError, match="no piece"):
         Piece.of(Path("run@60:0"))
+
+
+def test_a_smooth_input_is_followed_between_its_samples(tmp_path):
+    told = recorded(11, seconds=2.0)
+    force = told.channels["force"]
+    swings = replace(force, value=np.sin(2 * np.pi * 11.0 * force.time))  # 9 samples a period
+    errors = {}
+    for word in ("held = false", "smooth = true"):
+        path = tmp_path / "spring.toml"
+        path.write_text(MODEL.replace('role = "force"', f'role = "force"\n{word}'), "utf-8")
+        finer = path.read_text("utf-8").replace('period = "10 ms"', 'period = "20 ms"')
+        path.write_text(finer, "utf-8")
+        record = read_system(path).prepare(
+            replace(told, channels={**told.channels, "force": swings})
+        )
+        inner = slice(50, -50)
+        middle = 0.5 * (record.time[1:] + record.time[:-1]) + record.start
+        between = 0.5 * (record.inputs[1:, 0] + record.inputs[:-1, 0])
+        errors[word] = np.abs(between - np.sin(2 * np.pi * 11.0 * middle))[inner].max()
+    lines, smooth = errors.values()
+    assert lines > 0.04
+    assert smooth < 0.1 * lines

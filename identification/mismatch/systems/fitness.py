@@ -71,7 +71,7 @@ def window(data: Aligned, file: ModelFile) -> tuple[float, float, tuple[str, ...
     start = float(max(data.time[r][0] for r in roles))
     end = float(min(data.time[r][-1] for r in roles))
     gaps = sorted(
-        gap for told in file.inputs.values() if not told.held
+        gap for told in file.inputs.values() if not told.steps
         for gap in _gaps(data.time[told.role], file.period)
     )  # fmt: skip
     pieces, begun = [], start

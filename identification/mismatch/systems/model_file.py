@@ -47,6 +47,8 @@ class Number(Section):
 class Input(Section):
     """What drives the system, as it was recorded. held: between samples, else along lines.
 
+    smooth: between samples along a cubic instead, as what was filtered before it was sampled goes:
+    lines take sinc^2(f T) of it, 4 % at a ninth of the sampling rate.
     slope_over: s; if told, the input is the slope of the recorded quantity over that span.
     turn: m that a wheel rolls in a turn; if told, its own pattern is taken out (turn_pattern.py).
     noise: deviation of what it tells beside the motion; if told, it may be smoothed to both sides
@@ -56,10 +58,16 @@ class Input(Section):
     role: str
     size: Number
     held: bool = True
+    smooth: bool = False
     slope_over: Seconds = Field(default=0.0, ge=0.0)
     latency: Seconds = 0.0
     turn: Number | None = None
     noise: Number = Number(value=0.0)
+
+    @property
+    def steps(self) -> bool:
+        """Whether it stays as it was told until it is told anew."""
+        return self.held and not self.smooth
 
 
 class State(Section):

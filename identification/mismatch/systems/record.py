@@ -7,7 +7,7 @@ period allows. A row tells its own end.
 from dataclasses import replace
 
 import numpy as np
-from scipy import signal
+from scipy import interpolate, signal
 
 from identification.mismatch.record import Record
 from identification.mismatch.sampling import Grid
@@ -24,6 +24,8 @@ from protocol.recording import Recording
 
 LEAST = 30  # bins
 STRETCH = 30  # bins, if the file tells nothing
+FINER = 4
+"""Rows for each sample of a smooth input, which bends between its samples."""
 MOST_ROWS = 2_000_000
 ALIKE = 0.7
 """Least correlation at which a clock may be laid: half of what one tells is in the other."""
@@ -111,7 +113,9 @@ def _period(time: Floats) -> float:
 
 def _grid(data: Aligned, file: ModelFile, length: float, where: str) -> Grid:
     width = file.period
-    driven = min(_period(data.time[i.role]) for i in file.inputs.values())
+    periods = (_period(data.time[i.role]) / (FINER if i.smooth else 1)
+               for i in file.inputs.values())  # fmt: skip
+    driven = min(periods)
     per = max(1, round(width / min(driven, width)))
     step = width / per
     rows = int(length / step + 1e-6)
@@ -151,11 +155,13 @@ def _input(data: Aligned, file: ModelFile, name: str, time: Floats, step: float)
     told = file.inputs[name]
     if told.slope_over > 0.0:
         return _slope(_at(data, told.role, told.latency, time), told.slope_over, step)
-    if not told.held:
-        return _at(data, told.role, told.latency, time)
     channel = data.recording.channels[told.role]
     sampled = data.time[told.role] - told.latency
     keep = np.isfinite(channel.value) & np.isfinite(sampled)
+    if told.smooth:
+        return np.asarray(interpolate.CubicSpline(sampled[keep], channel.value[keep])(time))
+    if not told.held:
+        return _at(data, told.role, told.latency, time)
     begun = np.searchsorted(sampled[keep], time - step + 1e-3 * step, side="right") - 1
     return np.asarray(channel.value[keep][np.clip(begun, 0, keep.sum() - 1)], np.float64)
 

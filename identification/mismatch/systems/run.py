@@ -45,7 +45,7 @@ def run(
     inside = [x for x in acting if x.act is not None]
     code, where, other, par = _slots(inside, e, file)
     ring = _ring(inside, step)
-    held = np.array([1.0 if told.held else 0.0 for told in file.inputs.values()])
+    held = np.array([1.0 if told.steps else 0.0 for told in file.inputs.values()])
     out = np.full((grid.rows, len(e.places) + len(e.states)), np.nan)
     done = compose(e).advance(
         _first(file, record), np.ascontiguousarray(record.inputs, np.float64), held,
