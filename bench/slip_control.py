@@ -15,6 +15,7 @@ from controllers.slip_estimator import Slip, SlipEstimator
 from protocol.layout import Database
 from protocol.messages import OpticalSpeed, ToothIntervals
 
+USUAL = 0.3  # s over which the slip at the button is the mean
 REPORT = 0.0065  # s: an encoder waits 5 ms for more teeth, and its frame is on the way
 
 
@@ -34,6 +35,7 @@ class SlipControl:
         self._state: SlipState | None = None
         self._since = 0.0
         self._base = math.nan
+        self._usual, self._heard = math.nan, 0.0
         self.asked = NOTHING
 
     def observe(self, name: str, message: object, now: float) -> None:
@@ -45,8 +47,18 @@ class SlipControl:
             for time, count in self._streams[name].take(message, now):
                 # Once in control, an oscillation could turn with the wheel: no more learning.
                 self._known = take(self._known, time, float(count), self._state is None)
+            if self._state is None:
+                self._get_used_to(now)
         elif isinstance(message, OpticalSpeed) and message.valid:
             self._known = self._estimator.optical(self._known, now, message.speed)
+
+    def _get_used_to(self, now: float) -> None:
+        """Follow the slip as it is before the button: one sample of it is noisy."""
+        seen = self.slip(now).value
+        if math.isfinite(seen):
+            share = min((now - self._heard) / USUAL, 1.0)
+            known = self._usual if math.isfinite(self._usual) else seen
+            self._usual, self._heard = known + share * (seen - known), now
 
     def slip(self, now: float) -> Slip:
         """Say what is known of the slip at `now` (s)."""
@@ -56,7 +68,8 @@ class SlipControl:
         """Control for one tick. waveform: what the trial adds to the target now."""
         seen = self.slip(now)
         if not math.isfinite(self._base):  # at first, or as long as the slip is not known
-            self._base = seen.value if self._target is None else self._target
+            found = self._usual if math.isfinite(self._usual) else seen.value
+            self._base = found if self._target is None else self._target
         if self._state is None:
             self._state = self._controller.start(0.0, 0.0, seen.value, seen.speed)
             self._since = now - 0.001

@@ -10,10 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from identification.response.following import HALF, between, first_fall
 from identification.response.response import ComplexArray
 from protocol.channel import FloatArray
-
-HALF = np.sqrt(0.5)
 
 
 @dataclass(frozen=True)
@@ -77,21 +76,8 @@ def _phase(frequency: FloatArray, loop: ComplexArray) -> tuple[float, float, flo
     return float(phase.min()), float(at[-1]), float(np.min(ahead / (2 * np.pi * at)))
 
 
-def first_fall(frequency: FloatArray, size: FloatArray) -> float:
-    """Return where a gain first falls through -3 dB, Hz; NaN where it does not."""
-    below = np.flatnonzero(size < HALF)
-    if not below.size or below[0] == 0:
-        return float("nan")
-    return _between(frequency, size, int(below[0]) - 1)
-
-
 def _first_rise(frequency: FloatArray, size: FloatArray) -> float:
     above = np.flatnonzero(size >= HALF)
     if not above.size or above[0] == 0:
         return float("nan")
-    return _between(frequency, size, int(above[0]) - 1)
-
-
-def _between(frequency: FloatArray, size: FloatArray, k: int) -> float:
-    share = (HALF - size[k]) / (size[k + 1] - size[k])
-    return float(frequency[k] + share * (frequency[k + 1] - frequency[k]))
+    return between(frequency, size, int(above[0]) - 1)

@@ -13,11 +13,12 @@ import numpy as np
 from scipy import optimize
 
 from identification.design.gains import Gains
-from identification.design.loop import Margins, first_fall
+from identification.design.loop import Margins
 from identification.design.prefilter import Prefilter, quickest
 from identification.design.problem import Problem
 from identification.design.sampled import sampled
 from identification.design.shaping import Shape, shaped
+from identification.response.following import first_fall
 from protocol.channel import FloatArray
 
 CORNERS = np.geomspace(1.0, 60.0, 60)  # Hz

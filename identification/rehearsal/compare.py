@@ -11,15 +11,12 @@ import numpy as np
 
 from controllers.slip_controller import SlipController, from_tree
 from identification.rehearsal.measures import (
-    StepMeasures,
     calm,
     error,
     mean_retard,
-    step_measures,
     time_lost,
-    tracking_bandwidth,
 )
-from identification.rehearsal.ride import Ridden, ride
+from identification.rehearsal.ride import TICK, Ridden, ride
 from identification.rehearsal.scenario import (
     Scenario,
     crest,
@@ -30,6 +27,7 @@ from identification.rehearsal.scenario import (
     wet_patch,
     wet_road,
 )
+from identification.response.following import StepMeasures, step_measures, tracking_bandwidth
 from plant.effects.library import LIBRARY
 from plant.equilibrium import equilibrium
 from plant.motorcycle import Motorcycle
@@ -138,8 +136,8 @@ def _compared(
     reach, step = nan, StepMeasures(nan, nan, nan)
     if file:
         steps, swept = mine["slip step"], mine["slip tracking"]
-        step = step_measures(steps.target, steps.slip)
-        reach = tracking_bandwidth(swept.target, swept.slip)
+        step = step_measures(steps.target, steps.slip, TICK) or step
+        reach = tracking_bandwidth(swept.target, swept.slip, 1 / TICK)
     good, tried, bad = _robust(_varied(motorcycle), file, say)
     kept, missing, worse = _robust(_with_effects(motorcycle), file, say)
     return Compared(

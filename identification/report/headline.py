@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from identification.report import slip_control
 from identification.report.words import decibel, gain_unit, name
 from identification.response.identify import Identification, slip_range
 from identification.response.resonance import Resonance
@@ -19,7 +20,10 @@ MOST = 0.97  # of the excited band; what is believed of it counts as all of it
 
 def headline(found: Identification) -> str:
     """Say the key result in a sentence or two."""
-    parts = [_response(found.main, found)] if found.main else [_without(found)]
+    if found.following is not None:
+        parts = [slip_control.sentence(found.following)]
+    else:
+        parts = [_response(found.main, found)] if found.main else [_without(found)]
     if isinstance(found.window, TrialWindow) and found.window.trip:
         parts.append(
             f"The trial tripped at {found.window.trip_time:.2f} s: "

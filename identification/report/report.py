@@ -9,7 +9,14 @@ from markupsafe import Markup
 from matplotlib.figure import Figure
 
 from identification.models.study import Study
-from identification.report import circumstances, drawing, model_tables, operation, tables
+from identification.report import (
+    circumstances,
+    drawing,
+    model_tables,
+    operation,
+    slip_control,
+    tables,
+)
 from identification.report.bode import bode
 from identification.report.close_ups import close_ups
 from identification.report.distributions import slip_statistics, spectra
@@ -37,6 +44,7 @@ def draw(found: Identification, study: Study) -> list[Drawn]:
         made = [
             ("overview", OVERVIEW, overview(found)),
             ("close_ups", CLOSE_UPS, close_ups(found)),
+            ("following", FOLLOWING, slip_control.figure(found)),
             ("response", BODE, bode(to_slip, found.resonance) if to_slip else None),
             ("servo", SERVO, bode(servo) if servo else None),
             ("model", MODEL, model_figure(study.models)),
@@ -65,6 +73,7 @@ def report(found: Identification, study: Study, drawn: list[Drawn]) -> str:
         captions={d.name: d.caption for d in drawn},
         point=circumstances.operating_point(found),
         how=circumstances.how(found),
+        following=slip_control.rows(found.following),
         clocks=tables.clocks(found),
         faults=tables.faults(found.recording),
         unknown=tables.unknown_identifiers(found.recording),
@@ -94,6 +103,7 @@ OVERVIEW = (
     "Shaded: the bench excites. The commanded value is what the ECU says that it applied; it is "
     "the input of every response below."
 )
+FOLLOWING = "Slip as measured afterwards, and what the controller was asked for."
 CLOSE_UPS = "The same, close up, at three frequencies of the sweep."
 BODE = (
     "First harmonic with its 95 % band. Pale stretches are not believed: their coherence is below "

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from identification.response.following import Following, following
 from identification.response.left_out import LeftOut, left_out
 from identification.response.resonance import NoResonance, Resonance, resonance
 from identification.response.response import FrequencyResponse
@@ -19,7 +20,10 @@ from protocol.recording import Recording
 
 @dataclass(frozen=True)
 class Identification:
-    """All that was found in a recording; `main` is the response that the trial was made for."""
+    """All that was found in a recording; `main` is the response that the trial was made for.
+
+    following: how the slip followed its target, None where no controller had a target.
+    """
 
     recording: Recording
     data: Aligned
@@ -31,6 +35,7 @@ class Identification:
     resonance: Resonance | NoResonance
     spectra: tuple[Spectrum, ...]
     left_out: tuple[LeftOut, ...]
+    following: Following | None = None
 
 
 def identify(recording: Recording) -> Identification:
@@ -44,7 +49,10 @@ def identify(recording: Recording) -> Identification:
     peak = resonance(main) if main else NoResonance("no response to slip was measured")
     drawn = spectra(data, base, moved, window)
     left = left_out(data, moved, window, tried, drawn)
-    return Identification(recording, data, base, moved, window, found, main, peak, drawn, left)
+    followed = following(base, moved, window, recording.trial)
+    return Identification(
+        recording, data, base, moved, window, found, main, peak, drawn, left, followed
+    )
 
 
 def _responses(

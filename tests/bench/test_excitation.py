@@ -5,8 +5,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bench.excitation import linear_sweep, logarithmic_sweep, odd_multisine, plan_excitation
+from bench.excitation import plan_excitation
 from protocol.errors import InputError
+from protocol.waveforms import linear_sweep, logarithmic_sweep, odd_multisine
 from tests.bench.conditions import trial_file
 
 WAVEFORMS = {

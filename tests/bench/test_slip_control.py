@@ -8,6 +8,7 @@ import pytest
 import dbc
 from bench.preparation import check_controller, prepare
 from bench.run import run_trial
+from identification.report.headline import headline
 from identification.response.identify import identify
 from identification.signals.motion import Motion
 from identification.signals.trial_window import TrialWindow
@@ -49,6 +50,13 @@ def test_the_slip_steps_with_its_target_and_authority_goes_back(tmp_path, actuat
     step = 2 * STEPS[actuator]
     np.testing.assert_allclose(np.diff(levels), [-step, step, -step], atol=0.2 * step)
     assert all("closed loop" in left.reason for left in found.left_out if "slip" in left.analysis)
+    followed = found.following
+    assert followed is not None
+    assert np.ptp(followed.target) == pytest.approx(step)
+    assert followed.error < 0.5 * step  # the flanks are in it
+    assert followed.steps is not None
+    assert followed.steps.overshoot < 0.5
+    assert "followed its target" in headline(found)
 
 
 def controller(**changes) -> ControllerFile:

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from identification.rehearsal.measures import step_measures, tracking_bandwidth
+from identification.response.following import step_measures, tracking_bandwidth
 
 PERIOD = 0.001
 TIME = np.arange(0.0, 21.0, PERIOD)
@@ -28,7 +28,7 @@ def test_overshoot_is_the_textbooks_and_noise_does_not_raise_it(damping):
     exact = math.exp(-math.pi * damping / math.sqrt(1 - damping**2))
     print("seed 5")
     noise = 0.05 * 0.001 * np.random.default_rng(5).standard_normal(TIME.size)
-    clean, noisy = step_measures(TARGET, slip), step_measures(TARGET, slip + noise)
+    clean, noisy = step_measures(TARGET, slip, PERIOD), step_measures(TARGET, slip + noise, PERIOD)
     assert clean.overshoot == pytest.approx(exact, abs=0.02)
     assert noisy.overshoot == pytest.approx(exact, abs=0.05)
     assert clean.noise < 1e-6
@@ -37,7 +37,7 @@ def test_overshoot_is_the_textbooks_and_noise_does_not_raise_it(damping):
 
 
 def test_a_step_that_never_arrives_never_settles():
-    assert step_measures(TARGET, np.full(TIME.size, 0.0015)).settling == math.inf
+    assert step_measures(TARGET, np.full(TIME.size, 0.0015), PERIOD).settling == math.inf
 
 
 @pytest.mark.parametrize("corner", [3.0, 6.0])
@@ -46,4 +46,4 @@ def test_a_first_order_lag_follows_to_its_corner(corner):
     slip = np.zeros_like(swept)
     for k in range(1, slip.size):
         slip[k] = slip[k - 1] + 2 * math.pi * corner * PERIOD * (swept[k] - slip[k - 1])
-    assert tracking_bandwidth(swept, slip) == pytest.approx(corner, abs=0.8)
+    assert tracking_bandwidth(swept, slip, 1 / PERIOD) == pytest.approx(corner, abs=0.8)

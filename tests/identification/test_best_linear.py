@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from bench.excitation import odd_multisine
 from identification.paper.harmonic_figures import linear_figure
 from identification.response.best_linear import BestLinearApproximation, NoBestLinear, best_linear
 from identification.response.periodic_record import PeriodicRecord, lines_of
+from protocol.waveforms import odd_multisine
 from tests.identification.known_harmonics import RATE, Curved, coloured, drift
 
 AMPLITUDE, PERIOD = 0.06, 4.0
