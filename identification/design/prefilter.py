@@ -2,11 +2,12 @@
 
     P(s) = (s^2 / w_1^2 + 2 z_1 s / w_1 + 1) / (s^2 / w_2^2 + 2 z_2 s / w_2 + 1)
 
-The loop is made for reserves and disturbances, the prefilter for the target: as quick as it can be
-while no motorcycle of the set overshoots, and while the command keeps inside its range for a target
-that moves by a share of what the actuator can give (Skogestad and Postlethwaite 2005, section
-2.6.2; Horowitz 1963). It costs no reserve, since it lies outside the loop, and no sensor noise
-passes through it.
+The loop is made for reserves and disturbances, the prefilter for the target: the least integral of
+the absolute error after a step, over the set, while no motorcycle of it overshoots, and while the
+command keeps inside its range for a target that moves by a share of what the actuator can give
+(Skogestad and Postlethwaite 2005, section 2.6.2; Horowitz 1963). It costs no reserve, since it lies
+outside the loop, and no sensor noise passes through it. A search for the greatest bandwidth alone
+found prefilters whose answer sagged to -3 dB between rest and that bandwidth.
 """
 
 from dataclasses import dataclass
@@ -16,7 +17,6 @@ import numpy as np
 from scipy import optimize, signal
 
 from identification.design.gains import Gains
-from identification.design.loop import first_fall
 from identification.design.problem import Problem
 from identification.design.sampled import answer, held
 from identification.design.shaping import Shape
@@ -59,7 +59,7 @@ def _quadratic(frequency: float, damping: float) -> list[float]:
 
 
 def quickest(problem: Problem, law: Shape | Gains) -> Prefilter:
-    """Find the prefilter with which the nominal motorcycle follows its target furthest."""
+    """Find the prefilter with which the slowest motorcycle of the set is soonest at its target."""
     judge = _Judge(problem, law)
 
     def made(x: FloatArray) -> Prefilter:
@@ -96,15 +96,16 @@ class _Judge:
         self._at_tick = held(f, problem.period)
 
     def cost(self, tried: Prefilter) -> float:
-        """Logarithm of the bandwidth, less what every broken condition costs."""
+        """Logarithm of the worst error, and what every broken condition costs."""
         passed = tried.response(self._f)
-        reach = first_fall(self._f, np.abs(passed * self._closed["nominal"]))
-        over = max(self._overshoot(passed * closed) for closed in self._closed.values())
+        steps = [self._step(passed * closed) for closed in self._closed.values()]
+        error = max(float(np.mean(np.abs(1.0 - y))) for y in steps)
+        over = max(float(y.max()) for y in steps) - 1.0
         effort = np.abs(passed * self._command)
         steady = np.abs(self._command[0])
         excess = max(over - OVERSHOOT, 0.0) + max(np.max(effort) / steady / EFFORT - 1.0, 0.0)
-        return float(-np.log(reach if np.isfinite(reach) else FINE) + 20.0 * excess)
+        return float(np.log(error) + 20.0 * excess)
 
-    def _overshoot(self, closed: ComplexArray) -> float:
+    def _step(self, closed: ComplexArray) -> FloatArray:
         real = (closed / self._at_tick).real
-        return float(np.max(self._in_time @ real + real[0] * self._slow)) - 1.0
+        return np.asarray(self._in_time @ real + real[0] * self._slow)
