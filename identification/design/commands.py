@@ -39,6 +39,9 @@ def design_command(
     phase_margin: Annotated[float, typer.Option(help="Least phase margin, deg.", min=0.0)] = 40.0,
     sensitivity: Annotated[float, typer.Option(help="Greatest sensitivity peak.", min=1.01)] = 2.0,
     period: Annotated[float, typer.Option(help="Command period, ms.", min=0.1)] = 1.0,
+    schedule: Annotated[
+        bool, typer.Option("--schedule", help="A PID for the speed of each run, not one for all.")
+    ] = False,
 ) -> None:
     """Design a slip controller on recorded trials, as wide as its reserves allow.
 
@@ -66,8 +69,9 @@ def design_command(
         path = _path("throttle" if actuator == "throttle" else "spark", found, required, period)
         if actuator == "mixed":
             path = fast_path(path)
-        designed = _designed(path, law)
-        file = controller_file(path, designed)
+        rows = _by_speed(actuator, found, required, period) if schedule else ()
+        designed = rows[0][1] if rows else _designed(path, law)
+        file = controller_file(path, designed, tuple((v, d.controller) for v, d in rows))
         if actuator == "mixed":
             slow = _path("throttle", found, required, period)
             file = mixed_file(path, designed, slow, _exchange(path, designed, slow))
@@ -93,6 +97,31 @@ def _path(actuator: str, runs: "list[Identification]", required: object, period:
             remedy=f"record a trial that excites the {actuator}",
         )  # fmt: skip
     return path
+
+
+def _by_speed(
+    actuator: str, runs: "list[Identification]", required: object, period: float
+) -> "tuple[tuple[float, Designed], ...]":
+    """Design for the speed of each run that excited the actuator, the slowest first."""
+    from identification.design.by_speed import scheduled
+    from identification.design.from_runs import Path, path_of
+    from identification.design.problem import Requirements
+    from identification.design.widest import NoDesign
+
+    assert isinstance(required, Requirements)
+    if actuator == "mixed":
+        raise InputError(
+            "a mixed controller has no schedule", found="--schedule --actuator mixed",
+            expected="throttle or spark", remedy="leave out --schedule",
+        )  # fmt: skip
+    paths = [path_of(actuator, [run], required, period * 1e-3) for run in runs]
+    found = scheduled([(p.speed, p.problem) for p in paths if isinstance(p, Path)])
+    if isinstance(found, NoDesign):
+        raise InputError(
+            "no schedule keeps these reserves", found=found.reason,
+            remedy="leave out --schedule, or choose other runs",
+        )  # fmt: skip
+    return found.designs
 
 
 def _exchange(fast: "Path", designed: "Designed", slow: "Path") -> "Exchange":

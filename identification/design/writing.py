@@ -8,6 +8,7 @@ from controllers.limits import Range
 from identification.design.exchange import Exchange
 from identification.design.from_runs import Path
 from identification.design.gains import Gains
+from identification.design.shaping import Shape
 from identification.design.widest import Designed
 from protocol.controller_file import (
     Bounds,
@@ -27,14 +28,16 @@ FASTEST_SLIP = 0.5  # 1/s, of the reference
 
 
 def controller_file(
-    path: Path, designed: Designed, schedule: tuple[tuple[float, Gains], ...] = ()
+    path: Path, designed: Designed, schedule: tuple[tuple[float, Shape | Gains], ...] = ()
 ) -> ControllerFile:
     """Write one actuator's controller down."""
     return ControllerFile(
         name=f"{path.actuator}_slip",
         actuator="throttle" if path.actuator == "throttle" else "spark",
         period=path.problem.period, law=_law(designed), limits=bounds(path.limits, path.actuator),
-        schedule=tuple(ScheduledGains(speed=v, gains=_pid(g)) for v, g in schedule),
+        schedule=tuple(
+            ScheduledGains(speed=v, gains=_pid(g)) for v, g in schedule if isinstance(g, Gains)
+        ),
         governor=_governor(path), prefilter=(designed.prefilter.section,),
         designed=_promise(path, designed),
     )  # fmt: skip
