@@ -47,6 +47,11 @@ class Mode:
     frequency_deviation: float
     damping_deviation: float
 
+    @property
+    def single(self) -> bool:
+        """Tell a real pole, whose damping is no finding, from a pair."""
+        return self.damping_deviation == 0
+
 
 @dataclass(frozen=True)
 class RationalFit:
@@ -258,7 +263,7 @@ def _doubted(mode: Mode, others: list[tuple[float, tuple[Mode, ...]]]) -> Mode:
     """Widen a mode's deviations by the same mode in other orders, where they have it."""
     same = []
     for weight, modes in others:
-        alike = [m for m in modes if (m.damping < 1) == (mode.damping < 1)]
+        alike = [m for m in modes if m.single == mode.single]
         if alike:
             nearest = min(alike, key=lambda m: abs(np.log(m.frequency / mode.frequency)))
             same.append((weight, nearest))

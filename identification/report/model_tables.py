@@ -51,9 +51,11 @@ def delay_in_words(of: Recommended) -> str:
 
 
 def mode_in_words(mode: Mode) -> str:
-    """Give frequency and damping with their 95 % intervals."""
+    """Give frequency and damping with their 95 % intervals; what is not known is not given."""
+    if ACROSS * mode.frequency_deviation > mode.frequency:
+        return f"about {mode.frequency:.2g} Hz, which the lines do not tell"
     frequency = f"{mode.frequency:.2f} ± {ACROSS * mode.frequency_deviation:.2f} Hz"
-    if mode.damping_deviation == 0:
+    if mode.single:
         return frequency
     return f"{frequency}, damping {mode.damping:.3f} ± {ACROSS * mode.damping_deviation:.3f}"
 
@@ -91,7 +93,7 @@ def _others(of: Recommended) -> str:
 
 
 def _kind(mode: Mode) -> str:
-    return "Pair of poles" if mode.damping_deviation else "Real pole"
+    return "Real pole" if mode.single else "Pair of poles"
 
 
 def _seen(fit: RationalFit) -> list[Mode]:

@@ -32,9 +32,9 @@ def bus_load(recording: Recording) -> Figure | None:
 
 
 def lateness(recording: Recording) -> Figure | None:
-    """Draw how late the late ticks were, from ticks.csv."""
+    """Draw how late the late ticks were, from ticks.csv; nothing where a clock is simulated."""
     late = late_ticks(recording)
-    if late is None or late.size < 2:
+    if late is None or late.size < 2 or not np.nanmax(late) > 0:
         return None
     figure, (axes,) = d.panels(1, 2.4)
     positive = np.maximum(late[np.isfinite(late)] * 1e6, 0.1)
