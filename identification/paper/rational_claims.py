@@ -15,7 +15,7 @@ from identification.models.delay_profile import (
     felt_right_zeros,
 )
 from identification.models.model_order import NATS, OrderChoice, Row, all_pole, choose_order
-from identification.models.rational_ml import RationalFit
+from identification.models.rational_ml import ACROSS, RationalFit
 from identification.models.rational_paper import PaperFit, choose_paper_order
 from identification.models.time_check import NoStretch, Stretch
 from identification.paper.claims import Claim
@@ -30,6 +30,7 @@ from identification.response.response import FrequencyResponse
 
 INFINITE = float("inf")
 NOTHING = KnownPath()
+CLOSE = 1.0  # ms, of a delay that is found
 
 
 @dataclass(frozen=True)
@@ -116,10 +117,12 @@ def _delay_claims(study: RationalStudy) -> tuple[Claim, ...]:
         found, low, high = 1e3 * profile.delay, 1e3 * profile.low, 1e3 * profile.high
         note = f"95 % interval {low:.1f} to {high:.1f} ms; {_knowledge(study)}"
     off = max(low - true, true - high, 0.0) if np.isfinite(found) else float("nan")
+    half = float(np.hypot(CLOSE, 1e3 * ACROSS * study.known.doubt))
+    beside = ", beside what the vehicle file leaves open of the path" if study.known.doubt else ""
     return (
         Claim(
-            f"delay_{name}", f"The recording gives the pure delay from {name} within 1 ms",
-            found, true - 1, true + 1, "ms", "profile of the delay", note,
+            f"delay_{name}", f"The recording gives the pure delay from {name} within 1 ms{beside}",
+            found, true - half, true + half, "ms", "profile of the delay", note,
         ),
         Claim(
             f"delay_interval_{name}", "The 95 % interval of the delay holds the true one",
@@ -167,7 +170,9 @@ def path_in_words(known: KnownPath) -> str:
     parts = [("lag", lag) for lag in known.lags] + [("lead", lead) for lead in known.leads]
     parts += [("instruments' delay", known.delay)] if known.delay else []
     told = ", ".join(f"{what} {1e3 * size:.3g} ms" for what, size in parts)
-    return told + (f" (95 %: {1.96e3 * known.doubt:.2g} ms either way)" if known.doubt else "")
+    return told + (
+        f" (95 %: {1e3 * ACROSS * known.doubt:.2g} ms either way)" if known.doubt else ""
+    )
 
 
 def _knowledge(study: RationalStudy) -> str:

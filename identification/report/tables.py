@@ -19,7 +19,9 @@ def clocks(found: Identification) -> list[tuple[str, ...]]:
     for name, fit in found.data.clocks.items():
         if isinstance(fit, ClockFit):
             p50, p99 = (f"{x * 1e6:.0f} µs" for x in (fit.latency_p50, fit.latency_p99))
-            rows.append((name, f"{round(fit.drift * 1e6, 2) + 0.0:+.2f} ppm", p50, p99, str(fit.samples)))
+            rows.append(
+                (name, f"{round(fit.drift * 1e6, 2) + 0.0:+.2f} ppm", p50, p99, str(fit.samples))
+            )
         else:
             rows.append((name, "not aligned", fit.reason, "", ""))
     return rows
