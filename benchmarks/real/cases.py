@@ -16,7 +16,10 @@ class Capture:
 
 @dataclass(frozen=True)
 class Case:
-    """One analysis. known: what is known of these recordings from elsewhere."""
+    """One analysis. known: what is known of these recordings from elsewhere.
+
+    model: a file of trials/models, or what another case has improved, as in improved/silverbox.
+    """
 
     name: str
     title: str
@@ -78,6 +81,12 @@ CASES = (
          ("wrx@0:45",), ("wrx@45:",),
          "The second logger is 59.94 s off. A drift of about 15 ms a minute was expected; the"
          " engine speeds do not show it (below)."),
+    Case("link_control", "Control, flexible link: the improved file on recordings it never met",
+         "improved/flexible_link", ("link_swept3-0-10hz", "link_swept10-0-10hz"),
+         ("link_fixed2-5hz", "link_step3"), "Nothing more should be found."),
+    Case("silverbox_control", "Control, Silverbox: the improved file on samples it never met",
+         "improved/silverbox", ("silverbox@75:76.5", "silverbox@95:96.5"), ("silverbox@115:117",),
+         "Nothing more should be found."),
     Case("wrx_control", "Control, Subaru WRX: front left against front right wheel",
          "left_and_right", ("wrx@50:70",), ("wrx@70:90",),
          "On a straight (steering within 5 degrees) the wheels differ by nothing but their radii."),

@@ -16,8 +16,9 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from benchmarks.real.cases import CAPTURES, CASES, REMARKS, Case
-from identification.mismatch.explain import Analysis, analyse, verdict
+from identification.mismatch.explain import Analysis, accepted, analyse, verdict
 from identification.mismatch.held_out import driven
+from identification.mismatch.improved import improved_system
 from identification.mismatch.memo import sentence
 from identification.mismatch.runs import open_analysis
 from identification.mismatch.verdict import as_tree
@@ -53,7 +54,7 @@ def _import(recordings: Path, case: Case) -> None:
 
 
 def _run(case: Case) -> None:
-    model = TRIALS / "models" / f"{case.model}.toml"
+    model = _model(case)
     folders = [[BUILD / "runs" / n for n in names] for names in (case.training, case.held_out)]
     begun = time.monotonic()
     analysis = open_analysis(model, *folders)
@@ -69,6 +70,8 @@ def _run(case: Case) -> None:
     folder = BUILD / case.name
     folder.mkdir(parents=True, exist_ok=True)
     _draw(analysis, DOCS / "figures" / f"real_{case.name}.png")
+    improved = improved_system(accepted(analysis))
+    (folder / "improved.toml").write_text(improved.text(), encoding="utf-8")
     (folder / "verdict.json").write_text(json.dumps(tree, indent=1), encoding="utf-8")
 
 
@@ -80,6 +83,12 @@ def _fits(a: Analysis):
     last = a.named.fit
     for system in (a.system, a.base.model.at(a.base.point), last.model.at(last.point)):
         yield driven(a.held_out, system, last)
+
+
+def _model(case: Case) -> Path:
+    if case.model.startswith("improved/"):
+        return BUILD / Path(case.model).name / "improved.toml"
+    return TRIALS / "models" / f"{case.model}.toml"
 
 
 def _code() -> str:
@@ -172,7 +181,7 @@ def _section(case: Case, told: dict) -> str:
         f" ({where['gain']:.0f} nats, held out {where['confirmed']:.0f})")  # fmt: skip
     lines = [
         f"## {case.title}", "", f"Known: {case.known}", "", f"> {told['sentence']}", "",
-        f"- Model file `trials/models/{case.model}.toml`; training {', '.join(case.training)};"
+        f"- Model file {_told(case)}; training {', '.join(case.training)};"
         f" held out {', '.join(case.held_out)}; {told['seconds']:.0f} s;"
         f" version {told.get('code', 'not noted')}.",
         f"- Located: {located}.",
@@ -189,6 +198,12 @@ def _section(case: Case, told: dict) -> str:
         lines += ["", REMARKS[case.name]]
     lines += ["", f"![{case.title}](figures/real_{case.name}.png)", ""]
     return "\n".join(lines)
+
+
+def _told(case: Case) -> str:
+    if case.model.startswith("improved/"):
+        return f"of the section on {Path(case.model).name.replace('_', ' ')}, improved"
+    return f"`trials/models/{case.model}.toml`"
 
 
 def _effects(told: dict) -> str:
