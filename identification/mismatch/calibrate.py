@@ -12,15 +12,22 @@ from identification.mismatch.stack import flat, residuals, whiteners
 from identification.mismatch.whitening import Whitener
 from plant.signals import Floats
 
+ROUNDS = 6
+BETTER = 0.02
+"""Share of the mean square by which a round of plain least squares must lower it."""
 WORTH_AGAIN = 10.0  # nats; what is left then is far less, since steps converge quadratically
 
 
 def calibrate(model: Model, start: Point) -> Fit:
     """Fit the vehicle, the slow road and the noise; no effects but those of the start."""
+    return followed(settle(as_told(model, start), noises=3))
+
+
+def as_told(model: Model, start: Point) -> Fit:
+    """Return the start beside the recordings; nothing but the noise is fitted."""
     predicted = predict(model, start)
     slopes = sensitivities(model, start)
-    noise = _first_noise(model, predicted, slopes)
-    return followed(settle(Fit(model, start, predicted, noise, slopes), noises=3))
+    return Fit(model, start, predicted, _first_noise(model, predicted, slopes), slopes)
 
 
 def followed(fit: Fit) -> Fit:
@@ -35,6 +42,26 @@ def followed(fit: Fit) -> Fit:
             return new if new.score > fit.score else fit
         fit = new
     return fit
+
+
+def from_far(fit: Fit) -> Fit:
+    """Return the fit by plain least squares, taken up from there with a noise model.
+
+    A noise model takes a wrong simulation's errors for noise, and fits then stay where they begin;
+    plain errors lead from far.
+    """
+    error = np.inf
+    for _ in range(ROUNDS):
+        fit = settle(refreshed(replace(fit, noise=[_plain(r) for r in fit.rest])), noises=1)
+        before, error = error, _mean_square(fit.rest)
+        if error > (1.0 - BETTER) * before:
+            break
+    return followed(fit)
+
+
+def _mean_square(rest: Series) -> float:
+    """Geometric mean over the blocks, which have units of their own."""
+    return float(np.exp(np.mean([np.log(np.mean(np.concatenate(r) ** 2)) for r in rest])))
 
 
 def refreshed(fit: Fit) -> Fit:

@@ -93,8 +93,18 @@ class Candidate(Dialled):
 
     @property
     def nudges(self) -> tuple[float, ...]:
-        """In proportion to the size."""
-        return (NUDGE * self.size, *([NUDGE] * (len(self.dials) - 1)))
+        """In proportion to the size; backwards where a parameter is at the end of its range."""
+        steps = (NUDGE * self.size, *([NUDGE] * (len(self.dials) - 1)))
+        if not self._kept:
+            return steps
+        turned = (self.moved(s * np.eye(len(steps))[i]) for i, s in enumerate(steps))
+        now = self.effect()
+        return tuple(-s if t.effect() == now else s for s, t in zip(steps, turned, strict=True))
+
+    @property
+    def _kept(self) -> bool:
+        """Whether its size stays within the range of its parameters, where it can be felt."""
+        return hasattr(self.kind, "keeps_in_range")
 
     @property
     def counts(self) -> float:
@@ -126,17 +136,36 @@ class Candidate(Dialled):
         dials = np.array(self.dials) + step
         if dials[0] * self.size <= 0.0:
             dials[0] = 0.2 * self.size
+        if self._kept:
+            dials[0] = np.clip(dials[0], *reach(self.kind))
         dials[1:] = np.clip(dials[1:], -4.0, 4.0)
         return replace(self, dials=tuple(float(d) for d in dials))
 
     def resized(self, size: float) -> "Candidate":
         """Return it at another share of its typical size."""
+        if self._kept:
+            size = float(np.clip(size, *reach(self.kind)))
         return replace(self, dials=(size, *self.dials[1:]))
 
 
 def sizes(kind: type[Effect]) -> list[Parameter]:
     """Parameters that size the effect."""
     return [p for p in kind.parameters() if p.sized]
+
+
+def reach(kind: type[Effect]) -> tuple[float, float]:
+    """Return the sizes, in shares of the typical one, between which its parameters mean anything.
+
+    An effect of several sizes ends where the first of them does.
+    """
+    ends = [sorted(_as_size(p, end) for end in (p.low, p.high)) for p in sizes(kind)]
+    return max(low for low, _ in ends), min(high for _, high in ends)
+
+
+def _as_size(p: Parameter, value: float) -> float:
+    if math.isinf(p.absent):
+        return p.typical / value if value > 0.0 else math.inf
+    return (value - p.absent) / (p.typical - p.absent)
 
 
 def shapes(kind: type[Effect]) -> list[Parameter]:

@@ -10,7 +10,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from itertools import combinations
 
-from identification.mismatch.calibrate import WORTH_AGAIN, followed, partly_refreshed
+from identification.mismatch.ahead import SURVEYS, further
+from identification.mismatch.calibrate import WORTH_AGAIN, followed, from_far, partly_refreshed
 from identification.mismatch.candidate import Candidate, Dialled, limits, tried_sizes
 from identification.mismatch.fitting import Fit, renoised, settle, with_effects
 from identification.mismatch.held_out import contradicted
@@ -68,7 +69,8 @@ def name(
 ) -> Named:
     """Find up to three effects that the recordings ask for and held-out ones do not contradict."""
     first = survey(Judge.of(base), library)
-    limit = FAMILY * SHARE / first.tests
+    surveys = SURVEYS if base.model.system.by_factors else 1
+    limit = FAMILY * SHARE / (surveys * first.tests)
     fit, rivals, found, best_p = base, dict[str, dict[str, float]](), first.scores, 1.0
     while len(fit.candidates) < MOST:
         rough = fit.coarse()
@@ -76,6 +78,10 @@ def name(
         passed = [t for t in tried if _passes(rough, t, limit)][:CHANCES]
         if not passed and not fit.candidates:
             passed = _pairs(rough, found, limit, say)[:CHANCES]
+        if base.model.system.by_factors and not fit.candidates:
+            passed = further(
+                rough, passed, library, lambda a, b: _passes(a, b, limit), ENOUGH, say
+            )[:CHANCES]
         if not passed:
             best_p = min((_least_p(rough, t) for t in tried), default=1.0)
         best, finer = _first_that_holds(fit, passed, limit, held_out, say)
@@ -150,6 +156,8 @@ def _fitted(fit: Fit, *new: Candidate) -> Fit | None:
 
 def _settled(start: Fit) -> Fit:
     """Settle, and again with sensitivities that the effects have changed, where those are cheap."""
+    if start.model.system.by_factors:
+        return from_far(start)
     fit = settle(start)
     for _ in range(AGAIN):
         new = partly_refreshed(fit)

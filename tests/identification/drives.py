@@ -37,7 +37,7 @@ def recorded(
         above = [gain * FREQUENCY**2]
         below = list(np.polymul(below, [1.0, 2 * DAMPING * FREQUENCY, FREQUENCY**2]))
     told = signal.cont2discrete((above, below), PERIOD)
-    speed = signal.dlsim((told[0].ravel(), told[1], PERIOD), voltage)[1].ravel()
+    speed = signal.lfilter(told[0].ravel(), told[1], voltage)
     shown = np.abs(speed) if blind else speed
     values = {
         "motor_voltage": voltage,

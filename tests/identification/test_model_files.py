@@ -108,8 +108,10 @@ def test_an_equation_holds_arithmetic_alone(text):
 
 
 def test_a_hardening_spring_is_named_and_its_size_told(spring):
-    runs = [spring.prepare(recorded(seed, cube=0.15)) for seed in (21, 22, 23)]
-    found = verdict(analyse(begin(spring, runs[:2], runs[2:])))
+    runs = [spring.prepare(recorded(seed, cube=0.15, seconds=10.0)) for seed in (21, 22)]
+    tried = ("cubic", "saturation", "quadratic")
+    library = [k for k in spring.library if k.name in tried and k.place.name == "deflection"]
+    found = verdict(analyse(begin(spring, runs[:1], runs[1:]), library))
     assert ("cubic", "deflection") in [(e.name, e.subject) for e in found.effects]
     cube = next(e for e in found.effects if e.name == "cubic").parameters[0]
     assert cube.low - 0.02 < 0.15 < cube.high + 0.02

@@ -53,6 +53,7 @@ class ModelSystem(System):
 
     bends = 4
     farthest = 3.0  # beyond lies not another value of a parameter but physics that is missing
+    by_factors = True
 
     @classmethod
     def load(cls, path: Path) -> Self:
