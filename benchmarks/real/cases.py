@@ -104,7 +104,7 @@ REMARKS = {
     "began. Begun by plain least squares, two modes near 16 rad/s and a delay of "
     "the torque of 3.9 ms leave 2.02, 1.06 and 0.60 counts on the held-out sweep, "
     "sine and step, within all three goals. That was found by hand, effect by "
-    "effect, with the very fits that `explain` has since; that `explain` finds it "
+    "effect, with fits of the kind that `explain` has since; that `explain` finds it "
     "by itself is not shown, for the section was not run again.",
     "coupled_drives":
     "Not run on the whole library. With four kinds of effects to choose from "

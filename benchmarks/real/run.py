@@ -163,9 +163,9 @@ nobody has looked at is for `slipbench prove` to tell, not for this page. Change
 - binary and uniform noise of the coupled drives are explained apart, for their gains differ by 2 to
   3 times; fits begin as the file tells, by plain least squares, and look one step ahead.
 
-A version stands for the engine's text and the model files, by their SHA-256. Sections whose version
-was not noted are older than this list, and some of their model files have changed since: the remarks
-below them tell what is known of it. They are to be made again by `make real-recordings`.
+A version stands for the engine's text and the model files, by their SHA-256. Sections whose
+version was not noted are older than this list, and some of their model files have changed since:
+the remarks below them tell what is known of it. `make real-recordings` makes them again.
 
 """
 
