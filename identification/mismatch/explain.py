@@ -9,7 +9,7 @@ from identification.mismatch.circumstance import Circumstance, circumstance, pla
 from identification.mismatch.fitting import Fit
 from identification.mismatch.floor import lack_of_fit
 from identification.mismatch.free_curve import FreeCurve, inside
-from identification.mismatch.held_out import Error, carried_over, errors, proof
+from identification.mismatch.held_out import CONFIRMED, Error, carried_over, errors, proof
 from identification.mismatch.improved import not_told
 from identification.mismatch.interval import estimates
 from identification.mismatch.locate import Curve, effect_of, locate
@@ -124,6 +124,16 @@ def _free(a: Analysis, _: Sequence[type[Effect]], say: Say) -> None:
     if unexplained(a) and a.before:
         say("fitting a free curve inside the simulation")
         a.free = inside(a.base, a.before, a.held_out)
+        if a.free and a.held_out is not None and a.free.confirmed < CONFIRMED:
+            say("it gains nothing on the held-out recordings, and is withdrawn")
+            _withdraw(a, a.free.curve.place)
+
+
+def _withdraw(a: Analysis, place: str) -> None:
+    """Let no free curve at a place count: fitted inside the simulation, the best one failed."""
+    a.before = [replace(c, p=1.0) if c.place == place else c for c in a.before]
+    a.before.sort(key=lambda c: not c.certain)
+    a.free = a.when = None
 
 
 def _prove(a: Analysis, _: Sequence[type[Effect]], say: Say) -> None:

@@ -9,6 +9,7 @@ import jsonschema
 import numpy as np
 import pytest
 
+from identification.mismatch import explain
 from identification.mismatch.explain import Analysis, analyse, begin, known_so_far, verdict
 from identification.mismatch.free_curve import inside
 from identification.mismatch.improved import improved_system
@@ -96,6 +97,21 @@ def test_a_free_curve_gains_most_of_what_the_physics_gains_and_goes_into_the_fil
     assert isinstance(curve, FreeCurve)
     assert curve.where == (free.curve.place, free.curve.regressor)
     assert curve.f3 == pytest.approx(free.curve.values[3])
+
+
+def test_a_curve_that_gains_nothing_inside_on_held_out_recordings_is_withdrawn(monkeypatch):
+    a = slack()
+    assert a.base is not None
+    free = inside(a.base, a.before, a.held_out)
+    assert free is not None
+    monkeypatch.setattr(explain, "inside", lambda *_: replace(free, confirmed=-3.0))
+    bare = replace(a.named, fit=a.base, rivals={})
+    again = replace(a, named=bare, after=[], proof=[], errors=[], free=None, done=4)
+    assert verdict(again).unknown
+    found = verdict(analyse(again, KINDS))
+    assert found.curve is None
+    assert found.location is None or found.location.injection != free.curve.place
+    assert all(not c.certain for c in again.before if c.place == free.curve.place)
 
 
 @pytest.mark.parametrize("step", ["locating", "scoring", "proving"])
