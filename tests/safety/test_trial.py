@@ -61,7 +61,8 @@ def controlled(actuator: str) -> Plan:
         {"name": "c", "actuator": actuator, "limits": BOUNDS,
          "law": {"kind": "pid", "proportional": 1.0, "integral": 1.0, "derivative": 0.0,
                  "filter_time": 0.01, "tracking_time": 0.1},
-         **({"mixed": {"exchange": 0.1, "time": 0.5, "throttle": BOUNDS}}
+         **({"mixed": {"exchange": 0.1, "time": 0.5, "through": [], "delay": 0,
+                       "throttle": BOUNDS}}
             if actuator == "mixed" else {})},
         ControllerFile, "controller.toml",
     )  # fmt: skip
