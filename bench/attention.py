@@ -14,21 +14,17 @@ from bench.loop import Wait
 
 
 def attentive(gateway: Gateway, bus: can.BusABC, clock: Clock) -> Wait | None:
-    """Make the wait; None where there is nothing to wait on: python-can's `virtual`, or Windows."""
+    """Make the wait; None where the interface has nothing to wait on (python-can's `virtual`)."""
     try:
         number = bus.fileno()
     except NotImplementedError:
         return None
-    if not hasattr(select, "poll"):
-        return None
-    waiting = select.poll()
-    waiting.register(number, select.POLLIN)
 
     def wait(deadline: int) -> bool:
         while gateway.expects_the_button and (left := deadline - clock.now_ns()) > SPIN:
             if gateway.attend(min(clock.now_ns(), deadline)):
                 return True
-            if not waiting.poll((left - SPIN) * 1e-6):  # ms
+            if not select.select([number], [], [], (left - SPIN) * 1e-9)[0]:
                 break
         clock.sleep_until_ns(deadline)
         return False
