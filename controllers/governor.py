@@ -35,4 +35,5 @@ class Governor:
         inside = self.command.nearest(predicted)
         if abs(inside - command) > abs(predicted - command):  # outside already: come back
             return wanted
-        return last + (inside - command) * self.gain
+        least, most = sorted((last, wanted))  # rounding must not lead out of the range
+        return min(max(last + (inside - command) * self.gain, least), most)

@@ -8,6 +8,7 @@ several poles near 1, would not.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
@@ -28,7 +29,12 @@ class Linear:
 
     def rest(self, u: float) -> Floats:
         """Return the state after `u` has been there for ever."""
-        return np.asarray(np.linalg.solve(np.eye(self.B.size) - self.A, self.B * u))
+        return np.asarray(self._rest_of_one * u)
+
+    @cached_property
+    def _rest_of_one(self) -> Floats:
+        """Solved once: no tick has time for it."""
+        return np.asarray(np.linalg.solve(np.eye(self.B.size) - self.A, self.B))
 
     @property
     def gain(self) -> float:
