@@ -84,7 +84,7 @@ class SlipControl:
 
 
 def _once(controller: SlipController) -> None:
-    """Control nothing, once, before the ticks: numpy's first matrix product takes memory.
+    """Control nothing, once, before the ticks: what a first call loads and solves takes its time.
 
     In the loop, where memory is locked, it held the first tick with authority up for 11 ms.
     """
@@ -96,14 +96,7 @@ def slip_control(plan: Plan, wheels: Wheels, database: Database) -> SlipControl 
     if plan.controller is None or plan.trial.controller is None:
         return None
     controller = from_tree(plan.controller.model_dump())
-    _rehearse(controller)
     return SlipControl(controller, wheels, tooth_modulo(database), plan.trial.controller.target)
-
-
-def _rehearse(controller: SlipController) -> None:
-    """Run it once, for nobody: what a first call loads and solves must not wait for the button."""
-    state = controller.start(0.0, 0.0, 0.0, 1.0)
-    controller.update(state, 0.0, 0.0, 1.0, 0.001)
 
 
 def tooth_modulo(database: Database) -> int:
