@@ -49,7 +49,8 @@ def main() -> None:
         f"{mutant}: exit code {code}" for of in fates.values() for mutant, code in alive(of)
     ]
     trouble += [f"{name}: no mutants" for name in gate if not fates[name]]
-    sys.exit("\n".join(trouble))
+    if trouble:
+        sys.exit("\n".join(trouble))
 
 
 def coverage(gate: list[str], tests: list[str]) -> dict[str, dict[str, int]]:
