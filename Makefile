@@ -8,6 +8,10 @@
 # make faults   set up, then docs/fault_matrix.md, and the same on a real kernel's bus (minutes)
 # make bench    set up, then every benchmark
 # make accuracy write docs/accuracy.md from rides whose truth is known
+# make peers    write docs/peers.md: identification beside other packages
+# make thousand a thousand randomised rides under slip control (minutes)
+# make controllers  design a controller of each kind and compare them: docs/controllers.md
+# make real-recordings  explain recordings that others published (tens of minutes)
 # make lock     choose the newest versions that pyproject.toml allows
 # make clean    forget the environment and everything that was made, except runs/
 
@@ -24,7 +28,7 @@ WORKERS ?= auto
 export OMP_NUM_THREADS ?= 1
 
 help:
-	@sed -n 's/^# //p' $(firstword $(MAKEFILE_LIST)) | head -12
+	@sed -n 's/^# make/make/p' $(firstword $(MAKEFILE_LIST))
 
 trial: setup
 	@run=$$($(IN)/slipbench trial trials/throttle_sweep.toml) && $(IN)/slipbench identify "$$run"
