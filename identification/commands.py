@@ -184,12 +184,12 @@ def write_report(found: "Identification", study: "Study", out: Path, figures: Pa
 
 
 def summary(found: "Identification", study: "Study") -> list[str]:
-    """Give the key figures as lines for a terminal."""
+    """Give the key figures as lines for a terminal, each with what it stands on."""
     from identification.report.headline import headline
     from identification.report.tiles import tiles
 
     lines = [headline(found), ""]
-    lines += [f"  {tile.label:<22} {tile.value}" for tile in tiles(found, study)]
+    lines += [f"  {t.label:<22} {t.value:<15} {t.note}" for t in tiles(found, study)]
     left = [f"  left out: {item}" for item in (*found.left_out, *study.left_out)]
     return [*lines, *left, ""]
 
