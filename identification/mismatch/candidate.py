@@ -14,6 +14,7 @@ from typing import Self
 
 import numpy as np
 
+from identification.mismatch.scatter import Scatter
 from plant.effects.effect import Effect
 from plant.parameters import Parameter
 from plant.signals import Floats
@@ -69,12 +70,14 @@ class Candidate(Dialled):
     """An effect with the values of its dials: first the size, then what shapes it.
 
     pattern: the effect on its subject, at its typical size, where it is looked for. dials: size in
-    typical sizes, shapes as unit normals. whole: values of whole parameters.
+    typical sizes, shapes as unit normals. whole: values of whole parameters. elsewhere: how its
+    size scatters over other places at which it is looked for, if it has any.
     """
 
     pattern: Effect
     dials: tuple[float, ...]
     whole: tuple[float, ...] = ()
+    elsewhere: Scatter | None = None
 
     @property
     def kind(self) -> type[Effect]:
@@ -232,6 +235,14 @@ def reshaped(candidate: Candidate) -> Iterator[Candidate]:
     for i in range(1, len(candidate.dials)):
         for y in (-2.0, -1.0, 1.0, 2.0):
             yield replace(candidate, dials=(*candidate.dials[:i], y, *candidate.dials[i + 1 :]))
+
+
+def place_on_the_road(pattern: Effect) -> float | None:
+    """Return where an effect is looked for, in steps of the search; None: nowhere in particular."""
+    for p in pattern.parameters():
+        if p.sought is not None:
+            return float(getattr(pattern, p.name)) / p.sought[2]
+    return None
 
 
 def _sought(pattern: Effect) -> Iterator[Effect]:

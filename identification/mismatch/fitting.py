@@ -18,6 +18,7 @@ from identification.mismatch.sensitivity import change, coordinates_of, moved
 from identification.mismatch.stack import (
     Integers,
     Nuisances,
+    bounded,
     clusters,
     flat,
     log_likelihood,
@@ -69,7 +70,8 @@ class Fit:
     def scatter(self) -> Scatter:
         """How errors hang together, told by the system's own sensitivities."""
         own = self.nuisances.columns[:, : max(len(self.point.x), 1)]
-        return usual_scatter(own, self.nuisances.off(self.aim), self.groups)
+        left = self.nuisances.off(self.aim)[: len(self.aim)]
+        return usual_scatter(own, left, self.groups)
 
     @cached_property
     def score(self) -> float:
@@ -147,19 +149,12 @@ def _objective(fit: Fit) -> float:
 
 
 def _step(fit: Fit, before: float) -> Fit:
-    """Return the first of a full, shorter and damped steps that leads on, or the same fit."""
+    """Return the first of a full, shorter and damped steps that leads on, or the same fit.
+
+    Where a step helps one drive and harms another, only what concerns the first is taken.
+    """
     z, u = coordinates_of(fit.point), _dials(fit.candidates)
-    total = fit.aim + fit.nuisances.columns @ z
-    to_u: Floats = np.zeros(0)
-    if u.size:
-        columns = fit.columns
-        total = total + columns @ u
-        off = fit.nuisances.off(columns)
-        normal = columns.T @ off + np.diag(1.0 / _deviations(fit.candidates) ** 2)
-        to_u = np.asarray(np.linalg.solve(normal, off.T @ total))
-        total = total - columns @ to_u
-    to_z = fit.nuisances.fit_near(total, *_bounds(fit, z))
-    full = np.concatenate((to_z - z, to_u - u))
+    full = _full_step(fit, z, u)
     slope = _slope(fit, z, u)
     if float(slope @ full) < 2 * SETTLED:
         return fit
@@ -167,7 +162,56 @@ def _step(fit: Fit, before: float) -> Fit:
         new = _there(fit, step[: z.size], step[z.size :])
         if _objective(new) < before:
             return new
+        part = _what_helped(fit, new, step)
+        if part is not None and _objective(part) < before - 2 * SETTLED:
+            return part
     return fit
+
+
+def _full_step(fit: Fit, z: Floats, u: Floats) -> Floats:
+    """Return the step to where least squares leads, within bounds; coordinates, then dials."""
+    columns, weights, (low, high) = fit.nuisances.columns, np.ones(z.size), _bounds(fit, z)
+    if u.size:
+        columns = np.concatenate((columns, fit.columns), axis=1)
+        weights = np.concatenate((weights, _deviations(fit.candidates) ** -2.0))
+        far = np.full(u.size, np.inf)
+        low, high = np.concatenate((low, -far)), np.concatenate((high, far))
+    now = np.concatenate((z, u))
+    return bounded(columns, weights, fit.aim + columns @ now, low, high) - now
+
+
+def _what_helped(fit: Fit, new: Fit, step: Floats) -> Fit | None:
+    """Return the part of a step that concerns only drives which it helped; None: none or all."""
+    before, after = _by_drive(fit), _by_drive(new)
+    helped = {d for d in before if after[d] < before[d]}
+    if not helped or len(helped) == len(before):
+        return None
+    own = np.array([helped.issuperset(drives) for drives in _drives(fit)])
+    part = np.where(own, step, 0.0)
+    places = coordinates_of(fit.point).size
+    return _there(fit, part[:places], part[places:]) if part.any() else None
+
+
+def _by_drive(fit: Fit) -> dict[str, float]:
+    """Sum of the squares of what each drive's outputs leave."""
+    found = dict.fromkeys(fit.model.chain.drives, 0.0)
+    first = 0
+    for block, white, rest in zip(fit.model.chain.blocks, fit.noise, fit.rest, strict=True):
+        rows = sum((len(r) - white.order) * r.shape[1] for r in rest)
+        found[block.drive] += float(np.sum(fit.aim[first : first + rows] ** 2))
+        first += rows
+    return found
+
+
+def _drives(fit: Fit) -> list[tuple[str, ...]]:
+    """Drives that each coordinate and each dial can change."""
+    system, chain = fit.model.system, fit.model.chain
+    found = [system.touched(chain, c) for c in fit.model.known]
+    found += [system.slow_drives(chain)] * sum(q.size for q in fit.point.q)
+    for candidate, effect in zip(fit.candidates, fit.point.effects, strict=False):
+        concerned = tuple(d for d in chain.drives if system.concerns(effect, chain, d))
+        found += [concerned] * len(candidate.dials)
+    return found
 
 
 def _bounds(fit: Fit, z: Floats) -> tuple[Floats, Floats]:

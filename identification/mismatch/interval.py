@@ -1,14 +1,17 @@
 """How well the effects' parameters are known: errors may hang together within stretches of 3 s."""
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import stats
 
-from identification.mismatch.candidate import Candidate, shapes, sizes
+from identification.mismatch.candidate import Candidate, Dialled, shapes, sizes
 from identification.mismatch.fitting import Fit
 from identification.mismatch.scatter import stretches
-from identification.mismatch.stack import Integers, Nuisances, recordings
+from identification.mismatch.sensitivity import coordinates_of
+from identification.mismatch.stack import Integers, recordings
 from plant.parameters import Parameter
 from plant.signals import Floats
 
@@ -38,19 +41,30 @@ def deviations(fit: Fit) -> tuple[Floats, Floats]:
     """
     off = fit.nuisances.off(fit.columns)
     prior = np.concatenate([c.deviations for c in fit.candidates]) ** -2.0
-    normal = fit.columns.T @ off + np.diag(prior)
+    normal = off.T @ off + np.diag(prior)
     untold = (prior == 1.0) & (np.diag(np.linalg.inv(normal)) > UNTOLD**2)
     normal[np.ix_(untold, ~untold)] = normal[np.ix_(~untold, untold)] = 0.0
     normal[np.ix_(untold, untold)] = np.eye(int(untold.sum()))
     covariance: Floats = np.asarray(np.linalg.inv(normal), np.float64)
     off = np.where(untold, 0.0, off)
-    everything = Nuisances(np.concatenate((fit.nuisances.columns, fit.columns), axis=1))
-    left = everything.off(fit.aim)
-    spread, total = _spread(fit, off, left, covariance, fit.groups)
+    left = fit.nuisances.left(fit.aim, coordinates_of(fit.point))
+    left = left - off @ np.linalg.solve(normal, off.T @ left)
+    groups = fit.nuisances.grouped(fit.groups)
+    spread, total = _spread(fit, off, left, covariance, groups)
     if len(fit.model.records) >= FEW:
-        trials = recordings(fit.model, fit.noise)
+        trials = fit.nuisances.grouped(recordings(fit.model, fit.noise))
         spread = np.maximum(spread, _spread(fit, off, left, covariance, trials)[0])
-    return np.sqrt(spread), total
+    return _as_elsewhere(fit.candidates, np.sqrt(spread), np.diag(covariance), total)
+
+
+def _as_elsewhere(
+    candidates: Sequence[Dialled], deviation: Floats, white: Floats, freedom: Floats
+) -> tuple[Floats, Floats]:
+    """Hold what is looked for along the road to how its size scatters over all the other places."""
+    known = [(getattr(c, "elsewhere", None), len(c.dials)) for c in candidates]
+    usual = np.repeat([e.inflation if e else 0.0 for e, _ in known], [n for _, n in known])
+    told = np.repeat([e.freedom if e else math.inf for e, _ in known], [n for _, n in known])
+    return np.maximum(deviation, np.sqrt(usual * white)), np.minimum(freedom, told)
 
 
 def _spread(

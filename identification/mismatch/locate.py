@@ -77,11 +77,11 @@ def _family_p(
     testable = held.worth >= CONFIRMED
     if found.foretold is None or (testable and held.gain < CONFIRMED):
         return 1.0
-    course, left, groups = found.foretold, training.left, training.fit.groups
+    course, left, groups = found.foretold, training.left, training.groups
     if held_out is not None and testable:
         course = np.concatenate((course, held.course))
         left = np.concatenate((left, held_out.left))
-        groups = np.concatenate((groups, held_out.fit.groups + 1 + groups.max()))
+        groups = np.concatenate((groups, held_out.groups + 1 + groups.max()))
     least = found.place.counts * found.place.size / found.swing
     p = amplitude_p(course, left, groups, training.fit.scatter, least)
     return min(1.0, p * curves / (1.0 - SHARE))
@@ -112,8 +112,9 @@ def locate_along(judge: Judge, place: Injection, regressor: str, knots: Floats) 
     courses = _courses(judge.fit)[place.drive]
     hats = [_hats(c[regressor], knots) * place.size for c in courses]
     columns = flat(judge.fit.model, judge.fit.noise, _answered(_replies(judge.fit, place), hats))
-    normal = columns.T @ judge.nuisances.off(columns) + 0.01 * np.eye(knots.size)
-    aim = judge.nuisances.off(columns).T @ judge.fit.aim
+    off = judge.nuisances.off(columns)
+    normal = off.T @ off + 0.01 * np.eye(knots.size)
+    aim = off.T @ judge.left
     return np.asarray(place.size * np.linalg.solve(normal, aim))
 
 
@@ -187,12 +188,12 @@ def _fits(judge: Judge) -> Iterator[_Try]:
             judge.fit.model, judge.fit.noise, _answered(_replies(judge.fit, place), hats)
         )
         off = judge.nuisances.off(columns)
-        aims = off.T @ judge.fit.aim
+        aims = off.T @ judge.left
         first = 0
         for regressor, k in useful.items():
             part = slice(first, first + k.size)
             first += k.size
-            normal = columns[:, part].T @ off[:, part] + 0.01 * np.eye(k.size)
+            normal = off[:, part].T @ off[:, part] + 0.01 * np.eye(k.size)
             values = np.asarray(np.linalg.solve(normal, aims[part]))
             gain = 0.5 * float(aims[part] @ values)
             yield _Try(place, regressor, k, values, gain, _course(judge, off[:, part], gain))
@@ -200,18 +201,20 @@ def _fits(judge: Judge) -> Iterator[_Try]:
 
 def _course(judge: Judge, off: Floats, gain: float) -> Floats | None:
     enough = MINIMUM + 0.5 * off.shape[1]
-    return _foretold(off, judge.left, judge.fit.groups) if gain > enough else None
+    return _foretold(off, judge.left, judge.groups) if gain > enough else None
 
 
 def _tooth_fits(judge: Judge) -> Iterator[_Try]:
     """Fit one value for every tooth of every toothed wheel."""
     for place, angles in discs(judge.fit):
-        columns = flat(judge.fit.model, judge.fit.noise, tooth_columns(judge.fit, place))
-        normal = columns.T @ columns + 0.01 * np.eye(angles.size)
-        aim = columns.T @ judge.fit.aim
+        off = judge.nuisances.off(
+            flat(judge.fit.model, judge.fit.noise, tooth_columns(judge.fit, place))
+        )
+        normal = off.T @ off + 0.01 * np.eye(angles.size)
+        aim = off.T @ judge.left
         values = np.asarray(np.linalg.solve(normal, aim))
         gain = 0.5 * float(aim @ values)
-        yield _Try(place, ANGLE, angles, values, gain, _course(judge, columns, gain))
+        yield _Try(place, ANGLE, angles, values, gain, _course(judge, off, gain))
 
 
 def _confirmed(judge: Judge, found: list[_Try]) -> list[_Held]:
@@ -224,7 +227,7 @@ def _confirmed(judge: Judge, found: list[_Try]) -> list[_Held]:
             columns = flat(
                 judge.fit.model, judge.fit.noise, tooth_columns(judge.fit, tries[0].place)
             )
-            held[place, ANGLE] = _held(judge, columns @ tries[0].values)
+            held[place, ANGLE] = _held(judge, judge.nuisances.off(columns @ tries[0].values))
             continue
         known = [f for f in tries if f.regressor in courses[f.place.drive][0]]
         pushes = [

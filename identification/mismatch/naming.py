@@ -173,10 +173,16 @@ def _settled(start: Fit) -> Fit:
 def _passes(before: Fit, after: Fit, limit: float) -> bool:
     new = after.candidates[len(before.candidates) :]
     gain = after.score - before.score
-    if gain < ENOUGH * len(new) or any(gain < _inexact(before, c) for c in new):
+    if gain < sum(_enough(c) for c in new) or any(gain < _inexact(before, c) for c in new):
         return False
     places = range(len(before.candidates), len(after.candidates))
     return all(significance(after, i) < limit for i in places)
+
+
+def _enough(new: Dialled) -> float:
+    """Nats that an effect must bring; more where as much is found at any other place."""
+    elsewhere = getattr(new, "elsewhere", None)
+    return ENOUGH * (elsewhere.inflation if elsewhere else 1.0)
 
 
 def _inexact(fit: Fit, new: Dialled) -> float:

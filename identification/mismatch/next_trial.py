@@ -82,11 +82,12 @@ def _typical(kind: type[Effect]) -> Candidate:
 
 
 def _energy(judge: Judge, signature: Floats) -> float:
-    return 0.5 * float(judge.nuisances.off(signature) @ signature)
+    off = judge.nuisances.off(signature)
+    return 0.5 * float(off @ off)
 
 
 def _apart(judge: Judge, a: Floats, b: Floats) -> float:
     off = judge.nuisances.off(b)
-    energy = float(off @ b)
-    share = float(off @ a) / energy if energy > 0.0 else 0.0
+    energy = float(off @ off)
+    share = float(off[: len(a)] @ a) / energy if energy > 0.0 else 0.0
     return _energy(judge, np.asarray(a - share * b))

@@ -12,13 +12,14 @@ from identification.mismatch.candidate import (
     candidates,
     larger,
     otherwise,
+    place_on_the_road,
     reshaped,
 )
 from identification.mismatch.fitting import Fit
 from identification.mismatch.model import Runs, Series, predict
-from identification.mismatch.scatter import amplitude_p
-from identification.mismatch.sensitivity import change
-from identification.mismatch.stack import Nuisances, flat
+from identification.mismatch.scatter import FEWEST, Scatter, amplitude_p
+from identification.mismatch.sensitivity import change, coordinates_of
+from identification.mismatch.stack import Integers, Nuisances, flat
 from plant.effects.effect import Effect
 from plant.signals import Floats
 from plant.trouble import PlantError
@@ -33,6 +34,8 @@ NEAR = (0.3, 3.0)
 """Amplitudes for which a signature still holds."""
 OFF = 0.7
 """Credit of a gain at other amplitudes."""
+APART = 2.0
+"""Steps of the search along the road beyond which another place tells what is usual."""
 RESHAPED = 8
 BATCH = 32
 
@@ -58,20 +61,26 @@ class Score:
 
 @dataclass(frozen=True, eq=False)
 class Judge:
-    """Everything that scoring needs, made once for a fit."""
+    """Everything that scoring needs, made once for a fit.
+
+    left: what the nuisances leave of residuals and beliefs (see `Nuisances.off`), and groups: the
+    stretch of time of each of its rows.
+    """
 
     fit: Fit
     nuisances: Nuisances
     left: Floats
+    groups: Integers
     runs: Runs = field(default_factory=dict)
 
     @classmethod
     def of(cls, fit: Fit) -> "Judge":
         """Prepare to judge what a fit leaves; the dials of its effects may vary as well."""
-        nuisances = fit.nuisances
+        nuisances, z = fit.nuisances, coordinates_of(fit.point)
         if fit.candidates:
             nuisances = Nuisances(np.concatenate((nuisances.columns, fit.columns), axis=1))
-        return cls(fit, nuisances, nuisances.off(fit.aim))
+            z = np.concatenate((z, np.zeros(fit.columns.shape[1])))
+        return cls(fit, nuisances, nuisances.left(fit.aim, z), nuisances.grouped(fit.groups))
 
     @cached_property
     def coarse(self) -> Series:
@@ -110,7 +119,7 @@ class Judge:
             inside = self.nuisances.columns.T @ columns
             whole = np.einsum("ij,ij->j", columns, columns)
             energy = whole - np.einsum("ij,ij->j", inside, self.nuisances.solve(inside))
-            push = columns.T @ self.left
+            push = columns.T @ self.left[: len(columns)]
             found += [
                 self._score(c, columns[:, i], float(push[i]), float(energy[i]), float(whole[i]))
                 for i, c in enumerate(some)
@@ -128,7 +137,7 @@ class Judge:
         if gain > HINT:
             least = candidate.counts / abs(candidate.size)
             off = self.nuisances.off(signature)
-            p = amplitude_p(off, self.left, self.fit.groups, self.fit.scatter, least)
+            p = amplitude_p(off, self.left, self.groups, self.fit.scatter, least)
         return Score(candidate, amplitude, gain, 0.5 * energy, energy / whole, p)
 
 
@@ -151,7 +160,7 @@ def survey(judge: Judge, library: Iterable[type[Effect]]) -> Survey:
     """
     there = {c.name for c in judge.fit.effects}
     kinds = (c for kind in library for c in candidates(kind))
-    first = judge.scores([c for c in kinds if c.name not in there])
+    first = _with_elsewhere(judge.scores([c for c in kinds if c.name not in there]))
     more = [c for s in first for c in _more(s)]
     tried = judge.scores(more)
     best = _best([*first, *tried])
@@ -164,6 +173,27 @@ def survey(judge: Judge, library: Iterable[type[Effect]]) -> Survey:
     told_of = [s.candidate for s in (*first, *tried) if s.seen > CHANCE]
     chances = {(c.pattern, c.whole) for c in told_of}
     return Survey(told, TRIES * max(len(chances), 1))
+
+
+def _with_elsewhere(scores: Sequence[Score]) -> list[Score]:
+    """Tell what is looked for along the road how its size scatters over all the other places.
+
+    Bumps are at the same places in every recording, so that stretches of time do not tell it.
+    """
+    found = []
+    for score in scores:
+        at = place_on_the_road(score.candidate.pattern)
+        if at is not None:
+            others = [
+                2.0 * s.seen * s.amplitude**2
+                for s in scores if s.seen > CHANCE and s.candidate.name == score.candidate.name
+                and abs((place_on_the_road(s.candidate.pattern) or 0.0) - at) > APART
+            ]  # fmt: skip
+            if len(others) >= FEWEST:
+                usual = Scatter(max(1.0, float(np.mean(others))), len(others) / APART)
+                score = replace(score, candidate=replace(score.candidate, elsewhere=usual))
+        found.append(score)
+    return found
 
 
 def _more(score: Score) -> list[Candidate]:

@@ -100,15 +100,33 @@ class Nuisances:
         """Return coordinates that explain a series best, priors weighed in."""
         return self.solve(self.columns.T @ series)
 
-    def fit_near(self, series: Floats, low: Floats, high: Floats) -> Floats:
-        """Return coordinates between bounds that explain a series best, priors weighed in."""
-        free = self.fit(series)
-        if np.all((free >= low) & (free <= high)):
-            return free
-        upper = np.triu(self.factor[0])
-        aim = linalg.solve_triangular(upper, self.columns.T @ series, trans="T")
-        return np.asarray(optimize.lsq_linear(upper, aim, (low, high), method="bvls").x)
-
     def off(self, series: Floats) -> Floats:
-        """Return what of a series the nuisances cannot explain."""
-        return np.asarray(series - self.columns @ self.fit(series))
+        """Return what of a series the nuisances cannot explain, (rows + p,) or (rows + p, k).
+
+        The last p rows are what the explained part costs: coordinates away from what was believed
+        count like residuals, so that what calibration hides only by leaving its priors is seen.
+        """
+        c = self.fit(series)
+        return np.concatenate((series - self.columns @ c, -c))
+
+    def left(self, aim: Floats, z: Floats) -> Floats:
+        """Return residuals at coordinates z, and z itself, off the nuisances, (rows + p,)."""
+        step = self.solve(self.columns.T @ aim - z)
+        return np.concatenate((aim - self.columns @ step, -z - step))
+
+    def grouped(self, groups: Integers) -> Integers:
+        """Return the group of each of those rows; every belief is one of its own."""
+        own = 1 + int(groups.max(initial=-1)) + np.arange(self.columns.shape[1])
+        return np.concatenate((groups, own))
+
+
+def bounded(columns: Floats, weights: Floats, series: Floats, low: Floats, high: Floats) -> Floats:
+    """Return coordinates (p,) between bounds that explain a series best; weights: of the priors."""
+    factor = linalg.cho_factor(columns.T @ columns + np.diag(weights))
+    pushes = columns.T @ series
+    free = np.asarray(linalg.cho_solve(factor, pushes))
+    if np.all((free >= low) & (free <= high)):
+        return free
+    upper = np.triu(factor[0])
+    aim = linalg.solve_triangular(upper, pushes, trans="T")
+    return np.asarray(optimize.lsq_linear(upper, aim, (low, high), method="bvls").x)

@@ -11,7 +11,7 @@ from identification.mismatch.explain import begin
 from identification.mismatch.fitting import Fit, settle
 from identification.mismatch.held_out import contradicted
 from identification.mismatch.sensitivity import sensitivities
-from identification.mismatch.stack import Nuisances
+from identification.mismatch.stack import Nuisances, bounded
 from plant.effects.backlash import Backlash
 from plant.effects.driveline_loss import DrivelineLoss
 from plant.effects.throttle_stiction import ThrottleStiction
@@ -46,14 +46,36 @@ def test_a_bounded_step_is_the_best_within_its_bounds(seed):
         return rest @ rest + z @ z
 
     low, high = np.full(6, -2.0), np.full(6, 2.0)
-    held = nuisances.fit_near(series, low, high)
+    held = bounded(nuisances.columns, np.ones(6), series, low, high)
     assert (held >= low - 1e-9).all()
     assert (held <= high + 1e-9).all()
     assert (np.abs(held) > 1.99).any()
     others = np.clip(held + 0.1 * rng.standard_normal((500, 6)), low, high)
     assert cost(held) <= min(map(cost, others)) + 1e-9
-    wide = nuisances.fit_near(series, low - 100.0, high + 100.0)
+    wide = bounded(nuisances.columns, np.ones(6), series, low - 100.0, high + 100.0)
     assert np.allclose(wide, nuisances.fit(series))
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_what_calibration_hides_only_by_leaving_its_priors_is_seen(seed):
+    """Scored off the nuisances, a column brings exactly what fitting it along brings."""
+    print(f"seed {seed}")
+    rng = np.random.default_rng(seed)
+    nuisances = Nuisances(rng.standard_normal((200, 6)))
+    hidden = nuisances.columns[:, 0] + 0.1 * rng.standard_normal(200)
+    series = 8.0 * hidden + rng.standard_normal(200)
+
+    def least(columns, weights):
+        z = np.linalg.solve(columns.T @ columns + np.diag(weights), columns.T @ series)
+        rest = series - columns @ z
+        return 0.5 * (rest @ rest + weights @ z**2), z, rest
+
+    before, z, rest = least(nuisances.columns, np.ones(6))
+    after, *_ = least(np.column_stack((nuisances.columns, hidden)), np.array([1.0] * 6 + [0.0]))
+    off, left = nuisances.off(hidden), nuisances.left(rest, z)
+    told = 0.5 * (off @ left) ** 2 / (off @ off)
+    assert told > 10.0
+    assert told == pytest.approx(before - after, rel=1e-9)
 
 
 def test_slopes_taken_anew_in_part_are_those_taken_as_a_whole():
