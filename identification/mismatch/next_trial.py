@@ -67,7 +67,7 @@ def _rehearsed(fit: Fit, choice: Any, exact: bool) -> Judge | None:
         return None
     model = replace(fit.model, records=(record,), injected=()).coarse
     point = replace(model.origin(), x=fit.point.x, effects=fit.point.effects)
-    slopes = none(model) if exact else sensitivities(model, point)
+    slopes = none(model, point) if exact else sensitivities(model, point)
     return Judge.of(Fit(model, point, predict(model, point), fit.noise, slopes))
 
 

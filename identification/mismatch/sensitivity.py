@@ -60,9 +60,10 @@ def _renewed(model: Model, point: Point, kept: Series, only: frozenset[str]) -> 
     return found
 
 
-def none(model: Model) -> Series:
-    """Return sensitivities of nothing: (T, m, 1) zeros by block and record."""
-    return [[np.zeros((*m.shape, 1)) for m in ms] for ms in model.measured]
+def none(model: Model, point: Point) -> Series:
+    """Return sensitivities of where nothing is uncertain: (T, m, p) zeros by block and record."""
+    places = coordinates_of(point).size
+    return [[np.zeros((*m.shape, places)) for m in ms] for ms in model.measured]
 
 
 def put(model: Model, into: Series, column: int, there: Series, base: Series, nudge: float) -> None:
@@ -87,7 +88,7 @@ def change(
     drives = [
         d for d in model.chain.drives if any(model.system.concerns(e, model.chain, d) for e in new)
     ]
-    told = all(hasattr(e, "tell") for e in new)
+    told = all(model.system.only_told(e, model.chain) for e in new)
     there = predict(model, replace(point, effects=effects), drives, runs=runs if told else None)
     return [
         [(t - s) * k if t.size else t for t, s, k in zip(ts, ss, ks, strict=True)]

@@ -64,17 +64,32 @@ class Sensor:
 
     def look(self, out: Columns, effects: Iterable[Effect] = ()) -> FloatArray:
         """Return what the sensor shows, effects on its channel included, (bins,)."""
-        acting = () if self.time is None else telling(effects, self.name, "signal", "frame")
+        acting = self._acting(effects)
+        return self.then(self._told(_seen(self.see, out), acting)) if acting else self.direct(out)
+
+    def error(self, out: Columns, effects: Iterable[Effect], at: FloatArray) -> FloatArray:
+        """Return by how much effects on its channel make the sensor tell too much, at given times.
+
+        For a point sensor; at: s since the start, (k,).
+        """
+        acting = self._acting(effects)
         if not acting or self.time is None:
-            return self.direct(out)
+            return np.zeros(at.size)
         value = _seen(self.see, out)
+        return np.asarray(np.interp(at, self.time, self._told(value, acting) - value))
+
+    def _acting(self, effects: Iterable[Effect]) -> tuple[Tells, ...]:
+        return () if self.time is None else telling(effects, self.name, "signal", "frame")
+
+    def _told(self, value: FloatArray, acting: Iterable[Tells]) -> FloatArray:
+        """Return what is told of the values at the sensor's instants."""
+        assert self.time is not None
         left: tuple[Tells, ...] = ()
         for effect in acting:
             known = self._as_recorded(effect, value)
             value = value if known is None else known
             left += (effect,) if known is None else ()
-        _, seen = tell(left, (), self.time, value)
-        return self.then(seen)
+        return tell(left, (), self.time, value)[1]
 
     def _as_recorded(self, effect: Tells, value: FloatArray) -> FloatArray | None:
         """Return what an effect of chance makes of values where the recording tells its draws."""

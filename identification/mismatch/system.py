@@ -101,6 +101,10 @@ class System(ABC):
     def concerns(self, effect: Effect, chain: Chain, drive: str) -> bool:
         """Tell whether an effect can change what the outputs of a drive show."""
 
+    def only_told(self, effect: Effect, chain: Chain) -> bool:
+        """Tell whether an effect leaves every simulation as it is and changes what sensors tell."""
+        return hasattr(effect, "tell")
+
     # What it does.
 
     @abstractmethod

@@ -48,11 +48,21 @@ def chain(records: Sequence[Record], order: int = 12) -> Chain:
     return Chain(drives, tuple(blocks))
 
 
+def changes_simulation(effect: Effect, cut: Chain, drive: str) -> bool:
+    """Tell whether a drive is led by what an effect falsifies, where the truth is simulated."""
+    if not hasattr(effect, "tell"):
+        return False
+    assert isinstance(effect, Tells)
+    servo = any(effect.channel in b.outputs for b in cut.blocks if b.drive == "servo")
+    return servo and any(source == effect.channel for source, _ in cut.drives[drive])
+
+
 def concerns(effect: Effect, cut: Chain, drive: str) -> bool:
     """Tell whether an effect can change what the outputs of a drive show."""
     if hasattr(effect, "tell"):
         assert isinstance(effect, Tells)
-        return any(effect.channel in b.outputs for b in cut.blocks if b.drive == drive)
+        told = any(effect.channel in b.outputs for b in cut.blocks if b.drive == drive)
+        return told or changes_simulation(effect, cut, drive)
     servo = [hook.seam in SERVO_SEAMS for hook in effect.hooks]
     if drive == "servo":
         return any(servo)

@@ -6,6 +6,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from identification.mismatch.blocks import Chain
+from identification.mismatch.motorcycle.blocks import changes_simulation
 from identification.mismatch.motorcycle.record import LEAD_IN, TRUE_SPEED
 from identification.mismatch.record import Record
 from plant.motorcycle import Motorcycle
@@ -13,6 +14,7 @@ from plant.signals import Floats, Inputs, Outputs
 from plant.simulation import Simulation
 
 SMOOTH = 50  # rows
+NO_ROAD: Floats = np.empty(0)
 FINER = 2
 """Steps of integration in a row: with one, 4 mrad of backlash look like 4.11."""
 
@@ -47,13 +49,33 @@ def _ready(
     simulation = Simulation(bike, step / finer, finer, finer, servo_only=servo_only)
     table = _led(record, chain.drives[drive]).copy()
     inputs = Inputs(table)
-    inputs.road_force[:] += record.slow @ q
+    for source, column in chain.drives[drive]:
+        table[:, Inputs.names.index(column)] -= _told_too_much(
+            bike, record, chain, drive, source, finer
+        )
+    if q.size:
+        inputs.road_force[:] += record.slow @ q
     for name, course in added.items():
         table[:, Inputs.names.index(name)] += course
     settling = round(LEAD_IN / step)
     speed = true_speed(record, bike, settling + SMOOTH)
     inputs.measured_speed[:settling] = _smoothed(speed)[:settling]
     return simulation, _begin(simulation, inputs, record, speed), inputs
+
+
+def _told_too_much(
+    bike: Motorcycle, record: Record, chain: Chain, drive: str, source: str, finer: int
+) -> Floats | float:
+    """Return what effects on a sensor add to the signal that leads a drive, row by row.
+
+    The simulation that leads up to the sensor tells it; there is one for the throttle alone.
+    """
+    wrong = [e for e in bike.effects if changes_simulation(e, chain, drive)]
+    if not wrong:
+        return 0.0
+    simulation, state, inputs = _ready(bike, record, chain, "servo", NO_ROAD, {}, finer, True)
+    sensor = record.sensors[source]
+    return sensor.error(simulation.courses(state, inputs, sorted(sensor.see)), wrong, record.time)
 
 
 _TABLES: WeakKeyDictionary[Record, dict[tuple[tuple[str, str], ...], Floats]] = WeakKeyDictionary()

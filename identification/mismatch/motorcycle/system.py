@@ -133,6 +133,11 @@ class MotorcycleSystem(System):
         """Tell it from the effect's seams and channel."""
         return blocks.concerns(effect, chain, drive)
 
+    def only_told(self, effect: Effect, chain: Chain) -> bool:
+        """What the throttle's sensor tells leads the motion."""
+        leads = any(blocks.changes_simulation(effect, chain, d) for d in chain.drives)
+        return hasattr(effect, "tell") and not leads
+
     def simulate(
         self, record: Record, chain: Chain, drive: str, q: Floats, added: Mapping[str, Floats]
     ) -> Mapping[str, Floats]:
