@@ -7,7 +7,7 @@ recorded wheel angle is so judged at the recorded wheel angle.
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 import numpy.typing as npt
@@ -22,13 +22,22 @@ from identification.mismatch.sampling import (
     known_bins,
 )
 from plant.effects.effect import Effect
-from plant.effects.stale_frames import StaleFrames
+from plant.renewal import Renewals, renewals
 from plant.sensing import Tells, tell, telling
 from protocol.channel import FloatArray
 
 MOVED = 1.5  # quanta between two samples from which on telling a value again is no chance
 SEGMENT = 3.0  # s, over which a tooth pattern is averaged
 Integers = npt.NDArray[np.int_]
+
+
+@runtime_checkable
+class ToldAgain(Protocol):
+    """An effect that repeats values in its frames."""
+
+    def told_again(self, known: Renewals, time: FloatArray, value: FloatArray) -> FloatArray:
+        """Return what it tells where it is known which frames were not renewed."""
+        ...
 
 
 class Columns(Protocol):
@@ -92,10 +101,11 @@ class Sensor:
         return tell(left, (), self.time, value)[1]
 
     def _as_recorded(self, effect: Tells, value: FloatArray) -> FloatArray | None:
-        """Return what an effect of chance makes of values where the recording tells its draws."""
-        if self.again is None or not isinstance(effect, StaleFrames):
+        """Return what an effect makes of values where the recording tells which it renewed."""
+        if self.again is None or self.time is None or not isinstance(effect, ToldAgain):
             return None
-        return effect.told_again(value, self.again, MOVED * self.quantum)
+        known = renewals(value, self.again, MOVED * self.quantum)
+        return None if known is None else effect.told_again(known, self.time, value)
 
     def misplaced(self, displacement: FloatArray) -> FloatArray:
         """Return what displaced teeth (rad, by tooth) add to the output; zeros without teeth."""

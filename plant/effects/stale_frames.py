@@ -35,6 +35,7 @@ import numpy as np
 from plant.channels import latest
 from plant.effects.effect import Effect
 from plant.parameters import parameter, word
+from plant.renewal import Renewals
 from plant.signals import Floats
 
 
@@ -46,10 +47,6 @@ def draw(first: int, count: int, seed: int) -> Floats:
         z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
         z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
     return (z ^ (z >> np.uint64(31))).astype(np.float64) / 2.0**64
-
-
-FEWEST = 0.01
-"""Share of repeated frames that chance and noise bring about."""
 
 
 @dataclass(frozen=True)
@@ -80,17 +77,9 @@ class StaleFrames(Effect):
         told = latest(draw(first, len(value), int(self.seed)) >= self.share, before[1], value)
         return np.array([first + len(value), told[-1]]), told
 
-    def told_again(self, value: Floats, again: Floats, step: float) -> Floats | None:
-        """Return the mean of what is told where it is known which frames told a value again.
+    def told_again(self, known: Renewals, time: Floats, value: Floats) -> Floats:
+        """Return the mean of what is told where it is known which frames were not renewed.
 
-        again: 1 where a frame repeats the one before it; step: less than this is no movement. Of
-        the frames that tell a value again while it moves, as many are stale as the share asks for.
-        None where so few do that it may be chance.
+        As many of them are stale as the share asks for; in a rhythm none is.
         """
-        repeated = again > 0.5
-        last = np.maximum.accumulate(np.where(repeated, 0, np.arange(value.size)))
-        late = value[last] - value
-        moving = np.abs(np.diff(value, prepend=value[0])) > step
-        seen = float(np.mean(repeated[moving])) if moving.any() else 0.0
-        plain = np.where(np.abs(late) > step, late, 0.0)
-        return value + plain * (self.share / seen) if seen >= FEWEST else None
+        return value + known.late * (0.0 if known.rhythm else self.share / known.share)

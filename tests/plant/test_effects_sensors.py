@@ -26,6 +26,7 @@ from plant.effects.optical_scale import OpticalScale
 from plant.effects.quantiser import Quantiser
 from plant.effects.stale_frames import StaleFrames
 from plant.encoder import ToothedDisc, begin, passing_teeth, toothed_disc
+from plant.renewal import renewals
 from plant.sensing import Tells, clock_of, tell, tell_channel, telling
 
 TELLING = [effect for effect in LIBRARY if isinstance(effect(), Tells)]
@@ -109,21 +110,37 @@ def test_a_stale_frame_repeats_the_one_before_as_often_as_it_says():
     assert (told(StaleFrames(share=0.2, seed=1), TIME) != seen).any()
 
 
-def test_stale_frames_that_are_known_are_told_as_they_were():
+def again_in(seen):
+    return (np.diff(seen, prepend=seen[0] - 1.0) == 0.0).astype(float)
+
+
+@pytest.mark.parametrize("truth", [StaleFrames(share=s) for s in (0.05, 0.2, 0.5)])
+def test_stale_frames_that_are_known_are_told_as_they_were(truth):
     value = 5.0 * TIME
-    seen = told(StaleFrames(share=0.2), value)
-    again = (np.diff(seen, prepend=0.0) == 0.0).astype(float)
-    share = float(again[1:].mean())
-    assert StaleFrames(share=share).told_again(value, again, 0.0) == pytest.approx(seen)
-    half = StaleFrames(share=share / 2).told_again(value, again, 0.0)
+    seen = told(truth, value)
+    known = renewals(value, again_in(seen), 0.0)
+    assert known.rhythm == 0.0
+    assert replace(truth, share=known.share).told_again(known, TIME, value) == pytest.approx(seen)
+    half = replace(truth, share=known.share / 2).told_again(known, TIME, value)
     assert half == pytest.approx((seen + value) / 2)
+    assert (HeldFrames().told_again(known, TIME, value) == value).all()
 
 
-def test_repetition_where_nothing_moves_tells_nothing_of_stale_frames():
-    again = np.ones(TIME.size)
-    assert StaleFrames(share=0.2).told_again(np.full(TIME.size, 3.0), again, 0.1) is None
+@pytest.mark.parametrize("frames", [1.05, 1.5, 2.0, 2.7, 6.3])
+def test_held_frames_that_are_known_are_told_as_they_were(frames):
+    value, period = 5.0 * TIME, TIME[1] - TIME[0]
+    seen = told(HeldFrames(hold=frames * period), value)
+    known = renewals(value, again_in(seen), 0.0)
+    assert known.rhythm == pytest.approx(frames, rel=0.01)
+    exact = HeldFrames(hold=known.rhythm * period).told_again(known, TIME, value)
+    assert exact == pytest.approx(seen)
+    assert (StaleFrames().told_again(known, TIME, value) == value).all()
+
+
+def test_repetition_where_nothing_moves_tells_nothing_of_renewals():
+    assert renewals(np.full(TIME.size, 3.0), np.ones(TIME.size), 0.1) is None
     few = (np.arange(TIME.size) % 500 == 7).astype(float)
-    assert StaleFrames(share=0.2).told_again(5.0 * TIME, few, 0.0) is None
+    assert renewals(5.0 * TIME, few, 0.0) is None
 
 
 def test_a_clock_is_ahead_by_its_offset_and_gains_by_its_drift():
