@@ -121,19 +121,25 @@ def _doubt(a: Analysis, _: Sequence[type[Effect]], say: Say) -> None:
 def _free(a: Analysis, _: Sequence[type[Effect]], say: Say) -> None:
     """Withdraw the names where they do not suffice, and fit the free curve instead."""
     assert a.base is not None
-    if unexplained(a) and a.before:
+    while unexplained(a) and a.before and a.free is None:
         say("fitting a free curve inside the simulation")
-        a.free = inside(a.base, a.before, a.held_out)
-        if a.free and a.held_out is not None and a.free.confirmed < CONFIRMED:
+        found = inside(a.base, a.before, a.held_out)
+        if found is None:
+            return
+        if a.held_out is None or found.confirmed >= CONFIRMED:
+            a.free = found
+        elif any(c.certain and c.place == found.curve.place for c in a.before):
             say("it gains nothing on the held-out recordings, and is withdrawn")
-            _withdraw(a, a.free.curve.place)
+            _withdraw(a, found.curve.place)
+        else:
+            return
 
 
 def _withdraw(a: Analysis, place: str) -> None:
     """Let no free curve at a place count: fitted inside the simulation, the best one failed."""
     a.before = [replace(c, p=1.0) if c.place == place else c for c in a.before]
     a.before.sort(key=lambda c: not c.certain)
-    a.free = a.when = None
+    a.when = None
 
 
 def _prove(a: Analysis, _: Sequence[type[Effect]], say: Say) -> None:

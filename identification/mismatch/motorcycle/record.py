@@ -166,8 +166,12 @@ def _measured(data: Aligned, vehicle: Vehicle, time: Floats) -> dict[str, Floats
         if data.has(role := f"{wheel}_teeth"):
             channel = data.recording.channels[role]
             per_turn = int(getattr(vehicle.motorcycle, f"{wheel}_encoder").teeth)
-            speed = speed_from_teeth(_at(data, vehicle, role), channel.value, per_turn)
+            passed = _at(data, vehicle, role)
+            speed = speed_from_teeth(passed, channel.value, per_turn)
             found[wheel] = _filled(onto(speed, time))
+            known = np.isfinite(passed) & np.isfinite(channel.value)
+            turned = np.interp(time, passed[known], channel.value[known])
+            found[f"{wheel}_turned"] = 2.0 * np.pi / per_turn * turned
         elif data.has(role := f"{wheel}_wheel_speed"):
             samples = sampled(_at(data, vehicle, role), data.recording.channels[role].value)
             found[wheel] = _filled(onto(samples, time)) / _radius(data, vehicle, wheel)

@@ -19,7 +19,7 @@ UNITS: Mapping[str, str] = {
     "engine speed": "rad/s", "engine acceleration": "rad/s^2", "twist": "rad",
     "twist rate": "rad/s", "driveline torque": "N m", "torque rate": "N m/s", "tyre force": "N",
     "force rate over speed": "N/m", "slip": "1", "speed": "m/s", "acceleration": "m/s^2",
-    "distance": "m", "time": "s", "spark": "rad", "lean": "rad", "command": "1",
+    "distance": "m", "time": "s", "spark": "rad", "spark rate": "rad/s", "spark acceleration": "rad/s^2", "lean": "rad", "command": "1",
     "command rate": "1/s",
     "wheel angle": "rad", "command less position": "1", "throttle acceleration": "1/s^2",
 }  # fmt: skip
@@ -32,6 +32,7 @@ def motion_regressors(record: Record, out: Outputs) -> dict[str, Floats]:
     if "throttle_position" in record.measured:
         smooth = binned(record.measured["throttle_position"])
         seen |= {"throttle": smooth, "throttle rate": _rate(smooth)}
+        seen["throttle acceleration"] = _rate(seen["throttle rate"])
     seen["engine acceleration"] = _rate(seen["engine speed"])
     seen["twist rate"] = _rate(seen["twist"])
     seen["air rate"] = _rate(seen["air"])
@@ -39,6 +40,10 @@ def motion_regressors(record: Record, out: Outputs) -> dict[str, Floats]:
     seen["force rate over speed"] = _rate(seen["tyre force"]) / np.maximum(seen["speed"], 1.0)
     if np.ptp(inputs.spark) > 0:
         seen["spark"] = binned(inputs.spark)
+        seen["spark rate"] = _rate(seen["spark"])
+        seen["spark acceleration"] = _rate(seen["spark rate"])
+    if "rear_turned" in record.measured:
+        seen["wheel angle"] = binned(record.measured["rear_turned"]) % (2.0 * np.pi)
     if "lean_angle" in record.measured:
         seen["lean"] = binned(record.measured["lean_angle"])
     return seen
