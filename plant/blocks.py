@@ -80,18 +80,22 @@ class Tyre(Block):
 
     No formula is the tyre itself: the brush model, Dugoff's and Burckhardt's have the same slope
     and peak and differ by some per cent of the peak between. form_...: how far the force departs
-    from the formula where the slope alone would give 1/4, 1/2, 3/4, 1 and 3/2 of the peak.
+    from the formula where the slope alone would give 1/8, 2/8 ... 8/8 and 12/8 of the peak.
     """
 
     slip_stiffness: float = parameter(45e3, "N", 3e3, 120e3, "force per slip at zero slip")
     friction: float = parameter(1.25, "1", 0.1, 2.5, "peak force over load")
     load: float = parameter(1350.0, "N", 100.0, 5000.0, "vertical load on the rear wheel")
     shape: float = parameter(1.55, "1", 1.05, 1.95, "shape factor C of the curve")
-    form_1: float = parameter(0.0, "1", -0.3, 0.3, "departure at 1/4, in peaks")
-    form_2: float = parameter(0.0, "1", -0.3, 0.3, "departure at 1/2, in peaks")
-    form_3: float = parameter(0.0, "1", -0.3, 0.3, "departure at 3/4, in peaks")
-    form_4: float = parameter(0.0, "1", -0.3, 0.3, "departure at 1, in peaks")
-    form_5: float = parameter(0.0, "1", -0.3, 0.3, "departure at 3/2 and beyond, in peaks")
+    form_1: float = parameter(0.0, "1", -0.3, 0.3, "departure at 1/8, in peaks")
+    form_2: float = parameter(0.0, "1", -0.3, 0.3, "departure at 2/8, in peaks")
+    form_3: float = parameter(0.0, "1", -0.3, 0.3, "departure at 3/8, in peaks")
+    form_4: float = parameter(0.0, "1", -0.3, 0.3, "departure at 4/8, in peaks")
+    form_5: float = parameter(0.0, "1", -0.3, 0.3, "departure at 5/8, in peaks")
+    form_6: float = parameter(0.0, "1", -0.3, 0.3, "departure at 6/8, in peaks")
+    form_7: float = parameter(0.0, "1", -0.3, 0.3, "departure at 7/8, in peaks")
+    form_8: float = parameter(0.0, "1", -0.3, 0.3, "departure at 8/8, in peaks")
+    form_9: float = parameter(0.0, "1", -0.3, 0.3, "departure at 12/8 and beyond, in peaks")
     low_speed: float = parameter(
         3.0, "m/s", 1.0, 10.0, "below it slip is taken relative to this speed"
     )

@@ -220,6 +220,10 @@ def tyre_force(
     tyre_form_3: float,
     tyre_form_4: float,
     tyre_form_5: float,
+    tyre_form_6: float,
+    tyre_form_7: float,
+    tyre_form_8: float,
+    tyre_form_9: float,
 ) -> float:
     """F_x = D sin(C atan(B lambda)) [N]; D = mu F_z, B C D = C_kappa (Pacejka).
 
@@ -230,19 +234,21 @@ def tyre_force(
     B = tyre_slip_stiffness * rear_load / (tyre_load * tyre_shape * peak)
     force = peak * math.sin(tyre_shape * math.atan(B * slip))
     apart = abs(tyre_form_1) + abs(tyre_form_2) + abs(tyre_form_3) + abs(tyre_form_4)
-    if apart + abs(tyre_form_5) > 0.0:
-        quarters = 4.0 * B * tyre_shape * abs(slip)
-        if quarters < 1.0:
-            form = tyre_form_1 * quarters
-        elif quarters < 2.0:
-            form = tyre_form_1 + (tyre_form_2 - tyre_form_1) * (quarters - 1.0)
-        elif quarters < 3.0:
-            form = tyre_form_2 + (tyre_form_3 - tyre_form_2) * (quarters - 2.0)
-        elif quarters < 4.0:
-            form = tyre_form_3 + (tyre_form_4 - tyre_form_3) * (quarters - 3.0)
+    apart += abs(tyre_form_5) + abs(tyre_form_6) + abs(tyre_form_7) + abs(tyre_form_8)
+    if apart + abs(tyre_form_9) > 0.0:
+        eighths = 8.0 * B * tyre_shape * abs(slip)
+        if eighths < 8.0:
+            form = tyre_form_1 * max(1.0 - abs(eighths - 1.0), 0.0)
+            form += tyre_form_2 * max(1.0 - abs(eighths - 2.0), 0.0)
+            form += tyre_form_3 * max(1.0 - abs(eighths - 3.0), 0.0)
+            form += tyre_form_4 * max(1.0 - abs(eighths - 4.0), 0.0)
+            form += tyre_form_5 * max(1.0 - abs(eighths - 5.0), 0.0)
+            form += tyre_form_6 * max(1.0 - abs(eighths - 6.0), 0.0)
+            form += tyre_form_7 * max(1.0 - abs(eighths - 7.0), 0.0)
+            form += tyre_form_8 * max(1.0 - abs(eighths - 8.0), 0.0)
         else:
-            rest = min(0.5 * (quarters - 4.0), 1.0)
-            form = tyre_form_4 + (tyre_form_5 - tyre_form_4) * rest
+            rest = min(0.25 * (eighths - 8.0), 1.0)
+            form = tyre_form_8 + (tyre_form_9 - tyre_form_8) * rest
         force += peak * (form if slip > 0.0 else -form)
     return force
 

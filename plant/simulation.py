@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from plant.composition import SERVO, compose
 from plant.effects.effect import Effect
-from plant.effects.library import FREE_CURVE, LIBRARY
+from plant.effects.library import LIBRARY, STAND_INS
 from plant.equations import EQUATIONS
 from plant.kernel import BAD_GEAR, HEADER, RINGS
 from plant.layout import Layout, layout, moving
@@ -37,7 +37,7 @@ class Simulation:
     step: float = 0.25e-3
     steps_per_row: int = 4
     every: int = 1
-    library: tuple[type[Effect], ...] = (*LIBRARY, FREE_CURVE)
+    library: tuple[type[Effect], ...] = (*LIBRARY, *STAND_INS)
     servo_only: bool = False
     layout: Layout = field(init=False, repr=False)
     kernel: ModuleType = field(init=False, repr=False)

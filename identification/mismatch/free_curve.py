@@ -6,7 +6,7 @@ jointly with everything that is uncertain. Knots move to where it bends. Elsewhe
 as an input, evaluated along its recorded regressor. Then it meets the held-out recordings.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -14,9 +14,9 @@ import numpy as np
 from identification.mismatch.calibrate import refreshed
 from identification.mismatch.candidate import Dialled
 from identification.mismatch.fitting import Fit, settle, with_effects
-from identification.mismatch.held_out import carried_over
+from identification.mismatch.held_out import CONFIRMED, carried_over
 from identification.mismatch.injection import places
-from identification.mismatch.locate import Curve, locate_along, regressors
+from identification.mismatch.locate import Curve, locate, locate_along, regressors
 from identification.mismatch.model import Model, predict
 from identification.mismatch.place import Injection
 from identification.mismatch.score import Judge
@@ -34,13 +34,18 @@ BENDS = 2
 LOOSE = 5.0
 """Prior deviation of a value, in pushes worth trying at its place."""
 NUDGE = 0.02
+MOST = 3
+"""Curves that may stand in together."""
+FURTHER = 0.1
+"""Share of what the first brings on the held-out recordings that another must bring there."""
 
 
 @dataclass(frozen=True, eq=False)
 class FreeCurve:
-    """A curve inside the simulation. gain, confirmed: nats on training and held-out runs.
+    """Curves inside the simulation. gain, confirmed: nats on training and held-out runs.
 
-    proven: the held-out model with which `fit` meets the held-out recordings.
+    curve: the first, as it was by itself; beside: those that take up what it leaves. proven: the
+    held-out model with which `fit` meets the held-out recordings.
     """
 
     curve: Curve
@@ -48,16 +53,25 @@ class FreeCurve:
     gain: float
     confirmed: float
     proven: Model | None
+    beside: tuple[Curve, ...] = ()
+
+    def with_another(self, other: "FreeCurve") -> "FreeCurve":
+        """Return both, the other fitted beside this one."""
+        return FreeCurve(
+            self.curve, other.fit, self.gain + other.gain, self.confirmed + other.confirmed,
+            other.proven, (*self.beside, other.curve),
+        )  # fmt: skip
 
 
 @dataclass(frozen=True)
 class Bent(Dialled):
-    """A curve with its values as dials, in pushes worth trying at its place."""
+    """A curve with its values as dials, in pushes worth trying at its place. number: of several."""
 
     system: System
     place: Injection
     curve: Curve
     dials: tuple[float, ...]
+    number: int
 
     @property
     def name(self) -> str:
@@ -77,7 +91,9 @@ class Bent(Dialled):
     def effect(self) -> Effect:
         """Return the effect of the simulation."""
         values = self.place.size * np.array(self.dials)
-        found = self.system.curve(self.place, self.curve.regressor, self.curve.knots, values)
+        found = self.system.curve(
+            self.place, self.curve.regressor, self.curve.knots, values, self.number
+        )
         assert found is not None
         return found
 
@@ -91,26 +107,45 @@ class Bent(Dialled):
 
 
 def inside(base: Fit, curves: Sequence[Curve], held_out: Model | None) -> FreeCurve | None:
-    """Put the best of the located curves into the simulation; None where all are of sensors."""
+    """Put the best of the located curves into the simulation, and others beside it that help.
+
+    None where all are of sensors.
+    """
+    found = _one(base, curves, held_out)
+    while found is not None and held_out is not None and len(found.beside) + 1 < MOST:
+        there = found.proven
+        assert there is not None
+        left = locate(Judge.of(found.fit), Judge.of(carried_over(found.fit, there)))
+        other = _one(found.fit, [c for c in left if c.certain], there)
+        if other is None or other.confirmed < max(CONFIRMED, FURTHER * found.confirmed):
+            break
+        found = found.with_another(other)
+    return found
+
+
+def _one(base: Fit, curves: Sequence[Curve], held_out: Model | None) -> FreeCurve | None:
+    """Fit the best of the located curves beside those that are there already."""
     tried = list(_tried(base.coarse(), [c for c in curves if c.certain][:TRIED]))
     if not tried:
         pushed = [c for c in curves[:1] if _place(base, c) is not None]
         return _pushed(base, pushed[0], held_out) if pushed else None
     best = max(tried, key=lambda t: t.score)
     for _ in range(BENDS):
-        bent = best.candidates[0]
-        assert isinstance(bent, Bent)
-        again = _simulated(base.coarse(), _rebent(bent.told()))
+        again = _simulated(base.coarse(), _rebent(_newest(best).told()))
         if again is None or again.score < best.score:
             break
         best = again
     best = settle(refreshed(best.fine(base.model)), noises=2, steps=3)
-    bent = best.candidates[0]
-    assert isinstance(bent, Bent)
     confirmed = 0.0
     if held_out is not None:
         confirmed = carried_over(best, held_out).score - carried_over(base, held_out).score
-    return FreeCurve(bent.told(), best, best.score - base.score, confirmed, held_out)
+    return FreeCurve(_newest(best).told(), best, best.score - base.score, confirmed, held_out)
+
+
+def _newest(fit: Fit) -> Bent:
+    bent = fit.candidates[-1]
+    assert isinstance(bent, Bent)
+    return bent
 
 
 def _tried(base: Fit, curves: Sequence[Curve]) -> Iterator[Fit]:
@@ -126,12 +161,14 @@ def _place(base: Fit, curve: Curve) -> Injection | None:
 
 def _simulated(base: Fit, curve: Curve) -> Fit | None:
     """Fit a curve in the simulation; None where it does not know such a curve."""
-    place, system = _place(base, curve), base.model.system
-    if place is None or system.curve(place, curve.regressor, curve.knots, curve.values) is None:
+    place, system, number = _place(base, curve), base.model.system, len(base.candidates)
+    if place is None:
         return None
-    dials = tuple(float(v) for v in curve.values / place.size)
+    if system.curve(place, curve.regressor, curve.knots, curve.values, number) is None:
+        return None
+    bent = Bent(system, place, curve, tuple(float(v) for v in curve.values / place.size), number)
     try:
-        return settle(with_effects(base, (Bent(system, place, curve, dials),)), 1, 3)
+        return settle(with_effects(base, (*base.candidates, bent)), 1, 3)
     except PlantError:
         return None
 
@@ -179,12 +216,20 @@ def _finer(curve: Curve) -> Curve:
 
 
 def _with(base: Fit, at: Fit, place: Injection, curve: Curve) -> Fit:
-    """Return the fit with the curve acting in its simulation."""
-    injected = tuple(injected_rows(base, r, place, curve) for r in range(len(base.model.records)))
+    """Return the fit with the curve acting in its simulation, beside what is injected already."""
+    there = base.model.injected or ({},) * len(base.model.records)
+    injected = tuple(
+        _sum(before, injected_rows(base, r, place, curve)) for r, before in enumerate(there)
+    )
     model = replace(base.model, injected=injected)
     new = replace(at, model=model, predicted=predict(model, at.point))
     new.__dict__["nuisances"] = at.nuisances
     return new
+
+
+def _sum(one: Mapping[str, Floats], other: Mapping[str, Floats]) -> dict[str, Floats]:
+    """Return both sets of columns, added where they share one."""
+    return {**one, **{k: v + one[k] if k in one else v for k, v in other.items()}}
 
 
 def injected_rows(fit: Fit, r: int, place: Injection, curve: Curve) -> dict[str, Floats]:

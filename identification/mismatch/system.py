@@ -135,9 +135,12 @@ class System(ABC):
         return ""
 
     def curve(
-        self, place: Injection, regressor: str, knots: Floats, values: Floats
+        self, place: Injection, regressor: str, knots: Floats, values: Floats, number: int
     ) -> Effect | None:
-        """Return a free curve as an effect of the simulation; None where it knows none there."""
+        """Return a free curve as an effect of the simulation; None where it knows none there.
+
+        number: of several at once, from 0.
+        """
         return None
 
     def coarse(self) -> Self:

@@ -248,12 +248,32 @@ class FreeCurve(Effect):
         return PLACES[int(self.place)], words[int(self.along)]
 
 
+@dataclass(frozen=True)
+class SecondCurve(FreeCurve):
+    """Another one beside it, along another quantity or at another place."""
+
+    name = "second_curve"
+
+
+@dataclass(frozen=True)
+class ThirdCurve(FreeCurve):
+    """A third."""
+
+    name = "third_curve"
+
+
+CURVES = (FreeCurve, SecondCurve, ThirdCurve)
+
+
 def free_curve(
-    place: str, quantity: str, knots: tuple[float, ...], values: tuple[float, ...]
+    place: str, quantity: str, knots: tuple[float, ...], values: tuple[float, ...], number: int = 0
 ) -> FreeCurve | None:
-    """Return the curve with KNOTS knots (SI); None where the simulation does not know of these."""
+    """Return the curve with KNOTS knots (SI); None where the simulation does not know of these.
+
+    number: which of CURVES.
+    """
     words = SERVO_QUANTITIES if place == PLACES[0] else QUANTITIES
     if place not in PLACES or quantity not in words:
         return None
     points = {**dict(zip(Z, knots, strict=True)), **dict(zip(F, values, strict=True))}
-    return FreeCurve(float(PLACES.index(place)), float(words.index(quantity)), **points)
+    return CURVES[number](float(PLACES.index(place)), float(words.index(quantity)), **points)

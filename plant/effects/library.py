@@ -3,6 +3,7 @@
 from importlib import import_module
 
 from plant.effects.effect import Effect
+from plant.effects.free_curve import CURVES
 
 NAMES = (
     "rate_limit",
@@ -65,6 +66,6 @@ def _effect(name: str) -> type[Effect]:
 
 
 LIBRARY: tuple[type[Effect], ...] = tuple(_effect(name) for name in NAMES)
-FREE_CURVE = _effect("free_curve")
-"""Stands in for what has no name; a simulation can have it, but nobody looks for it."""
-BY_NAME = {effect.name: effect for effect in (*LIBRARY, FREE_CURVE)}
+STAND_INS: tuple[type[Effect], ...] = CURVES
+"""Stand in for what has no name; a simulation can have them, but nobody looks for them."""
+BY_NAME = {effect.name: effect for effect in (*LIBRARY, *STAND_INS)}

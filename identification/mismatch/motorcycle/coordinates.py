@@ -9,7 +9,7 @@ from plant.signals import Floats
 from plant.vehicle_file import Vehicle
 
 EXACT = ("teeth", "resolution", "low_speed")
-FORMS = {f"tyre.form_{i}": STATED_SHARE for i in range(1, 6)}
+FORMS = {f"tyre.form_{i}": STATED_SHARE for i in range(1, 10)}
 """Departures from a formula, and how well (95 %) they are known if nobody tells."""
 CLOCK = 0.3e-3  # s, standard deviation of what clocks may still differ by
 

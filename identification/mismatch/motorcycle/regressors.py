@@ -19,7 +19,8 @@ UNITS: Mapping[str, str] = {
     "engine speed": "rad/s", "engine acceleration": "rad/s^2", "twist": "rad",
     "twist rate": "rad/s", "driveline torque": "N m", "torque rate": "N m/s", "tyre force": "N",
     "force rate over speed": "N/m", "slip": "1", "speed": "m/s", "acceleration": "m/s^2",
-    "distance": "m", "time": "s", "spark": "rad", "spark rate": "rad/s", "spark acceleration": "rad/s^2", "lean": "rad", "command": "1",
+    "distance": "m", "time": "s", "spark": "rad", "spark rate": "rad/s",
+    "spark acceleration": "rad/s^2", "lean": "rad", "command": "1",
     "command rate": "1/s",
     "wheel angle": "rad", "command less position": "1", "throttle acceleration": "1/s^2",
 }  # fmt: skip

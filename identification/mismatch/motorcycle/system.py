@@ -149,10 +149,10 @@ class MotorcycleSystem(System):
         return places.acts_at(effect)
 
     def curve(
-        self, place: Injection, regressor: str, knots: Floats, values: Floats
+        self, place: Injection, regressor: str, knots: Floats, values: Floats, number: int
     ) -> Effect | None:
         """Return the plant's free curve."""
-        return free_curve(place.name, regressor, tuple(knots), tuple(values))
+        return free_curve(place.name, regressor, tuple(knots), tuple(values), number)
 
     def coarse(self) -> Self:
         """Return it with one step of integration in a row."""

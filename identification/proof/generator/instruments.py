@@ -135,7 +135,7 @@ def tooth_times(
     """True times (s) at which teeth pass, with the pickup's jitter, and the first one's number."""
     rear = wheel == "rear"
     speed = course.wheel_speed if rear else course.front_speed
-    angle = (course.wheel if rear else course.front) + rng.uniform(0.0, 2 * np.pi)
+    angle = course.wheel if rear else course.front
     first, last = (int(a / (2 * np.pi) * TEETH) for a in (angle[0], angle[-1]))
     number = np.arange(first + 2, last - 1)
     target = places[number % TEETH] + 2 * np.pi * (number // TEETH)

@@ -40,7 +40,7 @@ from identification.proof.generator.instruments import (
     tooth_times,
 )
 from identification.proof.generator.missing import Missing
-from identification.proof.generator.physics import Floats
+from identification.proof.generator.physics import FRONT, WHEEL, Floats
 from identification.proof.generator.ride import Commands, Course, ride
 from identification.proof.generator.road import Roughness, draw_road
 from identification.proof.generator.told import Truth
@@ -90,6 +90,8 @@ def course_of(
     """
     chosen = (ridden_for or secret).missing
     machine, start = steady(truth, chosen, trial.excitation)
+    start = start.copy()
+    start[[WHEEL, FRONT]] = np.random.default_rng((*trial.seed, 4)).uniform(0.0, 2 * np.pi, 2)
     rng = np.random.default_rng((*trial.seed, 1))
     ticks = np.arange(round((RUN_UP + SECONDS) / TICK))
     time: Floats = np.asarray(ticks * TICK - RUN_UP - BEFORE, np.float64)
