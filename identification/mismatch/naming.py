@@ -186,13 +186,28 @@ def _enough(new: Dialled) -> float:
 
 
 def _inexact(fit: Fit, new: Dialled) -> float:
-    """Nats that the formulas of what is named may leave at the place of a new effect."""
-    place = place_of(fit, new)
-    there = [c for c in fit.candidates if place and place_of(fit, c) == place]
+    """Nats that the formulas of what is named may leave to a new effect that looks alike."""
+    there = [c for c in fit.candidates if _alike(fit, c, new)]
     if not there:
         return 0.0
     bare = tuple(c for c in fit.candidates if c not in there)
     return INEXACT * (fit.score - renoised(with_effects(fit, bare)).score)
+
+
+def _alike(fit: Fit, one: Dialled, other: Dialled) -> bool:
+    """Tell whether two effects act at one place, or on a quantity and on its only sensor."""
+    here, there = place_of(fit, one), place_of(fit, other)
+    if here and here == there:
+        return True
+    if not (isinstance(one, Candidate) and isinstance(other, Candidate)):
+        return False
+    sensed = hasattr(one.kind, "tell") or hasattr(other.kind, "tell")
+    system, chain = fit.model.system, fit.model.chain
+    return sensed and any(
+        sum(len(b.outputs) for b in chain.blocks if b.drive == drive) == 1
+        and all(system.concerns(c.pattern, chain, drive) for c in (one, other))
+        for drive in chain.drives
+    )
 
 
 def place_of(fit: Fit, one: Dialled) -> str:
@@ -228,9 +243,12 @@ def _pruned(base: Fit, fit: Fit, limit: float, say: Say) -> Fit:
     ]
     lost = [fit.score - w.score for w in without]
     for i in sorted(range(len(lost)), key=lost.__getitem__):
-        place = place_of(fit, fit.candidates[i])
-        beside = [x for x, c in zip(lost, fit.candidates, strict=True) if place_of(fit, c) == place]
-        enough = max(ENOUGH, INEXACT * max(beside) if place else 0.0)
+        beside = [
+            x
+            for x, c in zip(lost, fit.candidates, strict=True)
+            if _alike(fit, c, fit.candidates[i])
+        ]
+        enough = max(ENOUGH, INEXACT * max(beside, default=0.0))
         if lost[i] < enough or significance(fit, i) > limit:
             say(f"not missed: {fit.candidates[i].name}")
             return _pruned(base, without[i], limit, say)

@@ -17,7 +17,7 @@ from identification.mismatch.candidate import (
 )
 from identification.mismatch.fitting import Fit
 from identification.mismatch.model import Runs, Series, predict
-from identification.mismatch.scatter import FEWEST, Scatter, amplitude_p
+from identification.mismatch.scatter import Scatter, amplitude_p
 from identification.mismatch.sensitivity import change, coordinates_of
 from identification.mismatch.stack import Integers, Nuisances, flat
 from plant.effects.effect import Effect
@@ -36,6 +36,8 @@ OFF = 0.7
 """Credit of a gain at other amplitudes."""
 APART = 2.0
 """Steps of the search along the road beyond which another place tells what is usual."""
+PLACES = 8
+"""Other places that must be there to tell what is usual."""
 RESHAPED = 8
 BATCH = 32
 
@@ -178,7 +180,7 @@ def survey(judge: Judge, library: Iterable[type[Effect]]) -> Survey:
 def _with_elsewhere(scores: Sequence[Score]) -> list[Score]:
     """Tell what is looked for along the road how its size scatters over all the other places.
 
-    Bumps are at the same places in every recording, so that stretches of time do not tell it.
+    It acts in a stretch or two of every recording, which by themselves tell too little of that.
     """
     found = []
     for score in scores:
@@ -189,7 +191,7 @@ def _with_elsewhere(scores: Sequence[Score]) -> list[Score]:
                 for s in scores if s.seen > CHANCE and s.candidate.name == score.candidate.name
                 and abs((place_on_the_road(s.candidate.pattern) or 0.0) - at) > APART
             ]  # fmt: skip
-            if len(others) >= FEWEST:
+            if len(others) >= PLACES:
                 usual = Scatter(max(1.0, float(np.mean(others))), len(others) / APART)
                 score = replace(score, candidate=replace(score.candidate, elsewhere=usual))
         found.append(score)
