@@ -34,10 +34,31 @@ class Estimate:
 
 
 def deviations(fit: Fit) -> tuple[Floats, Floats]:
-    """Standard deviation of every dial of all effects, and its degrees of freedom.
+    """Standard deviation of every dial of all effects, and its degrees of freedom."""
+    white, told = _told(fit)
+    spread = np.max([variance for variance, _ in told], axis=0)
+    return _as_elsewhere(fit.candidates, np.sqrt(spread), white, told[0][1])
 
-    A shape of which the recordings tell nothing is taken as given: its deviation is its prior's,
-    and it does not blur the size.
+
+def reaches(fit: Fit) -> Floats:
+    """Half width of the 95 % interval of every dial of all effects.
+
+    What differs from trial to trial is told by few trials, so that their t is a wide one.
+    """
+    white, told = _told(fit)
+    found = []
+    for variance, freedom in told:
+        spread, count = _as_elsewhere(fit.candidates, np.sqrt(variance), white, freedom)
+        found.append(stats.t.ppf(0.5 + CONFIDENCE / 2, count) * spread)
+    return np.asarray(np.max(found, axis=0))
+
+
+def _told(fit: Fit) -> tuple[Floats, list[tuple[Floats, Floats]]]:
+    """Variance of every dial if errors were white; variance and freedom as groups of them tell it.
+
+    Groups: stretches of time, and where there are enough of them trials. A shape of which the
+    recordings tell nothing is taken as given: its deviation is its prior's, and it does not blur
+    the size.
     """
     off = fit.nuisances.off(fit.columns)
     prior = np.concatenate([c.deviations for c in fit.candidates]) ** -2.0
@@ -50,11 +71,11 @@ def deviations(fit: Fit) -> tuple[Floats, Floats]:
     left = fit.nuisances.left(fit.aim, coordinates_of(fit.point))
     left = left - off @ np.linalg.solve(normal, off.T @ left)
     groups = fit.nuisances.grouped(fit.groups)
-    spread, total = _spread(fit, off, left, covariance, groups)
+    told = [_spread(fit, off, left, covariance, groups)]
     if len(fit.model.records) >= FEW:
         trials = fit.nuisances.grouped(recordings(fit.model, fit.noise))
-        spread = np.maximum(spread, _spread(fit, off, left, covariance, trials)[0])
-    return _as_elsewhere(fit.candidates, np.sqrt(spread), np.diag(covariance), total)
+        told.append(_spread(fit, off, left, covariance, trials))
+    return np.diag(covariance), told
 
 
 def _as_elsewhere(
@@ -96,12 +117,11 @@ def significance(fit: Fit, number: int) -> float:
 
 def estimates(fit: Fit, number: int) -> list[Estimate]:
     """Parameters of effect `number` with their intervals; whole ones are as they are."""
-    spread, freedom = deviations(fit)
+    reach = reaches(fit)
     place = sum(len(c.dials) for c in fit.candidates[:number])
     candidate = fit.candidates[number]
     if not isinstance(candidate, Candidate):
         return []
-    reach = stats.t.ppf(0.5 + CONFIDENCE / 2, freedom) * spread
     found = [_estimate(candidate, 0, p, float(reach[place])) for p in sizes(candidate.kind)]
     for i, p in enumerate(shapes(candidate.kind), start=1):
         found.append(_estimate(candidate, i, p, float(reach[place + i])))

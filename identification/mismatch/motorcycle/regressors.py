@@ -1,17 +1,20 @@
 """Along what something may act: courses of quantities that the recording tells, bin by bin.
 
 Quantities that no sensor shows (torque, slip) are those of the fitted simulation, which is driven
-by the recorded inputs.
+by the recorded inputs. What has a memory acts along a rate as well, or along what was there lately.
 """
 
 from collections.abc import Mapping
 
 import numpy as np
+from scipy import signal
 
 from identification.mismatch.motorcycle.record import BIN
 from identification.mismatch.record import Record
 from plant.signals import Floats, Inputs, Outputs
 
+LATELY = 1.0
+"""Seconds within which something warms up or wears off."""
 MOTION = ("throttle", "throttle_rate", "air", "engine_speed", "twist", "driveline_torque",
           "tyre_force", "slip", "speed", "acceleration", "distance", "time")  # fmt: skip
 UNITS: Mapping[str, str] = {
@@ -23,6 +26,7 @@ UNITS: Mapping[str, str] = {
     "spark acceleration": "rad/s^2", "lean": "rad", "command": "1",
     "command rate": "1/s",
     "wheel angle": "rad", "command less position": "1", "throttle acceleration": "1/s^2",
+    "slip rate": "1/s", "jerk": "m/s^3", "driveline torque lately": "N m",
 }  # fmt: skip
 
 
@@ -38,6 +42,9 @@ def motion_regressors(record: Record, out: Outputs) -> dict[str, Floats]:
     seen["twist rate"] = _rate(seen["twist"])
     seen["air rate"] = _rate(seen["air"])
     seen["torque rate"] = _rate(seen["driveline torque"])
+    seen["slip rate"] = _rate(seen["slip"])
+    seen["jerk"] = _rate(seen["acceleration"])
+    seen["driveline torque lately"] = _lately(seen["driveline torque"])
     seen["force rate over speed"] = _rate(seen["tyre force"]) / np.maximum(seen["speed"], 1.0)
     if np.ptp(inputs.spark) > 0:
         seen["spark"] = binned(inputs.spark)
@@ -65,3 +72,10 @@ def servo_regressors(record: Record, out: Outputs) -> dict[str, Floats]:
 
 def _rate(values: Floats) -> Floats:
     return np.gradient(values, BIN)
+
+
+def _lately(values: Floats) -> Floats:
+    """What has been there within the last second, weighed by an exponential."""
+    keep = np.exp(-BIN / LATELY)
+    first = [keep * values[0]]
+    return np.asarray(signal.lfilter([1.0 - keep], [1.0, -keep], values, zi=first)[0])
