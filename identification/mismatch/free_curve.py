@@ -124,11 +124,17 @@ def inside(base: Fit, curves: Sequence[Curve], held_out: Model | None) -> FreeCu
 
 
 def _one(base: Fit, curves: Sequence[Curve], held_out: Model | None) -> FreeCurve | None:
-    """Fit the best of the located curves beside those that are there already."""
+    """Fit the best of the located curves beside those that are there already.
+
+    The first is pushed along what was recorded, where the simulation itself cannot bring it.
+    """
+    first = curves[0] if curves and _place(base, curves[0]) is not None else None
+    pushed = None
+    if first is not None and not _simulable(base, first):
+        pushed = _pushed(base, first, held_out)
     tried = list(_tried(base.coarse(), [c for c in curves if c.certain][:TRIED]))
     if not tried:
-        pushed = [c for c in curves[:1] if _place(base, c) is not None]
-        return _pushed(base, pushed[0], held_out) if pushed else None
+        return pushed or (_pushed(base, first, held_out) if first is not None else None)
     best = max(tried, key=lambda t: t.score)
     for _ in range(BENDS):
         again = _simulated(base.coarse(), _rebent(_newest(best).told()))
@@ -136,6 +142,8 @@ def _one(base: Fit, curves: Sequence[Curve], held_out: Model | None) -> FreeCurv
             break
         best = again
     best = settle(refreshed(best.fine(base.model)), noises=2, steps=3)
+    if pushed is not None and pushed.fit.score > best.score:
+        return pushed
     confirmed = 0.0
     if held_out is not None:
         confirmed = carried_over(best, held_out).score - carried_over(base, held_out).score
@@ -150,21 +158,28 @@ def _newest(fit: Fit) -> Bent:
 
 def _tried(base: Fit, curves: Sequence[Curve]) -> Iterator[Fit]:
     for curve in curves:
-        fit = _simulated(base, replace(curve, knots=(k := _many(curve.knots)), values=curve(k)))
-        if fit is not None:
-            yield fit
+        if _simulable(base, curve):
+            many = _many(curve.knots)
+            fit = _simulated(base, replace(curve, knots=many, values=curve(many)))
+            if fit is not None:
+                yield fit
 
 
 def _place(base: Fit, curve: Curve) -> Injection | None:
     return next((p for p in places(base) if p.name == curve.place), None)
 
 
+def _simulable(base: Fit, curve: Curve) -> bool:
+    """Tell whether the simulation knows a curve at this place along this quantity."""
+    place, knots = _place(base, curve), np.arange(float(KNOTS))
+    system = base.model.system
+    return place is not None and system.curve(place, curve.regressor, knots, knots, 0) is not None
+
+
 def _simulated(base: Fit, curve: Curve) -> Fit | None:
     """Fit a curve in the simulation; None where it does not know such a curve."""
     place, system, number = _place(base, curve), base.model.system, len(base.candidates)
-    if place is None:
-        return None
-    if system.curve(place, curve.regressor, curve.knots, curve.values, number) is None:
+    if place is None or not _simulable(base, curve):
         return None
     bent = Bent(system, place, curve, tuple(float(v) for v in curve.values / place.size), number)
     try:
@@ -193,7 +208,8 @@ def _pushed(base: Fit, curve: Curve, held_out: Model | None) -> FreeCurve:
     """Let a curve act as an input, along its recorded regressor."""
     place = _place(base, curve)
     assert place is not None
-    best, kept = base, replace(_finer(curve), values=np.zeros(2 * curve.knots.size - 1))
+    finer = _finer(curve)
+    best, kept = base, replace(finer, values=np.zeros(finer.knots.size))
     share = 1.0
     for _ in range(ROUNDS):
         more = locate_along(Judge.of(best), place, kept.regressor, kept.knots)
@@ -210,7 +226,9 @@ def _pushed(base: Fit, curve: Curve, held_out: Model | None) -> FreeCurve:
 
 
 def _finer(curve: Curve) -> Curve:
-    """Return the curve with a knot more between each two."""
+    """Return the curve with a knot more between each two; times of forgetting are enough."""
+    if curve.remembers:
+        return curve
     knots = np.sort(np.concatenate((curve.knots, 0.5 * (curve.knots[1:] + curve.knots[:-1]))))
     return replace(curve, knots=knots, values=curve(knots))
 
@@ -235,7 +253,7 @@ def _sum(one: Mapping[str, Floats], other: Mapping[str, Floats]) -> dict[str, Fl
 def injected_rows(fit: Fit, r: int, place: Injection, curve: Curve) -> dict[str, Floats]:
     """Return the inputs by which a curve acts, row by row."""
     record = fit.model.records[r]
-    course = curve(regressors(fit, place.drive, r)[curve.regressor])
+    course = curve(regressors(fit, place.drive, r)[curve.regressor], record.grid.width)
     rows = np.interp(record.time, record.grid.centre, course)
     return fit.model.at(fit.point).push(place, record, rows)
 

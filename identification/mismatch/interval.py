@@ -34,10 +34,13 @@ class Estimate:
 
 
 def deviations(fit: Fit) -> tuple[Floats, Floats]:
-    """Standard deviation of every dial of all effects, and its degrees of freedom."""
+    """Standard deviation of every dial of all effects, and its degrees of freedom.
+
+    As stretches of time tell it: an effect that one trial shows and three do not is no less there.
+    """
     white, told = _told(fit)
-    spread = np.max([variance for variance, _ in told], axis=0)
-    return _as_elsewhere(fit.candidates, np.sqrt(spread), white, told[0][1])
+    variance, freedom = told[0]
+    return _as_elsewhere(fit.candidates, np.sqrt(variance), white, freedom)
 
 
 def reaches(fit: Fit) -> Floats:

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from identification.mismatch.along import columns, has_memory, knots_for
 from identification.mismatch.fitting import Fit
 from identification.mismatch.injection import answers, places, respond
 from identification.mismatch.model import Series
@@ -21,7 +22,6 @@ from identification.mismatch.stack import Integers, flat
 from identification.mismatch.tooth_curve import ANGLE, discs, tooth_columns
 from plant.signals import Floats
 
-KNOTS = 7
 MINIMUM = 15.0  # nats, on the training recordings, beyond half the number of knots
 CONFIRMED = 5.0  # nats, on the held-out ones
 FOLDS = 4
@@ -47,13 +47,18 @@ class Curve:
     p: float
 
     @property
+    def remembers(self) -> bool:
+        """Whether it acts along the past of a quantity; knots are then times of forgetting, s."""
+        return has_memory(self.regressor)
+
+    @property
     def certain(self) -> bool:
         """Whether it is more than chance, and the held-out recordings do not contradict it."""
         return self.p < FAMILY
 
-    def __call__(self, z: Floats) -> Floats:
-        """Evaluate f; beyond the last knots it goes on level."""
-        return np.interp(z, self.knots, self.values)
+    def __call__(self, z: Floats, width: float = 0.0) -> Floats:
+        """Evaluate f along a course; beyond the last knots it goes on level. width: s, of a bin."""
+        return np.asarray(columns(self.regressor, z, self.knots, width) @ self.values)
 
 
 def locate(training: Judge, held_out: Judge | None) -> list[Curve]:
@@ -102,7 +107,8 @@ def effect_of(judge: Judge, curve: Curve) -> Series:
     """Return what a curve leaves in the outputs, unwhitened, (T, m) by block and record."""
     place = next(p for p in (*places(judge.fit), *_sensors(judge.fit)) if p.name == curve.place)
     courses = _courses(judge.fit)[place.drive]
-    pushes = [curve(c[curve.regressor])[:, None] for c in courses]
+    widths = _widths(judge.fit)
+    pushes = [curve(c[curve.regressor], w)[:, None] for c, w in zip(courses, widths, strict=True)]
     answered = _answered(_replies(judge.fit, place), pushes)
     return [[one[:, :, 0] if one.size else one for one in block] for block in answered]
 
@@ -110,9 +116,12 @@ def effect_of(judge: Judge, curve: Curve) -> Series:
 def locate_along(judge: Judge, place: Injection, regressor: str, knots: Floats) -> Floats:
     """Return f at given knots, SI, that what is left asks for at one place."""
     courses = _courses(judge.fit)[place.drive]
-    hats = [_hats(c[regressor], knots) * place.size for c in courses]
-    columns = flat(judge.fit.model, judge.fit.noise, _answered(_replies(judge.fit, place), hats))
-    off = judge.nuisances.off(columns)
+    hats = [
+        columns(regressor, c[regressor], knots, w) * place.size
+        for c, w in zip(courses, _widths(judge.fit), strict=True)
+    ]
+    answered = _answered(_replies(judge.fit, place), hats)
+    off = judge.nuisances.off(flat(judge.fit.model, judge.fit.noise, answered))
     normal = off.T @ off + 0.01 * np.eye(knots.size)
     aim = off.T @ judge.left
     return np.asarray(place.size * np.linalg.solve(normal, aim))
@@ -165,6 +174,10 @@ def _courses(fit: Fit) -> dict[str, list[dict[str, Floats]]]:
     return found
 
 
+def _widths(fit: Fit) -> list[float]:
+    return [record.grid.width for record in fit.model.records]
+
+
 def regressors(fit: Fit, drive: str, r: int) -> Mapping[str, Floats]:
     """Courses of what the recording and the fitted simulation tell of one drive, (bins,) each."""
     model = fit.model
@@ -175,19 +188,18 @@ def _fits(judge: Judge) -> Iterator[_Try]:
     """Fit every curve to what the training recordings leave."""
     courses = _courses(judge.fit)
     knots = {
-        drive: {n: knots_between(np.concatenate([c[n] for c in cs])) for n in cs[0]}
+        drive: {n: knots_for(n, np.concatenate([c[n] for c in cs])) for n in cs[0]}
         for drive, cs in courses.items()
     }
+    widths = _widths(judge.fit)
     for place in (*places(judge.fit), *_sensors(judge.fit)):
         useful = {n: k for n, k in knots[place.drive].items() if k.size > 2}
         hats = [
-            np.concatenate([_hats(c[n], k) for n, k in useful.items()], axis=1) * place.size
-            for c in courses[place.drive]
+            place.size * np.concatenate([columns(n, c[n], k, w) for n, k in useful.items()], axis=1)
+            for c, w in zip(courses[place.drive], widths, strict=True)
         ]
-        columns = flat(
-            judge.fit.model, judge.fit.noise, _answered(_replies(judge.fit, place), hats)
-        )
-        off = judge.nuisances.off(columns)
+        answered = _answered(_replies(judge.fit, place), hats)
+        off = judge.nuisances.off(flat(judge.fit.model, judge.fit.noise, answered))
         aims = off.T @ judge.left
         first = 0
         for regressor, k in useful.items():
@@ -224,21 +236,21 @@ def _confirmed(judge: Judge, found: list[_Try]) -> list[_Held]:
     for place in dict.fromkeys(f.place.name for f in found):
         tries = [f for f in found if f.place.name == place]
         if tries[0].regressor == ANGLE:
-            columns = flat(
-                judge.fit.model, judge.fit.noise, tooth_columns(judge.fit, tries[0].place)
-            )
-            held[place, ANGLE] = _held(judge, judge.nuisances.off(columns @ tries[0].values))
+            teeth = flat(judge.fit.model, judge.fit.noise, tooth_columns(judge.fit, tries[0].place))
+            held[place, ANGLE] = _held(judge, judge.nuisances.off(teeth @ tries[0].values))
             continue
         known = [f for f in tries if f.regressor in courses[f.place.drive][0]]
         pushes = [
             np.column_stack(
-                [f.place.size * np.interp(c[f.regressor], f.knots, f.values) for f in known]
+                [
+                    f.place.size * columns(f.regressor, c[f.regressor], f.knots, w) @ f.values
+                    for f in known
+                ]
             )
-            for c in courses[tries[0].place.drive]
+            for c, w in zip(courses[tries[0].place.drive], _widths(judge.fit), strict=True)
         ]
-        replies = _replies(judge.fit, tries[0].place)
-        columns = flat(judge.fit.model, judge.fit.noise, _answered(replies, pushes))
-        off = judge.nuisances.off(columns)
+        answered = _answered(_replies(judge.fit, tries[0].place), pushes)
+        off = judge.nuisances.off(flat(judge.fit.model, judge.fit.noise, answered))
         for f, course in zip(known, off.T, strict=True):
             held[place, f.regressor] = _held(judge, course)
     nothing = _Held(0.0, 0.0, np.zeros(0))
@@ -276,18 +288,3 @@ def _replies(fit: Fit, place: Injection) -> Series:
 
 def _answered(reply: Series, hats: list[Floats]) -> Series:
     return [[respond(a, h) if a.size else a for a, h in zip(b, hats, strict=True)] for b in reply]
-
-
-def knots_between(z: Floats) -> Floats:
-    """Knots at quantiles, no two nearer than a thirtieth of the range."""
-    low, high = np.quantile(z, (0.002, 0.998))
-    if not high > low:
-        return np.empty(0)
-    wanted = 0.5 * np.quantile(z, np.linspace(0.002, 0.998, KNOTS)) + 0.5 * np.linspace(
-        low, high, KNOTS
-    )
-    return wanted[np.concatenate(([True], np.diff(wanted) > (high - low) / 30))]
-
-
-def _hats(z: Floats, knots: Floats) -> Floats:
-    return np.column_stack([np.interp(z, knots, row) for row in np.eye(knots.size)])

@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from matplotlib.axes import Axes
 
+from identification.mismatch.along import PAST, step_response
 from identification.mismatch.fitting import Fit
 from identification.mismatch.free_curve import FreeCurve
 from identification.mismatch.locate import Curve
@@ -19,14 +20,27 @@ def curve_svg(curve: Curve, free: FreeCurve | None, units: Mapping[str, str]) ->
     with d.hand():
         figure, (axes,) = d.panels(1, 2.8)
         axes.axhline(0.0, color=d.MUTED, lw=0.8)
-        axes.plot(curve.knots, curve.values, color=d.BLUE, marker="o", ms=4, label="located")
-        if free is not None:
-            knots, values = free.curve.knots, free.curve.values
-            axes.plot(knots, values, color=d.GREEN, marker=".", ms=4, label="in the simulation")
+        axes.plot(*_points(curve), color=d.BLUE, marker="o", ms=4, label="located")
+        if free is not None and free.curve.remembers == curve.remembers:
+            points = _points(free.curve)
+            axes.plot(*points, color=d.GREEN, marker=".", ms=4, label="in the simulation")
             d.legend(axes, 2)
-        unit = units.get(curve.regressor, "")
-        axes.set(xlabel=f"{curve.regressor} / {unit}", ylabel=f"{curve.place} / {curve.unit}")
+        quantity = curve.regressor.removeprefix(PAST)
+        unit = units.get(quantity, "")
+        if curve.remembers:
+            axes.set(xlabel=f"time after a step of {quantity} / s",
+                     ylabel=f"{curve.place} / ({curve.unit} per {unit})")  # fmt: skip
+        else:
+            axes.set(xlabel=f"{quantity} / {unit}", ylabel=f"{curve.place} / {curve.unit}")
         return d.svg(figure, "located")
+
+
+def _points(curve: Curve) -> tuple[Floats, Floats]:
+    """The curve at its knots; of the past, its answer to a step."""
+    if not curve.remembers:
+        return curve.knots, curve.values
+    time = np.linspace(0.0, 2.0 * float(curve.knots.max()), 41)
+    return time, step_response(curve.knots, curve.values, time)
 
 
 def proof_svg(runs: Sequence[Fit], output: str) -> str:

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from identification.mismatch.along import step_response
 from identification.mismatch.locate import Curve
 from identification.mismatch.tooth_curve import ANGLE
 from plant.signals import Floats
@@ -10,6 +11,8 @@ from plant.signals import Floats
 def shape_in_words(curve: Curve) -> str:
     """Say what a curve looks like: what the recordings tell beyond its straight line, if much."""
     z, f = curve.knots, curve.values
+    if curve.remembers:
+        return _memory(z, f)
     if curve.regressor == ANGLE:
         return f"periodic in the wheel's angle, strongest at order {_order(f)}"
     if z[0] < 0.0 < z[-1] and min(-z[0], z[-1]) > 0.2 * max(-z[0], z[-1]):
@@ -18,6 +21,14 @@ def shape_in_words(curve: Curve) -> str:
         return "in proportion to it"
     line = np.polynomial.Polynomial.fit(z, f, 1)
     return _bump(z, f - line(z))
+
+
+def _memory(times: Floats, values: Floats) -> str:
+    """Say within which time most of the answer to a step comes about."""
+    time = np.geomspace(0.3 * times[times > 0.0].min(), 3.0 * times.max(), 200)
+    moved = np.abs(step_response(times, values, time) - values[times == 0.0].sum())
+    settled = float(time[np.argmax(moved >= (1.0 - np.exp(-1.0)) * moved.max())])
+    return f"an answer with a memory: most of it comes within {settled:.2g} s"
 
 
 def _about_zero(curve: Curve, z: Floats, f: Floats) -> str:

@@ -1,22 +1,22 @@
 """Along what something may act: courses of quantities that the recording tells, bin by bin.
 
 Quantities that no sensor shows (torque, slip) are those of the fitted simulation, which is driven
-by the recorded inputs. What has a memory acts along a rate as well, or along what was there lately.
+by the recorded inputs. What has a memory acts along a rate, or along the past of a quantity.
 """
 
 from collections.abc import Mapping
 
 import numpy as np
-from scipy import signal
 
+from identification.mismatch.along import PAST
 from identification.mismatch.motorcycle.record import BIN
 from identification.mismatch.record import Record
 from plant.signals import Floats, Inputs, Outputs
 
-LATELY = 1.0
-"""Seconds within which something warms up or wears off."""
 MOTION = ("throttle", "throttle_rate", "air", "engine_speed", "twist", "driveline_torque",
           "tyre_force", "slip", "speed", "acceleration", "distance", "time")  # fmt: skip
+REMEMBERED = ("throttle", "spark", "engine speed", "driveline torque", "slip", "speed", "command")
+"""Quantities along whose past something may act."""
 UNITS: Mapping[str, str] = {
     "throttle": "1", "throttle rate": "1/s", "air": "1", "air rate": "1/s",
     "engine speed": "rad/s", "engine acceleration": "rad/s^2", "twist": "rad",
@@ -26,7 +26,7 @@ UNITS: Mapping[str, str] = {
     "spark acceleration": "rad/s^2", "lean": "rad", "command": "1",
     "command rate": "1/s",
     "wheel angle": "rad", "command less position": "1", "throttle acceleration": "1/s^2",
-    "slip rate": "1/s", "jerk": "m/s^3", "driveline torque lately": "N m",
+    "slip rate": "1/s", "jerk": "m/s^3",
 }  # fmt: skip
 
 
@@ -44,7 +44,6 @@ def motion_regressors(record: Record, out: Outputs) -> dict[str, Floats]:
     seen["torque rate"] = _rate(seen["driveline torque"])
     seen["slip rate"] = _rate(seen["slip"])
     seen["jerk"] = _rate(seen["acceleration"])
-    seen["driveline torque lately"] = _lately(seen["driveline torque"])
     seen["force rate over speed"] = _rate(seen["tyre force"]) / np.maximum(seen["speed"], 1.0)
     if np.ptp(inputs.spark) > 0:
         seen["spark"] = binned(inputs.spark)
@@ -54,7 +53,7 @@ def motion_regressors(record: Record, out: Outputs) -> dict[str, Floats]:
         seen["wheel angle"] = binned(record.measured["rear_turned"]) % (2.0 * np.pi)
     if "lean_angle" in record.measured:
         seen["lean"] = binned(record.measured["lean_angle"])
-    return seen
+    return with_past(seen)
 
 
 def servo_regressors(record: Record, out: Outputs) -> dict[str, Floats]:
@@ -62,20 +61,18 @@ def servo_regressors(record: Record, out: Outputs) -> dict[str, Floats]:
     binned = record.grid.binned
     command = binned(Inputs(record.inputs).throttle_command)
     position = binned(record.measured["throttle_position"])
-    return {
+    return with_past({
         "throttle": position, "throttle rate": _rate(position),
         "throttle acceleration": _rate(binned(out.throttle_rate)),
         "command": command, "command rate": _rate(command),
         "command less position": command - position,
-    }  # fmt: skip
+    })  # fmt: skip
+
+
+def with_past(seen: dict[str, Floats]) -> dict[str, Floats]:
+    """Return the courses, and those of which the past is asked for once more under that name."""
+    return seen | {PAST + name: seen[name] for name in REMEMBERED if name in seen}
 
 
 def _rate(values: Floats) -> Floats:
     return np.gradient(values, BIN)
-
-
-def _lately(values: Floats) -> Floats:
-    """What has been there within the last second, weighed by an exponential."""
-    keep = np.exp(-BIN / LATELY)
-    first = [keep * values[0]]
-    return np.asarray(signal.lfilter([1.0 - keep], [1.0, -keep], values, zi=first)[0])
