@@ -231,9 +231,13 @@ def _steps(fit: Fit, full: Floats, slope: Floats) -> Iterator[Floats]:
         columns = np.concatenate((columns, fit.columns), axis=1)
         prior = np.concatenate((prior, _deviations(fit.candidates) ** -2.0))
     normal = columns.T @ columns + np.diag(prior)
+    z = coordinates_of(fit.point)
+    low, high = _bounds(fit, z)
     for damping in DAMPINGS:
         held = normal + damping * np.diag(np.diag(normal))
-        yield np.asarray(np.linalg.solve(held, slope), np.float64)
+        step = np.asarray(np.linalg.solve(held, slope), np.float64)
+        step[: z.size] = np.clip(step[: z.size], low - z, high - z)
+        yield step
 
 
 def _slope(fit: Fit, z: Floats, u: Floats) -> Floats:

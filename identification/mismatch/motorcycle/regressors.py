@@ -45,10 +45,9 @@ def motion_regressors(record: Record, out: Outputs) -> dict[str, Floats]:
     seen["slip rate"] = _rate(seen["slip"])
     seen["jerk"] = _rate(seen["acceleration"])
     seen["force rate over speed"] = _rate(seen["tyre force"]) / np.maximum(seen["speed"], 1.0)
-    if np.ptp(inputs.spark) > 0:
-        seen["spark"] = binned(inputs.spark)
-        seen["spark rate"] = _rate(seen["spark"])
-        seen["spark acceleration"] = _rate(seen["spark rate"])
+    seen["spark"] = binned(inputs.spark)
+    seen["spark rate"] = _rate(seen["spark"])
+    seen["spark acceleration"] = _rate(seen["spark rate"])
     if "rear_turned" in record.measured:
         seen["wheel angle"] = binned(record.measured["rear_turned"]) % (2.0 * np.pi)
     if "lean_angle" in record.measured:
