@@ -33,12 +33,13 @@ class Estimate:
     high: float
 
 
-def deviations(fit: Fit) -> tuple[Floats, Floats]:
+def deviations(fit: Fit, given: Sequence[int] = ()) -> tuple[Floats, Floats]:
     """Standard deviation of every dial of all effects, and its degrees of freedom.
 
     As stretches of time tell it: an effect that one trial shows and three do not is no less there.
+    given: dials that are taken as they are.
     """
-    white, told = _told(fit)
+    white, told = _told(fit, given)
     variance, freedom = told[0]
     return _as_elsewhere(fit.candidates, np.sqrt(variance), white, freedom)
 
@@ -56,7 +57,7 @@ def reaches(fit: Fit) -> Floats:
     return np.asarray(np.max(found, axis=0))
 
 
-def _told(fit: Fit) -> tuple[Floats, list[tuple[Floats, Floats]]]:
+def _told(fit: Fit, given: Sequence[int] = ()) -> tuple[Floats, list[tuple[Floats, Floats]]]:
     """Variance of every dial if errors were white; variance and freedom as groups of them tell it.
 
     Groups: stretches of time, and where there are enough of them trials. A shape of which the
@@ -67,6 +68,7 @@ def _told(fit: Fit) -> tuple[Floats, list[tuple[Floats, Floats]]]:
     prior = np.concatenate([c.deviations for c in fit.candidates]) ** -2.0
     normal = off.T @ off + np.diag(prior)
     untold = (prior == 1.0) & (np.diag(np.linalg.inv(normal)) > UNTOLD**2)
+    untold |= np.isin(np.arange(prior.size), given)
     normal[np.ix_(untold, ~untold)] = normal[np.ix_(~untold, untold)] = 0.0
     normal[np.ix_(untold, untold)] = np.eye(int(untold.sum()))
     covariance: Floats = np.asarray(np.linalg.inv(normal), np.float64)
@@ -109,13 +111,19 @@ def _alike(pushes: Floats, groups: Integers) -> Floats:
 
 
 def significance(fit: Fit, number: int) -> float:
-    """One-sided p of the size of effect `number`, against sizes so small that they do not count."""
-    spread, freedom = deviations(fit)
+    """One-sided p of the size of effect `number`, against sizes so small that they do not count.
+
+    Where there is no effect its shapes mean nothing, so that their errors are none of the size's:
+    they are taken as fitted, and each counts as one more try.
+    """
     place = sum(len(c.dials) for c in fit.candidates[:number])
     now = fit.candidates[number]
     assert isinstance(now, Candidate)
+    own = range(place + 1, place + len(now.dials))
+    spread, freedom = deviations(fit, own)
     beyond = abs(now.size) - now.counts
-    return float(stats.t.sf(beyond / spread[place], freedom[place]))
+    p = float(stats.t.sf(beyond / spread[place], freedom[place]))
+    return min(1.0, p * len(now.dials))
 
 
 def estimates(fit: Fit, number: int) -> list[Estimate]:
