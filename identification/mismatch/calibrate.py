@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from identification.mismatch.fitting import Fit, settle
+from identification.mismatch.fitting import Fit, promised, settle
 from identification.mismatch.model import Model, Point, Series, predict
 from identification.mismatch.sensitivity import sensitivities
 from identification.mismatch.stack import flat, residuals, whiteners
@@ -40,6 +40,21 @@ def followed(fit: Fit) -> Fit:
         new = settle(refreshed(fit))
         if new.score - fit.score < WORTH_AGAIN:
             return new if new.score > fit.score else fit
+        fit = new
+    return fit
+
+
+def unbent(fit: Fit) -> Fit:
+    """Return a settled fit, settled again as long as its sensitivities promise what they do not keep.
+
+    They are of a point nearby, and where a tyre nears its peak they change within little.
+    """
+    for _ in range(max(fit.model.system.bends, 1)):
+        if promised(fit) < WORTH_AGAIN:
+            break
+        new = settle(refreshed(fit))
+        if new.score <= fit.score:
+            break
         fit = new
     return fit
 

@@ -134,6 +134,12 @@ def with_effects(fit: Fit, candidates: Sequence[Dialled]) -> Fit:
     return new
 
 
+def promised(fit: Fit) -> float:
+    """Nats that the fit's sensitivities promise to another step; much of a settled one: they bend."""
+    z, u = coordinates_of(fit.point), _dials(fit.candidates)
+    return 0.5 * float(_slope(fit, z, u) @ _full_step(fit, z, u))
+
+
 def _at_fixed_noise(fit: Fit, steps: int) -> Fit:
     for _ in range(steps):
         before = _objective(fit)

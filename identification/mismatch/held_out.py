@@ -7,6 +7,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from identification.mismatch.calibrate import unbent
 from identification.mismatch.fitting import Fit, settle
 from identification.mismatch.floor import floors
 from identification.mismatch.model import Model, predict
@@ -45,7 +46,7 @@ def carried_over(fit: Fit, model: Model) -> Fit:
     predicted = predict(model, point)
     slopes = sensitivities(model, point)
     start = Fit(model, point, predicted, fit.noise, slopes)
-    return replace(settle(start, noises=2), candidates=fit.candidates)
+    return replace(unbent(settle(start, noises=2)), candidates=fit.candidates)
 
 
 def contradicted(before: Fit, after: Fit, model: Model) -> bool:

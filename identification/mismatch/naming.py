@@ -11,7 +11,13 @@ from dataclasses import dataclass, field
 from itertools import combinations
 
 from identification.mismatch.ahead import SURVEYS, further
-from identification.mismatch.calibrate import WORTH_AGAIN, followed, from_far, partly_refreshed
+from identification.mismatch.calibrate import (
+    WORTH_AGAIN,
+    followed,
+    from_far,
+    partly_refreshed,
+    unbent,
+)
 from identification.mismatch.candidate import Candidate, Dialled, limits, tried_sizes
 from identification.mismatch.fitting import Fit, renoised, settle, with_effects
 from identification.mismatch.held_out import contradicted
@@ -165,9 +171,10 @@ def _settled(start: Fit) -> Fit:
             break
         new = settle(new)
         if new.score - fit.score < WORTH_AGAIN:
-            return max(new, fit, key=lambda f: f.score)
+            fit = max(new, fit, key=lambda f: f.score)
+            break
         fit = new
-    return fit
+    return unbent(fit)
 
 
 def _passes(before: Fit, after: Fit, limit: float) -> bool:
