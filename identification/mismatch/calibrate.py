@@ -39,13 +39,13 @@ def followed(fit: Fit) -> Fit:
     for _ in range(fit.model.system.bends):
         new = settle(refreshed(fit))
         if new.score - fit.score < WORTH_AGAIN:
-            return new if new.score > fit.score else fit
+            return unbent(max(new, fit, key=lambda f: f.score))
         fit = new
-    return fit
+    return unbent(fit)
 
 
 def unbent(fit: Fit) -> Fit:
-    """Return a settled fit, settled again as long as its sensitivities promise what they do not keep.
+    """Return a settled fit, settled again as long as its sensitivities promise much more.
 
     They are of a point nearby, and where a tyre nears its peak they change within little.
     """

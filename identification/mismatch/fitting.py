@@ -135,7 +135,7 @@ def with_effects(fit: Fit, candidates: Sequence[Dialled]) -> Fit:
 
 
 def promised(fit: Fit) -> float:
-    """Nats that the fit's sensitivities promise to another step; much of a settled one: they bend."""
+    """Nats that the sensitivities promise to another step; of a settled fit much: they bend."""
     z, u = coordinates_of(fit.point), _dials(fit.candidates)
     return 0.5 * float(_slope(fit, z, u) @ _full_step(fit, z, u))
 
