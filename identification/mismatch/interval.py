@@ -1,4 +1,4 @@
-"""How well the effects' parameters are known: errors may hang together within stretches of 3 s."""
+"""How well the effects' parameters are known: errors may hang together within stretches of time."""
 
 import math
 from collections.abc import Sequence
