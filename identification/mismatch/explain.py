@@ -20,8 +20,9 @@ from identification.mismatch.record import Record
 from identification.mismatch.scatter import FAMILY
 from identification.mismatch.score import SHOWN, Judge
 from identification.mismatch.sensitivity import change
+from identification.mismatch.sufficiency import Remainder, remainder
 from identification.mismatch.system import System
-from identification.mismatch.verdict import FoundCurve, FoundEffect, Location, Verdict
+from identification.mismatch.verdict import FoundCurve, FoundEffect, Location, Remains, Verdict
 from identification.mismatch.words import shape_in_words
 from plant.effects.effect import Effect
 
@@ -41,6 +42,7 @@ class Analysis:
     named: Named | None = None
     headline: str = ""
     after: list[Curve] = field(default_factory=list)
+    remains: Remainder | None = None
     proof: list[Fit] = field(default_factory=list)
     errors: list[Error] = field(default_factory=list)
     free: FreeCurve | None = None
@@ -116,6 +118,8 @@ def _doubt(a: Analysis, _: Sequence[type[Effect]], say: Say) -> None:
     if a.named.fit.candidates:
         say("looking for what the named effects leave")
         a.after = _curves(a, a.named.fit)
+        if a.system.by_factors:
+            a.remains = remainder(a.named.base, a.named.fit, a.after)
 
 
 def _free(a: Analysis, _: Sequence[type[Effect]], say: Say) -> None:
@@ -199,6 +203,7 @@ def verdict(a: Analysis) -> Verdict:
         effects=effects,
         unknown=doubt,
         shape=shape_in_words(left[0]) if doubt and left else "",
+        remains=_remains(a) if not doubt else None,
         curve=_curve(a.free),
         equivalents=tuple(_equivalents(a.named)) if not doubt else (),
         rivals=a.named.rivals,
@@ -220,6 +225,8 @@ def unexplained(a: Analysis) -> bool:
     assert a.named is not None
     if not a.named.names:
         return _certain(a.before)
+    if a.system.by_factors:
+        return a.remains is not None and not a.remains.small
     best = max((c.gain for c in a.after if c.certain), default=0.0)
     return best > LEFT * a.named.gain or (best > 0.0 and best > 60.0)
 
@@ -289,6 +296,13 @@ def _of_the_named(system: System, named: Named) -> Location | None:
     if not place:
         return None
     return Location(first.kind.block, place, "", "as its name tells", named.gain, 0.0)
+
+
+def _remains(a: Analysis) -> Remains | None:
+    if a.remains is None:
+        return None
+    c = a.remains.curve
+    return Remains(c.place, c.regressor, shape_in_words(c), a.remains.share)
 
 
 def _curve(free: FreeCurve | None) -> FoundCurve | None:
