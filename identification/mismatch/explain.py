@@ -6,6 +6,7 @@ from typing import Any
 
 from identification.mismatch.calibrate import calibrate
 from identification.mismatch.circumstance import Circumstance, circumstance, plainest
+from identification.mismatch.exchange import exchanged
 from identification.mismatch.fitting import Fit
 from identification.mismatch.floor import lack_of_fit
 from identification.mismatch.free_curve import FreeCurve, inside
@@ -113,13 +114,24 @@ def _headline(a: Analysis) -> str:
     return a.base.model.chain.blocks[-1].outputs[0]
 
 
-def _doubt(a: Analysis, _: Sequence[type[Effect]], say: Say) -> None:
+def _doubt(a: Analysis, library: Sequence[type[Effect]], say: Say) -> None:
     assert a.named is not None
-    if a.named.fit.candidates:
-        say("looking for what the named effects leave")
-        a.after = _curves(a, a.named.fit)
-        if a.system.by_factors:
-            a.remains = remainder(a.named.base, a.named.fit, a.after)
+    if not a.named.fit.candidates:
+        return
+    _look_after(a, say)
+    if a.system.by_factors and len(a.named.names) > 1 and unexplained(a):
+        better = exchanged(a.named, library, a.held_out, say)
+        if better is not a.named:
+            a.named = better
+            _look_after(a, say)
+
+
+def _look_after(a: Analysis, say: Say) -> None:
+    assert a.named is not None
+    say("looking for what the named effects leave")
+    a.after = _curves(a, a.named.fit)
+    if a.system.by_factors:
+        a.remains = remainder(a.named.base, a.named.fit, a.after)
 
 
 def _free(a: Analysis, _: Sequence[type[Effect]], say: Say) -> None:

@@ -47,14 +47,18 @@ def remainder(base: Fit, named: Fit, curves: Iterable[Curve]) -> Remainder | Non
 
 
 def _weighed(base: Fit, judge: Judge, curve: Curve) -> Remainder:
-    """Errors of every block in its own root mean square, as the names leave it."""
+    """Every output counts in its own root mean square, as the names leave it.
+
+    All are taken off what may vary without meaning anything, so that no bad calibration counts as
+    explained.
+    """
     fit = judge.fit
-    model = fit.model
     even = [whitener(rest, order=0) for rest in fit.rest]
-    free = Nuisances(flat(model, even, fit.slopes))
-    trace = free.off(flat(model, even, effect_of(judge, curve)))
-    before, now = (flat(model, even, rest) for rest in (base.rest, fit.rest))
-    with_names = float(now @ now)
+    free, bare = (Nuisances(flat(f.model, even, f.slopes)) for f in (fit, base))
+    before = bare.off(flat(base.model, even, base.rest))
+    now = free.off(flat(fit.model, even, fit.rest))
+    trace = free.off(flat(fit.model, even, effect_of(judge, curve)))
     taken = float(trace @ now) ** 2 / max(float(trace @ trace), 1e-300)
-    explained = float(before @ before) - (with_names - taken)
-    return Remainder(curve, taken / max(explained, 1e-300))
+    explained = float(before @ before) - (float(now @ now) - taken)
+    share = taken / explained if explained > taken else 1.0
+    return Remainder(curve, share)

@@ -5,8 +5,8 @@ location     {block, injection, regressor, band, region, along, direction, shape
              or null
 effects      [{name, subject, block, parameters: [{name, value, unit, interval}]}], strongest first
 unknown      {found, shape}: something is missing that no effect of the library is
-remains      {injection, regressor, shape, share}: what stays unexplained beside names that stand, as
-             a share of what they explain in mean squares; null where nothing or not weighed
+remains      {injection, regressor, shape, share}: what stays unexplained beside names that stand,
+             as a share of what they explain in mean squares; null where nothing or not weighed
 curve        {injection, unit, regressor, knots, values, gain, confirmed}: what stands in for it
 equivalents  [[names]] that these recordings cannot tell apart
 rivals       {name: {other name: nats behind}}
