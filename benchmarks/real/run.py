@@ -202,7 +202,7 @@ def _summary(results: dict[str, dict]) -> str:
     for case in CASES:
         told = results.get(case.name)
         if told is None:
-            lines.append(f"| {case.title} | not run | | |")
+            lines.append(f"| {case.title} | not made anew: see its section | | |")
             continue
         named = ", ".join(f"{e['name']} at {e['subject']}" for e in told["effects"])
         open_end = "none of the above" if told["unknown"]["found"] else "nothing"
@@ -219,13 +219,23 @@ def _page() -> None:
         name: json.loads(path.read_text(encoding="utf-8"))
         for name, path in paths.items() if path.exists()
     }  # fmt: skip
+    page = DOCS / "real_recordings.md"
+    before = _sections(page)
     parts = [HEAD, _summary(results)]
     for case in CASES:
         if case.name in results:
             parts.append(_section(case, results[case.name]))
         else:
-            parts.append(f"## {case.title}\n\nKnown: {case.known}\n\nNot run.\n")
-    DOCS.joinpath("real_recordings.md").write_text("\n".join(parts), encoding="utf-8")
+            bare = f"## {case.title}\n\nKnown: {case.known}\n\nNot run.\n"
+            parts.append(before.get(case.title, bare))
+    page.write_text("\n".join(parts), encoding="utf-8")
+
+
+def _sections(page: Path) -> dict[str, str]:
+    """Return the sections of a page that stand already, by title; those not made anew are kept."""
+    text = page.read_text(encoding="utf-8") if page.exists() else ""
+    found = (f"## {part.rstrip()}\n" for part in text.split("\n## ")[1:])
+    return {part.partition("\n")[0].removeprefix("## "): part for part in found}
 
 
 def _section(case: Case, told: dict) -> str:
