@@ -11,13 +11,15 @@ import os
 import sys
 import time
 from collections.abc import Iterator
+from itertools import count
 from pathlib import Path
 
 import matplotlib.pyplot as plt
 import numpy as np
 
 from benchmarks.real.cases import CAPTURES, CASES, REMARKS, Case
-from identification.mismatch.explain import Analysis, accepted, analyse, verdict
+from benchmarks.real.twin import twin
+from identification.mismatch.explain import Analysis, accepted, analyse, begin, verdict
 from identification.mismatch.fitting import Fit
 from identification.mismatch.held_out import driven
 from identification.mismatch.improved import improved_system
@@ -25,6 +27,7 @@ from identification.mismatch.memo import sentence
 from identification.mismatch.model import Model, models
 from identification.mismatch.piece import Piece
 from identification.mismatch.runs import open_analysis
+from identification.mismatch.systems.system import ModelSystem
 from identification.mismatch.verdict import as_tree
 from protocol.import_log import Capture as Import
 from protocol.import_log import import_capture
@@ -63,7 +66,7 @@ def _run(case: Case) -> None:
     model = _model(case)
     folders = [[BUILD / "runs" / n for n in names] for names in (case.training, case.held_out)]
     begun, worked, said = time.monotonic(), time.process_time(), list[str]()
-    analysis = open_analysis(model, *folders)
+    analysis = _opened(case, model, *folders)
 
     def say(words: str) -> None:
         print(f"{time.monotonic() - begun:6.1f} s  {case.name}: {words}", flush=True)
@@ -88,6 +91,17 @@ def _run(case: Case) -> None:
     improved = improved_system(accepted(analysis))
     (folder / "improved.toml").write_text(improved.text(), encoding="utf-8")
     (folder / "verdict.json").write_text(json.dumps(tree, indent=1), encoding="utf-8")
+
+
+def _opened(case: Case, file: Path, *sets: list[Path]) -> Analysis:
+    """Read the recordings, or make their twins, in which nothing is missing."""
+    if not case.twin:
+        return open_analysis(file, *sets)
+    system, seeds = ModelSystem.load(file), count(1)
+    return begin(system, *(
+        [system.prepare(twin(system, Piece.of(path).read(), next(seeds))) for path in paths]
+        for paths in sets
+    ))  # fmt: skip
 
 
 def _fits(a: Analysis, model: Model) -> Iterator[Fit]:
