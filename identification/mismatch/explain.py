@@ -6,6 +6,7 @@ from typing import Any
 
 from identification.mismatch.calibrate import calibrate
 from identification.mismatch.circumstance import Circumstance, circumstance, plainest
+from identification.mismatch.exchange import exchanged
 from identification.mismatch.fitting import Fit
 from identification.mismatch.floor import lack_of_fit
 from identification.mismatch.free_curve import FreeCurve, inside
@@ -20,8 +21,9 @@ from identification.mismatch.record import Record
 from identification.mismatch.scatter import FAMILY
 from identification.mismatch.score import SHOWN, Judge
 from identification.mismatch.sensitivity import change
+from identification.mismatch.sufficiency import Remainder, remainder
 from identification.mismatch.system import System
-from identification.mismatch.verdict import FoundCurve, FoundEffect, Location, Verdict
+from identification.mismatch.verdict import FoundCurve, FoundEffect, Location, Remains, Verdict
 from identification.mismatch.words import shape_in_words
 from plant.effects.effect import Effect
 
@@ -41,6 +43,7 @@ class Analysis:
     named: Named | None = None
     headline: str = ""
     after: list[Curve] = field(default_factory=list)
+    remains: Remainder | None = None
     proof: list[Fit] = field(default_factory=list)
     errors: list[Error] = field(default_factory=list)
     free: FreeCurve | None = None
@@ -111,11 +114,24 @@ def _headline(a: Analysis) -> str:
     return a.base.model.chain.blocks[-1].outputs[0]
 
 
-def _doubt(a: Analysis, _: Sequence[type[Effect]], say: Say) -> None:
+def _doubt(a: Analysis, library: Sequence[type[Effect]], say: Say) -> None:
     assert a.named is not None
-    if a.named.fit.candidates:
-        say("looking for what the named effects leave")
-        a.after = _curves(a, a.named.fit)
+    if not a.named.fit.candidates:
+        return
+    _look_after(a, say)
+    if a.system.by_factors and len(a.named.names) > 1 and unexplained(a):
+        better = exchanged(a.named, library, a.held_out, say)
+        if better is not a.named:
+            a.named = better
+            _look_after(a, say)
+
+
+def _look_after(a: Analysis, say: Say) -> None:
+    assert a.named is not None
+    say("looking for what the named effects leave")
+    a.after = _curves(a, a.named.fit)
+    if a.system.by_factors:
+        a.remains = remainder(a.named.base, a.named.fit, a.after)
 
 
 def _free(a: Analysis, _: Sequence[type[Effect]], say: Say) -> None:
@@ -205,6 +221,7 @@ def verdict(a: Analysis) -> Verdict:
         effects=effects,
         unknown=doubt,
         shape=shape_in_words(left[0]) if doubt and left else "",
+        remains=_remains(a) if not doubt else None,
         curve=_curve(a.free),
         equivalents=tuple(_equivalents(a.named)) if not doubt else (),
         rivals=a.named.rivals,
@@ -226,6 +243,8 @@ def unexplained(a: Analysis) -> bool:
     assert a.named is not None
     if not a.named.names:
         return _certain(a.before)
+    if a.system.by_factors:
+        return a.remains is not None and not a.remains.small
     best = max((c.gain for c in a.after if c.certain), default=0.0)
     return best > LEFT * a.named.gain or (best > 0.0 and best > 60.0)
 
@@ -295,6 +314,13 @@ def _of_the_named(system: System, named: Named) -> Location | None:
     if not place:
         return None
     return Location(first.kind.block, place, "", "as its name tells", named.gain, 0.0)
+
+
+def _remains(a: Analysis) -> Remains | None:
+    if a.remains is None:
+        return None
+    c = a.remains.curve
+    return Remains(c.place, c.regressor, shape_in_words(c), a.remains.share)
 
 
 def _curve(free: FreeCurve | None) -> FoundCurve | None:

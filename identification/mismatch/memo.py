@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from math import floor, log10, pi
 
 from identification.mismatch.held_out import Error
-from identification.mismatch.verdict import FoundEffect, Location, Verdict
+from identification.mismatch.verdict import FoundEffect, Location, Remains, Verdict
 from plant.effects.library import BY_NAME
 
 _DIRECTIONS = {"both": "opening and closing", "opening": "opening", "closing": "closing"}
@@ -106,6 +106,8 @@ def _region(where: Location) -> str:
 
 
 def _limits(verdict: Verdict) -> Iterator[str]:
+    if verdict.remains:
+        yield f"  unexplained    {remains(verdict.remains)}"
     for names in verdict.equivalents:
         yield f"  cannot be told apart here: {', '.join(names)}"
     if verdict.not_excited:
@@ -116,6 +118,14 @@ def _limits(verdict: Verdict) -> Iterator[str]:
         yield f"  left out: {told}"
     if verdict.next_trial:
         yield f"  next trial: {verdict.next_trial['why']}"
+
+
+def remains(left: Remains) -> str:
+    """Say what stays unexplained beside names that stand."""
+    return (
+        f"{left.injection} along {left.regressor}: {left.shape}; {100 * left.share:.2g} % of what"
+        " the names explain, in mean squares"
+    )
 
 
 def trace_of(effect: str) -> str:

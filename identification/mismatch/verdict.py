@@ -5,6 +5,8 @@ location     {block, injection, regressor, band, region, along, direction, shape
              or null
 effects      [{name, subject, block, parameters: [{name, value, unit, interval}]}], strongest first
 unknown      {found, shape}: something is missing that no effect of the library is
+remains      {injection, regressor, shape, share}: what stays unexplained beside names that stand,
+             as a share of what they explain in mean squares; null where nothing or not weighed
 curve        {injection, unit, regressor, knots, values, gain, confirmed}: what stands in for it
 equivalents  [[names]] that these recordings cannot tell apart
 rivals       {name: {other name: nats behind}}
@@ -58,6 +60,16 @@ class FoundEffect:
 
 
 @dataclass(frozen=True)
+class Remains:
+    """What stays unexplained. share: of what the names explain, in mean squares."""
+
+    injection: str
+    regressor: str
+    shape: str
+    share: float
+
+
+@dataclass(frozen=True)
 class FoundCurve:
     """A free curve f(regressor) that acts inside the simulation at a place; gains in nats."""
 
@@ -80,6 +92,7 @@ class Verdict:
     effects: tuple[FoundEffect, ...] = ()
     unknown: bool = False
     shape: str = ""
+    remains: Remains | None = None
     curve: FoundCurve | None = None
     equivalents: tuple[tuple[str, ...], ...] = ()
     rivals: Mapping[str, Mapping[str, float]] = field(default_factory=dict)

@@ -61,8 +61,13 @@ def system(folder: Path) -> ModelSystem:
     return ModelSystem.load(path)
 
 
-def recorded(seed: int, cube: float = 0.0, seconds: float = 20.0, noise: float = 2e-3) -> Recording:
-    """Ride through noise of 1 V rms, held; cube: of the spring, 1/m^2. Numbers err by per cent."""
+def recorded(
+    seed: int, cube: float = 0.0, seconds: float = 20.0, noise: float = 2e-3, square: float = 0.0
+) -> Recording:
+    """Ride through noise of 1 V rms, held. Numbers err by per cent.
+
+    cube, square: of the spring, 1/m^2 and 1/m; noise: of what is told, m.
+    """
     print(f"seed {seed}")
     rng = np.random.default_rng(seed)
     time = PERIOD * np.arange(round(seconds / PERIOD))
@@ -70,7 +75,7 @@ def recorded(seed: int, cube: float = 0.0, seconds: float = 20.0, noise: float =
     tilt = 0.5 * np.sin(2 * np.pi * 0.3 * time)
 
     def rate(t: float, x: np.ndarray, u: float) -> list[float]:
-        spring = 10.3**2 * (x[0] + cube * x[0] ** 3)
+        spring = 10.3**2 * (x[0] + square * x[0] ** 2 + cube * x[0] ** 3)
         return [x[1], 97.0 * u - spring - 2 * 0.11 * 10.3 * x[1]]
 
     x, shown = np.zeros(2), []

@@ -26,12 +26,13 @@ ADVANCE = (
 )
 AT = (
     "f8(i8,f8,f8,f8,b1,b1,f8[::1],f8[::1],i8[::1],i8[::1],i8[::1],f8[:,::1],f8[::1],f8[::1],f8[::1],"
-    "f8[::1],f8[:,::1],i8,f8,f8[::1])"
+    "f8[:,::1],i8,f8)"
 )
 COMMON = (
-    "fraction, commit, init, x, dx, code, where, other, par, push, q, spill, memory, rings, count,"
-    " step, values"
+    "fraction, commit, init, x, dx, code, where, other, par, q, spill, memory, rings, count, step"
 )
+ALL = f"{COMMON}, push, values, busy"
+"""What `rates` knows besides: pushes, what is told of every place, and where something acts."""
 
 PAST = """def past(ring, count, fraction, value, delay_steps):
     mask = len(ring) - 1
@@ -56,6 +57,9 @@ RUN = """def advance(x0, u, held, push, p, code, where, other, par, ring, step, 
     now, q = np.zeros(u.shape[1]), np.zeros(u.shape[1] + size)
     spill, memory = np.zeros(size), np.zeros(n)
     rings, values = np.zeros((n, ring)), np.zeros(push.shape[1])
+    busy = np.zeros(push.shape[1], np.bool_)
+    for i in range(n):
+        busy[where[i]] = True
     count = 0
     for r in range(len(u)):
         before = u[r - 1] if r > 0 else u[0]
@@ -116,7 +120,7 @@ def _effects() -> str:
 def kernel_text(equations: Equations, effects: str) -> str:
     """Return the text of a system's kernel. effects: name of the module of what may act."""
     parts = [f"from {effects} import at", _plain("\n".join(_rates_lines(equations)))]
-    rest = COMMON.replace("commit, init, x, dx", "start, init, stage, k").replace("push", "push[r]")
+    rest = ALL.replace("commit, init, x, dx", "start, init, stage, k").replace("push", "push[r]")
     run = RUN.format(most=MOST_STATES, rest=rest, bad=NOT_FINITE, fine=FINE)
     return "\n".join([*parts, entry(run, ADVANCE)])
 
@@ -128,7 +132,6 @@ def _plain(text: str) -> str:
 def _place_lines() -> Iterator[str]:
     """Yield a function that lets everything at one place act on its quantity."""
     yield f"def at(j, value, own, {COMMON}):"
-    yield "    value += push[j]"
     yield "    for i in range(len(code)):"
     yield "        if where[i] != j:"
     yield "            continue"
@@ -145,7 +148,6 @@ def _place_lines() -> Iterator[str]:
             yield f"        {word} code[i] == {CODES[kind.name]}:"
             yield from (f"            {line}" for line in _branch(kind))
             word = "elif"
-    yield "    values[j] = value"
     yield "    return value"
 
 
@@ -179,26 +181,30 @@ def _branch(kind: type[SeamEffect]) -> Iterator[str]:
 
 def _rates_lines(e: Equations) -> Iterator[str]:
     """Yield a function that gives the rates of all states, and every place's value."""
-    yield f"def rates(u, p, {COMMON}):"
+    yield f"def rates(u, p, {ALL}):"
     yield "    spill[:] = 0.0"
     for k, name in enumerate(e.parameters):
         yield f"    {PREFIX}{name} = p[{k}]"
     for k, name in enumerate(e.states):
         yield f"    {PREFIX}{name} = x[{k}]"
         yield f"    q[{len(e.inputs) + k}] = x[{k}]"
-    place = 0
+    numbers = iter(range(len(e.places)))
     for k, name in enumerate(e.inputs):
-        yield f"    {PREFIX}{name} = at({place}, u[{k}], 0.0, {COMMON})"
+        yield from _at(next(numbers), f"{PREFIX}{name}", f"u[{k}]")
         yield f"    q[{k}] = {PREFIX}{name}"
-        place += 1
     for name, text in e.seams:
-        yield f"    {PREFIX}{name} = at({place}, {text}, 0.0, {COMMON})"
-        place += 1
+        yield from _at(next(numbers), f"{PREFIX}{name}", text)
     for k, text in enumerate(e.rates):
-        yield f"    dx[{k}] = at({place}, {text}, x[{k}], {COMMON})"
-        place += 1
+        yield from _at(next(numbers), f"dx[{k}]", text, own=f"x[{k}]")
     for _, text in e.outputs:
-        yield f"    at({place}, {text}, 0.0, {COMMON})"
-        place += 1
+        yield from _at(next(numbers), "shown", text)
     yield f"    for i in range({len(e.states)}):"
     yield "        dx[i] += spill[i]"
+
+
+def _at(place: int, name: str, text: str, own: str = "0.0") -> Iterator[str]:
+    """Yield what gives a quantity its value; a place where nothing acts costs no call."""
+    yield f"    {name} = {text} + push[{place}]"
+    yield f"    if busy[{place}]:"
+    yield f"        {name} = at({place}, {name}, {own}, {COMMON})"
+    yield f"    values[{place}] = {name}"
