@@ -41,21 +41,22 @@ def followed(fit: Fit) -> Fit:
         if new.score - fit.score < WORTH_AGAIN:
             return unbent(max(new, fit, key=lambda f: f.score))
         fit = new
-    return unbent(fit)
+    return fit
 
 
-def unbent(fit: Fit) -> Fit:
-    """Return a settled fit, settled again as long as its sensitivities promise much more.
+def unbent(fit: Fit, rounds: int = 1) -> Fit:
+    """Return a settled fit, settled again where its sensitivities promise much more.
 
-    They are of a point nearby, and where a tyre nears its peak they change within little.
+    They are of a point nearby, and where a tyre nears its peak they change within little. rounds:
+    how often at most; sensitivities are what costs most.
     """
-    for _ in range(max(fit.model.system.bends, 1)):
+    for _ in range(rounds):
         if promised(fit) < WORTH_AGAIN:
             break
         new = settle(refreshed(fit))
-        if new.score <= fit.score:
+        gain, fit = new.score - fit.score, max(new, fit, key=lambda f: f.score)
+        if gain < WORTH_AGAIN:
             break
-        fit = new
     return fit
 
 
