@@ -190,7 +190,8 @@ def _what_helped(fit: Fit, new: Fit, step: Floats) -> Fit | None:
     """Return the part of a step that concerns only drives which it helped; None: none or all."""
     before, after = _by_drive(fit), _by_drive(new)
     helped = {d for d in before if after[d] < before[d]}
-    if not helped or len(helped) == len(before):
+    gained = sum(before[d] - after[d] for d in helped)
+    if gained < 2 * SETTLED or len(helped) == len(before):
         return None
     own = np.array([helped.issuperset(drives) for drives in _drives(fit)])
     part = np.where(own, step, 0.0)
