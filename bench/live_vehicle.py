@@ -20,6 +20,7 @@ from protocol.errors import InputError
 from protocol.layout import Database
 
 A_DAY_AT_THE_TRACK = 8 * 3_600_000  # ms
+LEAVING = 10.0  # s that a vehicle has to leave the bus
 SPIN = 20_000  # ns: a motorcycle may be late by that much; the processor is the bench's
 
 
@@ -64,7 +65,10 @@ def riding_beside(ride: Ride, database: Database, address: BusAddress) -> Iterat
         yield
     finally:
         process.terminate()
-        process.join()
+        process.join(LEAVING)
+        if process.is_alive():  # stopped, or hanging: it holds nothing that would be lost
+            process.kill()
+            process.join()
 
 
 def _ride_on(ride: Ride, database: Database, address: BusAddress) -> None:

@@ -22,6 +22,7 @@ from bench.ring import (
     REMOTE,
     SENT,
     TICK,
+    UNTOLD,
     Ring,
     Slot,
     attach_shared,
@@ -83,7 +84,7 @@ class Recorder:
             _write_all(file, text.encode("ascii"))
         except OSError as fault:
             self.trouble = str(fault)
-            self._ring.fail()
+            self._ring.fail(fault.errno or UNTOLD)
 
 
 def _write_all(log: BinaryIO, data: bytes) -> None:
