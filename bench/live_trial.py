@@ -7,7 +7,6 @@ watches both, tells the phases, and keeps what is left when one of them dies.
 import multiprocessing
 import signal
 import threading
-import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from multiprocessing.connection import Connection, wait
@@ -30,6 +29,7 @@ from protocol.errors import InputError
 from protocol.messages import Phase
 
 LOOK = 0.1  # s between two looks at the processes
+GLANCE = 0.01  # s between two looks for the recorder
 OPENING = 60.0  # s that a bus has to open, and a recorder to begin, on a machine however loaded
 STANDING = 15.0  # s without a tick after which a loop that lives is ended: it was stopped
 Told = Callable[[Phase], None]
@@ -156,9 +156,10 @@ def _opened(
 
 def _begun(recorder: BaseProcess, path: Path) -> bool:
     """Wait until the recorder has made `path`: a trial begins when it can be recorded."""
-    deadline = time.monotonic() + OPENING
-    while not path.exists() and recorder.exitcode is None and time.monotonic() < deadline:
-        recorder.join(0.01)
+    for _ in range(round(OPENING / GLANCE)):
+        if path.exists() or recorder.exitcode is not None:
+            break
+        recorder.join(GLANCE)
     return path.exists()
 
 

@@ -1,7 +1,9 @@
 """In real time: functional laws only, for nothing here may depend on how fast a machine is."""
 
+import errno
 import multiprocessing
 import os
+import resource
 import signal
 import threading
 import time
@@ -138,6 +140,23 @@ def test_a_bus_whose_driver_hangs_is_told_and_its_process_killed(monkeypatch):
         _opened(ours, loop := Hanging(), BusAddress("pcan", "PCAN_USBBUS1"), threading.Event())
     assert loop.killed
     assert "remedy: " in str(told.value)
+
+
+def test_a_disk_that_takes_no_more_ends_the_trial_and_the_user_is_told_why(tmp_path):
+    """The kernel refuses what the recorder writes, as on a full disk, by another number."""
+
+    def told(phase: Phase) -> None:
+        for child in multiprocessing.active_children():
+            if phase == Phase.ARMED and child.name == "slipbench recorder":
+                resource.prlimit(child.pid, resource.RLIMIT_FSIZE, (1000, 1000))
+
+    outcome = ridden(prepared(armed_for_at_most="20 s"), tmp_path / "run", told)
+    assert outcome.trip == "the recorder cannot write"
+    why = f"the recorder could not write: {os.strerror(errno.EFBIG)}"
+    assert why in outcome.notes
+    recording_ = read(tmp_path / "run")
+    assert why in recording_.description["outcome"]["notes"]
+    assert recording_.frame_count > 100
 
 
 @pytest.mark.parametrize(
