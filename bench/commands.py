@@ -3,7 +3,7 @@
 import math
 import os
 import threading
-from contextlib import AbstractContextManager, nullcontext
+from contextlib import AbstractContextManager, nullcontext, suppress
 from itertools import count
 from pathlib import Path
 from time import monotonic
@@ -96,7 +96,7 @@ def trial(
             folder,
             address,
             progress=lambda seconds: bar.update(task, completed=seconds),
-            phases=lambda phase: console.print(f"{prepared.trial.name}: {_words(phase.name)}"),
+            phases=lambda phase: _tell(console, f"{prepared.trial.name}: {_words(phase.name)}"),
         )
     for note in outcome.notes[:5]:
         console.print(f"note: {note}")
@@ -207,6 +207,12 @@ def replay(
     typer.echo(told(table))
     if report is not None:
         write(table, report)
+
+
+def _tell(console: Console, text: str) -> None:
+    """Print a line; a terminal that is gone keeps no trial from being described."""
+    with suppress(OSError):
+        console.print(text)
 
 
 def _watch(running: "RunningReplay", name: str) -> "Report":

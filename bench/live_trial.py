@@ -16,6 +16,7 @@ from types import FrameType
 
 from bench.buses import BusAddress
 from bench.ended import ended
+from bench.interrupts import asking
 from bench.loop_process import PHASES, LoopOrder, LoopReport, drain_phases, serve
 from bench.outcome import Outcome
 from bench.preparation import Prepared
@@ -192,7 +193,7 @@ def _ring(slots: int = 1 << 16) -> Iterator[tuple[str, Ring]]:
 
 @contextmanager
 def _interrupts_passed_on(loop: BaseProcess) -> Iterator[threading.Event]:
-    """Leave Ctrl-C to the loop, which hands back; a polite kill of this process reaches it too.
+    """Leave Ctrl-C to the loop, which hands back; what else asks for an end reaches it too.
 
     Yields what is set once the operator has asked.
     """
@@ -203,7 +204,7 @@ def _interrupts_passed_on(loop: BaseProcess) -> Iterator[threading.Event]:
         if loop.is_alive():
             loop.terminate()
 
-    before = {number: signal.signal(number, pass_on) for number in (signal.SIGINT, signal.SIGTERM)}
+    before = {number: signal.signal(number, pass_on) for number in asking()}
     try:
         yield asked
     finally:

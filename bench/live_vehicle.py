@@ -11,7 +11,7 @@ from typing import Any
 
 from bench.buses import BusAddress, open_bus, told_when_gone
 from bench.clock import MILLISECOND, MonotonicClock
-from bench.interrupts import interrupts
+from bench.interrupts import asking, interrupts
 from bench.loop import run_periodic
 from bench.undisturbed import die_with, undisturbed
 from bench.virtual_motorcycle import Ride, VirtualMotorcycle
@@ -72,11 +72,12 @@ def riding_beside(ride: Ride, database: Database, address: BusAddress) -> Iterat
 
 
 def _ride_on(ride: Ride, database: Database, address: BusAddress) -> None:
-    """Ride until asked to end; Ctrl-C is the trial's, which hands back to this motorcycle."""
+    """Ride until asked to end; what the terminal says is the trial's, which hands back to it."""
     die_with(signal.SIGTERM)
     over = threading.Event()
     with interrupts(over):
-        signal.signal(signal.SIGINT, signal.SIG_IGN)
+        for number in set(asking()) - {signal.SIGTERM}:
+            signal.signal(number, signal.SIG_IGN)
         try:
             ride_until(over.is_set, ride, database, address, undisturbed)
         except InputError as fault:

@@ -14,6 +14,7 @@ from multiprocessing.process import BaseProcess
 from pathlib import Path
 from typing import BinaryIO
 
+from bench.interrupts import asking
 from bench.ring import (
     BIT_RATE_SWITCH,
     ERROR,
@@ -110,10 +111,10 @@ def start_recorder(ring_name: str, folder: Path, bus: str, table: TickTable) -> 
 def _record(ring_name: str, folder: Path, bus: str, table: TickTable, parent: int) -> None:
     """Follow the ring until it is closed, or until nobody is left who would fill it.
 
-    The operator's Ctrl-C reaches every process of the terminal: it ends the trial, and only when
-    that has handed back the recorder.
+    The operator's Ctrl-C, or the terminal's end, reaches every process of the terminal: it ends the
+    trial, and only when that has handed back the recorder.
     """
-    for number in (signal.SIGINT, signal.SIGTERM):
+    for number in asking():
         signal.signal(number, signal.SIG_IGN)
     memory, ring = attach_shared(ring_name)
     with ExitStack() as files:

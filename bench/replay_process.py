@@ -17,6 +17,7 @@ import numpy as np
 from bench.buses import BusAddress, open_bus
 from bench.clock import MonotonicClock
 from bench.ended import ended
+from bench.interrupts import asking
 from bench.replay import Replayed, replay
 from bench.replay_controls import SIZE, Controls
 from bench.replay_selection import channels_by_bus, select_buses, select_identifiers
@@ -115,7 +116,8 @@ def running_replay(order: ReplayOrder, speed: float, passes: int) -> Iterator[Ru
 def _serve(order: ReplayOrder, controls_name: str, pipe: Connection) -> None:
     """Read, open, say so, wait for the word, replay, report; the process's main."""
     die_with(signal.SIGTERM)
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # who started this stops it by the controls
+    for number in set(asking()) - {signal.SIGTERM}:  # who started this stops it by the controls
+        signal.signal(number, signal.SIG_IGN)
     with ExitStack() as stack:
         _, controls = stack.enter_context(_shared_controls(controls_name))
         try:
