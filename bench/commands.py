@@ -74,7 +74,7 @@ def trial(
     """
     from bench.buses import BusAddress
     from bench.live_vehicle import riding_beside
-    from bench.outcome import invalid
+    from bench.outcome import in_short, invalid
     from bench.preparation import prepare
     from bench.run import run_trial
 
@@ -98,7 +98,7 @@ def trial(
             progress=lambda seconds: bar.update(task, completed=seconds),
             phases=lambda phase: _tell(console, f"{prepared.trial.name}: {_words(phase.name)}"),
         )
-    for note in outcome.notes[:5]:
+    for note in in_short(outcome.notes):
         console.print(f"note: {note}")
     if why_not := invalid(outcome, prepared.trial.timing):
         console.print(f"{prepared.trial.name} is invalid: {why_not}", style="yellow")

@@ -21,7 +21,7 @@ from bench.loop_process import PHASES, LoopOrder, LoopReport, drain_phases, serv
 from bench.outcome import Outcome
 from bench.preparation import Prepared
 from bench.pulse import Pulse
-from bench.recorder import JOIN, start_recorder
+from bench.recorder import JOIN, start_recorder, what_failed
 from bench.ring import Ring, create_shared
 from bench.ticks import TICKS, read_ticks, tick_table
 from bench.trial import TrialState
@@ -173,11 +173,7 @@ def _finish(recorder: BaseProcess, ring: Ring) -> list[str]:
         return ["the recorder did not finish and was ended"]
     if recorder.exitcode != 0:
         return [f"the recorder's process died ({ended(recorder)})"]
-    if not ring.failed:
-        return []
-    if ring.why_failed:
-        return [f"the recorder could not write: {ring.why_failed}"]
-    return ["the recorder could not keep up with the ring"]
+    return what_failed(ring)
 
 
 @contextmanager

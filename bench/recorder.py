@@ -94,6 +94,15 @@ def _write_all(log: BinaryIO, data: bytes) -> None:
         view = view[log.write(view) :]
 
 
+def what_failed(ring: Ring) -> list[str]:
+    """Say what kept the reader of `ring` from writing all of it; nothing where it did."""
+    if not ring.failed:
+        return []
+    if ring.why_failed:
+        return [f"the recorder could not write: {ring.why_failed}"]
+    return ["the recorder could not keep up with the ring"]
+
+
 def open_log(path: Path) -> BinaryIO:
     """Open a new log; every write reaches the operating system before it returns."""
     return path.open("xb", buffering=0)
