@@ -5,15 +5,13 @@ containers bit by bit and throws away what comes out: it only looks whether that
 """
 
 import struct
-import zlib
 from collections.abc import Iterator
 from pathlib import Path
 from typing import BinaryIO
 
 from protocol.errors import InputError
+from protocol.logs.unpacking import LARGEST, fits
 
-LARGEST = 1 << 26  # bytes of a container, packed or not; Vector's own are 128 KiB
-AT_ONCE = 1 << 16  # bytes that are unpacked at once
 FILE = struct.Struct("<4sL")  # "LOGG", and the size of the file's own header
 OBJECT = struct.Struct("<4sHHLL")  # "LOBJ", header size and version, size, kind
 CONTAINER = struct.Struct("<H6xL4x")  # how it is packed, and the size that it says it has unpacked
@@ -52,14 +50,7 @@ def _ends(container: bytes) -> bool:
     """Tell whether what a container unpacks to is no larger than it may be."""
     if len(container) < CONTAINER.size or CONTAINER.unpack_from(container)[0] != ZLIB:
         return True
-    packed, total, unpacking = container[CONTAINER.size :], 0, zlib.decompressobj()
-    try:
-        while packed and total <= LARGEST:
-            total += len(unpacking.decompress(packed, AT_ONCE))
-            packed = unpacking.unconsumed_tail
-    except zlib.error:
-        return True  # the reader names it
-    return total <= LARGEST
+    return fits(container[CONTAINER.size :], LARGEST)
 
 
 def _too_large(path: Path, at: int, found: str) -> InputError:

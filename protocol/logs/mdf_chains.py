@@ -1,16 +1,19 @@
 """Blocks of an ASAM MDF file hang together in chains; one that bites its own tail has no end.
 
 asammdf follows such a chain for ever, and remembers each turn. So before it opens a file, this
-walks the chains that it will walk, of MDF 4 (ASAM MDF 4.2, its blocks and links) and of MDF 3.
+walks the chains that it will walk, of MDF 4 (ASAM MDF 4.2, its blocks and links) and of MDF 3. On
+the way it looks whether a packed block unpacks to more than any logger packs into one.
 """
 
+import os
 import struct
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import BinaryIO
 
 from protocol.errors import InputError
+from protocol.logs.unpacking import LARGEST, fits
 
 FIRST = 64  # the address of the header block, after the identification block
 VERSION_AT = 8  # the version's text: "4.10"
@@ -20,11 +23,14 @@ VERSION_AT = 8  # the version's text: "4.10"
 CHAINS_4 = {
     b"##HD": (0, 1, 2, 3, 4), b"##DG": (0, 1, 2), b"##CG": (0, 1, 4), b"##CN": (0, 1, 5),
     b"##CA": (0,), b"##FH": (0,), b"##CH": (0, 1), b"##AT": (0,), b"##EV": (0,), b"##SR": (0, 1),
-    b"##DL": (0,), b"##LD": (0,), b"##HL": (0,),
+    b"##DL": (0,), b"##LD": (0,), b"##HL": (0,), b"##DZ": (),
 }  # fmt: skip
 CHAINS_3 = {b"HD": (0,), b"DG": (0, 1), b"CG": (0, 1), b"CN": (0,)}
 # What a channel points to as its data may also be another channel, or group, of the tree.
-DATA, LISTS = 5, {b"##DL", b"##LD", b"##HL"}
+DATA, OF_DATA = 5, {b"##DL", b"##LD", b"##HL", b"##DZ"}
+PACKED = struct.Struct("<24x2sBxIQQ")  # a DZ block: of what, how, sizes unpacked and packed
+LISTS = {b"##DL", b"##LD"}
+DEFLATED = (0, 1)  # as it is, and transposed before
 
 
 @dataclass(frozen=True)
@@ -56,6 +62,13 @@ def check_chains(path: Path) -> None:
                     " a copy",
                 )  # fmt: skip
             seen.add(address)
+            if not _unpacks(file, address, form):
+                raise InputError(
+                    "a packed block of this file is larger than a logger makes them",
+                    where=f"{path}, byte {address}",
+                    expected=f"at most {LARGEST} bytes, packed or not",
+                    remedy="the file is damaged, or made to fill the memory: take a copy",
+                )
             waiting += _followed(file, address, form)
 
 
@@ -67,14 +80,38 @@ def _form(identification: bytes) -> _Form:
 def _followed(file: BinaryIO, address: int, form: _Form) -> Iterator[int]:
     """Give the addresses that a block's chains lead to; none where there is no such block."""
     size = form.link.size
-    for number in form.chains.get(_kind(file, address, form), ()):
+    for number in _numbers(file, address, form):
         file.seek(address + form.head.size + number * size)
         if len(link := file.read(size)) < size:
             return
         (target,) = form.link.unpack(link)
         found = _kind(file, target, form)
-        if found in form.chains and (number != DATA or found in LISTS):
+        if found in form.chains and (number != DATA or found in OF_DATA):
             yield target
+
+
+def _numbers(file: BinaryIO, address: int, form: _Form) -> Iterable[int]:
+    """Give the numbers of the links to follow; all of them of a list of data."""
+    kind = _kind(file, address, form)
+    if kind not in LISTS:
+        return form.chains.get(kind, ())
+    file.seek(address + form.head.size - form.link.size)
+    (count,) = form.link.unpack(file.read(form.link.size))
+    return range(min(count, os.fstat(file.fileno()).st_size // form.link.size))
+
+
+def _unpacks(file: BinaryIO, address: int, form: _Form) -> bool:
+    """Tell whether a block, where it is a packed one, has a size that a logger gives it."""
+    if _kind(file, address, form) != b"##DZ":
+        return True
+    file.seek(address)
+    head = file.read(PACKED.size)
+    if len(head) < PACKED.size:
+        return True  # asammdf names it
+    _, how, _, unpacked, packed = PACKED.unpack(head)
+    if max(unpacked, packed) > LARGEST:
+        return False
+    return how not in DEFLATED or fits(file.read(packed), LARGEST)
 
 
 def _kind(file: BinaryIO, address: int, form: _Form) -> bytes:

@@ -12,7 +12,7 @@ from hypothesis import given, settings
 
 from protocol.errors import InputError
 from protocol.export import export_run
-from protocol.logs import blf_containers, read_log
+from protocol.logs import blf_containers, mdf_chains, read_log
 from protocol.logs.mdf_chains import CHAINS_3, CHAINS_4, check_chains
 from protocol.tables import read_table
 from tests.hostile.damage import damaged, fuzz, survives
@@ -105,6 +105,40 @@ def test_a_container_that_would_fill_the_memory_is_told(tmp_path, monkeypatch):
     (tmp_path / "x.blf").write_bytes(bomb((1 << 20) + 1))
     with pytest.raises(InputError, match="larger than a logger makes them"):
         read_log(tmp_path / "x.blf")
+
+
+def packed_mdf(folder):
+    """An MDF 4 file of packed blocks in a list, and where the first of them begins."""
+    path = folder / "packed.mf4"
+    with asammdf.MDF(version="4.10") as mdf:
+        times = np.arange(60_000) * 0.001
+        mdf.append([asammdf.Signal(np.zeros(60_000), times, name="nothing")])
+        mdf.configure(write_fragment_size=100_000)
+        mdf.save(path, compression=1)
+    return path, path.read_bytes().index(b"##DZ")
+
+
+def test_a_packed_block_of_mdf_that_would_fill_the_memory_is_told(tmp_path, monkeypatch):
+    path, at = packed_mdf(tmp_path)
+    check_chains(path)
+    assert read_table(path)
+    monkeypatch.setattr(mdf_chains, "LARGEST", 10_000)
+    with pytest.raises(InputError, match="larger than a logger makes them"):
+        read_table(path)
+    monkeypatch.undo()
+    data = bytearray(path.read_bytes())
+    struct.pack_into("<Q", data, at + 32, 1 << 40)  # the size that it says it has unpacked
+    path.write_bytes(data)
+    with pytest.raises(InputError, match="larger than a logger makes them"):
+        read_table(path)
+
+
+def test_every_packed_block_of_a_list_is_looked_at(tmp_path, monkeypatch):
+    path, _ = packed_mdf(tmp_path)
+    looked = []
+    monkeypatch.setattr(mdf_chains, "fits", lambda packed, _: looked.append(packed) or True)
+    check_chains(path)
+    assert len(looked) == path.read_bytes().count(b"##DZ") > 1
 
 
 @pytest.mark.parametrize("size", [0, 15, 1 << 30])
