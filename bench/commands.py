@@ -1,8 +1,9 @@
 """The bench's sub-commands: trial, vehicle, replay."""
 
+import math
 import os
 import threading
-from contextlib import AbstractContextManager, nullcontext
+from contextlib import AbstractContextManager, nullcontext, suppress
 from itertools import count
 from pathlib import Path
 from time import monotonic
@@ -13,11 +14,14 @@ from rich.console import Console
 from rich.progress import Progress
 
 import dbc
+from bench.replay_controls import FASTEST
+from protocol.errors import InputError
 from protocol.trial_file import TrialFile
 
 if TYPE_CHECKING:
     from bench.replay_process import Report, RunningReplay
 
+A_LIFETIME = 1_000_000_000  # s, or passes: all that the controls of a replay can hold
 TRIPPED = 3  # exit status of a trial that ended early; 2 is a user's mistake, 1 a fault of ours
 
 TrialPath = Annotated[Path, typer.Argument(help="Trial file (TOML).")]
@@ -26,7 +30,9 @@ INTERFACES = (
 )
 Interface = Annotated[str | None, typer.Option(help=INTERFACES)]
 Channel = Annotated[str, typer.Option(help="Its channel: can0, PCAN_USBBUS1, 0, ...")]
-Bitrate = Annotated[int, typer.Option(help="Bit rate in bit/s, where the interface sets it.")]
+Bitrate = Annotated[
+    int, typer.Option(help="Bit rate in bit/s, where the interface sets it.", min=1)
+]
 FlexibleDataRate = Annotated[bool, typer.Option("--fd", help="Open the bus for CAN FD.")]
 DatabasePath = Annotated[Path, typer.Option("--dbc", help="CAN database of the motorcycle.")]
 
@@ -68,7 +74,7 @@ def trial(
     """
     from bench.buses import BusAddress
     from bench.live_vehicle import riding_beside
-    from bench.outcome import invalid
+    from bench.outcome import in_short, invalid
     from bench.preparation import prepare
     from bench.run import run_trial
 
@@ -90,9 +96,9 @@ def trial(
             folder,
             address,
             progress=lambda seconds: bar.update(task, completed=seconds),
-            phases=lambda phase: console.print(f"{prepared.trial.name}: {_words(phase.name)}"),
+            phases=lambda phase: _tell(console, f"{prepared.trial.name}: {_words(phase.name)}"),
         )
-    for note in outcome.notes[:5]:
+    for note in in_short(outcome.notes):
         console.print(f"note: {note}")
     if why_not := invalid(outcome, prepared.trial.timing):
         console.print(f"{prepared.trial.name} is invalid: {why_not}", style="yellow")
@@ -111,7 +117,8 @@ def vehicle(
     fd: FlexibleDataRate = False,
     database: DatabasePath = dbc.MOTORBIKE,
     duration: Annotated[
-        float | None, typer.Option(help="End after so many seconds.  [default: until Ctrl-C]")
+        float | None,
+        typer.Option(help="End after so many seconds.  [default: until Ctrl-C]", min=0),
     ] = None,
 ) -> None:
     """Ride the virtual motorcycle of a trial file on a bus, in real time.
@@ -152,14 +159,20 @@ def replay(
     ] = None,
     bitrate: Bitrate = 1_000_000,
     fd: FlexibleDataRate = False,
-    speed: Annotated[float, typer.Option(help="Times as fast as recorded.", min=0.001)] = 1.0,
+    speed: Annotated[
+        float, typer.Option(help="Times as fast as recorded.", min=0.001, max=FASTEST)
+    ] = 1.0,
     bus: Annotated[
         list[str] | None, typer.Option(help="Only this bus of the log; may be repeated.")
     ] = None,
     only: Annotated[str, typer.Option(help="Only these identifiers: 0x10,0x200-0x2FF.")] = "",
     without: Annotated[str, typer.Option(help="All but these identifiers.")] = "",
-    start: Annotated[float, typer.Option(help="Begin so many seconds into the log.", min=0)] = 0.0,
-    passes: Annotated[int, typer.Option(help="How often; 0: until stopped.", min=0)] = 1,
+    start: Annotated[
+        float, typer.Option(help="Begin so many seconds into the log.", min=0, max=A_LIFETIME)
+    ] = 0.0,
+    passes: Annotated[
+        int, typer.Option(help="How often; 0: until stopped.", min=0, max=A_LIFETIME)
+    ] = 1,
     report: Annotated[
         Path | None, typer.Option(help="New file for the timing report (TOML).")
     ] = None,
@@ -196,24 +209,38 @@ def replay(
         write(table, report)
 
 
+def _tell(console: Console, text: str) -> None:
+    """Print a line; a terminal that is gone keeps no trial from being described."""
+    with suppress(OSError):
+        console.print(text)
+
+
 def _watch(running: "RunningReplay", name: str) -> "Report":
     """Show where the replay is and pass keys on, until it ends."""
     from bench.interrupts import interrupts
     from bench.replay_keys import HELP, keys, pressed, steer
+    from bench.replay_process import ENDING
 
     console = Console(stderr=True)
     ready, controls = running.ready, running.controls
     bar = Progress(console=console, disable=not console.is_terminal, transient=True)
-    stop = threading.Event()
+    stop, deadline = threading.Event(), math.inf
     with interrupts(stop), keys() as listening, bar:
         task = bar.add_task(f"{name}  {HELP}" if listening else name, total=ready.frames)
         running.begin()
         while (done := running.report(within=0.05)) is None:
             bar.update(task, completed=controls.following)
-            if listening and (key := pressed()):
+            for key in pressed() if listening else ():
                 steer(controls, key)
             if stop.is_set():
                 controls.stop()
+                deadline = min(deadline, monotonic() + ENDING)
+            if monotonic() > deadline:
+                raise InputError(
+                    "the replay's process did not end when asked to, and was killed",
+                    found=f"no answer within {ENDING:g} s",
+                    remedy="was it stopped (SIGSTOP), or does the bus hang? see to the interface",
+                )
     return done
 
 

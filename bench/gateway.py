@@ -7,6 +7,7 @@ import can
 from bench.clock import SECOND
 from bench.controller_state import ControllerState
 from bench.lookout import SAFETY, Lookout, Wheels
+from bench.loop import LAST_TICK, MOST_TICKS
 from bench.own_frames import OwnFrames
 from bench.permit import Held, Trip, permit
 from bench.ring import BIT_RATE_SWITCH, ERROR, EXTENDED, FD, REMOTE, SENT, Ring
@@ -41,6 +42,8 @@ MOST_NOTES = 100
 # after which the devices take authority back. What is left waits, and the present is not known.
 MOST_FRAMES = 500
 BEHIND = f"more than {MOST_FRAMES} frames waited to be heard at once"
+UNRECORDED = "the recorder cannot write"
+TOO_LONG = f"the loop counts no more than {MOST_TICKS} ticks"
 AFTERWARDS = 0.2  # s for which the gateway stays on the bus after the end, released
 
 
@@ -95,10 +98,11 @@ class Gateway:
         now = due / SECOND
         behind = not self._listen(now) or self._behind
         self._behind = False
+        recording = not (self._full or self._ring.failed)
         seen = self._lookout.seen(
             now,
             bus_off=self._controller.off() or self._refused_in_a_row >= OFF_THE_BUS,
-            recording=not (self._full or self._ring.failed),
+            recording=recording,
         )
         if behind:  # what is heard now was said in the past: it arms nothing, and keeps nothing
             seen = Seen()
@@ -107,6 +111,10 @@ class Gateway:
                 self._trip(TripReason.TIMING, BEHIND, due)
         if self._senders.trouble:
             self._trip(TripReason.TWO_SENDERS, self._senders.trouble, due)
+        if number >= LAST_TICK:
+            self.stop(due, TOO_LONG)
+        if not recording and self.state.phase not in HOLDING:  # with authority, `permit` says so
+            self._trip(TripReason.RECORDER, UNRECORDED, due)
         standing = self._control.asked if self._control else NOTHING
         self._move_to(advance(self.state, seen, self._plan, now, standing), due)
         self._send(self._decide(seen, now, due), now)
@@ -125,9 +133,9 @@ class Gateway:
         self._behind = not self._listen(now)
         return not self._behind and self._lookout.seen(now).rider.button
 
-    def stop(self, due: int) -> None:
-        """End the trial from outside: the operator's interrupt."""
-        self._trip(TripReason.STOPPED, "stopped by the operator", due)
+    def stop(self, due: int, why: str = "stopped by the operator") -> None:
+        """End the trial from outside, be it by the operator's interrupt."""
+        self._trip(TripReason.STOPPED, why, due)
 
     def _trip(self, reason: TripReason, detail: str, due: int) -> None:
         self._move_to(tripped(self.state, Trip(reason, detail), due / SECOND), due)

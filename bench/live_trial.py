@@ -6,6 +6,7 @@ watches both, tells the phases, and keeps what is left when one of them dies.
 
 import multiprocessing
 import signal
+import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from multiprocessing.connection import Connection, wait
@@ -14,10 +15,13 @@ from pathlib import Path
 from types import FrameType
 
 from bench.buses import BusAddress
-from bench.loop_process import PHASES, LoopOrder, LoopReport, drain_phases, ended, serve
+from bench.ended import ended
+from bench.interrupts import asking
+from bench.loop_process import PHASES, LoopOrder, LoopReport, drain_phases, serve
 from bench.outcome import Outcome
 from bench.preparation import Prepared
-from bench.recorder import JOIN, start_recorder
+from bench.pulse import Pulse
+from bench.recorder import JOIN, start_recorder, what_failed
 from bench.ring import Ring, create_shared
 from bench.ticks import TICKS, read_ticks, tick_table
 from bench.trial import TrialState
@@ -26,6 +30,9 @@ from protocol.errors import InputError
 from protocol.messages import Phase
 
 LOOK = 0.1  # s between two looks at the processes
+GLANCE = 0.01  # s between two looks for the recorder
+OPENING = 60.0  # s that a bus has to open, and a recorder to begin, on a machine however loaded
+STANDING = 15.0  # s without a tick after which a loop that lives is ended: it was stopped
 Told = Callable[[Phase], None]
 
 
@@ -42,6 +49,7 @@ class LiveTrial:
         self._frames, self._phases = frames, phases
         self._report: LoopReport | None = None
         self._over = False
+        self._pulse = Pulse(frames, round(STANDING / LOOK))
         self._known = TrialState()
         self._notes: list[str] = []
 
@@ -49,7 +57,8 @@ class LiveTrial:
         """Run the trial, frames and ticks into `folder`; `told` is told each phase as it begins."""
         table = tick_table(self._order.plan.trial)
         recorder = start_recorder(self._order.frames, folder, self._order.address.name, table)
-        _wait_for(recorder, folder / TICKS)
+        if not _begun(recorder, folder / TICKS):
+            self._frames.fail()  # the loop reads it in its first tick, and says so
         self._pipe.send("begin")
         changes = []
         while self._running(recorder):
@@ -76,6 +85,9 @@ class LiveTrial:
         wait([self._pipe, *([recorder.sentinel] if lives else [])], LOOK)
         if recorder.exitcode is not None:
             self._frames.fail()  # the loop reads it in its next tick, and hands back
+        if self._pulse.stands() and not self._pipe.poll():
+            self._notes.append(f"the loop's process stood still for {STANDING:g} s and was ended")
+            self._loop.kill()
         if self._pipe.poll():
             self._over = True
             try:
@@ -102,8 +114,8 @@ def live_trial(prepared: Prepared, address: BusAddress) -> Iterator[LiveTrial]:
         loop.start()
         theirs.close()
         try:
-            with _interrupts_passed_on(loop):
-                room = _opened(ours, loop)
+            with _interrupts_passed_on(loop) as asked:
+                room = _opened(ours, loop, address, asked)
                 yield LiveTrial(loop, ours, frames, phases, order, room)
         finally:
             ours.close()
@@ -114,22 +126,42 @@ def live_trial(prepared: Prepared, address: BusAddress) -> Iterator[LiveTrial]:
                 loop.join()
 
 
-def _opened(pipe: Connection, loop: BaseProcess) -> int | None:
-    """Wait until the bus is open; returns the bytes of frames that the kernel keeps for it."""
+def _opened(
+    pipe: Connection, loop: BaseProcess, address: BusAddress, asked: threading.Event
+) -> int | None:
+    """Wait until the bus is open; returns the bytes of frames that the kernel keeps for it.
+
+    Raises InputError where it cannot be opened, or does not open; KeyboardInterrupt where the
+    operator ended it meanwhile.
+    """
     try:
+        if not pipe.poll(OPENING):
+            loop.kill()  # its driver hangs: it would not hear a word
+            raise InputError(
+                "the CAN bus does not open: "
+                f"interface {address.interface!r}, channel {address.channel!r}",
+                expected=f"an answer within {OPENING:g} s",
+                found="none",
+                remedy="does its driver hang? unplug the adapter, or try another program on it",
+            )
         answer: int | InputError | None = pipe.recv()
     except EOFError as cause:
         loop.join(JOIN)
+        if asked.is_set():
+            raise KeyboardInterrupt from cause
         raise RuntimeError(f"the loop's process did not start ({ended(loop)})") from cause
     if isinstance(answer, InputError):
         raise answer
     return answer
 
 
-def _wait_for(recorder: BaseProcess, path: Path) -> None:
+def _begun(recorder: BaseProcess, path: Path) -> bool:
     """Wait until the recorder has made `path`: a trial begins when it can be recorded."""
-    while recorder.exitcode is None and not path.exists():
-        recorder.join(0.01)
+    for _ in range(round(OPENING / GLANCE)):
+        if path.exists() or recorder.exitcode is not None:
+            break
+        recorder.join(GLANCE)
+    return path.exists()
 
 
 def _finish(recorder: BaseProcess, ring: Ring) -> list[str]:
@@ -141,7 +173,7 @@ def _finish(recorder: BaseProcess, ring: Ring) -> list[str]:
         return ["the recorder did not finish and was ended"]
     if recorder.exitcode != 0:
         return [f"the recorder's process died ({ended(recorder)})"]
-    return ["the recorder could not write, or could not keep up"] if ring.failed else []
+    return what_failed(ring)
 
 
 @contextmanager
@@ -156,16 +188,21 @@ def _ring(slots: int = 1 << 16) -> Iterator[tuple[str, Ring]]:
 
 
 @contextmanager
-def _interrupts_passed_on(loop: BaseProcess) -> Iterator[None]:
-    """Leave Ctrl-C to the loop, which hands back; a polite kill of this process reaches it too."""
+def _interrupts_passed_on(loop: BaseProcess) -> Iterator[threading.Event]:
+    """Leave Ctrl-C to the loop, which hands back; what else asks for an end reaches it too.
+
+    Yields what is set once the operator has asked.
+    """
+    asked = threading.Event()
 
     def pass_on(_signal: int, _frame: FrameType | None) -> None:
+        asked.set()
         if loop.is_alive():
             loop.terminate()
 
-    before = {number: signal.signal(number, pass_on) for number in (signal.SIGINT, signal.SIGTERM)}
+    before = {number: signal.signal(number, pass_on) for number in asking()}
     try:
-        yield
+        yield asked
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)

@@ -11,7 +11,7 @@ from typing import Any
 
 from bench.buses import BusAddress, open_bus, told_when_gone
 from bench.clock import MILLISECOND, MonotonicClock
-from bench.interrupts import interrupts
+from bench.interrupts import asking, interrupts
 from bench.loop import run_periodic
 from bench.undisturbed import die_with, undisturbed
 from bench.virtual_motorcycle import Ride, VirtualMotorcycle
@@ -20,6 +20,7 @@ from protocol.errors import InputError
 from protocol.layout import Database
 
 A_DAY_AT_THE_TRACK = 8 * 3_600_000  # ms
+LEAVING = 10.0  # s that a vehicle has to leave the bus
 SPIN = 20_000  # ns: a motorcycle may be late by that much; the processor is the bench's
 
 
@@ -64,15 +65,19 @@ def riding_beside(ride: Ride, database: Database, address: BusAddress) -> Iterat
         yield
     finally:
         process.terminate()
-        process.join()
+        process.join(LEAVING)
+        if process.is_alive():  # stopped, or hanging: it holds nothing that would be lost
+            process.kill()
+            process.join()
 
 
 def _ride_on(ride: Ride, database: Database, address: BusAddress) -> None:
-    """Ride until asked to end; Ctrl-C is the trial's, which hands back to this motorcycle."""
+    """Ride until asked to end; what the terminal says is the trial's, which hands back to it."""
     die_with(signal.SIGTERM)
     over = threading.Event()
     with interrupts(over):
-        signal.signal(signal.SIGINT, signal.SIG_IGN)
+        for number in set(asking()) - {signal.SIGTERM}:
+            signal.signal(number, signal.SIG_IGN)
         try:
             ride_until(over.is_set, ride, database, address, undisturbed)
         except InputError as fault:

@@ -8,6 +8,9 @@ import numpy.typing as npt
 
 from bench.clock import Clock
 
+MOST_TICKS = 3_600_000  # for which there is room: an hour of ticks of 1 ms
+LAST_TICK = MOST_TICKS - 1000  # after it there is only time to hand back and to say so
+
 # A tick is told its number and the time at which it was due; it answers whether to go on.
 Tick = Callable[[int, int], bool]
 # Waits until a deadline (ns), or answers True earlier: then the next tick is due now.
@@ -57,7 +60,7 @@ def run_periodic(
     tick: Tick,
     period: int,
     clock: Clock,
-    most: int = 3_600_000,
+    most: int = MOST_TICKS,
     note: Note = unnoted,
     wait: Wait | None = None,
 ) -> Lateness:

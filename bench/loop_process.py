@@ -10,7 +10,6 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
-from multiprocessing.process import BaseProcess
 
 import can
 
@@ -25,7 +24,7 @@ from bench.ring import PHASE, Ring, attach_shared
 from bench.stamps import SteadyStamps, as_stamped
 from bench.ticks import noting
 from bench.trial import Plan, TrialState
-from bench.undisturbed import die_with, one_processor, undisturbed
+from bench.undisturbed import NO_SPIN, die_with, one_processor, undisturbed
 from protocol.errors import InputError
 from protocol.layout import Database
 from protocol.messages import Phase
@@ -82,7 +81,8 @@ def run_loop(
     order: LoopOrder, bus: can.BusABC, frames: Ring, phases: Ring, stop: threading.Event
 ) -> LoopReport:
     """Run the gateway's ticks until the trial has ended; `stop` ends it by a release."""
-    clock = MonotonicClock(0 if one_processor() else SPIN)
+    alone = one_processor()
+    clock = MonotonicClock(0 if alone else SPIN)
     stamp = SteadyStamps(clock) if stamps_wall_time(bus) else as_stamped
     gateway = Gateway(order.plan, bus, order.database, frames, order.wheels, stamp)
     period = round(order.plan.trial.command.period * SECOND)
@@ -92,7 +92,7 @@ def run_loop(
         wait = attentive(gateway, bus, clock)
         lateness = run_periodic(tick, period, clock, note=noting(frames), wait=wait)
     frames.close()
-    notes = (*refused, *gateway.refusals)
+    notes = (*refused, *([NO_SPIN] if alone else ()), *gateway.refusals)
     return LoopReport(gateway.state, tuple(gateway.changes), lateness, notes)
 
 
@@ -137,11 +137,3 @@ def shared_ring(name: str, slots: int = 1 << 16) -> Iterator[Ring]:
     finally:
         ring.release()
         memory.close()
-
-
-def ended(process: BaseProcess) -> str:
-    """Say how a process ended that ought not to have; empty where it lives or ended well."""
-    status = process.exitcode
-    if not status:
-        return ""
-    return f"signal {-status}" if status < 0 else f"exit status {status}"

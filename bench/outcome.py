@@ -1,6 +1,8 @@
 """How a trial ended, and what of it goes into run.toml."""
 
 import math
+from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -69,6 +71,15 @@ def told(outcome: Outcome, trial: TrialFile) -> dict[str, Any]:
             **lateness.quantiles(),
         },
     }
+
+
+def in_short(notes: Sequence[str], most: int = 8) -> list[str]:
+    """Tell notes on a terminal: each once, with how often it came, and what is not shown."""
+    counts = Counter(notes)
+    told = [f"{note} ({n} times)" if n > 1 else note for note, n in counts.items()]
+    if len(told) <= most:
+        return told
+    return [*told[:most], f"and {len(told) - most} others, in run.toml"]
 
 
 def invalid(outcome: Outcome, timing: Timing) -> str:

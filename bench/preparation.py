@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from bench.excitation import plan_excitation
+from bench.loop import LAST_TICK, MOST_TICKS
 from bench.trial import Plan, plan_of
 from bench.virtual_motorcycle import Ride, read_vehicle
 from bench.wire_limits import check_wire
@@ -41,6 +42,7 @@ def prepare(trial_path: Path, database_path: Path) -> Prepared:
     controller = read_toml(controller_path, ControllerFile) if controller_path else None
     if controller:
         check_controller(controller, trial, str(controller_path))
+    _check_length(trial, str(trial_path))
     excitation, database = plan_excitation(trial), load_database(database_path)
     check_wire(trial, excitation, database, str(trial_path))
     return Prepared(
@@ -51,6 +53,22 @@ def prepare(trial_path: Path, database_path: Path) -> Prepared:
         vehicle_path,
         database_path,
         controller_path,
+    )
+
+
+def _check_length(trial: TrialFile, where: str) -> None:
+    """Refuse a trial that would not be over before the loop must end."""
+    least = trial.operating_point.steady_for + trial.settling + trial.hand_back
+    longest = LAST_TICK * trial.command.period
+    if least + trial.excitation.duration <= longest:
+        return
+    raise InputError(
+        f"the trial has more than the {MOST_TICKS} ticks that the loop can count",
+        where=where,
+        expected=f"up to {longest:g} s of operating_point.steady_for, excitation.duration, "
+        "settling and hand_back together",
+        found=f"{least + trial.excitation.duration:g} s",
+        remedy="shorten excitation.duration, make two trials of it, or lengthen command.period",
     )
 
 

@@ -14,6 +14,7 @@ from multiprocessing.process import BaseProcess
 from pathlib import Path
 from typing import BinaryIO
 
+from bench.interrupts import asking
 from bench.ring import (
     BIT_RATE_SWITCH,
     ERROR,
@@ -22,6 +23,7 @@ from bench.ring import (
     REMOTE,
     SENT,
     TICK,
+    UNTOLD,
     Ring,
     Slot,
     attach_shared,
@@ -83,13 +85,22 @@ class Recorder:
             _write_all(file, text.encode("ascii"))
         except OSError as fault:
             self.trouble = str(fault)
-            self._ring.fail()
+            self._ring.fail(fault.errno or UNTOLD)
 
 
 def _write_all(log: BinaryIO, data: bytes) -> None:
     view = memoryview(data)
     while view:
         view = view[log.write(view) :]
+
+
+def what_failed(ring: Ring) -> list[str]:
+    """Say what kept the reader of `ring` from writing all of it; nothing where it did."""
+    if not ring.failed:
+        return []
+    if ring.why_failed:
+        return [f"the recorder could not write: {ring.why_failed}"]
+    return ["the recorder could not keep up with the ring"]
 
 
 def open_log(path: Path) -> BinaryIO:
@@ -109,10 +120,10 @@ def start_recorder(ring_name: str, folder: Path, bus: str, table: TickTable) -> 
 def _record(ring_name: str, folder: Path, bus: str, table: TickTable, parent: int) -> None:
     """Follow the ring until it is closed, or until nobody is left who would fill it.
 
-    The operator's Ctrl-C reaches every process of the terminal: it ends the trial, and only when
-    that has handed back the recorder.
+    The operator's Ctrl-C, or the terminal's end, reaches every process of the terminal: it ends the
+    trial, and only when that has handed back the recorder.
     """
-    for number in (signal.SIGINT, signal.SIGTERM):
+    for number in asking():
         signal.signal(number, signal.SIG_IGN)
     memory, ring = attach_shared(ring_name)
     with ExitStack() as files:

@@ -9,6 +9,7 @@ SIZE = 9 * 8  # bytes
 ENDLESS = 0  # passes
 NOWHERE = -1
 UNIT = 1_000_000  # of speed
+FASTEST = 1_000_000  # times as fast as recorded: no bus carries more
 
 
 class Controls:
@@ -43,7 +44,7 @@ class Controls:
 
     def go_at(self, speed: float) -> None:
         """Go on at another speed."""
-        self._change(SPEED, max(round(speed * UNIT), 1))
+        self._change(SPEED, max(round(min(speed, FASTEST) * UNIT), 1))
 
     def stop(self) -> None:
         """End the replay."""

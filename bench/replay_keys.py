@@ -1,5 +1,7 @@
 """Keys that steer a replay from the terminal it was started on."""
 
+import os
+import re
 import select
 import sys
 from collections.abc import Iterator
@@ -9,6 +11,8 @@ from bench.replay_controls import Controls
 
 HELP = "space: pause, left and right: 10 s, - and +: half and twice as fast, q: stop"
 JUMP = 10_000_000_000  # ns
+KEY = re.compile(r"\x1b\[[A-D]|.", re.DOTALL)
+MOST = 1024  # bytes of keys at a look
 
 
 def steer(controls: Controls, key: str) -> None:
@@ -40,9 +44,12 @@ def keys() -> Iterator[bool]:
         termios.tcsetattr(sys.stdin, termios.TCSADRAIN, before)
 
 
-def pressed() -> str:
-    """Give the key that was pressed, arrows as their escape sequence; empty: none."""
-    if not select.select([sys.stdin], [], [], 0)[0]:
-        return ""
-    key = sys.stdin.read(1)
-    return key + sys.stdin.read(2) if key == "\x1b" else key
+def pressed() -> list[str]:
+    """Give the keys that were pressed since the last look, arrows as their escape sequences.
+
+    Read past Python's own buffer, and only what is there: Escape alone is a key and no beginning.
+    """
+    number = sys.stdin.fileno()
+    if not select.select([number], [], [], 0)[0]:
+        return []
+    return KEY.findall(os.read(number, MOST).decode("ascii", "replace"))

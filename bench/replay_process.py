@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
+from multiprocessing.process import BaseProcess
 from multiprocessing.shared_memory import SharedMemory
 from pathlib import Path
 from typing import TypeVar
@@ -15,16 +16,19 @@ import numpy as np
 
 from bench.buses import BusAddress, open_bus
 from bench.clock import MonotonicClock
+from bench.ended import ended
+from bench.interrupts import asking
 from bench.replay import Replayed, replay
 from bench.replay_controls import SIZE, Controls
 from bench.replay_selection import channels_by_bus, select_buses, select_identifiers
-from bench.undisturbed import die_with, one_processor, undisturbed
+from bench.undisturbed import NO_SPIN, die_with, one_processor, undisturbed
 from protocol.errors import InputError
 from protocol.frame_log import FrameLog
 from protocol.logs import read_log
 
 Answer = TypeVar("Answer")
 
+ENDING = 5.0  # s that the process has to end; its bus may refuse a frame for 2 s of them
 SPIN = 100_000  # ns; with frames every 250 us a longer one would take a whole processor
 
 
@@ -69,9 +73,12 @@ class Report:
 class RunningReplay:
     """A replay that waits for the word to begin, or runs."""
 
-    def __init__(self, pipe: Connection, ready: Ready, controls: Controls) -> None:
-        """Steer the replay by `controls`; it reports through `pipe`."""
-        self._pipe, self.ready, self.controls = pipe, ready, controls
+    def __init__(
+        self, pipe: Connection, process: BaseProcess, ready: Ready, controls: Controls
+    ) -> None:
+        """Steer the replay of `process` by `controls`; it reports through `pipe`."""
+        self._pipe, self._process = pipe, process
+        self.ready, self.controls = ready, controls
 
     def begin(self) -> None:
         """Let the first frame go."""
@@ -81,7 +88,7 @@ class RunningReplay:
         """Wait `within` s for the end; None: it goes on. Raises InputError where it failed."""
         if not self._pipe.poll(within):
             return None
-        return _received(self._pipe, Report)
+        return _received(self._pipe, Report, self._process)
 
 
 @contextmanager
@@ -95,11 +102,12 @@ def running_replay(order: ReplayOrder, speed: float, passes: int) -> Iterator[Ru
         process.start()
         theirs.close()
         try:
-            yield RunningReplay(ours, _received(ours, Ready), controls)
+            ready = _received(ours, Ready, process)
+            yield RunningReplay(ours, process, ready, controls)
         finally:
             controls.stop()
             ours.close()
-            process.join(5.0)
+            process.join(ENDING)
             if process.is_alive():
                 process.kill()
                 process.join()
@@ -108,7 +116,8 @@ def running_replay(order: ReplayOrder, speed: float, passes: int) -> Iterator[Ru
 def _serve(order: ReplayOrder, controls_name: str, pipe: Connection) -> None:
     """Read, open, say so, wait for the word, replay, report; the process's main."""
     die_with(signal.SIGTERM)
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # who started this stops it by the controls
+    for number in set(asking()) - {signal.SIGTERM}:  # who started this stops it by the controls
+        signal.signal(number, signal.SIG_IGN)
     with ExitStack() as stack:
         _, controls = stack.enter_context(_shared_controls(controls_name))
         try:
@@ -160,14 +169,19 @@ def _run(log: FrameLog, outputs: list[can.BusABC], controls: Controls) -> Report
                 remedy="is another node on the bus that acknowledges them, and the bit rate right?",
             ) from cause
         took = clock.now_ns() - began
-    return Report(replayed, took, tuple(refused))
+    return Report(replayed, took, (*refused, *([NO_SPIN] if alone else ())))
 
 
-def _received(pipe: Connection, kind: type[Answer]) -> Answer:
+def _received(pipe: Connection, kind: type[Answer], process: BaseProcess) -> Answer:
     try:
         answer = pipe.recv()
-    except EOFError as cause:
-        raise RuntimeError("the replay's process died") from cause
+    except (EOFError, ConnectionError) as cause:
+        process.join(ENDING)
+        raise InputError(
+            "the replay's process died",
+            found=ended(process) or "no report of it",
+            remedy="is there memory enough for the whole log? see the system's own log",
+        ) from cause
     if isinstance(answer, InputError):
         raise answer
     assert isinstance(answer, kind)

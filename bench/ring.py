@@ -4,6 +4,7 @@ The loop must never wait for a disk. It copies a frame into the next free slot a
 counter; the recorder, in a process of its own, follows. A full ring refuses: the trial trips.
 """
 
+import os
 import struct
 from collections.abc import Iterator
 from multiprocessing.shared_memory import SharedMemory
@@ -15,6 +16,7 @@ WRITTEN, READ, CLOSED, FAILED = range(4)
 
 EXTENDED, FD, SENT, BIT_RATE_SWITCH, ERROR, REMOTE = 1, 2, 4, 8, 16, 32
 TICK, PHASE = 64, 128  # no frame, but what the loop says of itself (bench/ticks.py)
+UNTOLD = 1 << 32  # beyond every errno: a failure of which nobody said why
 
 
 class Slot(NamedTuple):
@@ -72,9 +74,9 @@ class Ring:
         """Say that no frame will follow."""
         self._counters[CLOSED] = 1
 
-    def fail(self) -> None:
-        """Say that the reader cannot write what it takes out."""
-        self._counters[FAILED] = 1
+    def fail(self, why: int = UNTOLD) -> None:
+        """Say that the reader cannot write what it takes out; why: errno. The first word stays."""
+        self._counters[FAILED] = self._counters[FAILED] or why
 
     @property
     def closed(self) -> bool:
@@ -85,6 +87,17 @@ class Ring:
     def failed(self) -> bool:
         """Tell whether the reader gave up."""
         return bool(self._counters[FAILED])
+
+    @property
+    def why_failed(self) -> str:
+        """Say what kept the reader from writing; empty where it did not fail, or did not say."""
+        why = self._counters[FAILED]
+        return os.strerror(why) if 0 < why < UNTOLD else ""
+
+    @property
+    def written(self) -> int:
+        """Count what was ever put in."""
+        return self._counters[WRITTEN]
 
     def release(self) -> None:
         """Let go of the buffer, so that shared memory can be closed."""

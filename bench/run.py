@@ -15,6 +15,7 @@ from bench.preparation import Prepared, check_swing
 from bench.simulated_trial import BITRATE, BUS, START, run_simulated
 from bench.vehicle_roles import roles_text
 from bench.virtual_motorcycle import opening, wheels_of
+from protocol.errors import InputError
 from protocol.messages import Phase
 from protocol.run_folder import create, versions, write_description
 from protocol.trial_file import TrialFile
@@ -47,11 +48,18 @@ def run_trial(
 def _begin(
     prepared: Prepared, folder: Path, address: BusAddress | None, room: int | None = None
 ) -> dict[str, Any]:
-    """Make the run folder, with everything in it that is known beforehand."""
+    """Make the run folder, with everything in it that is known beforehand, or none at all."""
     create(folder)
-    _keep_inputs(prepared, folder)
     description = _description(prepared, address, room)
-    write_description(folder, description)
+    try:
+        _keep_inputs(prepared, folder)
+        write_description(folder, description)
+    except OSError as cause:
+        shutil.rmtree(folder, ignore_errors=True)
+        raise InputError(
+            "the recording cannot be begun", where=str(folder), found=str(cause.strerror or cause),
+            remedy="make room, or give a folder on another disk with --out",
+        ) from cause  # fmt: skip
     return description
 
 

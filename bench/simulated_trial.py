@@ -13,7 +13,7 @@ from bench.gateway import Gateway
 from bench.loop import run_periodic
 from bench.outcome import Outcome
 from bench.preparation import Prepared
-from bench.recorder import Recorder, open_log
+from bench.recorder import Recorder, open_log, what_failed
 from bench.ring import Ring
 from bench.simulated_bus import SimulatedBus
 from bench.ticks import TICKS, noting, tick_table
@@ -55,7 +55,8 @@ def run_simulated(
         period = round(prepared.trial.command.period * SECOND)
         lateness = run_periodic(gateway.tick, period, clock, note=noting(ring))
         recorder.drain()
-    return Outcome(gateway.state, tuple(gateway.changes), lateness, tuple(gateway.refusals))
+    notes = (*gateway.refusals, *what_failed(ring))
+    return Outcome(gateway.state, tuple(gateway.changes), lateness, notes)
 
 
 class _World:

@@ -12,6 +12,7 @@ from pathlib import Path
 
 PRIORITY = 80  # of SCHED_FIFO: above everything but the kernel's own threads
 LATENCY = Path("/dev/cpu_dma_latency")  # keeps the processor out of deep sleep while it is open
+NO_SPIN = "the last part of each wait is not spun: there is one processor, and others need it"
 CURRENT_AND_FUTURE = 3  # MCL_CURRENT | MCL_FUTURE of <sys/mman.h>
 TIMER_SLACK, DEATH_SIGNAL = 29, 1  # PR_SET_TIMERSLACK, PR_SET_PDEATHSIG of <sys/prctl.h>
 

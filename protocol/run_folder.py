@@ -48,12 +48,12 @@ def create(path: Path) -> Path:
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         path.mkdir()
-    except FileExistsError as cause:
-        raise InputError(
-            "it exists, and a recording is never overwritten", where=str(path),
-            remedy="give another name with --out, or remove it yourself",
-        ) from cause  # fmt: skip
     except OSError as cause:
+        if path.exists():
+            raise InputError(
+                "it exists, and a recording is never overwritten", where=str(path),
+                remedy="give another name with --out, or remove it yourself",
+            ) from cause  # fmt: skip
         raise InputError("cannot be made", where=str(path), found=str(cause)) from cause
     return path
 

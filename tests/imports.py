@@ -13,7 +13,7 @@ ALLOWED = {
         "protocol/logs/*.py", "bench/buses.py", "bench/gateway.py", "bench/simulated_bus.py",
         "bench/loop_process.py", "bench/virtual_motorcycle.py", "bench/replay.py",
         "bench/bus/messages.py", "bench/bus/python_can.py", "bench/controller_state.py",
-        "bench/replay_process.py", "bench/attention.py",
+        "bench/replay_process.py", "bench/attention.py", "bench/ended.py",
     ),
     "cantools": ("protocol/database.py",),
     "e2e": ("protocol/e2e.py",),
@@ -65,7 +65,7 @@ ALLOWED = {
     ),
     "multiprocessing": (
         "bench/ring.py", "bench/recorder.py", "bench/live_*.py", "bench/loop_process.py",
-        "bench/replay_process.py", "bench/attention.py",
+        "bench/replay_process.py", "bench/attention.py", "bench/ended.py",
     ),
     # Many cases at once.
     "distributed": ("identification/cluster.py",),

@@ -13,6 +13,7 @@ from packaging.requirements import Requirement
 from tests.imports import ALLOWED, PACKAGES, breaches
 
 ROOT = Path(__file__).parent.parent
+GATE = ("permit", "trial", "lookout", "seen", "slip_control", "virtual_motorcycle")
 IDENTIFICATION = (
     "signals", "response", "models", "report", "paper", "fleet", "mismatch", "design", "rehearsal",
     "commands",
@@ -66,6 +67,8 @@ def test_a_library_in_the_wrong_place_is_found(tmp_path: Path, library: str) -> 
     ("identification.proof.generator.ride", "identification.mismatch",
      "The proof's generator knows neither"),
     ("bench.gateway", "plant", "In the bench only the virtual motorcycle"),
+    ("bench.permit", "controllers", "The safety gate knows neither"),
+    ("bench.trial", "bench.slip_control", "The safety gate knows neither"),
     ("bench.gateway", "tests", "Nobody imports the tests"),
     ("plant.wheel", "slipbench", "Nobody imports the tests"),
 ])  # fmt: skip
@@ -94,6 +97,8 @@ def lay_out(root: Path, importer: str, imported: str) -> None:
         (root / package / "__init__.py").touch()
     for part in IDENTIFICATION:
         (root / "identification" / f"{part}.py").touch()
+    for part in GATE:
+        (root / "bench" / f"{part}.py").touch()
     (root / "identification" / "proof" / "generator").mkdir(parents=True)
     (root / "identification" / "proof" / "__init__.py").touch()
     (root / "identification" / "proof" / "generator" / "__init__.py").touch()

@@ -33,6 +33,7 @@ TIMES = 120
 AFTER = 20  # ticks with authority before the trial is stopped: what counts is past
 PAUSE = 50_000_000  # ns between two trials: then the devices are free again
 PATIENCE = 20_000  # ticks for one trigger
+ON_ITS_WAY = 60.0  # s that the motorcycle has to start
 
 
 def measure(times: int = TIMES) -> list[Row]:
@@ -44,6 +45,7 @@ def measure(times: int = TIMES) -> list[Row]:
     with riding_beside(prepared.ride, prepared.database, address):
         process = spawning.Process(target=_trigger, args=(prepared, address, times, theirs))
         process.start()
+        theirs.close()  # so that a process that dies is an end, and no wait
         found = ours.recv()
         process.join()
     ways = {"trigger to first excitation frame": 0, "  were it to wait for the next tick": 1}
@@ -70,8 +72,8 @@ def _trigger(prepared: Prepared, address: BusAddress, times: int, pipe: Connecti
     wheels, clock = wheels_of(prepared.ride.vehicle), MonotonicClock()
     found: tuple[list[int], list[int]] = [], []
     with open_bus(address, hears_itself=True) as bus, undisturbed():
-        while bus.recv(2.0) is None:  # the motorcycle is on its way
-            pass
+        if bus.recv(ON_ITS_WAY) is None:
+            raise RuntimeError(f"no motorcycle on the bus within {ON_ITS_WAY:g} s")
         for turn in range(2 * times):
             clock.sleep_until_ns(clock.now_ns() + PAUSE)
             while bus.recv(0) is not None:  # echoes of the trial before

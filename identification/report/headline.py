@@ -1,5 +1,7 @@
 """The first sentence of a report: what the recording tells, with its figure."""
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from identification.report import slip_control
@@ -14,6 +16,7 @@ from identification.response.response import (
 )
 from identification.signals.motion import Motion
 from identification.signals.trial_window import NoExcitation, TrialWindow, trip_in_words
+from protocol.recording import Recording
 
 MOST = 0.97  # of the excited band; what is believed of it counts as all of it
 
@@ -29,7 +32,16 @@ def headline(found: Identification) -> str:
             f"The trial tripped at {found.window.trip_time:.2f} s: "
             f"{trip_in_words(found.window.trip)}."
         )
+    if why := _not_valid(found.recording):
+        parts.append(f"The trial is marked invalid: {why}.")
     return " ".join(parts)
+
+
+def _not_valid(recording: Recording) -> str:
+    """Say why the bench marked the trial invalid; empty where it did not, or where none was."""
+    outcome = recording.description.get("outcome")
+    why = outcome.get("invalid") if isinstance(outcome, Mapping) else None
+    return why if isinstance(why, str) else ""
 
 
 def _response(main: FrequencyResponse, found: Identification) -> str:

@@ -14,6 +14,7 @@ import numpy as np
 from protocol.errors import InputError
 from protocol.frame_log import FrameLog
 from protocol.logs.candump_line import format_frames
+from protocol.logs.mdf_chains import check_chains
 from protocol.logs.reading import Progress
 
 AT_ONCE = 200_000  # frames of a group that are read at once
@@ -33,6 +34,7 @@ def opened(path: Path) -> Iterator[Any]:
     """Open an MDF file; whatever asammdf meets in a damaged one becomes an InputError."""
     import asammdf
 
+    check_chains(path)
     trouble = ""
     with _silent_finalisers():
         try:

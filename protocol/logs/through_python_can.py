@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from protocol.errors import InputError
+from protocol.logs.blf_containers import check_containers
 from protocol.logs.candump_line import ERROR_FLAG, format_line, stamp
 from protocol.logs.formats import FORMATS, looks_like, read_head
 from protocol.logs.reading import Progress
@@ -119,6 +120,7 @@ class _Source:
         import can
 
         if self._form == "blf":
+            check_containers(self._path)
             return can.BLFReader(self._path)
         file: Any = self._lines
         if self._form == "asc":

@@ -63,6 +63,7 @@ def test_a_tripped_trial_ends_with_3_and_says_why(monkeypatch, capsys, short, tm
         (("gear = 2", "gear = 6"), "cannot stand at the trial's operating point"),
         (("gear = 2", 'gear = "second"'), "operating_point.gear"),
         (("[limits]", "[limits"), "not valid TOML"),
+        (('duration = "1 s"', 'duration = "3600 s"'), "more than the 3600000 ticks"),
         (('slip = "8 %"', ""), "limits.slip is missing"),
     ],
 )
@@ -74,6 +75,22 @@ def test_a_users_mistake_ends_with_2_and_the_remedy(
     assert words in err
     assert "Traceback" not in err
     assert not (tmp_path / "run").exists()
+
+
+@pytest.mark.parametrize("option", [
+    "--speed=inf", "--speed=nan", "--speed=1e30", "--speed=0", "--start=inf", "--start=-1",
+    "--passes=99999999999999999999", "--bitrate=0",
+])  # fmt: skip
+def test_a_number_that_no_replay_can_have_ends_with_2_and_the_range(
+    monkeypatch, capsys, tmp_path, option
+):
+    (tmp_path / "x.log").write_text("(1.000000) can0 123#00\n")
+    status, out, err = run(
+        monkeypatch, capsys, "replay", tmp_path / "x.log", "--interface", "virtual", option
+    )
+    assert (status, out) == (2, "")
+    assert option.split("=")[0] in err
+    assert "Traceback" not in err
 
 
 def test_a_missing_trial_or_vehicle_file_is_named(monkeypatch, capsys, short):

@@ -1,17 +1,22 @@
 """From the loop to the disk: nothing is reordered, nothing is lost without a word."""
 
+import errno
 import io
 import os
+import resource
 import signal
 import subprocess
 import sys
 import textwrap
 import time
+from contextlib import contextmanager
+from itertools import count
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from bench.live_trial import _finish
 from bench.recorder import Recorder, candump_line, start_recorder
 from bench.ring import EXTENDED, FD, SENT, Ring, Slot, create_shared
 from bench.ticks import TickTable
@@ -78,6 +83,7 @@ def test_a_full_disk_is_told_to_the_loop_and_keeps_what_was_written():
         ring.append(number * 1000, 0x10, 0, bytes(8))
     recorder.drain()
     assert ring.failed
+    assert ring.why_failed == os.strerror(errno.ENOSPC)
     assert "No space left" in recorder.trouble
     assert disk.kept.startswith(candump_line(Slot(0, 0x10, 0, bytes(8)), "can0").encode())
 
@@ -96,6 +102,51 @@ def test_the_recorder_process_writes_every_frame_and_ends(tmp_path):
     assert process.exitcode == 0
     assert [int(line.split("#")[1].split()[0][:4], 16) for line in lines[:2]] == [0, 0x0100]
     assert len(lines) == 5000
+
+
+LIMIT = 100_000  # bytes of a file, beyond which the kernel refuses
+
+
+@contextmanager
+def small_files():
+    """Let no file grow beyond LIMIT, of this process and of those that it starts meanwhile."""
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (LIMIT, before[1]))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+
+
+def test_a_recorder_that_the_kernel_refuses_says_why_and_keeps_what_it_wrote(tmp_path):
+    """A process of its own, and a refusal of the kernel's: as a full disk, by another number."""
+    memory, ring = create_shared()
+    with small_files():
+        process = start_recorder(memory.name, tmp_path, "can0", TABLE)
+    numbers, deadline = count(), time.monotonic() + 60
+    while not ring.failed and time.monotonic() < deadline:
+        ring.append(0, 0x10, 0, next(numbers).to_bytes(8, "little"))
+        time.sleep(0.0001)
+    ring.close()
+    why, told = ring.why_failed, _finish(process, ring)
+    ring.release()
+    memory.close()
+    memory.unlink()
+    assert why == os.strerror(errno.EFBIG)
+    assert told == [f"the recorder could not write: {why}"]
+    log = (tmp_path / "frames.log").read_bytes()
+    assert len(log) == LIMIT
+    assert len(log.splitlines()) <= next(numbers)
+    assert all(line.endswith(b" R") for line in log.splitlines()[:-1])
+
+
+def test_a_ring_that_nobody_empties_is_told_as_such():
+    ring = Ring.local()
+    ring.fail()
+    assert ring.failed
+    assert ring.why_failed == ""
+    ring.fail(errno.ENOSPC)
+    assert ring.why_failed == "", "the first word stays"
 
 
 LOOP = """

@@ -1,6 +1,8 @@
 """A replay is never early and never out of order, whatever is done to it while it runs."""
 
+import multiprocessing
 import os
+import signal
 import threading
 
 import can
@@ -11,6 +13,7 @@ from hypothesis import strategies as st
 
 from bench.buses import BusAddress, open_bus
 from bench.clock import MILLISECOND, SECOND, SimulatedClock
+from bench.commands import _watch
 from bench.replay import NEVER, replay
 from bench.replay_controls import Controls
 from bench.replay_keys import steer
@@ -265,6 +268,34 @@ def test_a_log_or_a_bus_that_cannot_be_used_is_told_before_anything_is_sent(tmp_
     order = ReplayOrder(tmp_path / "none.log", "virtual", ("a",))
     with pytest.raises(InputError, match="no such file"), running_replay(order, 1.0, 1):
         pass
+
+
+@pytest.fixture
+def endless(tmp_path):
+    """A replay in a process of its own that would never end, and the number of that process."""
+    (tmp_path / "x.log").write_text("(1.000000) can0 123#00\n(1.010000) can0 123#01\n")
+    order = ReplayOrder(tmp_path / "x.log", "virtual", ("a",))
+    with running_replay(order, speed=1.0, passes=0) as running:
+        [process] = [each for each in multiprocessing.active_children() if each.name == "replay"]
+        yield running, process.pid
+
+
+def test_a_replay_whose_process_dies_is_told(endless):
+    running, number = endless
+    running.begin()
+    os.kill(number, signal.SIGKILL)
+    with pytest.raises(InputError, match="process died\n  found: signal 9"):
+        running.report(within=20.0)
+
+
+def test_a_replay_that_was_stopped_does_not_keep_the_command_from_ending(endless, monkeypatch):
+    """Ctrl-C reaches the command, and the replay cannot answer any more."""
+    monkeypatch.setattr("bench.replay_process.ENDING", 0.5)
+    running, number = endless
+    os.kill(number, signal.SIGSTOP)
+    threading.Timer(0.5, os.kill, (os.getpid(), signal.SIGINT)).start()
+    with pytest.raises(InputError, match="did not end when asked to"):
+        _watch(running, "x.log")
 
 
 def test_frames_of_one_moment_keep_their_order_on_a_bus_that_arbitrates(tmp_path):

@@ -1,11 +1,12 @@
 """What a process that keeps deadlines claims of the machine, and what it leaves to others."""
 
+import errno
 import multiprocessing
 import os
 
 import pytest
 
-from bench.undisturbed import one_processor, undisturbed
+from bench.undisturbed import _CLAIMS, one_processor, undisturbed
 
 needs_linux = pytest.mark.skipif(
     not hasattr(os, "sched_setaffinity"), reason="this system does not bind processes to processors"
@@ -26,6 +27,20 @@ def test_who_shares_the_one_processor_does_not_go_before_those_who_listen() -> N
     assert alone
     assert policy == os.SCHED_OTHER
     assert any("SCHED_FIFO" in words and "listeners" in words for words in refused)
+
+
+@pytest.mark.parametrize("number", range(len(_CLAIMS)))
+def test_whatever_the_system_refuses_is_told_by_its_name_and_reason(
+    number: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse() -> None:
+        raise PermissionError(errno.EPERM, os.strerror(errno.EPERM))
+
+    claims = [(what, lambda: lambda: None) for what, _ in _CLAIMS]
+    claims[number] = (claims[number][0], refuse)
+    monkeypatch.setattr("bench.undisturbed._CLAIMS", tuple(claims))
+    with undisturbed() as refused:
+        assert refused == [f"{claims[number][0]} was refused: {os.strerror(errno.EPERM)}"]
 
 
 @needs_linux

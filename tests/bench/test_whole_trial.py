@@ -256,8 +256,27 @@ def test_a_full_disk_hands_back_and_leaves_what_was_written_readable(tmp_path, m
     assert outcome.state.trip is not None
     assert outcome.state.trip.reason == TripReason.RECORDER
     assert outcome.excited
+    assert outcome.notes == ("the recorder could not write: No space left on device",)
     recording = read(tmp_path / "run")
     assert recording.duration > 1.5
+
+
+def test_a_disk_without_room_for_anything_is_told_before_the_trial_and_left_as_it_was(
+    tmp_path, monkeypatch
+):
+    def full(*_):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("bench.run.write_description", full)
+    with pytest.raises(InputError, match=r"cannot be begun\n  found: No space left on device"):
+        run_trial(prepared(), tmp_path / "run", None)
+    assert not (tmp_path / "run").exists()
+
+
+def test_a_place_where_no_folder_can_be_is_told_as_that(tmp_path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(InputError, match="cannot be made"):
+        run_trial(prepared(), tmp_path / "file" / "run", None)
 
 
 def test_a_disk_without_room_for_the_description_keeps_the_frames(tmp_path, monkeypatch):

@@ -155,7 +155,8 @@ BENCH = (
          bench=ending.recorder_that_does_not_read, within=0.035,
          why="noticed when the ring is full: 64 slots here, 12 s of frames in real time",
          vcan="test_faults.py::test_a_recorder_that_is_stopped_for_a_while_loses_nothing"),
-    Case("disk full", "disk full", TripReason.RECORDER, bench=ending.full_disk),
+    Case("disk full", "disk full", TripReason.RECORDER, bench=ending.full_disk,
+         vcan="test_faults.py::test_a_recorder_whose_writes_are_refused_ends_the_trial_and_keeps_what_it_wrote"),
 )  # fmt: skip
 
 CASES = (*BUS, *DEVICES, *BENCH)

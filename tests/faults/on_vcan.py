@@ -1,6 +1,6 @@
 """`python -m tests.faults.on_vcan`: real programs, real signals and a real kernel's bus.
 
-Some 100 s of processor time on user-mode Linux, so CI runs it beside `make test`, not in it.
+Some 110 s of processor time on user-mode Linux, so CI runs it beside `make test`, not in it.
 """
 
 import os
@@ -10,7 +10,7 @@ from tests.faults.matrix import INSIDE
 from tests.socketcan import box
 from tests.socketcan.kernels import usable
 
-LIMIT = 120.0  # s of the kernel's own time
+LIMIT = 140.0  # s of the kernel's own time
 
 
 def main() -> None:

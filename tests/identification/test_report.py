@@ -9,6 +9,7 @@ import typer
 from typer.testing import CliRunner
 
 from identification.commands import register, studied, write_report
+from identification.report.headline import headline
 from identification.response.from_folder import identified, identified_folder
 from protocol import run_folder
 from protocol.channel import Channel
@@ -53,6 +54,14 @@ def test_the_report_needs_nothing_but_a_browser(folder):
     assert "@import" not in text
     assert 'name="viewport"' in text
     assert "@media print" in text
+
+
+def test_a_trial_that_the_bench_marked_invalid_is_said_to_be_in_the_first_sentences(made):
+    found = identified(made)
+    why = "40 ticks of 1000 with authority were more than 0.5 ms late and 3 skipped"
+    outcome = {"valid": False, "invalid": why}
+    late = replace(found, recording=replace(made, description={"outcome": outcome}))
+    assert headline(late) == f"{headline(found)} The trial is marked invalid: {why}."
 
 
 def test_the_first_sentence_gives_the_resonance_and_the_coherence(folder):

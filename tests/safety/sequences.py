@@ -9,6 +9,7 @@ missing, as long as nothing that they went through has changed. The result goes 
 import hashlib
 import json
 import os
+import signal
 import sys
 import time
 from collections import Counter
@@ -19,6 +20,7 @@ from pathlib import Path
 from hypothesis import HealthCheck, Phase, given, seed, settings
 from hypothesis import strategies as st
 
+from bench.undisturbed import die_with
 from tests.safety import document
 from tests.safety.world import ending, live
 
@@ -98,7 +100,8 @@ def run(first: int, sequences: int, workers: int) -> Tally:
     folder = ROOT / "build" / "million" / lived_through()
     folder.mkdir(parents=True, exist_ok=True)
     total = Tally()
-    with ProcessPoolExecutor(workers) as pool:
+    # None of them outlives a kill of this process.
+    with ProcessPoolExecutor(workers, initializer=die_with, initargs=(signal.SIGTERM,)) as pool:
         seeds = range(first, first + sequences // BATCH)
         for done in as_completed([pool.submit(kept, folder, number) for number in seeds]):
             total.add(done.result())

@@ -3,7 +3,9 @@
 The rider's throttle is watched by candump: what the ECU says that it grants.
 """
 
+import errno
 import os
+import resource
 import signal
 import subprocess
 import time
@@ -188,6 +190,22 @@ def test_a_recorder_that_is_stopped_for_a_while_loses_nothing(tmp_path: Path) ->
     recording = read(done.folder)
     late = [fault for fault in recording.faults if fault.fault == "lost"]
     assert [fault for fault in late if fault.first_time > exciting_from(recording)] == []
+
+
+def fill_the_disk(recorder: int) -> None:
+    """Have the kernel refuse whatever a process writes from now on to files that are not short."""
+    resource.prlimit(recorder, resource.RLIMIT_FSIZE, (1000, 1000))
+
+
+def test_a_recorder_whose_writes_are_refused_ends_the_trial_and_keeps_what_it_wrote(
+    tmp_path: Path,
+) -> None:
+    done = broken(tmp_path, lambda trial, _: fill_the_disk(children(trial)[1]))
+    assert done.status == 3, done.said
+    assert "tripped: the recorder cannot write" in done.said
+    assert f"the recorder could not write: {os.strerror(errno.EFBIG)}" in done.said
+    assert done.held_until() - done.struck < SILENCE + LATENESS
+    assert read(done.folder).frame_count > 1000
 
 
 @pytest.mark.parametrize("by", [3600, -3600])
