@@ -74,8 +74,13 @@ controllers: setup
 	  $(IN)/slipbench design build/controllers/throttle_sweep build/controllers/spark_sweep \
 	    --actuator $$actuator --out trials/controllers/$$actuator.toml \
 	    --report build/controllers/$$actuator || exit 1; done
-	$(IN)/slipbench compare trials/controllers/throttle.toml trials/controllers/spark.toml \
-	  trials/controllers/mixed.toml --page docs/controllers.md
+	for actuator in throttle spark; do \
+	  $(IN)/slipbench design build/controllers/throttle_sweep build/controllers/spark_sweep \
+	    --actuator $$actuator --law h_infinity \
+	    --out trials/controllers/$${actuator}_h_infinity.toml \
+	    --report build/controllers/$${actuator}_h_infinity || exit 1; done
+	$(IN)/slipbench compare $(foreach name,throttle spark mixed throttle_h_infinity \
+	  spark_h_infinity,trials/controllers/$(name).toml) --page docs/controllers.md
 
 # Randomised rides under slip control, every command before the safety gate: about ten minutes.
 .PHONY: thousand

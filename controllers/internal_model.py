@@ -55,9 +55,10 @@ class InternalModel:
     def update(
         self, state: ModelState, reference: float, measurement: float, dt: float
     ) -> tuple[float, ModelState]:
-        """Return the command for the next `dt` seconds; a longer step is run as several."""
-        if not math.isfinite(measurement):
-            measurement = state.base[1] + self._expected(state)
+        """Return the command for the next `dt` seconds; a longer step is run as several.
+
+        While the measurement is unknown the command is held, and the model goes on.
+        """
         for _ in range(max(round(dt / self.period), 1)):
             state = self._step(state, reference, measurement)
         return state.command, state
@@ -73,12 +74,13 @@ class InternalModel:
 
     def _step(self, state: ModelState, reference: float, measurement: float) -> ModelState:
         command, level = state.base
-        surprise = measurement - level - self._expected(state)
-        error = reference - level - surprise
-        q = self.inverse
-        wanted = command + float(q.C @ state.inverse) + q.D * error
-        given = self.limits.towards(wanted, state.command, self.period)
+        q, inverse, given = self.inverse, state.inverse, state.command
+        if math.isfinite(measurement):
+            surprise = measurement - level - self._expected(state)
+            error = reference - level - surprise
+            wanted = command + float(q.C @ inverse) + q.D * error
+            given = self.limits.towards(wanted, state.command, self.period)
+            inverse = q.A @ inverse + q.B * error
         late = np.concatenate(([given - command], state.late[:-1]))
         model = self.model.A @ state.model + self.model.B * late[-1]
-        inverse = q.A @ state.inverse + q.B * error
         return ModelState(model, inverse, late, given, state.base)

@@ -36,7 +36,7 @@ class Linear:
         """Solved once: no tick has time for it."""
         return np.asarray(np.linalg.solve(np.eye(self.B.size) - self.A, self.B))
 
-    @property
+    @cached_property
     def gain(self) -> float:
         """Steady answer to 1."""
         return float(self.C @ self.rest(1.0) + self.D)

@@ -13,14 +13,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from controllers.compensator import Compensator
 from controllers.governor import Governor
 from controllers.internal_model import InternalModel
 from controllers.law import Law
 from controllers.limits import Range
 from controllers.linear import Linear, in_series
-from controllers.mid_ranging import MidRanging, reach
 from controllers.pid import Pid
 from controllers.schedule import Schedule
+from controllers.two_actuators import TwoActuators, reach
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,14 +39,14 @@ class SlipState:
 @dataclass(frozen=True)
 class SlipController:
     """actuator: "throttle", "spark" or "mixed"; law: from slip to it (to the spark, where mixed);
-    schedule: laws by speed, in place of `law`; slow: what relieves the spark, where mixed;
-    prefilter: what the reference goes through, gain 1."""
+    schedule: laws by speed, in place of `law`; both: the law through both, where mixed; prefilter:
+    what the reference goes through, gain 1."""
 
     actuator: str
     law: Law[Any]
     governor: Governor | None = None
     schedule: Schedule | None = None
-    slow: MidRanging[Any] | None = None
+    both: TwoActuators | None = None
     prefilter: Linear | None = None
 
     def start(self, throttle: float, spark: float, slip: float, speed: float) -> SlipState:
@@ -55,8 +56,8 @@ class SlipController:
         not known yet: throttle and spark stay until it is.
         """
         passed = self.prefilter.rest(slip) if self.prefilter is not None else None
-        if self.slow is not None:
-            law: Any = self.slow.start(throttle, spark, slip, slip)
+        if self.both is not None:
+            law: Any = self.both.start(throttle, spark, slip, slip)
         else:
             now = throttle if self._moves_throttle else spark
             law = self._at(speed).start(now, slip, slip)
@@ -71,8 +72,8 @@ class SlipController:
         reference = self._governed(state, target, dt)
         wanted, passed = self._passed(state, reference)
         throttle, spark = state.throttle, state.spark
-        if self.slow is not None:
-            throttle, spark, law = self.slow.update(state.law, wanted, slip, dt)
+        if self.both is not None:
+            throttle, spark, law = self.both.update(state.law, wanted, slip, dt)
         elif self._moves_throttle:
             throttle, law = self._at(speed).update(state.law, wanted, slip, dt)
         else:
@@ -95,8 +96,8 @@ class SlipController:
     def _governed(self, state: SlipState, target: float, dt: float) -> float:
         if self.governor is None:
             return target
-        if self.slow is not None:
-            now = state.spark + state.throttle / self.slow.exchange
+        if self.both is not None:
+            now = state.spark + state.throttle / self.both.exchange
         else:
             now = state.throttle if self._moves_throttle else state.spark
         return self.governor.update(state.reference, target, now, dt)
@@ -108,8 +109,8 @@ def from_tree(tree: Mapping[str, Any]) -> SlipController:
     far = limits
     if mixed:
         far = reach(limits, _range(mixed["throttle"]), mixed["exchange"])
-    law = _law(tree["law"], far, period)
-    slow = _mid_ranging(mixed, law, limits, period) if mixed else None
+    law = _law(tree["law"], limits, period)
+    both = _both(mixed, law, period) if mixed else None
     rows = tree.get("schedule") or ()
     schedule = (
         Schedule(tuple((r["speed"], _pid(r["gains"], limits)) for r in rows)) if rows else None
@@ -117,16 +118,16 @@ def from_tree(tree: Mapping[str, Any]) -> SlipController:
     governed = tree.get("governor")
     governor = Governor(_range(governed["slip"]), governed["gain"], far) if governed else None
     passed = in_series(tree["prefilter"]) if tree.get("prefilter") else None
-    return SlipController(tree["actuator"], law, governor, schedule, slow, passed)
+    return SlipController(tree["actuator"], law, governor, schedule, both, passed)
 
 
-def _mid_ranging(
-    tree: Mapping[str, Any], law: Law[Any], spark: Range, period: float
-) -> MidRanging[Any]:
-    return MidRanging(
-        law, spark, _range(tree["throttle"]), tree["exchange"], tree["time"],
-        in_series(tree["through"]), tree["delay"], period,
-    )  # fmt: skip
+def _both(tree: Mapping[str, Any], spark: Law[Any], period: float) -> TwoActuators:
+    throttle = _law(tree["law"], _range(tree["throttle"]), period)
+    assert isinstance(throttle, InternalModel)
+    assert isinstance(spark, InternalModel)
+    return TwoActuators(
+        throttle, spark, in_series(tree["later"]), tree["delay"], tree["zone"], tree["exchange"]
+    )
 
 
 def _range(tree: Mapping[str, float]) -> Range:
@@ -136,6 +137,9 @@ def _range(tree: Mapping[str, float]) -> Range:
 def _law(tree: Mapping[str, Any], limits: Range, period: float) -> Law[Any]:
     if tree["kind"] == "pid":
         return _pid(tree, limits)
+    if tree["kind"] == "linear":
+        shaping = in_series(tree["shaping"])
+        return Compensator(tree["integral"], shaping, period, limits, tree["tracking_time"])
     model, inverse = in_series(tree["model"]), in_series(tree["inverse"])
     return InternalModel(model, inverse, tree["delay"], period, limits)
 

@@ -47,7 +47,16 @@ class ModelSections(Section):
     delay: int = Field(ge=0)
 
 
-Law = Annotated[PidGains | ModelSections, Field(discriminator="kind")]
+class LinearSections(Section):
+    """Any linear law: an integral (1/s), and beside it sections that act on the error too."""
+
+    kind: Literal["linear"] = "linear"
+    integral: float
+    shaping: tuple[SectionRow, ...]
+    tracking_time: Seconds = Field(gt=0)
+
+
+Law = Annotated[PidGains | ModelSections | LinearSections, Field(discriminator="kind")]
 
 
 class ScheduledGains(Section):
@@ -58,17 +67,20 @@ class ScheduledGains(Section):
 
 
 class Mixed(Section):
-    """The slow actuator of a mixed controller: the throttle takes over from the spark.
+    """The throttle of a mixed controller, whose spark helps where the throttle is too slow.
 
-    exchange: slip per spark over slip per throttle; time: in which the throttle takes over;
-    through, delay: how much later than a spark the throttle acts, delay in periods.
+    law, throttle: internal model control through the throttle, and its range; later, delay: how
+    much later than a spark the throttle acts, delay in periods; zone: spark (rad) below which what
+    is left to the spark is taken for sensor noise; exchange: throttle per spark with the same slip
+    at rest.
     """
 
-    exchange: float
-    time: Seconds = Field(gt=0)
-    through: tuple[SectionRow, ...]
-    delay: int = Field(ge=0)
+    law: ModelSections
     throttle: Bounds
+    later: tuple[SectionRow, ...]
+    delay: int = Field(ge=0)
+    zone: float = Field(ge=0)
+    exchange: float
 
 
 class GovernorTable(Section):
@@ -100,8 +112,10 @@ class ControllerFile(Section):
     def _complete(self) -> "ControllerFile":
         if (self.actuator == "mixed") != (self.mixed is not None):
             raise ValueError("actuator = 'mixed' and a table [mixed] belong together")
+        if self.mixed and self.law.kind != "internal_model":
+            raise ValueError(f"mixed control is by internal models; law.kind = '{self.law.kind}'")
         if self.schedule and self.law.kind != "pid":
-            raise ValueError("a schedule is of PID gains; law.kind = 'internal_model' has none")
+            raise ValueError(f"a schedule is of PID gains; law.kind = '{self.law.kind}' has none")
         speeds = [entry.speed for entry in self.schedule]
         if speeds != sorted(set(speeds)):
             raise ValueError("speeds of the schedule must increase")

@@ -9,8 +9,7 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 from identification.design.gains import Gains
-from identification.design.problem import Problem
-from identification.design.shaping import Shape
+from identification.design.problem import Answering, Problem
 from identification.design.widest import Designed, NoDesign, pid
 
 LEFT = 0.1  # of each reserve, for what lies between two speeds
@@ -47,7 +46,7 @@ def scheduled(problems: Sequence[tuple[float, Problem]], most: int = 60) -> Sche
     return Scheduled(tuple((speed, design) for speed, _, design in found))
 
 
-def halfway(a: Shape | Gains, b: Shape | Gains) -> Gains:
+def halfway(a: Answering, b: Answering) -> Gains:
     """Return the PID that a schedule runs halfway between two speeds."""
     assert isinstance(a, Gains)
     assert isinstance(b, Gains)

@@ -9,9 +9,12 @@ from rich.console import Console
 from protocol.errors import InputError
 
 if TYPE_CHECKING:  # the analyses take seconds to import; --help should not
-    from identification.design.exchange import Exchange
+    from collections.abc import Callable
+
     from identification.design.from_runs import Path
-    from identification.design.widest import Designed
+    from identification.design.mixed import Mixture
+    from identification.design.problem import Problem
+    from identification.design.widest import Designed, NoDesign
     from identification.response.identify import Identification
 
 EXAMPLE = (
@@ -19,7 +22,7 @@ EXAMPLE = (
     "--out mixed.toml"
 )
 ACTUATORS = ("throttle", "spark", "mixed")
-LAWS = ("best", "pid", "internal_model")
+LAWS = ("best", "pid", "internal_model", "h_infinity")
 
 
 def register(app: typer.Typer) -> None:
@@ -31,7 +34,10 @@ def design_command(
     runs: Annotated[list[File], typer.Argument(help="Run folders, the nominal one first.")],
     actuator: Annotated[str, typer.Option(help="throttle, spark or mixed.")],
     out: Annotated[File, typer.Option(help="Controller file to write.")],
-    law: Annotated[str, typer.Option(help="pid, internal_model, or the better one.")] = "best",
+    law: Annotated[
+        str,
+        typer.Option(help="pid, internal_model, the better one of these, or h_infinity (slycot)."),
+    ] = "best",
     report: Annotated[
         File | None, typer.Option(help="Folder for the report: Nyquist plot, margins, steps.")
     ] = None,
@@ -49,7 +55,6 @@ def design_command(
     """
     from math import radians
 
-    from identification.design.exchange import fast_path
     from identification.design.problem import Requirements
     from identification.design.report import write_report
     from identification.design.writing import controller_file, mixed_file
@@ -61,25 +66,26 @@ def design_command(
             f"no such controller: {actuator}, {law}", expected=", ".join((*ACTUATORS, *LAWS)),
             remedy="choose --actuator and --law from these",
         )  # fmt: skip
+    _fits(actuator, law, schedule)
     required = Requirements(10 ** (gain_margin / 20), radians(phase_margin), sensitivity)
     with Console(stderr=True).status("") as progress:
         progress.update("identifying")
         found = [identified_folder(run) for run in runs]
         progress.update("designing")
         path = _path("throttle" if actuator == "throttle" else "spark", found, required, period)
-        if actuator == "mixed":
-            path = fast_path(path)
         rows = _by_speed(actuator, found, required, period) if schedule else ()
-        designed = rows[0][1] if rows else _designed(path, law)
-        file = controller_file(path, designed, tuple((v, d.controller) for v, d in rows))
         if actuator == "mixed":
             slow = _path("throttle", found, required, period)
-            file = mixed_file(path, designed, slow, _exchange(path, designed, slow))
+            both = _mixture(slow, path)
+            designed, file = both.designed, mixed_file(path, both, slow)
+        else:
+            designed = rows[0][1] if rows else _designed(path, law)
+            file = controller_file(path, designed, tuple((v, d.controller) for v, d in rows))
         write_controller(file, out)
-        page = write_report(path, designed, report) if report else None
+        page = write_report(path, designed, report, _beside(path, law, actuator)) if report else None
     for name, m in designed.margins.items():
         typer.echo(_line(name, m.bandwidth, m.gain, m.phase, m.sensitivity))
-    typer.echo(f"slip follows its target up to {designed.bandwidth:.1f} Hz (-3 dB)")
+    typer.echo(f"slip follows its target up to {file.designed['bandwidth_hz']:.1f} Hz (-3 dB)")
     typer.echo(f"controller: {out}")
     if page:
         typer.echo(f"report: {page}")
@@ -124,24 +130,62 @@ def _by_speed(
     return found.designs
 
 
-def _exchange(fast: "Path", designed: "Designed", slow: "Path") -> "Exchange":
-    from identification.design.exchange import NoExchange, quickest_exchange
+def _mixture(slow: "Path", fast: "Path") -> "Mixture":
+    from identification.design.mixed import mixture
+    from identification.design.widest import NoDesign
 
-    found = quickest_exchange(fast, designed.controller.response, slow)
-    if isinstance(found, NoExchange):
+    found = mixture(slow, fast)
+    if isinstance(found, NoDesign):
         raise InputError(
-            "the throttle cannot take over from the spark", found=found.reason,
+            "the spark cannot help the throttle", found=found.reason,
             remedy="design a controller through the throttle or the spark alone",
         )  # fmt: skip
     return found
 
 
-def _designed(path: "Path", law: str) -> "Designed":
+def _ways() -> "dict[str, Callable[[Problem], Designed | NoDesign]]":
     from identification.design import widest
+    from identification.design.h_infinity import h_infinity
 
-    ways = {"best": widest.best, "pid": widest.pid, "internal_model": widest.internal_model}
-    found = ways[law](path.problem)
-    if isinstance(found, widest.NoDesign):
+    return {
+        "best": widest.best, "pid": widest.pid, "internal_model": widest.internal_model,
+        "h_infinity": h_infinity,
+    }  # fmt: skip
+
+
+def _beside(path: "Path", law: str, actuator: str) -> "dict[str, Designed | NoDesign]":
+    """Design by every other law on the same problem, for the report."""
+    own = "" if actuator == "mixed" else law
+    return {name: way(path.problem) for name, way in _ways().items() if name not in (own, "best")}
+
+
+def _fits(actuator: str, law: str, schedule: bool) -> None:
+    """Refuse what does not go together, or is not installed."""
+    from identification.design.h_infinity import INSTALL
+    from identification.design.mixed_sensitivity import available
+
+    if actuator == "mixed" and law not in ("best", "internal_model"):
+        raise InputError(
+            "mixed control is by internal models", found=f"--law {law}",
+            expected="best or internal_model", remedy="leave out --law",
+        )  # fmt: skip
+    if schedule and law not in ("best", "pid"):
+        raise InputError(
+            "a schedule is of PID controllers", found=f"--law {law}", expected="best or pid",
+            remedy="leave out --law or --schedule",
+        )  # fmt: skip
+    if law == "h_infinity" and not available():
+        raise InputError(
+            "an H-infinity design needs SLICOT", found="no module slycot",
+            remedy=f"{INSTALL}, or choose another --law",
+        )  # fmt: skip
+
+
+def _designed(path: "Path", law: str) -> "Designed":
+    from identification.design.widest import NoDesign
+
+    found = _ways()[law](path.problem)
+    if isinstance(found, NoDesign):
         raise InputError(
             "no controller keeps these reserves", found=found.reason,
             remedy="ask for less margin, or design for fewer operating points",

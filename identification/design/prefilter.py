@@ -16,10 +16,8 @@ from functools import cached_property
 import numpy as np
 from scipy import optimize, signal
 
-from identification.design.gains import Gains
-from identification.design.problem import Problem
+from identification.design.problem import Answering, Problem
 from identification.design.sampled import answer, held
-from identification.design.shaping import Shape
 from identification.design.steps import paths
 from identification.response.response import ComplexArray
 from protocol.channel import FloatArray
@@ -58,7 +56,7 @@ def _quadratic(frequency: float, damping: float) -> list[float]:
     return [1 / w**2, 2 * damping / w, 1.0]
 
 
-def quickest(problem: Problem, law: Shape | Gains) -> Prefilter:
+def quickest(problem: Problem, law: Answering) -> Prefilter:
     """Find the prefilter with which the slowest motorcycle of the set is soonest at its target."""
     judge = _Judge(problem, law)
 
@@ -82,7 +80,7 @@ def quickest(problem: Problem, law: Shape | Gains) -> Prefilter:
 class _Judge:
     """All that stays the same while prefilters are tried."""
 
-    def __init__(self, problem: Problem, law: Shape | Gains) -> None:
+    def __init__(self, problem: Problem, law: Answering) -> None:
         f = np.arange(FINE, TOP, FINE)
         asked, loop = law.reference_response(f), law.response(f)
         self._f = f

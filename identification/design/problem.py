@@ -7,6 +7,7 @@ motorcycle may be from it, and the delay that the loop adds to what the identifi
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Protocol
 
 import numpy as np
 
@@ -20,6 +21,18 @@ from protocol.channel import FloatArray
 TOP = 100.0  # Hz, to which the nominal loop is looked at
 Command = Callable[[FloatArray], ComplexArray]
 """From error to command, complex, at frequencies in Hz."""
+
+
+class Answering(Protocol):
+    """What every designed controller tells: its answers at frequencies in Hz, (n,), complex."""
+
+    def response(self, frequency: FloatArray) -> ComplexArray:
+        """From error to command."""
+        ...
+
+    def reference_response(self, frequency: FloatArray) -> ComplexArray:
+        """From reference to command, the loop open."""
+        ...
 
 
 @dataclass(frozen=True)

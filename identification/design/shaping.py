@@ -35,10 +35,17 @@ class Shape:
 
     def response(self, frequency: FloatArray) -> ComplexArray:
         """C = Q / (1 - Q G z^-d) at frequencies in Hz: from error to command."""
-        z = np.exp(2j * np.pi * np.asarray(frequency) * self.period)
-        q = answer(self.inverse, z)
-        g = answer(self.model, z) * z**-self.delay
+        q, g = self.inverse_response(frequency), self.model_response(frequency)
         return np.asarray(q / (1 - q * g))
+
+    def inverse_response(self, frequency: FloatArray) -> ComplexArray:
+        """Q at frequencies in Hz."""
+        return answer(self.inverse, np.exp(2j * np.pi * np.asarray(frequency) * self.period))
+
+    def model_response(self, frequency: FloatArray) -> ComplexArray:
+        """G with its delay at frequencies in Hz."""
+        z = np.exp(2j * np.pi * np.asarray(frequency) * self.period)
+        return np.asarray(answer(self.model, z) * z**-self.delay)
 
     def reference_response(self, frequency: FloatArray) -> ComplexArray:
         """From reference to command, the loop open: the same as from the error."""

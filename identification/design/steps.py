@@ -8,10 +8,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from identification.design.gains import Gains
-from identification.design.problem import Problem
+from identification.design.problem import Answering, Problem
 from identification.design.sampled import held
-from identification.design.shaping import Shape
 from identification.response.response import ComplexArray
 from protocol.channel import FloatArray
 
@@ -25,7 +23,7 @@ def _unchanged(f: FloatArray) -> ComplexArray:
 
 
 def step_response(
-    problem: Problem, controller: Shape | Gains, time: FloatArray, passed: Passed = _unchanged
+    problem: Problem, controller: Answering, time: FloatArray, passed: Passed = _unchanged
 ) -> dict[str, FloatArray]:
     """Slip after a step of its reference by 1, for the nominal loop and every member.
 

@@ -15,7 +15,7 @@ from scipy import optimize
 from identification.design.gains import Gains
 from identification.design.loop import Margins
 from identification.design.prefilter import Prefilter, quickest
-from identification.design.problem import Problem
+from identification.design.problem import Answering, Problem
 from identification.design.sampled import sampled
 from identification.design.shaping import Shape, shaped
 from identification.response.following import first_fall
@@ -35,7 +35,7 @@ class Designed:
     deviation of the command for the sensor's noise, in the command's unit; bandwidth: of the
     nominal answer to the target, Hz, where it first falls through -3 dB."""
 
-    controller: "Shape | Gains"
+    controller: Answering
     prefilter: Prefilter
     margins: dict[str, Margins]
     robust: float
@@ -60,14 +60,14 @@ def internal_model(problem: Problem) -> Designed | NoDesign:
     for extra in EXTRA_ORDERS:
         for corner in CORNERS:
             shape = shaped(plant, float(corner), extra)
-            if not _allowed(problem, shape):
+            if not allowed(problem, shape):
                 break
             rejection = problem.nominal(shape.response).rejection
             if rejection > reach:
                 widest, reach = shape, rejection
     if widest is None:
-        return NoDesign(_why_not(problem, shaped(plant, float(CORNERS[0]), EXTRA_ORDERS[-1])))
-    return _told(problem, widest)
+        return NoDesign(why_not(problem, shaped(plant, float(CORNERS[0]), EXTRA_ORDERS[-1])))
+    return told(problem, widest)
 
 
 def pid(problem: Problem, most: int = 60) -> Designed | NoDesign:
@@ -87,7 +87,7 @@ def pid(problem: Problem, most: int = 60) -> Designed | NoDesign:
         rng=np.random.default_rng(SEED), polish=False,
     )  # fmt: skip
     best = gains(found.x)
-    return _told(problem, best) if _allowed(problem, best) else NoDesign(_why_not(problem, best))
+    return told(problem, best) if allowed(problem, best) else NoDesign(why_not(problem, best))
 
 
 def best(problem: Problem) -> Designed | NoDesign:
@@ -105,7 +105,8 @@ def better(*found: Designed | NoDesign) -> Designed | NoDesign:
     return min(alike, key=lambda d: d.noise)
 
 
-def _allowed(problem: Problem, controller: "Shape | Gains") -> bool:
+def allowed(problem: Problem, controller: Answering) -> bool:
+    """Tell whether a controller keeps every condition of the problem, noise included."""
     quiet = problem.shaken(controller.response) <= problem.required.noise * problem.swing
     return quiet and problem.met(controller.response)
 
@@ -122,7 +123,8 @@ def _excess(problem: Problem, controller: Gains) -> float:
     return float(np.sum(np.maximum(np.log(np.maximum(over, 1e-9)), 0.0)))
 
 
-def _told(problem: Problem, controller: "Shape | Gains") -> Designed:
+def told(problem: Problem, controller: Answering) -> Designed:
+    """Tell all about a controller, and find its prefilter."""
     prefilter = quickest(problem, controller)
     return Designed(
         controller, prefilter, problem.loops(controller.response),
@@ -131,14 +133,15 @@ def _told(problem: Problem, controller: "Shape | Gains") -> Designed:
     )  # fmt: skip
 
 
-def _tracked(problem: Problem, controller: "Shape | Gains", prefilter: Prefilter) -> float:
+def _tracked(problem: Problem, controller: Answering, prefilter: Prefilter) -> float:
     f = problem.frequency
     path = problem.path(f)
     closed = controller.reference_response(f) * path / (1 + controller.response(f) * path)
     return first_fall(f, np.abs(prefilter.response(f) * closed))
 
 
-def _why_not(problem: Problem, slowest: "Shape | Gains") -> str:
+def why_not(problem: Problem, slowest: Answering) -> str:
+    """Say which condition even the slowest loop breaks."""
     loops = problem.loops(slowest.response)
     name, worst = max(loops.items(), key=lambda item: item[1].sensitivity)
     return (

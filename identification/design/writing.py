@@ -5,9 +5,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from controllers.limits import Range
-from identification.design.exchange import Exchange
 from identification.design.from_runs import Path
 from identification.design.gains import Gains
+from identification.design.mixed import Joint, Mixture
+from identification.design.mixed_sensitivity import Synthesis
+from identification.design.problem import Answering
 from identification.design.shaping import Shape
 from identification.design.widest import Designed
 from protocol.controller_file import (
@@ -15,6 +17,7 @@ from protocol.controller_file import (
     ControllerFile,
     GovernorTable,
     Law,
+    LinearSections,
     Mixed,
     ModelSections,
     PidGains,
@@ -28,7 +31,7 @@ FASTEST_SLIP = 0.5  # 1/s, of the reference
 
 
 def controller_file(
-    path: Path, designed: Designed, schedule: tuple[tuple[float, Shape | Gains], ...] = ()
+    path: Path, designed: Designed, schedule: tuple[tuple[float, Answering], ...] = ()
 ) -> ControllerFile:
     """Write one actuator's controller down."""
     return ControllerFile(
@@ -43,16 +46,19 @@ def controller_file(
     )  # fmt: skip
 
 
-def mixed_file(
-    spark: Path, designed: Designed, throttle: Path, exchange: Exchange
-) -> ControllerFile:
-    """Write the mixed controller down: the spark's law, and the throttle that relieves it."""
-    alone = controller_file(spark, designed)
+def mixed_file(spark: Path, found: Mixture, throttle: Path) -> ControllerFile:
+    """Write the mixed controller down: internal models of both, and the dead zone."""
+    whole = controller_file(spark, found.designed)
     mixed = Mixed(
-        exchange=exchange.gain, time=exchange.time, delay=exchange.delay,
-        through=_rows(exchange.through), throttle=bounds(throttle.limits, "throttle"),
+        law=_sections(found.joint.throttle), throttle=bounds(throttle.limits, "throttle"),
+        later=_rows(found.joint.later), delay=found.joint.delay, zone=found.zone,
+        exchange=found.joint.exchange,
     )  # fmt: skip
-    return alone.model_copy(update={"name": "mixed_slip", "actuator": "mixed", "mixed": mixed})
+    names = ", ".join((*throttle.names, *spark.names))
+    promise = whole.designed | {"runs": names}
+    return whole.model_copy(
+        update={"name": "mixed_slip", "actuator": "mixed", "mixed": mixed, "designed": promise}
+    )
 
 
 def bounds(limits: Limits, actuator: str) -> Bounds:
@@ -72,9 +78,23 @@ def range_of(bounds: Bounds) -> Range:
 def _law(designed: Designed) -> Law:
     if isinstance(designed.controller, Gains):
         return _pid(designed.controller)
-    shape = designed.controller
+    if isinstance(designed.controller, Synthesis):
+        return _linear(designed.controller)
+    law = designed.controller
+    shape = law.spark if isinstance(law, Joint) else law
+    assert isinstance(shape, Shape)
+    return _sections(shape)
+
+
+def _sections(shape: Shape) -> ModelSections:
     model, inverse = _rows(shape.model), _rows(shape.inverse)
     return ModelSections(model=model, inverse=inverse, delay=shape.delay)
+
+
+def _linear(found: Synthesis) -> LinearSections:
+    return LinearSections(
+        integral=found.integral, shaping=_rows(found.shaping), tracking_time=found.tracking_time
+    )
 
 
 def _rows(sections: Sequence[Sequence[float]]) -> tuple[SectionRow, ...]:

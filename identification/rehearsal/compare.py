@@ -41,6 +41,7 @@ OVER = 0.20  # that a dry tyre cannot carry at its target slip
 WET = 0.06  # that a wet one cannot carry, and a controller's range can take away
 TARGETS = (0.015, 0.02, 0.025, 0.03, 0.04, 0.05, 0.06)  # slip, of which the quickest is the best
 STEPS = 21.0  # s, a step each
+SEEDS = (1, 2, 3, 4, 5)  # of the optical sensor's noise, for steps and tracking
 CAUGHT = 0.03  # slip at which a controller takes away
 SHARE = 0.2  # of a parameter, either way
 PARAMETERS = (
@@ -56,7 +57,8 @@ class Compared:
     """What one controller does; NaN where it is not asked (open loop follows no target)."""
 
     name: str
-    bandwidth: float  # Hz
+    bandwidth: float  # Hz, mean over the seeds
+    reach: tuple[float, float]  # Hz, least and greatest of them
     overshoot: float
     settling: float  # s
     noise: float  # of a step
@@ -102,10 +104,24 @@ def compare(
             if controller is not None and scenario in hard:
                 controller = taking_away(files[name])
             rides[scenario.name][name] = ride(motorcycle, scenario, controller)
+    seeds = {s.name: _seeded(motorcycle, s, files, rides[s.name], say) for s in following}
     best = quickest(motorcycle, files, say)
-    found = [_compared(motorcycle, name, files.get(name), rides, best, say)
+    found = [_compared(motorcycle, name, files.get(name), rides, seeds, best, say)
              for name in controllers_of(files)]  # fmt: skip
     return found, rides
+
+
+def _seeded(
+    motorcycle: Motorcycle, scenario: Scenario, files: Mapping[str, ControllerFile],
+    first: Mapping[str, Ridden], say: Progress,
+) -> dict[str, list[Ridden]]:  # fmt: skip
+    """Ride a scenario again with other noise. first: the rides of the first seed."""
+    found = {name: [first[name]] for name in files}
+    for name, file in files.items():
+        for seed in SEEDS[1:]:
+            say(f"{scenario.name}, seed {seed}: {name}")
+            found[name].append(ride(motorcycle, scenario, from_tree(file.model_dump()), seed))
+    return found
 
 
 def quickest(motorcycle: Motorcycle, files: Mapping[str, ControllerFile], say: Progress) -> Ridden:
@@ -129,21 +145,26 @@ def resting_slip(motorcycle: Motorcycle, scenario: Scenario | None = None) -> fl
 
 def _compared(
     motorcycle: Motorcycle, name: str, file: ControllerFile | None,
-    rides: Mapping[str, Mapping[str, Ridden]], best: Ridden, say: Progress,
+    rides: Mapping[str, Mapping[str, Ridden]], seeds: Mapping[str, Mapping[str, list[Ridden]]],
+    best: Ridden, say: Progress,
 ) -> Compared:  # fmt: skip
     nan = float("nan")
     mine = {scenario: by_name[name] for scenario, by_name in rides.items() if name in by_name}
-    reach, step = nan, StepMeasures(nan, nan, nan)
+    retard = {scenario: mean_retard(r) for scenario, r in mine.items()}
+    reached, step = [nan], StepMeasures(nan, nan, nan)
     if file:
-        steps, swept = mine["slip step"], mine["slip tracking"]
-        step = step_measures(steps.target, steps.slip, TICK) or step
-        reach = tracking_bandwidth(swept.target, swept.slip, 1 / TICK)
+        steps, swept = seeds["slip step"][name], seeds["slip tracking"][name]
+        target, slip = (np.concatenate([getattr(r, of) for r in steps]) for of in ("target", "slip"))
+        step = step_measures(target, slip, TICK) or step
+        reached = [tracking_bandwidth(r.target, r.slip, 1 / TICK) for r in swept]
+        retard |= {s: float(np.mean([mean_retard(r) for r in seeds[s][name]])) for s in seeds}
     good, tried, bad = _robust(_varied(motorcycle), file, say)
     kept, missing, worse = _robust(_with_effects(motorcycle), file, say)
     return Compared(
-        name, reach, step.overshoot, step.settling, step.noise,
+        name, float(np.mean(reached)), (min(reached), max(reached)), step.overshoot, step.settling,
+        step.noise,
         {s: float(r.slip.max()) for s, r in mine.items()},
-        time_lost(mine["wet road"], best), {s: mean_retard(r) for s, r in mine.items()},
+        time_lost(mine["wet road"], best), retard,
         {s: error(r, 1.0) for s, r in mine.items()}, (good, tried), (kept, missing),
         (*bad, *worse),
     )  # fmt: skip

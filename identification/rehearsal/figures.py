@@ -20,7 +20,8 @@ def scenario_figure(rides: Mapping[str, Ridden]) -> Figure:
         colours = iter(COLOURS)
         for name, r in rides.items():
             color = d.MUTED if name == "open loop" else next(colours)
-            d.line(axes[0], r.time[shown], 100 * r.slip[shown], color=color, label=name)
+            d.line(axes[0], r.time[shown], 100 * r.slip[shown], color=color,
+                   label=name.replace("_", " "))  # fmt: skip
             d.line(axes[1], r.time[shown], 100 * r.throttle[shown], color=color)
             d.line(axes[2], r.time[shown], np.degrees(r.spark[shown]), color=color)
         first = next(iter(rides.values()))

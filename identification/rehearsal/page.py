@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from identification.rehearsal.compare import CAUGHT, HARD, OVER, WET, Compared
+from identification.rehearsal.compare import CAUGHT, HARD, OVER, SEEDS, WET, Compared
 from identification.rehearsal.figures import scenario_figure
 from identification.rehearsal.ride import Ridden
 from identification.report import drawing as d
@@ -43,7 +43,8 @@ def _head(command: str) -> str:
 
 def _following(found: Sequence[Compared], bandwidth: float) -> str:
     rows = [
-        (c.name, f"{c.bandwidth:.1f}", f"{c.bandwidth / bandwidth:.2f}", f"{100 * c.overshoot:.0f}",
+        (_shown(c), f"{c.bandwidth:.1f} ({c.reach[0]:.1f} to {c.reach[1]:.1f})",
+         f"{c.bandwidth / bandwidth:.2f}", f"{100 * c.overshoot:.0f}",
          f"{1e3 * c.settling:.0f}" if math.isfinite(c.settling) else "never",
          f"{100 * c.noise:.0f}", _degrees(c.retard["slip step"]),
          _degrees(c.retard["slip tracking"]))
@@ -54,16 +55,39 @@ def _following(found: Sequence[Compared], bandwidth: float) -> str:
             "mean retard, sweep / deg")  # fmt: skip
     return (
         "## Following a target\n\nSteps of 0.12 % of slip, which nine degrees of spark just make: "
-        "the mean of ten up and of ten down, the worse of the two; noise is how far one step is "
-        "from that mean. A sweep of the target tells how far the slip follows (-3 dB).\n\n"
-        + _table(head, rows)
+        f"the mean of {10 * len(SEEDS)} up and of as many down, the worse of the two; noise is how "
+        "far one step is from that mean. A sweep of the target tells how far the slip follows "
+        f"(-3 dB). {len(SEEDS)} rides of either, each with another noise of the sensors: the mean, "
+        "and of the bandwidth the least and the greatest.\n\n" + _table(head, rows) + _spent(found)
     )
+
+
+def _spent(found: Sequence[Compared]) -> str:
+    """Say what share of the spark's retard a mixed controller spends."""
+    retard = {c.name: c.retard for c in found}
+    if not {"spark", "mixed"} <= retard.keys():
+        return ""
+    told = ", ".join(
+        f"{100 * retard['mixed'][s] / retard['spark'][s]:.1f} % in {named}"
+        for s, named in (("slip step", "steps"), ("slip tracking", "the sweep"),
+                         ("wet patch", "the wet patch"), ("crest", "the crest"),
+                         ("launch", "the launch"), ("wet road", "the wet road"))
+        if retard["spark"][s] > 0.0
+    )  # fmt: skip
+    return (
+        f"\n\nOf the spark's mean retard, mixed control spends {told}. Through the spark alone a "
+        "slip below that at rest is a retard that stays."
+    )
+
+
+def _shown(compared: Compared) -> str:
+    return compared.name.replace("_", " ")
 
 
 def _hard(found: Sequence[Compared]) -> str:
     names = ("wet patch", "crest", "rolling on", "launch", "wet road")
     rows = [
-        (c.name, *(f"{100 * c.peaks[n]:.1f}" for n in names), f"{1e3 * c.lost:.0f}",
+        (_shown(c), *(f"{100 * c.peaks[n]:.1f}" for n in names), f"{1e3 * c.lost:.0f}",
          *(_degrees(c.retard[n]) for n in ("wet patch", "wet road")))
         for c in found
     ]  # fmt: skip
@@ -79,7 +103,7 @@ def _hard(found: Sequence[Compared]) -> str:
 
 def _robust(found: Sequence[Compared]) -> str:
     rows = [
-        (c.name, f"{c.parameters[0]} of {c.parameters[1]}", f"{c.effects[0]} of {c.effects[1]}",
+        (_shown(c), f"{c.parameters[0]} of {c.parameters[1]}", f"{c.effects[0]} of {c.effects[1]}",
          ", ".join(c.unstable) or "none")
         for c in found if c.parameters[1]
     ]  # fmt: skip

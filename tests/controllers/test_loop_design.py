@@ -10,9 +10,9 @@ from controllers.limits import Range
 from controllers.linear import in_series
 from controllers.slip_controller import from_tree
 from identification.design import widest
-from identification.design.exchange import LEFT, later
 from identification.design.gains import Gains
 from identification.design.loop import encircled, margins
+from identification.design.mixed import later
 from identification.design.prefilter import OVERSHOOT
 from identification.design.problem import Problem, Requirements
 from identification.design.sampled import answer, sampled, sections
@@ -192,10 +192,3 @@ def test_sensor_noise_that_is_held_shakes_the_command_as_it_is_told():
         x = a * x + (1 - a) * line.pop(0)
         commands.append(command)
     assert told.shaken(gains.response) == pytest.approx(np.std(commands), rel=0.05)
-
-
-def test_a_mixed_controllers_fast_law_leaves_reserve():
-    asked = Requirements().with_reserve(LEFT)
-    assert asked.gain > 2.0
-    assert asked.phase > Requirements().phase
-    assert asked.sensitivity < 2.0
