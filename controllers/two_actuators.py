@@ -90,7 +90,11 @@ class TwoActuators:
         slow, fast, later = self.throttle, self.spark, self.later
         (q_t, q_s), (g_t, g_s), target = state.inverses, state.models, state.target
         rest_t, rest_s, level = state.base
-        throttle, spark, relieved = state.throttle, state.spark, (*state.relieved[:1], *state.relieved)
+        throttle, spark, relieved = (
+            state.throttle,
+            state.spark,
+            (*state.relieved[:1], *state.relieved),
+        )
         if math.isfinite(measurement):
             wanted = reference - level
             d = measurement - level - float(slow.model.C @ g_t) - float(fast.model.C @ g_s)

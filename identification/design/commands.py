@@ -82,8 +82,11 @@ def design_command(
             designed = rows[0][1] if rows else _designed(path, law)
             file = controller_file(path, designed, tuple((v, d.controller) for v, d in rows))
         write_controller(file, out)
-        page = write_report(path, designed, report, _beside(path, law, actuator)) if report else None
-    for name, m in designed.margins.items():
+        page = (
+            write_report(path, designed, report, _beside(path, law, actuator)) if report else None
+        )
+    for name in _told(designed):
+        m = designed.margins[name]
         typer.echo(_line(name, m.bandwidth, m.gain, m.phase, m.sensitivity))
     typer.echo(f"slip follows its target up to {file.designed['bandwidth_hz']:.1f} Hz (-3 dB)")
     typer.echo(f"controller: {out}")
@@ -191,6 +194,13 @@ def _designed(path: "Path", law: str) -> "Designed":
             remedy="ask for less margin, or design for fewer operating points",
         )  # fmt: skip
     return found
+
+
+def _told(designed: "Designed") -> list[str]:
+    """Name the nominal loop and all others; of many only the one nearest to its end."""
+    others = [name for name in designed.margins if name != "nominal"]
+    worst = sorted(others, key=lambda name: -designed.margins[name].sensitivity)
+    return ["nominal", *(others if len(others) <= 8 else worst[:1])]
 
 
 def _line(name: str, bandwidth: float, gain: float, phase: float, peak: float) -> str:

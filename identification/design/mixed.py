@@ -6,8 +6,8 @@ T_t = G_t Q_t and T_s = G_s Q_s the throttle's and the spark's own internal mode
 what the two answer to an error (see `controllers.two_actuators`). n is how much of the spark the
 dead zone passes, 0 for what is smaller than it, towards 1 for what is much larger (its describing
 function): every n must keep the reserves with every pair of a spark's and a throttle's member. The
-nominal S_n lies between the two loops' own, and so does its peak. The spark's corner is raised until
-a pair says no. The dead zone is a few deviations of what sensor noise asks of the spark.
+nominal S_n lies between the two loops' own, and so does its peak. The spark's corner is raised
+until a pair says no. The dead zone is a few deviations of what sensor noise asks of the spark.
 """
 
 from collections.abc import Iterator
@@ -79,7 +79,10 @@ class Mixture:
 
 
 def mixture(throttle: Path, spark: Path) -> Mixture | NoDesign:
-    """Raise the spark's corner as far as every pair allows; of all orders the widest rejection."""
+    """Raise the spark's corner as far as every pair allows; of all orders the widest rejection.
+
+    A spark that holds off no more than the throttle does alone gets no controller.
+    """
     target = internal_model(throttle.problem)
     if isinstance(target, NoDesign):
         return NoDesign(f"through the throttle: {target.reason}")
@@ -87,7 +90,8 @@ def mixture(throttle: Path, spark: Path) -> Mixture | NoDesign:
         spark.problem.model, spark.problem.extra, spark.problem.period
     )  # fmt: skip
     assert isinstance(slow, Shape)
-    ways, widest, reach = (throttle.problem, spark.problem), None, 0.0
+    ways, widest = (throttle.problem, spark.problem), None
+    reach = target.margins["nominal"].rejection
     through = (*later(spark.problem, throttle.problem), spark.gain / throttle.gain)
     for extra in EXTRA_ORDERS:
         for corner in CORNERS:
@@ -96,7 +100,10 @@ def mixture(throttle: Path, spark: Path) -> Mixture | NoDesign:
             if rejection > reach and _allowed(joint):
                 widest, reach = joint, rejection
     if widest is None:
-        return NoDesign("even the slowest spark beside the throttle leaves a pair of runs too little")
+        return NoDesign(
+            f"no spark holds off more than the throttle alone ({reach:.1f} Hz) and leaves "
+            "every pair of runs its reserves"
+        )
     return Mixture(target, widest, _told(widest, target), ZONE * _shaken(widest)[1])
 
 

@@ -10,9 +10,9 @@ conditions as for every other law, on the controller that will run (Skogestad an
 2005, sections 2.8, 9.3 and 11.5).
 
 What the synthesis gives has the order of all of these together. Its integrator is set apart (the
-weight's pole beside 0 is taken for one), the rest reduced by balanced residualisation to the least order
-that costs nothing, and discretised by Tustin's rule. python-control calls SLICOT through slycot for
-both; `available` tells whether it is installed.
+weight's pole beside 0 is taken for one), the rest reduced by balanced residualisation to the least
+order that costs nothing, and discretised by Tustin's rule. python-control calls SLICOT through
+slycot for both; `available` tells whether it is installed.
 """
 
 import warnings
@@ -182,7 +182,7 @@ def _parted(
         return None
 
     def here(re: float, im: float = 0.0) -> bool:
-        return abs(complex(re, im) - near) < 1e-6 * slowest
+        return bool(abs(complex(re, im) - near) < 1e-6 * slowest)
 
     A, Z, _ = linalg.schur(full.A, output="real", sort=here)
     B, C = Z.T @ full.B, full.C @ Z

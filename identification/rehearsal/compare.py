@@ -154,7 +154,9 @@ def _compared(
     reached, step = [nan], StepMeasures(nan, nan, nan)
     if file:
         steps, swept = seeds["slip step"][name], seeds["slip tracking"][name]
-        target, slip = (np.concatenate([getattr(r, of) for r in steps]) for of in ("target", "slip"))
+        target, slip = (
+            np.concatenate([getattr(r, of) for r in steps]) for of in ("target", "slip")
+        )
         step = step_measures(target, slip, TICK) or step
         reached = [tracking_bandwidth(r.target, r.slip, 1 / TICK) for r in swept]
         retard |= {s: float(np.mean([mean_retard(r) for r in seeds[s][name]])) for s in seeds}

@@ -8,8 +8,11 @@ import pytest
 import dbc
 from bench.preparation import check_controller, prepare
 from bench.run import run_trial
+from identification.design.prefilter import OVERSHOOT
 from identification.report.headline import headline
+from identification.response.following import QUICK, Following
 from identification.response.identify import identify
+from identification.signals.filters import low_pass
 from identification.signals.motion import Motion
 from identification.signals.trial_window import TrialWindow
 from protocol.configuration import load_toml, parse, read_toml
@@ -55,9 +58,23 @@ def test_the_slip_steps_with_its_target_and_authority_goes_back(tmp_path, actuat
     assert np.ptp(followed.target) == pytest.approx(step)
     assert followed.error < 0.5 * step  # the flanks are in it
     assert followed.steps is not None
-    # A step up and one down, with wind and noise in them: 0.12 % through the spark is little.
-    assert 0.0 < followed.steps.overshoot < (0.5 if actuator == "throttle" else 1.0)
+    overshoots_no_more_than_designed(followed, step)
     assert "followed its target" in headline(found)
+
+
+def overshoots_no_more_than_designed(followed: Following, step: float) -> None:
+    """Beyond a step's target lie the designed overshoot and what the slip does at rest as well.
+
+    One step up and one down in a trial of 4 s: the greatest of 25 independent values of noise and
+    wind lies 2 to 3 deviations off, and 0.12 % of slip, all that the spark makes, is some ten of
+    them. So a bound on the overshoot of a single step is one on its noise: the bound must know it.
+    """
+    slip = low_pass(followed.slip, 1000.0, QUICK)
+    up = np.where(followed.target > followed.target.mean(), 1.0, -1.0)
+    beyond = (up * (slip - followed.target)).reshape(-1, 1000)  # of every half period
+    settled = float(np.sqrt(np.mean(beyond[:, 500:-100] ** 2)))
+    print(f"beyond {beyond[:, :-100].max() / step:.2f}, settled {settled / step:.3f} of a step")
+    assert beyond[:, :-100].max() <= OVERSHOOT * step + 4.0 * settled
 
 
 def controller(**changes) -> ControllerFile:

@@ -57,13 +57,14 @@ PLAN, SPARK_PLAN = plan(), plan("spark")
 
 def controlled(actuator: str) -> Plan:
     """The same with a controller; the waveform moves its target."""
+    by_model = {"kind": "internal_model", "model": [], "inverse": [], "delay": 0}
+    mixed = {"law": by_model, "throttle": BOUNDS, "later": [], "delay": 0, "zone": 0.0,
+             "exchange": 0.1}  # fmt: skip
+    by_pid = {"kind": "pid", "proportional": 1.0, "integral": 1.0, "derivative": 0.0,
+              "filter_time": 0.01, "tracking_time": 0.1}  # fmt: skip
     file = parse(
         {"name": "c", "actuator": actuator, "limits": BOUNDS,
-         "law": {"kind": "pid", "proportional": 1.0, "integral": 1.0, "derivative": 0.0,
-                 "filter_time": 0.01, "tracking_time": 0.1},
-         **({"mixed": {"exchange": 0.1, "time": 0.5, "through": [], "delay": 0,
-                       "throttle": BOUNDS}}
-            if actuator == "mixed" else {})},
+         **({"law": by_model, "mixed": mixed} if actuator == "mixed" else {"law": by_pid})},
         ControllerFile, "controller.toml",
     )  # fmt: skip
     return plan_of(PLAN.trial, Excitation("slip", np.array(TABLE), 0.25), file)
