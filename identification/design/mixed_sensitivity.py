@@ -36,6 +36,8 @@ if TYPE_CHECKING:
 
 PADE = 4  # order of the all-pass
 AT_REST = 1e-3  # pole of W_S over its corner: the integrator that the synthesis may not have
+FADE = 8.0  # Hz, beyond which nobody asks for T
+FORGETS = 5.0  # 1/s: whatever a limit left in the controller is a third of it after 0.2 s
 FALL = 20.0  # weights that rise are flat again so many times beyond their corner
 
 
@@ -121,28 +123,28 @@ def _weights(problem: Problem, wishes: Wishes) -> "tuple[Any, Any, Any]":
     sensitivity = control.tf([1 / wishes.peak, w], [1.0, AT_REST * w])
     n = 2 * np.pi * wishes.quiet
     effort = wishes.effort * control.tf([1 / n, 1.0], [1 / (FALL * n), 1.0])
-    return (
-        control.tf2ss(sensitivity), control.tf2ss(effort),
-        control.tf2ss(_envelope(problem.around)) if problem.around else None,
-    )  # fmt: skip
+    level, w = _envelope(problem.around)
+    closed = level * control.tf([1 / w, 1.0], [1 / (FALL * w), 1.0])
+    return control.tf2ss(sensitivity), control.tf2ss(effort), control.tf2ss(closed)
 
 
-def _envelope(around: UncertaintySet) -> Any:
-    """Bound the set's weight by one of first order that rises: the nearest that lies above.
+def _envelope(around: UncertaintySet | None) -> tuple[float, float]:
+    """Bound the set's weight by one of first order that rises, the nearest above; level, rad/s.
 
     The humps of the weight itself are what a wide band at a slow line makes of it: a synthesis
     that is shown them puts a nearly undamped pair of poles of its own there, or an unstable one.
+    T must fall beyond `FADE` in any case: for a narrow set it would be held up there by a pair of
+    poles that rings for a second after every limit.
     """
-    import control
-
+    if around is None:
+        return 1.0, 2 * np.pi * FADE
     f = around.frequency
     size = np.abs(around.weight.response(f))
     corners = np.geomspace(f[0], f[-1], 40)
     shapes = np.abs((1 + 1j * f / corners[:, None]) / (1 + 1j * f / (FALL * corners[:, None])))
     levels = np.max(size / shapes, axis=1)
     nearest = int(np.argmin(np.mean(np.log(levels[:, None] * shapes), axis=1)))
-    w = 2 * np.pi * corners[nearest]
-    return levels[nearest] * control.tf([1 / w, 1.0], [1 / (FALL * w), 1.0])
+    return max(float(levels[nearest]), 1.0), 2 * np.pi * min(float(corners[nearest]), FADE)
 
 
 def reduced(
@@ -150,7 +152,7 @@ def reduced(
 ) -> Synthesis | None:
     """Set the integrator apart, reduce the rest to an order, discretise.
 
-    corner: of W_S, Hz. None where the rest is not stable, and would run away at a limit.
+    corner: of W_S, Hz. None where the rest would run away at a limit, or ring long after it.
     """
     import control
 
@@ -158,13 +160,15 @@ def reduced(
     if parted is None:
         return None
     integral, rest = parted
-    if np.any(rest.poles().real >= 0.0):
+    if np.any(rest.poles().real > -FORGETS):
         return None
     with warnings.catch_warnings():  # an order above the least is taken for the least
         warnings.simplefilter("ignore")
         small = control.balred(rest, min(order - 1, rest.nstates), method="matchdc")
     held = control.sample_system(small, period, "tustin")
     zeros, poles = held.zeros().astype(complex), held.poles().astype(complex)
+    if np.any(np.abs(poles) > np.exp(-FORGETS * period)):
+        return None
     at = np.exp(2j * np.pi * 5.0 * period)  # 5 Hz: a rest may be 0 at rest
     ratio = np.prod(at - zeros) / np.prod(at - poles)
     gain = float(np.real(held(at) / ratio))

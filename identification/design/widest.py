@@ -24,7 +24,7 @@ from protocol.channel import FloatArray
 CORNERS = np.geomspace(1.0, 60.0, 60)  # Hz
 EXTRA_ORDERS = (0, 1, 2)
 SEED = 1
-ALIKE = 1.05  # two loops whose rejection differs by less are chosen by their noise
+ALIKE = 1.05  # two loops whose |T| reaches as far but for this are chosen by their rejection
 RANGES = ((0.02, 5.0), (0.3, 100.0), (5e-4, 0.1), (1e-3, 0.05))
 """Of K_p and K_i / s times the path's gain, T_d and T_f in s."""
 
@@ -96,13 +96,17 @@ def best(problem: Problem) -> Designed | NoDesign:
 
 
 def better(*found: Designed | NoDesign) -> Designed | NoDesign:
-    """Choose the loop that holds disturbances off furthest; of those alike the calmest."""
+    """Choose the loop that is closed furthest up; of those alike what holds off disturbances most.
+
+    All keep the same reserves and the same calm. A loop that holds off a tenth more, but whose |T|
+    ends early, followed its target in rides much less far (6.3 Hz against 10.6).
+    """
     able = [d for d in found if isinstance(d, Designed)]
     if not able:
         return found[0]
-    most = max(d.margins["nominal"].rejection for d in able)
-    alike = [d for d in able if d.margins["nominal"].rejection * ALIKE >= most]
-    return min(alike, key=lambda d: d.noise)
+    reach = {id(d): np.nan_to_num(d.margins["nominal"].bandwidth) for d in able}
+    alike = [d for d in able if reach[id(d)] * ALIKE >= max(reach.values())]
+    return max(alike, key=lambda d: d.margins["nominal"].rejection)
 
 
 def allowed(problem: Problem, controller: Answering) -> bool:

@@ -1,6 +1,7 @@
 """Laws of every controller: bounded, never wound up, equal after a reset, no jump at the start."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -14,9 +15,11 @@ from controllers.limits import Range
 from controllers.linear import Linear, in_series
 from controllers.pid import Pid
 from controllers.schedule import Schedule
-from controllers.slip_controller import SlipController
+from controllers.slip_controller import SlipController, from_tree
 from controllers.two_actuators import TwoActuators
 from identification.design.prefilter import Prefilter
+from protocol.configuration import load_toml
+from tests.bench.conditions import TRIALS
 
 DT = 0.001
 LIMITS = Range(-0.1, 0.2, 6.0)
@@ -43,6 +46,16 @@ def compensator() -> Compensator:
     return Compensator(30.0, shaping, DT, LIMITS, 0.05)
 
 
+def from_file(name: str) -> Compensator:
+    """A controller of the project's own, its range that of these tests."""
+    law = from_tree(load_toml(TRIALS / "controllers" / f"{name}.toml")).law
+    assert isinstance(law, Compensator)
+    return replace(law, limits=LIMITS)
+
+
+H_INFINITY = [
+    pytest.param(from_file(name), id=name) for name in ("throttle_h_infinity", "spark_h_infinity")
+]
 LAWS = [
     pytest.param(pid(), id="pid"),
     pytest.param(internal_model(), id="internal model"),
@@ -74,7 +87,7 @@ def closed_loop(law, reference, seconds, start=0.0, late=18, disturbance=lambda 
     return np.array(slip), np.array(commands)
 
 
-@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("law", LAWS + H_INFINITY)
 @given(start=st.floats(-0.1, 0.2), reference=values, measurements=slips)
 def test_a_command_stays_in_its_range_and_moves_no_faster_than_allowed(
     law, start, reference, measurements
@@ -85,14 +98,14 @@ def test_a_command_stays_in_its_range_and_moves_no_faster_than_allowed(
     assert np.all(steps <= LIMITS.rate * DT * (1 + 1e-9))
 
 
-@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("law", LAWS + H_INFINITY)
 @given(start=st.floats(-0.1, 0.2), reference=values, measurement=values)
 def test_taking_over_does_not_jump(law, start, reference, measurement):
     command, _ = law.update(law.start(start, reference, measurement), reference, measurement, DT)
     assert command == pytest.approx(start, abs=1e-9)
 
 
-@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("law", LAWS + H_INFINITY)
 @given(measurements=slips)
 def test_a_reset_equals_a_new_one(law, measurements):
     """Laws keep nothing of their own: what came before does not matter."""
@@ -101,7 +114,7 @@ def test_a_reset_equals_a_new_one(law, measurements):
     assert run(law, law.start(0.05, 0.01, 0.01), 0.01, measurements)[0] == once
 
 
-@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("law", LAWS + H_INFINITY)
 def test_a_wall_of_a_second_and_one_of_a_minute_are_left_alike(law):
     """No windup: how long a target was out of reach does not change how the command comes back."""
     back = []
@@ -126,7 +139,7 @@ def test_the_internal_model_answers_with_its_filter_and_the_delay_alone():
     assert np.max(np.abs(slip - ideal)) < 0.0006  # explicit Euler against the exact step
 
 
-@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("law", LAWS + H_INFINITY)
 def test_an_unknown_slip_holds_the_command(law):
     _, state = run(law, law.start(0.05, 0.01, 0.01), 0.01, [0.01] * 50)
     held = state.command
@@ -134,7 +147,7 @@ def test_an_unknown_slip_holds_the_command(law):
     assert max(abs(c - held) for c in commands) < 1e-6
 
 
-@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("law", LAWS + H_INFINITY)
 def test_an_unknown_slip_holds_the_command_while_a_disturbance_is_held_off(law):
     """What the controller does against a slope of the road must not be undone by a silence."""
     state = law.start(0.05, 0.01, 0.01)
