@@ -29,6 +29,7 @@ ALLOWED = {
         "plant/linear.py", "controllers/*.py", "identification/response/response.py",
         "identification/models/rational_model.py", "identification/models/uncertainty_set.py",
         "identification/models/switched.py", "identification/models/scheduled.py",
+        "identification/design/mixed_sensitivity.py",
     ),
     "numba": (
         "plant/*.py", "identification/models/switched.py", "identification/proof/generator/*.py",
