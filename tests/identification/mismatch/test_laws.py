@@ -32,17 +32,9 @@ def test_where_nothing_is_missing_nothing_is_claimed(seed: int) -> None:
     assert not verdict.unknown
 
 
-UNNAMED = pytest.mark.xfail(
-    strict=True,
-    reason="a rate limit of 4 openings a second is not named since calibrations follow their bends "
-    "and names are held against held-out recordings; why is not known, see "
-    "docs/decisions/proof-second-study.md",
-)
-
-
 @pytest.mark.parametrize(
     ("effect", "parameter", "block"),
-    [pytest.param(*SINGLE[0], marks=UNNAMED), *SINGLE[1:]],
+    SINGLE,
     ids=[e.name for e, _, _ in SINGLE],
 )
 def test_a_single_effect_is_named_and_its_size_told(
