@@ -205,8 +205,9 @@ nobody has looked at is for `slipbench prove` to tell, not for this page. Change
 - where names do not suffice each is exchanged for what explains more (exchange.py), after the
   tanks' training run had asked for a set of three that no single step led to.
 
-A version stands for the engine's text and the model files, by their SHA-256. Seconds are of the
-processor, and after a stroke of a clock on the wall, on a machine that others used as well.
+A version stands for the engine's text and the model files, by their SHA-256. Where it was not noted
+the section is older than this list; a section stays as it is until its case is run again. Seconds
+are of the processor, and after a stroke of a clock on the wall, on a machine that others used too.
 
 """
 
