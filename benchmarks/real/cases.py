@@ -133,9 +133,9 @@ REMARKS = {
     "Both known effects are named. What is left is large beside the floor: the gain of these "
     "drives grows with the amplitude (by least squares on each run alone, with blindness and "
     "a mode, 1.28, 2.00 and 3.03 at 0.5, 1.0 and 1.5 V), and the held-out run has the "
-    "largest. Neither a name nor a free curve tells it, since the noise model takes slow "
-    "errors for noise: a weakness of the engine. The share of the mode stands at the end of "
-    "its range.",
+    "smallest, so that it is overstated. After the names no name and no free curve tells it "
+    "enough: the noise model takes slow errors for noise, which is a weakness of the engine. "
+    "The share of the mode stands at the end of its range.",
     "silverbox":
     "The last row is the benchmark's own test, a noise of growing amplitude, of which nothing "
     "was met before. Published models, fitted to tens of thousands of samples, reach about "
