@@ -69,7 +69,7 @@ def theirs(log: FrameLog, database: cantools.database.can.Database) -> None:
 def bus_log(log: FrameLog, database: Database, path: Path) -> asammdf.MDF:
     """Give the frames as asammdf holds them."""
     nothing = SortedLog(log, {}, {}, np.arange(0))
-    write_mf4(nothing, database, path)
+    write_mf4(iter([nothing]), database, path)
     return asammdf.MDF(path)
 
 
