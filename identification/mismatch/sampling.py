@@ -20,8 +20,8 @@ Matrix = sparse.csr_array
 class Grid:
     """Bins of time in which residuals are judged.
 
-    rows: of the simulation, one every `step` s; start: s, of bin 0; width: s. stretch: s, within
-    which errors may hang together, and after which a push is forgotten.
+    rows: of the simulation, one every `step` s; start: s, of bin 0; width: s. stretch: s, after
+    which a push is forgotten. parts: of a stretch, within which errors may hang together.
     """
 
     rows: int
@@ -30,6 +30,7 @@ class Grid:
     width: float
     step: float = 1e-3
     stretch: float = 3.0
+    parts: int = 1
 
     @property
     def rows_per_bin(self) -> int:
@@ -40,6 +41,11 @@ class Grid:
     def stretches(self) -> int:
         """How many stretches of time the bins make."""
         return max(round(self.bins * self.width / self.stretch), 1)
+
+    @property
+    def pieces(self) -> int:
+        """How many pieces of time there are whose errors have nothing to do with each other."""
+        return self.parts * self.stretches
 
     def binned(self, rows: FloatArray) -> FloatArray:
         """Mean of a row-by-row course over every bin."""

@@ -13,8 +13,6 @@ from identification.mismatch.whitening import Whitener, whitener
 from plant.signals import Floats
 
 Integers = npt.NDArray[np.int_]
-PARTS = 2
-"""Parts of a stretch, each as long as the slow unknown takes from one knot to the next."""
 
 
 def residuals(model: Model, predicted: Series) -> Series:
@@ -57,7 +55,7 @@ def clusters(model: Model, noise: Sequence[Whitener]) -> Integers:
         for r, record in enumerate(model.records):
             shape = model.measured[b][r].shape
             rows = shape[0] - white.order
-            count = PARTS * record.grid.stretches
+            count = record.grid.pieces
             within = np.minimum(np.arange(rows) * count // rows, count - 1)
             parts.append(np.repeat(within + 1000 * r, shape[1]))
     return np.unique(np.concatenate(parts), return_inverse=True)[1]

@@ -116,7 +116,7 @@ def _unpacks(file: BinaryIO, address: int, form: _Form) -> bool:
 
 def _kind(file: BinaryIO, address: int, form: _Form) -> bytes:
     """Give the kind of the block at an address; empty where the file has none there."""
-    if not 0 < address < 1 << 62:
+    if not 0 < address < os.fstat(file.fileno()).st_size:
         return b""
     file.seek(address)
     head = file.read(form.head.size)

@@ -27,6 +27,9 @@ STEP = 1e-3  # s, between rows of the simulation
 LEAD_IN = 1.0  # s, in which the simulation settles, its speed led by the recorded one
 BIN = 0.01  # s
 LONGEST = 120.0  # s, of one piece
+PARTS = 2
+"""Of a stretch of 3 s, each as long as the slow road takes from one knot to the next: what hangs
+together for longer is the road's."""
 OVERHANG = 0.03  # s at the end: a tooth interval that begins in the last bin ends behind it
 LINEAR: Mapping[str, tuple[str, str]] = {
     "throttle_position": ("throttle", "1"),
@@ -56,7 +59,7 @@ def prepare(recording: Recording, vehicle: Vehicle) -> Record:
             "the recording is too short to judge a simulation by", where=str(recording.folder),
             expected="2 s and more in which all channels are there", found=f"{end - start:.2f} s",
         )  # fmt: skip
-    grid = Grid(rows, LEAD_IN, bins, BIN, STEP)
+    grid = Grid(rows, LEAD_IN, bins, BIN, STEP, parts=PARTS)
     time = np.asarray(start + STEP * np.arange(1, rows + 1))
     sensors = _sensors(data, vehicle, start, grid)
     measured = _measured(data, vehicle, time)
