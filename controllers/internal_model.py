@@ -7,6 +7,10 @@ closed loop is T = F e^(-s tau) G_+ where the model is right: its bandwidth is t
 number to choose, and it stays stable for every motorcycle of the set where |W T| < 1 (Morari and
 Zafiriou, Robust Process Control, 1989, chapter 4). Since the model is driven by the command after
 its limits, saturation winds nothing up. Q(0) G(0) = 1 makes the error vanish in the steady state.
+
+Q cancels a resonance by a push and a pull after it. Where a limit gave nothing of the push, the
+pull would do harm: as long as the command stands at a limit and the error asks for more than that
+even at rest, Q stands as if the error had been there for ever.
 """
 
 import math
@@ -80,7 +84,8 @@ class InternalModel:
             error = reference - level - surprise
             wanted = command + float(q.C @ inverse) + q.D * error
             given = self.limits.towards(wanted, state.command, self.period)
-            inverse = q.A @ inverse + q.B * error
+            idle = self.limits.withstands(command + q.gain * error - given, given)
+            inverse = q.rest(error) if idle else q.A @ inverse + q.B * error
         late = np.concatenate(([given - command], state.late[:-1]))
         model = self.model.A @ state.model + self.model.B * late[-1]
         return ModelState(model, inverse, late, given, state.base)

@@ -9,6 +9,8 @@ A law is frozen and knows no time; whoever calls it keeps the state. A measureme
 
 from typing import Protocol, TypeVar
 
+from controllers.limits import Range
+
 State = TypeVar("State")
 
 
@@ -17,6 +19,11 @@ class Law(Protocol[State]):
 
     The command lies within the law's limits, and moves no faster than they allow.
     """
+
+    @property
+    def limits(self) -> Range:
+        """Where the command may be."""
+        ...
 
     def start(self, command: float, reference: float, measurement: float) -> State:
         """Take over at `command` without a jump."""

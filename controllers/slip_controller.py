@@ -40,7 +40,7 @@ class SlipState:
 class SlipController:
     """actuator: "throttle", "spark" or "mixed"; law: from slip to it (to the spark, where mixed);
     schedule: laws by speed, in place of `law`; both: the law through both, where mixed; prefilter:
-    what the reference goes through, gain 1."""
+    what the reference goes through, gain 1. More throttle and more spark are more slip."""
 
     actuator: str
     law: Law[Any]
@@ -81,10 +81,24 @@ class SlipController:
         return throttle, spark, SlipState(law, reference, passed, throttle, spark)
 
     def _passed(self, state: SlipState, reference: float) -> tuple[float, Any]:
+        """Return the reference behind the prefilter, and the state of that.
+
+        A prefilter swings a target in so that the slip does not swing. A change of which a limit
+        gives nothing goes past it: swinging back, it would ask for less than the target.
+        """
         if self.prefilter is None:
             return reference, None
-        p, x = self.prefilter, state.passed
+        p, x, change = self.prefilter, state.passed, reference - state.reference
+        if self._in_vain(state, change):
+            x = x + p.rest(change)
         return float(p.C @ x) + p.D * reference, p.A @ x + p.B * reference
+
+    def _in_vain(self, state: SlipState, change: float) -> bool:
+        """Tell whether a change of the target only pushes further into a limit."""
+        by_throttle = self.both is not None or self._moves_throttle
+        law = self.law if self.both is None else self.both.throttle
+        now = state.throttle if by_throttle else state.spark
+        return law.limits.withstands(change, now)
 
     @property
     def _moves_throttle(self) -> bool:

@@ -105,8 +105,10 @@ class TwoActuators:
             alone = float(fast.inverse.C @ q_s) - fast.inverse.D * d
             done = float(later.C @ state.later) + later.D * relieved[-1]
             spark = fast.limits.towards(rest_s + self._worth(alone - done), spark, slow.period)
-            target = _after(slow.inverse, target, wanted)
-            q_t, q_s = _after(slow.inverse, q_t, -d), _after(fast.inverse, q_s, -d)
+            push = rest_t + slow.inverse.gain * (wanted - d) - throttle
+            go_on = _settled if slow.limits.withstands(push, throttle) else _after
+            target, q_t = go_on(slow.inverse, target, wanted), go_on(slow.inverse, q_t, -d)
+            q_s = _after(fast.inverse, q_s, -d)
         throttles, sparks = (throttle - rest_t, *state.throttles), (spark - rest_s, *state.sparks)
         return TwoState(
             target, (q_t, q_s),
@@ -126,6 +128,11 @@ def _rest(system: Linear) -> Floats:
 
 def _after(system: Linear, x: Floats, u: float) -> Floats:
     return np.asarray(system.A @ x + system.B * u)
+
+
+def _settled(system: Linear, _: Floats, u: float) -> Floats:
+    """Forget the course so far, as `InternalModel` does at a limit."""
+    return system.rest(u)
 
 
 def reach(spark: Range, throttle: Range, exchange: float) -> Range:

@@ -56,8 +56,9 @@ def write_report(
 
 def _headline(path: Path, designed: Designed) -> str:
     worst = max(m.sensitivity for m in designed.margins.values())
+    through = "throttle and the spark" if isinstance(designed.controller, Joint) else path.actuator
     return (
-        f"Through the {path.actuator}, slip follows its target up to {designed.bandwidth:.1f} Hz, "
+        f"Through the {through}, slip follows its target up to {designed.bandwidth:.1f} Hz, "
         f"with a sensitivity peak of {worst:.2f} over {len(designed.margins)} loops."
     )
 

@@ -1,7 +1,10 @@
 """Laws of every controller: bounded, never wound up, equal after a reset, no jump at the start."""
 
 import math
+from copy import deepcopy
 from dataclasses import replace
+from functools import cache
+from typing import Any
 
 import numpy as np
 import pytest
@@ -18,7 +21,8 @@ from controllers.schedule import Schedule
 from controllers.slip_controller import SlipController, from_tree
 from controllers.two_actuators import TwoActuators
 from identification.design.prefilter import Prefilter
-from protocol.configuration import load_toml
+from protocol.configuration import load_toml, read_toml
+from protocol.controller_file import ControllerFile
 from tests.bench.conditions import TRIALS
 
 DT = 0.001
@@ -46,16 +50,17 @@ def compensator() -> Compensator:
     return Compensator(30.0, shaping, DT, LIMITS, 0.05)
 
 
-def from_file(name: str) -> Compensator:
-    """A controller of the project's own, its range that of these tests."""
-    law = from_tree(load_toml(TRIALS / "controllers" / f"{name}.toml")).law
-    assert isinstance(law, Compensator)
+def from_file(name: str) -> Any:
+    """A law of the project's own, its range that of these tests; of a mixed one the spark's."""
+    law: Any = from_tree(load_toml(TRIALS / "controllers" / f"{name}.toml")).law
     return replace(law, limits=LIMITS)
 
 
 H_INFINITY = [
     pytest.param(from_file(name), id=name) for name in ("throttle_h_infinity", "spark_h_infinity")
 ]
+FILES = sorted(path.stem for path in (TRIALS / "controllers").glob("*.toml"))
+FROM_FILES = [pytest.param(from_file(name), id=name) for name in FILES]
 LAWS = [
     pytest.param(pid(), id="pid"),
     pytest.param(internal_model(), id="internal model"),
@@ -103,6 +108,67 @@ def test_a_command_stays_in_its_range_and_moves_no_faster_than_allowed(
 def test_taking_over_does_not_jump(law, start, reference, measurement):
     command, _ = law.update(law.start(start, reference, measurement), reference, measurement, DT)
     assert command == pytest.approx(start, abs=1e-9)
+
+
+def noisy(slip: float, noise: float, seed: int) -> list[float]:
+    """Slip with sensor noise, each sample held for 5 ms, 0.3 s."""
+    told = slip + noise * np.random.default_rng(seed).standard_normal(60)
+    return [float(y) for y in np.repeat(told, 5)]
+
+
+WIDE = {"low": -1e3, "high": 1e3, "rate": 1e6}
+noises = st.sampled_from([0.0, 1e-5, 1e-4, 4e-4])
+errors = st.floats(0.005, 0.06)
+sides = st.sampled_from([-1, 1])
+seeds = st.integers(0, 1000)
+
+
+@pytest.mark.parametrize("law", [*LAWS, *FROM_FILES])
+@given(side=sides, error=errors, noise=noises, seed=seeds)
+def test_an_error_that_pushes_into_a_limit_leaves_the_command_there(law, side, error, noise, seed):
+    """Started at the limit, it never leaves it by more than the noise alone moves a free law."""
+    limit, told = (LIMITS.high if side > 0 else LIMITS.low), noisy(0.01, noise, seed)
+    free = replace(law, limits=Range(**WIDE))
+    alone, _ = run(free, free.start(0.0, 0.01, told[0]), 0.01, told)
+    target = 0.01 + side * error
+    commands, _ = run(law, law.start(limit, target, told[0]), target, told)
+    assert np.max(np.abs(np.array(commands) - limit)) <= np.max(np.abs(alone)) + 1e-12
+
+
+@pytest.mark.parametrize("name", FILES)
+@given(side=sides, error=errors, noise=noises, seed=seeds)
+def test_a_target_beyond_what_may_be_given_moves_neither_throttle_nor_spark(
+    name, side, error, noise, seed
+):
+    """Prefilter and all: who may only take away does not while the slip is below its target."""
+    told = noisy(0.01 if side > 0 else 0.08, noise, seed)
+    ends = {"high": 0.0} if side > 0 else {"low": 0.0}
+    held = offsets(controller(name, ends), told[0] + side * error, told)
+    alone = offsets(controller(name, WIDE), told[0], told)
+    assert np.all(np.max(np.abs(held), axis=0) <= np.max(np.abs(alone), axis=0) + 1e-12)
+
+
+@cache
+def file_tree(name: str) -> dict[str, Any]:
+    return read_toml(TRIALS / "controllers" / f"{name}.toml", ControllerFile).model_dump()
+
+
+def controller(name: str, ends: dict[str, float]) -> SlipController:
+    """A controller of the project's own, without governor, its ranges changed."""
+    tree = deepcopy(file_tree(name)) | {"governor": None}
+    tree["limits"] |= ends
+    if tree["mixed"]:
+        tree["mixed"]["throttle"] |= ends
+    return from_tree(tree)
+
+
+def offsets(law: SlipController, target: float, told: list[float]) -> np.ndarray:
+    """Throttle and spark, (n, 2), from rest under a constant target."""
+    state, found = law.start(0.0, 0.0, told[0], 53.0), []
+    for slip in told:
+        throttle, spark, state = law.update(state, target, slip, 53.0, DT)
+        found.append((throttle, spark))
+    return np.array(found)
 
 
 @pytest.mark.parametrize("law", LAWS + H_INFINITY)
