@@ -1,5 +1,6 @@
 """The gateway: one tick reads what arrived, moves the trial, asks `permit`, and sends."""
 
+import math
 from dataclasses import dataclass, replace
 
 import can
@@ -87,6 +88,7 @@ class Gateway:
         self._asked_since = 0.0
         self._refused_in_a_row = 0
         self._full = self._behind = False
+        self._listened = -math.inf
         self._status_due = 0.0
         self._ended_at: float | None = None
         self.state = TrialState()
@@ -141,7 +143,12 @@ class Gateway:
         self._move_to(tripped(self.state, Trip(reason, detail), due / SECOND), due)
 
     def _listen(self, now: float) -> bool:
-        """Take in the frames that have arrived; False where too many have for one tick."""
+        """Take in the frames that have arrived; False where too many have for one tick.
+
+        They came at any time since the bench listened last, and count as old as that: a status
+        that waited to be read is no fresher for it.
+        """
+        since, self._listened = self._listened, now
         for _ in range(MOST_FRAMES):
             try:
                 message = self._bus.recv(0)
@@ -158,10 +165,10 @@ class Gateway:
             own = identifier in self._ours and self._own.heard(identifier, data)
             self._record(message, self._stamp(message.timestamp), own)
             if not (own or _carries_nothing(message)):
-                self._observe(identifier, data, now)
+                self._observe(identifier, data, now, since)
         return False
 
-    def _observe(self, identifier: int, data: bytes, now: float) -> None:
+    def _observe(self, identifier: int, data: bytes, now: float, since: float) -> None:
         decoded = self._codec.decode(identifier, data)
         if isinstance(decoded, FrameFault):
             self._lookout.fault(decoded.message)
@@ -173,7 +180,7 @@ class Gateway:
         if name in self._protected and not self._in_sequence(name, identifier, data, now):
             self._lookout.fault(name)
             return
-        self._lookout.observe(name, decoded, now)
+        self._lookout.observe(name, decoded, since)
         if self._control:
             self._control.observe(name, decoded, now)
 
