@@ -81,13 +81,15 @@ BUS = (
 
 DEVICES = (
     *(
-        Case(f"counter of {name}", f"counter of {name} stands, values live", TripReason.FAULTY,
+        Case(f"counter of {name}", f"counter of {name} stands, values live",
+             TripReason.STALE if name == "EngineStatus" else TripReason.FAULTY,
              failing=partial(Standing, name))
         for name in ("EcuStatus", "ThrottleStatus", "EngineStatus", "OpticalSpeed")
     ),
     Case("counter of RiderControls", "counter of RiderControls stands, values live",
          TripReason.STALE, failing=partial(Standing, "RiderControls")),
-    Case("engine speed frozen", "engine speed and its stamp frozen", TripReason.FAULTY,
+    # Its age and its faulty frames pass their limits within a tick; the age comes first.
+    Case("engine speed frozen", "engine speed and its stamp frozen", TripReason.STALE,
          failing=partial(Standing, "EngineStatus", ("engine_speed", "time"))),
     Case("engine speed stuck", "engine speed frozen, its stamp runs", TripReason.NONE,
          failing=partial(Standing, "EngineStatus", ("engine_speed",)),
