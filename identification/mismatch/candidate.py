@@ -37,9 +37,13 @@ ABOUT = 3
 
 
 class Dialled(ABC):
-    """Something missing that can be turned up from nothing. dials: what is fitted, free numbers."""
+    """Something missing that can be turned up from nothing. dials: what is fitted, free numbers.
+
+    elsewhere: how its size scatters over other places at which it is looked for, if it has any.
+    """
 
     dials: tuple[float, ...]
+    elsewhere: Scatter | None = None
 
     @property
     @abstractmethod

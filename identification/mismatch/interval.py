@@ -87,7 +87,7 @@ def _as_elsewhere(
     candidates: Sequence[Dialled], deviation: Floats, white: Floats, freedom: Floats
 ) -> tuple[Floats, Floats]:
     """Hold what is looked for along the road to how its size scatters over all the other places."""
-    known = [(getattr(c, "elsewhere", None), len(c.dials)) for c in candidates]
+    known = [(c.elsewhere, len(c.dials)) for c in candidates]
     usual = np.repeat([e.inflation if e else 0.0 for e, _ in known], [n for _, n in known])
     told = np.repeat([e.freedom if e else math.inf for e, _ in known], [n for _, n in known])
     return np.maximum(deviation, np.sqrt(usual * white)), np.minimum(freedom, told)

@@ -188,8 +188,7 @@ def _passes(before: Fit, after: Fit, limit: float) -> bool:
 
 def _enough(new: Dialled) -> float:
     """Nats that an effect must bring; more where as much is found at any other place."""
-    elsewhere = getattr(new, "elsewhere", None)
-    return ENOUGH * (elsewhere.inflation if elsewhere else 1.0)
+    return ENOUGH * (new.elsewhere.inflation if new.elsewhere else 1.0)
 
 
 def _inexact(fit: Fit, new: Dialled) -> float:
