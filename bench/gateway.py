@@ -146,9 +146,9 @@ class Gateway:
         """Take in the frames that have arrived; False where too many have for one tick.
 
         They came at any time since the bench listened last, and count as old as that: a status
-        that waited to be read is no fresher for it.
+        that waited to be read is no fresher for it. Where time went back, they came now.
         """
-        since, self._listened = self._listened, now
+        since, self._listened = min(self._listened, now), now
         for _ in range(MOST_FRAMES):
             try:
                 message = self._bus.recv(0)

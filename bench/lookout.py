@@ -95,16 +95,20 @@ class Lookout:
         self._distance, self._counted_until = 0.0, now
 
     def seen(self, now: float, *, bus_off: bool = False, recording: bool = True) -> Seen:
-        """Give the snapshot at `now` (s)."""
+        """Give the snapshot at `now` (s).
+
+        What was heard later than now, since time went back, is of unknown age: the oldest of all.
+        """
         if not math.isnan(self._counted_until):
             self._distance += self._speed * (now - self._counted_until)
             self._counted_until = now
-        oldest = min(self._heard, key=self._heard.__getitem__)
+        ages = {name: now - heard for name, heard in self._heard.items()}
+        oldest = max(ages, key=lambda name: ages[name] if ages[name] >= 0.0 else math.inf)
         faulty = max(self._faults, key=self._faults.__getitem__)
         return Seen(
             self._ecu, self._throttle, self._engine, self._rider,
             self._speed, self._slip("RearTeeth"), self._slip("FrontTeeth"), self._distance,
-            now - self._heard[oldest], oldest, self._faults[faulty], faulty, bus_off, recording,
+            ages[oldest], oldest, self._faults[faulty], faulty, bus_off, recording,
         )  # fmt: skip
 
     def _distrust(self, name: str, faulty: bool) -> None:

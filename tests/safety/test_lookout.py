@@ -83,6 +83,15 @@ def test_the_age_is_that_of_the_status_that_has_been_silent_longest(silent):
     assert (sight.oldest, sight.oldest_age) == (silent, 1.5)
 
 
+def test_what_was_heard_later_than_now_is_of_unknown_age_and_counts_as_the_oldest():
+    """Time never goes back; if it did, whoever fell silent before must not look young."""
+    lookout = complete(16.0)
+    lookout.observe("RiderControls", RiderControls(False, 0.25, 0.0, 0.0, 0.0), 18.0)
+    sight = lookout.seen(17.0)
+    assert (sight.oldest, sight.oldest_age) == ("RiderControls", -1.0)
+    assert lookout.seen(18.0).oldest != "RiderControls"
+
+
 def test_what_safety_does_not_rest_on_ages_nothing():
     lookout = complete(16.0)
     lookout.observe("Temperatures", Temperatures(300.0, 300.0, 300.0, 300.0), 20.0)
