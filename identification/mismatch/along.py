@@ -1,63 +1,151 @@
-"""Along what a free curve acts: the value of a quantity now, or its past.
+"""Along what a free curve acts: a quantity now, its past, its turning back, or as its scale.
 
-Of the value now it is a broken line f(z) over knots of z. Of the past it is a sum of what z was
-lately, forgotten with several times, so that any slow or resonant answer to z is nearly one of
-these sums: the first of Laguerre's and Kautz's ideas (Wahlberg, IEEE Transactions on Automatic
-Control 36 (1991)) with real poles in place of orthogonal functions.
+Of the value now it is a broken line f(z) over knots of z. Of the past it is a broken line over the
+lag: what a step of z has brought about so many seconds later, so that delays, lags and resonances
+are all of one kind. Of turning back it is a sum of elements that follow z as far as their half
+width allows and then slide: the stops of Prandtl and Ishlinskii (Brokate and Sprekels, "Hysteresis
+and Phase Transitions" (1996), section 2.3), by which play and dry friction differ from any f(z).
+As a scale it is f(z) x, a broken line over z by which another quantity x counts for more or less.
+
+All of them are linear in their values, and are evaluated row by row of a simulation, since what
+lasts some milliseconds or goes round with a wheel is not seen in the means of longer bins.
 """
 
+from collections.abc import Iterator
+from itertools import pairwise
+
 import numpy as np
-from scipy import signal
+from numba import njit
 
 from plant.signals import Floats
 
 PAST = "past of "
-TIMES = np.array((0.0, 0.02, 0.06, 0.2, 0.6, 2.0))
-"""Seconds with which the past is forgotten; 0 is the value now."""
+HYSTERESIS = "hysteresis of "
+SCALE = "scale of "
+OVER = " along "
+"""Between the quantity that is scaled and the one that tells by how much."""
+LAGS = np.array((0.0, 0.005, 0.012, 0.03, 0.07, 0.15, 0.3, 0.6, 1.2, 2.4))
+"""Seconds after a step."""
+WIDTHS = np.array((0.0, 0.004, 0.012, 0.04, 0.12, 0.4))
+"""Half widths in shares of the quantity's range; 0 stands for the quantity itself."""
 KNOTS = 7
+ENDS = (0.002, 0.998)
+"""Quantiles of a quantity that count as the ends of its range."""
 
 
-def has_memory(regressor: str) -> bool:
-    """Whether a regressor is the past of a quantity."""
-    return regressor.startswith(PAST)
+def kind_of(regressor: str) -> str:
+    """Return what a regressor begins with: PAST, HYSTERESIS, SCALE, or nothing: the value now.
+
+    Knots are lags (s) of a past, half widths (in the quantity's unit) of a hysteresis, else values
+    of the quantity. The course of a scale is two quantities, (2, rows).
+    """
+    return next((kind for kind in (PAST, HYSTERESIS, SCALE) if regressor.startswith(kind)), "")
+
+
+def quantity_of(regressor: str) -> str:
+    """Return the quantity on whose axis a curve is drawn."""
+    return regressor.removeprefix(PAST).removeprefix(HYSTERESIS).rpartition(OVER)[2]
+
+
+def scale(what: Floats, along: Floats) -> Floats:
+    """Return the course of a regressor that scales one quantity along another, (2, rows)."""
+    return np.stack((along, what))
 
 
 def knots_for(regressor: str, z: Floats) -> Floats:
-    """Return where a curve has its values: knots of z, or times of forgetting; empty: no use."""
-    if has_memory(regressor):
-        return TIMES if np.ptp(z) > 0.0 else np.empty(0)
+    """Return where a curve has its values: knots of z, lags or half widths; empty: no use.
+
+    z: the quantity alone, (rows,) or bins.
+    """
+    if kind_of(regressor) == PAST:
+        return LAGS if np.ptp(z) > 0.0 else np.empty(0)
+    if kind_of(regressor) == HYSTERESIS:
+        low, high = np.quantile(z, ENDS)
+        return WIDTHS * (high - low) if high > low else np.empty(0)
     return knots_between(z)
 
 
-def columns(regressor: str, z: Floats, knots: Floats, width: float) -> Floats:
-    """Return the courses (T, knots) of which a curve is the sum. width: s, of a bin."""
-    if has_memory(regressor):
-        level = z - z.mean()
-        return np.column_stack([_forgotten(level, width, time) for time in knots])
-    return np.column_stack([np.interp(z, knots, row) for row in np.eye(knots.size)])
+def columns(regressor: str, z: Floats, knots: Floats, step: float) -> Iterator[Floats]:
+    """Yield the courses, (rows,) one for each knot, of which a curve is the sum.
+
+    z: the quantity, (rows,), or what `scale` gives; step: s, of a row.
+    """
+    if kind_of(regressor) == PAST:
+        yield from _past(z - z.mean(), knots, step)
+    elif kind_of(regressor) == HYSTERESIS:
+        yield from _stops(z - z.mean(), knots)
+    elif kind_of(regressor) == SCALE:
+        for row in np.eye(knots.size):
+            yield z[1] * np.interp(z[0], knots, row)
+    else:
+        for row in np.eye(knots.size):
+            yield np.interp(z, knots, row)
+
+
+def course(regressor: str, z: Floats, knots: Floats, values: Floats, step: float) -> Floats:
+    """Return the curve along a course, (rows,)."""
+    if kind_of(regressor) == SCALE:
+        return np.asarray(z[1] * np.interp(z[0], knots, values))
+    if not kind_of(regressor):
+        return np.interp(z, knots, values)
+    parts = columns(regressor, z, knots, step)
+    return np.asarray(sum(v * part for v, part in zip(values, parts, strict=True)))
+
+
+def finer(regressor: str, knots: Floats) -> Floats:
+    """Return the knots with one more between each two; half widths are enough."""
+    if kind_of(regressor) == HYSTERESIS:
+        return knots
+    between = 0.5 * (knots[1:] + knots[:-1])
+    return np.sort(np.concatenate((knots, between)))
 
 
 def step_response(knots: Floats, values: Floats, time: Floats) -> Floats:
     """What a curve of the past answers to a step of its quantity, after so many seconds."""
-    past = knots > 0.0
-    risen = 1.0 - np.exp(-time[:, None] / knots[past])
-    return np.asarray(risen @ values[past] + values[~past].sum())
+    return np.interp(time, knots, np.cumsum(values))
+
+
+def after_a_turn(widths: Floats, values: Floats, way: Floats) -> Floats:
+    """What a curve of hysteresis has changed by, so far back after a turn, slopes of z aside."""
+    slid = widths > 0.0
+    return np.asarray(np.minimum(way[:, None], 2.0 * widths[slid]) @ values[slid])
 
 
 def knots_between(z: Floats) -> Floats:
     """Knots at quantiles, no two nearer than a thirtieth of the range."""
-    low, high = np.quantile(z, (0.002, 0.998))
+    low, high = np.quantile(z, ENDS)
     if not high > low:
         return np.empty(0)
-    wanted = 0.5 * np.quantile(z, np.linspace(0.002, 0.998, KNOTS)) + 0.5 * np.linspace(
-        low, high, KNOTS
-    )
+    wanted = 0.5 * np.quantile(z, np.linspace(*ENDS, KNOTS)) + 0.5 * np.linspace(low, high, KNOTS)
     return wanted[np.concatenate(([True], np.diff(wanted) > (high - low) / 30))]
 
 
-def _forgotten(z: Floats, width: float, time: float) -> Floats:
-    if time <= 0.0:
-        return z
-    keep = np.exp(-width / time)
-    first = [keep * z[0]]
-    return np.asarray(signal.lfilter([1.0 - keep], [1.0, -keep], z, zi=first)[0])
+def _past(z: Floats, lags: Floats, step: float) -> Iterator[Floats]:
+    """Yield z itself, then its means between each two lags; before the start it stood still."""
+    yield z
+    summed = np.concatenate(([0.0], np.cumsum(z) * step))
+    now = step * np.arange(1, z.size + 1)
+
+    def integral(until: Floats) -> Floats:
+        inside = np.interp(until, step * np.arange(z.size + 1), summed)
+        return np.asarray(inside + np.minimum(until, 0.0) * z[0])
+
+    for near, far in pairwise(lags):
+        yield (integral(now - near) - integral(now - far)) / (far - near)
+
+
+def _stops(z: Floats, widths: Floats) -> Iterator[Floats]:
+    """Yield what follows z within each half width, and slides beyond; 0: z itself."""
+    for width in widths:
+        yield _stop(z, float(width)) if width > 0.0 else z
+
+
+@njit(cache=True)
+def _stop(z: Floats, width: float) -> Floats:
+    found = np.empty_like(z)
+    now, before = 0.0, z[0]
+    for i in range(z.size):
+        now = min(max(now + z[i] - before, -width), width)
+        before = z[i]
+        found[i] = now
+    return found

@@ -93,7 +93,7 @@ def partly_refreshed(fit: Fit) -> Fit:
     system, chain = fit.model.system, fit.model.chain
     cheap = frozenset(
         d for d in chain.drives if d not in system.slow_drives(chain)
-        and any(system.concerns(e, chain, d) for e in fit.point.effects)
+        and any(d in fit.model.concerned(e) for e in fit.point.effects)
     )  # fmt: skip
     if not cheap:
         return fit

@@ -40,10 +40,13 @@ class Dialled(ABC):
     """Something missing that can be turned up from nothing. dials: what is fitted, free numbers.
 
     elsewhere: how its size scatters over other places at which it is looked for, if it has any.
+    answers: what a unit of each dial brings in the outputs, (T, m, dials) by block and record,
+    where that is known beforehand; else it is measured by nudging.
     """
 
     dials: tuple[float, ...]
     elsewhere: Scatter | None = None
+    answers: list[list[Floats]] | None = None
 
     @property
     @abstractmethod

@@ -46,10 +46,11 @@ def circumstance(judge: Judge, curve: Curve) -> Circumstance | None:
         one = sum((t[r] ** 2 / np.mean(judge.fit.rest[b][r] ** 2, axis=0)).sum(axis=1)
                   for b, t in enumerate(trace) if t[r].size)  # fmt: skip
         seen = regressors(judge.fit, drive, r)
-        width = judge.fit.model.records[r].grid.width
+        recorded = judge.fit.model.records[r].grid
+        width = recorded.width
         power.append(np.asarray(one))
-        speed.append(seen[system.operating])
-        rate.append(seen[system.direction])
+        speed.append(recorded.binned(seen[system.operating]))
+        rate.append(recorded.binned(seen[system.direction]))
         lines = _lines([t[r] for t in trace if t[r].size], width)
         if spectrum.size in (0, lines.size):
             grid = np.asarray(np.fft.rfftfreq(len(power[-1]), width), np.float64)

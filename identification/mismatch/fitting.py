@@ -216,8 +216,7 @@ def _drives(fit: Fit) -> list[tuple[str, ...]]:
     found = [system.touched(chain, c) for c in fit.model.known]
     found += [system.slow_drives(chain)] * sum(q.size for q in fit.point.q)
     for candidate, effect in zip(fit.candidates, fit.point.effects, strict=False):
-        concerned = tuple(d for d in chain.drives if system.concerns(effect, chain, d))
-        found += [concerned] * len(candidate.dials)
+        found += [fit.model.concerned(effect)] * len(candidate.dials)
     return found
 
 
@@ -281,7 +280,12 @@ def _dial_columns(fit: Fit) -> Series:
     found = [[np.zeros((*m.shape, total)) for m in ms] for ms in fit.model.measured]
     column = 0
     for i, candidate in enumerate(fit.candidates):
+        known = candidate.answers
         for d in range(len(candidate.dials)):
+            if known is not None:
+                _put_known(found, known, d, column)
+                column += 1
+                continue
             nudge = candidate.nudges[d]
             there = candidate.moved(nudge * np.eye(len(candidate.dials))[d])
             effects = (*fit.point.effects[:i], there.effect(), *fit.point.effects[i + 1 :])
@@ -292,6 +296,13 @@ def _dial_columns(fit: Fit) -> Series:
                         into[r][:, :, column] = one / nudge
             column += 1
     return found
+
+
+def _put_known(into: Series, known: Series, dial: int, column: int) -> None:
+    for found, answered in zip(into, known, strict=True):
+        for r, one in enumerate(answered):
+            if one.size:
+                found[r][:, :, column] = one[:, :, dial]
 
 
 def _dials(now: Sequence[Dialled]) -> Floats:

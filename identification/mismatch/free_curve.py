@@ -11,16 +11,20 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from identification.mismatch.along import finer
 from identification.mismatch.calibrate import refreshed
 from identification.mismatch.candidate import Dialled
 from identification.mismatch.fitting import Fit, settle, with_effects
 from identification.mismatch.held_out import CONFIRMED, carried_over
 from identification.mismatch.injection import places
-from identification.mismatch.locate import Curve, locate, locate_along, regressors
+from identification.mismatch.locate import Curve, locate, regressors
 from identification.mismatch.model import Model, predict
 from identification.mismatch.place import Injection
+from identification.mismatch.push import Push
+from identification.mismatch.pushed import LOOSE, Pushed
 from identification.mismatch.score import Judge
 from identification.mismatch.system import System
+from identification.mismatch.tooth_curve import ANGLE
 from plant.effects.effect import Effect
 from plant.effects.free_curve import KNOTS
 from plant.signals import Floats
@@ -29,10 +33,10 @@ from plant.trouble import PlantError
 ROUNDS = 4
 TRIED = 2
 """Located curves that are tried inside the simulation."""
+AROUND = 5
+"""Places at which a push along the wheel's angle is tried."""
 BENDS = 2
 """How often knots move to where the curve bends."""
-LOOSE = 5.0
-"""Prior deviation of a value, in pushes worth trying at its place."""
 NUDGE = 0.02
 MOST = 3
 """Curves that may stand in together."""
@@ -124,45 +128,58 @@ def inside(base: Fit, curves: Sequence[Curve], held_out: Model | None) -> FreeCu
 
 
 def _one(base: Fit, curves: Sequence[Curve], held_out: Model | None) -> FreeCurve | None:
-    """Fit the best of the located curves beside those that are there already.
-
-    The first is pushed along what was recorded, where the simulation itself cannot bring it.
-    """
-    first = curves[0] if curves and _place(base, curves[0]) is not None else None
-    pushed = None
-    if first is not None and not _simulable(base, first):
-        pushed = _pushed(base, first, held_out)
-    tried = list(_tried(base.coarse(), [c for c in curves if c.certain][:TRIED]))
+    """Fit the best of the located curves beside those that are there already."""
+    rough = base.coarse()
+    tried = [fit for curve in _chosen(base, curves) for fit in _tried(rough, curve)]
     if not tried:
-        return pushed or (_pushed(base, first, held_out) if first is not None else None)
+        return None
     best = max(tried, key=lambda t: t.score)
+    if isinstance(best.candidates[-1], Pushed):
+        return _standing(base, best, held_out)
     for _ in range(BENDS):
-        again = _simulated(base.coarse(), _rebent(_newest(best).told()))
+        again = _simulated(rough, _rebent(_newest(best).told()))
         if again is None or again.score < best.score:
             break
         best = again
     best = settle(refreshed(best.fine(base.model)), noises=2, steps=3)
-    if pushed is not None and pushed.fit.score > best.score:
-        return pushed
     confirmed = 0.0
     if held_out is not None:
         confirmed = carried_over(best, held_out).score - carried_over(base, held_out).score
     return FreeCurve(_newest(best).told(), best, best.score - base.score, confirmed, held_out)
 
 
+def _chosen(base: Fit, curves: Sequence[Curve]) -> list[Curve]:
+    """Return the first curves, and at the first's place the first of each further kind.
+
+    What repeats with a wheel's angle is first sought at its teeth, and may as well push the wheel.
+    """
+    there = [c for c in curves if _place(base, c) is not None]
+    if curves and curves[0].certain and curves[0].regressor == ANGLE:
+        turning = [c for c in there if c.regressor == ANGLE]
+        if turning:
+            return turning[:AROUND]
+    certain = [c for c in there if c.certain]
+    if not certain:
+        return there[:1]
+    same = [c for c in certain if c.place == certain[0].place]
+    first_of_kind = {c.kind: c for c in reversed(same)}
+    return list({id(c): c for c in (*certain[:TRIED], *first_of_kind.values())}.values())
+
+
+def _tried(rough: Fit, curve: Curve) -> Iterator[Fit]:
+    if _simulable(rough, curve):
+        many = _many(curve.knots)
+        fit = _simulated(rough, replace(curve, knots=many, values=curve(many)))
+    else:
+        fit = _pushed(rough, curve)
+    if fit is not None:
+        yield fit
+
+
 def _newest(fit: Fit) -> Bent:
     bent = fit.candidates[-1]
     assert isinstance(bent, Bent)
     return bent
-
-
-def _tried(base: Fit, curves: Sequence[Curve]) -> Iterator[Fit]:
-    for curve in curves:
-        if _simulable(base, curve):
-            many = _many(curve.knots)
-            fit = _simulated(base, replace(curve, knots=many, values=curve(many)))
-            if fit is not None:
-                yield fit
 
 
 def _place(base: Fit, curve: Curve) -> Injection | None:
@@ -204,45 +221,55 @@ def _rebent(curve: Curve) -> Curve:
     return replace(curve, knots=knots, values=curve(knots))
 
 
-def _pushed(base: Fit, curve: Curve, held_out: Model | None) -> FreeCurve:
-    """Let a curve act as an input, along its recorded regressor."""
+def _pushed(base: Fit, curve: Curve) -> Fit | None:
+    """Fit a curve as a course of pushes, its quantity taken anew as long as that helps much."""
     place = _place(base, curve)
     assert place is not None
-    finer = _finer(curve)
-    best, kept = base, replace(finer, values=np.zeros(finer.knots.size))
-    share = 1.0
+    knots = curve.knots if curve.regressor == ANGLE else finer(curve.regressor, curve.knots)
+    dials = (0.0,) * knots.size
+    best = base
     for _ in range(ROUNDS):
-        more = locate_along(Judge.of(best), place, kept.regressor, kept.knots)
-        now = replace(kept, values=kept.values + share * more)
-        fit = settle(_with(base, best, place, now))
-        if fit.score > best.score:
-            best, kept = fit, now
-        else:
-            share *= 0.4
+        pushed = Pushed.beside(best, place, curve.regressor, knots, dials)
+        try:
+            fit = settle(with_effects(best, (*base.candidates, pushed)), 1, 3)
+        except PlantError:
+            break
+        gained, before = fit.score - best.score, best.score - base.score
+        if gained > 0.0:
+            best, dials = fit, fit.candidates[-1].dials
+        if gained < FURTHER * before:
+            break
+    return best if best is not base else None
+
+
+def _standing(base: Fit, rough: Fit, held_out: Model | None) -> FreeCurve:
+    """Let pushes stand in the simulation of both sets of recordings, and settle the rest."""
+    pushed = rough.candidates[-1]
+    assert isinstance(pushed, Pushed)
+    place = pushed.place
+    told = Curve(place.name, place.block, place.unit, pushed.regressor, pushed.knots,
+                 pushed.values, 0.0, 0.0, 0.0, 0.0)  # fmt: skip
+    fit = settle(refreshed(_with(base, rough, place, told)), noises=2, steps=3)
     if held_out is None:
-        return FreeCurve(kept, best, best.score - base.score, 0.0, None)
-    confirmed, proven = _confirmed(base, best, place, kept, held_out)
-    return FreeCurve(kept, best, best.score - base.score, confirmed, proven)
-
-
-def _finer(curve: Curve) -> Curve:
-    """Return the curve with a knot more between each two; times of forgetting are enough."""
-    if curve.remembers:
-        return curve
-    knots = np.sort(np.concatenate((curve.knots, 0.5 * (curve.knots[1:] + curve.knots[:-1]))))
-    return replace(curve, knots=knots, values=curve(knots))
+        return FreeCurve(told, fit, fit.score - base.score, 0.0, None)
+    confirmed, proven = _confirmed(base, fit, place, told, held_out)
+    return FreeCurve(told, fit, fit.score - base.score, confirmed, proven)
 
 
 def _with(base: Fit, at: Fit, place: Injection, curve: Curve) -> Fit:
-    """Return the fit with the curve acting in its simulation, beside what is injected already."""
+    """Return the fit of `base` at the point of another with the curve acting in its simulation.
+
+    The curve goes along what that other fit's simulation shows.
+    """
     there = base.model.injected or ({},) * len(base.model.records)
     injected = tuple(
-        _sum(before, injected_rows(base, r, place, curve)) for r, before in enumerate(there)
+        _sum(before, injected_rows(at, r, place, curve)) for r, before in enumerate(there)
     )
     model = replace(base.model, injected=injected)
-    new = replace(at, model=model, predicted=predict(model, at.point))
-    new.__dict__["nuisances"] = at.nuisances
-    return new
+    effects = tuple(e for e in at.point.effects if not isinstance(e, Push))
+    point = replace(at.point, effects=effects)
+    kept = tuple(c for c in at.candidates if not isinstance(c, Pushed))
+    return replace(at, model=model, point=point, predicted=predict(model, point), candidates=kept)
 
 
 def _sum(one: Mapping[str, Floats], other: Mapping[str, Floats]) -> dict[str, Floats]:
@@ -253,15 +280,20 @@ def _sum(one: Mapping[str, Floats], other: Mapping[str, Floats]) -> dict[str, Fl
 def injected_rows(fit: Fit, r: int, place: Injection, curve: Curve) -> dict[str, Floats]:
     """Return the inputs by which a curve acts, row by row."""
     record = fit.model.records[r]
-    course = curve(regressors(fit, place.drive, r)[curve.regressor], record.grid.width)
-    rows = np.interp(record.time, record.grid.centre, course)
-    return fit.model.at(fit.point).push(place, record, rows)
+    seen = regressors(fit, place.drive, r)[curve.regressor]
+    return fit.model.at(fit.point).push(place, record, curve(seen, record.grid.step))
 
 
 def _confirmed(
     base: Fit, best: Fit, place: Injection, curve: Curve, held_out: Model
 ) -> tuple[float, Model]:
+    """Return what a curve gains on the held-out recordings, and the model in which it acts there.
+
+    Its quantity there is taken twice, the second time with the curve acting.
+    """
     before = carried_over(base, held_out)
-    after = carried_over(replace(best, candidates=base.candidates), held_out)
-    with_it = settle(_with(before, after, place, curve), noises=2)
-    return with_it.score - before.score, with_it.model
+    there = replace(carried_over(replace(best, model=base.model), held_out), candidates=())
+    for _ in range(2):
+        there = settle(_with(before, there, place, curve), noises=2)
+    there = replace(there, candidates=best.candidates)
+    return there.score - before.score, there.model

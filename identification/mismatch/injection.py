@@ -43,7 +43,7 @@ def _answer(fit: Fit, place: Injection, r: int) -> dict[int, Floats]:
     pulse[first * per : (first + 1) * per] = place.size
     injected = system.push(place, model.records[r], pulse)
     pushed, plain = (
-        simulate(model, system, r, place.drive, fit.point.q[r], extra) for extra in (injected, {})
+        simulate(model, fit.point, r, place.drive, extra, system) for extra in (injected, {})
     )
     skip, length = first - lead, round(grid.stretch / grid.width)
     return {

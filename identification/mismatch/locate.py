@@ -6,20 +6,23 @@ told by what the curve foretells: in every stretch of the training recordings th
 other stretches give, and on the held-out recordings the curve itself.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from identification.mismatch.along import columns, has_memory, knots_for
+from identification.mismatch.along import SCALE, columns, course, kind_of, knots_for
 from identification.mismatch.fitting import Fit
 from identification.mismatch.injection import answers, places, respond
-from identification.mismatch.model import Series
+from identification.mismatch.model import Series, acting, predict
 from identification.mismatch.place import Injection
+from identification.mismatch.push import Push
+from identification.mismatch.record import Record
 from identification.mismatch.scatter import FAMILY, SHARE, amplitude_p
 from identification.mismatch.score import Judge
+from identification.mismatch.sensitivity import change
 from identification.mismatch.stack import Integers, flat
-from identification.mismatch.tooth_curve import ANGLE, discs, tooth_columns
+from identification.mismatch.tooth_curve import ANGLE, SIZE, discs, tooth_columns
 from plant.signals import Floats
 
 MINIMUM = 15.0  # nats, on the training recordings, beyond half the number of knots
@@ -47,23 +50,23 @@ class Curve:
     p: float
 
     @property
-    def remembers(self) -> bool:
-        """Whether it acts along the past of a quantity; knots are then times of forgetting, s."""
-        return has_memory(self.regressor)
+    def kind(self) -> str:
+        """What its regressor begins with (see `along.kind_of`)."""
+        return kind_of(self.regressor)
 
     @property
     def certain(self) -> bool:
         """Whether it is more than chance, and the held-out recordings do not contradict it."""
         return self.p < FAMILY
 
-    def __call__(self, z: Floats, width: float = 0.0) -> Floats:
-        """Evaluate f along a course; beyond the last knots it goes on level. width: s, of a bin."""
-        return np.asarray(columns(self.regressor, z, self.knots, width) @ self.values)
+    def __call__(self, z: Floats, step: float = 1.0) -> Floats:
+        """Evaluate f along a course; beyond the last knots it goes on level. step: s, of a row."""
+        return course(self.regressor, z, self.knots, self.values, step)
 
 
 def locate(training: Judge, held_out: Judge | None) -> list[Curve]:
     """Fit every curve; the best first, by what both sets of recordings say together."""
-    found = [*_fits(training), *_tooth_fits(training)]
+    found = [*_fits(training), *_turning_fits(training), *_tooth_fits(training)]
     nothing = _Held(0.0, 0.0, np.zeros(0))
     held = [nothing] * len(found) if held_out is None else _confirmed(held_out, found)
     curves = [
@@ -105,26 +108,29 @@ def _foretold(off: Floats, left: Floats, groups: Integers) -> Floats:
 
 def effect_of(judge: Judge, curve: Curve) -> Series:
     """Return what a curve leaves in the outputs, unwhitened, (T, m) by block and record."""
+    for disc, _ in discs(judge.fit):
+        if disc.name == curve.place:
+            return _combined(tooth_columns(judge.fit, disc), curve.values / SIZE)
     place = next(p for p in (*places(judge.fit), *_sensors(judge.fit)) if p.name == curve.place)
-    courses = _courses(judge.fit)[place.drive]
-    widths = _widths(judge.fit)
-    pushes = [curve(c[curve.regressor], w)[:, None] for c, w in zip(courses, widths, strict=True)]
+    if place.push and curve.regressor == ANGLE:
+        turned = _simulated(judge.fit, place, ANGLE, curve.knots, [curve.values])
+        return [[one[:, :, 0] if one.size else one for one in block] for block in turned]
+    pushes = [
+        record.grid.binned(curve(seen[curve.regressor], record.grid.step))[:, None]
+        for record, seen in _seen(judge.fit, place.drive)
+    ]
     answered = _answered(_replies(judge.fit, place), pushes)
     return [[one[:, :, 0] if one.size else one for one in block] for block in answered]
 
 
-def locate_along(judge: Judge, place: Injection, regressor: str, knots: Floats) -> Floats:
-    """Return f at given knots, SI, that what is left asks for at one place."""
-    courses = _courses(judge.fit)[place.drive]
-    hats = [
-        columns(regressor, c[regressor], knots, w) * place.size
-        for c, w in zip(courses, _widths(judge.fit), strict=True)
-    ]
-    answered = _answered(_replies(judge.fit, place), hats)
-    off = judge.nuisances.off(flat(judge.fit.model, judge.fit.noise, answered))
-    normal = off.T @ off + 0.01 * np.eye(knots.size)
-    aim = off.T @ judge.left
-    return np.asarray(place.size * np.linalg.solve(normal, aim))
+def _combined(columns: Series, values: Floats) -> Series:
+    return [[one @ values if one.size else one for one in block] for block in columns]
+
+
+def answers_along(fit: Fit, place: Injection, regressor: str, knots: Floats) -> Series:
+    """Return what each knot of a curve would leave in the outputs, (T, m, knots) per unit push."""
+    binned = [_binned(record, {regressor: knots}, seen) for record, seen in _seen(fit, place.drive)]
+    return _answered(_replies(fit, place), binned)
 
 
 def _doubt(curve: Curve) -> float:
@@ -138,7 +144,8 @@ def _doubt(curve: Curve) -> float:
 class _Try:
     """One curve at one place. values: f at the knots in shares of the place's size.
 
-    foretold: whitened course, (rows,), of what other stretches foretell; None: too little gain.
+    swing: how far its course goes up and down, half of it, in the place's unit. foretold: whitened
+    course, (rows,), of what other stretches foretell; None: too little gain.
     """
 
     place: Injection
@@ -146,12 +153,13 @@ class _Try:
     knots: Floats
     values: Floats
     gain: float
+    swing: float
     foretold: Floats | None = None
 
-    @property
-    def swing(self) -> float:
-        """How far f goes up and down, half of it, in the place's unit."""
-        return max(0.5 * float(np.ptp(self.values)) * self.place.size, 1e-300)
+    def along(self, seen: Mapping[str, Floats], step: float) -> Floats:
+        """Return what it pushes, row by row."""
+        values = self.place.size * self.values
+        return course(self.regressor, seen[self.regressor], self.knots, values, step)
 
 
 @dataclass(frozen=True)
@@ -163,52 +171,120 @@ class _Held:
     course: Floats
 
 
-def _courses(fit: Fit) -> dict[str, list[dict[str, Floats]]]:
-    """Regressors by drive and record, those that all records have."""
-    records = range(len(fit.model.records))
-    found = {}
-    for drive in fit.model.chain.drives:
-        courses = [regressors(fit, drive, r) for r in records]
-        shared = sorted(set.intersection(*(set(c) for c in courses)))
-        found[drive] = [{name: c[name] for name in shared} for c in courses]
+def _seen(fit: Fit, drive: str) -> list[tuple[Record, dict[str, Floats]]]:
+    """Every record with the regressors of a drive that all records have."""
+    courses = [regressors(fit, drive, r) for r in range(len(fit.model.records))]
+    shared = sorted(set.intersection(*(set(c) for c in courses)))
+    return [
+        (record, {name: c[name] for name in shared})
+        for record, c in zip(fit.model.records, courses, strict=True)
+    ]
+
+
+def _binned(record: Record, knots: Mapping[str, Floats], seen: Mapping[str, Floats]) -> Floats:
+    """Bin by bin what each knot of each regressor pushes, (bins, all knots)."""
+    found = np.empty((record.grid.bins, sum(k.size for k in knots.values())))
+    i = 0
+    for name, at in knots.items():
+        for pushes in columns(name, seen[name], at, record.grid.step):
+            found[:, i] = record.grid.binned(pushes)
+            i += 1
     return found
 
 
-def _widths(fit: Fit) -> list[float]:
-    return [record.grid.width for record in fit.model.records]
-
-
 def regressors(fit: Fit, drive: str, r: int) -> Mapping[str, Floats]:
-    """Courses of what the recording and the fitted simulation tell of one drive, (bins,) each."""
+    """Courses of what the recording and the fitted simulation tell of one drive, (rows,) each."""
     model = fit.model
-    return model.at(fit.point).regressors(model.records[r], model.chain, drive, fit.point.q[r])
+    added = acting(model, fit.point, r)
+    system, record, q = model.at(fit.point), model.records[r], fit.point.q[r]
+    return system.regressors(record, model.chain, drive, q, added)
 
 
 def _fits(judge: Judge) -> Iterator[_Try]:
     """Fit every curve to what the training recordings leave."""
-    courses = _courses(judge.fit)
-    knots = {
-        drive: {n: knots_for(n, np.concatenate([c[n] for c in cs])) for n in cs[0]}
-        for drive, cs in courses.items()
-    }
-    widths = _widths(judge.fit)
+    drives = judge.fit.model.chain.drives
+    useful, binned = {}, {}
+    for drive in drives:
+        seen = _seen(judge.fit, drive)
+        knots = {n: knots_for(n, _over_all(n, seen)) for n in seen[0][1] if n != ANGLE}
+        useful[drive] = {n: k for n, k in knots.items() if k.size > 2}
+        binned[drive] = [_binned(record, useful[drive], s) for record, s in seen]
     for place in (*places(judge.fit), *_sensors(judge.fit)):
-        useful = {n: k for n, k in knots[place.drive].items() if k.size > 2}
-        hats = [
-            place.size * np.concatenate([columns(n, c[n], k, w) for n, k in useful.items()], axis=1)
-            for c, w in zip(courses[place.drive], widths, strict=True)
-        ]
+        hats = [place.size * b for b in binned[place.drive]]
         answered = _answered(_replies(judge.fit, place), hats)
         off = judge.nuisances.off(flat(judge.fit.model, judge.fit.noise, answered))
         aims = off.T @ judge.left
         first = 0
-        for regressor, k in useful.items():
+        for regressor, k in useful[place.drive].items():
             part = slice(first, first + k.size)
             first += k.size
             normal = off[:, part].T @ off[:, part] + 0.01 * np.eye(k.size)
             values = np.asarray(np.linalg.solve(normal, aims[part]))
             gain = 0.5 * float(aims[part] @ values)
-            yield _Try(place, regressor, k, values, gain, _course(judge, off[:, part], gain))
+            swing = _swing(np.concatenate([h[:, part] for h in hats]) @ values)
+            foretold = _course(judge, off[:, part], gain)
+            yield _Try(place, regressor, k, values, gain, swing, foretold)
+
+
+def _turning_fits(judge: Judge) -> Iterator[_Try]:
+    """Fit what is pushed along the angle of a wheel, at every place.
+
+    A turn takes some bins, and what goes round with it is seen in the pattern of the teeth, which
+    answers do not cover: so each knot is simulated.
+    """
+    for place in places(judge.fit):
+        seen = _seen(judge.fit, place.drive)
+        if ANGLE not in seen[0][1]:
+            continue
+        knots = knots_for(ANGLE, _over_all(ANGLE, seen))
+        if knots.size > 2:
+            pushes = place.size * np.eye(knots.size)
+            series = _simulated(judge.fit, place, ANGLE, knots, pushes)
+            yield _one(judge, place, knots, series)
+
+
+def _simulated(
+    fit: Fit, place: Injection, regressor: str, knots: Floats, pushes: Iterable[Floats]
+) -> Series:
+    """Return what curves of these values leave in the outputs, simulated, (T, m, curves)."""
+    model, seen = fit.model.coarse, _seen(fit, place.drive)
+    system, before = model.at(fit.point), predict(model, fit.point)
+    changes = []
+    for values in pushes:
+        courses = tuple(
+            system.push(place, r, course(regressor, s[regressor], knots, values, r.grid.step))
+            for r, s in seen
+        )
+        effects = (*fit.point.effects, Push(place.drive, courses))
+        changes.append(change(model, fit.point, effects, before))
+    return [
+        [
+            np.stack(parts, axis=-1) if parts[0].size else parts[0]
+            for parts in zip(*blocks, strict=True)
+        ]
+        for blocks in zip(*changes, strict=True)
+    ]
+
+
+def _one(judge: Judge, place: Injection, angles: Floats, series: Series) -> _Try:
+    """Fit values along the angle of a wheel, from what a push worth trying at each brings."""
+    off = judge.nuisances.off(flat(judge.fit.model, judge.fit.noise, series))
+    normal = off.T @ off + 0.01 * np.eye(angles.size)
+    aim = off.T @ judge.left
+    values = np.asarray(np.linalg.solve(normal, aim))
+    gain = 0.5 * float(aim @ values)
+    swing = _swing(place.size * values)
+    return _Try(place, ANGLE, angles, values, gain, swing, _course(judge, off, gain))
+
+
+def _swing(pushes: Floats) -> float:
+    return max(0.5 * float(np.ptp(pushes)), 1e-300)
+
+
+def _over_all(name: str, seen: Sequence[tuple[Record, Mapping[str, Floats]]]) -> Floats:
+    """A quantity in the bins of all records, end to end."""
+    courses = ((record, s[name][0] if kind_of(name) == SCALE else s[name]) for record, s in seen)
+    return np.concatenate([record.grid.binned(z) for record, z in courses])
 
 
 def _course(judge: Judge, off: Floats, gain: float) -> Floats | None:
@@ -219,19 +295,12 @@ def _course(judge: Judge, off: Floats, gain: float) -> Floats | None:
 def _tooth_fits(judge: Judge) -> Iterator[_Try]:
     """Fit one value for every tooth of every toothed wheel."""
     for place, angles in discs(judge.fit):
-        off = judge.nuisances.off(
-            flat(judge.fit.model, judge.fit.noise, tooth_columns(judge.fit, place))
-        )
-        normal = off.T @ off + 0.01 * np.eye(angles.size)
-        aim = off.T @ judge.left
-        values = np.asarray(np.linalg.solve(normal, aim))
-        gain = 0.5 * float(aim @ values)
-        yield _Try(place, ANGLE, angles, values, gain, _course(judge, off, gain))
+        yield _one(judge, place, angles, tooth_columns(judge.fit, place))
 
 
 def _confirmed(judge: Judge, found: list[_Try]) -> list[_Held]:
     """What the very same curves do on other recordings."""
-    courses = _courses(judge.fit)
+    seen = {drive: _seen(judge.fit, drive) for drive in judge.fit.model.chain.drives}
     held: dict[tuple[str, str], _Held] = {}
     for place in dict.fromkeys(f.place.name for f in found):
         tries = [f for f in found if f.place.name == place]
@@ -239,20 +308,22 @@ def _confirmed(judge: Judge, found: list[_Try]) -> list[_Held]:
             teeth = flat(judge.fit.model, judge.fit.noise, tooth_columns(judge.fit, tries[0].place))
             held[place, ANGLE] = _held(judge, judge.nuisances.off(teeth @ tries[0].values))
             continue
-        known = [f for f in tries if f.regressor in courses[f.place.drive][0]]
+        here = seen[tries[0].place.drive]
+        known = [f for f in tries if f.regressor in here[0][1] and f.regressor != ANGLE]
         pushes = [
-            np.column_stack(
-                [
-                    f.place.size * columns(f.regressor, c[f.regressor], f.knots, w) @ f.values
-                    for f in known
-                ]
-            )
-            for c, w in zip(courses[tries[0].place.drive], _widths(judge.fit), strict=True)
+            np.column_stack([record.grid.binned(f.along(s, record.grid.step)) for f in known])
+            for record, s in here
         ]
         answered = _answered(_replies(judge.fit, tries[0].place), pushes)
         off = judge.nuisances.off(flat(judge.fit.model, judge.fit.noise, answered))
-        for f, course in zip(known, off.T, strict=True):
-            held[place, f.regressor] = _held(judge, course)
+        for f, trace in zip(known, off.T, strict=True):
+            held[place, f.regressor] = _held(judge, trace)
+        for f in tries:
+            if f.regressor == ANGLE and ANGLE in here[0][1]:
+                pushed = [f.place.size * f.values]
+                turned = _simulated(judge.fit, f.place, ANGLE, f.knots, pushed)
+                turned_off = judge.nuisances.off(flat(judge.fit.model, judge.fit.noise, turned))
+                held[place, ANGLE] = _held(judge, turned_off[:, 0])
     nothing = _Held(0.0, 0.0, np.zeros(0))
     return [held.get((f.place.name, f.regressor), nothing) for f in found]
 

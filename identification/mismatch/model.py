@@ -8,6 +8,7 @@ import numpy as np
 
 from identification.mismatch.blocks import Block, Chain
 from identification.mismatch.coordinates import Coordinate
+from identification.mismatch.push import Push
 from identification.mismatch.record import Record
 from identification.mismatch.sensor import Columns
 from identification.mismatch.system import System
@@ -70,7 +71,18 @@ class Model:
 
     def at(self, point: Point) -> System:
         """Return the system that a point describes, effects of its file included."""
-        return self.system.at(self.known, point.x, point.effects)
+        known_to_it = [e for e in point.effects if not isinstance(e, Push)]
+        return self.system.at(self.known, point.x, known_to_it)
+
+    def concerned(self, effect: Effect) -> tuple[str, ...]:
+        """Return the drives of which an effect can change what the outputs show."""
+        if isinstance(effect, Push):
+            return (effect.drive,)
+        return tuple(d for d in self.chain.drives if self.system.concerns(effect, self.chain, d))
+
+    def only_told(self, effect: Effect) -> bool:
+        """Tell whether an effect leaves every simulation as it is."""
+        return not isinstance(effect, Push) and self.system.only_told(effect, self.chain)
 
 
 def models(system: System, *sets: Sequence[Record]) -> list[Model]:
@@ -81,16 +93,26 @@ def models(system: System, *sets: Sequence[Record]) -> list[Model]:
     return [Model(system, tuple(records), cut, known) for records in sets]
 
 
+def acting(
+    model: Model, point: Point, record: int, extra: Mapping[str, Floats] | None = None
+) -> dict[str, Floats]:
+    """Return what is added to columns of a record's inputs: injected, pushed at a point, extra."""
+    pushed = [e.courses[record] for e in point.effects if isinstance(e, Push)]
+    found: dict[str, Floats] = {}
+    for courses in (*model.injected[record : record + 1], *pushed, extra or {}):
+        for name, course in courses.items():
+            found[name] = found[name] + course if name in found else course
+    return found
+
+
 def simulate(
-    model: Model, system: System, record: int, drive: str, q: Floats,
-    extra: Mapping[str, Floats] | None = None,
+    model: Model, point: Point, record: int, drive: str,
+    extra: Mapping[str, Floats] | None = None, system: System | None = None,
 ) -> Columns:  # fmt: skip
     """Run one drive of one record. extra: what is added to columns of the inputs."""
-    added: dict[str, Floats] = {}
-    for courses in (model.injected[record] if model.injected else {}, extra or {}):
-        for name, course in courses.items():
-            added[name] = added[name] + course if name in added else course
-    return system.simulate(model.records[record], model.chain, drive, q, added)
+    there = model.at(point) if system is None else system
+    added = acting(model, point, record, extra)
+    return there.simulate(model.records[record], model.chain, drive, point.q[record], added)
 
 
 def predict(
@@ -108,7 +130,7 @@ def predict(
     wanted = set(model.chain.drives if drives is None else drives)
     found: Series = [[np.empty(0)] * len(model.records) for _ in model.chain.blocks]
     for r in range(len(model.records)) if records is None else records:
-        outs = {d: _run(model, system, r, d, point.q[r], runs) for d in wanted}
+        outs = {d: _run(model, point, r, d, runs, system) for d in wanted}
         for b, block in enumerate(model.chain.blocks):
             if block.drive in wanted:
                 seen = _stack(block, model.records[r], outs[block.drive], system.effects)
@@ -117,12 +139,12 @@ def predict(
 
 
 def _run(
-    model: Model, system: System, record: int, drive: str, q: Floats, runs: Runs | None
+    model: Model, point: Point, record: int, drive: str, runs: Runs | None, system: System
 ) -> Columns:
     if runs is None:
-        return simulate(model, system, record, drive, q)
+        return simulate(model, point, record, drive, system=system)
     if (record, drive) not in runs:
-        runs[record, drive] = simulate(model, system, record, drive, q)
+        runs[record, drive] = simulate(model, point, record, drive, system=system)
     return runs[record, drive]
 
 

@@ -5,7 +5,14 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from matplotlib.axes import Axes
 
-from identification.mismatch.along import PAST, step_response
+from identification.mismatch.along import (
+    HYSTERESIS,
+    PAST,
+    SCALE,
+    after_a_turn,
+    quantity_of,
+    step_response,
+)
 from identification.mismatch.fitting import Fit
 from identification.mismatch.free_curve import FreeCurve
 from identification.mismatch.locate import Curve
@@ -21,25 +28,34 @@ def curve_svg(curve: Curve, free: FreeCurve | None, units: Mapping[str, str]) ->
         figure, (axes,) = d.panels(1, 2.8)
         axes.axhline(0.0, color=d.MUTED, lw=0.8)
         axes.plot(*_points(curve), color=d.BLUE, marker="o", ms=4, label="located")
-        if free is not None and free.curve.remembers == curve.remembers:
+        if free is not None and free.curve.kind == curve.kind:
             points = _points(free.curve)
             axes.plot(*points, color=d.GREEN, marker=".", ms=4, label="in the simulation")
             d.legend(axes, 2)
-        quantity = curve.regressor.removeprefix(PAST)
+        quantity = quantity_of(curve.regressor)
         unit = units.get(quantity, "")
-        if curve.remembers:
+        if curve.kind == PAST:
             axes.set(xlabel=f"time after a step of {quantity} / s",
                      ylabel=f"{curve.place} / ({curve.unit} per {unit})")  # fmt: skip
+        elif curve.kind == HYSTERESIS:
+            axes.set(xlabel=f"way of {quantity} after a turn / {unit}",
+                     ylabel=f"{curve.place} / {curve.unit}")  # fmt: skip
+        elif curve.kind == SCALE:
+            axes.set(xlabel=f"{quantity} / {unit}",
+                     ylabel=f"{curve.place}, share of {curve.regressor}")  # fmt: skip
         else:
             axes.set(xlabel=f"{quantity} / {unit}", ylabel=f"{curve.place} / {curve.unit}")
         return d.svg(figure, "located")
 
 
 def _points(curve: Curve) -> tuple[Floats, Floats]:
-    """The curve at its knots; of the past, its answer to a step."""
-    if not curve.remembers:
+    """The curve at its knots; of the past, its answer to a step; of hysteresis, to a turn."""
+    if curve.kind == HYSTERESIS:
+        way = np.linspace(0.0, 2.0 * float(curve.knots.max()), 81)
+        return way, after_a_turn(curve.knots, curve.values, way)
+    if curve.kind != PAST:
         return curve.knots, curve.values
-    time = np.linspace(0.0, 2.0 * float(curve.knots.max()), 41)
+    time = np.linspace(0.0, float(curve.knots.max()), 81)
     return time, step_response(curve.knots, curve.values, time)
 
 

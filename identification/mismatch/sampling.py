@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-from scipy import sparse
+from scipy import ndimage, sparse
 
 from protocol.channel import FloatArray
 
@@ -51,6 +51,14 @@ class Grid:
         """Mean of a row-by-row course over every bin."""
         per, first = self.rows_per_bin, round(self.start / self.step)
         return np.asarray(rows[first : first + per * self.bins].reshape(-1, per).mean(axis=1))
+
+    def smoothed(self, rows: FloatArray) -> FloatArray:
+        """Mean over a bin's width about every row, the ends continued."""
+        return np.asarray(ndimage.uniform_filter1d(rows, self.rows_per_bin, mode="nearest"))
+
+    def rate(self, rows: FloatArray) -> FloatArray:
+        """Rate of change per second, over a bin's width about every row."""
+        return np.gradient(self.smoothed(rows), self.step)
 
     @property
     def centre(self) -> FloatArray:

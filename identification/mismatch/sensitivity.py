@@ -85,10 +85,9 @@ def change(
     new = [e for e in effects if e not in point.effects]
     if all(hasattr(e, "tooth_offsets") for e in new) and len(effects) > len(point.effects):
         return _of_the_discs(model, new)
-    drives = [
-        d for d in model.chain.drives if any(model.system.concerns(e, model.chain, d) for e in new)
-    ]
-    told = all(model.system.only_told(e, model.chain) for e in new)
+    concerned = {d for e in new for d in model.concerned(e)}
+    drives = [d for d in model.chain.drives if d in concerned]
+    told = all(model.only_told(e) for e in new)
     there = predict(model, replace(point, effects=effects), drives, runs=runs if told else None)
     return [
         [(t - s) * k if t.size else t for t, s, k in zip(ts, ss, ks, strict=True)]

@@ -126,9 +126,12 @@ class System(ABC):
 
     @abstractmethod
     def regressors(
-        self, record: Record, chain: Chain, drive: str, q: Floats
+        self, record: Record, chain: Chain, drive: str, q: Floats, added: Mapping[str, Floats]
     ) -> Mapping[str, Floats]:
-        """Quantities along which something may act in a drive, (bins,) each."""
+        """Quantities along which something may act in a drive, (rows,) each.
+
+        q, added: as for `simulate`.
+        """
 
     def acts_at(self, effect: Effect) -> str:
         """Return the place (see `places`) or the sensor where an effect acts; empty: no such."""

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from identification.mismatch.along import step_response
+from identification.mismatch.along import HYSTERESIS, PAST, step_response
 from identification.mismatch.locate import Curve
 from identification.mismatch.tooth_curve import ANGLE
 from plant.signals import Floats
@@ -11,8 +11,10 @@ from plant.signals import Floats
 def shape_in_words(curve: Curve) -> str:
     """Say what a curve looks like: what the recordings tell beyond its straight line, if much."""
     z, f = curve.knots, curve.values
-    if curve.remembers:
+    if curve.kind == PAST:
         return _memory(z, f)
+    if curve.kind == HYSTERESIS:
+        return _hysteresis(z, f)
     if curve.regressor == ANGLE:
         return f"periodic in the wheel's angle, strongest at order {_order(f)}"
     if z[0] < 0.0 < z[-1] and min(-z[0], z[-1]) > 0.2 * max(-z[0], z[-1]):
@@ -25,10 +27,18 @@ def shape_in_words(curve: Curve) -> str:
 
 def _memory(times: Floats, values: Floats) -> str:
     """Say within which time most of the answer to a step comes about."""
-    time = np.geomspace(0.3 * times[times > 0.0].min(), 3.0 * times.max(), 200)
+    time = np.geomspace(0.3 * times[times > 0.0].min(), times.max(), 200)
     moved = np.abs(step_response(times, values, time) - values[times == 0.0].sum())
     settled = float(time[np.argmax(moved >= (1.0 - np.exp(-1.0)) * moved.max())])
     return f"an answer with a memory: most of it comes within {settled:.2g} s"
+
+
+def _hysteresis(widths: Floats, values: Floats) -> str:
+    """Say over which way it comes back most."""
+    stops = widths > 0.0
+    height = np.abs(values * widths)[stops]
+    width = float(widths[stops][int(np.argmax(height))])
+    return f"a hysteresis, as of play or dry friction: after a turn it takes {2.0 * width:.2g}"
 
 
 def _about_zero(curve: Curve, z: Floats, f: Floats) -> str:

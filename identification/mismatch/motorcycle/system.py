@@ -167,10 +167,10 @@ class MotorcycleSystem(System):
         return places.columns(place, self.vehicle.motorcycle, record, course)
 
     def regressors(
-        self, record: Record, chain: Chain, drive: str, q: Floats
+        self, record: Record, chain: Chain, drive: str, q: Floats, added: Mapping[str, Floats]
     ) -> Mapping[str, Floats]:
         """Quantities of the servo, or of all from the throttle plate to the road."""
-        out = simulate(self.vehicle.motorcycle, record, chain, drive, q, {})
+        out = simulate(self.vehicle.motorcycle, record, chain, drive, q, added)
         return (servo_regressors if drive == "servo" else motion_regressors)(record, out)
 
     def menu(self) -> Sequence[Choice]:

@@ -213,18 +213,18 @@ class ModelSystem(System):
         return {name: factor * course for name, factor in place.push.items()}
 
     def regressors(
-        self, record: Record, chain: Chain, drive: str, q: Floats
+        self, record: Record, chain: Chain, drive: str, q: Floats, added: Mapping[str, Floats]
     ) -> Mapping[str, Floats]:
         """Inputs as recorded, states and seams as simulated, all with their rates; and time."""
-        out = self.simulate(record, chain, drive, q, {})
-        found = {"time": record.grid.centre}
+        out = self.simulate(record, chain, drive, q, added)
+        found = {"time": record.time}
         for k, name in enumerate(self.equations.inputs):
-            found[_word(name)] = record.grid.binned(record.inputs[:, k])
+            found[_word(name)] = record.inputs[:, k]
         for name in (*self.equations.states, *(n for n, _ in self.equations.seams)):
-            found[_word(name)] = record.grid.binned(out[name])
+            found[_word(name)] = out[name]
         for name in record.sensors:
-            found.setdefault(_word(name), record.grid.binned(out[name]))
-        rates = {f"{n} rate": np.gradient(c, record.grid.width) for n, c in found.items()}
+            found.setdefault(_word(name), out[name])
+        rates = {f"{n} rate": record.grid.rate(c) for n, c in found.items()}
         del rates["time rate"]
         return {**found, **rates}
 
