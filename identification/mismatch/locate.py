@@ -229,8 +229,7 @@ def _fits(judge: Judge) -> Iterator[_Try]:
 def _turning_fits(judge: Judge) -> Iterator[_Try]:
     """Fit what is pushed along the angle of a wheel, at every place.
 
-    A turn takes some bins, and what goes round with it is seen in the pattern of the teeth, which
-    answers do not cover: so each knot is simulated.
+    A turn takes but some bins, too few for answers to pushes in whole bins: each knot is simulated.
     """
     for place in places(judge.fit):
         seen = _seen(judge.fit, place.drive)
@@ -246,7 +245,11 @@ def _turning_fits(judge: Judge) -> Iterator[_Try]:
 def _simulated(
     fit: Fit, place: Injection, regressor: str, knots: Floats, pushes: Iterable[Floats]
 ) -> Series:
-    """Return what curves of these values leave in the outputs, simulated, (T, m, curves)."""
+    """Return what curves of these values leave in the outputs, simulated, (T, m, curves).
+
+    Nothing counts as left in the pattern of teeth: there their tolerance looks like any push that
+    goes round with the wheel.
+    """
     model, seen = fit.model.coarse, _seen(fit, place.drive)
     system, before = model.at(fit.point), predict(model, fit.point)
     changes = []
@@ -257,13 +260,15 @@ def _simulated(
         )
         effects = (*fit.point.effects, Push(place.drive, courses))
         changes.append(change(model, fit.point, effects, before))
+    nothing = [np.empty(0)] * len(model.records)
     return [
-        [
-            np.stack(parts, axis=-1) if parts[0].size else parts[0]
-            for parts in zip(*blocks, strict=True)
-        ]
-        for blocks in zip(*changes, strict=True)
+        [_side_by_side(parts) for parts in zip(*blocks, strict=True)] if block.order else nothing
+        for block, blocks in zip(model.chain.blocks, zip(*changes, strict=True), strict=True)
     ]
+
+
+def _side_by_side(parts: Sequence[Floats]) -> Floats:
+    return np.stack(parts, axis=-1) if parts[0].size else parts[0]
 
 
 def _one(judge: Judge, place: Injection, angles: Floats, series: Series) -> _Try:
