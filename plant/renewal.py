@@ -1,12 +1,12 @@
 """What a recording tells of when a device renewed the value that its frames tell.
 
 A frame that repeats the one before it, while what is measured moves, was not renewed. Such frames
-come by chance (stale frames) or in a rhythm (a device that sends more often than it measures): in a
-rhythm the j-th renewal stays within a frame of a straight line over j, by chance it wanders off.
+come by chance (stale frames) or in a rhythm (a device that sends more often than it measures). A
+frame that tells another value was renewed for certain, so that the rhythm shows in these alone,
+also where nothing moves for a while: all of them are in phase with one frequency.
 """
 
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 
@@ -15,22 +15,24 @@ from plant.signals import Floats
 FEWEST = 0.01
 """Share of repeated frames that chance and noise bring about."""
 FEW = 20
-"""Renewals in a row from which a rhythm can be told."""
-STRAIGHT = 0.5
-"""Frames, root mean square, by which renewals in a rhythm stay off a straight line at most."""
+"""Renewals from which a rhythm can be told."""
+NEXT = 0.02
+"""Share of renewals in neighbouring frames that a hold of two frames and more may have, or two."""
+KEPT = 0.7
+"""Share of a perfect rhythm's coherence from which it is one."""
+CHANCE = 15.0
+"""Renewals times squared coherence: by chance more than that comes once in exp(15) times."""
 
 
 @dataclass(frozen=True)
 class Renewals:
     """late: what is told less what there is, where a frame was not renewed, (k,).
 
-    share: of the frames that were not renewed while the value moved. rhythm: frames from one
-    renewal to the next, 0 where they come by chance.
+    share: of the frames that were not renewed while the value moved.
     """
 
     late: Floats
     share: float
-    rhythm: float
 
 
 def renewals(value: Floats, again: Floats, step: float) -> Renewals | None:
@@ -46,20 +48,42 @@ def renewals(value: Floats, again: Floats, step: float) -> Renewals | None:
         return None
     last = np.maximum.accumulate(np.where(repeated, 0, np.arange(value.size)))
     late = value[last] - value
-    return Renewals(np.where(np.abs(late) > step, late, 0.0), share, _rhythm(value, repeated, step))
+    return Renewals(np.where(np.abs(late) > step, late, 0.0), share)
 
 
-def _rhythm(value: Floats, repeated: np.ndarray, step: float) -> float:
-    """Return frames from one renewal to the next, 0 where renewals wander off a straight line."""
-    at = np.flatnonzero(~repeated)
-    moved = np.abs(np.diff(value[at])) > step * np.diff(at)
-    ends = np.flatnonzero(~np.concatenate(([False], moved, [False])))
-    off, slopes, weights = 0.0, 0.0, 0
-    for first, last in pairwise(ends):
-        part = at[first:last]
-        if part.size >= FEW:
-            slope, begin = np.polyfit(np.arange(part.size), part, 1)
-            off += float(np.sum((part - begin - slope * np.arange(part.size)) ** 2))
-            slopes += slope * part.size
-            weights += part.size
-    return slopes / weights if weights and off < STRAIGHT**2 * weights else 0.0
+def rhythm(again: Floats) -> float:
+    """Return frames from one renewal to the next, 0 where they come by chance or always.
+
+    again: 1 where a frame repeats the one before it, (k,).
+    """
+    fresh = again <= 0.5
+    at = np.flatnonzero(fresh)
+    if at.size < FEW or at.size > again.size / 1.1:
+        return 0.0
+    apart = np.diff(at)
+    if np.sum(apart == 1) <= max(NEXT * apart.size, 2):
+        shortest = float(np.quantile(apart, 0.05))
+        return _strongest(fresh, 1.0 / (shortest + 1.0), 1.02 / shortest)
+    # Less than two frames are seen as the line that is left of them at one less their frequency.
+    return _strongest(fresh, 0.1, 0.5, mirrored=True)
+
+
+def _strongest(fresh: np.ndarray, low: float, high: float, mirrored: bool = False) -> float:
+    """Return the hold of the strongest line between two frequencies per frame, 0 where it is weak.
+
+    In a rhythm a renewal is late by up to a frame, which leaves sinc(1 / hold) of its line.
+    """
+    frequency, lines = _lines(fresh)
+    inside = (frequency >= low) & (frequency <= high)
+    best = int(np.argmax(lines[inside]))
+    found, line = float(frequency[inside][best]), float(lines[inside][best])
+    hold = 1.0 / (1.0 - found if mirrored else found)
+    strong = np.sum(fresh) * line**2 > CHANCE
+    return hold if strong and line > KEPT * float(np.sinc(1.0 / hold)) else 0.0
+
+
+def _lines(fresh: np.ndarray) -> tuple[Floats, Floats]:
+    """Coherence of the renewals with every frequency per frame, 1 where all are in phase."""
+    length = 8 * fresh.size
+    told = np.abs(np.fft.rfft(fresh.astype(float), length)) / np.sum(fresh)
+    return np.asarray(np.fft.rfftfreq(length), np.float64), np.asarray(told)

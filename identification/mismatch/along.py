@@ -22,6 +22,7 @@ from plant.signals import Floats
 PAST = "past of "
 HYSTERESIS = "hysteresis of "
 SCALE = "scale of "
+DETAIL = "detail of "
 OVER = " along "
 """Between the quantity that is scaled and the one that tells by how much."""
 LAGS = np.array((0.0, 0.005, 0.012, 0.03, 0.07, 0.15, 0.3, 0.6, 1.2, 2.4))
@@ -29,6 +30,8 @@ LAGS = np.array((0.0, 0.005, 0.012, 0.03, 0.07, 0.15, 0.3, 0.6, 1.2, 2.4))
 WIDTHS = np.array((0.0, 0.004, 0.012, 0.04, 0.12, 0.4))
 """Half widths in shares of the quantity's range; 0 stands for the quantity itself."""
 KNOTS = 7
+FINE = 30
+KINDS = (PAST, HYSTERESIS, SCALE, DETAIL)
 ENDS = (0.002, 0.998)
 """Quantiles of a quantity that count as the ends of its range."""
 
@@ -37,14 +40,14 @@ def kind_of(regressor: str) -> str:
     """Return what a regressor begins with: PAST, HYSTERESIS, SCALE, or nothing: the value now.
 
     Knots are lags (s) of a past, half widths (in the quantity's unit) of a hysteresis, else values
-    of the quantity. The course of a scale is two quantities, (2, rows).
+    of the quantity; of its detail many. The course of a scale is two quantities, (2, rows).
     """
-    return next((kind for kind in (PAST, HYSTERESIS, SCALE) if regressor.startswith(kind)), "")
+    return next((kind for kind in KINDS if regressor.startswith(kind)), "")
 
 
 def quantity_of(regressor: str) -> str:
     """Return the quantity on whose axis a curve is drawn."""
-    return regressor.removeprefix(PAST).removeprefix(HYSTERESIS).rpartition(OVER)[2]
+    return regressor.removeprefix(kind_of(regressor)).rpartition(OVER)[2]
 
 
 def scale(what: Floats, along: Floats) -> Floats:
@@ -62,7 +65,7 @@ def knots_for(regressor: str, z: Floats) -> Floats:
     if kind_of(regressor) == HYSTERESIS:
         low, high = np.quantile(z, ENDS)
         return WIDTHS * (high - low) if high > low else np.empty(0)
-    return knots_between(z)
+    return knots_between(z, FINE if kind_of(regressor) == DETAIL else KNOTS)
 
 
 def columns(regressor: str, z: Floats, knots: Floats, step: float) -> Iterator[Floats]:
@@ -86,15 +89,15 @@ def course(regressor: str, z: Floats, knots: Floats, values: Floats, step: float
     """Return the curve along a course, (rows,)."""
     if kind_of(regressor) == SCALE:
         return np.asarray(z[1] * np.interp(z[0], knots, values))
-    if not kind_of(regressor):
+    if kind_of(regressor) in ("", DETAIL):
         return np.interp(z, knots, values)
     parts = columns(regressor, z, knots, step)
     return np.asarray(sum(v * part for v, part in zip(values, parts, strict=True)))
 
 
 def finer(regressor: str, knots: Floats) -> Floats:
-    """Return the knots with one more between each two; half widths are enough."""
-    if kind_of(regressor) == HYSTERESIS:
+    """Return the knots with one more between each two; half widths and details are enough."""
+    if kind_of(regressor) in (HYSTERESIS, DETAIL):
         return knots
     between = 0.5 * (knots[1:] + knots[:-1])
     return np.sort(np.concatenate((knots, between)))
@@ -111,13 +114,13 @@ def after_a_turn(widths: Floats, values: Floats, way: Floats) -> Floats:
     return np.asarray(np.minimum(way[:, None], 2.0 * widths[slid]) @ values[slid])
 
 
-def knots_between(z: Floats) -> Floats:
-    """Knots at quantiles, no two nearer than a thirtieth of the range."""
+def knots_between(z: Floats, count: int) -> Floats:
+    """Knots half at quantiles, half evenly, no two nearer than a fifth of an even step."""
     low, high = np.quantile(z, ENDS)
     if not high > low:
         return np.empty(0)
-    wanted = 0.5 * np.quantile(z, np.linspace(*ENDS, KNOTS)) + 0.5 * np.linspace(low, high, KNOTS)
-    return wanted[np.concatenate(([True], np.diff(wanted) > (high - low) / 30))]
+    wanted = 0.5 * np.quantile(z, np.linspace(*ENDS, count)) + 0.5 * np.linspace(low, high, count)
+    return wanted[np.concatenate(([True], np.diff(wanted) > 0.2 * (high - low) / (count - 1)))]
 
 
 def _past(z: Floats, lags: Floats, step: float) -> Iterator[Floats]:

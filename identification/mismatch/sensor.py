@@ -22,7 +22,7 @@ from identification.mismatch.sampling import (
     known_bins,
 )
 from plant.effects.effect import Effect
-from plant.renewal import Renewals, renewals
+from plant.renewal import Renewals, renewals, rhythm
 from plant.sensing import Tells, tell, telling
 from protocol.channel import FloatArray
 
@@ -35,7 +35,9 @@ Integers = npt.NDArray[np.int_]
 class ToldAgain(Protocol):
     """An effect that repeats values in its frames."""
 
-    def told_again(self, known: Renewals, time: FloatArray, value: FloatArray) -> FloatArray:
+    def told_again(
+        self, known: Renewals, rhythm: float, time: FloatArray, value: FloatArray
+    ) -> FloatArray:
         """Return what it tells where it is known which frames were not renewed."""
         ...
 
@@ -69,6 +71,7 @@ class Sensor:
     offsets: Matrix | None = None
     time: FloatArray | None = None
     again: FloatArray | None = None
+    rhythm: float = 0.0
     quantum: float = 0.0
 
     def look(self, out: Columns, effects: Iterable[Effect] = ()) -> FloatArray:
@@ -105,7 +108,7 @@ class Sensor:
         if self.again is None or self.time is None or not isinstance(effect, ToldAgain):
             return None
         known = renewals(value, self.again, MOVED * self.quantum)
-        return None if known is None else effect.told_again(known, self.time, value)
+        return None if known is None else effect.told_again(known, self.rhythm, self.time, value)
 
     def misplaced(self, displacement: FloatArray) -> FloatArray:
         """Return what displaced teeth (rad, by tooth) add to the output; zeros without teeth."""
@@ -150,8 +153,9 @@ def point_sensor(
             return then(see @ out[column])
         return np.asarray(at_once @ out[column])
 
+    again = _again(samples.value)
     return Sensor(name, unit, samples.clock, bins @ samples.value, known, {column: see}, then,
-                  direct, time=samples.time, again=_again(samples.value), quantum=quantum,
+                  direct, time=samples.time, again=again, rhythm=rhythm(again), quantum=quantum,
                   )  # fmt: skip
 
 

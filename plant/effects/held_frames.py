@@ -67,12 +67,12 @@ class HeldFrames(Effect):
         told = latest(np.diff(slot, prepend=before[0]) != 0.0, before[1], value)
         return np.array([slot[-1], told[-1]]), told
 
-    def told_again(self, known: Renewals, time: Floats, value: Floats) -> Floats:
+    def told_again(self, known: Renewals, rhythm: float, time: Floats, value: Floats) -> Floats:
         """Return what is told where it is known which frames were not renewed.
 
         The error grows with the hold; by chance it is none of this effect's.
         """
-        if not known.rhythm:
+        if not rhythm:
             return value
-        seen = known.rhythm * float(np.median(np.diff(time)))
+        seen = rhythm * float(np.median(np.diff(time)))
         return np.asarray(value + known.late * (self.hold / seen))

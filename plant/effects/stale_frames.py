@@ -77,9 +77,9 @@ class StaleFrames(Effect):
         told = latest(draw(first, len(value), int(self.seed)) >= self.share, before[1], value)
         return np.array([first + len(value), told[-1]]), told
 
-    def told_again(self, known: Renewals, time: Floats, value: Floats) -> Floats:
+    def told_again(self, known: Renewals, rhythm: float, time: Floats, value: Floats) -> Floats:
         """Return the mean of what is told where it is known which frames were not renewed.
 
         As many of them are stale as the share asks for; in a rhythm none is.
         """
-        return value + known.late * (0.0 if known.rhythm else self.share / known.share)
+        return value + known.late * (0.0 if rhythm else self.share / known.share)

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from identification.mismatch.along import HYSTERESIS, OVER, PAST, SCALE, scale
+from identification.mismatch.along import DETAIL, HYSTERESIS, OVER, PAST, SCALE, scale
 from identification.mismatch.record import Record
 from plant.signals import Floats, Inputs, Outputs
 
@@ -19,6 +19,8 @@ REMEMBERED = ("throttle", "spark", "engine speed", "driveline torque", "slip", "
 """Quantities along whose past something may act."""
 TURNING = ("throttle", "command", "air", "twist", "slip")
 """Quantities whose turning back something may follow late, as play and dry friction do."""
+DETAILED = ("throttle", "command", "air", "engine speed")
+"""Quantities over which a map may be wrong in detail."""
 SCALED = (
     ("command less position", "throttle"), ("throttle rate", "throttle"),
     ("engine torque", "engine speed"), ("engine torque", "spark"), ("engine torque", "time"),
@@ -80,6 +82,7 @@ def _and_more(seen: dict[str, Floats]) -> dict[str, Floats]:
     """Return the courses, those whose past or turning back is asked for, and scales."""
     more = {PAST + name: seen[name] for name in REMEMBERED if name in seen}
     more |= {HYSTERESIS + name: seen[name] for name in TURNING if name in seen}
+    more |= {DETAIL + name: seen[name] for name in DETAILED if name in seen}
     for what, along in SCALED:
         if what in seen and along in seen:
             more[f"{SCALE}{what}{OVER}{along}"] = scale(seen[what], seen[along])

@@ -1,0 +1,74 @@
+"""Which frames were renewed, and whether in a rhythm: on frames whose truth is known."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from plant.renewal import renewals, rhythm
+
+FRAMES = 1200
+
+
+def again_of(fresh: np.ndarray, value: np.ndarray) -> np.ndarray:
+    """1 where a frame tells exactly what the one before it told."""
+    told = value[np.maximum.accumulate(np.where(fresh, np.arange(fresh.size), 0))]
+    return np.concatenate(([0.0], (np.diff(told) == 0.0).astype(float)))
+
+
+def held(hold: float, phase: float) -> np.ndarray:
+    """Frames that are the first of a hold."""
+    return np.diff(np.floor((np.arange(FRAMES) + phase) / hold), prepend=-1.0) != 0.0
+
+
+seeds = st.integers(0, 2**31)
+
+
+@settings(deadline=None)
+@given(st.floats(1.3, 40.0), st.floats(0.0, 1.0), seeds)
+def test_a_hold_is_told_within_one_and_a_half_hundredths(hold, phase, seed):
+    noisy = np.random.default_rng(seed).standard_normal(FRAMES)
+    found = rhythm(again_of(held(hold, phase * hold), noisy))
+    assert found == pytest.approx(hold, rel=0.015)
+
+
+@settings(deadline=None)
+@given(st.floats(1.3, 8.0), seeds)
+def test_also_where_the_value_rests_most_of_the_time(hold, seed):
+    """A throttle that moves in bursts: nothing new is told in between, renewed or not."""
+    rng = np.random.default_rng(seed)
+    moves = np.repeat(rng.uniform(size=FRAMES // 60) < 0.5, 60)
+    moves[:300] = True
+    value = np.cumsum(np.where(moves, rng.standard_normal(FRAMES), 0.0))
+    found = rhythm(again_of(held(hold, 0.3), value))
+    assert found == pytest.approx(hold, rel=0.02)
+
+
+@settings(deadline=None)
+@given(st.floats(0.0, 0.9), seeds)
+def test_by_chance_there_is_none(share, seed):
+    rng = np.random.default_rng(seed)
+    fresh = rng.uniform(size=FRAMES) >= share
+    assert rhythm(again_of(fresh, rng.standard_normal(FRAMES))) == 0.0
+
+
+@settings(deadline=None)
+@given(st.floats(0.002, 0.2), seeds)
+def test_a_coarse_quantum_is_no_rhythm(rate, seed):
+    """Values that move little repeat, longest where they turn."""
+    rng = np.random.default_rng(seed)
+    course = np.cumsum(rate * rng.standard_normal(FRAMES))
+    assert rhythm(again_of(np.ones(FRAMES, bool), np.round(course))) == 0.0
+
+
+def test_late_is_what_repeated_frames_tell_less_what_there_is():
+    value = np.arange(float(FRAMES))
+    known = renewals(value, again_of(held(4.0, 0.0), value), 0.5)
+    assert known is not None
+    assert known.share == pytest.approx(0.75, abs=0.01)
+    assert np.array_equal(known.late, -(np.arange(FRAMES) % 4).astype(float))
+
+
+def test_frames_that_are_all_renewed_tell_nothing():
+    value = np.arange(200.0)
+    assert renewals(value, again_of(np.ones(200, bool), value), 0.5) is None
