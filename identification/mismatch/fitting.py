@@ -8,6 +8,7 @@ that hypotheses with different noise can be compared.
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import islice
 
 import numpy as np
 
@@ -141,9 +142,10 @@ def promised(fit: Fit) -> float:
 
 
 def _at_fixed_noise(fit: Fit, steps: int) -> Fit:
+    held_back = 0
     for _ in range(steps):
         before = _objective(fit)
-        new = _step(fit, before)
+        new, held_back = _step(fit, before, held_back)
         if before - _objective(new) < 2 * SETTLED:
             return new
         fit = new
@@ -154,24 +156,26 @@ def _objective(fit: Fit) -> float:
     return float(fit.aim @ fit.aim) + _prior(fit.point, fit.candidates)
 
 
-def _step(fit: Fit, before: float) -> Fit:
+def _step(fit: Fit, before: float, held_back: int) -> tuple[Fit, int]:
     """Return the first of a full, shorter and damped steps that leads on, or the same fit.
 
     Where a step helps one drive and harms another, only what concerns the first is taken.
+    held_back: which of the steps led on before; it and the one before it are where this one begins.
     """
     z, u = coordinates_of(fit.point), _dials(fit.candidates)
     full = _full_step(fit, z, u)
     slope = _slope(fit, z, u)
     if float(slope @ full) < 2 * SETTLED:
-        return fit
-    for step in _steps(fit, full, slope):
+        return fit, held_back
+    first = max(held_back - 1, 0)
+    for i, step in enumerate(islice(_steps(fit, full, slope), first, None), start=first):
         new = _there(fit, step[: z.size], step[z.size :])
         if _objective(new) < before:
-            return new
+            return new, i
         part = _what_helped(fit, new, step)
         if part is not None and _objective(part) < before - 2 * SETTLED:
-            return part
-    return fit
+            return part, i
+    return fit, held_back
 
 
 def _full_step(fit: Fit, z: Floats, u: Floats) -> Floats:
