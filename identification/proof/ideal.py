@@ -23,7 +23,10 @@ from identification.mismatch.candidate import (
 from identification.mismatch.fitting import Fit, settle, with_effects
 from identification.mismatch.held_out import carried_over
 from identification.mismatch.model import Model, Series
+from identification.mismatch.record import Record
 from identification.mismatch.sampling import into_bins
+from identification.mismatch.score import Judge
+from identification.mismatch.stack import flat
 from identification.proof.generator.case import Case
 from identification.proof.generator.instruments import Told, sampled
 from identification.proof.generator.kinds import BY_NAME, SERVO, Hidden
@@ -36,6 +39,11 @@ from plant.effects.library import BY_NAME as EFFECTS
 from plant.parameters import Parameter
 from plant.trouble import PlantError
 
+LEADS_IN = {
+    "front": "front_speed", "rear": "rear_speed", "optical_speed": "optical_speed",
+    "engine_speed": "engine_speed",
+}  # fmt: skip
+"""Recorded quantities that lead a simulation in, and what they show."""
 BY_CHANCE = ("held_frames", "stale_frames")
 """Kinds whose course in time no number tells: which frames are stale, when a value is renewed."""
 COLUMNS = {
@@ -169,7 +177,28 @@ def seen_difference(case: Case, base: Fit, trials: Sequence[Trial]) -> float:
             (x[b] - y[b]) * (known if wanted else 0.0)
             for x, y, known in zip(there, without, model.known_bins[b], strict=True)
         ])  # fmt: skip
-    return _worth(base, difference)
+    if all(places):
+        return _worth(base, difference)
+    led = [_led_in(case, model, r, t, absent) for r, t in enumerate(trials)]
+    return _worth(base, difference, led)
+
+
+def _led_in(case: Case, model: Model, r: int, trial: Trial, absent: Secret) -> Record:
+    """Return a record whose simulation is led in as if nothing had been missing.
+
+    What changes the ride in the first second would else set the cleared ride off at a wrong speed.
+    """
+    record = model.records[r]
+    there, without = (
+        Shown(course_of(case.truth, secret, trial, case.secret)[0], record.time + record.start)
+        for secret in (case.secret, absent)
+    )
+    measured = {
+        name: value - (there[LEADS_IN[name]] - without[LEADS_IN[name]])
+        if name in LEADS_IN else value
+        for name, value in record.measured.items()
+    }  # fmt: skip
+    return replace(record, measured=measured)
 
 
 def told_difference(case: Case, base: Fit) -> float:
@@ -206,15 +235,26 @@ def _shown(case: Case, model: Model, r: int, trial: Trial, secret: Secret) -> li
     ]
 
 
-def _worth(base: Fit, difference: Series) -> float:
+def _worth(base: Fit, difference: Series, records: Sequence[Record] | None = None) -> float:
     """Log-posterior gained by whoever takes the difference off the recordings and calibrates.
 
     What is hidden may have led the first calibration far off, and the file may be far off itself.
+    A ride that drifts far away is no longer the same noise beside another course: then the shape of
+    the difference tells more, at the size that fits best.
     """
-    cleared = replace(base.model)
+    cleared = replace(base.model, records=tuple(records or base.model.records))
     cleared.__dict__["measured"] = [
         [m - d for m, d in zip(ms, ds, strict=True)]
         for ms, ds in zip(base.model.measured, difference, strict=True)
     ]
     gain = calibrate(cleared, base.point).score - base.score
-    return gain if gain > 0.0 else calibrate(cleared, cleared.origin()).score - base.score
+    if gain <= 0.0:
+        gain = calibrate(cleared, cleared.origin()).score - base.score
+    return max(gain, _of_its_shape(base, difference))
+
+
+def _of_its_shape(base: Fit, difference: Series) -> float:
+    """Nats that a course of this shape takes from what calibration leaves, its size fitted."""
+    judge = Judge.of(base)
+    course = judge.nuisances.off(flat(base.model, base.noise, difference))
+    return float(course @ judge.left) ** 2 / max(2.0 * float(course @ course), 1e-300)
