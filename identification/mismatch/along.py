@@ -95,6 +95,17 @@ def course(regressor: str, z: Floats, knots: Floats, values: Floats, step: float
     return np.asarray(sum(v * part for v, part in zip(values, parts, strict=True)))
 
 
+def sway(regressor: str, z: Floats, knots: Floats) -> Floats:
+    """Return how far the courses of the knots go, (knots,), in what their values are told per."""
+    if kind_of(regressor) == PAST:
+        return np.full(knots.size, float(np.std(z)))
+    if kind_of(regressor) == HYSTERESIS:
+        return np.where(knots > 0.0, knots, float(np.std(z)))
+    if kind_of(regressor) == SCALE:
+        return np.full(knots.size, float(np.sqrt(np.mean(z[1] ** 2))))
+    return np.ones(knots.size)
+
+
 def finer(regressor: str, knots: Floats) -> Floats:
     """Return the knots with one more between each two; half widths and details are enough."""
     if kind_of(regressor) in (HYSTERESIS, DETAIL):

@@ -30,7 +30,11 @@ from plant.effects.free_curve import KNOTS
 from plant.signals import Floats
 from plant.trouble import PlantError
 
-ROUNDS = 4
+ROUNDS = 6
+PASSES = 3
+"""How often a pushed curve's quantity is taken anew until it is that of its own simulation."""
+SHARES = (1.0, 0.6, 0.3)
+"""Of the way to what a fit asks for; a curve that changes its own quantity goes not all of it."""
 TRIED = 2
 """Located curves that are tried inside the simulation."""
 AROUND = 5
@@ -226,26 +230,42 @@ def _pushed(base: Fit, curve: Curve) -> Fit | None:
     place = _place(base, curve)
     assert place is not None
     knots = curve.knots if curve.regressor == ANGLE else finer(curve.regressor, curve.knots)
-    dials = (0.0,) * knots.size
+    pushed = Pushed.beside(base, place, curve.regressor, knots)
     best = base
     for _ in range(ROUNDS):
-        pushed = Pushed.beside(best, place, curve.regressor, knots, dials)
         try:
-            fit = settle(with_effects(best, (*base.candidates, pushed)), 1, 3)
+            led = settle(with_effects(best, (*base.candidates, pushed)), 1, 3)
+            fits = [_consistent(led, pushed.towards(_pushing(led), share)) for share in SHARES]
         except PlantError:
             break
+        fit = max(fits, key=lambda f: f.score)
         gained, before = fit.score - best.score, best.score - base.score
         if gained > 0.0:
-            best, dials = fit, fit.candidates[-1].dials
+            best = fit
         if gained < FURTHER * before:
             break
+        pushed = _pushing(best).again(best)
     return best if best is not base else None
+
+
+def _consistent(fit: Fit, pushed: Pushed) -> Fit:
+    """Return the fit with a curve along what the simulation does when the curve acts in it."""
+    others = fit.candidates[:-1]
+    for _ in range(PASSES):
+        fit = with_effects(fit, (*others, pushed))
+        pushed = pushed.along_that_of(fit)
+    return with_effects(fit, (*others, pushed))
+
+
+def _pushing(fit: Fit) -> Pushed:
+    pushed = fit.candidates[-1]
+    assert isinstance(pushed, Pushed)
+    return pushed
 
 
 def _standing(base: Fit, rough: Fit, held_out: Model | None) -> FreeCurve:
     """Let pushes stand in the simulation of both sets of recordings, and settle the rest."""
-    pushed = rough.candidates[-1]
-    assert isinstance(pushed, Pushed)
+    pushed = _pushing(rough)
     place = pushed.place
     told = Curve(place.name, place.block, place.unit, pushed.regressor, pushed.knots,
                  pushed.values, 0.0, 0.0, 0.0, 0.0)  # fmt: skip
@@ -293,7 +313,7 @@ def _confirmed(
     """
     before = carried_over(base, held_out)
     there = replace(carried_over(replace(best, model=base.model), held_out), candidates=())
-    for _ in range(2):
+    for _ in range(PASSES):
         there = settle(_with(before, there, place, curve), noises=2)
     there = replace(there, candidates=best.candidates)
     return there.score - before.score, there.model

@@ -1,0 +1,97 @@
+"""Courses that are pushed beside a simulation: they add, act in their drive, and find a truth."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from identification.mismatch.along import HYSTERESIS, PAST, SCALE, kind_of, knots_for
+from identification.mismatch.calibrate import as_told
+from identification.mismatch.fitting import Fit, settle, with_effects
+from identification.mismatch.injection import places
+from identification.mismatch.locate import regressors
+from identification.mismatch.model import predict
+from identification.mismatch.push import Push
+from identification.mismatch.pushed import Pushed
+from tests.identification.mismatch.test_small import started
+
+KNOWN = (
+    f"{PAST}throttle",
+    f"{HYSTERESIS}twist",
+    f"{SCALE}tyre force along speed",
+    "throttle rate",
+)
+
+
+@cache
+def fitted() -> Fit:
+    model = started().training.coarse
+    return as_told(model, model.origin())
+
+
+def pushed(regressor: str, place_name: str, size: float) -> Pushed:
+    """A curve with values of alternating sign."""
+    fit = fitted()
+    place = next(p for p in places(fit) if p.name == place_name)
+    z = regressors(fit, place.drive, 0)[regressor]
+    knots = knots_for(regressor, z[0] if kind_of(regressor) == SCALE else z)
+    return Pushed.beside(fit, place, regressor, knots).moved(
+        size * np.cos(2.0 * np.arange(knots.size))
+    )
+
+
+@pytest.mark.parametrize("regressor", KNOWN)
+def test_a_push_at_the_point_is_a_push_injected_into_the_model(regressor):
+    fit = fitted()
+    push = pushed(regressor, "engine torque", 0.3).effect()
+    at_point = with_effects(fit, (pushed(regressor, "engine torque", 0.3),))
+    injected = replace(fit.model, injected=push.courses)
+    for ones, others in zip(at_point.predicted, predict(injected, fit.point), strict=True):
+        for one, other in zip(ones, others, strict=True):
+            assert one == pytest.approx(other)
+
+
+def test_pushes_act_in_their_drive_alone_and_are_not_each_other():
+    fit = fitted()
+    one = pushed("throttle rate", "engine torque", 0.1).effect()
+    same = Push(one.drive, one.courses)
+    assert one != same
+    assert fit.model.concerned(one) == ("motion",)
+    there = predict(fit.model, replace(fit.point, effects=(one,)))
+    for block, before, after in zip(fit.model.chain.blocks, fit.predicted, there, strict=True):
+        moved = max(float(np.abs(a - b).max()) for a, b in zip(before, after, strict=True))
+        assert (moved > 1e-6) == (block.drive == "motion" and block.order > 0) or not block.order
+
+
+def test_two_pushes_of_half_are_one():
+    fit = fitted()
+    whole = pushed("throttle rate", "driveline torque", 0.2)
+    half = pushed("throttle rate", "driveline torque", 0.1).effect()
+    twice = replace(fit.point, effects=(half, Push(half.drive, half.courses)))
+    for ones, others in zip(
+        predict(fit.model, twice), with_effects(fit, (whole,)).predicted, strict=True
+    ):
+        for one, other in zip(ones, others, strict=True):
+            assert one == pytest.approx(other)
+
+
+@pytest.mark.parametrize("regressor", KNOWN)
+def test_most_of_what_was_pushed_is_found_from_nothing(regressor):
+    """The recording is the simulation's own with pushes; slopes are those of pushes in bins."""
+    fit = fitted()
+    secret = with_effects(fit, (pushed(regressor, "engine torque", 1.0),))
+    model = replace(fit.model)
+    model.__dict__["measured"] = [
+        [m + (s - p) for m, s, p in zip(ms, ss, ps, strict=True)]
+        for ms, ss, ps in zip(fit.model.measured, secret.predicted, fit.predicted, strict=True)
+    ]
+    model.__dict__["coarse"] = model
+    start = replace(fit, model=model, candidates=())
+    bare = settle(start)
+    found, known = (
+        settle(with_effects(start, (pushed(regressor, "engine torque", size),))).score - bare.score
+        for size in (0.0, 1.0)
+    )
+    assert known > 20.0
+    assert found > 0.7 * known
