@@ -31,6 +31,10 @@ AFTERWARDS = frozenset(
         "commands.py",
         "study.py",
         "answers.py",
+        "memo.py",
+        "memo_page.py",
+        "output.py",
+        "pictures.py",
     }
 )
 """Files of these names only order the work, or count and show what came of it."""
