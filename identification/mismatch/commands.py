@@ -38,10 +38,12 @@ def explain_command(
     """
     from identification.mismatch.explain import known_so_far, verdict
     from identification.mismatch.memo import lines
-    from identification.mismatch.output import write_outputs
+    from identification.mismatch.memo_page import NOT_IN_THE_FILE, in_the_file
+    from identification.mismatch.output import prepare_places, write_outputs
     from identification.mismatch.runs import open_analysis
 
     console = Console(stderr=True)
+    prepare_places(json_path, report_folder)
     with console.status("reading the recordings") as progress:
         analysis = open_analysis(vehicle, training, held_out or [])
 
@@ -57,5 +59,7 @@ def explain_command(
         typer.echo(line)
     for path in write_outputs(analysis, found, vehicle, json_path, report_folder):
         typer.echo(f"written: {path}")
+    if not in_the_file(analysis):
+        typer.echo(f"the free curve {NOT_IN_THE_FILE}")
     if not found.complete:
         raise typer.Exit(INTERRUPTED)

@@ -114,10 +114,20 @@ def _limits(verdict: Verdict) -> Iterator[str]:
         yield f"  not excited: {', '.join(verdict.not_excited)}"
     if verdict.not_told:
         yield f"  these recordings say nothing of: {', '.join(verdict.not_told)}"
-    for told in verdict.left_out:
+    for told in left_out(verdict):
         yield f"  left out: {told}"
     if verdict.next_trial:
         yield f"  next trial: {verdict.next_trial['why']}"
+
+
+def left_out(verdict: Verdict) -> Iterator[str]:
+    """Say what was of no use, once for all recordings of which it is true."""
+    where: dict[str, list[str]] = {}
+    for told in verdict.left_out:
+        name, _, why = told.partition(": ")
+        where.setdefault(why, []).append(name)
+    for why, names in where.items():
+        yield f"{why} ({', '.join(names)})"
 
 
 def remains(left: Remains) -> str:

@@ -6,12 +6,15 @@ from importlib.resources import files
 import jinja2
 from markupsafe import Markup
 
-from identification.mismatch.explain import Analysis
-from identification.mismatch.memo import circumstances, sentence, trace_of
+from identification.mismatch.explain import Analysis, accepted
+from identification.mismatch.memo import circumstances, left_out, sentence, trace_of
 from identification.mismatch.pictures import curve_svg, proof_svg
 from identification.mismatch.verdict import Verdict
 
 SHOWN = 5  # curves of the table
+NOT_IN_THE_FILE = (
+    "acts along what no file can tell: the improved file has the re-calibrated numbers without it"
+)
 
 
 def memo_page(a: Analysis, verdict: Verdict) -> str:
@@ -39,6 +42,11 @@ def memo_page(a: Analysis, verdict: Verdict) -> str:
     )
 
 
+def in_the_file(a: Analysis) -> bool:
+    """Tell whether the free curve that stands is one that a file can hold."""
+    return a.free is None or len(accepted(a).candidates) > len(a.free.beside)
+
+
 def _open(a: Analysis, verdict: Verdict) -> Iterator[tuple[str, str]]:
     """Yield what these recordings leave open: heading and text."""
     left = [c for c in a.after if c.certain]
@@ -55,9 +63,11 @@ def _open(a: Analysis, verdict: Verdict) -> Iterator[tuple[str, str]]:
         yield "cannot be told apart", ", ".join(names).replace("_", " ")
     if verdict.not_excited:
         yield "not excited", ", ".join(verdict.not_excited).replace("_", " ")
+    if a.free is not None and not in_the_file(a):
+        yield "the curve", NOT_IN_THE_FILE
     if verdict.not_told:
         yield "parameters not told", ", ".join(verdict.not_told)
-    for told in verdict.left_out:
+    for told in left_out(verdict):
         yield "left out", told
     if verdict.next_trial:
         yield "next trial", str(verdict.next_trial["why"])

@@ -1,6 +1,8 @@
 """What an analysis leaves on disk: the verdict, the improved file, the memo."""
 
 import os
+from collections.abc import Iterator
+from errno import EACCES
 from pathlib import Path
 
 import tomli_w
@@ -12,37 +14,55 @@ from identification.mismatch.verdict import Verdict, as_json
 from protocol.errors import InputError
 
 
+def prepare_places(json_path: Path | None, folder: Path | None) -> None:
+    """Make the folders of what will be written, before the work. Raises InputError where not."""
+    try:
+        for place in (json_path.parent if json_path else None, folder):
+            if place is not None:
+                place.mkdir(parents=True, exist_ok=True)
+                if not os.access(place, os.W_OK):
+                    raise PermissionError(EACCES, os.strerror(EACCES), str(place))
+    except OSError as fault:
+        raise _refused(fault) from fault
+
+
 def write_outputs(
     analysis: Analysis, verdict: Verdict, vehicle: Path, json_path: Path | None, folder: Path | None
 ) -> list[Path]:
     """Write what was asked for. Raises InputError where a place cannot be written."""
     written = []
     try:
-        if json_path is not None:
-            json_path.write_text(as_json(verdict), encoding="utf-8")
-            written.append(json_path)
-        fit = accepted(analysis) if analysis.named else analysis.base
-        if fit is not None:
-            path = (folder or vehicle.parent) / f"{vehicle.stem}.improved.toml"
+        for path, text in _texts(analysis, verdict, vehicle, json_path, folder):
             path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_text(improved_system(fit).text(), encoding="utf-8")
-            written.append(path)
-        if folder is not None:
-            path = folder / "memo.html"
-            folder.mkdir(parents=True, exist_ok=True)
-            path.write_text(memo_page(analysis, verdict), encoding="utf-8")
-            written.append(path)
-        if analysis.proposal is not None and folder is not None:
-            path = folder / "next_trial.toml"
-            file = os.path.relpath(vehicle, folder)
-            tree = analysis.system.trial(analysis.proposal[1], "next_trial", file)
-            path.write_text(tomli_w.dumps(tree), encoding="utf-8")
+            path.write_text(text, encoding="utf-8")
             written.append(path)
     except OSError as fault:
-        raise InputError(
-            "a result cannot be written",
-            where=str(fault.filename),
-            found=fault.strerror or str(fault),
-            remedy="give another place with --json or --report",
-        ) from fault
+        raise _refused(fault) from fault
     return written
+
+
+def _texts(
+    analysis: Analysis, verdict: Verdict, vehicle: Path, json_path: Path | None, folder: Path | None
+) -> Iterator[tuple[Path, str]]:
+    if json_path is not None:
+        yield json_path, as_json(verdict)
+    fit = accepted(analysis) if analysis.named else analysis.base
+    if fit is not None:
+        path = (folder or vehicle.parent) / f"{vehicle.stem}.improved.toml"
+        yield path, improved_system(fit).text()
+    if folder is not None:
+        yield folder / "memo.html", memo_page(analysis, verdict)
+    if analysis.proposal is not None and folder is not None:
+        tree = analysis.system.trial(
+            analysis.proposal[1], "next_trial", os.path.relpath(vehicle, folder)
+        )
+        yield folder / "next_trial.toml", tomli_w.dumps(tree)
+
+
+def _refused(fault: OSError) -> InputError:
+    return InputError(
+        "a result cannot be written",
+        where=str(fault.filename),
+        found=fault.strerror or str(fault),
+        remedy="give another place with --json or --report",
+    )

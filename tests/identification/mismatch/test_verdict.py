@@ -9,8 +9,10 @@ import pytest
 from identification.mismatch.floor import LackOfFit
 from identification.mismatch.held_out import Error
 from identification.mismatch.interval import Estimate
-from identification.mismatch.memo import lines, sentence
+from identification.mismatch.memo import left_out, lines, sentence
+from identification.mismatch.output import prepare_places
 from identification.mismatch.verdict import FoundCurve, FoundEffect, Location, Verdict, as_json
+from protocol.errors import InputError
 
 SCHEMA = json.loads((files("identification.mismatch") / "verdict.schema.json").read_text())
 WHERE = Location(
@@ -52,3 +54,21 @@ def test_the_first_sentence_names_place_size_and_proof():
 def test_an_alarm_and_its_probability_agree():
     for verdict in VERDICTS.values():
         assert verdict.mismatch == (verdict.p_value < 0.05)
+
+
+def test_what_was_left_out_of_several_recordings_is_said_once():
+    told = Verdict(
+        False, 1.0,
+        left_out=("a: no lean_angle: nobody sends it", "b: no lean_angle: nobody sends it", "b: x"),
+    )  # fmt: skip
+    assert list(left_out(told)) == ["no lean_angle: nobody sends it (a, b)", "x (b)"]
+    assert sum("left out" in line for line in lines(told)) == 2
+
+
+def test_places_are_made_before_the_work_and_refused_before_it(tmp_path):
+    prepare_places(tmp_path / "new" / "verdict.json", tmp_path / "also" / "report")
+    assert (tmp_path / "new").is_dir()
+    assert (tmp_path / "also" / "report").is_dir()
+    (tmp_path / "file").write_text("")
+    with pytest.raises(InputError, match="give another place"):
+        prepare_places(tmp_path / "file" / "verdict.json", None)
