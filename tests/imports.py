@@ -32,7 +32,8 @@ ALLOWED = {
         "identification/design/mixed_sensitivity.py",
     ),
     "numba": (
-        "plant/*.py", "identification/models/switched.py", "identification/proof/generator/*.py",
+        "plant/*.py", "identification/models/switched.py", "identification/mismatch/along.py",
+        "identification/proof/generator/*.py",
     ),
     "pint": ("protocol/units.py", "plant/units.py", "plant/parameters.py"),
     # Drawing and talking.
