@@ -1,5 +1,6 @@
 # make trial    set up, run the throttle sweep on the virtual motorcycle, identify it
 # make test     set up, then the whole check
+# make vcan     set up, then whole rides on a real kernel's bus (minutes)
 # make conformance  set up, then python-can's own tests on our virtual bus
 # make paper    set up, then Corno and Savaresi's findings, claim by claim
 # make prove    set up, then the proof on sealed cases: hours; goes on where it was stopped
@@ -49,6 +50,11 @@ figures: trial
 # Recovery by the mismatch engine; it takes minutes and is not part of `make test`.
 test-mismatch: setup
 	$(IN)/python -m pytest -n $(WORKERS) --dist load -o addopts=-ra tests/identification/mismatch
+
+# Whole rides on a real kernel's bus.
+.PHONY: vcan
+vcan: setup
+	$(IN)/python -m pytest -o addopts=-ra tests/socketcan/test_rides.py
 
 paper: setup
 	$(IN)/slipbench paper --out paper --runs paper/runs --document docs/paper.md
