@@ -19,6 +19,8 @@ from identification.mismatch.locate import Curve
 from identification.report import drawing as d
 from plant.signals import Floats
 
+SOON = 0.01
+"""Seconds after a step up to which time is drawn evenly."""
 LOOKS = ((d.ORANGE, "re-calibrated"), (d.BLUE, "with what was found"))
 
 
@@ -35,6 +37,7 @@ def curve_svg(curve: Curve, free: FreeCurve | None, units: Mapping[str, str]) ->
         quantity = quantity_of(curve.regressor)
         unit = units.get(quantity, "")
         if curve.kind == PAST:
+            axes.set_xscale("symlog", linthresh=SOON)
             axes.set(xlabel=f"time after a step of {quantity} / s",
                      ylabel=f"{curve.place} / ({curve.unit} per {unit})")  # fmt: skip
         elif curve.kind == HYSTERESIS:
@@ -55,8 +58,7 @@ def _points(curve: Curve) -> tuple[Floats, Floats]:
         return way, after_a_turn(curve.knots, curve.values, way)
     if curve.kind != PAST:
         return curve.knots, curve.values
-    time = np.linspace(0.0, float(curve.knots.max()), 81)
-    return time, step_response(curve.knots, curve.values, time)
+    return curve.knots, step_response(curve.knots, curve.values, curve.knots)
 
 
 def proof_svg(runs: Sequence[Fit], output: str) -> str:
