@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from math import floor, log10, pi
 
+from identification.mismatch.along import OVER, SCALE, kind_of, quantity_of
 from identification.mismatch.held_out import Error
 from identification.mismatch.verdict import FoundEffect, Location, Remains, Verdict
 from plant.effects.library import BY_NAME
@@ -21,17 +22,30 @@ def sentence(verdict: Verdict) -> str:
         )
     if verdict.unknown:
         where = verdict.location
-        place = f" It acts as {where.injection} along the {where.regressor}" if where else ""
+        place = f" It acts as {where.injection}{along(where.regressor)}" if where else ""
         return (
             "Something is missing in the simulation that no effect of the library explains."
             f"{place}: {verdict.shape}.{_proof(verdict)}"
         )
     if not verdict.effects:
         where = verdict.location
-        place = f", as {where.injection} along the {where.regressor}" if where else ""
+        place = f", as {where.injection}{along(where.regressor)}" if where else ""
         return f"Something is missing in the simulation{place}; it has no name yet."
     found = "; ".join(_effect(e) for e in verdict.effects)
     return f"{found[0].upper()}{found[1:]} that the simulation lacks.{_proof(verdict)}"
+
+
+def along(regressor: str) -> str:
+    """Say along what a curve acts, with a space before it; nothing where a name tells."""
+    kind, quantity = kind_of(regressor), quantity_of(regressor)
+    if kind == SCALE:
+        return f" as a share of the {scaled_by(regressor)}, along the {quantity}"
+    return f" along the {kind}{'the ' if kind else ''}{quantity}" if regressor else ""
+
+
+def scaled_by(regressor: str) -> str:
+    """Return the quantity that counts for more or less."""
+    return regressor.removeprefix(SCALE).partition(OVER)[0]
 
 
 def _effect(effect: FoundEffect) -> str:
@@ -74,9 +88,8 @@ def _evidence(verdict: Verdict) -> Iterator[str]:
     where = verdict.location
     if where:
         yield (
-            f"  where          {where.injection} ({where.block})"
-            + (f" along {where.regressor}:" if where.regressor else ":")
-            + f" {where.shape}; {where.gain:.0f} nats, held out {where.confirmed:.0f}"
+            f"  where          {where.injection} ({where.block}){along(where.regressor)}:"
+            f" {where.shape}; {where.gain:.0f} nats, held out {where.confirmed:.0f}"
         )
     if where and where.band and where.region:
         yield (f"  when           {circumstances(where)}")
@@ -133,7 +146,7 @@ def left_out(verdict: Verdict) -> Iterator[str]:
 def remains(left: Remains) -> str:
     """Say what stays unexplained beside names that stand."""
     return (
-        f"{left.injection} along {left.regressor}: {left.shape}; {100 * left.share:.2g} % of what"
+        f"{left.injection}{along(left.regressor)}: {left.shape}; {100 * left.share:.2g} % of what"
         " the names explain, in mean squares"
     )
 

@@ -7,7 +7,7 @@ import jinja2
 from markupsafe import Markup
 
 from identification.mismatch.explain import Analysis, accepted
-from identification.mismatch.memo import circumstances, left_out, sentence, trace_of
+from identification.mismatch.memo import along, circumstances, left_out, sentence, trace_of
 from identification.mismatch.pictures import curve_svg, proof_svg
 from identification.mismatch.verdict import Verdict
 
@@ -23,7 +23,11 @@ def memo_page(a: Analysis, verdict: Verdict) -> str:
     environment = jinja2.Environment(
         autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
-    environment.filters |= {"words": lambda s: s.replace("_", " "), "short": lambda x: f"{x:.4g}"}
+    environment.filters |= {
+        "words": lambda s: s.replace("_", " "),
+        "short": lambda x: f"{x:.4g}",
+        "along": along,
+    }
     style = files("identification.report") / "report.css"
     page = files("identification.mismatch") / "memo.html"
     return environment.from_string(page.read_text(encoding="utf-8")).render(
@@ -53,7 +57,7 @@ def _open(a: Analysis, verdict: Verdict) -> Iterator[tuple[str, str]]:
     if left:
         yield (
             "still unexplained",
-            f"{left[0].place} along {left[0].regressor}, {left[0].gain:.0f} nats",
+            f"{left[0].place}{along(left[0].regressor)}, {left[0].gain:.0f} nats",
         )
     else:
         yield "still unexplained", "nothing that a free curve finds"
@@ -63,7 +67,7 @@ def _open(a: Analysis, verdict: Verdict) -> Iterator[tuple[str, str]]:
         yield "cannot be told apart", ", ".join(names).replace("_", " ")
     if verdict.not_excited:
         yield "not excited", ", ".join(verdict.not_excited).replace("_", " ")
-    if a.free is not None and not in_the_file(a):
+    if not in_the_file(a):
         yield "the curve", NOT_IN_THE_FILE
     if verdict.not_told:
         yield "parameters not told", ", ".join(verdict.not_told)
