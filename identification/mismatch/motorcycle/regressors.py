@@ -7,6 +7,7 @@ by the recorded inputs. What has a memory acts along a rate, or along the past o
 from collections.abc import Mapping
 
 import numpy as np
+from scipy import signal
 
 from identification.mismatch.along import DETAIL, HYSTERESIS, OVER, PAST, SCALE, scale
 from identification.mismatch.record import Record
@@ -27,6 +28,10 @@ SCALED = (
     ("driveline torque", "speed"), ("tyre force", "speed"), ("tyre force", "time"),
 )  # fmt: skip
 """Quantities that may count for more or less, and along what."""
+LATELY = 0.05
+"""Seconds over which what a simulation was off is averaged."""
+PASSED = 2
+"""Bins before that: smoothing and rates reach from one bin into the next."""
 UNITS: Mapping[str, str] = {
     "throttle": "1", "throttle rate": "1/s", "air": "1", "air rate": "1/s",
     "engine torque": "N m", "engine speed": "rad/s", "engine acceleration": "rad/s^2",
@@ -66,16 +71,37 @@ def motion_regressors(record: Record, out: Outputs) -> dict[str, Floats]:
 
 
 def servo_regressors(record: Record, out: Outputs) -> dict[str, Floats]:
-    """Courses for what acts in the throttle servo, (rows,) each."""
+    """Courses for what acts in the throttle servo, (rows,) each.
+
+    Its position is what these curves are judged by: a position that carried a reading's own noise
+    would explain that noise. So the simulation's is followed, corrected by what is past.
+    """
     rate, smoothed = record.grid.rate, record.grid.smoothed
     command = Inputs(record.inputs).throttle_command
-    position = smoothed(record.measured["throttle_position"])
+    position = smoothed(_followed(record, "throttle_position", out.throttle))
     return _and_more({
         "throttle": position, "throttle rate": rate(position),
         "throttle acceleration": rate(out.throttle_rate),
         "command": command, "command rate": rate(command),
         "command less position": smoothed(command) - position,
     })  # fmt: skip
+
+
+def _followed(record: Record, role: str, shown: Floats) -> Floats:
+    """Return what is shown plus the mean of what was off lately, the bins under way left out."""
+    grid = record.grid
+    keep = np.exp(-grid.step / LATELY)
+    rest = signal.lfilter([1.0 - keep], [1.0, -keep], record.measured[role] - shown)
+    late = PASSED * grid.rows_per_bin + _between_samples(record, role)
+    return np.asarray(shown + np.concatenate((np.zeros(late), rest))[: shown.size])
+
+
+def _between_samples(record: Record, role: str) -> int:
+    """Rows from one reading to the next: readings are drawn through, so the next one shows."""
+    time = record.sensors[role].time
+    if time is None or time.size < 2:
+        return 0
+    return int(np.ceil(np.median(np.diff(time)) / record.grid.step))
 
 
 def _and_more(seen: dict[str, Floats]) -> dict[str, Floats]:
