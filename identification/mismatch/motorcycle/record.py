@@ -26,6 +26,8 @@ from protocol.recording import Recording
 STEP = 1e-3  # s, between rows of the simulation
 LEAD_IN = 1.0  # s, in which the simulation settles, its speed led by the recorded one
 BIN = 0.01  # s
+TICKING = 0.7
+"""Length of the mean phase from which on commands come in the rhythm of rows."""
 LONGEST = 120.0  # s, of one piece
 PARTS = 2
 """Of a stretch of 3 s, each as long as the slow road takes from one knot to the next: what hangs
@@ -52,6 +54,7 @@ def prepare(recording: Recording, vehicle: Vehicle) -> Record:
     left_out = tuple(f"{role}: {why}" for role, why in data.absent.items())
     base = dataset(data)
     start, end = _window(data, base)
+    start += _phase_of_commands(data, vehicle, start)
     rows = int((end - start) / STEP)
     bins = int((rows * STEP - LEAD_IN - OVERHANG) / BIN)
     if bins < 100:
@@ -107,6 +110,22 @@ def _window(data: Aligned, base: Dataset) -> tuple[float, float]:
         first = max(first, float(exciting[0]) - LEAD_IN - 0.25)
         last = min(last, float(exciting[-1]) + (0.0 if window.trip else 0.5))
     return float(first), float(min(last, first + LONGEST))
+
+
+def _phase_of_commands(data: Aligned, vehicle: Vehicle, start: float) -> float:
+    """Return how long after a start commands begin to hold, s, where they come row by row.
+
+    Rows that begin with them hold one command each. A step smeared over a row would set off what
+    saturates too early: its first share is as good as all of it.
+    """
+    for role in ("throttle_command", "spark_command"):
+        if data.has(role):
+            phase = np.exp(2j * np.pi * (_at(data, vehicle, role) - start) / STEP)
+            mean = complex(np.nanmean(phase))
+            return (
+                float(np.angle(mean) / (2.0 * np.pi) % 1.0 * STEP) if abs(mean) > TICKING else 0.0
+            )
+    return 0.0
 
 
 def _at(data: Aligned, vehicle: Vehicle, role: str) -> Floats:
