@@ -49,6 +49,9 @@ class ChannelTiming(Block):
     clock_drift: float = parameter(0.0, "1", -1e-3, 1e-3, "gain of its clock")
 
 
+MOST_SPREAD = 0.8
+"""Noise in quanta above which rounding shows no more."""
+HARMONICS = 8
 TENTH_DEGREE = math.pi / 1800
 _STATED = ChannelTiming()
 DEFAULT_CHANNELS: Mapping[str, ChannelTiming] = MappingProxyType(
@@ -90,6 +93,30 @@ def sample(
 def quantised(values: Floats, quantum: float) -> Floats:
     """Return the values rounded to whole quanta; a quantum of 0 leaves them."""
     return np.asarray(np.round(values / quantum) * quantum) if quantum > 0.0 else values
+
+
+def told_of_noisy(
+    values: Floats, quantum: float, noise: float, phase: float = 0.0, least: float = 0.2
+) -> Floats:  # fmt: skip
+    """Mean of what is told of values that carry noise and are rounded to phase + n quantum.
+
+    E[round(x)] = x + sum (-1)^k q / (pi k) exp(-2 (pi k s / q)^2) sin(2 pi k x / q): Widrow and
+    Kollar, Quantization Noise (2008), chapter 4. least: share of a quantum that noise is taken as
+    at least, since nobody knows the values themselves better.
+    """
+    if quantum <= 0.0:
+        return values
+    spread = max(noise / quantum, least)
+    if spread > MOST_SPREAD:
+        return values
+    told = values.copy()
+    turn = 2.0 * np.pi * (values - phase) / quantum
+    for k in range(1, HARMONICS):
+        height = (-1) ** k * quantum / (np.pi * k) * np.exp(-2.0 * (np.pi * k * spread) ** 2)
+        if abs(height) < 1e-4 * quantum:
+            break
+        told += height * np.sin(k * turn)
+    return told
 
 
 def latest(fresh: NDArray[np.bool_], last: float, values: Floats) -> Floats:

@@ -78,13 +78,15 @@ class Candidate(Dialled):
 
     pattern: the effect on its subject, at its typical size, where it is looked for. dials: size in
     typical sizes, shapes as unit normals. whole: values of whole parameters. elsewhere: how its
-    size scatters over other places at which it is looked for, if it has any.
+    size scatters over other places at which it is looked for, if it has any. read_off: its size is
+    read off the recordings, and no fit of what is left tells it better.
     """
 
     pattern: Effect
     dials: tuple[float, ...]
     whole: tuple[float, ...] = ()
     elsewhere: Scatter | None = None
+    read_off: bool = False
 
     @property
     def kind(self) -> type[Effect]:
@@ -144,6 +146,8 @@ class Candidate(Dialled):
     def moved(self, step: Floats) -> Self:
         """Return it with its dials turned; a size does not pass through nothing."""
         dials = np.array(self.dials) + step
+        if self.read_off and abs(step[0]) < 0.5 * abs(self.nudges[0]):
+            dials[0] = self.size
         if dials[0] * self.size <= 0.0:
             dials[0] = 0.2 * self.size
         if self._kept:
@@ -153,9 +157,17 @@ class Candidate(Dialled):
 
     def resized(self, size: float) -> "Candidate":
         """Return it at another share of its typical size."""
+        if self.read_off:
+            return self
         if self._kept:
             size = float(np.clip(size, *reach(self.kind)))
         return replace(self, dials=(size, *self.dials[1:]))
+
+
+def read_off(candidate: Candidate, value: float) -> Candidate:
+    """Return the candidate with its size as recordings show it, in its parameter's unit."""
+    size = _as_size(sizes(candidate.kind)[0], value)
+    return replace(candidate.resized(size), read_off=True)
 
 
 def sizes(kind: type[Effect]) -> list[Parameter]:

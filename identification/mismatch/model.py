@@ -10,7 +10,7 @@ from identification.mismatch.blocks import Block, Chain
 from identification.mismatch.coordinates import Coordinate
 from identification.mismatch.push import Push
 from identification.mismatch.record import Record
-from identification.mismatch.sensor import Columns
+from identification.mismatch.sensor import Columns, Rounds
 from identification.mismatch.system import System
 from plant.effects.effect import Effect
 from plant.encoder import Misplaces
@@ -36,6 +36,7 @@ class Model:
     """Records, the blocks they carry, and what is uncertain of the system.
 
     injected: by record, columns of the inputs to which something is added at every simulation.
+    stepless: whether sensors tell without the coarse steps that an effect gives them.
     """
 
     system: System
@@ -43,6 +44,7 @@ class Model:
     chain: Chain
     known: list[Coordinate]
     injected: tuple[Mapping[str, Floats], ...] = field(default=())
+    stepless: bool = False
 
     @cached_property
     def measured(self) -> Series:
@@ -60,9 +62,19 @@ class Model:
     @cached_property
     def coarse(self) -> "Model":
         """The same with coarser steps of integration, to compare simulations with each other."""
-        model = replace(self, system=self.system.coarse())
-        model.__dict__.update(measured=self.measured, known_bins=self.known_bins, coarse=model)
+        model = self._like(replace(self, system=self.system.coarse()))
+        model.__dict__["coarse"] = model
         return model
+
+    @cached_property
+    def for_slopes(self) -> "Model":
+        """The coarse one without what sensors round: a staircase has no slope that leads on."""
+        return self._like(replace(self.coarse, stepless=True))
+
+    def _like(self, other: "Model") -> "Model":
+        """Return another of the same records, what was measured shared."""
+        other.__dict__.update(measured=self.measured, known_bins=self.known_bins)
+        return other
 
     def origin(self) -> Point:
         """Return the system as its file tells it, with nothing slow acting."""
@@ -127,13 +139,14 @@ def predict(
     runs: simulations that hold for this point, if there are any; those made here are added.
     """
     system = model.at(point)
+    effects = [e for e in system.effects if not (model.stepless and isinstance(e, Rounds))]
     wanted = set(model.chain.drives if drives is None else drives)
     found: Series = [[np.empty(0)] * len(model.records) for _ in model.chain.blocks]
     for r in range(len(model.records)) if records is None else records:
         outs = {d: _run(model, point, r, d, runs, system) for d in wanted}
         for b, block in enumerate(model.chain.blocks):
             if block.drive in wanted:
-                seen = _stack(block, model.records[r], outs[block.drive], system.effects)
+                seen = _stack(block, model.records[r], outs[block.drive], effects)
                 found[b][r] = _shown(model, point, block, r, seen, system)
     return found
 

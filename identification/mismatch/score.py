@@ -13,12 +13,14 @@ from identification.mismatch.candidate import (
     larger,
     otherwise,
     place_on_the_road,
+    read_off,
     reshaped,
 )
 from identification.mismatch.fitting import Fit
-from identification.mismatch.model import Runs, Series, predict
+from identification.mismatch.model import Model, Runs, Series, predict
 from identification.mismatch.scatter import Scatter, amplitude_p
 from identification.mismatch.sensitivity import change, coordinates_of
+from identification.mismatch.sensor import Rounds
 from identification.mismatch.stack import Integers, Nuisances, flat
 from plant.effects.effect import Effect
 from plant.signals import Floats
@@ -161,7 +163,7 @@ def survey(judge: Judge, library: Iterable[type[Effect]]) -> Survey:
     shapes as well; those that would not show at their typical size, at a large one.
     """
     there = {c.name for c in judge.fit.effects}
-    kinds = (c for kind in library for c in candidates(kind))
+    kinds = (as_recorded(c, judge.fit.model) for kind in library for c in candidates(kind))
     first = _with_elsewhere(judge.scores([c for c in kinds if c.name not in there]))
     more = [c for s in first for c in _more(s)]
     tried = judge.scores(more)
@@ -175,6 +177,16 @@ def survey(judge: Judge, library: Iterable[type[Effect]]) -> Survey:
     told_of = [s.candidate for s in (*first, *tried) if s.seen > CHANCE]
     chances = {(c.pattern, c.whole) for c in told_of}
     return Survey(told, TRIES * max(len(chances), 1))
+
+
+def as_recorded(candidate: Candidate, model: Model) -> Candidate:
+    """Return the candidate with what the recordings show plainly: the steps of a channel."""
+    if not isinstance(candidate.pattern, Rounds):
+        return candidate
+    sensors = [r.sensors[candidate.pattern.subject] for r in model.records
+               if candidate.pattern.subject in r.sensors]  # fmt: skip
+    steps = [s.lattice.step for s in sensors if s.coarse]
+    return read_off(candidate, float(np.median(steps))) if steps else candidate
 
 
 def _with_elsewhere(scores: Sequence[Score]) -> list[Score]:

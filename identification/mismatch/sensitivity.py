@@ -20,7 +20,7 @@ def sensitivities(
     Simulations with coarse steps are compared with each other. kept: those of a point nearby, which
     hold for all drives but these.
     """
-    model = fine.coarse
+    model = fine.for_slopes
     if kept is not None:
         return _renewed(model, point, kept, only)
     base = predict(model, point)

@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy import sparse
 
+from identification.mismatch.lattice import NO_LATTICE, Lattice, lattice_of
 from identification.mismatch.sampling import (
     Grid,
     Matrix,
@@ -21,12 +22,16 @@ from identification.mismatch.sampling import (
     into_bins,
     known_bins,
 )
+from plant.channels import told_of_noisy
 from plant.effects.effect import Effect
 from plant.renewal import Renewals, renewals, rhythm
 from plant.sensing import Tells, tell, telling
 from protocol.channel import FloatArray
 
 MOVED = 1.5  # quanta between two samples from which on telling a value again is no chance
+NEAR = (0.05, 0.08, 0.12, 0.18, 0.27, 0.4)
+"""Of a coarse step, how near a simulation may come to what was rounded."""
+THE_SAME = 0.02  # share of a step within which a recording's own steps are meant
 SEGMENT = 3.0  # s, over which a tooth pattern is averaged
 Integers = npt.NDArray[np.int_]
 
@@ -40,6 +45,13 @@ class ToldAgain(Protocol):
     ) -> FloatArray:
         """Return what it tells where it is known which frames were not renewed."""
         ...
+
+
+@runtime_checkable
+class Rounds(Protocol):
+    """An effect that tells whole steps, in the channel's unit."""
+
+    quantum: float
 
 
 class Columns(Protocol):
@@ -56,8 +68,10 @@ class Sensor:
 
     see: matrices by column of the simulation; then: the last steps, which the recorded samples go
     through as well. direct: both in one, where no effect acts between them. time: s, of samples of
-    a point sensor; again: 1 where they told a value again; quantum: of what they tell, 0 if as
-    good as none. offsets: what the displacement of every tooth (rad) does before the last steps.
+    a point sensor; told: by them; again: 1 where they told a value again; lattice: steps of what is
+    told; noise: deviation of the white noise before it was rounded; coarse: whether the steps are
+    coarser than promised. offsets: what the displacement of every tooth (rad) does before the last
+    steps.
     """
 
     name: str
@@ -70,9 +84,12 @@ class Sensor:
     direct: Callable[[Columns], FloatArray]
     offsets: Matrix | None = None
     time: FloatArray | None = None
+    told: FloatArray | None = None
     again: FloatArray | None = None
     rhythm: float = 0.0
-    quantum: float = 0.0
+    lattice: Lattice = NO_LATTICE
+    noise: float = 0.0
+    coarse: bool = False
 
     def look(self, out: Columns, effects: Iterable[Effect] = ()) -> FloatArray:
         """Return what the sensor shows, effects on its channel included, (bins,)."""
@@ -104,11 +121,26 @@ class Sensor:
         return tell(left, (), self.time, value)[1]
 
     def _as_recorded(self, effect: Tells, value: FloatArray) -> FloatArray | None:
-        """Return what an effect makes of values where the recording tells which it renewed."""
+        """Return what an effect makes of values where the recording tells what it did there."""
+        if isinstance(effect, Rounds) and self.coarse and self.told is not None:
+            return self._rounded(effect.quantum, value, self.told)
         if self.again is None or self.time is None or not isinstance(effect, ToldAgain):
             return None
-        known = renewals(value, self.again, MOVED * self.quantum)
+        known = renewals(value, self.again, MOVED * self.lattice.step)
         return None if known is None else effect.told_again(known, self.rhythm, self.time, value)
+
+    def _rounded(self, quantum: float, value: FloatArray, told: FloatArray) -> FloatArray:
+        """Round values on the recording's own steps, as sharply as that tells what was told.
+
+        From one sample to the next: a simulation may drift for long and be sharp all the same.
+        """
+        own = abs(quantum / self.lattice.step - 1.0) < THE_SAME
+        step = self.lattice.step if own else quantum
+        tried = (
+            told_of_noisy(value, step, max(near * step, self.noise), self.lattice.phase, NEAR[0])
+            for near in NEAR
+        )
+        return min(tried, key=lambda shown: float(np.sum(np.diff(told - shown) ** 2)))
 
     def misplaced(self, displacement: FloatArray) -> FloatArray:
         """Return what displaced teeth (rad, by tooth) add to the output; zeros without teeth."""
@@ -132,64 +164,39 @@ class Sampled:
 
 def point_sensor(
     name: str, unit: str, column: str, factor: float, samples: Sampled, grid: Grid,
-    noise: float = 0.0,
+    noise: float = 0.0, promised: float = 0.0,
 ) -> Sensor:  # fmt: skip
     """Make a sensor that shows a column, times a factor, at its instants.
 
-    noise: deviation of the white noise that its values had before they were rounded.
+    noise: deviation of the white noise that its values had before they were rounded. promised:
+    steps in which they should be told; 0: nobody told. Coarser ones are something missing.
     """
     bins = into_bins(samples.time, grid)
     see = sparse.csr_array(factor * at_points(samples.time, grid))
     known = known_bins(samples.time, grid)
-    quantum = quantum_of(samples.value)
+    lattice = lattice_of(samples.value)
+    coarse = lattice.coarser_than(promised)
+    usual = Lattice(promised) if coarse else lattice
 
     def then(values: FloatArray) -> FloatArray:
-        return np.asarray(bins @ rounded(values, quantum, noise))
+        return np.asarray(bins @ told_of_noisy(values, usual.step, noise, usual.phase))
 
     at_once = sparse.csr_array(bins @ see)
 
     def direct(out: Columns) -> FloatArray:
-        if quantum > 0.0:
+        if usual.step > 0.0:
             return then(see @ out[column])
         return np.asarray(at_once @ out[column])
 
     again = _again(samples.value)
     return Sensor(name, unit, samples.clock, bins @ samples.value, known, {column: see}, then,
-                  direct, time=samples.time, again=again, rhythm=rhythm(again), quantum=quantum,
-                  )  # fmt: skip
+                  direct, time=samples.time, told=samples.value, again=again, rhythm=rhythm(again),
+                  lattice=lattice, noise=noise, coarse=coarse)  # fmt: skip
 
 
 def _again(values: FloatArray) -> FloatArray:
     """Return 1 where a sample tells exactly what the one before it told."""
     return np.concatenate(([0.0], (np.diff(values) == 0.0).astype(float)))
-
-
-def quantum_of(values: FloatArray) -> float:
-    """Smallest step between values, 0 where they are as good as continuous."""
-    told = np.unique(np.round(values, 9))
-    if told.size < 2 or told.size > 0.3 * values.size:
-        return 0.0
-    return float(np.min(np.diff(told)))
-
-
-def rounded(values: FloatArray, quantum: float, noise: float) -> FloatArray:
-    """Mean of what is told of a value that carries noise and is rounded to whole quanta.
-
-    E[round(x)] = x + sum (-1)^k q / (pi k) exp(-2 (pi k s / q)^2) sin(2 pi k x / q): Widrow and
-    Kollar, Quantization Noise (2008), chapter 4. Below a fifth of a quantum noise is taken as that.
-    """
-    if quantum <= 0.0:
-        return values
-    spread = max(noise / quantum, 0.2)
-    if spread > 0.8:
-        return values
-    told = values.copy()
-    for k in (1, 2, 3):
-        height = (-1) ** k * quantum / (np.pi * k) * np.exp(-2.0 * (np.pi * k * spread) ** 2)
-        if abs(height) < 1e-4 * quantum:
-            break
-        told += height * np.sin(2.0 * np.pi * k * values / quantum)
-    return told
 
 
 def tooth_sensors(wheel: str, teeth: Sampled, per_turn: int, grid: Grid) -> tuple[Sensor, Sensor]:

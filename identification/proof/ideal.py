@@ -25,7 +25,7 @@ from identification.mismatch.held_out import carried_over
 from identification.mismatch.model import Model, Series
 from identification.mismatch.record import Record
 from identification.mismatch.sampling import into_bins
-from identification.mismatch.score import Judge
+from identification.mismatch.score import Judge, as_recorded
 from identification.mismatch.stack import flat
 from identification.proof.generator.case import Case
 from identification.proof.generator.instruments import Told, sampled
@@ -93,7 +93,7 @@ def on_held_out(case: Case, base: Fit, found: Ideal, held_out: Model) -> float:
 
 def _of_library(hidden: Sequence[Hidden], base: Fit) -> Ideal:
     """Fit the truth, all of it and each left out."""
-    candidates = [at_truth(h) for h in hidden]
+    candidates = [as_recorded(at_truth(h), base.model) for h in hidden]
     whole = _fitted(base, candidates)
     if whole is None:
         return Ideal(0.0, tuple(0.0 for _ in hidden))

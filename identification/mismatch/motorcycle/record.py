@@ -18,6 +18,7 @@ from identification.signals.dataset import Dataset, dataset
 from identification.signals.samples import averaged, onto, sampled
 from identification.signals.teeth import speed_from_teeth
 from identification.signals.trial_window import TrialWindow, trial_window
+from plant.channels import ChannelTiming
 from plant.signals import Floats, Inputs
 from plant.vehicle_file import Vehicle
 from protocol.errors import InputError
@@ -156,8 +157,10 @@ def _sensors(data: Aligned, vehicle: Vehicle, start: float, grid: Grid) -> dict[
     for role, (column, unit) in LINEAR.items():
         if data.has(role):
             samples = _sampled(data, vehicle, role, start)
-            noise = vehicle.channels[role].noise if role in vehicle.channels else 0.0
-            found[role] = point_sensor(role, unit, column, 1.0, samples, grid, noise)
+            told = vehicle.channels.get(role, ChannelTiming())
+            found[role] = point_sensor(
+                role, unit, column, 1.0, samples, grid, told.noise, told.quantum
+            )
     for wheel in WHEELS:
         if data.has(f"{wheel}_teeth"):
             per_turn = int(getattr(vehicle.motorcycle, f"{wheel}_encoder").teeth)
