@@ -37,7 +37,7 @@ ENDS = (0.002, 0.998)
 
 
 def kind_of(regressor: str) -> str:
-    """Return what a regressor begins with: PAST, HYSTERESIS, SCALE, or nothing: the value now.
+    """Return what a regressor begins with: one of KINDS, or nothing: the value now.
 
     Knots are lags (s) of a past, half widths (in the quantity's unit) of a hysteresis, else values
     of the quantity; of its detail many. The course of a scale is two quantities, (2, rows).

@@ -309,7 +309,7 @@ def _confirmed(
 ) -> tuple[float, Model]:
     """Return what a curve gains on the held-out recordings, and the model in which it acts there.
 
-    Its quantity there is taken twice, the second time with the curve acting.
+    Its quantity there is taken anew with the curve acting, as often as it was in the fit.
     """
     before = carried_over(base, held_out)
     there = replace(carried_over(replace(best, model=base.model), held_out), candidates=())

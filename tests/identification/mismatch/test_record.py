@@ -1,0 +1,51 @@
+"""A recording made ready: rows hold whole commands, and no reading judges itself."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from identification.mismatch.motorcycle.record import prepare
+from identification.mismatch.motorcycle.regressors import servo_regressors
+from identification.mismatch.motorcycle.simulate import simulate
+from identification.mismatch.motorcycle.system import MotorcycleSystem
+from identification.proof.generator.case import draw_case
+from identification.proof.generator.recording import THROTTLE_STEP, write_run
+from plant.signals import Inputs
+from plant.vehicle_file import load_vehicle
+from protocol.run_folder import VEHICLE, read
+
+SEED = 5
+
+
+@pytest.fixture(scope="module")
+def ready(tmp_path_factory):
+    """Blips, whose commands are steps, with clocks that drift and frames that wait."""
+    case = draw_case(SEED, 0)
+    folder = tmp_path_factory.mktemp("runs") / "one"
+    write_run(folder, case.truth, case.secret, case.training[1], dict(case.vehicle))
+    vehicle = load_vehicle(folder / VEHICLE)
+    return vehicle, prepare(read(folder), vehicle)
+
+
+def test_no_row_holds_part_of_one_command_and_part_of_the_next(ready):
+    _, record = ready
+    steps = Inputs(record.inputs).throttle_command / THROTTLE_STEP
+    assert np.mean(np.abs(steps - np.round(steps)) < 0.02) > 0.995
+    assert np.ptp(steps) > 100
+
+
+def test_a_reading_of_the_position_moves_no_regressor_of_its_own_bin_or_before(ready):
+    vehicle, record = ready
+    system = MotorcycleSystem(vehicle)
+    chain = system.chain([record])
+    out = simulate(vehicle.motorcycle, record, chain, "servo", np.empty(0), {})
+    row = 6000
+    position = record.measured["throttle_position"].copy()
+    position[row] += 0.01
+    other = replace(record, measured={**record.measured, "throttle_position": position})
+    before, after = (servo_regressors(r, out) for r in (record, other))
+    own = slice(0, row + record.grid.rows_per_bin)
+    for name, course in before.items():
+        assert np.array_equal(course[..., own], after[name][..., own]), name
+    assert any(np.any(course != after[name]) for name, course in before.items())
