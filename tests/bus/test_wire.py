@@ -118,7 +118,7 @@ def test_without_a_fault_everybody_gets_everything_once(sent: Offers, urgent: bo
     events = carried(wire, nodes, sent)
     for number, node in enumerate(nodes):
         wanted = [frame for _, sender, frame in sent if sender != number]
-        assert sorted(received(events, node)) == sorted(wanted)
+        assert sorted(received(events, node), key=repr) == sorted(wanted, key=repr)
     assert not any(isinstance(each, Notice) for each in events)
 
 

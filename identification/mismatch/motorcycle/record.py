@@ -114,7 +114,7 @@ def _window(data: Aligned, base: Dataset) -> tuple[float, float]:
 
 
 def _phase_of_commands(data: Aligned, vehicle: Vehicle, start: float) -> float:
-    """Return how long after a start commands begin to hold, s, where they come row by row.
+    """Return how far from a start commands begin to hold, s, where they come row by row.
 
     Rows that begin with them hold one command each. A step smeared over a row would set off what
     saturates too early: its first share is as good as all of it.
@@ -123,9 +123,8 @@ def _phase_of_commands(data: Aligned, vehicle: Vehicle, start: float) -> float:
         if data.has(role):
             phase = np.exp(2j * np.pi * (_at(data, vehicle, role) - start) / STEP)
             mean = complex(np.nanmean(phase))
-            return (
-                float(np.angle(mean) / (2.0 * np.pi) % 1.0 * STEP) if abs(mean) > TICKING else 0.0
-            )
+            turn = float(np.angle(mean)) / (2.0 * np.pi)
+            return turn * STEP if abs(mean) > TICKING else 0.0
     return 0.0
 
 
