@@ -14,6 +14,7 @@ from identification.mismatch.model import Model, predict
 from identification.mismatch.sensitivity import change, sensitivities
 from identification.mismatch.stack import flat
 from identification.mismatch.system import System
+from plant.effects.effect import Effect
 from plant.signals import Floats
 
 DRAWS = 2000
@@ -60,7 +61,14 @@ def contradicted(before: Fit, after: Fit, model: Model) -> bool:
     course = there.nuisances.off(flat(model, there.noise, trace))
     worth = 0.5 * float(course @ course)
     chance = 2.0 * math.sqrt(2.0 * worth)  # 2 sigma of what a right effect of that worth gains
-    return there.score - bare.score < min(CONFIRMED, worth - chance)
+    least = bare.score + min(CONFIRMED, worth - chance)
+    return there.score < least and _added(bare, there.point.effects).score < least
+
+
+def _added(bare: Fit, effects: tuple[Effect, ...]) -> Fit:
+    """Let effects act where a fit stands without them: the other way may have ended farther off."""
+    point = replace(bare.point, effects=effects)
+    return settle(replace(bare, point=point, predicted=predict(bare.model, point), candidates=()))
 
 
 def driven(model: Model, system: System, noise_of: Fit) -> Fit:
