@@ -64,8 +64,9 @@ def _proof(verdict: Verdict) -> str:
     best = headline_error(verdict)
     if best is None:
         return ""
+    goes = "falls" if best.improved < best.nominal else "does not fall: it goes"
     return (
-        f" The held-out error of {best.output.replace('_', ' ')} falls from {best.nominal:.2g}"
+        f" The held-out error of {best.output.replace('_', ' ')} {goes} from {best.nominal:.2g}"
         f" ({best.calibrated:.2g} re-calibrated) to {best.improved:.2g} {best.unit},"
         f" floor {best.floor:.2g} ({best.floor_from})."
     )

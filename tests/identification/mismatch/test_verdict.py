@@ -1,6 +1,7 @@
 """verdict.json keeps to its published schema, whatever is found."""
 
 import json
+from dataclasses import replace
 from importlib.resources import files
 
 import jsonschema
@@ -49,6 +50,12 @@ def test_the_first_sentence_names_place_size_and_proof():
     said = sentence(VERDICTS["named"])
     assert said.startswith("The driveline has backlash (slack 12.2 +- 0.4 mrad)")
     assert "falls from 0.41 (0.2 re-calibrated) to 0.12 rad/s, floor 0.11" in said
+
+
+def test_an_error_that_rises_is_not_said_to_fall():
+    worse = replace(TEETH, improved=0.5)
+    said = sentence(replace(VERDICTS["named"], held_out=(worse,)))
+    assert "does not fall: it goes from 0.41 (0.2 re-calibrated) to 0.5 rad/s" in said
 
 
 def test_an_alarm_and_its_probability_agree():
