@@ -1,5 +1,6 @@
 """The sub-command of this package: compare."""
 
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Annotated
 
@@ -15,8 +16,33 @@ def register(app: typer.Typer) -> None:
     app.command("compare", epilog=EXAMPLE)(compare_command)
 
 
+def one_of_each_name(given: Iterable[Path]) -> list[Path]:
+    """Return the files that are given, those of folders in order. Raises InputError."""
+    from protocol.errors import InputError
+
+    found: dict[str, Path] = {}
+    for path in given:
+        files = sorted(path.glob("*.toml")) if path.is_dir() else [path]
+        if not files:
+            raise InputError(
+                "a folder without controllers", where=str(path), expected="*.toml",
+                found="none", remedy="slipbench design RUN... --actuator throttle --out FILE",
+            )  # fmt: skip
+        for file in files:
+            other = found.setdefault(file.stem, file)
+            if other != file:
+                raise InputError(
+                    "two controllers of one name", where=str(file),
+                    expected="a name for each, since the page tells them by name",
+                    found=str(other), remedy="rename one of the files",
+                )  # fmt: skip
+    return list(found.values())
+
+
 def compare_command(
-    controllers: Annotated[list[Path], typer.Argument(help="Controller files.")],
+    controllers: Annotated[
+        list[Path], typer.Argument(help="Controller files, or folders of them.")
+    ],
     page: Annotated[Path, typer.Option(help="Where to write the page; figures beside it.")],
     vehicle: Annotated[Path, typer.Option(help="Vehicle file to ride.")] = HERE
     / "plant"
@@ -33,7 +59,7 @@ def compare_command(
     from protocol.controller_file import ControllerFile
     from protocol.errors import InputError
 
-    files = {path.stem: read_toml(path, ControllerFile) for path in controllers}
+    files = {path.stem: read_toml(path, ControllerFile) for path in one_of_each_name(controllers)}
     try:
         motorcycle = load_vehicle(vehicle).motorcycle
     except VehicleFileError as fault:
