@@ -10,14 +10,7 @@ from identification.mismatch.exchange import exchanged
 from identification.mismatch.fitting import Fit
 from identification.mismatch.floor import lack_of_fit
 from identification.mismatch.free_curve import FreeCurve, inside
-from identification.mismatch.held_out import (
-    CONFIRMED,
-    Error,
-    carried_over,
-    errors,
-    foretells_worse,
-    proof,
-)
+from identification.mismatch.held_out import CONFIRMED, Error, carried_over, errors, proof
 from identification.mismatch.improved import not_told
 from identification.mismatch.interval import estimates
 from identification.mismatch.locate import Curve, effect_of, locate
@@ -131,11 +124,6 @@ def _doubt(a: Analysis, library: Sequence[type[Effect]], say: Say) -> None:
         if better is not a.named:
             a.named = better
             _look_after(a, say)
-    if a.system.by_factors and a.held_out is not None:
-        named = a.named
-        if foretells_worse(named.base, named.fit, a.held_out):
-            say(f"withdrawn, held-out recordings are foretold worse: {', '.join(named.names)}")
-            a.named, a.after, a.remains = replace(named, fit=named.base, p=1.0, rivals={}), [], None
 
 
 def _look_after(a: Analysis, say: Say) -> None:

@@ -65,15 +65,6 @@ def contradicted(before: Fit, after: Fit, model: Model) -> bool:
     return there.score < least and _added(bare, there.point.effects).score < least
 
 
-def foretells_worse(before: Fit, after: Fit, model: Model) -> bool:
-    """Tell whether what was learnt, unchanged, foretells recordings worse than without the names.
-
-    Numbers that are known to factors only bend to anything when they are fitted again.
-    """
-    there, bare = (driven(model, fit.model.at(fit.point), fit) for fit in (after, before))
-    return there.score < bare.score
-
-
 def _added(bare: Fit, effects: tuple[Effect, ...]) -> Fit:
     """Let effects act where a fit stands without them: the other way may have ended farther off."""
     point = replace(bare.point, effects=effects)
