@@ -32,7 +32,11 @@ LEFT = 0.05  # share of what was found that a free curve may still find without 
 
 @dataclass(eq=False)
 class Analysis:
-    """Everything that is known so far; filled step by step, so that a stop loses nothing."""
+    """Everything that is known so far; filled step by step, so that a stop loses nothing.
+
+    kept: whether names stand though a free curve finds more beside them, since none does as well
+    in their place.
+    """
 
     system: System
     training: Model
@@ -47,6 +51,7 @@ class Analysis:
     proof: list[Fit] = field(default_factory=list)
     errors: list[Error] = field(default_factory=list)
     free: FreeCurve | None = None
+    kept: bool = False
     proposal: tuple[str, Any] | None = None
     done: int = 0
     complete: bool = False
@@ -143,12 +148,26 @@ def _free(a: Analysis, _: Sequence[type[Effect]], say: Say) -> None:
         if found is None:
             return
         if a.held_out is None or found.confirmed >= CONFIRMED:
-            a.free = found
+            a.kept = a.system.by_factors and _foretell_more(a, found)
+            a.free = None if a.kept else found
         elif any(c.certain and c.place == found.curve.place for c in a.before):
             say("it gains nothing on the held-out recordings, and is withdrawn")
             _withdraw(a, found.curve.place)
         else:
             return
+
+
+def _foretell_more(a: Analysis, found: FreeCurve) -> bool:
+    """Tell whether names foretell held-out recordings better than the curve in their place.
+
+    What is withdrawn must leave a better explanation behind, not a worse one.
+    """
+    assert a.base is not None
+    assert a.named is not None
+    if not a.named.names or a.held_out is None:
+        return False
+    there = carried_over(a.named.fit, a.held_out).score
+    return there - carried_over(a.base, a.held_out).score > found.confirmed
 
 
 def _withdraw(a: Analysis, place: str) -> None:
@@ -243,6 +262,8 @@ def unexplained(a: Analysis) -> bool:
     assert a.named is not None
     if not a.named.names:
         return _certain(a.before)
+    if a.kept:
+        return False
     if a.system.by_factors:
         return a.remains is not None and not a.remains.small
     best = max((c.gain for c in a.after if c.certain), default=0.0)
