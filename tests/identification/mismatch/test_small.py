@@ -16,6 +16,7 @@ from identification.mismatch.improved import improved_system
 from identification.mismatch.memo import lines, sentence
 from identification.mismatch.memo_page import memo_page
 from identification.mismatch.output import write_outputs
+from identification.mismatch.sufficiency import Remainder
 from identification.mismatch.verdict import as_json
 from plant.effects.backlash import Backlash
 from plant.effects.driveline_loss import DrivelineLoss
@@ -112,6 +113,23 @@ def test_a_curve_that_gains_nothing_inside_on_held_out_recordings_is_withdrawn(m
     assert found.curve is None
     assert found.location is None or found.location.injection != free.curve.place
     assert all(not c.certain for c in again.before if c.place == free.curve.place)
+
+
+@pytest.mark.parametrize(("confirmed", "stand"), [(6.0, True), (1e6, False)])
+def test_names_that_do_not_suffice_go_only_where_a_curve_foretells_better(
+    monkeypatch, confirmed, stand
+):
+    a = slack()
+    free = inside(a.base, a.before, a.held_out)
+    assert free is not None
+    monkeypatch.setattr(explain, "inside", lambda *_: replace(free, confirmed=confirmed))
+    monkeypatch.setattr(type(a.system), "by_factors", True)
+    doubted = replace(a, remains=Remainder(a.before[0], 0.2), proof=[], errors=[], done=4)
+    assert verdict(doubted).unknown
+    found = verdict(analyse(doubted, KINDS))
+    assert found.unknown != stand
+    assert [e.name for e in found.effects] == (["backlash"] if stand else [])
+    assert (found.remains is not None) == stand
 
 
 @pytest.mark.parametrize("step", ["locating", "scoring", "proving"])
