@@ -34,6 +34,8 @@ SHARE_OF_SMALL = 0.1
 OF_DISCS = 0.5
 """The same for toothed discs, which are all cut with some tolerance."""
 ABOUT = 3
+NEARLY_HALF = 3.6
+"""Prior deviations of an angle; 4 are half of a turn (see `_shaped`), where its range ends."""
 
 
 class Dialled(ABC):
@@ -242,6 +244,17 @@ def otherwise(candidate: Candidate, backwards: bool) -> Iterator[Candidate]:
             yield candidate.resized(sign * size)
 
 
+def half_a_turn_on(candidate: Candidate) -> Iterator[Candidate]:
+    """Yield the candidate with each angle that goes all round turned by nearly half, either way.
+
+    What cannot be less than nothing shows its opposite there.
+    """
+    for i, p in enumerate(shapes(candidate.kind), start=1):
+        if p.unit == "rad" and math.isclose(p.high - p.low, 2.0 * math.pi, rel_tol=1e-3):
+            for y in (-NEARLY_HALF, NEARLY_HALF):
+                yield replace(candidate, dials=(*candidate.dials[:i], y, *candidate.dials[i + 1 :]))
+
+
 def larger(candidate: Candidate) -> Iterator[Candidate]:
     """Yield the candidate at the tried sizes beyond the typical one."""
     for size in tried_sizes(candidate.kind):
@@ -285,7 +298,9 @@ def _whole_values(kind: type[Effect], places: int) -> list[tuple[float, ...]]:
 def _meant(kind: type[Effect], p: Parameter, places: int) -> list[float]:
     """Values of a whole parameter: every tooth or order; a few about a typical count; one seed."""
     if hasattr(kind, "tooth_offsets"):
-        return [p.low + i for i in range(min(places, MOST_WHOLE))]
+        # Teeth count from 0; of orders, from 1, those beyond half the teeth look like lower ones.
+        most = places if p.low < 1.0 else places // 2
+        return [p.low + i for i in range(min(most, MOST_WHOLE))]
     if p.high > MOST_WHOLE**2:
         return [p.typical]
     near = (p.typical + i for i in range(-ABOUT, ABOUT + 1))

@@ -10,6 +10,7 @@ from identification.mismatch.candidate import (
     TRIES,
     Candidate,
     candidates,
+    half_a_turn_on,
     larger,
     otherwise,
     place_on_the_road,
@@ -214,7 +215,9 @@ def _more(score: Score) -> list[Candidate]:
     """Return the tries that a first score asks for."""
     backwards = score.amplitude < 0.0
     if score.seen * score.amplitude**2 > HINT:
-        return list(otherwise(score.candidate, backwards))
+        turned = list(half_a_turn_on(score.candidate)) if backwards else []
+        others = [*otherwise(score.candidate, backwards)]
+        return others + [c for t in turned for c in (t, *otherwise(t, backwards=False))]
     return list(larger(score.candidate)) if score.seen < SHOWN else []
 
 

@@ -1,0 +1,39 @@
+"""What effects are tried with before anything is fitted."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from identification.mismatch.candidate import candidates, half_a_turn_on
+from plant.effects.backlash import Backlash
+from plant.effects.eccentricity import Eccentricity
+from plant.effects.tooth_misplacement import ToothMisplacement
+
+TEETH = 16
+
+
+@pytest.mark.parametrize("phase", np.linspace(-math.pi, math.pi, 13))
+def test_whatever_its_phase_an_eccentricity_is_tried_within_a_quarter_turn(phase):
+    first = next(candidates(Eccentricity, TEETH))
+    tried = [first, *half_a_turn_on(first)]
+    assert max(math.cos(c.effect().phase - phase) for c in tried) > 0.2
+
+
+def test_what_has_no_angle_is_not_turned():
+    assert not list(half_a_turn_on(next(candidates(Backlash))))
+
+
+def test_no_two_orders_that_are_tried_look_alike_at_the_teeth():
+    orders = {c.effect().order for c in candidates(Eccentricity, TEETH)}
+    assert orders == set(range(1, TEETH // 2 + 1))
+    one, alias = (
+        replace(Eccentricity(), run_out=n * 1e-3, order=n, phase=p).tooth_offsets(TEETH)
+        for n, p in ((3, 0.4), (TEETH - 3, -0.4))
+    )
+    assert one == pytest.approx(alias)
+
+
+def test_every_tooth_is_tried():
+    assert {c.effect().tooth for c in candidates(ToothMisplacement, TEETH)} == set(range(TEETH))
