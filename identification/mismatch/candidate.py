@@ -321,9 +321,14 @@ def _shaped(p: Parameter, at: float, y: float) -> float:
     """Return a shape y prior deviations from where it is looked for."""
     if p.sought is not None:
         return at + y * p.sought[2]
-    if at > 0.0 and p.low >= 0.0:
+    if by_factors(p, at):
         return at * math.exp(SHAPE * y)
     return at + y * (p.high - p.low) / 8.0
+
+
+def by_factors(p: Parameter, at: float) -> bool:
+    """Tell whether a shape is turned by factors, so that a share of it means something."""
+    return p.sought is None and at > 0.0 and p.low >= 0.0
 
 
 def _inside(p: Parameter, value: float) -> float:

@@ -7,7 +7,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy import stats
 
-from identification.mismatch.candidate import Candidate, Dialled, shapes, sizes
+from identification.mismatch.candidate import (
+    SHAPE,
+    Candidate,
+    Dialled,
+    by_factors,
+    shapes,
+    sizes,
+)
 from identification.mismatch.fitting import Fit
 from identification.mismatch.scatter import stretches
 from identification.mismatch.sensitivity import coordinates_of
@@ -18,6 +25,13 @@ from plant.signals import Floats
 CONFIDENCE = 0.95
 FEW = 3
 """Recordings from which on what differs from one trial to the next is told as well."""
+IDEAL = 0.02
+"""Share of a parameter within which two formulas of one physics mean the same by it, 95 %.
+
+Where recordings tell more than that, formulas do not: of 42 numbers that two proofs told of (their
+generator has formulas of its own), 12 were off by more than recordings allow, 10 of them by less
+than 3 %.
+"""
 UNTOLD = 0.7
 """Posterior deviation of a shape, in prior ones, above which nothing was told of it."""
 
@@ -144,7 +158,15 @@ def estimates(fit: Fit, number: int) -> list[Estimate]:
     ]
 
 
+def _ideal(candidate: Candidate, dial: int, p: Parameter) -> float:
+    """How far a dial goes within what formulas leave; nothing where it is a place or an angle."""
+    if dial == 0:
+        return 0.0 if candidate.read_off else IDEAL * abs(candidate.size)
+    return IDEAL / SHAPE if by_factors(p, getattr(candidate.pattern, p.name)) else 0.0
+
+
 def _estimate(candidate: Candidate, dial: int, p: Parameter, reach: float) -> Estimate:
+    reach = math.hypot(reach, _ideal(candidate, dial, p))
     ends = []
     for sign in (-1.0, 0.0, 1.0):
         dials = list(candidate.dials)

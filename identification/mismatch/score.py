@@ -1,6 +1,6 @@
 """What each candidate effect would explain, without fitting it: its signature off the nuisances."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -17,12 +17,13 @@ from identification.mismatch.candidate import (
     read_off,
     reshaped,
 )
+from identification.mismatch.elsewhere import CHANCE, Tried, at_places, usual
 from identification.mismatch.fitting import Fit
 from identification.mismatch.model import Model, Runs, Series, predict
-from identification.mismatch.scatter import Scatter, amplitude_p
+from identification.mismatch.scatter import amplitude_p
 from identification.mismatch.sensitivity import change, coordinates_of
 from identification.mismatch.sensor import Rounds
-from identification.mismatch.stack import Integers, Nuisances, flat
+from identification.mismatch.stack import Integers, Nuisances, flat, recordings
 from plant.effects.effect import Effect
 from plant.signals import Floats
 from plant.trouble import PlantError
@@ -31,16 +32,10 @@ HINT = 0.5
 """Nats of an amplitude, either sign, above which an effect is looked at more closely."""
 SHOWN = 6.0
 """Nats that an effect of typical size must be worth to count as excited."""
-CHANCE = 1.0
-"""Nats below which an effect, were it there, could not be found; such a try is no test."""
 NEAR = (0.3, 3.0)
 """Amplitudes for which a signature still holds."""
 OFF = 0.7
 """Credit of a gain at other amplitudes."""
-APART = 2.0
-"""Steps of the search along the road beyond which another place tells what is usual."""
-PLACES = 8
-"""Other places that must be there to tell what is usual."""
 RESHAPED = 8
 BATCH = 32
 
@@ -121,15 +116,31 @@ class Judge:
         for first in range(0, len(tried), BATCH):
             some = tried[first : first + BATCH]
             columns = self.signatures(some)
-            inside = self.nuisances.columns.T @ columns
             whole = np.einsum("ij,ij->j", columns, columns)
-            energy = whole - np.einsum("ij,ij->j", inside, self.nuisances.solve(inside))
-            push = columns.T @ self.left[: len(columns)]
+            energy, push = self._pushes(columns)
             found += [
                 self._score(c, columns[:, i], float(push[i]), float(energy[i]), float(whole[i]))
                 for i, c in enumerate(some)
             ]
         return found
+
+    def tried_along(self, places: Sequence[Candidate]) -> list[Tried]:
+        """Return what each trial alone says of one effect at several places."""
+        columns = self.signatures(places)
+        trial = recordings(self.fit.model, self.fit.noise)
+        told = [self._pushes(columns * (trial == r)[:, None]) for r in np.unique(trial)]
+        length = np.sqrt(np.sum(columns**2, axis=0)) + 1e-300
+        at = [place_on_the_road(p.pattern) or 0.0 for p in places]
+        energy, push = (np.stack(x) for x in zip(*told, strict=True))
+        alike = columns.T @ columns / np.outer(length, length)
+        return at_places(at, energy, push / np.maximum(energy, 1e-300), alike)
+
+    def _pushes(self, columns: Floats) -> tuple[Floats, Floats]:
+        """Energy of signatures off the nuisances and what is left on them, (k,) each."""
+        inside = self.nuisances.columns.T @ columns
+        whole = np.einsum("ij,ij->j", columns, columns)
+        energy = whole - np.einsum("ij,ij->j", inside, self.nuisances.solve(inside))
+        return energy, columns.T @ self.left[: len(columns)]
 
     def _score(
         self, candidate: Candidate, signature: Floats, push: float, energy: float, whole: float
@@ -165,7 +176,7 @@ def survey(judge: Judge, library: Iterable[type[Effect]]) -> Survey:
     """
     there = {c.name for c in judge.fit.effects}
     kinds = (as_recorded(c, judge.fit.model) for kind in library for c in candidates(kind))
-    first = _with_elsewhere(judge.scores([c for c in kinds if c.name not in there]))
+    first = _with_elsewhere(judge, judge.scores([c for c in kinds if c.name not in there]))
     more = [c for s in first for c in _more(s)]
     tried = judge.scores(more)
     best = _best([*first, *tried])
@@ -190,25 +201,22 @@ def as_recorded(candidate: Candidate, model: Model) -> Candidate:
     return read_off(candidate, float(np.median(steps))) if steps else candidate
 
 
-def _with_elsewhere(scores: Sequence[Score]) -> list[Score]:
-    """Tell what is looked for along the road how its size scatters over all the other places.
-
-    It acts in a stretch or two of every recording, which by themselves tell too little of that.
-    """
-    found = []
+def _with_elsewhere(judge: Judge, scores: Sequence[Score]) -> list[Score]:
+    """Tell what is looked for along the road how its size scatters where it cannot be true."""
+    along: dict[str, list[Candidate]] = {}
     for score in scores:
-        at = place_on_the_road(score.candidate.pattern)
-        if at is not None:
-            others = [
-                2.0 * s.seen * s.amplitude**2
-                for s in scores if s.seen > CHANCE and s.candidate.name == score.candidate.name
-                and abs((place_on_the_road(s.candidate.pattern) or 0.0) - at) > APART
-            ]  # fmt: skip
-            if len(others) >= PLACES:
-                usual = Scatter(max(1.0, float(np.mean(others))), len(others) / APART)
-                score = replace(score, candidate=replace(score.candidate, elsewhere=usual))
-        found.append(score)
-    return found
+        if place_on_the_road(score.candidate.pattern) is not None:
+            along.setdefault(score.candidate.name, []).append(score.candidate)
+    tried = {name: judge.tried_along(places) for name, places in along.items()}
+    return [_held_to(score, tried) for score in scores]
+
+
+def _held_to(score: Score, tried: Mapping[str, Sequence[Tried]]) -> Score:
+    at = place_on_the_road(score.candidate.pattern)
+    if at is None:
+        return score
+    scatter = usual(tried[score.candidate.name], at)
+    return replace(score, candidate=replace(score.candidate, elsewhere=scatter))
 
 
 def _more(score: Score) -> list[Candidate]:

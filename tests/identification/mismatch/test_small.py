@@ -13,6 +13,7 @@ from identification.mismatch import explain
 from identification.mismatch.explain import Analysis, analyse, begin, known_so_far, verdict
 from identification.mismatch.free_curve import inside
 from identification.mismatch.improved import improved_system
+from identification.mismatch.interval import IDEAL
 from identification.mismatch.memo import lines, sentence
 from identification.mismatch.memo_page import memo_page
 from identification.mismatch.output import write_outputs
@@ -60,6 +61,11 @@ def test_backlash_is_named_with_its_size_and_proven():
     assert sentence(found).startswith("The driveline has backlash")
     schema = json.loads((files("identification.mismatch") / "verdict.schema.json").read_text())
     jsonschema.validate(json.loads(as_json(found)), schema)
+
+
+def test_no_interval_is_narrower_than_what_two_formulas_of_one_physics_mean():
+    for number in verdict(slack()).effects[0].parameters:
+        assert 0.5 * (number.high - number.low) >= IDEAL * number.value
 
 
 def test_where_nothing_is_missing_nothing_is_claimed():
