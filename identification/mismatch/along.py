@@ -31,6 +31,8 @@ WIDTHS = np.array((0.0, 0.004, 0.012, 0.04, 0.12, 0.4))
 """Half widths in shares of the quantity's range; 0 stands for the quantity itself."""
 KNOTS = 7
 FINE = 30
+HALVED = {HYSTERESIS: 0, DETAIL: 2}
+"""How often the distances of knots are halved once a curve is known to be there; else once."""
 KINDS = (PAST, HYSTERESIS, SCALE, DETAIL)
 ENDS = (0.002, 0.998)
 """Quantiles of a quantity that count as the ends of its range."""
@@ -107,11 +109,10 @@ def sway(regressor: str, z: Floats, knots: Floats) -> Floats:
 
 
 def finer(regressor: str, knots: Floats) -> Floats:
-    """Return the knots with one more between each two; half widths and details are enough."""
-    if kind_of(regressor) in (HYSTERESIS, DETAIL):
-        return knots
-    between = 0.5 * (knots[1:] + knots[:-1])
-    return np.sort(np.concatenate((knots, between)))
+    """Return the knots with others between, as `HALVED` tells; half widths are enough."""
+    for _ in range(HALVED.get(kind_of(regressor), 1)):
+        knots = np.sort(np.concatenate((knots, 0.5 * (knots[1:] + knots[:-1]))))
+    return knots
 
 
 def step_response(knots: Floats, values: Floats, time: Floats) -> Floats:

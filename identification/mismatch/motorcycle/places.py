@@ -2,6 +2,8 @@
 
 from collections.abc import Mapping
 
+import numpy as np
+
 from identification.mismatch.place import Injection
 from identification.mismatch.record import Record
 from plant.effects.effect import Effect
@@ -28,8 +30,13 @@ OVER_RADIUS = {"tyre force": "rear_brake"}
 def columns(
     place: Injection, bike: Motorcycle, record: Record, course: Floats
 ) -> dict[str, Floats]:
-    """Columns of the inputs for a course of the injected quantity, row by row."""
+    """Columns of the inputs for a course of the injected quantity, row by row.
+
+    What pushes in the servo goes in with the command, as much earlier as the servo delays that.
+    """
     found: Mapping[str, float] = place.push
+    if "throttle_command" in found:
+        course = later(course, -bike.throttle_servo.delay / record.grid.step)
     ratio = bike.gears[int(Inputs(record.inputs).gear[0]) - 1]
     radius = bike.rear_wheel.radius
     scaled = {}
@@ -39,6 +46,12 @@ def columns(
         scaled[name] = factor * course
     assert set(scaled) <= set(Inputs.names)
     return scaled
+
+
+def later(course: Floats, rows: float) -> Floats:
+    """Return a course so many rows later (earlier: negative), its ends continued."""
+    row = np.arange(float(course.size))
+    return np.interp(row - rows, row, course)
 
 
 UP_TO = (

@@ -10,6 +10,7 @@ import numpy as np
 from scipy import signal
 
 from identification.mismatch.along import DETAIL, HYSTERESIS, OVER, PAST, SCALE, scale
+from identification.mismatch.motorcycle.places import later
 from identification.mismatch.record import Record
 from plant.signals import Floats, Inputs, Outputs
 
@@ -45,8 +46,11 @@ UNITS: Mapping[str, str] = {
 }  # fmt: skip
 
 
-def motion_regressors(record: Record, out: Outputs) -> dict[str, Floats]:
-    """Courses for what acts between the throttle plate and the road, (rows,) each."""
+def motion_regressors(record: Record, out: Outputs, spark_delay: float) -> dict[str, Floats]:
+    """Courses for what acts between the throttle plate and the road, (rows,) each.
+
+    spark_delay: s, after which an advance that was asked for is felt.
+    """
     rate, inputs = record.grid.rate, Inputs(record.inputs)
     seen = {name.replace("_", " "): out[name] for name in MOTION}
     if "throttle_position" in record.measured:
@@ -60,7 +64,7 @@ def motion_regressors(record: Record, out: Outputs) -> dict[str, Floats]:
     seen["slip rate"] = rate(seen["slip"])
     seen["jerk"] = rate(seen["acceleration"])
     seen["force rate over speed"] = rate(seen["tyre force"]) / np.maximum(seen["speed"], 1.0)
-    seen["spark"] = inputs.spark
+    seen["spark"] = later(inputs.spark, spark_delay / record.grid.step)
     seen["spark rate"] = rate(seen["spark"])
     seen["spark acceleration"] = rate(seen["spark rate"])
     if "rear_turned" in record.measured:
@@ -70,20 +74,22 @@ def motion_regressors(record: Record, out: Outputs) -> dict[str, Floats]:
     return _and_more(seen)
 
 
-def servo_regressors(record: Record, out: Outputs) -> dict[str, Floats]:
+def servo_regressors(record: Record, out: Outputs, delay: float) -> dict[str, Floats]:
     """Courses for what acts in the throttle servo, (rows,) each.
+
+    delay: s, after which a command is the motor's.
 
     Its position is what these curves are judged by: a position that carried a reading's own noise
     would explain that noise. So the simulation's is followed, corrected by what is past.
     """
-    rate, smoothed = record.grid.rate, record.grid.smoothed
-    command = Inputs(record.inputs).throttle_command
-    position = smoothed(_followed(record, "throttle_position", out.throttle))
+    rate = record.grid.rate
+    command = later(Inputs(record.inputs).throttle_command, delay / record.grid.step)
+    position = _followed(record, "throttle_position", out.throttle)
     return _and_more({
         "throttle": position, "throttle rate": rate(position),
         "throttle acceleration": rate(out.throttle_rate),
         "command": command, "command rate": rate(command),
-        "command less position": smoothed(command) - position,
+        "command less position": command - position,
     })  # fmt: skip
 
 

@@ -171,7 +171,10 @@ class MotorcycleSystem(System):
     ) -> Mapping[str, Floats]:
         """Quantities of the servo, or of all from the throttle plate to the road."""
         out = simulate(self.vehicle.motorcycle, record, chain, drive, q, added)
-        return (servo_regressors if drive == "servo" else motion_regressors)(record, out)
+        bike = self.vehicle.motorcycle
+        if drive == "servo":
+            return servo_regressors(record, out, bike.throttle_servo.delay)
+        return motion_regressors(record, out, bike.engine.spark_delay)
 
     def menu(self) -> Sequence[Choice]:
         """Sweeps and square waves of throttle and spark."""

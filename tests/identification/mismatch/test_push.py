@@ -11,7 +11,7 @@ from identification.mismatch.calibrate import as_told, refreshed
 from identification.mismatch.fitting import Fit, settle, with_effects
 from identification.mismatch.injection import places
 from identification.mismatch.locate import regressors
-from identification.mismatch.model import predict
+from identification.mismatch.model import predict, simulate
 from identification.mismatch.push import Push
 from identification.mismatch.pushed import Pushed
 from tests.identification.mismatch.test_small import started
@@ -22,6 +22,8 @@ KNOWN = (
     f"{SCALE}tyre force along speed",
     "throttle rate",
 )
+
+FELT = {"servo": "throttle", "motion": "rear_speed"}
 
 
 @cache
@@ -50,6 +52,20 @@ def test_a_push_at_the_point_is_a_push_injected_into_the_model(regressor):
     for ones, others in zip(at_point.predicted, predict(injected, fit.point), strict=True):
         for one, other in zip(ones, others, strict=True):
             assert one == pytest.approx(other)
+
+
+@pytest.mark.parametrize("place", places(fitted()), ids=lambda p: p.name)
+def test_a_push_is_felt_when_it_acts_and_not_before(place):
+    """Commands are late in the servo and at the spark; what pushes there is not."""
+    fit = fitted()
+    record = fit.model.records[0]
+    row, pushes = 3000, np.zeros(record.grid.rows)
+    pushes[row:] = place.size
+    extra = fit.model.at(fit.point).push(place, record, pushes)
+    pushed, plain = (simulate(fit.model, fit.point, 0, place.drive, e) for e in (extra, {}))
+    moved = np.abs(pushed[FELT[place.drive]] - plain[FELT[place.drive]])
+    assert not moved[: row - 1].any()
+    assert np.all(moved[row + 2 : row + 6] > 0.0)
 
 
 def test_pushes_act_in_their_drive_alone_and_are_not_each_other():

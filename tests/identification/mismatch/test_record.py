@@ -44,7 +44,7 @@ def test_a_reading_of_the_position_moves_no_regressor_of_its_own_bin_or_before(r
     position = record.measured["throttle_position"].copy()
     position[row] += 0.01
     other = replace(record, measured={**record.measured, "throttle_position": position})
-    before, after = (servo_regressors(r, out) for r in (record, other))
+    before, after = (servo_regressors(r, out, 4e-3) for r in (record, other))
     own = slice(0, row + record.grid.rows_per_bin)
     for name, course in before.items():
         assert np.array_equal(course[..., own], after[name][..., own]), name
