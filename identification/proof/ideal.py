@@ -67,6 +67,14 @@ class Ideal:
     fit: Fit | None = None
 
 
+@dataclass(frozen=True, eq=False)
+class Worth:
+    """nats: that a true difference brings. cleared: the fit of recordings without it, if it led."""
+
+    nats: float
+    cleared: Fit | None = None
+
+
 def ideal(case: Case, base: Fit) -> Ideal:
     """Judge the recordings knowing the secret. base: the engine's fit without any effect."""
     if not case.hidden:
@@ -75,20 +83,35 @@ def ideal(case: Case, base: Fit) -> Ideal:
         gain = told_difference(case, base)
         return Ideal(gain, (gain,))
     moves = not any(h.subject for h in case.hidden)
-    difference = seen_difference(case, base, case.training) if moves else math.nan
+    difference = seen_difference(case, base, case.training).nats if moves else math.nan
     if all(BY_NAME[h.kind].inside for h in case.hidden):
         return replace(_of_library(case.hidden, base), difference=difference)
     return Ideal(difference, (difference,), difference)
 
 
-def on_held_out(case: Case, base: Fit, found: Ideal, held_out: Model) -> float:
-    """Nats that the truth gains on the held-out recordings."""
+def on_held_out(case: Case, base: Fit, found: Ideal, held_out: Model) -> Worth:
+    """What the truth gains on the held-out recordings."""
     before = carried_over(base, held_out)
     if math.isfinite(found.difference):
         return seen_difference(case, before, case.held_out)
     if found.fit is None:
-        return math.nan
-    return carried_over(found.fit, held_out).score - before.score
+        return Worth(math.nan)
+    there = carried_over(found.fit, held_out)
+    return Worth(there.score - before.score, there)
+
+
+def share_of_squares(before: Fit, reached: Fit, true: Fit) -> float:
+    """Share of the squared error that the truth takes away which another explanation takes away.
+
+    Over all outputs, each in its own errors before.
+    """
+    base, left, best = (_squares(fit) for fit in (before, reached, true))
+    return float(np.sum((base - left) / base) / np.sum((base - best) / base))
+
+
+def _squares(fit: Fit) -> Floats:
+    """Mean square error of every output, of all recordings."""
+    return np.concatenate([np.mean(np.concatenate(rest) ** 2, axis=0) for rest in fit.rest])
 
 
 def _of_library(hidden: Sequence[Hidden], base: Fit) -> Ideal:
@@ -160,8 +183,8 @@ class Shown:
         return np.asarray(interpolate.CubicSpline(self.course.time, values)(self.time))
 
 
-def seen_difference(case: Case, base: Fit, trials: Sequence[Trial]) -> float:
-    """Nats of the true difference that the secret makes in the channels, off the nuisances."""
+def seen_difference(case: Case, base: Fit, trials: Sequence[Trial]) -> Worth:
+    """Worth of the true difference that the secret makes in the channels, off the nuisances."""
     model = base.model
     absent = replace(case.secret, missing=Missing())
     there, without = (
@@ -221,7 +244,7 @@ def told_difference(case: Case, base: Fit) -> float:
                 if channel in block.outputs:
                     column = block.outputs.index(channel)
                     difference[b][r][:, column] = bins @ (there.value - without.value)
-    return _worth(base, difference)
+    return _worth(base, difference).nats
 
 
 def _shown(case: Case, model: Model, r: int, trial: Trial, secret: Secret) -> list[Floats]:
@@ -235,8 +258,8 @@ def _shown(case: Case, model: Model, r: int, trial: Trial, secret: Secret) -> li
     ]
 
 
-def _worth(base: Fit, difference: Series, records: Sequence[Record] | None = None) -> float:
-    """Log-posterior gained by whoever takes the difference off the recordings and calibrates.
+def _worth(base: Fit, difference: Series, records: Sequence[Record] | None = None) -> Worth:
+    """Tell what whoever takes the difference off the recordings and calibrates gains.
 
     What is hidden may have led the first calibration far off, and the file may be far off itself.
     A ride that drifts far away is no longer the same noise beside another course: then the shape of
@@ -247,10 +270,12 @@ def _worth(base: Fit, difference: Series, records: Sequence[Record] | None = Non
         [m - d for m, d in zip(ms, ds, strict=True)]
         for ms, ds in zip(base.model.measured, difference, strict=True)
     ]
-    gain = calibrate(cleared, base.point).score - base.score
-    if gain <= 0.0:
-        gain = calibrate(cleared, cleared.origin()).score - base.score
-    return max(gain, _of_its_shape(base, difference))
+    fit = calibrate(cleared, base.point)
+    if fit.score <= base.score:
+        fit = calibrate(cleared, cleared.origin())
+    by_shape = _of_its_shape(base, difference)
+    gain = fit.score - base.score
+    return Worth(gain, fit) if gain > by_shape else Worth(by_shape)
 
 
 def _of_its_shape(base: Fit, difference: Series) -> float:

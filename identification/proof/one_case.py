@@ -10,11 +10,11 @@ from typing import Any
 
 from identification.mismatch.calibrate import calibrate
 from identification.mismatch.explain import Analysis, analyse, verdict
-from identification.mismatch.held_out import errors, proof
+from identification.mismatch.held_out import carried_over, errors, proof
 from identification.mismatch.runs import open_analysis
 from identification.mismatch.verdict import as_tree
 from identification.proof.generator.case import Case, draw_case, write_case
-from identification.proof.ideal import Ideal, ideal, on_held_out
+from identification.proof.ideal import Ideal, Worth, ideal, on_held_out, share_of_squares
 
 KEPT = ("mismatch", "location", "effects", "unknown", "equivalents", "not_excited", "held_out",
         "rivals", "curve", "complete")  # fmt: skip
@@ -57,7 +57,7 @@ def observe(seed: int, number: int) -> dict[str, Any]:
     found = ideal(case, base)
     told: dict[str, Any] = {"ideal": _told(found)}
     if analysis.held_out is not None:
-        told["possible"] = on_held_out(case, base, found, analysis.held_out)
+        told["possible"] = on_held_out(case, base, found, analysis.held_out).nats
     return told
 
 
@@ -76,9 +76,21 @@ def _seen(case: Case, analysis: Analysis) -> dict[str, Any]:
     }
     if analysis.free is not None and case.hidden and analysis.held_out is not None:
         possible = on_held_out(case, analysis.base, found, analysis.held_out)
-        if math.isfinite(possible):
-            told["curve"] = {"confirmed": analysis.free.confirmed, "possible": possible}
+        if math.isfinite(possible.nats):
+            told["curve"] = {"confirmed": analysis.free.confirmed, "possible": possible.nats,
+                             "squares": _squares(analysis, possible)}  # fmt: skip
     return told
+
+
+def _squares(analysis: Analysis, possible: Worth) -> float | None:
+    """Share of the truth's part in the squared error of the held-out runs that the curve takes."""
+    free, held_out = analysis.free, analysis.held_out
+    assert analysis.base is not None
+    assert free is not None
+    if free.proven is None or held_out is None or possible.cleared is None:
+        return None
+    before = carried_over(analysis.base, held_out)
+    return share_of_squares(before, carried_over(free.fit, free.proven), possible.cleared)
 
 
 def _proven(analysis: Analysis, found: Ideal) -> list[dict[str, Any]]:
