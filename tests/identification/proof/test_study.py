@@ -11,7 +11,14 @@ from identification.proof.answers import FINGERPRINT, SEALED, seal, unseal
 from identification.proof.counting import figures, middle, share
 from identification.proof.page import Made, page
 from identification.proof.score import Judged, judged, what_is_wrong
-from identification.proof.study import Study, observe_again, place_of, results_so_far, run_study
+from identification.proof.study import (
+    Study,
+    observe_again,
+    place_of,
+    results_so_far,
+    run_study,
+    source_fingerprint,
+)
 from protocol.errors import InputError
 
 
@@ -196,3 +203,17 @@ def test_to_observe_again_changes_no_verdict(tmp_path: Path, scheduler: str) -> 
     untouched = place_of(tmp_path, 0).stat().st_mtime_ns
     observe_again(study, work=seen_again)
     assert place_of(tmp_path, 0).stat().st_mtime_ns == untouched
+
+
+def test_only_what_decides_a_result_changes_the_fingerprint(tmp_path):
+    before = {}
+    for name in ("engine.py", "page.py", "systems/tank.py"):
+        path = tmp_path / "identification/mismatch" / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text("a = 1\n", encoding="utf-8")
+        before[name] = path
+    first = source_fingerprint(tmp_path)
+    for name, path in before.items():
+        path.write_text("a = 2\n", encoding="utf-8")
+        assert (source_fingerprint(tmp_path) != first) == (name == "engine.py")
+        path.write_text("a = 1\n", encoding="utf-8")

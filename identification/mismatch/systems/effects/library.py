@@ -17,6 +17,7 @@ NAMES = (
     "elastic_load",
     "hysteresis",
     "rate_limit",
+    "linear_loss",
     "overflow",
     "direction_blind",
     "reversed_sign",
