@@ -19,7 +19,9 @@ import numpy as np
 
 from benchmarks.real.cases import CAPTURES, CASES, REMARKS, Case
 from benchmarks.real.twin import twin
-from identification.mismatch.explain import Analysis, accepted, analyse, begin, verdict
+from identification.mismatch.analysis import Analysis, accepted, begin
+from identification.mismatch.conclude import verdict
+from identification.mismatch.explain import analyse
 from identification.mismatch.fitting import Fit
 from identification.mismatch.held_out import driven
 from identification.mismatch.improved import improved_system

@@ -7,7 +7,8 @@ from typing import Any
 
 from identification.cluster import Workers, done_by
 from identification.fleet.fleet_file import Entry
-from identification.mismatch.explain import analyse, verdict
+from identification.mismatch.conclude import verdict
+from identification.mismatch.explain import analyse
 from identification.mismatch.memo import sentence
 from identification.mismatch.output import write_outputs
 from identification.mismatch.runs import open_analysis

@@ -4,11 +4,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from identification.mismatch.curve import Curve
 from identification.mismatch.fitting import Fit
-from identification.mismatch.locate import Curve, effect_of, regressors
 from identification.mismatch.model import Series
 from identification.mismatch.score import Judge
 from identification.mismatch.tooth_curve import ANGLE
+from identification.mismatch.trace import effect_of, regressors
 from plant.signals import Floats
 
 MOST = 0.75

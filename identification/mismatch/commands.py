@@ -36,7 +36,8 @@ def explain_command(
 
     Writes vehicle.improved.toml beside the vehicle file. Interrupted, it says what it has so far.
     """
-    from identification.mismatch.explain import known_so_far, verdict
+    from identification.mismatch.conclude import verdict
+    from identification.mismatch.explain import known_so_far
     from identification.mismatch.memo import lines
     from identification.mismatch.memo_page import NOT_IN_THE_FILE, in_the_file
     from identification.mismatch.output import prepare_places, write_outputs

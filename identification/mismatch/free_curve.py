@@ -14,10 +14,11 @@ import numpy as np
 from identification.mismatch.along import finer
 from identification.mismatch.calibrate import refreshed
 from identification.mismatch.candidate import Dialled
+from identification.mismatch.curve import Curve
 from identification.mismatch.fitting import Fit, settle, with_effects
 from identification.mismatch.held_out import CONFIRMED, carried_over
 from identification.mismatch.injection import places
-from identification.mismatch.locate import Curve, locate, regressors
+from identification.mismatch.locate import locate
 from identification.mismatch.model import Model, predict
 from identification.mismatch.place import Injection
 from identification.mismatch.push import Push
@@ -25,6 +26,7 @@ from identification.mismatch.pushed import LOOSE, Pushed
 from identification.mismatch.score import Judge
 from identification.mismatch.system import System
 from identification.mismatch.tooth_curve import ANGLE
+from identification.mismatch.trace import regressors
 from plant.effects.effect import Effect
 from plant.effects.free_curve import KNOTS
 from plant.signals import Floats

@@ -6,7 +6,7 @@ from importlib.resources import files
 import jinja2
 from markupsafe import Markup
 
-from identification.mismatch.explain import Analysis, accepted
+from identification.mismatch.analysis import Analysis, accepted
 from identification.mismatch.memo import along, circumstances, left_out, sentence, trace_of
 from identification.mismatch.pictures import curve_svg, proof_svg
 from identification.mismatch.verdict import Verdict

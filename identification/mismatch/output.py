@@ -7,7 +7,7 @@ from pathlib import Path
 
 import tomli_w
 
-from identification.mismatch.explain import Analysis, accepted
+from identification.mismatch.analysis import Analysis, accepted
 from identification.mismatch.improved import improved_system
 from identification.mismatch.memo_page import memo_page
 from identification.mismatch.verdict import Verdict, as_json

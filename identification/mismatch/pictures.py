@@ -13,9 +13,9 @@ from identification.mismatch.along import (
     quantity_of,
     step_response,
 )
+from identification.mismatch.curve import Curve
 from identification.mismatch.fitting import Fit
 from identification.mismatch.free_curve import FreeCurve
-from identification.mismatch.locate import Curve
 from identification.report import drawing as d
 from plant.signals import Floats
 

@@ -12,7 +12,6 @@ import numpy as np
 from identification.mismatch.along import course, sway
 from identification.mismatch.candidate import Dialled
 from identification.mismatch.fitting import Fit
-from identification.mismatch.locate import answers_along, regressors
 from identification.mismatch.model import Series
 from identification.mismatch.place import Injection
 from identification.mismatch.push import Push
@@ -21,6 +20,7 @@ from identification.mismatch.score import Judge
 from identification.mismatch.stack import flat
 from identification.mismatch.system import System
 from identification.mismatch.tooth_curve import ANGLE
+from identification.mismatch.trace import answers_along, regressors
 from plant.signals import Floats
 
 NUDGE = 0.1

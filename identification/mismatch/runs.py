@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from identification.mismatch.explain import Analysis, begin
+from identification.mismatch.analysis import Analysis, begin
 from identification.mismatch.motorcycle.system import MotorcycleSystem
 from identification.mismatch.piece import Piece
 from identification.mismatch.record import Record

@@ -13,10 +13,11 @@ free curve could take more than LEFT of what the names took.
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+from identification.mismatch.curve import Curve
 from identification.mismatch.fitting import Fit
-from identification.mismatch.locate import Curve, effect_of
 from identification.mismatch.score import Judge
 from identification.mismatch.stack import Nuisances, flat
+from identification.mismatch.trace import effect_of
 from identification.mismatch.whitening import whitener
 
 LEFT = 0.05

@@ -3,7 +3,7 @@
 import numpy as np
 
 from identification.mismatch.along import HYSTERESIS, PAST, step_response
-from identification.mismatch.locate import Curve
+from identification.mismatch.curve import Curve
 from identification.mismatch.tooth_curve import ANGLE
 from plant.signals import Floats
 

@@ -8,8 +8,10 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+from identification.mismatch.analysis import Analysis
 from identification.mismatch.calibrate import calibrate
-from identification.mismatch.explain import Analysis, analyse, verdict
+from identification.mismatch.conclude import verdict
+from identification.mismatch.explain import analyse
 from identification.mismatch.held_out import carried_over, errors, proof
 from identification.mismatch.runs import open_analysis
 from identification.mismatch.verdict import as_tree

@@ -4,7 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from identification.mismatch.explain import analyse, begin, verdict
+from identification.mismatch.analysis import begin
+from identification.mismatch.conclude import verdict
+from identification.mismatch.explain import analyse
 from identification.mismatch.systems.system import ModelSystem
 from tests.identification.drives import DAMPING, FREQUENCY, recorded
 

@@ -2,10 +2,10 @@
 
 import pytest
 
+from identification.mismatch.analysis import begin
 from identification.mismatch.calibrate import calibrate, from_far
 from identification.mismatch.candidate import candidates
 from identification.mismatch.exchange import exchanged
-from identification.mismatch.explain import begin
 from identification.mismatch.fitting import Fit, with_effects
 from identification.mismatch.naming import Named
 from tests.identification.spring import recorded, system

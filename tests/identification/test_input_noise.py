@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 from scipy import ndimage
 
-from identification.mismatch.explain import analyse, begin, verdict
+from identification.mismatch.analysis import begin
+from identification.mismatch.conclude import verdict
+from identification.mismatch.explain import analyse
 from identification.mismatch.systems.input_noise import WIDTHS, smoothings
 from identification.mismatch.systems.system import ModelSystem
 from protocol.channel import Channel

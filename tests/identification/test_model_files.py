@@ -6,8 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from identification.mismatch.analysis import begin
 from identification.mismatch.blocks import Chain
-from identification.mismatch.explain import analyse, begin, verdict
+from identification.mismatch.conclude import verdict
+from identification.mismatch.explain import analyse
 from identification.mismatch.piece import Piece
 from identification.mismatch.runs import read_system
 from identification.mismatch.systems.clock_search import best_shift

@@ -2,9 +2,9 @@
 
 import pytest
 
+from identification.mismatch.analysis import begin
 from identification.mismatch.calibrate import calibrate, from_far
 from identification.mismatch.candidate import Candidate, candidates
-from identification.mismatch.explain import begin
 from identification.mismatch.fitting import Fit, with_effects
 from identification.mismatch.locate import locate
 from identification.mismatch.score import Judge

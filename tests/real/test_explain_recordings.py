@@ -5,7 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from identification.mismatch.explain import analyse, begin, verdict
+from identification.mismatch.analysis import begin
+from identification.mismatch.conclude import verdict
+from identification.mismatch.explain import analyse
 from identification.mismatch.piece import Piece
 from identification.mismatch.record import Record
 from identification.mismatch.systems.system import ModelSystem

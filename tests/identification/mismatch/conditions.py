@@ -5,7 +5,9 @@ from functools import cache
 
 import numpy as np
 
-from identification.mismatch.explain import Analysis, analyse, begin, verdict
+from identification.mismatch.analysis import Analysis, begin
+from identification.mismatch.conclude import verdict
+from identification.mismatch.explain import analyse
 from identification.mismatch.motorcycle.system import MotorcycleSystem
 from identification.mismatch.verdict import Verdict
 from plant.effects.effect import Effect

@@ -6,7 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from identification.mismatch.explain import begin, verdict
+from identification.mismatch.analysis import begin
+from identification.mismatch.conclude import verdict
 from identification.mismatch.memo import lines
 from identification.mismatch.runs import open_analysis, read_system, same_recording
 from plant.vehicle_file import builtin_vehicle

@@ -6,8 +6,8 @@ from functools import cache
 import numpy as np
 import pytest
 
+from identification.mismatch.analysis import begin
 from identification.mismatch.calibrate import calibrate
-from identification.mismatch.explain import begin
 from identification.mismatch.fitting import Fit, settle
 from identification.mismatch.held_out import contradicted
 from identification.mismatch.sensitivity import sensitivities

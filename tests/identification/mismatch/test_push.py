@@ -10,10 +10,10 @@ from identification.mismatch.along import HYSTERESIS, PAST, SCALE, kind_of, knot
 from identification.mismatch.calibrate import as_told, refreshed
 from identification.mismatch.fitting import Fit, settle, with_effects
 from identification.mismatch.injection import places
-from identification.mismatch.locate import regressors
 from identification.mismatch.model import predict, simulate
 from identification.mismatch.push import Push
 from identification.mismatch.pushed import Pushed
+from identification.mismatch.trace import regressors
 from tests.identification.mismatch.test_small import started
 
 KNOWN = (

@@ -10,7 +10,9 @@ import numpy as np
 import pytest
 
 from identification.mismatch import explain
-from identification.mismatch.explain import Analysis, analyse, begin, known_so_far, verdict
+from identification.mismatch.analysis import Analysis, begin
+from identification.mismatch.conclude import verdict
+from identification.mismatch.explain import analyse, known_so_far
 from identification.mismatch.free_curve import inside
 from identification.mismatch.improved import improved_system
 from identification.mismatch.interval import IDEAL

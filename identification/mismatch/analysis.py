@@ -1,0 +1,97 @@
+"""What an analysis knows so far, and what follows from it: which fit stands, what is open."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from identification.mismatch.circumstance import Circumstance
+from identification.mismatch.curve import Curve
+from identification.mismatch.fitting import Fit
+from identification.mismatch.free_curve import FreeCurve
+from identification.mismatch.held_out import Error
+from identification.mismatch.model import Model, models
+from identification.mismatch.naming import ALIKE, Named
+from identification.mismatch.record import Record
+from identification.mismatch.score import SHOWN
+from identification.mismatch.sufficiency import Remainder
+from identification.mismatch.system import System
+
+LEFT = 0.05  # share of what was found that a free curve may still find without being named
+
+
+@dataclass(eq=False)
+class Analysis:
+    """Everything that is known so far; filled step by step, so that a stop loses nothing.
+
+    kept: whether names stand though a free curve finds more beside them, since none does as well
+    in their place.
+    """
+
+    system: System
+    training: Model
+    held_out: Model | None
+    base: Fit | None = None
+    before: list[Curve] = field(default_factory=list)
+    when: Circumstance | None = None
+    named: Named | None = None
+    headline: str = ""
+    after: list[Curve] = field(default_factory=list)
+    remains: Remainder | None = None
+    proof: list[Fit] = field(default_factory=list)
+    errors: list[Error] = field(default_factory=list)
+    free: FreeCurve | None = None
+    kept: bool = False
+    proposal: tuple[str, Any] | None = None
+    done: int = 0
+    complete: bool = False
+
+
+def begin(system: System, training: Sequence[Record], held_out: Sequence[Record]) -> Analysis:
+    """Put the recordings beside the system."""
+    learnt, proof = models(system, training, held_out)
+    return Analysis(system, learnt, proof if held_out else None)
+
+
+def accepted(a: Analysis) -> Fit:
+    """Return the fit that stands: with names, with the free curve in their place, or bare."""
+    assert a.base is not None
+    assert a.named is not None
+    if not unexplained(a):
+        return a.named.fit
+    return a.free.fit if a.free else a.base
+
+
+def unexplained(a: Analysis) -> bool:
+    """Whether a free curve still finds what the accepted effects (or none) do not explain."""
+    assert a.named is not None
+    if not a.named.names:
+        return _certain(a.before)
+    if a.kept:
+        return False
+    if a.system.by_factors:
+        return a.remains is not None and not a.remains.small
+    best = max((c.gain for c in a.after if c.certain), default=0.0)
+    return best > LEFT * a.named.gain or (best > 0.0 and best > 60.0)
+
+
+def _certain(curves: Sequence[Curve]) -> bool:
+    return any(c.certain for c in curves)
+
+
+def equivalents(named: Named) -> list[tuple[str, ...]]:
+    """Classes of names that these recordings do not tell apart, the accepted one first."""
+    return [
+        (found, *others)
+        for found, behind in named.rivals.items()
+        if (others := [other for other, nats in behind.items() if nats < ALIKE])
+    ]
+
+
+def not_excited(named: Named) -> list[str]:
+    """Effects that these recordings would not have shown at their typical size."""
+    known = set(named.names)
+    return [
+        s.candidate.name
+        for s in named.scores
+        if s.typical < SHOWN and s.candidate.name not in known
+    ]
