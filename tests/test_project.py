@@ -15,8 +15,11 @@ from tests.imports import ALLOWED, PACKAGES, breaches
 ROOT = Path(__file__).parent.parent
 GATE = ("permit", "trial", "lookout", "seen", "slip_control", "virtual_motorcycle")
 IDENTIFICATION = (
-    "signals", "response", "models", "report", "paper", "fleet", "mismatch", "design", "rehearsal",
-    "commands",
+    "signals", "response", "models", "report", "paper", "fleet", "design", "rehearsal", "commands",
+)  # fmt: skip
+MISMATCH = (
+    "simulation", "motorcycle", "systems", "fit", "curves", "naming", "analysis", "runs", "explain",
+    "telling", "commands",
 )  # fmt: skip
 PROGRAMS = Path(sys.executable).parent
 
@@ -62,7 +65,10 @@ def test_a_library_in_the_wrong_place_is_found(tmp_path: Path, library: str) -> 
     ("protocol.codec", "bench", "Users meet only on disk"),
     ("dbc.check", "protocol", "Users meet only on disk"),
     ("identification.words", "dbc", "The database is for those who are on the wire"),
-    ("identification.mismatch", "identification.proof", "From signals to answers"),
+    ("identification.mismatch.fit", "identification.proof", "From signals to answers"),
+    ("identification.mismatch.fit", "identification.mismatch.naming", "From what is simulated"),
+    ("identification.mismatch.simulation", "identification.mismatch.motorcycle",
+     "From what is simulated"),
     ("identification.proof.generator.ride", "plant", "The proof's generator knows neither"),
     ("identification.proof.generator.ride", "identification.mismatch",
      "The proof's generator knows neither"),
@@ -97,6 +103,9 @@ def lay_out(root: Path, importer: str, imported: str) -> None:
         (root / package / "__init__.py").touch()
     for part in IDENTIFICATION:
         (root / "identification" / f"{part}.py").touch()
+    (root / "identification" / "mismatch").mkdir()
+    for part in ("__init__", *MISMATCH):
+        (root / "identification" / "mismatch" / f"{part}.py").touch()
     for part in GATE:
         (root / "bench" / f"{part}.py").touch()
     (root / "identification" / "proof" / "generator").mkdir(parents=True)

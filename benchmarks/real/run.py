@@ -20,17 +20,17 @@ import numpy as np
 from benchmarks.real.cases import CAPTURES, CASES, REMARKS, Case
 from benchmarks.real.twin import twin
 from identification.mismatch.analysis import Analysis, accepted, begin
-from identification.mismatch.conclude import verdict
 from identification.mismatch.explain import analyse
-from identification.mismatch.fitting import Fit
-from identification.mismatch.held_out import driven
-from identification.mismatch.improved import improved_system
-from identification.mismatch.memo import sentence
-from identification.mismatch.model import Model, models
-from identification.mismatch.piece import Piece
+from identification.mismatch.fit.fitting import Fit
+from identification.mismatch.fit.held_out import driven
 from identification.mismatch.runs import open_analysis
+from identification.mismatch.simulation.model import Model, models
+from identification.mismatch.simulation.piece import Piece
 from identification.mismatch.systems.system import ModelSystem
-from identification.mismatch.verdict import as_tree
+from identification.mismatch.telling.conclude import verdict
+from identification.mismatch.telling.improved import improved_system
+from identification.mismatch.telling.memo import sentence
+from identification.mismatch.telling.verdict import as_tree
 from protocol.import_log import Capture as Import
 from protocol.import_log import import_capture
 

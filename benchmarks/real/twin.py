@@ -10,9 +10,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from identification.mismatch.calibrate import as_told
-from identification.mismatch.held_out import driven
-from identification.mismatch.model import models
+from identification.mismatch.fit.calibrate import as_told
+from identification.mismatch.fit.held_out import driven
+from identification.mismatch.simulation.model import models
 from identification.mismatch.systems.system import DRIVE, ModelSystem
 from plant.signals import Floats
 from protocol.recording import Recording

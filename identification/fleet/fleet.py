@@ -7,12 +7,12 @@ from typing import Any
 
 from identification.cluster import Workers, done_by
 from identification.fleet.fleet_file import Entry
-from identification.mismatch.conclude import verdict
 from identification.mismatch.explain import analyse
-from identification.mismatch.memo import sentence
-from identification.mismatch.output import write_outputs
 from identification.mismatch.runs import open_analysis
-from identification.mismatch.verdict import as_tree
+from identification.mismatch.telling.conclude import verdict
+from identification.mismatch.telling.memo import sentence
+from identification.mismatch.telling.output import write_outputs
+from identification.mismatch.telling.verdict import as_tree
 from protocol.errors import InputError
 
 TABLE, VERDICT = "fleet.md", "verdict.json"

@@ -4,17 +4,17 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from identification.mismatch.circumstance import Circumstance
-from identification.mismatch.curve import Curve
-from identification.mismatch.fitting import Fit
-from identification.mismatch.free_curve import FreeCurve
-from identification.mismatch.held_out import Error
-from identification.mismatch.model import Model, models
-from identification.mismatch.naming import ALIKE, Named
-from identification.mismatch.record import Record
-from identification.mismatch.score import SHOWN
-from identification.mismatch.sufficiency import Remainder
-from identification.mismatch.system import System
+from identification.mismatch.curves.circumstance import Circumstance
+from identification.mismatch.curves.curve import Curve
+from identification.mismatch.curves.free_curve import FreeCurve
+from identification.mismatch.curves.sufficiency import Remainder
+from identification.mismatch.fit.fitting import Fit
+from identification.mismatch.fit.held_out import Error
+from identification.mismatch.naming.naming import ALIKE, Named
+from identification.mismatch.naming.score import SHOWN
+from identification.mismatch.simulation.model import Model, models
+from identification.mismatch.simulation.record import Record
+from identification.mismatch.simulation.system import System
 
 LEFT = 0.05  # share of what was found that a free curve may still find without being named
 

@@ -10,21 +10,21 @@ from identification.mismatch.analysis import (
     not_excited,
     unexplained,
 )
-from identification.mismatch.calibrate import calibrate
-from identification.mismatch.circumstance import circumstance, plainest
-from identification.mismatch.curve import Curve
-from identification.mismatch.exchange import exchanged
-from identification.mismatch.fitting import Fit
-from identification.mismatch.free_curve import FreeCurve, inside
-from identification.mismatch.held_out import CONFIRMED, carried_over, errors, proof
-from identification.mismatch.locate import locate
-from identification.mismatch.model import predict
-from identification.mismatch.naming import Say, name
-from identification.mismatch.next_trial import next_trial
-from identification.mismatch.score import Judge
-from identification.mismatch.sensitivity import change
-from identification.mismatch.sufficiency import remainder
-from identification.mismatch.trace import effect_of
+from identification.mismatch.curves.circumstance import circumstance, plainest
+from identification.mismatch.curves.curve import Curve
+from identification.mismatch.curves.free_curve import FreeCurve, inside
+from identification.mismatch.curves.locate import locate
+from identification.mismatch.curves.sufficiency import remainder
+from identification.mismatch.curves.trace import effect_of
+from identification.mismatch.fit.calibrate import calibrate
+from identification.mismatch.fit.fitting import Fit
+from identification.mismatch.fit.held_out import CONFIRMED, carried_over, errors, proof
+from identification.mismatch.fit.judge import Judge
+from identification.mismatch.fit.sensitivity import change
+from identification.mismatch.naming.exchange import exchanged
+from identification.mismatch.naming.naming import Say, name
+from identification.mismatch.naming.next_trial import next_trial
+from identification.mismatch.simulation.model import predict
 from plant.effects.effect import Effect
 
 

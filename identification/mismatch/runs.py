@@ -7,9 +7,9 @@ import numpy as np
 
 from identification.mismatch.analysis import Analysis, begin
 from identification.mismatch.motorcycle.system import MotorcycleSystem
-from identification.mismatch.piece import Piece
-from identification.mismatch.record import Record
-from identification.mismatch.system import System
+from identification.mismatch.simulation.piece import Piece
+from identification.mismatch.simulation.record import Record
+from identification.mismatch.simulation.system import System
 from identification.mismatch.systems.system import ModelSystem
 from protocol.configuration import load_toml
 from protocol.errors import InputError

@@ -12,21 +12,22 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy import interpolate
 
-from identification.mismatch.calibrate import calibrate, followed
-from identification.mismatch.candidate import (
+from identification.mismatch.fit.calibrate import calibrate, followed
+from identification.mismatch.fit.candidate import (
     SHAPE,
     Candidate,
     shapes,
     sizes,
     wholes,
 )
-from identification.mismatch.fitting import Fit, settle, with_effects
-from identification.mismatch.held_out import carried_over
-from identification.mismatch.model import Model, Series
-from identification.mismatch.record import Record
-from identification.mismatch.sampling import into_bins
-from identification.mismatch.score import Judge, as_recorded
-from identification.mismatch.stack import flat
+from identification.mismatch.fit.fitting import Fit, settle, with_effects
+from identification.mismatch.fit.held_out import carried_over
+from identification.mismatch.fit.judge import Judge
+from identification.mismatch.fit.stack import flat
+from identification.mismatch.naming.score import as_recorded
+from identification.mismatch.simulation.model import Model, Series
+from identification.mismatch.simulation.record import Record
+from identification.mismatch.simulation.sampling import into_bins
 from identification.proof.generator.case import Case
 from identification.proof.generator.instruments import Told, sampled
 from identification.proof.generator.kinds import BY_NAME, SERVO, Hidden

@@ -9,12 +9,12 @@ from pathlib import Path
 from typing import Any
 
 from identification.mismatch.analysis import Analysis
-from identification.mismatch.calibrate import calibrate
-from identification.mismatch.conclude import verdict
 from identification.mismatch.explain import analyse
-from identification.mismatch.held_out import carried_over, errors, proof
+from identification.mismatch.fit.calibrate import calibrate
+from identification.mismatch.fit.held_out import carried_over, errors, proof
 from identification.mismatch.runs import open_analysis
-from identification.mismatch.verdict import as_tree
+from identification.mismatch.telling.conclude import verdict
+from identification.mismatch.telling.verdict import as_tree
 from identification.proof.generator.case import Case, draw_case, write_case
 from identification.proof.ideal import Ideal, Worth, ideal, on_held_out, share_of_squares
 

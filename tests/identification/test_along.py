@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from identification.mismatch.along import (
+from identification.mismatch.simulation.along import (
     DETAIL,
     HYSTERESIS,
     LAGS,

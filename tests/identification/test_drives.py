@@ -5,9 +5,9 @@ from pathlib import Path
 import pytest
 
 from identification.mismatch.analysis import begin
-from identification.mismatch.conclude import verdict
 from identification.mismatch.explain import analyse
 from identification.mismatch.systems.system import ModelSystem
+from identification.mismatch.telling.conclude import verdict
 from tests.identification.drives import DAMPING, FREQUENCY, recorded
 
 MODEL = Path(__file__).parents[2] / "trials" / "models" / "coupled_drives.toml"

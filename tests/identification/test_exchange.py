@@ -3,11 +3,11 @@
 import pytest
 
 from identification.mismatch.analysis import begin
-from identification.mismatch.calibrate import calibrate, from_far
-from identification.mismatch.candidate import candidates
-from identification.mismatch.exchange import exchanged
-from identification.mismatch.fitting import Fit, with_effects
-from identification.mismatch.naming import Named
+from identification.mismatch.fit.calibrate import calibrate, from_far
+from identification.mismatch.fit.candidate import candidates
+from identification.mismatch.fit.fitting import Fit, with_effects
+from identification.mismatch.naming.exchange import exchanged
+from identification.mismatch.naming.naming import Named
 from tests.identification.spring import recorded, system
 
 BENT = ("asymmetry", "cubic", "dead_zone")

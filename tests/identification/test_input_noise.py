@@ -7,10 +7,10 @@ import pytest
 from scipy import ndimage
 
 from identification.mismatch.analysis import begin
-from identification.mismatch.conclude import verdict
 from identification.mismatch.explain import analyse
 from identification.mismatch.systems.input_noise import WIDTHS, smoothings
 from identification.mismatch.systems.system import ModelSystem
+from identification.mismatch.telling.conclude import verdict
 from protocol.channel import Channel
 from protocol.recording import Recording
 from protocol.role_map import RoleMap, Source

@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 
 from identification.mismatch.analysis import begin
-from identification.mismatch.blocks import Chain
-from identification.mismatch.conclude import verdict
 from identification.mismatch.explain import analyse
-from identification.mismatch.piece import Piece
 from identification.mismatch.runs import read_system
+from identification.mismatch.simulation.blocks import Chain
+from identification.mismatch.simulation.piece import Piece
 from identification.mismatch.systems.clock_search import best_shift
 from identification.mismatch.systems.effects.library import BY_NAME, LIBRARY
 from identification.mismatch.systems.expression import read_expression
+from identification.mismatch.telling.conclude import verdict
 from plant.effects.effect import SECTIONS
 from plant.trouble import PlantError
 from protocol.errors import InputError

@@ -3,12 +3,12 @@
 import pytest
 
 from identification.mismatch.analysis import begin
-from identification.mismatch.calibrate import calibrate, from_far
-from identification.mismatch.candidate import Candidate, candidates
-from identification.mismatch.fitting import Fit, with_effects
-from identification.mismatch.locate import locate
-from identification.mismatch.score import Judge
-from identification.mismatch.sufficiency import LEFT, Remainder, remainder
+from identification.mismatch.curves.locate import locate
+from identification.mismatch.curves.sufficiency import LEFT, Remainder, remainder
+from identification.mismatch.fit.calibrate import calibrate, from_far
+from identification.mismatch.fit.candidate import Candidate, candidates
+from identification.mismatch.fit.fitting import Fit, with_effects
+from identification.mismatch.fit.judge import Judge
 from tests.identification.spring import recorded, system
 
 QUIET = 1e-5

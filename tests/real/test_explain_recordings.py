@@ -6,12 +6,12 @@ from pathlib import Path
 import pytest
 
 from identification.mismatch.analysis import begin
-from identification.mismatch.conclude import verdict
 from identification.mismatch.explain import analyse
-from identification.mismatch.piece import Piece
-from identification.mismatch.record import Record
+from identification.mismatch.simulation.piece import Piece
+from identification.mismatch.simulation.record import Record
 from identification.mismatch.systems.system import ModelSystem
-from identification.mismatch.verdict import Verdict
+from identification.mismatch.telling.conclude import verdict
+from identification.mismatch.telling.verdict import Verdict
 from protocol.import_log import Capture, import_capture
 from tests.recordings import recording
 

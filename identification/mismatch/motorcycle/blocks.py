@@ -2,8 +2,8 @@
 
 from collections.abc import Sequence
 
-from identification.mismatch.blocks import Block, Chain
-from identification.mismatch.record import Record
+from identification.mismatch.simulation.blocks import Block, Chain
+from identification.mismatch.simulation.record import Record
 from plant.effects.effect import Effect
 from plant.equations import EQUATIONS
 from plant.sensing import Tells

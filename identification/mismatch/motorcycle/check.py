@@ -1,6 +1,6 @@
 """Whether a recording can be of this vehicle at all."""
 
-from identification.mismatch.record import Record
+from identification.mismatch.simulation.record import Record
 from plant.motorcycle import Motorcycle
 from plant.signals import Inputs
 from protocol.errors import InputError

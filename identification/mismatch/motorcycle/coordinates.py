@@ -3,7 +3,12 @@
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
-from identification.mismatch.coordinates import CLOCK_OWNER, NORMAL_95, STATED_SHARE, Coordinate
+from identification.mismatch.simulation.coordinates import (
+    CLOCK_OWNER,
+    NORMAL_95,
+    STATED_SHARE,
+    Coordinate,
+)
 from plant.motorcycle import Motorcycle
 from plant.signals import Floats
 from plant.vehicle_file import Vehicle

@@ -11,9 +11,9 @@ import numpy as np
 
 from identification.mismatch.motorcycle.record import BIN, LEAD_IN, STEP
 from identification.mismatch.motorcycle.slow_road import road_hats
-from identification.mismatch.record import Record
-from identification.mismatch.sampling import Grid
-from identification.mismatch.sensor import Sampled, Sensor, point_sensor, tooth_sensors
+from identification.mismatch.simulation.record import Record
+from identification.mismatch.simulation.sampling import Grid
+from identification.mismatch.simulation.sensor import Sampled, Sensor, point_sensor, tooth_sensors
 from plant.encoder import begin, passing_teeth, toothed_disc
 from plant.equilibrium import equilibrium
 from plant.motorcycle import Motorcycle

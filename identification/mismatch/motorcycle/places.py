@@ -4,8 +4,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from identification.mismatch.place import Injection
-from identification.mismatch.record import Record
+from identification.mismatch.simulation.place import Injection
+from identification.mismatch.simulation.record import Record
 from plant.effects.effect import Effect
 from plant.equations import EQUATIONS
 from plant.motorcycle import Motorcycle

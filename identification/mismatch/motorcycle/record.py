@@ -10,9 +10,9 @@ from dataclasses import replace
 import numpy as np
 
 from identification.mismatch.motorcycle.slow_road import road_hats
-from identification.mismatch.record import Record
-from identification.mismatch.sampling import Grid
-from identification.mismatch.sensor import Sampled, Sensor, point_sensor, tooth_sensors
+from identification.mismatch.simulation.record import Record
+from identification.mismatch.simulation.sampling import Grid
+from identification.mismatch.simulation.sensor import Sampled, Sensor, point_sensor, tooth_sensors
 from identification.signals.aligned import Aligned, aligned
 from identification.signals.dataset import Dataset, dataset
 from identification.signals.samples import averaged, onto, sampled

@@ -9,9 +9,9 @@ from collections.abc import Mapping
 import numpy as np
 from scipy import signal
 
-from identification.mismatch.along import DETAIL, HYSTERESIS, OVER, PAST, SCALE, scale
 from identification.mismatch.motorcycle.places import later
-from identification.mismatch.record import Record
+from identification.mismatch.simulation.along import DETAIL, HYSTERESIS, OVER, PAST, SCALE, scale
+from identification.mismatch.simulation.record import Record
 from plant.signals import Floats, Inputs, Outputs
 
 MOTION = ("throttle", "throttle_rate", "air", "engine_torque", "engine_speed", "twist",

@@ -5,10 +5,10 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from identification.mismatch.blocks import Chain
 from identification.mismatch.motorcycle.blocks import changes_simulation
 from identification.mismatch.motorcycle.record import LEAD_IN, TRUE_SPEED
-from identification.mismatch.record import Record
+from identification.mismatch.simulation.blocks import Chain
+from identification.mismatch.simulation.record import Record
 from plant.motorcycle import Motorcycle
 from plant.signals import Floats, Inputs, Outputs
 from plant.simulation import Simulation

@@ -7,8 +7,6 @@ from typing import Any, Self
 
 import tomli_w
 
-from identification.mismatch.blocks import Chain
-from identification.mismatch.coordinates import Coordinate
 from identification.mismatch.motorcycle import blocks, places
 from identification.mismatch.motorcycle.check import check_same_vehicle
 from identification.mismatch.motorcycle.coordinates import coordinates, motorcycle_at
@@ -20,9 +18,11 @@ from identification.mismatch.motorcycle.regressors import (
     servo_regressors,
 )
 from identification.mismatch.motorcycle.simulate import FINER, shown, simulate
-from identification.mismatch.place import Injection
-from identification.mismatch.record import Record
-from identification.mismatch.system import System
+from identification.mismatch.simulation.blocks import Chain
+from identification.mismatch.simulation.coordinates import Coordinate
+from identification.mismatch.simulation.place import Injection
+from identification.mismatch.simulation.record import Record
+from identification.mismatch.simulation.system import System
 from plant.effects.effect import Effect
 from plant.effects.free_curve import free_curve
 from plant.effects.library import LIBRARY

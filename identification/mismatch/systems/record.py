@@ -9,9 +9,9 @@ from dataclasses import replace
 import numpy as np
 from scipy import interpolate, signal
 
-from identification.mismatch.record import Record
-from identification.mismatch.sampling import Grid
-from identification.mismatch.sensor import Columns, Sampled, Sensor, point_sensor
+from identification.mismatch.simulation.record import Record
+from identification.mismatch.simulation.sampling import Grid
+from identification.mismatch.simulation.sensor import Columns, Sampled, Sensor, point_sensor
 from identification.mismatch.systems.clock_search import best_shift
 from identification.mismatch.systems.fitness import usable, window
 from identification.mismatch.systems.input_noise import WIDTHS, smoothings

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.mismatch.record import Record
+from identification.mismatch.simulation.record import Record
 from identification.mismatch.systems.effects.library import CODES
 from identification.mismatch.systems.effects.seam_effect import OUTPUT, SeamEffect
 from identification.mismatch.systems.equations import Equations, rate_name

@@ -7,11 +7,11 @@ from typing import Self
 
 import numpy as np
 
-from identification.mismatch.blocks import Block, Chain
-from identification.mismatch.coordinates import NORMAL_95, STATED_SHARE, Coordinate
-from identification.mismatch.place import Injection
-from identification.mismatch.record import Record
-from identification.mismatch.system import System
+from identification.mismatch.simulation.blocks import Block, Chain
+from identification.mismatch.simulation.coordinates import NORMAL_95, STATED_SHARE, Coordinate
+from identification.mismatch.simulation.place import Injection
+from identification.mismatch.simulation.record import Record
+from identification.mismatch.simulation.system import System
 from identification.mismatch.systems import placing
 from identification.mismatch.systems.effects.seam_effect import OUTPUT, SeamEffect
 from identification.mismatch.systems.equations import Equations, equations

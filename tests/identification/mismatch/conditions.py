@@ -6,10 +6,10 @@ from functools import cache
 import numpy as np
 
 from identification.mismatch.analysis import Analysis, begin
-from identification.mismatch.conclude import verdict
 from identification.mismatch.explain import analyse
 from identification.mismatch.motorcycle.system import MotorcycleSystem
-from identification.mismatch.verdict import Verdict
+from identification.mismatch.telling.conclude import verdict
+from identification.mismatch.telling.verdict import Verdict
 from plant.effects.effect import Effect
 from plant.effects.library import BY_NAME
 from plant.motorcycle import Motorcycle

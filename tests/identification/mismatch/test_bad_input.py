@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from identification.mismatch.analysis import begin
-from identification.mismatch.conclude import verdict
-from identification.mismatch.memo import lines
 from identification.mismatch.runs import open_analysis, read_system, same_recording
+from identification.mismatch.telling.conclude import verdict
+from identification.mismatch.telling.memo import lines
 from plant.vehicle_file import builtin_vehicle
 from protocol.errors import InputError
 from tests.identification.mismatch.conditions import nominal, system

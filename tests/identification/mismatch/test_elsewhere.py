@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from identification.mismatch.elsewhere import (
+from identification.mismatch.naming.elsewhere import (
     PLACES,
     Tried,
     at_places,

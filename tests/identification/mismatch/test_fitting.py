@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from identification.mismatch.analysis import begin
-from identification.mismatch.calibrate import calibrate
-from identification.mismatch.fitting import Fit, settle
-from identification.mismatch.held_out import contradicted
-from identification.mismatch.sensitivity import sensitivities
-from identification.mismatch.stack import Nuisances, bounded
+from identification.mismatch.fit.calibrate import calibrate
+from identification.mismatch.fit.fitting import Fit, settle
+from identification.mismatch.fit.held_out import contradicted
+from identification.mismatch.fit.sensitivity import sensitivities
+from identification.mismatch.fit.stack import Nuisances, bounded
 from plant.effects.backlash import Backlash
 from plant.effects.driveline_loss import DrivelineLoss
 from plant.effects.throttle_stiction import ThrottleStiction

@@ -4,8 +4,8 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from identification.mismatch.floor import INNOVATIONS, REPEATED, floors, lack_of_fit, repeated
-from identification.mismatch.whitening import whitener
+from identification.mismatch.fit.floor import INNOVATIONS, REPEATED, floors, lack_of_fit, repeated
+from identification.mismatch.fit.whitening import whitener
 
 
 def fit(shared, alike=True):

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from identification.mismatch.lattice import lattice_of
+from identification.mismatch.simulation.lattice import lattice_of
 from plant.channels import told_of_noisy
 
 seeds = st.integers(0, 2**32 - 1)

@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from identification.mismatch.verdict import as_json
+from identification.mismatch.telling.verdict import as_json
 from plant.effects.asymmetric_filling import AsymmetricFilling
 from plant.effects.backlash import Backlash
 from plant.effects.effect import Effect

@@ -6,14 +6,14 @@ from functools import cache
 import numpy as np
 import pytest
 
-from identification.mismatch.along import HYSTERESIS, PAST, SCALE, kind_of, knots_for
-from identification.mismatch.calibrate import as_told, refreshed
-from identification.mismatch.fitting import Fit, settle, with_effects
-from identification.mismatch.injection import places
-from identification.mismatch.model import predict, simulate
-from identification.mismatch.push import Push
-from identification.mismatch.pushed import Pushed
-from identification.mismatch.trace import regressors
+from identification.mismatch.curves.injection import places
+from identification.mismatch.curves.pushed import Pushed
+from identification.mismatch.curves.trace import regressors
+from identification.mismatch.fit.calibrate import as_told, refreshed
+from identification.mismatch.fit.fitting import Fit, settle, with_effects
+from identification.mismatch.simulation.along import HYSTERESIS, PAST, SCALE, kind_of, knots_for
+from identification.mismatch.simulation.model import predict, simulate
+from identification.mismatch.simulation.push import Push
 from tests.identification.mismatch.test_small import started
 
 KNOWN = (

@@ -11,16 +11,16 @@ import pytest
 
 from identification.mismatch import explain
 from identification.mismatch.analysis import Analysis, begin
-from identification.mismatch.conclude import verdict
+from identification.mismatch.curves.free_curve import inside
+from identification.mismatch.curves.sufficiency import Remainder
 from identification.mismatch.explain import analyse, known_so_far
-from identification.mismatch.free_curve import inside
-from identification.mismatch.improved import improved_system
-from identification.mismatch.interval import IDEAL
-from identification.mismatch.memo import lines, sentence
-from identification.mismatch.memo_page import memo_page
-from identification.mismatch.output import write_outputs
-from identification.mismatch.sufficiency import Remainder
-from identification.mismatch.verdict import as_json
+from identification.mismatch.naming.interval import IDEAL
+from identification.mismatch.telling.conclude import verdict
+from identification.mismatch.telling.improved import improved_system
+from identification.mismatch.telling.memo import lines, sentence
+from identification.mismatch.telling.memo_page import memo_page
+from identification.mismatch.telling.output import write_outputs
+from identification.mismatch.telling.verdict import as_json
 from plant.effects.backlash import Backlash
 from plant.effects.driveline_loss import DrivelineLoss
 from plant.effects.free_curve import FreeCurve
@@ -61,7 +61,9 @@ def test_backlash_is_named_with_its_size_and_proven():
     headline = next(e for e in found.held_out if e.output == found.headline)
     assert headline.improved < 0.8 * headline.calibrated
     assert sentence(found).startswith("The driveline has backlash")
-    schema = json.loads((files("identification.mismatch") / "verdict.schema.json").read_text())
+    schema = json.loads(
+        (files("identification.mismatch.telling") / "verdict.schema.json").read_text()
+    )
     jsonschema.validate(json.loads(as_json(found)), schema)
 
 

@@ -7,15 +7,21 @@ from importlib.resources import files
 import jsonschema
 import pytest
 
-from identification.mismatch.floor import LackOfFit
-from identification.mismatch.held_out import Error
-from identification.mismatch.interval import Estimate
-from identification.mismatch.memo import left_out, lines, sentence
-from identification.mismatch.output import prepare_places
-from identification.mismatch.verdict import FoundCurve, FoundEffect, Location, Verdict, as_json
+from identification.mismatch.fit.floor import LackOfFit
+from identification.mismatch.fit.held_out import Error
+from identification.mismatch.naming.interval import Estimate
+from identification.mismatch.telling.memo import left_out, lines, sentence
+from identification.mismatch.telling.output import prepare_places
+from identification.mismatch.telling.verdict import (
+    FoundCurve,
+    FoundEffect,
+    Location,
+    Verdict,
+    as_json,
+)
 from protocol.errors import InputError
 
-SCHEMA = json.loads((files("identification.mismatch") / "verdict.schema.json").read_text())
+SCHEMA = json.loads((files("identification.mismatch.telling") / "verdict.schema.json").read_text())
 WHERE = Location(
     "driveline", "driveline torque", "twist", "a kink about 0", 500.0, 400.0, (6.0, 12.0),
     (1000.0, 1400.0), "both", "engine speed", "rad/s",

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from identification.mismatch.calibrate import calibrate
+from identification.mismatch.fit.calibrate import calibrate
 from identification.mismatch.runs import open_analysis
 from identification.proof.generator.case import Case, draw_case, write_case
 from identification.proof.generator.kinds import Hidden

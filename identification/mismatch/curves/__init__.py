@@ -1,0 +1,1 @@
+"""Without the library: free curves at every place, and where something is missing."""

@@ -1,0 +1,64 @@
+"""What a push at a place does: the answer of all outputs to it.
+
+A push is a force or torque for one bin of time, at one moment of every recording; the answer of the
+fitted simulation to it, convolved with any course of pushes, is what that course would leave in the
+outputs. That is linear, and accurate to some per cent: enough to say where and along what.
+"""
+
+import numpy as np
+from scipy import signal
+
+from identification.mismatch.fit.fitting import Fit
+from identification.mismatch.simulation.model import simulate
+from identification.mismatch.simulation.place import Injection
+from identification.mismatch.simulation.sensor import Columns
+from plant.signals import Floats
+
+AT = 5 / 6
+"""When a push is made, in stretches since the simulation's start."""
+
+
+def places(fit: Fit) -> list[Injection]:
+    """Places where something may act that these recordings can see; sensors aside."""
+    return fit.model.system.places(fit.model.chain)
+
+
+def answers(fit: Fit, place: Injection) -> list[list[Floats]]:
+    """Answer of all outputs to a push in one bin, by block and record: (memory, m); else empty."""
+    model = fit.model
+    found = [[np.empty(0)] * len(model.records) for _ in model.chain.blocks]
+    for r in range(len(model.records)):
+        for b, one in _answer(fit, place, r).items():
+            found[b][r] = one
+    return found
+
+
+def _answer(fit: Fit, place: Injection, r: int) -> dict[int, Floats]:
+    model, system = fit.model, fit.model.at(fit.point)
+    grid = model.records[r].grid
+    lead = round(grid.start / grid.width)
+    first = round((grid.start + AT * grid.stretch) / grid.width)
+    pulse = np.zeros(grid.rows)
+    per = grid.rows_per_bin
+    pulse[first * per : (first + 1) * per] = place.size
+    injected = system.push(place, model.records[r], pulse)
+    pushed, plain = (
+        simulate(model, fit.point, r, place.drive, extra, system) for extra in (injected, {})
+    )
+    skip, length = first - lead, round(grid.stretch / grid.width)
+    return {
+        b: _seen(fit, b, r, pushed, plain)[skip : skip + length] / place.size
+        for b, block in enumerate(model.chain.blocks) if block.drive == place.drive and block.order
+    }  # fmt: skip
+
+
+def _seen(fit: Fit, b: int, r: int, pushed: Columns, plain: Columns) -> Floats:
+    record, block = fit.model.records[r], fit.model.chain.blocks[b]
+    sensors = [record.sensors[o] for o in block.outputs]
+    return np.column_stack([s.look(pushed) - s.look(plain) for s in sensors])
+
+
+def respond(answer: Floats, courses: Floats) -> Floats:
+    """Answer to courses (T, k), one value a bin: (T, m, k)."""
+    full = signal.fftconvolve(courses[:, None, :], answer[:, :, None], axes=0)
+    return np.asarray(full[: len(courses)])

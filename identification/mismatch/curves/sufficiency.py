@@ -1,0 +1,65 @@
+"""Whether named effects suffice: by the share of the error that a free curve could still take.
+
+Nats grow with the number of samples and with the smallness of the noise. Where a circuit is
+recorded with one part in ten thousand, what is left of a right name is worth hundreds of nats, and
+still is next to nothing of what the name explains. So where numbers are known to factors, what is
+left is weighed against what is explained, both in plain mean squares: names suffice where no
+free curve could take more than LEFT of what the names took.
+
+    rest = b, without names; n, with them; c, with them and the curve:
+    (n^2 - c^2) <= LEFT (b^2 - c^2)
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from identification.mismatch.curves.curve import Curve
+from identification.mismatch.curves.trace import effect_of
+from identification.mismatch.fit.fitting import Fit
+from identification.mismatch.fit.judge import Judge
+from identification.mismatch.fit.stack import Nuisances, flat
+from identification.mismatch.fit.whitening import whitener
+
+LEFT = 0.05
+"""Share of what names explain that a free curve may find beside them."""
+
+
+@dataclass(frozen=True)
+class Remainder:
+    """What names leave to a free curve. share: of what the names explain, in mean squares."""
+
+    curve: Curve
+    share: float
+
+    @property
+    def small(self) -> bool:
+        """Whether the names suffice all the same."""
+        return self.share <= LEFT
+
+
+def remainder(base: Fit, named: Fit, curves: Iterable[Curve]) -> Remainder | None:
+    """Return the largest of what certain curves could still take; None where there is none.
+
+    base: without names; named: with them; curves: found in what `named` leaves.
+    """
+    judge = Judge.of(named)
+    found = [_weighed(base, judge, c) for c in curves if c.certain]
+    return max(found, key=lambda r: r.share, default=None)
+
+
+def _weighed(base: Fit, judge: Judge, curve: Curve) -> Remainder:
+    """Every output counts in its own root mean square, as the names leave it.
+
+    All are taken off what may vary without meaning anything, so that no bad calibration counts as
+    explained.
+    """
+    fit = judge.fit
+    even = [whitener(rest, order=0) for rest in fit.rest]
+    free, bare = (Nuisances(flat(f.model, even, f.slopes)) for f in (fit, base))
+    before = bare.off(flat(base.model, even, base.rest))
+    now = free.off(flat(fit.model, even, fit.rest))
+    trace = free.off(flat(fit.model, even, effect_of(judge, curve)))
+    taken = float(trace @ now) ** 2 / max(float(trace @ trace), 1e-300)
+    explained = float(before @ before) - (float(now @ now) - taken)
+    share = taken / explained if explained > taken else 1.0
+    return Remainder(curve, share)

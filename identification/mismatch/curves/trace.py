@@ -1,0 +1,145 @@
+"""What a curve at a place leaves in the outputs: answers to pushes, or simulations of them.
+
+A sensor is a place as well: it answers by itself, at once.
+"""
+
+from collections.abc import Iterable, Mapping, Sequence
+
+import numpy as np
+
+from identification.mismatch.curves.curve import Curve
+from identification.mismatch.curves.injection import answers, places, respond
+from identification.mismatch.curves.tooth_curve import ANGLE, SIZE, discs, tooth_columns
+from identification.mismatch.fit.fitting import Fit
+from identification.mismatch.fit.judge import Judge
+from identification.mismatch.fit.sensitivity import change
+from identification.mismatch.simulation.along import SCALE, columns, course, kind_of
+from identification.mismatch.simulation.model import Series, acting, predict
+from identification.mismatch.simulation.place import Injection
+from identification.mismatch.simulation.push import Push
+from identification.mismatch.simulation.record import Record
+from plant.signals import Floats
+
+
+def regressors(fit: Fit, drive: str, r: int) -> Mapping[str, Floats]:
+    """Courses of what the recording and the fitted simulation tell of one drive, (rows,) each."""
+    model = fit.model
+    added = acting(model, fit.point, r)
+    system, record, q = model.at(fit.point), model.records[r], fit.point.q[r]
+    return system.regressors(record, model.chain, drive, q, added)
+
+
+def seen_by(fit: Fit, drive: str) -> list[tuple[Record, dict[str, Floats]]]:
+    """Every record with the regressors of a drive that all records have."""
+    courses = [regressors(fit, drive, r) for r in range(len(fit.model.records))]
+    shared = sorted(set.intersection(*(set(c) for c in courses)))
+    return [
+        (record, {name: c[name] for name in shared})
+        for record, c in zip(fit.model.records, courses, strict=True)
+    ]
+
+
+def over_all(name: str, seen: Sequence[tuple[Record, Mapping[str, Floats]]]) -> Floats:
+    """A quantity in the bins of all records, end to end."""
+    courses = ((record, s[name][0] if kind_of(name) == SCALE else s[name]) for record, s in seen)
+    return np.concatenate([record.grid.binned(z) for record, z in courses])
+
+
+def in_bins(record: Record, knots: Mapping[str, Floats], seen: Mapping[str, Floats]) -> Floats:
+    """Bin by bin what each knot of each regressor pushes, (bins, all knots)."""
+    found = np.empty((record.grid.bins, sum(k.size for k in knots.values())))
+    i = 0
+    for name, at in knots.items():
+        for pushes in columns(name, seen[name], at, record.grid.step):
+            found[:, i] = record.grid.binned(pushes)
+            i += 1
+    return found
+
+
+def effect_of(judge: Judge, curve: Curve) -> Series:
+    """Return what a curve leaves in the outputs, unwhitened, (T, m) by block and record."""
+    for disc, _ in discs(judge.fit):
+        if disc.name == curve.place:
+            return _combined(tooth_columns(judge.fit, disc), curve.values / SIZE)
+    place = next(
+        p for p in (*places(judge.fit), *sensors_as_places(judge.fit)) if p.name == curve.place
+    )
+    if place.push and curve.regressor == ANGLE:
+        turned = simulated_along(judge.fit, place, ANGLE, curve.knots, [curve.values])
+        return [[one[:, :, 0] if one.size else one for one in block] for block in turned]
+    pushes = [
+        record.grid.binned(curve(seen[curve.regressor], record.grid.step))[:, None]
+        for record, seen in seen_by(judge.fit, place.drive)
+    ]
+    answered = answers_to(replies(judge.fit, place), pushes)
+    return [[one[:, :, 0] if one.size else one for one in block] for block in answered]
+
+
+def _combined(columns: Series, values: Floats) -> Series:
+    return [[one @ values if one.size else one for one in block] for block in columns]
+
+
+def answers_along(fit: Fit, place: Injection, regressor: str, knots: Floats) -> Series:
+    """Return what each knot of a curve would leave in the outputs, (T, m, knots) per unit push."""
+    binned = [
+        in_bins(record, {regressor: knots}, seen) for record, seen in seen_by(fit, place.drive)
+    ]
+    return answers_to(replies(fit, place), binned)
+
+
+def sensors_as_places(fit: Fit) -> list[Injection]:
+    """Every sensor that may be wrong as a place of its own."""
+    return [
+        Injection(f"sensor of {o.replace('_', ' ')}", f"{o} sensor", s.unit,
+                  float(np.std(s.value)) + 1e-3, b.drive, counts=0.002)
+        for b in fit.model.chain.blocks if b.sensors_suspected
+        for o in b.outputs for s in (fit.model.records[0].sensors[o],)
+    ]  # fmt: skip
+
+
+def replies(fit: Fit, place: Injection) -> Series:
+    """Answers to a push in a bin; a sensor answers by itself, at once."""
+    if place.push:
+        return answers(fit, place)
+    found: Series = [[np.empty(0)] * len(fit.model.records) for _ in fit.model.chain.blocks]
+    for b, block in enumerate(fit.model.chain.blocks):
+        for j, output in enumerate(block.outputs):
+            if place.block == f"{output} sensor":
+                now = np.zeros((1, len(block.outputs)))
+                now[0, j] = 1.0
+                found[b] = [now] * len(fit.model.records)
+    return found
+
+
+def answers_to(reply: Series, hats: list[Floats]) -> Series:
+    """Answer of all outputs to pushes (bins, k), one set a record: (T, m, k)."""
+    return [[respond(a, h) if a.size else a for a, h in zip(b, hats, strict=True)] for b in reply]
+
+
+def simulated_along(
+    fit: Fit, place: Injection, regressor: str, knots: Floats, pushes: Iterable[Floats]
+) -> Series:
+    """Return what curves of these values leave in the outputs, simulated, (T, m, curves).
+
+    Nothing counts as left in the pattern of teeth: there their tolerance looks like any push that
+    goes round with the wheel.
+    """
+    model, seen = fit.model.coarse, seen_by(fit, place.drive)
+    system, before = model.at(fit.point), predict(model, fit.point)
+    changes = []
+    for values in pushes:
+        courses = tuple(
+            system.push(place, r, course(regressor, s[regressor], knots, values, r.grid.step))
+            for r, s in seen
+        )
+        effects = (*fit.point.effects, Push(place.drive, courses))
+        changes.append(change(model, fit.point, effects, before))
+    nothing = [np.empty(0)] * len(model.records)
+    return [
+        [_side_by_side(parts) for parts in zip(*blocks, strict=True)] if block.order else nothing
+        for block, blocks in zip(model.chain.blocks, zip(*changes, strict=True), strict=True)
+    ]
+
+
+def _side_by_side(parts: Sequence[Floats]) -> Floats:
+    return np.stack(parts, axis=-1) if parts[0].size else parts[0]

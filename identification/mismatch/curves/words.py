@@ -1,0 +1,85 @@
+"""The shape of a free curve, in words."""
+
+import numpy as np
+
+from identification.mismatch.curves.curve import Curve
+from identification.mismatch.curves.tooth_curve import ANGLE
+from identification.mismatch.simulation.along import HYSTERESIS, PAST, step_response
+from plant.signals import Floats
+
+
+def shape_in_words(curve: Curve) -> str:
+    """Say what a curve looks like: what the recordings tell beyond its straight line, if much."""
+    z, f = curve.knots, curve.values
+    if curve.kind == PAST:
+        return _memory(z, f)
+    if curve.kind == HYSTERESIS:
+        return _hysteresis(z, f)
+    if curve.regressor == ANGLE:
+        return f"periodic in the wheel's angle, strongest at order {_order(f)}"
+    if z[0] < 0.0 < z[-1] and min(-z[0], z[-1]) > 0.2 * max(-z[0], z[-1]):
+        return _about_zero(curve, z, f)
+    if not _bent(z, f):
+        return "in proportion to it"
+    line = np.polynomial.Polynomial.fit(z, f, 1)
+    return _bump(z, f - line(z))
+
+
+def _memory(times: Floats, values: Floats) -> str:
+    """Say within which time most of the answer to a step comes about."""
+    time = np.geomspace(0.3 * times[times > 0.0].min(), times.max(), 200)
+    moved = np.abs(step_response(times, values, time) - values[times == 0.0].sum())
+    settled = float(time[np.argmax(moved >= (1.0 - np.exp(-1.0)) * moved.max())])
+    return f"an answer with a memory: most of it comes within {settled:.2g} s"
+
+
+def _hysteresis(widths: Floats, values: Floats) -> str:
+    """Say over which way it comes back most."""
+    stops = widths > 0.0
+    height = np.abs(values * widths)[stops]
+    width = float(widths[stops][int(np.argmax(height))])
+    return f"a hysteresis, as of play or dry friction: after a turn it takes {2.0 * width:.2g}"
+
+
+def _about_zero(curve: Curve, z: Floats, f: Floats) -> str:
+    reach = min(-z[0], z[-1])
+    x = np.linspace(-reach, reach, 41)
+    y = curve(x) - curve(np.zeros(1))
+    odd, even = 0.5 * (y - y[::-1]), 0.5 * (y + y[::-1])
+    if np.ptp(even) > 1.5 * np.ptp(odd):
+        return "the same for both signs, growing with its size"
+    inner = (np.interp(0.25 * reach, x, odd)) / 0.25
+    outer = (odd[-1] - np.interp(0.75 * reach, x, odd)) / 0.25
+    both = "" if np.ptp(even) < 0.4 * np.ptp(odd) else ", and different for the two signs"
+    if abs(inner) < 0.4 * abs(outer):
+        return "a dead zone: hardly any effect near zero" + both
+    if abs(outer) < 0.25 * abs(inner):
+        return "a step at zero that then stays level, as of friction or a limit" + both
+    if _bent(z, f):
+        return f"a kink about {_kink(z, f):.3g}" + both
+    if both:
+        return "a different slope for each sign"
+    late = "rate" in curve.regressor or "acceleration" in curve.regressor
+    return "in proportion to it" + (", as a lag is" if late else "")
+
+
+def _order(f: Floats) -> int:
+    return 1 + int(np.argmax(np.abs(np.fft.rfft(f))[1:]))
+
+
+def _bent(z: Floats, f: Floats) -> bool:
+    """Whether a straight line leaves much of it."""
+    line = np.polynomial.Polynomial.fit(z, f, 1)
+    return bool(np.ptp(f - line(z)) > 0.3 * np.ptp(f))
+
+
+def _kink(z: Floats, f: Floats) -> float:
+    """Knot at which the slope changes most."""
+    return float(z[1 + int(np.argmax(np.abs(np.diff(np.diff(f) / np.diff(z)))))])
+
+
+def _bump(z: Floats, bent: Floats) -> str:
+    top = int(np.argmax(np.abs(bent - np.median(bent))))
+    if 0 < top < z.size - 1:
+        return f"a local bump or dip about {z[top]:.4g}"
+    return "bent, strongest at the end of its range"

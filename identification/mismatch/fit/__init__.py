@@ -1,0 +1,1 @@
+"""Numbers and effects fitted to recordings, with noise models; what a fit leaves."""

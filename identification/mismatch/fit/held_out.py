@@ -1,0 +1,126 @@
+"""Prove it on recordings that took no part in the fit."""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+import numpy as np
+
+from identification.mismatch.fit.calibrate import unbent
+from identification.mismatch.fit.fitting import Fit, settle
+from identification.mismatch.fit.floor import floors
+from identification.mismatch.fit.sensitivity import change, sensitivities
+from identification.mismatch.fit.stack import flat
+from identification.mismatch.simulation.model import Model, predict
+from identification.mismatch.simulation.system import System
+from plant.effects.effect import Effect
+from plant.signals import Floats
+
+DRAWS = 2000
+CONFIRMED = 5.0
+"""Nats that held-out recordings must gain from what they would show plainly."""
+
+
+@dataclass(frozen=True)
+class Error:
+    """Root mean square error of one output, SI.
+
+    floor: what no model of the commands can explain; floor_from: what tells it (see floor.py).
+    interval: 95 %, of improved over nominal, from drawing stretches of time again.
+    """
+
+    output: str
+    unit: str
+    nominal: float
+    calibrated: float
+    improved: float
+    floor: float
+    floor_from: str
+    interval: tuple[float, float]
+
+
+@lru_cache(maxsize=4)
+def carried_over(fit: Fit, model: Model) -> Fit:
+    """Let a fitted system meet other recordings; everything uncertain may move again."""
+    point = replace(model.origin(), x=fit.point.x, effects=fit.point.effects)
+    predicted = predict(model, point)
+    slopes = sensitivities(model, point)
+    start = Fit(model, point, predicted, fit.noise, slopes)
+    return replace(unbent(settle(start, noises=2)), candidates=fit.candidates)
+
+
+def contradicted(before: Fit, after: Fit, model: Model) -> bool:
+    """Tell whether held-out recordings speak against what `after` has more than `before`.
+
+    They do where they would show it, if it were right, but gain less than chance may take from it.
+    """
+    there, bare = carried_over(after, model), carried_over(before, model)
+    without = replace(there.point, effects=bare.point.effects)
+    trace = change(model, without, there.point.effects, predict(model, without))
+    course = there.nuisances.off(flat(model, there.noise, trace))
+    worth = 0.5 * float(course @ course)
+    chance = 2.0 * math.sqrt(2.0 * worth)  # 2 sigma of what a right effect of that worth gains
+    least = bare.score + min(CONFIRMED, worth - chance)
+    return there.score < least and _added(bare, there.point.effects).score < least
+
+
+def _added(bare: Fit, effects: tuple[Effect, ...]) -> Fit:
+    """Let effects act where a fit stands without them: the other way may have ended farther off."""
+    point = replace(bare.point, effects=effects)
+    return settle(replace(bare, point=point, predicted=predict(bare.model, point), candidates=()))
+
+
+def driven(model: Model, system: System, noise_of: Fit) -> Fit:
+    """Let one system, unchanged, meet recordings; the slow unknown and clocks are estimated."""
+    clocks = [k for k in model.known if k.of_clock]
+    fixed = Model(system, model.records, model.chain, clocks, model.injected)
+    point = fixed.origin()
+    predicted = predict(fixed, point)
+    slopes = sensitivities(fixed, point)
+    return settle(Fit(fixed, point, predicted, noise_of.noise, slopes), noises=1)
+
+
+def proof(model: Model, base: Fit, fit: Fit, improved: Model | None = None) -> list[Fit]:
+    """Held-out runs of the file's system, of it re-calibrated, and of it with what was found.
+
+    improved: the held-out model in which what was found acts, where that is more than its system.
+    """
+    return [
+        driven(model, model.system, fit),
+        driven(model, base.model.at(base.point), fit),
+        driven(improved or model, fit.model.at(fit.point), fit),
+    ]
+
+
+def errors(runs: list[Fit]) -> list[Error]:
+    """Errors of the three systems of a proof, output by output."""
+    return [e for b in range(len(runs[0].model.chain.blocks)) for e in _errors(runs, b)]
+
+
+def _errors(runs: list[Fit], b: int) -> Iterator[Error]:
+    least, told_by = floors(runs[-1], b)
+    for j, output in enumerate(runs[0].model.chain.blocks[b].outputs):
+        squares = [_squares(run, b, j) for run in runs]
+        nominal, calibrated, improved = (float(np.sqrt(np.mean(s))) for s in squares)
+        unit = runs[0].model.records[0].sensors[output].unit
+        interval = _ratio(squares[0], squares[2])
+        floor = float(least[j])
+        yield Error(output, unit, nominal, calibrated, improved, floor, told_by, interval)
+
+
+def _squares(run: Fit, b: int, j: int) -> Floats:
+    """Mean square error of every stretch of time."""
+    found = []
+    for r, rest in enumerate(run.rest[b]):
+        parts = np.array_split(rest[:, j], run.model.records[r].grid.stretches)
+        found += [float(np.mean(part**2)) for part in parts]
+    return np.array(found)
+
+
+def _ratio(nominal: Floats, improved: Floats) -> tuple[float, float]:
+    rng = np.random.default_rng(1)
+    drawn = rng.integers(0, nominal.size, (DRAWS, nominal.size))
+    ratio = np.sqrt(improved[drawn].mean(axis=1) / np.maximum(nominal[drawn].mean(axis=1), 1e-300))
+    low, high = np.quantile(ratio, (0.025, 0.975))
+    return float(low), float(high)

@@ -1,0 +1,74 @@
+"""What a fit leaves, made ready to be judged: signatures off the nuisances, and how they push."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from identification.mismatch.fit.candidate import Candidate
+from identification.mismatch.fit.fitting import Fit
+from identification.mismatch.fit.sensitivity import change, coordinates_of
+from identification.mismatch.fit.stack import Integers, Nuisances, flat
+from identification.mismatch.simulation.model import Runs, Series, predict
+from plant.signals import Floats
+from plant.trouble import PlantError
+
+
+@dataclass(frozen=True, eq=False)
+class Judge:
+    """Everything that scoring needs, made once for a fit.
+
+    left: what the nuisances leave of residuals and beliefs (see `Nuisances.off`), and groups: the
+    stretch of time of each of its rows.
+    """
+
+    fit: Fit
+    nuisances: Nuisances
+    left: Floats
+    groups: Integers
+    runs: Runs = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, fit: Fit) -> "Judge":
+        """Prepare to judge what a fit leaves; the dials of its effects may vary as well."""
+        nuisances, z = fit.nuisances, coordinates_of(fit.point)
+        if fit.candidates:
+            nuisances = Nuisances(np.concatenate((nuisances.columns, fit.columns), axis=1))
+            z = np.concatenate((z, np.zeros(fit.columns.shape[1])))
+        return cls(fit, nuisances, nuisances.left(fit.aim, z), nuisances.grouped(fit.groups))
+
+    @cached_property
+    def coarse(self) -> Series:
+        """What sensors would show, simulated with the coarse steps of the signatures."""
+        return predict(self.fit.model.coarse, self.fit.point, runs=self.runs)
+
+    def signature(self, candidate: Candidate) -> Floats:
+        """Whitened change of all outputs that a candidate brings; zeros where it cannot be run."""
+        return self.signatures([candidate])[:, 0]
+
+    def signatures(self, tried: Sequence[Candidate]) -> Floats:
+        """Return the signatures of several candidates side by side, (rows, candidates)."""
+        model = self.fit.model
+        found = [[np.zeros((*m.shape, len(tried))) for m in ms] for ms in model.measured]
+        for i, candidate in enumerate(tried):
+            for into, changed in zip(found, self._change(candidate), strict=True):
+                for r, one in enumerate(changed):
+                    if one.size:
+                        into[r][:, :, i] = one
+        return np.nan_to_num(flat(model, self.fit.noise, found), posinf=0.0, neginf=0.0)
+
+    def _change(self, candidate: Candidate) -> Series:
+        fit = self.fit
+        try:
+            effects = (*fit.point.effects, candidate.effect())
+            return change(fit.model.coarse, fit.point, effects, self.coarse, self.runs)
+        except PlantError:
+            return [[np.empty(0)] * len(fit.model.records) for _ in fit.model.chain.blocks]
+
+    def pushes(self, columns: Floats) -> tuple[Floats, Floats]:
+        """Energy of signatures off the nuisances and what is left on them, (k,) each."""
+        inside = self.nuisances.columns.T @ columns
+        whole = np.einsum("ij,ij->j", columns, columns)
+        energy = whole - np.einsum("ij,ij->j", inside, self.nuisances.solve(inside))
+        return energy, columns.T @ self.left[: len(columns)]

@@ -1,0 +1,120 @@
+"""How everything that sensors show answers to each uncertain number: finite differences."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from identification.mismatch.simulation.model import Model, Point, Runs, Series, misplace, predict
+from plant.effects.effect import Effect
+from plant.signals import Floats
+
+NUDGE = 0.02  # of a coordinate's prior deviation
+SLOW_NUDGE = 0.2
+
+
+def sensitivities(
+    fine: Model, point: Point, kept: Series | None = None, only: frozenset[str] = frozenset()
+) -> Series:
+    """Return (T, m, p) by block and record: the system first, then the slow unknown by record.
+
+    Simulations with coarse steps are compared with each other. kept: those of a point nearby, which
+    hold for all drives but these.
+    """
+    model = fine.for_slopes
+    if kept is not None:
+        return _renewed(model, point, kept, only)
+    base = predict(model, point)
+    places = len(point.x) + sum(len(q) for q in point.q)
+    found = [[np.zeros((*m.shape, places)) for m in ms] for ms in model.measured]
+    for i in range(len(point.x)):
+        drives = model.system.touched(model.chain, model.known[i])
+        x = point.x.copy()
+        x[i] += NUDGE
+        put(model, found, i, predict(model, replace(point, x=x), drives), base, NUDGE)
+    column = len(point.x)
+    slow = model.system.slow_drives(model.chain)
+    for r, q in enumerate(point.q):
+        for k in range(len(q)):
+            moved = q.copy()
+            moved[k] += SLOW_NUDGE
+            there = replace(point, q=(*point.q[:r], moved, *point.q[r + 1 :]))
+            put(model, found, column, predict(model, there, slow, (r,)), base, SLOW_NUDGE)
+            column += 1
+    return found
+
+
+def _renewed(model: Model, point: Point, kept: Series, only: frozenset[str]) -> Series:
+    """Take sensitivities of some drives anew, on which nothing slow acts."""
+    base = predict(model, point, only)
+    blocks = model.chain.blocks
+    found = [
+        [s.copy() for s in ss] if block.drive in only else ss
+        for block, ss in zip(blocks, kept, strict=True)
+    ]
+    for i in range(len(point.x)):
+        drives = only.intersection(model.system.touched(model.chain, model.known[i]))
+        if drives:
+            x = point.x.copy()
+            x[i] += NUDGE
+            put(model, found, i, predict(model, replace(point, x=x), drives), base, NUDGE)
+    return found
+
+
+def none(model: Model, point: Point) -> Series:
+    """Return sensitivities of where nothing is uncertain: (T, m, p) zeros by block and record."""
+    places = coordinates_of(point).size
+    return [[np.zeros((*m.shape, places)) for m in ms] for ms in model.measured]
+
+
+def put(model: Model, into: Series, column: int, there: Series, base: Series, nudge: float) -> None:
+    """Write one column of sensitivities where something was predicted."""
+    for b, ks in enumerate(model.known_bins):
+        for r, known in enumerate(ks):
+            if there[b][r].size:
+                into[b][r][:, :, column] = (there[b][r] - base[b][r]) / nudge * known
+
+
+def change(
+    model: Model, point: Point, effects: tuple[Effect, ...], base: Series, runs: Runs | None = None
+) -> Series:
+    """Return what the outputs gain when the point has these effects instead, by block and record.
+
+    Drives that the new effects do not concern are not run and left empty. runs: simulations of the
+    point as it is, kept from call to call, for effects that act in a sensor alone.
+    """
+    new = [e for e in effects if e not in point.effects]
+    if all(hasattr(e, "tooth_offsets") for e in new) and len(effects) > len(point.effects):
+        return _of_the_discs(model, new)
+    concerned = {d for e in new for d in model.concerned(e)}
+    drives = [d for d in model.chain.drives if d in concerned]
+    told = all(model.only_told(e) for e in new)
+    there = predict(model, replace(point, effects=effects), drives, runs=runs if told else None)
+    return [
+        [(t - s) * k if t.size else t for t, s, k in zip(ts, ss, ks, strict=True)]
+        for ts, ss, ks in zip(there, base, model.known_bins, strict=True)
+    ]
+
+
+def _of_the_discs(model: Model, effects: list[Effect]) -> Series:
+    """What displaced teeth add; nothing has to be simulated for it."""
+    found: Series = [[np.empty(0)] * len(model.records) for _ in model.chain.blocks]
+    for b, block in enumerate(model.chain.blocks):
+        for r, record in enumerate(model.records):
+            seen = np.zeros(model.measured[b][r].shape)
+            misplace(seen, block.outputs, record, effects)
+            if seen.any():
+                found[b][r] = seen * model.known_bins[b][r]
+    return found
+
+
+def moved(model: Model, point: Point, step: Floats) -> Point:
+    """Return the point after a step of all coordinates, the slow unknown included."""
+    places = np.cumsum([len(point.x), *(len(q) for q in point.q)])
+    x, *roads = np.split(step, places[:-1])
+    q = tuple(a + b for a, b in zip(point.q, roads, strict=True))
+    return replace(point, x=point.x + x, q=q)
+
+
+def coordinates_of(point: Point) -> Floats:
+    """Lay all coordinates of a point end to end."""
+    return np.concatenate([point.x, *point.q])

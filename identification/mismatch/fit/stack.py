@@ -1,0 +1,132 @@
+"""Residuals and sensitivities of all blocks and recordings as one least-squares problem."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import numpy.typing as npt
+from scipy import linalg, optimize
+
+from identification.mismatch.fit.whitening import Whitener, whitener
+from identification.mismatch.simulation.model import Model, Series
+from plant.signals import Floats
+
+Integers = npt.NDArray[np.int_]
+
+
+def residuals(model: Model, predicted: Series) -> Series:
+    """Recorded less predicted; zero where nothing was recorded."""
+    return [
+        [(m - p) * k for m, p, k in zip(ms, ps, ks, strict=True)]
+        for ms, ps, ks in zip(model.measured, predicted, model.known_bins, strict=True)
+    ]
+
+
+def whiteners(model: Model, rest: Series) -> list[Whitener]:
+    """Fit the noise model of every block."""
+    return [
+        whitener(r, b.order, memory=b.memory) for b, r in zip(model.chain.blocks, rest, strict=True)
+    ]
+
+
+def flat(model: Model, noise: Sequence[Whitener], series: Series) -> Floats:
+    """Whiten everything and lay it end to end: (rows,), or (rows, p) for sensitivities (T, m, p).
+
+    Empty arrays stand for zeros: blocks and records that a change does not touch.
+    """
+    width = next((s.shape[2:] for rs in series for s in rs if s.ndim == 3), ())
+    parts = []
+    for b, white in enumerate(noise):
+        for r, one in enumerate(series[b]):
+            shape = model.measured[b][r].shape
+            rows = (shape[0] - white.order) * shape[1]
+            if one.size:
+                parts.append(white(one).reshape(rows, *one.shape[2:]))
+            else:
+                parts.append(np.zeros((rows, *width)))
+    return np.concatenate(parts)
+
+
+def clusters(model: Model, noise: Sequence[Whitener]) -> Integers:
+    """Number of the stretch of time, within one record, of every whitened row."""
+    parts = []
+    for b, white in enumerate(noise):
+        for r, record in enumerate(model.records):
+            shape = model.measured[b][r].shape
+            rows = shape[0] - white.order
+            count = record.grid.pieces
+            within = np.minimum(np.arange(rows) * count // rows, count - 1)
+            parts.append(np.repeat(within + 1000 * r, shape[1]))
+    return np.unique(np.concatenate(parts), return_inverse=True)[1]
+
+
+def recordings(model: Model, noise: Sequence[Whitener]) -> Integers:
+    """Number of the record of every whitened row."""
+    parts = []
+    for b, white in enumerate(noise):
+        for r in range(len(model.records)):
+            shape = model.measured[b][r].shape
+            parts.append(np.full((shape[0] - white.order) * shape[1], r))
+    return np.concatenate(parts)
+
+
+def log_likelihood(model: Model, rest: Series, noise: Sequence[Whitener]) -> float:
+    """Gaussian log-likelihood of residuals under noise models, up to a constant, nats."""
+    total = -0.5 * float(np.sum(flat(model, noise, rest) ** 2))
+    for b, white in enumerate(noise):
+        rows = sum(len(r) - white.order for r in rest[b])
+        total -= 0.5 * rows * white.log_determinant
+    return total
+
+
+@dataclass(frozen=True, eq=False)
+class Nuisances:
+    """Sensitivities (rows, p) to what may vary without meaning anything; unit priors."""
+
+    columns: Floats
+
+    @cached_property
+    def factor(self) -> tuple[Floats, bool]:
+        """Cholesky factor of the normal matrix, priors included."""
+        n = self.columns
+        return linalg.cho_factor(n.T @ n + np.eye(n.shape[1]))
+
+    def solve(self, pushes: Floats) -> Floats:
+        """Return coordinates that answer to pushes, (p,) or (p, k)."""
+        return np.asarray(linalg.cho_solve(self.factor, pushes))
+
+    def fit(self, series: Floats) -> Floats:
+        """Return coordinates that explain a series best, priors weighed in."""
+        return self.solve(self.columns.T @ series)
+
+    def off(self, series: Floats) -> Floats:
+        """Return what of a series the nuisances cannot explain, (rows + p,) or (rows + p, k).
+
+        The last p rows are what the explained part costs: coordinates away from what was believed
+        count like residuals, so that what calibration hides only by leaving its priors is seen.
+        """
+        c = self.fit(series)
+        return np.concatenate((series - self.columns @ c, -c))
+
+    def left(self, aim: Floats, z: Floats) -> Floats:
+        """Return residuals at coordinates z, and z itself, off the nuisances, (rows + p,)."""
+        step = self.solve(self.columns.T @ aim - z)
+        return np.concatenate((aim - self.columns @ step, -z - step))
+
+    def grouped(self, groups: Integers) -> Integers:
+        """Return the group of each of those rows; every belief is one of its own."""
+        own = 1 + int(groups.max(initial=-1)) + np.arange(self.columns.shape[1])
+        return np.concatenate((groups, own))
+
+
+def bounded(columns: Floats, weights: Floats, series: Floats, low: Floats, high: Floats) -> Floats:
+    """Return coordinates (p,) between bounds that explain a series best; weights: of the priors."""
+    factor = linalg.cho_factor(columns.T @ columns + np.diag(weights))
+    pushes = columns.T @ series
+    free = np.asarray(linalg.cho_solve(factor, pushes))
+    if np.all((free >= low) & (free <= high)):
+        return free
+    upper = np.triu(factor[0])
+    aim = linalg.solve_triangular(upper, pushes, trans="T")
+    return np.asarray(optimize.lsq_linear(upper, aim, (low, high), method="bvls").x)

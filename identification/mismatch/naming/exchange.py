@@ -1,0 +1,96 @@
+"""Where names do not suffice, each is exchanged for what explains more beside the others.
+
+One after the other, the best next step need not be on the best way: beside one overflow, an offset
+of the sensor explained more of two tanks than the second overflow did; beside both, a bent sensor
+explained far more than the offset. So each name is taken out in turn and the library looked through
+again for what the others leave.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+
+from identification.mismatch.fit.calibrate import from_far
+from identification.mismatch.fit.candidate import Candidate
+from identification.mismatch.fit.fitting import Fit, with_effects
+from identification.mismatch.fit.held_out import contradicted
+from identification.mismatch.fit.judge import Judge
+from identification.mismatch.fit.scatter import FAMILY, SHARE
+from identification.mismatch.naming.ahead import SECONDS, SURVEYS
+from identification.mismatch.naming.interval import significance
+from identification.mismatch.naming.naming import ENOUGH, MOST, Named
+from identification.mismatch.naming.score import survey
+from identification.mismatch.simulation.model import Model
+from plant.effects.effect import Effect
+from plant.trouble import PlantError
+
+ROUNDS = 2
+Say = Callable[[str], None]
+
+
+def exchanged(
+    named: Named, library: Sequence[type[Effect]], held_out: Model | None, say: Say
+) -> Named:
+    """Return the names with which more is explained; the same where there are none.
+
+    A new name must bring ENOUGH nats over the old one, be certain over all that is tried, and not
+    be contradicted by the held-out recordings.
+    """
+    tests = survey(Judge.of(named.base), library).tests
+    limit = FAMILY * SHARE / ((SURVEYS + ROUNDS * MOST) * tests)
+    for _ in range(ROUNDS):
+        better = _better(named, library, limit, held_out, say)
+        if better is None:
+            break
+        named = better
+    return named
+
+
+def _better(
+    named: Named, library: Sequence[type[Effect]], limit: float, held_out: Model | None, say: Say
+) -> Named | None:
+    old = named.fit
+    found = [f for i in range(len(old.candidates)) for f in _without(old, i, library, say)]
+    for new in sorted(found, key=lambda f: -f.score):
+        if new.score < old.score + ENOUGH:
+            break
+        if not _certain(new, limit):
+            continue
+        if held_out is None or not contradicted(named.base, new, held_out):
+            return _renamed(named, new, say)
+        say(f"contradicted by the held-out recordings: {new.candidates[-1].name}")
+    return None
+
+
+def _without(fit: Fit, i: int, library: Sequence[type[Effect]], say: Say) -> Iterator[Fit]:
+    """Yield fits with the most promising effects in the place of one."""
+    gone = fit.candidates[i]
+    say(f"looking for another than {gone.name}".replace("_", " "))
+    others = (*fit.candidates[:i], *fit.candidates[i + 1 :])
+    rest = from_far(with_effects(fit, others))
+    scores = survey(Judge.of(rest), library).scores
+    for score in [s for s in scores if s.candidate.name != gone.name][:SECONDS]:
+        new = _fitted(rest, score.candidate)
+        if new is not None:
+            yield new
+
+
+def _fitted(fit: Fit, new: Candidate) -> Fit | None:
+    try:
+        return from_far(with_effects(fit, (*fit.candidates, new)))
+    except PlantError:
+        return None
+
+
+def _certain(fit: Fit, limit: float) -> bool:
+    return all(significance(fit, i) < limit for i in range(len(fit.candidates)))
+
+
+def _renamed(named: Named, new: Fit, say: Say) -> Named:
+    """Return the names of the new fit; rivals of those that stay are kept."""
+    names = [c.name for c in new.candidates]
+    gone = next(n for n in named.names if n not in names)
+    come = names[-1]
+    nats = new.score - named.fit.score
+    say(f"exchanged: {gone} for {come} ({nats:.0f} nats)")
+    kept = {n: r for n, r in named.rivals.items() if gone not in n.split(" + ")}
+    return replace(named, fit=new, rivals={**kept, come: {gone: nats}})

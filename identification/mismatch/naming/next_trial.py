@@ -1,0 +1,93 @@
+"""Which trial would tell: all of the menu are rehearsed, and the clearest one is proposed."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from identification.mismatch.fit.candidate import Candidate, candidates
+from identification.mismatch.fit.fitting import Fit
+from identification.mismatch.fit.judge import Judge
+from identification.mismatch.fit.sensitivity import none, sensitivities
+from identification.mismatch.simulation.model import predict
+from plant.effects.effect import Effect
+from plant.signals import Floats
+
+CLOSELY = 3
+"""Trials of the menu that are looked at with everything that is uncertain."""
+
+
+def next_trial(
+    fit: Fit, alike: Sequence[type[Effect]], hidden: Sequence[type[Effect]]
+) -> tuple[str, Any] | None:
+    """Return why and which trial to ride next; None where there is nothing to settle.
+
+    alike: effects that could not be told apart; hidden: effects that were not excited.
+    """
+    if len(alike) < 2 and not hidden:
+        return None
+    kinds = alike[:2] if len(alike) > 1 else hidden[:1]
+    loud = [(_loudness(fit, choice, kinds), choice) for choice in fit.model.system.menu()]
+    most = sorted((w for w in loud if w[0] > 0.0), key=lambda w: -w[0])[:CLOSELY]
+    if not most:
+        return None
+    worth = [(_worth(fit, choice, kinds), choice) for _, choice in most]
+    nats, best = max(worth, key=lambda w: w[0])
+    if nats <= 0.0:
+        return None
+    names = " from ".join(k.name for k in alike[:2]) if len(alike) > 1 else hidden[0].name
+    verb = "tell" if len(alike) > 1 else "show"
+    why = f"{best} would {verb} {names.replace('_', ' ')} ({nats:.0f} nats expected)"
+    return why, best
+
+
+def _loudness(fit: Fit, choice: Any, kinds: Sequence[type[Effect]]) -> float:
+    """Nats by which a trial shows or separates effects, were the system known exactly."""
+    judge = _rehearsed(fit, choice, exact=True)
+    return 0.0 if judge is None else _told(judge, fit, kinds)
+
+
+def _worth(fit: Fit, choice: Any, kinds: Sequence[type[Effect]]) -> float:
+    """Nats by which a trial shows one effect or separates two."""
+    judge = _rehearsed(fit, choice, exact=False)
+    return 0.0 if judge is None else _told(judge, fit, kinds)
+
+
+def _told(judge: Judge, fit: Fit, kinds: Sequence[type[Effect]]) -> float:
+    signatures = [_signature(judge, fit, kind) for kind in kinds]
+    return _apart(judge, *signatures) if len(signatures) > 1 else _energy(judge, signatures[0])
+
+
+def _rehearsed(fit: Fit, choice: Any, exact: bool) -> Judge | None:
+    """Return what a trial would tell; exact: of a system of which nothing is uncertain."""
+    try:
+        record = fit.model.at(fit.point).rehearse(fit.model.records[0], choice)
+    except ValueError:
+        return None
+    model = replace(fit.model, records=(record,), injected=()).coarse
+    point = replace(model.origin(), x=fit.point.x, effects=fit.point.effects)
+    slopes = none(model, point) if exact else sensitivities(model, point)
+    return Judge.of(Fit(model, point, predict(model, point), fit.noise, slopes))
+
+
+def _signature(judge: Judge, fit: Fit, kind: type[Effect]) -> Floats:
+    """Signature of an effect at its fitted size, else at its typical one."""
+    fitted = next((c for c in fit.effects if c.kind is kind), None)
+    return judge.signature(fitted or _typical(kind))
+
+
+def _typical(kind: type[Effect]) -> Candidate:
+    return next(candidates(kind, 1))
+
+
+def _energy(judge: Judge, signature: Floats) -> float:
+    off = judge.nuisances.off(signature)
+    return 0.5 * float(off @ off)
+
+
+def _apart(judge: Judge, a: Floats, b: Floats) -> float:
+    off = judge.nuisances.off(b)
+    energy = float(off @ off)
+    share = float(off[: len(a)] @ a) / energy if energy > 0.0 else 0.0
+    return _energy(judge, np.asarray(a - share * b))

@@ -1,0 +1,185 @@
+"""What each candidate effect would explain, without fitting it: its signature off the nuisances."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from identification.mismatch.fit.candidate import (
+    TRIES,
+    Candidate,
+    candidates,
+    half_a_turn_on,
+    larger,
+    otherwise,
+    place_on_the_road,
+    read_off,
+    reshaped,
+)
+from identification.mismatch.fit.judge import Judge
+from identification.mismatch.fit.scatter import amplitude_p
+from identification.mismatch.fit.stack import recordings
+from identification.mismatch.naming.elsewhere import CHANCE, Tried, at_places, usual
+from identification.mismatch.simulation.model import Model
+from identification.mismatch.simulation.sensor import Rounds
+from plant.effects.effect import Effect
+from plant.signals import Floats
+
+HINT = 0.5
+"""Nats of an amplitude, either sign, above which an effect is looked at more closely."""
+SHOWN = 6.0
+"""Nats that an effect of typical size must be worth to count as excited."""
+NEAR = (0.3, 3.0)
+"""Amplitudes for which a signature still holds."""
+OFF = 0.7
+"""Credit of a gain at other amplitudes."""
+RESHAPED = 8
+BATCH = 32
+
+
+@dataclass(frozen=True)
+class Score:
+    """What a candidate's signature says about residuals.
+
+    amplitude: of the signature, 1 = as large as tried. gain: nats. seen: nats that the signature
+    would be worth if it were there as tried. kept: share of the signature that calibration cannot
+    hide. p: one-sided, of an amplitude as small as does not count. typical: what `seen` is for the
+    effect at its typical size, the most telling of its tries.
+    """
+
+    candidate: Candidate
+    amplitude: float
+    gain: float
+    seen: float
+    kept: float
+    p: float
+    typical: float = 0.0
+
+
+def scores(judge: Judge, tried: Sequence[Candidate]) -> list[Score]:
+    """Judge candidates at their sizes."""
+    found: list[Score] = []
+    for first in range(0, len(tried), BATCH):
+        some = tried[first : first + BATCH]
+        columns = judge.signatures(some)
+        whole = np.einsum("ij,ij->j", columns, columns)
+        energy, push = judge.pushes(columns)
+        found += [
+            _score(judge, c, columns[:, i], float(push[i]), float(energy[i]), float(whole[i]))
+            for i, c in enumerate(some)
+        ]
+    return found
+
+
+def tried_along(judge: Judge, places: Sequence[Candidate]) -> list[Tried]:
+    """Return what each trial alone says of one effect at several places."""
+    columns = judge.signatures(places)
+    trial = recordings(judge.fit.model, judge.fit.noise)
+    told = [judge.pushes(columns * (trial == r)[:, None]) for r in np.unique(trial)]
+    length = np.sqrt(np.sum(columns**2, axis=0)) + 1e-300
+    at = [place_on_the_road(p.pattern) or 0.0 for p in places]
+    energy, push = (np.stack(x) for x in zip(*told, strict=True))
+    alike = columns.T @ columns / np.outer(length, length)
+    return at_places(at, energy, push / np.maximum(energy, 1e-300), alike)
+
+
+def _score(
+    judge: Judge, candidate: Candidate, signature: Floats, push: float, energy: float, whole: float
+) -> Score:
+    if energy <= 1e-9 * max(whole, 1.0) or energy < 1e-6:
+        return Score(candidate, 0.0, 0.0, 0.0, 0.0, 1.0)
+    amplitude = push / energy
+    gain = 0.5 * energy * max(amplitude, 0.0) ** 2
+    p = 1.0
+    if gain > HINT:
+        least = candidate.counts / abs(candidate.size)
+        off = judge.nuisances.off(signature)
+        p = amplitude_p(off, judge.left, judge.groups, judge.fit.scatter, least)
+    return Score(candidate, amplitude, gain, 0.5 * energy, energy / whole, p)
+
+
+@dataclass(frozen=True)
+class Survey:
+    """scores: the best try of every effect, by what it explains, greatest first.
+
+    tests: how many could have been found by chance.
+    """
+
+    scores: list[Score]
+    tests: int
+
+
+def survey(judge: Judge, library: Iterable[type[Effect]]) -> Survey:
+    """Score every effect on every subject that it is not found on yet.
+
+    All are tried at their typical size. Those of which there is a hint are tried at other sizes and
+    shapes as well; those that would not show at their typical size, at a large one.
+    """
+    there = {c.name for c in judge.fit.effects}
+    kinds = (as_recorded(c, judge.fit.model) for kind in library for c in candidates(kind))
+    first = _with_elsewhere(judge, scores(judge, [c for c in kinds if c.name not in there]))
+    more = [c for s in first for c in _more(s)]
+    tried = scores(judge, more)
+    best = _best([*first, *tried])
+    hints = [s.candidate for s in best[:RESHAPED] if s.gain > HINT]
+    shaped = scores(judge, [c for hint in hints for c in reshaped(hint)])
+    typical: dict[str, float] = {}
+    for s in first:
+        typical[s.candidate.name] = max(typical.get(s.candidate.name, 0.0), s.seen)
+    told = [replace(s, typical=typical[s.candidate.name]) for s in _best([*best, *shaped])]
+    told_of = [s.candidate for s in (*first, *tried) if s.seen > CHANCE]
+    chances = {(c.pattern, c.whole) for c in told_of}
+    return Survey(told, TRIES * max(len(chances), 1))
+
+
+def as_recorded(candidate: Candidate, model: Model) -> Candidate:
+    """Return the candidate with what the recordings show plainly: the steps of a channel."""
+    if not isinstance(candidate.pattern, Rounds):
+        return candidate
+    sensors = [r.sensors[candidate.pattern.subject] for r in model.records
+               if candidate.pattern.subject in r.sensors]  # fmt: skip
+    steps = [s.lattice.step for s in sensors if s.coarse]
+    return read_off(candidate, float(np.median(steps))) if steps else candidate
+
+
+def _with_elsewhere(judge: Judge, found: Sequence[Score]) -> list[Score]:
+    """Tell what is looked for along the road how its size scatters where it cannot be true."""
+    along: dict[str, list[Candidate]] = {}
+    for score in found:
+        if place_on_the_road(score.candidate.pattern) is not None:
+            along.setdefault(score.candidate.name, []).append(score.candidate)
+    tried = {name: tried_along(judge, places) for name, places in along.items()}
+    return [_held_to(score, tried) for score in found]
+
+
+def _held_to(score: Score, tried: Mapping[str, Sequence[Tried]]) -> Score:
+    at = place_on_the_road(score.candidate.pattern)
+    if at is None:
+        return score
+    scatter = usual(tried[score.candidate.name], at)
+    return replace(score, candidate=replace(score.candidate, elsewhere=scatter))
+
+
+def _more(score: Score) -> list[Candidate]:
+    """Return the tries that a first score asks for."""
+    backwards = score.amplitude < 0.0
+    if score.seen * score.amplitude**2 > HINT:
+        turned = list(half_a_turn_on(score.candidate)) if backwards else []
+        others = [*otherwise(score.candidate, backwards)]
+        return others + [c for t in turned for c in (t, *otherwise(t, backwards=False))]
+    return list(larger(score.candidate)) if score.seen < SHOWN else []
+
+
+def _credit(score: Score) -> tuple[float, float]:
+    """Order of the tries of one effect: signatures hold near the size at which they were taken."""
+    near = NEAR[0] < score.amplitude < NEAR[1]
+    return (score.gain if near else OFF * score.gain), score.seen
+
+
+def _best(scores: Iterable[Score]) -> list[Score]:
+    found: dict[str, Score] = {}
+    for score in scores:
+        name = score.candidate.name
+        if name not in found or _credit(score) > _credit(found[name]):
+            found[name] = score
+    return sorted(found.values(), key=lambda s: -s.gain)

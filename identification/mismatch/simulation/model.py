@@ -1,0 +1,196 @@
+"""The simulation put beside the recordings: from coordinates and effects to what sensors show."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+
+from identification.mismatch.simulation.blocks import Block, Chain
+from identification.mismatch.simulation.coordinates import Coordinate
+from identification.mismatch.simulation.push import Push
+from identification.mismatch.simulation.record import Record
+from identification.mismatch.simulation.sensor import Columns, Rounds
+from identification.mismatch.simulation.system import System
+from plant.effects.effect import Effect
+from plant.encoder import Misplaces
+from plant.signals import Floats
+
+Series = list[list[Floats]]
+"""By block and record: (T, m)."""
+Runs = dict[tuple[int, str], Columns]
+"""Simulations by record and drive."""
+
+
+@dataclass(frozen=True)
+class Point:
+    """Where the model stands. x: coordinates of the system; q: slow unknown by record; effects."""
+
+    x: Floats
+    q: tuple[Floats, ...]
+    effects: tuple[Effect, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class Model:
+    """Records, the blocks they carry, and what is uncertain of the system.
+
+    injected: by record, columns of the inputs to which something is added at every simulation.
+    stepless: whether sensors tell without the coarse steps that an effect gives them.
+    """
+
+    system: System
+    records: tuple[Record, ...]
+    chain: Chain
+    known: list[Coordinate]
+    injected: tuple[Mapping[str, Floats], ...] = field(default=())
+    stepless: bool = False
+
+    @cached_property
+    def measured(self) -> Series:
+        """What was recorded."""
+        return [[_stack(b, r, None) for r in self.records] for b in self.chain.blocks]
+
+    @cached_property
+    def known_bins(self) -> Series:
+        """1 where something was recorded, 0 elsewhere."""
+        return [
+            [np.column_stack([r.sensors[o].known for o in b.outputs]).astype(float)
+             for r in self.records] for b in self.chain.blocks
+        ]  # fmt: skip
+
+    @cached_property
+    def coarse(self) -> "Model":
+        """The same with coarser steps of integration, to compare simulations with each other."""
+        model = self._like(replace(self, system=self.system.coarse()))
+        model.__dict__["coarse"] = model
+        return model
+
+    @cached_property
+    def for_slopes(self) -> "Model":
+        """The coarse one without what sensors round: a staircase has no slope that leads on."""
+        return self._like(replace(self.coarse, stepless=True))
+
+    def _like(self, other: "Model") -> "Model":
+        """Return another of the same records, what was measured shared."""
+        other.__dict__.update(measured=self.measured, known_bins=self.known_bins)
+        return other
+
+    def origin(self) -> Point:
+        """Return the system as its file tells it, with nothing slow acting."""
+        slow = tuple(np.zeros(r.slow.shape[1]) for r in self.records)
+        return Point(np.zeros(len(self.known)), slow)
+
+    def at(self, point: Point) -> System:
+        """Return the system that a point describes, effects of its file included."""
+        known_to_it = [e for e in point.effects if not isinstance(e, Push)]
+        return self.system.at(self.known, point.x, known_to_it)
+
+    def concerned(self, effect: Effect) -> tuple[str, ...]:
+        """Return the drives of which an effect can change what the outputs show."""
+        if isinstance(effect, Push):
+            return (effect.drive,)
+        return tuple(d for d in self.chain.drives if self.system.concerns(effect, self.chain, d))
+
+    def only_told(self, effect: Effect) -> bool:
+        """Tell whether an effect leaves every simulation as it is."""
+        return not isinstance(effect, Push) and self.system.only_told(effect, self.chain)
+
+
+def models(system: System, *sets: Sequence[Record]) -> list[Model]:
+    """Put a system beside sets of recordings, cut alike and with the same uncertain numbers."""
+    ready = [r for records in sets for r in records]
+    cut = system.chain(ready)
+    known = system.coordinates(ready, cut)
+    return [Model(system, tuple(records), cut, known) for records in sets]
+
+
+def acting(
+    model: Model, point: Point, record: int, extra: Mapping[str, Floats] | None = None
+) -> dict[str, Floats]:
+    """Return what is added to columns of a record's inputs: injected, pushed at a point, extra."""
+    pushed = [e.courses[record] for e in point.effects if isinstance(e, Push)]
+    found: dict[str, Floats] = {}
+    for courses in (*model.injected[record : record + 1], *pushed, extra or {}):
+        for name, course in courses.items():
+            found[name] = found[name] + course if name in found else course
+    return found
+
+
+def simulate(
+    model: Model, point: Point, record: int, drive: str,
+    extra: Mapping[str, Floats] | None = None, system: System | None = None,
+) -> Columns:  # fmt: skip
+    """Run one drive of one record. extra: what is added to columns of the inputs."""
+    there = model.at(point) if system is None else system
+    added = acting(model, point, record, extra)
+    return there.simulate(model.records[record], model.chain, drive, point.q[record], added)
+
+
+def predict(
+    model: Model,
+    point: Point,
+    drives: Iterable[str] | None = None,
+    records: Iterable[int] | None = None,
+    runs: Runs | None = None,
+) -> Series:
+    """Return what the sensors would show; blocks of other drives or records are left empty.
+
+    runs: simulations that hold for this point, if there are any; those made here are added.
+    """
+    system = model.at(point)
+    effects = [e for e in system.effects if not (model.stepless and isinstance(e, Rounds))]
+    wanted = set(model.chain.drives if drives is None else drives)
+    found: Series = [[np.empty(0)] * len(model.records) for _ in model.chain.blocks]
+    for r in range(len(model.records)) if records is None else records:
+        outs = {d: _run(model, point, r, d, runs, system) for d in wanted}
+        for b, block in enumerate(model.chain.blocks):
+            if block.drive in wanted:
+                seen = _stack(block, model.records[r], outs[block.drive], effects)
+                found[b][r] = _shown(model, point, block, r, seen, system)
+    return found
+
+
+def _run(
+    model: Model, point: Point, record: int, drive: str, runs: Runs | None, system: System
+) -> Columns:
+    if runs is None:
+        return simulate(model, point, record, drive, system=system)
+    if (record, drive) not in runs:
+        runs[record, drive] = simulate(model, point, record, drive, system=system)
+    return runs[record, drive]
+
+
+def _shown(
+    model: Model, point: Point, block: Block, r: int, seen: Floats, system: System
+) -> Floats:
+    """Add what clocks and tooth errors do."""
+    record = model.records[r]
+    for i, coordinate in enumerate(model.known):
+        if coordinate.of_clock and block.sensors_suspected:
+            late = coordinate.at(float(point.x[i]))
+            for j, output in enumerate(block.outputs):
+                if late and record.sensors[output].clock == coordinate.name:
+                    seen[:, j] -= late * np.gradient(seen[:, j], record.grid.width)
+    misplace(seen, block.outputs, record, system.effects)
+    return seen
+
+
+def misplace(
+    seen: Floats, outputs: Iterable[str], record: Record, effects: Iterable[Effect]
+) -> None:
+    """Add to outputs (T, m) what displaced teeth make of them."""
+    for effect in effects:
+        if hasattr(effect, "tooth_offsets"):
+            assert isinstance(effect, Misplaces)
+            for j, output in enumerate(outputs):
+                sensor = record.sensors[output]
+                if sensor.offsets is not None and output.startswith(effect.encoder.split("_")[0]):
+                    seen[:, j] += sensor.misplaced(effect.tooth_offsets(sensor.offsets.shape[1]))
+
+
+def _stack(
+    block: Block, record: Record, out: Columns | None, effects: Iterable[Effect] = ()
+) -> Floats:
+    sensors = [record.sensors[o] for o in block.outputs]
+    return np.column_stack([s.value if out is None else s.look(out, effects) for s in sensors])

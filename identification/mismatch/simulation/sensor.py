@@ -1,0 +1,283 @@
+"""One recorded output, and the same sensor put on the simulation.
+
+A wheel's teeth give two outputs: the speed of the wheel, from which what repeats with the tooth is
+taken off, and the pattern of the teeth itself, by the recorded tooth. What is periodic in the
+recorded wheel angle is so judged at the recorded wheel angle.
+"""
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from typing import Protocol, runtime_checkable
+
+import numpy as np
+import numpy.typing as npt
+from scipy import sparse
+
+from identification.mismatch.simulation.lattice import NO_LATTICE, Lattice, lattice_of
+from identification.mismatch.simulation.sampling import (
+    Grid,
+    Matrix,
+    at_points,
+    interval_means,
+    into_bins,
+    known_bins,
+)
+from plant.channels import told_of_noisy
+from plant.effects.effect import Effect
+from plant.renewal import Renewals, renewals, rhythm
+from plant.sensing import Tells, tell, telling
+from protocol.channel import FloatArray
+
+MOVED = 1.5  # quanta between two samples from which on telling a value again is no chance
+NEAR = (0.05, 0.08, 0.12, 0.18, 0.27, 0.4)
+"""Of a coarse step, how near a simulation may come to what was rounded."""
+THE_SAME = 0.02  # share of a step within which a recording's own steps are meant
+SEGMENT = 3.0  # s, over which a tooth pattern is averaged
+Integers = npt.NDArray[np.int_]
+
+
+@runtime_checkable
+class ToldAgain(Protocol):
+    """An effect that repeats values in its frames."""
+
+    def told_again(
+        self, known: Renewals, rhythm: float, time: FloatArray, value: FloatArray
+    ) -> FloatArray:
+        """Return what it tells where it is known which frames were not renewed."""
+        ...
+
+
+@runtime_checkable
+class Rounds(Protocol):
+    """An effect that tells whole steps, in the channel's unit."""
+
+    quantum: float
+
+
+class Columns(Protocol):
+    """What a simulation did: a column by name, one value a row."""
+
+    def __getitem__(self, name: str, /) -> FloatArray:
+        """Return a column, (rows,)."""
+        ...
+
+
+@dataclass(frozen=True)
+class Sensor:
+    """name: of the output; value: (bins,) recorded; known: (bins,) False where nothing was.
+
+    see: matrices by column of the simulation; then: the last steps, which the recorded samples go
+    through as well. direct: both in one, where no effect acts between them. time: s, of samples of
+    a point sensor; told: by them; again: 1 where they told a value again; lattice: steps of what is
+    told; noise: deviation of the white noise before it was rounded; coarse: whether the steps are
+    coarser than promised. offsets: what the displacement of every tooth (rad) does before the last
+    steps.
+    """
+
+    name: str
+    unit: str
+    clock: str
+    value: FloatArray
+    known: npt.NDArray[np.bool_]
+    see: Mapping[str, Matrix]
+    then: Callable[[FloatArray], FloatArray]
+    direct: Callable[[Columns], FloatArray]
+    offsets: Matrix | None = None
+    time: FloatArray | None = None
+    told: FloatArray | None = None
+    again: FloatArray | None = None
+    rhythm: float = 0.0
+    lattice: Lattice = NO_LATTICE
+    noise: float = 0.0
+    coarse: bool = False
+
+    def look(self, out: Columns, effects: Iterable[Effect] = ()) -> FloatArray:
+        """Return what the sensor shows, effects on its channel included, (bins,)."""
+        acting = self._acting(effects)
+        return self.then(self._told(_seen(self.see, out), acting)) if acting else self.direct(out)
+
+    def error(self, out: Columns, effects: Iterable[Effect], at: FloatArray) -> FloatArray:
+        """Return by how much effects on its channel make the sensor tell too much, at given times.
+
+        For a point sensor; at: s since the start, (k,).
+        """
+        acting = self._acting(effects)
+        if not acting or self.time is None:
+            return np.zeros(at.size)
+        value = _seen(self.see, out)
+        return np.asarray(np.interp(at, self.time, self._told(value, acting) - value))
+
+    def _acting(self, effects: Iterable[Effect]) -> tuple[Tells, ...]:
+        return () if self.time is None else telling(effects, self.name, "signal", "frame")
+
+    def _told(self, value: FloatArray, acting: Iterable[Tells]) -> FloatArray:
+        """Return what is told of the values at the sensor's instants."""
+        assert self.time is not None
+        left: tuple[Tells, ...] = ()
+        for effect in acting:
+            known = self._as_recorded(effect, value)
+            value = value if known is None else known
+            left += (effect,) if known is None else ()
+        return tell(left, (), self.time, value)[1]
+
+    def _as_recorded(self, effect: Tells, value: FloatArray) -> FloatArray | None:
+        """Return what an effect makes of values where the recording tells what it did there."""
+        if isinstance(effect, Rounds) and self.coarse and self.told is not None:
+            return self._rounded(effect.quantum, value, self.told)
+        if self.again is None or self.time is None or not isinstance(effect, ToldAgain):
+            return None
+        known = renewals(value, self.again, MOVED * self.lattice.step)
+        return None if known is None else effect.told_again(known, self.rhythm, self.time, value)
+
+    def _rounded(self, quantum: float, value: FloatArray, told: FloatArray) -> FloatArray:
+        """Round values on the recording's own steps, as sharply as that tells what was told.
+
+        From one sample to the next: a simulation may drift for long and be sharp all the same.
+        """
+        own = abs(quantum / self.lattice.step - 1.0) < THE_SAME
+        step = self.lattice.step if own else quantum
+        tried = (
+            told_of_noisy(value, step, max(near * step, self.noise), self.lattice.phase, NEAR[0])
+            for near in NEAR
+        )
+        return min(tried, key=lambda shown: float(np.sum(np.diff(told - shown) ** 2)))
+
+    def misplaced(self, displacement: FloatArray) -> FloatArray:
+        """Return what displaced teeth (rad, by tooth) add to the output; zeros without teeth."""
+        if self.offsets is None:
+            return np.zeros(self.value.size)
+        return self.then(self.offsets @ displacement)
+
+
+def _seen(see: Mapping[str, Matrix], out: Columns) -> FloatArray:
+    return np.asarray(sum(m @ out[column] for column, m in see.items()))
+
+
+@dataclass(frozen=True)
+class Sampled:
+    """Samples since the simulation's start. time: (k,) s; value: (k,) SI."""
+
+    time: FloatArray
+    value: FloatArray
+    clock: str
+
+
+def point_sensor(
+    name: str, unit: str, column: str, factor: float, samples: Sampled, grid: Grid,
+    noise: float = 0.0, promised: float = 0.0,
+) -> Sensor:  # fmt: skip
+    """Make a sensor that shows a column, times a factor, at its instants.
+
+    noise: deviation of the white noise that its values had before they were rounded. promised:
+    steps in which they should be told; 0: nobody told. Coarser ones are something missing.
+    """
+    bins = into_bins(samples.time, grid)
+    see = sparse.csr_array(factor * at_points(samples.time, grid))
+    known = known_bins(samples.time, grid)
+    lattice = lattice_of(samples.value)
+    coarse = lattice.coarser_than(promised)
+    usual = Lattice(promised) if coarse else lattice
+
+    def then(values: FloatArray) -> FloatArray:
+        return np.asarray(bins @ told_of_noisy(values, usual.step, noise, usual.phase))
+
+    at_once = sparse.csr_array(bins @ see)
+
+    def direct(out: Columns) -> FloatArray:
+        if usual.step > 0.0:
+            return then(see @ out[column])
+        return np.asarray(at_once @ out[column])
+
+    again = _again(samples.value)
+    return Sensor(name, unit, samples.clock, bins @ samples.value, known, {column: see}, then,
+                  direct, time=samples.time, told=samples.value, again=again, rhythm=rhythm(again),
+                  lattice=lattice, noise=noise, coarse=coarse)  # fmt: skip
+
+
+def _again(values: FloatArray) -> FloatArray:
+    """Return 1 where a sample tells exactly what the one before it told."""
+    return np.concatenate(([0.0], (np.diff(values) == 0.0).astype(float)))
+
+
+def tooth_sensors(wheel: str, teeth: Sampled, per_turn: int, grid: Grid) -> tuple[Sensor, Sensor]:
+    """Make the sensors of a wheel's teeth: its speed, and the pattern of its disc."""
+    first = np.flatnonzero((np.diff(teeth.value) == 1) & (np.diff(teeth.time) > 0))
+    span = teeth.time[first + 1] - teeth.time[first]
+    middle = teeth.time[first] + 0.5 * span
+    tooth = teeth.value[first].astype(int) % per_turn
+    speed = 2 * np.pi / per_turn / span
+    bins = into_bins(middle, grid)
+    disc = _disc(middle, tooth, per_turn, np.interp(middle, grid.centre, bins @ speed), grid)
+    angle, rate = interval_means(teeth.time, first, grid)
+    see = {f"{wheel}_angle": angle, f"{wheel}_speed": rate}
+    late = _late(span, tooth, per_turn)
+
+    means = {column: sparse.csr_array(bins @ m) for column, m in see.items()}
+    cells = {column: sparse.csr_array(disc.mean @ m) for column, m in see.items()}
+    back = sparse.csr_array(bins @ disc.back)
+
+    def clean(intervals: FloatArray) -> FloatArray:
+        return np.asarray(bins @ intervals - back @ disc.pattern(intervals))
+
+    def direct(out: Columns) -> FloatArray:
+        return np.asarray(_seen(means, out) - back @ disc.centred(_seen(cells, out)))
+
+    def pattern(out: Columns) -> FloatArray:
+        return disc.centred(_seen(cells, out))
+
+    return (
+        Sensor(f"{wheel}_teeth", "rad/s", teeth.clock, clean(speed), known_bins(middle, grid),
+               see, clean, direct, late),
+        Sensor(f"{wheel}_tooth_pattern", "1", teeth.clock, disc.pattern(speed), disc.known,
+               see, disc.pattern, pattern, late),
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class _Disc:
+    """Cells of (segment of time, tooth). mean: of the relative speed in each, (cells, intervals).
+
+    back: puts a pattern back onto the intervals that it came from, as speeds, (intervals, cells).
+    """
+
+    mean: Matrix
+    back: Matrix
+    per_turn: int
+    known: npt.NDArray[np.bool_]
+
+    def pattern(self, intervals: FloatArray) -> FloatArray:
+        """Mean relative speed over each tooth and segment, less the segment's own mean."""
+        return self.centred(self.mean @ intervals)
+
+    def centred(self, cells: FloatArray) -> FloatArray:
+        """Return the cells less the mean of their segment."""
+        table = cells.reshape(-1, self.per_turn)
+        return np.asarray((table - table.mean(axis=1, keepdims=True)).ravel())
+
+
+def _disc(
+    middle: FloatArray, tooth: Integers, per_turn: int, usual: FloatArray, grid: Grid
+) -> _Disc:
+    end = grid.start + grid.bins * grid.width
+    segments = max(int((end - grid.start) / SEGMENT), 1)
+    number = np.floor((middle - grid.start) / (end - grid.start) * segments).astype(int)
+    inside = (number >= 0) & (number < segments)
+    cell = np.where(inside, number * per_turn + tooth, -1)
+    places = np.flatnonzero(inside)
+    count = np.bincount(cell[places], minlength=segments * per_turn)
+    weight = 1.0 / count[cell[places]] / usual[places]
+    mean = sparse.csr_array((weight, (cell[places], places)), (count.size, middle.size))
+    back = sparse.csr_array((usual[places], (places, cell[places])), (middle.size, count.size))
+    return _Disc(mean, back, per_turn, count > 0)
+
+
+def _late(span: FloatArray, tooth: Integers, per_turn: int) -> Matrix:
+    """Speed seen over each interval per displacement of each tooth: a late tooth ends it late.
+
+    The recorded wheel has turned by the pitch plus (late at its end - late at its start); it is
+    read as if it had turned by the pitch, so what is seen is the true speed less that.
+    """
+    lines = np.arange(span.size)
+    values = np.concatenate((-1.0 / span, 1.0 / span))
+    columns = np.concatenate(((tooth + 1) % per_turn, tooth))
+    return sparse.csr_array((values, (np.tile(lines, 2), columns)), (span.size, per_turn))

@@ -1,0 +1,168 @@
+"""What the engine must be told of whatever is simulated: the one interface between the two.
+
+A system is a set of nominal numbers with equations: a motorcycle of a vehicle file, or what a model
+file tells. It is immutable; other numbers make another system. The engine calibrates, locates,
+names and proves through these methods and knows no vehicle.
+"""
+
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
+from typing import Any, Self
+
+from identification.mismatch.simulation.blocks import Chain
+from identification.mismatch.simulation.coordinates import Coordinate
+from identification.mismatch.simulation.place import Injection
+from identification.mismatch.simulation.record import Record
+from identification.mismatch.simulation.sensor import Columns
+from plant.effects.effect import Effect
+from plant.signals import Floats
+from protocol.recording import Recording
+
+
+class System(ABC):
+    """Whatever is simulated.
+
+    units: of regressors, by name. operating: the regressor along which a region is told.
+    direction: the regressor whose sign tells opening from closing. Empty: there is none.
+    bends: how often sensitivities are taken anew at most, where numbers move far. farthest: prior
+    deviations that a number may be off at all, so that no calibration is led astray on its way.
+    by_factors: whether its numbers are known to factors, not to per cent.
+    """
+
+    units: Mapping[str, str]
+    operating: str = ""
+    direction: str = ""
+    bends: int = 0
+    farthest: float = math.inf
+    by_factors: bool = False
+
+    # What it is.
+
+    @property
+    @abstractmethod
+    def name(self) -> str:
+        """Its name."""
+
+    @property
+    @abstractmethod
+    def effects(self) -> tuple[Effect, ...]:
+        """Effects that act in it."""
+
+    @property
+    @abstractmethod
+    def library(self) -> tuple[type[Effect], ...]:
+        """Effects that may be missing in it. Their patterns raise PlantError where they cannot."""
+
+    @property
+    @abstractmethod
+    def plus_minus(self) -> Mapping[str, float]:
+        """95 % half widths, SI, by `Coordinate.key` or 'effects.<effect's key>.<parameter>'."""
+
+    @abstractmethod
+    def at(self, known: Sequence[Coordinate], x: Floats, effects: Sequence[Effect]) -> Self:
+        """Return it at coordinates x, with these effects in place of its own of the same key."""
+
+    @abstractmethod
+    def believed(self, plus_minus: Mapping[str, float]) -> Self:
+        """Return it as an improved file tells it, its numbers known this well."""
+
+    @abstractmethod
+    def text(self) -> str:
+        """Return the file that tells it."""
+
+    # What the recordings are to it.
+
+    @abstractmethod
+    def prepare(self, recording: Recording) -> Record:
+        """Make a recording ready. Raises InputError where nothing in it can drive a simulation."""
+
+    @abstractmethod
+    def check(self, record: Record) -> None:
+        """Raise InputError where a recording is of something else."""
+
+    @abstractmethod
+    def chain(self, records: Sequence[Record]) -> Chain:
+        """Find the drives and blocks that all these records carry."""
+
+    @abstractmethod
+    def coordinates(self, records: Sequence[Record], chain: Chain) -> list[Coordinate]:
+        """List what is uncertain of it and of the clocks of these records."""
+
+    @abstractmethod
+    def touched(self, chain: Chain, coordinate: Coordinate) -> tuple[str, ...]:
+        """Return the drives whose outputs a coordinate can change."""
+
+    @abstractmethod
+    def slow_drives(self, chain: Chain) -> tuple[str, ...]:
+        """Return the drives on which the slow unknown of a record acts."""
+
+    @abstractmethod
+    def concerns(self, effect: Effect, chain: Chain, drive: str) -> bool:
+        """Tell whether an effect can change what the outputs of a drive show."""
+
+    def only_told(self, effect: Effect, chain: Chain) -> bool:
+        """Tell whether an effect leaves every simulation as it is and changes what sensors tell."""
+        return hasattr(effect, "tell")
+
+    # What it does.
+
+    @abstractmethod
+    def simulate(
+        self, record: Record, chain: Chain, drive: str, q: Floats, added: Mapping[str, Floats]
+    ) -> Columns:
+        """Run one drive of one record. q: of the slow unknown; added: to columns of the inputs.
+
+        Raises PlantError where it cannot run.
+        """
+
+    @abstractmethod
+    def places(self, chain: Chain) -> list[Injection]:
+        """Places, sensors aside, where something may act that these blocks can see."""
+
+    @abstractmethod
+    def push(self, place: Injection, record: Record, course: Floats) -> dict[str, Floats]:
+        """Columns to add to the inputs for a course, row by row, of what acts at a place."""
+
+    @abstractmethod
+    def regressors(
+        self, record: Record, chain: Chain, drive: str, q: Floats, added: Mapping[str, Floats]
+    ) -> Mapping[str, Floats]:
+        """Quantities along which something may act in a drive, (rows,) each.
+
+        q, added: as for `simulate`.
+        """
+
+    def acts_at(self, effect: Effect) -> str:
+        """Return the place (see `places`) or the sensor where an effect acts; empty: no such."""
+        return ""
+
+    def curve(
+        self, place: Injection, regressor: str, knots: Floats, values: Floats, number: int
+    ) -> Effect | None:
+        """Return a free curve as an effect of the simulation; None where it knows none there.
+
+        number: of several at once, from 0.
+        """
+        return None
+
+    def coarse(self) -> Self:
+        """Return it with steps of integration that are just fine enough to compare simulations."""
+        return self
+
+    # What could be tried next; a system without a menu proposes nothing.
+
+    def menu(self) -> Sequence[Any]:
+        """Trials that one could make; each says itself in a line."""
+        return ()
+
+    def rehearse(self, like: Record, choice: Any) -> Record:
+        """Return the record that a trial would give, seen by sensors like the recorded ones.
+
+        Raises ValueError where it cannot.
+        """
+        raise ValueError(f"{self.name} has no menu of trials, so {choice} cannot be rehearsed")
+
+    def trial(self, choice: Any, name: str, file: str) -> Mapping[str, Any]:
+        """Return a trial of the menu as the tree of a trial file. file: path of the system's."""
+        raise ValueError(f"{self.name} has no trial file for {choice}")

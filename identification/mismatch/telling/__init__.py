@@ -1,0 +1,1 @@
+"""The verdict, the memo, the figures and the improved file."""

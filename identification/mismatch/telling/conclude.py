@@ -1,0 +1,145 @@
+"""From an analysis to its verdict, however far it came."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+from identification.mismatch.analysis import Analysis, equivalents, not_excited, unexplained
+from identification.mismatch.curves.circumstance import Circumstance
+from identification.mismatch.curves.curve import Curve
+from identification.mismatch.curves.free_curve import FreeCurve
+from identification.mismatch.curves.words import shape_in_words
+from identification.mismatch.fit.floor import lack_of_fit
+from identification.mismatch.fit.scatter import FAMILY
+from identification.mismatch.naming.interval import estimates
+from identification.mismatch.naming.naming import Named
+from identification.mismatch.simulation.system import System
+from identification.mismatch.telling.improved import not_told
+from identification.mismatch.telling.verdict import (
+    FoundCurve,
+    FoundEffect,
+    Location,
+    Remains,
+    Verdict,
+)
+
+
+def verdict(a: Analysis) -> Verdict:
+    """Say what is known so far."""
+    if a.named is None:
+        p = _least(a.before)
+        where = _location(a.before, a.when)
+        return Verdict(p < FAMILY, p, where, left_out=_left_out(a), complete=False)
+    doubt = unexplained(a)
+    effects = () if doubt else tuple(_effects(a.named))
+    left = (a.after if a.named.names else a.before) if doubt else a.before
+    p = min(a.named.p, _least(a.before))
+    return Verdict(
+        mismatch=p < FAMILY,
+        p_value=p,
+        location=_place(a, left, doubt),
+        effects=effects,
+        unknown=doubt,
+        shape=shape_in_words(left[0]) if doubt and left else "",
+        remains=_remains(a) if not doubt else None,
+        curve=_curve(a.free),
+        equivalents=tuple(equivalents(a.named)) if not doubt else (),
+        rivals=a.named.rivals,
+        not_excited=tuple(not_excited(a.named)),
+        not_told=tuple(not_told(a.named.fit)),
+        next_trial=_proposed(a),
+        held_out=tuple(a.errors),
+        headline=a.headline,
+        lack_of_fit=tuple(f for f in (lack_of_fit(a.base), lack_of_fit(a.named.fit)) if f)
+        if a.base
+        else (),
+        left_out=_left_out(a),
+        complete=a.complete,
+    )
+
+
+def _left_out(a: Analysis) -> tuple[str, ...]:
+    others = a.held_out.records if a.held_out else ()
+    return tuple(
+        f"{r.name}: {w}" for r in (*a.training.records, *others) for w in (*r.left_out, *r.notes)
+    )
+
+
+def _proposed(a: Analysis) -> Mapping[str, Any] | None:
+    if a.proposal is None:
+        return None
+    why, choice = a.proposal
+    return {"why": why, "trial": dict(a.system.trial(choice, "next_trial", "vehicle.toml"))}
+
+
+def _least(curves: Sequence[Curve]) -> float:
+    return min((c.p for c in curves), default=1.0)
+
+
+def _location(curves: Sequence[Curve], when: Circumstance | None = None) -> Location | None:
+    if not curves or not curves[0].certain:
+        return None
+    c = curves[0]
+    where = Location(c.block, c.place, c.regressor, shape_in_words(c), c.gain, c.confirmed)
+    if when is None:
+        return where
+    return replace(
+        where, band=when.band, region=when.region, direction=when.direction,
+        along=when.along, along_unit=when.along_unit,
+    )  # fmt: skip
+
+
+def _place(a: Analysis, left: Sequence[Curve], doubt: bool) -> Location | None:
+    """Where it acts: as the names that stand tell, or as the free curves alone do.
+
+    What a free curve imitates best may sit at the next seam; a name that explains all knows.
+    """
+    assert a.named is not None
+    seen = _location(a.before, a.when)
+    told = None if doubt else _of_the_named(a.system, a.named)
+    if told is None:
+        return seen or (_location(left) if doubt else None)
+    if seen is None:
+        return told
+    if seen.injection == told.injection:
+        return seen
+    shape = f"{told.shape}; without the library like {seen.injection} along {seen.regressor}"
+    return replace(
+        seen, block=told.block, injection=told.injection, regressor="", shape=shape,
+        gain=told.gain, confirmed=seen.confirmed,
+    )  # fmt: skip
+
+
+def _of_the_named(system: System, named: Named) -> Location | None:
+    """Where the first named effect acts; None where nothing is named, or its place is unknown."""
+    if not named.fit.effects:
+        return None
+    first = named.fit.effects[0]
+    place = system.acts_at(first.pattern)
+    if not place:
+        return None
+    return Location(first.kind.block, place, "", "as its name tells", named.gain, 0.0)
+
+
+def _remains(a: Analysis) -> Remains | None:
+    if a.remains is None:
+        return None
+    c = a.remains.curve
+    return Remains(c.place, c.regressor, shape_in_words(c), a.remains.share)
+
+
+def _curve(free: FreeCurve | None) -> FoundCurve | None:
+    if free is None:
+        return None
+    c = free.curve
+    knots, values = (tuple(map(float, x)) for x in (c.knots, c.values))
+    return FoundCurve(c.place, c.unit, c.regressor, knots, values, free.gain, free.confirmed)
+
+
+def _effects(named: Named) -> list[FoundEffect]:
+    return [
+        FoundEffect(
+            c.kind.name, c.pattern.subject, c.kind.block, tuple(estimates(named.fit, i)), named.gain
+        )
+        for i, c in enumerate(named.fit.effects)
+    ]

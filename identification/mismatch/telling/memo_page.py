@@ -1,0 +1,77 @@
+"""The memo as a page that needs nothing but a browser."""
+
+from collections.abc import Iterator
+from importlib.resources import files
+
+import jinja2
+from markupsafe import Markup
+
+from identification.mismatch.analysis import Analysis, accepted
+from identification.mismatch.telling.memo import along, circumstances, left_out, sentence, trace_of
+from identification.mismatch.telling.pictures import curve_svg, proof_svg
+from identification.mismatch.telling.verdict import Verdict
+
+SHOWN = 5  # curves of the table
+NOT_IN_THE_FILE = (
+    "acts along what no file can tell: the improved file has the re-calibrated numbers without it"
+)
+
+
+def memo_page(a: Analysis, verdict: Verdict) -> str:
+    """Return the page: the sentence, the evidence, the runners-up, what stays open."""
+    certain = [c for c in a.before if c.certain]
+    environment = jinja2.Environment(
+        autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
+    )
+    environment.filters |= {
+        "words": lambda s: s.replace("_", " "),
+        "short": lambda x: f"{x:.4g}",
+        "along": along,
+    }
+    style = files("identification.report") / "report.css"
+    page = files("identification.mismatch.telling") / "memo.html"
+    return environment.from_string(page.read_text(encoding="utf-8")).render(
+        name=a.system.name,
+        style=Markup(style.read_text(encoding="utf-8")),
+        training=[r.name for r in a.training.records],
+        held_out=[r.name for r in a.held_out.records] if a.held_out else [],
+        sentence=sentence(verdict),
+        verdict=verdict,
+        when=circumstances(verdict.location) if verdict.location else "",
+        curve=Markup(curve_svg(certain[0], a.free, a.system.units)) if certain else "",
+        curves=certain[1 : 1 + SHOWN],
+        proof=Markup(proof_svg(a.proof, verdict.headline)) if a.proof else "",
+        traces={e.name: trace_of(e.name) for e in verdict.effects},
+        open=list(_open(a, verdict)),
+    )
+
+
+def in_the_file(a: Analysis) -> bool:
+    """Tell whether the free curve that stands is one that a file can hold."""
+    return a.free is None or len(accepted(a).candidates) > len(a.free.beside)
+
+
+def _open(a: Analysis, verdict: Verdict) -> Iterator[tuple[str, str]]:
+    """Yield what these recordings leave open: heading and text."""
+    left = [c for c in a.after if c.certain]
+    if left:
+        yield (
+            "still unexplained",
+            f"{left[0].place}{along(left[0].regressor)}, {left[0].gain:.0f} nats",
+        )
+    else:
+        yield "still unexplained", "nothing that a free curve finds"
+    for when, test in zip(("re-calibrated", "improved"), verdict.lack_of_fit, strict=False):
+        yield f"lack of fit, {when}", f"F = {test.f:.3g}, p = {test.p_value:.2g} (repeated trials)"
+    for names in verdict.equivalents:
+        yield "cannot be told apart", ", ".join(names).replace("_", " ")
+    if verdict.not_excited:
+        yield "not excited", ", ".join(verdict.not_excited).replace("_", " ")
+    if not in_the_file(a):
+        yield "the curve", NOT_IN_THE_FILE
+    if verdict.not_told:
+        yield "parameters not told", ", ".join(verdict.not_told)
+    for told in left_out(verdict):
+        yield "left out", told
+    if verdict.next_trial:
+        yield "next trial", str(verdict.next_trial["why"])

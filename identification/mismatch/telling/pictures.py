@@ -1,0 +1,116 @@
+"""The figures of the memo: the located curve, and held-out residuals before and after."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from identification.mismatch.curves.curve import Curve
+from identification.mismatch.curves.free_curve import FreeCurve
+from identification.mismatch.fit.fitting import Fit
+from identification.mismatch.simulation.along import (
+    HYSTERESIS,
+    PAST,
+    SCALE,
+    after_a_turn,
+    quantity_of,
+    step_response,
+)
+from identification.report import drawing as d
+from plant.signals import Floats
+
+SOON = 0.01
+"""Seconds after a step up to which time is drawn evenly."""
+LOOKS = ((d.ORANGE, "re-calibrated"), (d.BLUE, "with what was found"))
+
+
+def curve_svg(curve: Curve, free: FreeCurve | None, units: Mapping[str, str]) -> str:
+    """Draw what a place asks for along its quantity. units: of quantities, by name."""
+    with d.hand():
+        figure, (axes,) = d.panels(1, 2.8)
+        axes.axhline(0.0, color=d.MUTED, lw=0.8)
+        axes.plot(*_points(curve), color=d.BLUE, marker="o", ms=4, label="located")
+        if free is not None and free.curve.kind == curve.kind:
+            points = _points(free.curve)
+            axes.plot(*points, color=d.GREEN, marker=".", ms=4, label="in the simulation")
+            d.legend(axes, 2)
+        quantity = quantity_of(curve.regressor)
+        unit = units.get(quantity, "")
+        if curve.kind == PAST:
+            axes.set_xscale("symlog", linthresh=SOON)
+            axes.set(xlabel=f"time after a step of {quantity} / s",
+                     ylabel=f"{curve.place} / ({curve.unit} per {unit})")  # fmt: skip
+        elif curve.kind == HYSTERESIS:
+            axes.set(xlabel=f"way of {quantity} after a turn / {unit}",
+                     ylabel=f"{curve.place} / {curve.unit}")  # fmt: skip
+        elif curve.kind == SCALE:
+            axes.set(xlabel=f"{quantity} / {unit}",
+                     ylabel=f"{curve.place}, share of {curve.regressor}")  # fmt: skip
+        else:
+            axes.set(xlabel=f"{quantity} / {unit}", ylabel=f"{curve.place} / {curve.unit}")
+        return d.svg(figure, "located")
+
+
+def _points(curve: Curve) -> tuple[Floats, Floats]:
+    """The curve at its knots; of the past, its answer to a step; of hysteresis, to a turn."""
+    if curve.kind == HYSTERESIS:
+        way = np.linspace(0.0, 2.0 * float(curve.knots.max()), 81)
+        return way, after_a_turn(curve.knots, curve.values, way)
+    if curve.kind != PAST:
+        return curve.knots, curve.values
+    return curve.knots, step_response(curve.knots, curve.values, curve.knots)
+
+
+def proof_svg(runs: Sequence[Fit], output: str) -> str:
+    """Draw residuals of one output before and after: in time, frequency and orders of the wheel.
+
+    runs: on held-out recordings: the file's system, re-calibrated, with what was found.
+    """
+    chain = runs[0].model.chain
+    b = next(i for i, k in enumerate(chain.blocks) if output in k.outputs)
+    j = chain.blocks[b].outputs.index(output)
+    pattern = next((i for i, k in enumerate(chain.blocks) if not k.order), None)
+    domains = [_time, _frequency] if chain.blocks[b].order else []
+    with d.hand():
+        figure, panels = d.side_by_side(len(domains) + (pattern is not None), 3.2)
+        for fit, (colour, label) in zip(runs[1:], LOOKS, strict=True):
+            for axes, draw in zip(panels, domains, strict=False):
+                draw(axes, fit, b, j, colour, label)
+            if pattern is not None:
+                _orders(panels[-1], fit, b if not chain.blocks[b].order else pattern, colour, label)
+        d.legend(panels[0], 2)
+        return d.svg(figure, "held_out")
+
+
+def _time(axes: Axes, fit: Fit, b: int, j: int, colour: str, label: str) -> None:
+    record = fit.model.records[0]
+    unit = record.sensors[fit.model.chain.blocks[b].outputs[j]].unit
+    rest = fit.rest[b][0][:, j]
+    d.line(axes, record.grid.centre[: rest.size], rest, color=colour, label=label, lw=0.9)
+    axes.set(xlabel="time / s", ylabel=f"recorded less simulated / {unit}")
+
+
+def _frequency(axes: Axes, fit: Fit, b: int, j: int, colour: str, label: str) -> None:
+    """Draw the mean spectrum over all recordings, as long as the shortest."""
+    unit = fit.model.records[0].sensors[fit.model.chain.blocks[b].outputs[j]].unit
+    width = fit.model.records[0].grid.width
+    length = min(len(r) for r in fit.rest[b])
+    window = np.hanning(length)[:, None]
+    pieces = np.stack([r[:length, j] for r in fit.rest[b]], axis=1)
+    lines = np.abs(np.fft.rfft(pieces * window, axis=0)) * 2.0 / window.sum()
+    mean = np.sqrt(np.mean(lines**2, axis=1))
+    grid = np.fft.rfftfreq(length, width)
+    axes.semilogy(grid[1:], np.maximum(mean[1:], 1e-12), color=colour, label=label, lw=0.9)
+    axes.set(xlabel="frequency / Hz", ylabel=f"amplitude / {unit}", xlim=(0.0, 0.25 / width))
+
+
+def _orders(axes: Axes, fit: Fit, b: int, colour: str, label: str) -> None:
+    """Draw the orders of the wheel in the residual of its tooth pattern."""
+    output = fit.model.chain.blocks[b].outputs[0]
+    late = fit.model.records[0].sensors[output].offsets
+    teeth = late.shape[1] if late is not None else 1
+    turns: Floats = np.concatenate([r[:, 0] for r in fit.rest[b]]).reshape(-1, teeth)
+    lines = 2.0 / teeth * np.abs(np.fft.rfft(turns.mean(axis=0)))
+    orders = np.arange(1, lines.size)
+    axes.semilogy(orders, np.maximum(lines[1:], 1e-12), color=colour, marker="o", ms=3, label=label)
+    axes.set(xlabel=f"order of {output.split('_')[0]} wheel", ylabel="relative speed / 1")

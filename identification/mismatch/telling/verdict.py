@@ -1,0 +1,132 @@
+"""What an analysis says in the end, as data: the content of verdict.json.
+
+mismatch     {found, p_value}: whether simulation and recordings differ, and the family-wise p
+location     {block, injection, regressor, band, region, along, direction, shape, gain, ...}
+             or null
+effects      [{name, subject, block, parameters: [{name, value, unit, interval}]}], strongest first
+unknown      {found, shape}: something is missing that no effect of the library is
+remains      {injection, regressor, shape, share}: what stays unexplained beside names that stand,
+             as a share of what they explain in mean squares; null where nothing or not weighed
+curve        {injection, unit, regressor, knots, values, gain, confirmed}: what stands in for it
+equivalents  [[names]] that these recordings cannot tell apart
+rivals       {name: {other name: nats behind}}
+not_excited  [names] that would not have shown
+not_told     [parameters] of the vehicle file of which these recordings say nothing
+next_trial   {why, trial} the experiment of the menu that would tell most, or null
+held_out     [{output, unit, nominal, calibrated, improved, floor, floor_from, interval}]
+headline     the output of the first sentence, chosen on the training recordings
+lack_of_fit  [{trials, f, p_value}] of repeated trials: re-calibrated, and with what was found
+left_out     ["recording: channel: why"] of what could not be used
+complete     false where the analysis was interrupted
+"""
+
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from typing import Any
+
+from identification.mismatch.fit.floor import LackOfFit
+from identification.mismatch.fit.held_out import Error
+from identification.mismatch.naming.interval import Estimate
+
+
+@dataclass(frozen=True)
+class Location:
+    """Where something is missing. band: Hz; region: range of what `along` names, SI."""
+
+    block: str
+    injection: str
+    regressor: str
+    shape: str
+    gain: float
+    confirmed: float
+    band: tuple[float, float] | None = None
+    region: tuple[float, float] | None = None
+    direction: str = "both"
+    along: str = ""
+    along_unit: str = ""
+
+
+@dataclass(frozen=True)
+class FoundEffect:
+    """An effect that is missing in the simulation, with its parameters."""
+
+    name: str
+    subject: str
+    block: str
+    parameters: tuple[Estimate, ...]
+    gain: float
+
+
+@dataclass(frozen=True)
+class Remains:
+    """What stays unexplained. share: of what the names explain, in mean squares."""
+
+    injection: str
+    regressor: str
+    shape: str
+    share: float
+
+
+@dataclass(frozen=True)
+class FoundCurve:
+    """A free curve f(regressor) that acts inside the simulation at a place; gains in nats."""
+
+    injection: str
+    unit: str
+    regressor: str
+    knots: tuple[float, ...]
+    values: tuple[float, ...]
+    gain: float
+    confirmed: float
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """See the head of this file."""
+
+    mismatch: bool
+    p_value: float
+    location: Location | None = None
+    effects: tuple[FoundEffect, ...] = ()
+    unknown: bool = False
+    shape: str = ""
+    remains: Remains | None = None
+    curve: FoundCurve | None = None
+    equivalents: tuple[tuple[str, ...], ...] = ()
+    rivals: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    not_excited: tuple[str, ...] = ()
+    not_told: tuple[str, ...] = ()
+    next_trial: Mapping[str, Any] | None = None
+    held_out: tuple[Error, ...] = ()
+    headline: str = ""
+    lack_of_fit: tuple[LackOfFit, ...] = ()
+    left_out: tuple[str, ...] = ()
+    complete: bool = True
+
+
+def as_tree(verdict: Verdict) -> dict[str, Any]:
+    """Return the verdict as verdict.json tells it."""
+    tree = asdict(verdict)
+    tree["mismatch"] = {"found": verdict.mismatch, "p_value": tree.pop("p_value")}
+    tree["unknown"] = {"found": verdict.unknown, "shape": tree.pop("shape")}
+    for effect in tree["effects"]:
+        for p in effect["parameters"]:
+            p["interval"] = [p.pop("low"), p.pop("high")]
+    return {key: _plain(value) for key, value in tree.items()}
+
+
+def as_json(verdict: Verdict) -> str:
+    """Return the text of verdict.json."""
+    return json.dumps(as_tree(verdict), indent=2, allow_nan=False) + "\n"
+
+
+def _plain(tree: Any) -> Any:
+    if isinstance(tree, dict):
+        return {str(key): _plain(value) for key, value in tree.items()}
+    if isinstance(tree, (list, tuple)):
+        return [_plain(value) for value in tree]
+    if isinstance(tree, float):
+        return tree if math.isfinite(tree) else None
+    return tree
