@@ -12,7 +12,8 @@ from identification.mismatch.analysis import (
 )
 from identification.mismatch.curves.circumstance import circumstance, plainest
 from identification.mismatch.curves.curve import Curve
-from identification.mismatch.curves.free_curve import FreeCurve, inside
+from identification.mismatch.curves.free_curve import FreeCurve
+from identification.mismatch.curves.inside import inside
 from identification.mismatch.curves.locate import locate
 from identification.mismatch.curves.sufficiency import remainder
 from identification.mismatch.curves.trace import effect_of

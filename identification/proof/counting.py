@@ -87,10 +87,8 @@ def figures(cases: Sequence[Judged]) -> list[Figure]:
         middle("Share of the true effect's held-out gain, where named",
                [c.share for c in cases if c.sort in single and c.named
                 and math.isfinite(c.share)]),
-        middle("Share of the true physics' held-out gain in nats, free curve",
+        middle("Share of the true physics' held-out gain, free curve",
                [c.curve for c in cases if c.seen and math.isfinite(c.curve)], low=90.0),
-        middle("... in squared error",
-               [c.squares for c in cases if c.seen and math.isfinite(c.squares)]),
     ]  # fmt: skip
 
 

@@ -13,16 +13,12 @@ import numpy as np
 from scipy import interpolate
 
 from identification.mismatch.fit.calibrate import calibrate, followed
-from identification.mismatch.fit.candidate import (
-    SHAPE,
-    Candidate,
-    shapes,
-    sizes,
-    wholes,
-)
-from identification.mismatch.fit.fitting import Fit, settle, with_effects
+from identification.mismatch.fit.candidate import Candidate
+from identification.mismatch.fit.fitting import Fit, with_effects
 from identification.mismatch.fit.held_out import carried_over
 from identification.mismatch.fit.judge import Judge
+from identification.mismatch.fit.settling import settle
+from identification.mismatch.fit.sizing import as_shape, as_size, shapes, sizes, wholes
 from identification.mismatch.fit.stack import flat
 from identification.mismatch.naming.score import as_recorded
 from identification.mismatch.simulation.model import Model, Series
@@ -37,7 +33,6 @@ from identification.proof.generator.recording import Secret, Trial, channel_chan
 from identification.proof.generator.ride import Course
 from plant.effects.effect import Effect
 from plant.effects.library import BY_NAME as EFFECTS
-from plant.parameters import Parameter
 from plant.trouble import PlantError
 
 LEADS_IN = {
@@ -68,14 +63,6 @@ class Ideal:
     fit: Fit | None = None
 
 
-@dataclass(frozen=True, eq=False)
-class Worth:
-    """nats: that a true difference brings. cleared: the fit of recordings without it, if it led."""
-
-    nats: float
-    cleared: Fit | None = None
-
-
 def ideal(case: Case, base: Fit) -> Ideal:
     """Judge the recordings knowing the secret. base: the engine's fit without any effect."""
     if not case.hidden:
@@ -84,35 +71,20 @@ def ideal(case: Case, base: Fit) -> Ideal:
         gain = told_difference(case, base)
         return Ideal(gain, (gain,))
     moves = not any(h.subject for h in case.hidden)
-    difference = seen_difference(case, base, case.training).nats if moves else math.nan
+    difference = seen_difference(case, base, case.training) if moves else math.nan
     if all(BY_NAME[h.kind].inside for h in case.hidden):
         return replace(_of_library(case.hidden, base), difference=difference)
     return Ideal(difference, (difference,), difference)
 
 
-def on_held_out(case: Case, base: Fit, found: Ideal, held_out: Model) -> Worth:
-    """What the truth gains on the held-out recordings."""
+def on_held_out(case: Case, base: Fit, found: Ideal, held_out: Model) -> float:
+    """Nats that the truth gains on the held-out recordings."""
     before = carried_over(base, held_out)
     if math.isfinite(found.difference):
         return seen_difference(case, before, case.held_out)
     if found.fit is None:
-        return Worth(math.nan)
-    there = carried_over(found.fit, held_out)
-    return Worth(there.score - before.score, there)
-
-
-def share_of_squares(before: Fit, reached: Fit, true: Fit) -> float:
-    """Share of the squared error that the truth takes away which another explanation takes away.
-
-    Over all outputs, each in its own errors before.
-    """
-    base, left, best = (_squares(fit) for fit in (before, reached, true))
-    return float(np.sum((base - left) / base) / np.sum((base - best) / base))
-
-
-def _squares(fit: Fit) -> Floats:
-    """Mean square error of every output, of all recordings."""
-    return np.concatenate([np.mean(np.concatenate(rest) ** 2, axis=0) for rest in fit.rest])
+        return math.nan
+    return carried_over(found.fit, held_out).score - before.score
 
 
 def _of_library(hidden: Sequence[Hidden], base: Fit) -> Ideal:
@@ -143,11 +115,12 @@ def at_truth(hidden: Hidden) -> Candidate:
     pattern = _pattern(EFFECTS[hidden.kind], hidden.subject)
     kind, told = type(pattern), hidden.parameters
     first = sizes(kind)[0]
-    size = _size(first, told[first.name])
+    size = as_size(first, told[first.name])
     sought = [p.name for p in shapes(kind) if p.sought is not None and p.name in told]
     pattern = replace(pattern, **{name: told[name] for name in sought})
     dials = [
-        _dial(p, told[p.name]) if p.name in told and p.sought is None else 0.0 for p in shapes(kind)
+        as_shape(p, p.typical, told[p.name]) if p.name in told and p.sought is None else 0.0
+        for p in shapes(kind)
     ]
     whole = tuple(told.get(p.name, p.typical) for p in wholes(kind))
     return Candidate(pattern, (size, *dials), whole)
@@ -156,19 +129,6 @@ def at_truth(hidden: Hidden) -> Candidate:
 def _pattern(kind: type[Effect], subject: str) -> Effect:
     found = {c.subject: c for c in kind.candidates()}
     return found[subject] if subject in found else next(iter(found.values()))
-
-
-def _size(p: Parameter, value: float) -> float:
-    """Share of the typical size; of a limit the inverse."""
-    if math.isinf(p.absent):
-        return p.typical / value
-    return (value - p.absent) / (p.typical - p.absent)
-
-
-def _dial(p: Parameter, value: float) -> float:
-    if p.typical > 0.0 and p.low >= 0.0:
-        return math.log(value / p.typical) / SHAPE
-    return (value - p.typical) * 8.0 / (p.high - p.low)
 
 
 @dataclass(frozen=True, eq=False)
@@ -184,8 +144,8 @@ class Shown:
         return np.asarray(interpolate.CubicSpline(self.course.time, values)(self.time))
 
 
-def seen_difference(case: Case, base: Fit, trials: Sequence[Trial]) -> Worth:
-    """Worth of the true difference that the secret makes in the channels, off the nuisances."""
+def seen_difference(case: Case, base: Fit, trials: Sequence[Trial]) -> float:
+    """Nats of the true difference that the secret makes in the channels, off the nuisances."""
     model = base.model
     absent = replace(case.secret, missing=Missing())
     there, without = (
@@ -245,7 +205,7 @@ def told_difference(case: Case, base: Fit) -> float:
                 if channel in block.outputs:
                     column = block.outputs.index(channel)
                     difference[b][r][:, column] = bins @ (there.value - without.value)
-    return _worth(base, difference).nats
+    return _worth(base, difference)
 
 
 def _shown(case: Case, model: Model, r: int, trial: Trial, secret: Secret) -> list[Floats]:
@@ -259,8 +219,8 @@ def _shown(case: Case, model: Model, r: int, trial: Trial, secret: Secret) -> li
     ]
 
 
-def _worth(base: Fit, difference: Series, records: Sequence[Record] | None = None) -> Worth:
-    """Tell what whoever takes the difference off the recordings and calibrates gains.
+def _worth(base: Fit, difference: Series, records: Sequence[Record] | None = None) -> float:
+    """Log-posterior gained by whoever takes the difference off the recordings and calibrates.
 
     What is hidden may have led the first calibration far off, and the file may be far off itself.
     A ride that drifts far away is no longer the same noise beside another course: then the shape of
@@ -271,12 +231,10 @@ def _worth(base: Fit, difference: Series, records: Sequence[Record] | None = Non
         [m - d for m, d in zip(ms, ds, strict=True)]
         for ms, ds in zip(base.model.measured, difference, strict=True)
     ]
-    fit = calibrate(cleared, base.point)
-    if fit.score <= base.score:
-        fit = calibrate(cleared, cleared.origin())
-    by_shape = _of_its_shape(base, difference)
-    gain = fit.score - base.score
-    return Worth(gain, fit) if gain > by_shape else Worth(by_shape)
+    gain = calibrate(cleared, base.point).score - base.score
+    if gain <= 0.0:
+        gain = calibrate(cleared, cleared.origin()).score - base.score
+    return max(gain, _of_its_shape(base, difference))
 
 
 def _of_its_shape(base: Fit, difference: Series) -> float:

@@ -11,12 +11,12 @@ from typing import Any
 from identification.mismatch.analysis import Analysis
 from identification.mismatch.explain import analyse
 from identification.mismatch.fit.calibrate import calibrate
-from identification.mismatch.fit.held_out import carried_over, errors, proof
+from identification.mismatch.fit.held_out import errors, proof
 from identification.mismatch.runs import open_analysis
 from identification.mismatch.telling.conclude import verdict
 from identification.mismatch.telling.verdict import as_tree
 from identification.proof.generator.case import Case, draw_case, write_case
-from identification.proof.ideal import Ideal, Worth, ideal, on_held_out, share_of_squares
+from identification.proof.ideal import Ideal, ideal, on_held_out
 
 KEPT = ("mismatch", "location", "effects", "unknown", "equivalents", "not_excited", "held_out",
         "rivals", "curve", "complete")  # fmt: skip
@@ -59,7 +59,7 @@ def observe(seed: int, number: int) -> dict[str, Any]:
     found = ideal(case, base)
     told: dict[str, Any] = {"ideal": _told(found)}
     if analysis.held_out is not None:
-        told["possible"] = on_held_out(case, base, found, analysis.held_out).nats
+        told["possible"] = on_held_out(case, base, found, analysis.held_out)
     return told
 
 
@@ -78,21 +78,9 @@ def _seen(case: Case, analysis: Analysis) -> dict[str, Any]:
     }
     if analysis.free is not None and case.hidden and analysis.held_out is not None:
         possible = on_held_out(case, analysis.base, found, analysis.held_out)
-        if math.isfinite(possible.nats):
-            told["curve"] = {"confirmed": analysis.free.confirmed, "possible": possible.nats,
-                             "squares": _squares(analysis, possible)}  # fmt: skip
+        if math.isfinite(possible):
+            told["curve"] = {"confirmed": analysis.free.confirmed, "possible": possible}
     return told
-
-
-def _squares(analysis: Analysis, possible: Worth) -> float | None:
-    """Share of the truth's part in the squared error of the held-out runs that the curve takes."""
-    free, held_out = analysis.free, analysis.held_out
-    assert analysis.base is not None
-    assert free is not None
-    if free.proven is None or held_out is None or possible.cleared is None:
-        return None
-    before = carried_over(analysis.base, held_out)
-    return share_of_squares(before, carried_over(free.fit, free.proven), possible.cleared)
 
 
 def _proven(analysis: Analysis, found: Ideal) -> list[dict[str, Any]]:

@@ -46,7 +46,6 @@ class Judged:
     share: float
     seconds: float
     curve: float = math.nan
-    squares: float = math.nan
     said_hidden: bool = False
     formula: float = math.nan
     failed: str = ""
@@ -81,7 +80,6 @@ def _judge(answer: Mapping[str, Any], result: Mapping[str, Any]) -> Judged:
         named=bool(seen) and _exact(truth, seen, said, verdict["equivalents"]),
         covered=tuple(_coverage(hidden, verdict["effects"])),
         share=_share(result), seconds=result["seconds"]["analysis"], curve=_curve(result),
-        squares=_squares(result),
         formula=_formula(result), said_hidden=set(truth) <= set(verdict["not_excited"]),
     )  # fmt: skip
 
@@ -129,13 +127,6 @@ def _curve(result: Mapping[str, Any]) -> float:
     """Share of the true physics' held-out gain, in nats, that the free curve has."""
     told = result.get("curve")
     return told["confirmed"] / told["possible"] if told and told["possible"] > VISIBLE else math.nan
-
-
-def _squares(result: Mapping[str, Any]) -> float:
-    """The same share of the squared error that the true physics takes off the held-out runs."""
-    told = result.get("curve") or {}
-    share = told.get("squares")
-    return math.nan if share is None or math.isnan(_curve(result)) else float(share)
 
 
 def _formula(result: Mapping[str, Any]) -> float:

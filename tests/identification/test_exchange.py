@@ -4,10 +4,10 @@ import pytest
 
 from identification.mismatch.analysis import begin
 from identification.mismatch.fit.calibrate import calibrate, from_far
-from identification.mismatch.fit.candidate import candidates
 from identification.mismatch.fit.fitting import Fit, with_effects
 from identification.mismatch.naming.exchange import exchanged
 from identification.mismatch.naming.naming import Named
+from identification.mismatch.naming.tried import candidates
 from tests.identification.spring import recorded, system
 
 BENT = ("asymmetry", "cubic", "dead_zone")

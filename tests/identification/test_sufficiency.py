@@ -6,9 +6,10 @@ from identification.mismatch.analysis import begin
 from identification.mismatch.curves.locate import locate
 from identification.mismatch.curves.sufficiency import LEFT, Remainder, remainder
 from identification.mismatch.fit.calibrate import calibrate, from_far
-from identification.mismatch.fit.candidate import Candidate, candidates
+from identification.mismatch.fit.candidate import Candidate
 from identification.mismatch.fit.fitting import Fit, with_effects
 from identification.mismatch.fit.judge import Judge
+from identification.mismatch.naming.tried import candidates
 from tests.identification.spring import recorded, system
 
 QUIET = 1e-5

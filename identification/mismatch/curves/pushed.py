@@ -11,7 +11,7 @@ import numpy as np
 
 from identification.mismatch.curves.tooth_curve import ANGLE
 from identification.mismatch.curves.trace import answers_along, regressors
-from identification.mismatch.fit.candidate import Dialled
+from identification.mismatch.fit.dialled import Dialled
 from identification.mismatch.fit.fitting import Fit
 from identification.mismatch.fit.judge import Judge
 from identification.mismatch.fit.stack import flat

@@ -5,8 +5,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from identification.mismatch.fit.fitting import Fit, promised, settle
+from identification.mismatch.fit.fitting import Fit
 from identification.mismatch.fit.sensitivity import sensitivities
+from identification.mismatch.fit.settling import promised, settle
 from identification.mismatch.fit.stack import flat, residuals, whiteners
 from identification.mismatch.fit.whitening import Whitener
 from identification.mismatch.simulation.model import Model, Point, Series, predict

@@ -1,24 +1,22 @@
-"""Gauss-Newton with the noise model fitted along: vehicle, slow road and effects move together.
+"""A fitted point: residuals, whitened sensitivities, and the score by which hypotheses compare.
 
-Sensitivities to the vehicle are kept over many steps (they change little), those to the effects'
-dials are taken anew at each. The score is the log-posterior with the noise model that fits it, so
-that hypotheses with different noise can be compared.
+The score is the log-posterior with the noise model that fits it, so that hypotheses with different
+noise can be compared.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import islice
 
 import numpy as np
 
-from identification.mismatch.fit.candidate import Candidate, Dialled
+from identification.mismatch.fit.candidate import Candidate
+from identification.mismatch.fit.dialled import Dialled
 from identification.mismatch.fit.scatter import Scatter, usual_scatter
-from identification.mismatch.fit.sensitivity import change, coordinates_of, moved
+from identification.mismatch.fit.sensitivity import change, coordinates_of
 from identification.mismatch.fit.stack import (
     Integers,
     Nuisances,
-    bounded,
     clusters,
     flat,
     log_likelihood,
@@ -28,12 +26,6 @@ from identification.mismatch.fit.stack import (
 from identification.mismatch.fit.whitening import Whitener
 from identification.mismatch.simulation.model import Model, Point, Series, predict
 from plant.signals import Floats
-
-SETTLED = 0.5  # nats that another step must bring
-SHARES = (1.0, 0.4, 0.1)
-REACH = 2.0
-"""Prior deviations that a number of the system may move in a step: slopes hold no farther."""
-DAMPINGS = (0.01, 0.1, 1.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,7 +70,7 @@ class Fit:
     def score(self) -> float:
         """Log-posterior, nats."""
         likelihood = log_likelihood(self.model, self.rest, self.noise)
-        return likelihood - 0.5 * _prior(self.point, self.candidates)
+        return likelihood - 0.5 * prior(self.point, self.candidates)
 
     @property
     def effects(self) -> tuple[Candidate, ...]:
@@ -105,18 +97,6 @@ class Fit:
         return flat(self.model, self.noise, series)
 
 
-def settle(start: Fit, noises: int = 4, steps: int = 5) -> Fit:
-    """Fit until nothing moves; the noise model is taken anew up to `noises` times."""
-    fit, score = start, -np.inf
-    for _ in range(noises):
-        fit = _at_fixed_noise(fit, steps)
-        fit = renoised(fit)
-        before, score = score, fit.score
-        if score - before < SETTLED:
-            break
-    return fit
-
-
 def renoised(fit: Fit) -> Fit:
     """Return the fit with the noise model that its own residuals give."""
     return replace(fit, noise=whiteners(fit.model, fit.rest))
@@ -133,147 +113,6 @@ def with_effects(fit: Fit, candidates: Sequence[Dialled]) -> Fit:
     )
     new.__dict__["nuisances"] = fit.nuisances
     return new
-
-
-def promised(fit: Fit) -> float:
-    """Nats that the sensitivities promise to another step; of a settled fit much: they bend."""
-    z, u = coordinates_of(fit.point), _dials(fit.candidates)
-    return 0.5 * float(_slope(fit, z, u) @ _full_step(fit, z, u))
-
-
-def _at_fixed_noise(fit: Fit, steps: int) -> Fit:
-    held_back = 0
-    for _ in range(steps):
-        before = _objective(fit)
-        new, held_back = _step(fit, before, held_back)
-        if before - _objective(new) < 2 * SETTLED:
-            return new
-        fit = new
-    return fit
-
-
-def _objective(fit: Fit) -> float:
-    return float(fit.aim @ fit.aim) + _prior(fit.point, fit.candidates)
-
-
-def _step(fit: Fit, before: float, held_back: int) -> tuple[Fit, int]:
-    """Return the first of a full, shorter and damped steps that leads on, or the same fit.
-
-    Where a step helps one drive and harms another, only what concerns the first is taken.
-    held_back: which of the steps led on before; it and the one before it are where this one begins.
-    """
-    z, u = coordinates_of(fit.point), _dials(fit.candidates)
-    full = _full_step(fit, z, u)
-    slope = _slope(fit, z, u)
-    if float(slope @ full) < 2 * SETTLED:
-        return fit, held_back
-    first = max(held_back - 1, 0)
-    for i, step in enumerate(islice(_steps(fit, full, slope), first, None), start=first):
-        new = _there(fit, step[: z.size], step[z.size :])
-        if _objective(new) < before:
-            return new, i
-        part = _what_helped(fit, new, step)
-        if part is not None and _objective(part) < before - 2 * SETTLED:
-            return part, i
-    return fit, held_back
-
-
-def _full_step(fit: Fit, z: Floats, u: Floats) -> Floats:
-    """Return the step to where least squares leads, within bounds; coordinates, then dials."""
-    columns, weights, (low, high) = fit.nuisances.columns, np.ones(z.size), _bounds(fit, z)
-    if u.size:
-        columns = np.concatenate((columns, fit.columns), axis=1)
-        weights = np.concatenate((weights, _deviations(fit.candidates) ** -2.0))
-        far = np.full(u.size, np.inf)
-        low, high = np.concatenate((low, -far)), np.concatenate((high, far))
-    now = np.concatenate((z, u))
-    return bounded(columns, weights, fit.aim + columns @ now, low, high) - now
-
-
-def _what_helped(fit: Fit, new: Fit, step: Floats) -> Fit | None:
-    """Return the part of a step that concerns only drives which it helped; None: none or all."""
-    before, after = _by_drive(fit), _by_drive(new)
-    helped = {d for d in before if after[d] < before[d]}
-    gained = sum(before[d] - after[d] for d in helped)
-    if gained < 2 * SETTLED or len(helped) == len(before):
-        return None
-    own = np.array([helped.issuperset(drives) for drives in _drives(fit)])
-    part = np.where(own, step, 0.0)
-    places = coordinates_of(fit.point).size
-    return _there(fit, part[:places], part[places:]) if part.any() else None
-
-
-def _by_drive(fit: Fit) -> dict[str, float]:
-    """Sum of the squares of what each drive's outputs leave."""
-    found = dict.fromkeys(fit.model.chain.drives, 0.0)
-    first = 0
-    for block, white, rest in zip(fit.model.chain.blocks, fit.noise, fit.rest, strict=True):
-        rows = sum((len(r) - white.order) * r.shape[1] for r in rest)
-        found[block.drive] += float(np.sum(fit.aim[first : first + rows] ** 2))
-        first += rows
-    return found
-
-
-def _drives(fit: Fit) -> list[tuple[str, ...]]:
-    """Drives that each coordinate and each dial can change."""
-    system, chain = fit.model.system, fit.model.chain
-    found = [system.touched(chain, c) for c in fit.model.known]
-    found += [system.slow_drives(chain)] * sum(q.size for q in fit.point.q)
-    for candidate, effect in zip(fit.candidates, fit.point.effects, strict=False):
-        found += [fit.model.concerned(effect)] * len(candidate.dials)
-    return found
-
-
-def _bounds(fit: Fit, z: Floats) -> tuple[Floats, Floats]:
-    """Between what a step may move the coordinates to: the system's are held, the slow are free."""
-    own = np.arange(z.size) < len(fit.point.x)
-    far = fit.model.system.farthest
-    low = np.maximum(z - REACH, np.minimum(-far, z))
-    high = np.minimum(z + REACH, np.maximum(far, z))
-    return np.where(own, low, -np.inf), np.where(own, high, np.inf)
-
-
-def _steps(fit: Fit, full: Floats, slope: Floats) -> Iterator[Floats]:
-    """Yield shares of a full step; then Marquardt's, which hold back where little is known."""
-    yield from (share * full for share in SHARES)
-    columns, prior = fit.nuisances.columns, np.ones(fit.nuisances.columns.shape[1])
-    if fit.candidates:
-        columns = np.concatenate((columns, fit.columns), axis=1)
-        prior = np.concatenate((prior, _deviations(fit.candidates) ** -2.0))
-    normal = columns.T @ columns + np.diag(prior)
-    z = coordinates_of(fit.point)
-    low, high = _bounds(fit, z)
-    for damping in DAMPINGS:
-        held = normal + damping * np.diag(np.diag(normal))
-        step = np.asarray(np.linalg.solve(held, slope), np.float64)
-        step[: z.size] = np.clip(step[: z.size], low - z, high - z)
-        yield step
-
-
-def _slope(fit: Fit, z: Floats, u: Floats) -> Floats:
-    """Half the negative gradient of the objective: coordinates first, then dials."""
-    to_z = fit.nuisances.columns.T @ fit.aim - z
-    if not u.size:
-        return np.asarray(to_z)
-    to_u = fit.columns.T @ fit.aim - u / _deviations(fit.candidates) ** 2
-    return np.concatenate((to_z, to_u))
-
-
-def _there(fit: Fit, dz: Floats, du: Floats) -> Fit:
-    candidates = turned(fit.candidates, du)
-    effects = tuple(c.effect() for c in candidates) if candidates else fit.point.effects
-    point = replace(moved(fit.model, fit.point, dz), effects=effects)
-    new = replace(fit, point=point, predicted=predict(fit.model, point), candidates=candidates)
-    new.__dict__["nuisances"] = fit.nuisances
-    return new
-
-
-def turned(now: Sequence[Dialled], step: Floats) -> tuple[Dialled, ...]:
-    """Return the candidates with all their dials moved."""
-    if not now:
-        return ()
-    places = np.cumsum([len(c.dials) for c in now])[:-1]
-    return tuple(c.moved(s) for c, s in zip(now, np.split(step, places), strict=True))
 
 
 def _dial_columns(fit: Fit) -> Series:
@@ -309,14 +148,17 @@ def _put_known(into: Series, known: Series, dial: int, column: int) -> None:
                 found[r][:, :, column] = one[:, :, dial]
 
 
-def _dials(now: Sequence[Dialled]) -> Floats:
+def dials(now: Sequence[Dialled]) -> Floats:
+    """Dials of all candidates, end to end."""
     return np.concatenate([c.dials for c in now]) if now else np.zeros(0)
 
 
-def _deviations(now: Sequence[Dialled]) -> Floats:
+def deviations(now: Sequence[Dialled]) -> Floats:
+    """Prior deviation of each of them."""
     return np.concatenate([c.deviations for c in now])
 
 
-def _prior(point: Point, now: Sequence[Dialled]) -> float:
+def prior(point: Point, now: Sequence[Dialled]) -> float:
+    """What is believed beforehand against a point: twice the nats, up to a constant."""
     z = coordinates_of(point)
-    return float(z @ z) + (float(np.sum((_dials(now) / _deviations(now)) ** 2)) if now else 0.0)
+    return float(z @ z) + (float(np.sum((dials(now) / deviations(now)) ** 2)) if now else 0.0)

@@ -8,9 +8,10 @@ from functools import lru_cache
 import numpy as np
 
 from identification.mismatch.fit.calibrate import unbent
-from identification.mismatch.fit.fitting import Fit, settle
+from identification.mismatch.fit.fitting import Fit
 from identification.mismatch.fit.floor import floors
 from identification.mismatch.fit.sensitivity import change, sensitivities
+from identification.mismatch.fit.settling import settle
 from identification.mismatch.fit.stack import flat
 from identification.mismatch.simulation.model import Model, predict
 from identification.mismatch.simulation.system import System

@@ -7,17 +7,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy import stats
 
-from identification.mismatch.fit.candidate import (
-    SHAPE,
-    Candidate,
-    Dialled,
-    by_factors,
-    shapes,
-    sizes,
-)
+from identification.mismatch.fit.candidate import Candidate
+from identification.mismatch.fit.dialled import Dialled
 from identification.mismatch.fit.fitting import Fit
 from identification.mismatch.fit.scatter import stretches
 from identification.mismatch.fit.sensitivity import coordinates_of
+from identification.mismatch.fit.sizing import SHAPE, by_factors, shapes, sizes
 from identification.mismatch.fit.stack import Integers, recordings
 from plant.parameters import Parameter
 from plant.signals import Floats

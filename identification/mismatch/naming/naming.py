@@ -17,11 +17,14 @@ from identification.mismatch.fit.calibrate import (
     partly_refreshed,
     unbent,
 )
-from identification.mismatch.fit.candidate import Candidate, Dialled, limits, tried_sizes
-from identification.mismatch.fit.fitting import Fit, renoised, settle, with_effects
+from identification.mismatch.fit.candidate import Candidate
+from identification.mismatch.fit.dialled import Dialled
+from identification.mismatch.fit.fitting import Fit, renoised, with_effects
 from identification.mismatch.fit.held_out import contradicted
 from identification.mismatch.fit.judge import Judge
 from identification.mismatch.fit.scatter import FAMILY, SHARE
+from identification.mismatch.fit.settling import settle
+from identification.mismatch.fit.sizing import limits, tried_sizes
 from identification.mismatch.naming.ahead import SURVEYS, further
 from identification.mismatch.naming.interval import significance
 from identification.mismatch.naming.score import Score, survey

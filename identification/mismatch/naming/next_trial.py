@@ -6,10 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from identification.mismatch.fit.candidate import Candidate, candidates
+from identification.mismatch.fit.candidate import Candidate
 from identification.mismatch.fit.fitting import Fit
 from identification.mismatch.fit.judge import Judge
 from identification.mismatch.fit.sensitivity import none, sensitivities
+from identification.mismatch.naming.tried import candidates
 from identification.mismatch.simulation.model import predict
 from plant.effects.effect import Effect
 from plant.signals import Floats

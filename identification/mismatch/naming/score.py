@@ -5,21 +5,20 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from identification.mismatch.fit.candidate import (
+from identification.mismatch.fit.candidate import Candidate, read_off
+from identification.mismatch.fit.judge import Judge
+from identification.mismatch.fit.scatter import amplitude_p
+from identification.mismatch.fit.stack import recordings
+from identification.mismatch.naming.elsewhere import CHANCE, Tried, at_places, usual
+from identification.mismatch.naming.tried import (
     TRIES,
-    Candidate,
     candidates,
     half_a_turn_on,
     larger,
     otherwise,
     place_on_the_road,
-    read_off,
     reshaped,
 )
-from identification.mismatch.fit.judge import Judge
-from identification.mismatch.fit.scatter import amplitude_p
-from identification.mismatch.fit.stack import recordings
-from identification.mismatch.naming.elsewhere import CHANCE, Tried, at_places, usual
 from identification.mismatch.simulation.model import Model
 from identification.mismatch.simulation.sensor import Rounds
 from plant.effects.effect import Effect

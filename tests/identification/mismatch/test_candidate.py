@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from identification.mismatch.fit.candidate import candidates, half_a_turn_on
+from identification.mismatch.naming.tried import candidates, half_a_turn_on
 from plant.effects.backlash import Backlash
 from plant.effects.eccentricity import Eccentricity
 from plant.effects.tooth_misplacement import ToothMisplacement

@@ -8,9 +8,10 @@ import pytest
 
 from identification.mismatch.analysis import begin
 from identification.mismatch.fit.calibrate import calibrate
-from identification.mismatch.fit.fitting import Fit, settle
+from identification.mismatch.fit.fitting import Fit
 from identification.mismatch.fit.held_out import contradicted
 from identification.mismatch.fit.sensitivity import sensitivities
+from identification.mismatch.fit.settling import settle
 from identification.mismatch.fit.stack import Nuisances, bounded
 from plant.effects.backlash import Backlash
 from plant.effects.driveline_loss import DrivelineLoss

@@ -10,7 +10,8 @@ from identification.mismatch.curves.injection import places
 from identification.mismatch.curves.pushed import Pushed
 from identification.mismatch.curves.trace import regressors
 from identification.mismatch.fit.calibrate import as_told, refreshed
-from identification.mismatch.fit.fitting import Fit, settle, with_effects
+from identification.mismatch.fit.fitting import Fit, with_effects
+from identification.mismatch.fit.settling import settle
 from identification.mismatch.simulation.along import HYSTERESIS, PAST, SCALE, kind_of, knots_for
 from identification.mismatch.simulation.model import predict, simulate
 from identification.mismatch.simulation.push import Push

@@ -11,7 +11,7 @@ import pytest
 
 from identification.mismatch import explain
 from identification.mismatch.analysis import Analysis, begin
-from identification.mismatch.curves.free_curve import inside
+from identification.mismatch.curves.inside import inside
 from identification.mismatch.curves.sufficiency import Remainder
 from identification.mismatch.explain import analyse, known_so_far
 from identification.mismatch.naming.interval import IDEAL

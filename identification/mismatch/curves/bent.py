@@ -1,0 +1,113 @@
+"""A curve that the simulation knows: evaluated on its own motion, its values fitted as dials.
+
+What the curve does acts back on what drives it. Knots move to where it bends.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from identification.mismatch.curves.curve import Curve
+from identification.mismatch.curves.injection import places
+from identification.mismatch.curves.pushed import LOOSE
+from identification.mismatch.fit.dialled import Dialled
+from identification.mismatch.fit.fitting import Fit, with_effects
+from identification.mismatch.fit.settling import settle
+from identification.mismatch.simulation.place import Injection
+from identification.mismatch.simulation.system import System
+from plant.effects.effect import Effect
+from plant.effects.free_curve import KNOTS
+from plant.signals import Floats
+from plant.trouble import PlantError
+
+NUDGE = 0.02
+
+
+@dataclass(frozen=True)
+class Bent(Dialled):
+    """A curve with its values as dials, in pushes worth trying at its place. number: of several."""
+
+    system: System
+    place: Injection
+    curve: Curve
+    dials: tuple[float, ...]
+    number: int
+
+    @property
+    def name(self) -> str:
+        """Where it acts and along what."""
+        return f"{self.place.name} along {self.curve.regressor}"
+
+    @property
+    def deviations(self) -> tuple[float, ...]:
+        """Loose."""
+        return (LOOSE,) * len(self.dials)
+
+    @property
+    def nudges(self) -> tuple[float, ...]:
+        """Small beside a push worth trying."""
+        return (NUDGE,) * len(self.dials)
+
+    def effect(self) -> Effect:
+        """Return the effect of the simulation."""
+        values = self.place.size * np.array(self.dials)
+        found = self.system.curve(
+            self.place, self.curve.regressor, self.curve.knots, values, self.number
+        )
+        assert found is not None
+        return found
+
+    def moved(self, step: Floats) -> "Bent":
+        """Return it with other values."""
+        return replace(self, dials=tuple(float(d) for d in np.array(self.dials) + step))
+
+    def told(self) -> Curve:
+        """Return the curve with its values."""
+        return replace(self.curve, values=self.place.size * np.array(self.dials))
+
+
+def injection_of(base: Fit, curve: Curve) -> Injection | None:
+    """Return where a curve acts; None where nothing can be pushed there."""
+    return next((p for p in places(base) if p.name == curve.place), None)
+
+
+def simulable(base: Fit, curve: Curve) -> bool:
+    """Tell whether the simulation knows a curve at this place along this quantity."""
+    place, knots = injection_of(base, curve), np.arange(float(KNOTS))
+    system = base.model.system
+    return place is not None and system.curve(place, curve.regressor, knots, knots, 0) is not None
+
+
+def simulated(base: Fit, curve: Curve) -> Fit | None:
+    """Fit a curve in the simulation; None where it does not know such a curve."""
+    place, system, number = injection_of(base, curve), base.model.system, len(base.candidates)
+    if place is None or not simulable(base, curve):
+        return None
+    bent = Bent(system, place, curve, tuple(float(v) for v in curve.values / place.size), number)
+    try:
+        return settle(with_effects(base, (*base.candidates, bent)), 1, 3)
+    except PlantError:
+        return None
+
+
+def with_many_knots(knots: Floats) -> Floats:
+    """As many knots as a curve in the simulation has, spread like those given."""
+    return np.interp(np.linspace(0.0, knots.size - 1.0, KNOTS), np.arange(knots.size), knots)
+
+
+def rebent(curve: Curve) -> Curve:
+    """Return the curve with knots nearer to each other where it bends."""
+    z, f = curve.knots, curve.values
+    bend = np.abs(np.diff(np.diff(f) / np.diff(z)))
+    mass = np.convolve(np.pad(bend, 1), (0.5, 0.5), "valid") + 1e-300
+    share = 0.5 * mass / mass.sum() + 0.5 * np.diff(z) / (z[-1] - z[0])
+    reached = np.concatenate(([0.0], np.cumsum(share)))
+    knots = np.interp(np.linspace(0.0, reached[-1], KNOTS), reached, z)
+    return replace(curve, knots=knots, values=curve(knots))
+
+
+def newest(fit: Fit) -> Bent:
+    """Return the curve that was put in last."""
+    bent = fit.candidates[-1]
+    assert isinstance(bent, Bent)
+    return bent

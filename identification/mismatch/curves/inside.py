@@ -1,0 +1,106 @@
+"""None of the above: a located curve is put into the simulation itself and fitted there.
+
+Where the simulation knows a free curve at the place along the quantity, the curve is evaluated on
+its own motion, so that what the curve does acts back on what drives it, and its values are fitted
+jointly with everything that is uncertain. Knots move to where it bends. Elsewhere the curve acts
+as an input, evaluated along its recorded regressor. Then it meets the held-out recordings.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+from identification.mismatch.curves.bent import (
+    injection_of,
+    newest,
+    rebent,
+    simulable,
+    simulated,
+    with_many_knots,
+)
+from identification.mismatch.curves.curve import Curve
+from identification.mismatch.curves.free_curve import FreeCurve
+from identification.mismatch.curves.locate import locate
+from identification.mismatch.curves.pushed import Pushed
+from identification.mismatch.curves.standing import FURTHER, pushed_in, standing
+from identification.mismatch.curves.tooth_curve import ANGLE
+from identification.mismatch.fit.calibrate import refreshed
+from identification.mismatch.fit.fitting import Fit
+from identification.mismatch.fit.held_out import CONFIRMED, carried_over
+from identification.mismatch.fit.judge import Judge
+from identification.mismatch.fit.settling import settle
+from identification.mismatch.simulation.model import Model
+
+TRIED = 2
+"""Located curves that are tried inside the simulation."""
+AROUND = 5
+"""Places at which a push along the wheel's angle is tried."""
+BENDS = 2
+"""How often knots move to where the curve bends."""
+MOST = 3
+"""Curves that may stand in together."""
+
+
+def inside(base: Fit, curves: Sequence[Curve], held_out: Model | None) -> FreeCurve | None:
+    """Put the best of the located curves into the simulation, and others beside it that help.
+
+    None where all are of sensors.
+    """
+    found = _one(base, curves, held_out)
+    while found is not None and held_out is not None and len(found.beside) + 1 < MOST:
+        there = found.proven
+        assert there is not None
+        left = locate(Judge.of(found.fit), Judge.of(carried_over(found.fit, there)))
+        other = _one(found.fit, [c for c in left if c.certain], there)
+        if other is None or other.confirmed < max(CONFIRMED, FURTHER * found.confirmed):
+            break
+        found = found.with_another(other)
+    return found
+
+
+def _one(base: Fit, curves: Sequence[Curve], held_out: Model | None) -> FreeCurve | None:
+    """Fit the best of the located curves beside those that are there already."""
+    rough = base.coarse()
+    tried = [fit for curve in _chosen(base, curves) for fit in _tried(rough, curve)]
+    if not tried:
+        return None
+    best = max(tried, key=lambda t: t.score)
+    if isinstance(best.candidates[-1], Pushed):
+        return standing(base, best, held_out)
+    for _ in range(BENDS):
+        again = simulated(rough, rebent(newest(best).told()))
+        if again is None or again.score < best.score:
+            break
+        best = again
+    best = settle(refreshed(best.fine(base.model)), noises=2, steps=3)
+    confirmed = 0.0
+    if held_out is not None:
+        confirmed = carried_over(best, held_out).score - carried_over(base, held_out).score
+    return FreeCurve(newest(best).told(), best, best.score - base.score, confirmed, held_out)
+
+
+def _chosen(base: Fit, curves: Sequence[Curve]) -> list[Curve]:
+    """Return the first curves, and at the first's place the first of each further kind.
+
+    What repeats with a wheel's angle is first sought at its teeth, and may as well push the wheel.
+    """
+    there = [c for c in curves if injection_of(base, c) is not None]
+    if curves and curves[0].certain and curves[0].regressor == ANGLE:
+        turning = [c for c in there if c.regressor == ANGLE]
+        if turning:
+            return turning[:AROUND]
+    certain = [c for c in there if c.certain]
+    if not certain:
+        return there[:1]
+    same = [c for c in certain if c.place == certain[0].place]
+    first_of_kind = {c.kind: c for c in reversed(same)}
+    return list({id(c): c for c in (*certain[:TRIED], *first_of_kind.values())}.values())
+
+
+def _tried(rough: Fit, curve: Curve) -> Iterator[Fit]:
+    if simulable(rough, curve):
+        many = with_many_knots(curve.knots)
+        fit = simulated(rough, replace(curve, knots=many, values=curve(many)))
+    else:
+        fit = pushed_in(rough, curve)
+    if fit is not None:
+        yield fit

@@ -1,0 +1,127 @@
+"""A curve that the simulation does not know: pushed as an input along its quantity.
+
+The quantity is taken anew until it is that of the simulation in which the curve acts.
+"""
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+from identification.mismatch.curves.bent import injection_of
+from identification.mismatch.curves.curve import Curve
+from identification.mismatch.curves.free_curve import FreeCurve
+from identification.mismatch.curves.pushed import Pushed
+from identification.mismatch.curves.tooth_curve import ANGLE
+from identification.mismatch.curves.trace import regressors
+from identification.mismatch.fit.calibrate import refreshed
+from identification.mismatch.fit.fitting import Fit, with_effects
+from identification.mismatch.fit.held_out import carried_over
+from identification.mismatch.fit.settling import settle
+from identification.mismatch.simulation.along import finer
+from identification.mismatch.simulation.model import Model, predict
+from identification.mismatch.simulation.place import Injection
+from identification.mismatch.simulation.push import Push
+from plant.signals import Floats
+from plant.trouble import PlantError
+
+ROUNDS = 6
+PASSES = 3
+"""How often a pushed curve's quantity is taken anew until it is that of its own simulation."""
+SHARES = (1.0, 0.6, 0.3)
+"""Of the way to what a fit asks for; a curve that changes its own quantity goes not all of it."""
+FURTHER = 0.1
+"""Share of what the first brings on the held-out recordings that another must bring there."""
+
+
+def pushed_in(base: Fit, curve: Curve) -> Fit | None:
+    """Fit a curve as a course of pushes, its quantity taken anew as long as that helps much."""
+    place = injection_of(base, curve)
+    assert place is not None
+    knots = curve.knots if curve.regressor == ANGLE else finer(curve.regressor, curve.knots)
+    pushed = Pushed.beside(base, place, curve.regressor, knots)
+    best = base
+    for _ in range(ROUNDS):
+        try:
+            led = settle(with_effects(best, (*base.candidates, pushed)), 1, 3)
+            fits = [_consistent(led, pushed.towards(pushing(led), share)) for share in SHARES]
+        except PlantError:
+            break
+        fit = max(fits, key=lambda f: f.score)
+        gained, before = fit.score - best.score, best.score - base.score
+        if gained > 0.0:
+            best = fit
+        if gained < FURTHER * before:
+            break
+        pushed = pushing(best).again(best)
+    return best if best is not base else None
+
+
+def _consistent(fit: Fit, pushed: Pushed) -> Fit:
+    """Return the fit with a curve along what the simulation does when the curve acts in it."""
+    others = fit.candidates[:-1]
+    for _ in range(PASSES):
+        fit = with_effects(fit, (*others, pushed))
+        pushed = pushed.along_that_of(fit)
+    return with_effects(fit, (*others, pushed))
+
+
+def pushing(fit: Fit) -> Pushed:
+    """Return the curve that is pushed."""
+    pushed = fit.candidates[-1]
+    assert isinstance(pushed, Pushed)
+    return pushed
+
+
+def standing(base: Fit, rough: Fit, held_out: Model | None) -> FreeCurve:
+    """Let pushes stand in the simulation of both sets of recordings, and settle the rest."""
+    pushed = pushing(rough)
+    place = pushed.place
+    told = Curve(place.name, place.block, place.unit, pushed.regressor, pushed.knots,
+                 pushed.values, 0.0, 0.0, 0.0, 0.0)  # fmt: skip
+    fit = settle(refreshed(_with(base, rough, place, told)), noises=2, steps=3)
+    if held_out is None:
+        return FreeCurve(told, fit, fit.score - base.score, 0.0, None)
+    confirmed, proven = _confirmed(base, fit, place, told, held_out)
+    return FreeCurve(told, fit, fit.score - base.score, confirmed, proven)
+
+
+def _confirmed(
+    base: Fit, best: Fit, place: Injection, curve: Curve, held_out: Model
+) -> tuple[float, Model]:
+    """Return what a curve gains on the held-out recordings, and the model in which it acts there.
+
+    Its quantity there is taken anew with the curve acting, as often as it was in the fit.
+    """
+    before = carried_over(base, held_out)
+    there = replace(carried_over(replace(best, model=base.model), held_out), candidates=())
+    for _ in range(PASSES):
+        there = settle(_with(before, there, place, curve), noises=2)
+    there = replace(there, candidates=best.candidates)
+    return there.score - before.score, there.model
+
+
+def _with(base: Fit, at: Fit, place: Injection, curve: Curve) -> Fit:
+    """Return the fit of `base` at the point of another with the curve acting in its simulation.
+
+    The curve goes along what that other fit's simulation shows.
+    """
+    there = base.model.injected or ({},) * len(base.model.records)
+    injected = tuple(
+        _sum(before, injected_rows(at, r, place, curve)) for r, before in enumerate(there)
+    )
+    model = replace(base.model, injected=injected)
+    effects = tuple(e for e in at.point.effects if not isinstance(e, Push))
+    point = replace(at.point, effects=effects)
+    kept = tuple(c for c in at.candidates if not isinstance(c, Pushed))
+    return replace(at, model=model, point=point, predicted=predict(model, point), candidates=kept)
+
+
+def _sum(one: Mapping[str, Floats], other: Mapping[str, Floats]) -> dict[str, Floats]:
+    """Return both sets of columns, added where they share one."""
+    return {**one, **{k: v + one[k] if k in one else v for k, v in other.items()}}
+
+
+def injected_rows(fit: Fit, r: int, place: Injection, curve: Curve) -> dict[str, Floats]:
+    """Return the inputs by which a curve acts, row by row."""
+    record = fit.model.records[r]
+    seen = regressors(fit, place.drive, r)[curve.regressor]
+    return fit.model.at(fit.point).push(place, record, curve(seen, record.grid.step))

@@ -1,0 +1,104 @@
+"""What is tried of an effect: subjects, places, whole numbers; other sizes, angles, shapes."""
+
+import math
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from identification.mismatch.fit.candidate import Candidate
+from identification.mismatch.fit.sizing import shapes, sizes, tried_sizes, wholes
+from plant.effects.effect import Effect
+from plant.parameters import Parameter
+
+TRIES = 3
+MOST_WHOLE = 48
+ABOUT = 3
+NEARLY_HALF = 3.6
+"""Prior deviations of an angle; 4 are half a turn (see `sizing.shaped`), where its range ends."""
+
+
+def candidates(kind: type[Effect], places: int = 16) -> Iterator[Candidate]:
+    """Yield an effect at its typical size and shape, on every subject.
+
+    places: how many values of a whole parameter mean something (teeth of a disc).
+    """
+    count = len(shapes(kind))
+    for pattern in (p for c in kind.candidates() for p in _sought(c)):
+        for whole in _whole_values(kind, places):
+            yield Candidate(pattern, (1.0, *([0.0] * count)), whole)
+
+
+def otherwise(candidate: Candidate, backwards: bool) -> Iterator[Candidate]:
+    """Yield the candidate at the other sizes that are tried; backwards: with the other sign."""
+    sign = -1.0 if backwards and _both_ways(candidate.kind) else 1.0
+    for size in tried_sizes(candidate.kind):
+        if sign * size != candidate.size:
+            yield candidate.resized(sign * size)
+
+
+def half_a_turn_on(candidate: Candidate) -> Iterator[Candidate]:
+    """Yield the candidate with each angle that goes all round turned by nearly half, either way.
+
+    What cannot be less than nothing shows its opposite there.
+    """
+    for i, p in enumerate(shapes(candidate.kind), start=1):
+        if p.unit == "rad" and math.isclose(p.high - p.low, 2.0 * math.pi, rel_tol=1e-3):
+            for y in (-NEARLY_HALF, NEARLY_HALF):
+                yield replace(candidate, dials=(*candidate.dials[:i], y, *candidate.dials[i + 1 :]))
+
+
+def larger(candidate: Candidate) -> Iterator[Candidate]:
+    """Yield the candidate at the tried sizes beyond the typical one."""
+    for size in tried_sizes(candidate.kind):
+        if size > 1.0:
+            yield candidate.resized(size)
+
+
+def reshaped(candidate: Candidate) -> Iterator[Candidate]:
+    """Yield the candidate with each shaping parameter at other places of its range."""
+    for i in range(1, len(candidate.dials)):
+        for y in (-2.0, -1.0, 1.0, 2.0):
+            yield replace(candidate, dials=(*candidate.dials[:i], y, *candidate.dials[i + 1 :]))
+
+
+def place_on_the_road(pattern: Effect) -> float | None:
+    """Return where an effect is looked for, in steps of the search; None: nowhere in particular."""
+    for p in pattern.parameters():
+        if p.sought is not None:
+            return float(getattr(pattern, p.name)) / p.sought[2]
+    return None
+
+
+def _sought(pattern: Effect) -> Iterator[Effect]:
+    """Yield an effect at every place at which it is looked for."""
+    for p in pattern.parameters():
+        if p.sought is not None:
+            first, last, step = p.sought
+            for place in np.arange(first, last, step):
+                yield replace(pattern, **{p.name: float(place)})
+            return
+    yield pattern
+
+
+def _whole_values(kind: type[Effect], places: int) -> list[tuple[float, ...]]:
+    values: list[tuple[float, ...]] = [()]
+    for p in wholes(kind):
+        values = [(*v, n) for v in values for n in _meant(kind, p, places)]
+    return values
+
+
+def _meant(kind: type[Effect], p: Parameter, places: int) -> list[float]:
+    """Values of a whole parameter: every tooth or order; a few about a typical count; one seed."""
+    if hasattr(kind, "tooth_offsets"):
+        # Teeth count from 0; of orders, from 1, those beyond half the teeth look like lower ones.
+        most = places if p.low < 1.0 else places // 2
+        return [p.low + i for i in range(min(most, MOST_WHOLE))]
+    if p.high > MOST_WHOLE**2:
+        return [p.typical]
+    near = (p.typical + i for i in range(-ABOUT, ABOUT + 1))
+    return [n for n in near if p.low <= n <= p.high]
+
+
+def _both_ways(kind: type[Effect]) -> bool:
+    return any(p.low < p.absent < p.high and not math.isinf(p.absent) for p in sizes(kind))
