@@ -7,22 +7,28 @@ from identification.mismatch.curves.tooth_curve import ANGLE
 from identification.mismatch.simulation.along import HYSTERESIS, PAST, step_response
 from plant.signals import Floats
 
+ONE_SIDED = 0.15
+"""Even part over odd one beyond which the signs differ; a slope twice the other has 0.17."""
 
-def shape_in_words(curve: Curve) -> str:
-    """Say what a curve looks like: what the recordings tell beyond its straight line, if much."""
+
+def shape_in_words(curve: Curve, unit: str = "") -> str:
+    """Say what a curve looks like: what the recordings tell beyond its straight line, if much.
+
+    unit: of the quantity along which it acts.
+    """
     z, f = curve.knots, curve.values
     if curve.kind == PAST:
         return _memory(z, f)
     if curve.kind == HYSTERESIS:
-        return _hysteresis(z, f)
+        return _hysteresis(z, f, unit)
     if curve.regressor == ANGLE:
         return f"periodic in the wheel's angle, strongest at order {_order(f)}"
     if z[0] < 0.0 < z[-1] and min(-z[0], z[-1]) > 0.2 * max(-z[0], z[-1]):
-        return _about_zero(curve, z, f)
+        return _about_zero(curve, unit)
     if not _bent(z, f):
         return "in proportion to it"
     line = np.polynomial.Polynomial.fit(z, f, 1)
-    return _bump(z, f - line(z))
+    return _bump(z, f - line(z), unit)
 
 
 def _memory(times: Floats, values: Floats) -> str:
@@ -33,15 +39,17 @@ def _memory(times: Floats, values: Floats) -> str:
     return f"an answer with a memory: most of it comes within {settled:.2g} s"
 
 
-def _hysteresis(widths: Floats, values: Floats) -> str:
+def _hysteresis(widths: Floats, values: Floats, unit: str) -> str:
     """Say over which way it comes back most."""
     stops = widths > 0.0
     height = np.abs(values * widths)[stops]
     width = float(widths[stops][int(np.argmax(height))])
-    return f"a hysteresis, as of play or dry friction: after a turn it takes {2.0 * width:.2g}"
+    way = _told(2.0 * width, unit)
+    return f"a hysteresis, as of play or dry friction: after a turn it takes {way}"
 
 
-def _about_zero(curve: Curve, z: Floats, f: Floats) -> str:
+def _about_zero(curve: Curve, unit: str) -> str:
+    z, f = curve.knots, curve.values
     reach = min(-z[0], z[-1])
     x = np.linspace(-reach, reach, 41)
     y = curve(x) - curve(np.zeros(1))
@@ -50,17 +58,21 @@ def _about_zero(curve: Curve, z: Floats, f: Floats) -> str:
         return "the same for both signs, growing with its size"
     inner = (np.interp(0.25 * reach, x, odd)) / 0.25
     outer = (odd[-1] - np.interp(0.75 * reach, x, odd)) / 0.25
-    both = "" if np.ptp(even) < 0.4 * np.ptp(odd) else ", and different for the two signs"
+    both = "" if np.ptp(even) < ONE_SIDED * np.ptp(odd) else ", and different for the two signs"
     if abs(inner) < 0.4 * abs(outer):
         return "a dead zone: hardly any effect near zero" + both
     if abs(outer) < 0.25 * abs(inner):
         return "a step at zero that then stays level, as of friction or a limit" + both
     if _bent(z, f):
-        return f"a kink about {_kink(z, f):.3g}" + both
+        return f"a kink about {_told(_kink(z, f), unit)}" + both
     if both:
         return "a different slope for each sign"
     late = "rate" in curve.regressor or "acceleration" in curve.regressor
     return "in proportion to it" + (", as a lag is" if late else "")
+
+
+def _told(value: float, unit: str) -> str:
+    return f"{value:.3g} {unit}" if unit not in ("", "1") else f"{value:.3g}"
 
 
 def _order(f: Floats) -> int:
@@ -78,8 +90,8 @@ def _kink(z: Floats, f: Floats) -> float:
     return float(z[1 + int(np.argmax(np.abs(np.diff(np.diff(f) / np.diff(z)))))])
 
 
-def _bump(z: Floats, bent: Floats) -> str:
+def _bump(z: Floats, bent: Floats, unit: str) -> str:
     top = int(np.argmax(np.abs(bent - np.median(bent))))
     if 0 < top < z.size - 1:
-        return f"a local bump or dip about {z[top]:.4g}"
+        return f"a local bump or dip about {_told(float(z[top]), unit)}"
     return "bent, strongest at the end of its range"

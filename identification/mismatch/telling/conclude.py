@@ -13,6 +13,7 @@ from identification.mismatch.fit.floor import lack_of_fit
 from identification.mismatch.fit.scatter import FAMILY
 from identification.mismatch.naming.interval import estimates
 from identification.mismatch.naming.naming import Named
+from identification.mismatch.simulation.along import quantity_of
 from identification.mismatch.simulation.system import System
 from identification.mismatch.telling.improved import not_told
 from identification.mismatch.telling.verdict import (
@@ -28,7 +29,7 @@ def verdict(a: Analysis) -> Verdict:
     """Say what is known so far."""
     if a.named is None:
         p = _least(a.before)
-        where = _location(a.before, a.when)
+        where = _location(a, a.before, a.when)
         return Verdict(p < FAMILY, p, where, left_out=_left_out(a), complete=False)
     doubt = unexplained(a)
     effects = () if doubt else tuple(_effects(a.named))
@@ -40,7 +41,7 @@ def verdict(a: Analysis) -> Verdict:
         location=_place(a, left, doubt),
         effects=effects,
         unknown=doubt,
-        shape=shape_in_words(left[0]) if doubt and left else "",
+        shape=_shape(a, left[0]) if doubt and left else "",
         remains=_remains(a) if not doubt else None,
         curve=_curve(a.free),
         equivalents=tuple(equivalents(a.named)) if not doubt else (),
@@ -76,11 +77,13 @@ def _least(curves: Sequence[Curve]) -> float:
     return min((c.p for c in curves), default=1.0)
 
 
-def _location(curves: Sequence[Curve], when: Circumstance | None = None) -> Location | None:
+def _location(
+    a: Analysis, curves: Sequence[Curve], when: Circumstance | None = None
+) -> Location | None:
     if not curves or not curves[0].certain:
         return None
     c = curves[0]
-    where = Location(c.block, c.place, c.regressor, shape_in_words(c), c.gain, c.confirmed)
+    where = Location(c.block, c.place, c.regressor, _shape(a, c), c.gain, c.confirmed)
     if when is None:
         return where
     return replace(
@@ -89,16 +92,20 @@ def _location(curves: Sequence[Curve], when: Circumstance | None = None) -> Loca
     )  # fmt: skip
 
 
+def _shape(a: Analysis, curve: Curve) -> str:
+    return shape_in_words(curve, a.system.units.get(quantity_of(curve.regressor), ""))
+
+
 def _place(a: Analysis, left: Sequence[Curve], doubt: bool) -> Location | None:
     """Where it acts: as the names that stand tell, or as the free curves alone do.
 
     What a free curve imitates best may sit at the next seam; a name that explains all knows.
     """
     assert a.named is not None
-    seen = _location(a.before, a.when)
+    seen = _location(a, a.before, a.when)
     told = None if doubt else _of_the_named(a.system, a.named)
     if told is None:
-        return seen or (_location(left) if doubt else None)
+        return seen or (_location(a, left) if doubt else None)
     if seen is None:
         return told
     if seen.injection == told.injection:
@@ -125,7 +132,7 @@ def _remains(a: Analysis) -> Remains | None:
     if a.remains is None:
         return None
     c = a.remains.curve
-    return Remains(c.place, c.regressor, shape_in_words(c), a.remains.share)
+    return Remains(c.place, c.regressor, _shape(a, c), a.remains.share)
 
 
 def _curve(free: FreeCurve | None) -> FoundCurve | None:

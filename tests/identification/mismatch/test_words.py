@@ -1,0 +1,42 @@
+"""A curve's shape in words does not depend on its size, and tells its numbers with their units."""
+
+import numpy as np
+import pytest
+
+from identification.mismatch.curves.curve import Curve
+from identification.mismatch.curves.words import shape_in_words
+
+Z = np.linspace(-1.0, 1.0, 9)
+SHAPES = {
+    "in proportion to it": 2.0 * Z,
+    "a dead zone": np.sign(Z) * np.maximum(np.abs(Z) - 0.5, 0.0),
+    "a step at zero": np.tanh(10.0 * Z),
+    "the same for both signs": Z**2,
+    "a different slope for each sign": np.where(Z > 0.0, 3.0 * Z, Z),
+}
+
+
+def curve(values, knots=Z, regressor="twist"):
+    return Curve("driveline torque", "driveline", "N m", regressor, knots, values, 1, 1, 1, 0.0)
+
+
+@pytest.mark.parametrize("said", SHAPES)
+@pytest.mark.parametrize("size", [1e-3, 1.0, -40.0])
+def test_a_shape_is_the_same_at_any_size(said, size):
+    assert said in shape_in_words(curve(size * SHAPES[said]), "rad")
+
+
+@pytest.mark.parametrize("slope", [-2.0, 0.0, 0.5])
+def test_a_bump_is_told_off_its_straight_line_with_the_unit_of_its_place(slope):
+    z = np.linspace(100.0, 200.0, 11)
+    bump = 30.0 * np.exp(-(((z - 140.0) / 10.0) ** 2))
+    told = shape_in_words(curve(bump + 0.1 * slope * (z - 100.0), z, "engine speed"), "rad/s")
+    assert told == "a local bump or dip about 140 rad/s"
+
+
+def test_a_hysteresis_tells_the_way_that_a_turn_takes():
+    widths = np.array((0.0, 0.01, 0.05, 0.2))
+    values = np.array((1.0, 0.1, 300.0, 0.1))
+    told = shape_in_words(curve(values, widths, "hysteresis of twist"), "rad")
+    assert told.endswith("after a turn it takes 0.1 rad")
+    assert shape_in_words(curve(values, widths, "hysteresis of slip"), "1").endswith("0.1")
