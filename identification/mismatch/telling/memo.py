@@ -51,13 +51,17 @@ def scaled_by(regressor: str) -> str:
 def _effect(effect: FoundEffect) -> str:
     p = effect.parameters[0]
     factor, unit = SCALED.get(p.unit, (1.0, p.unit))
-    spread = 0.5 * (p.high - p.low) * factor
-    digits = max(
-        1, 1 + int(floor(log10(abs(p.value * factor) or 1.0)) - floor(log10(spread or 1.0)))
-    )
-    size = f"{p.value * factor:.{digits}g} +- {spread:.1g} {unit}".rstrip()
+    size = f"{with_spread(p.value * factor, 0.5 * (p.high - p.low) * factor)} {unit}".rstrip()
     where = (effect.subject or effect.block).replace("_", " ")
     return f"the {where} has {effect.name.replace('_', ' ')} ({p.name.replace('_', ' ')} {size})"
+
+
+def with_spread(value: float, spread: float) -> str:
+    """Tell a number as exactly as it is known, in plain digits."""
+    if not spread > 0.0:
+        return f"{value:.3g}"
+    place = -floor(log10(spread))
+    return " +- ".join(f"{round(x, place):.{max(place, 0)}f}" for x in (value, spread))
 
 
 def _proof(verdict: Verdict) -> str:

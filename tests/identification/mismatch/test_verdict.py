@@ -10,7 +10,7 @@ import pytest
 from identification.mismatch.fit.floor import LackOfFit
 from identification.mismatch.fit.held_out import Error
 from identification.mismatch.naming.interval import Estimate
-from identification.mismatch.telling.memo import left_out, lines, sentence
+from identification.mismatch.telling.memo import left_out, lines, sentence, with_spread
 from identification.mismatch.telling.output import prepare_places
 from identification.mismatch.telling.verdict import (
     FoundCurve,
@@ -85,3 +85,15 @@ def test_places_are_made_before_the_work_and_refused_before_it(tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(InputError, match="give another place"):
         prepare_places(tmp_path / "file" / "verdict.json", None)
+
+
+@pytest.mark.parametrize(
+    ("value", "spread", "told"),
+    [
+        (99.84, 4.2, "100 +- 4"), (12.24, 0.41, "12.2 +- 0.4"), (-0.996, 0.05, "-1.00 +- 0.05"),
+        (12345.0, 310.0, "12300 +- 300"), (2.5e-4, 7e-5, "0.00025 +- 0.00007"),
+        (3.14159, 0.0, "3.14"), (0.2, 0.97, "0.2 +- 1.0"),
+    ],
+)  # fmt: skip
+def test_a_number_is_told_as_exactly_as_it_is_known_in_plain_digits(value, spread, told):
+    assert with_spread(value, spread) == told
