@@ -160,7 +160,7 @@ REMARKS = {
     "2.6e-4 [1.9e-4, 3.4e-4], where 2.5e-4 was put in "
     "(tests/real/test_explain_recordings.py).",
     "tanks_again":
-    "The improved file is not complete: 0.29 V are left where innovations are 0.05 V, and the "
+    "The improved file is not complete: 0.34 V are left where innovations are 0.05 V, and the "
     "engine says so.",
     "wrx_control":
     "Of what was left of the right wheel after the left one, 92 to 94 % lay between 12 and 18 "
