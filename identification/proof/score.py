@@ -65,7 +65,7 @@ def _judge(answer: Mapping[str, Any], result: Mapping[str, Any]) -> Judged:
         return Judged(answer["case"], answer["sort"], answer["tyre"], truth, truth, math.nan, None,
                       False, False, False, "", (), False, (), math.nan, math.nan,
                       failed=result["failed"])  # fmt: skip
-    verdict, each = result["verdict"], result["ideal"]["each"]
+    verdict, each = result["verdict"], _beyond_what_was_said(truth, result)
     seen = tuple(t for t, nats in zip(truth, each, strict=True) if nats >= VISIBLE)
     place = (verdict["location"] or {}).get("injection", "")
     visible = [h for h, nats in zip(hidden, each, strict=True) if nats >= VISIBLE]
@@ -82,6 +82,24 @@ def _judge(answer: Mapping[str, Any], result: Mapping[str, Any]) -> Judged:
         share=_share(result), seconds=result["seconds"]["analysis"], curve=_curve(result),
         formula=_formula(result), said_hidden=set(truth) <= set(verdict["not_excited"]),
     )  # fmt: skip
+
+
+def _beyond_what_was_said(truth: Sequence[str], result: Mapping[str, Any]) -> list[float]:
+    """Nats of each missing thing, in the presence of the others.
+
+    The observer fits the truth without one of its things from where the truth is, and may end in a
+    worse point than need be. Where other things of the truth were named and nothing else, their fit
+    is another such point: what is not said there is worth no more than that fit lacks.
+    """
+    each, effects = list(result["ideal"]["each"]), result["verdict"]["effects"]
+    said = {_key(e["name"], e["subject"]) for e in effects}
+    if not said or not said < set(truth):
+        return each
+    lacking = result["ideal"]["gain"] - effects[0]["gain"]
+    return [
+        nats if thing in said else min(nats, lacking)
+        for thing, nats in zip(truth, each, strict=True)
+    ]
 
 
 def _key(name: str, subject: str) -> str:

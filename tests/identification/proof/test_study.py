@@ -102,6 +102,15 @@ def test_of_a_pair_both_must_be_named_and_nothing_else() -> None:
     assert [c.named for c in cases] == [False, True, False]
 
 
+def test_what_the_named_things_explain_as_well_is_not_to_be_seen() -> None:
+    truth = answer(0, "pair", hidden("backlash", slack=8e-3), hidden("driveline_loss", loss=0.04))
+    nearly = {**result(0, FOUND, [90.0, 90.0]), "ideal": {"gain": 103.0, "each": [90.0, 90.0]}}
+    (one,) = only((truth, nearly))
+    assert (one.seen, one.named) == (("backlash",), True)
+    (missed,) = only((truth, {**nearly, "ideal": {"gain": 150.0, "each": [90.0, 90.0]}}))
+    assert (missed.seen, missed.named) == (("backlash", "driveline_loss"), False)
+
+
 def test_a_name_for_what_is_in_no_library_is_a_miss() -> None:
     truth = answer(0, "outside", hidden("spark_lag", time_constant=0.02))
     assert "no library" in what_is_wrong(only((truth, result(0, FOUND, [90.0])))[0])
