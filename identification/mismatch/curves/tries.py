@@ -99,13 +99,23 @@ def at_teeth(judge: Judge) -> Iterator[Try]:
 
 def _one(judge: Judge, place: Injection, angles: Floats, series: Series) -> Try:
     """Fit values along the angle of a wheel, from what a push worth trying at each brings."""
-    off = judge.nuisances.off(flat(judge.fit.model, judge.fit.noise, series))
+    columns = flat(judge.fit.model, judge.fit.noise, series)
+    off = judge.nuisances.off(columns)
     normal = off.T @ off + 0.01 * np.eye(angles.size)
     aim = off.T @ judge.left
     values = np.asarray(np.linalg.solve(normal, aim))
     gain = 0.5 * float(aim @ values)
-    swing = _swing(place.size * values)
+    swing = _swing(place.size * values * _kept(columns @ values, off @ values))
     return Try(place, ANGLE, angles, values, gain, swing, _course(judge, off, gain))
+
+
+def _kept(course: Floats, off: Floats) -> float:
+    """Share of a course, of its amplitude, that the nuisances leave.
+
+    Along what is named already a curve may go anywhere at no cost; that says nothing of its size.
+    """
+    whole = float(course @ course)
+    return min(1.0, float(np.sqrt(off @ off / whole))) if whole > 0.0 else 1.0
 
 
 def _swing(pushes: Floats) -> float:

@@ -10,10 +10,11 @@ from scipy import stats
 from identification.mismatch.fit.candidate import Candidate
 from identification.mismatch.fit.dialled import Dialled
 from identification.mismatch.fit.fitting import Fit
-from identification.mismatch.fit.scatter import stretches
-from identification.mismatch.fit.sensitivity import coordinates_of
-from identification.mismatch.fit.sizing import SHAPE, by_factors, shapes, sizes
-from identification.mismatch.fit.stack import Integers, recordings
+from identification.mismatch.fit.scatter import amplitude_p, stretches
+from identification.mismatch.fit.sensitivity import change, coordinates_of
+from identification.mismatch.fit.sizing import SHAPE, by_factors, limits, shapes, sizes
+from identification.mismatch.fit.stack import Integers, flat, recordings
+from identification.mismatch.simulation.model import predict
 from plant.parameters import Parameter
 from plant.signals import Floats
 
@@ -123,16 +124,30 @@ def significance(fit: Fit, number: int) -> float:
     """One-sided p of the size of effect `number`, against sizes so small that they do not count.
 
     Where there is no effect its shapes mean nothing, so that their errors are none of the size's:
-    they are taken as fitted, and each counts as one more try.
+    they are taken as fitted, and each counts as one more try. The size of a limit is certain
+    wherever something comes near to it, so of a limit it is asked whether it does anything.
     """
     place = sum(len(c.dials) for c in fit.candidates[:number])
     now = fit.candidates[number]
     assert isinstance(now, Candidate)
+    if limits(now.kind):
+        return min(1.0, _of_what_it_does(fit, number) * len(now.dials))
     own = range(place + 1, place + len(now.dials))
     spread, freedom = deviations(fit, own)
     beyond = abs(now.size) - now.counts
     p = float(stats.t.sf(beyond / spread[place], freedom[place]))
     return min(1.0, p * len(now.dials))
+
+
+def _of_what_it_does(fit: Fit, number: int) -> float:
+    """One-sided p of the amplitude of all that an effect changes."""
+    it, others = fit.point.effects[number], list(fit.point.effects)
+    del others[number]
+    bare = replace(fit.point, effects=tuple(others))
+    trace = change(fit.model, bare, (*others, it), predict(fit.model, bare))
+    course = fit.nuisances.off(flat(fit.model, fit.noise, trace))
+    left = fit.nuisances.left(fit.aim, coordinates_of(fit.point)) + course
+    return amplitude_p(course, left, fit.nuisances.grouped(fit.groups), fit.scatter)
 
 
 def estimates(fit: Fit, number: int) -> list[Estimate]:

@@ -91,8 +91,9 @@ def _whole_values(kind: type[Effect], places: int) -> list[tuple[float, ...]]:
 def _meant(kind: type[Effect], p: Parameter, places: int) -> list[float]:
     """Values of a whole parameter: every tooth or order; a few about a typical count; one seed."""
     if hasattr(kind, "tooth_offsets"):
-        # Teeth count from 0; of orders, from 1, those beyond half the teeth look like lower ones.
-        most = places if p.low < 1.0 else places // 2
+        # Teeth count from 0; of orders, from 1, those beyond half the teeth look like lower ones,
+        # and at half of them size and phase are one number.
+        most = places if p.low < 1.0 else (places - 1) // 2
         return [p.low + i for i in range(min(most, MOST_WHOLE))]
     if p.high > MOST_WHOLE**2:
         return [p.typical]

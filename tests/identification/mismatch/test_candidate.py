@@ -27,7 +27,7 @@ def test_what_has_no_angle_is_not_turned():
 
 def test_no_two_orders_that_are_tried_look_alike_at_the_teeth():
     orders = {c.effect().order for c in candidates(Eccentricity, TEETH)}
-    assert orders == set(range(1, TEETH // 2 + 1))
+    assert orders == set(range(1, (TEETH + 1) // 2))
     one, alias = (
         replace(Eccentricity(), run_out=n * 1e-3, order=n, phase=p).tooth_offsets(TEETH)
         for n, p in ((3, 0.4), (TEETH - 3, -0.4))
