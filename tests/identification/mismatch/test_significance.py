@@ -1,0 +1,50 @@
+"""When an effect is certain: by its size, and of a limit by what it does."""
+
+import numpy as np
+import pytest
+
+from identification.mismatch.fit.calibrate import as_told
+from identification.mismatch.fit.candidate import Candidate
+from identification.mismatch.fit.fitting import Fit, with_effects
+from identification.mismatch.fit.settling import settle
+from identification.mismatch.naming.interval import significance
+from identification.mismatch.naming.tried import candidates
+from identification.mismatch.simulation.model import simulate
+from plant.effects.rate_limit import RateLimit
+from tests.identification.mismatch.test_small import started
+
+
+def fitted(*effects) -> Fit:
+    model = started(*effects).training.coarse
+    return as_told(model, model.origin())
+
+
+def limited(fit: Fit, limit: float) -> Fit:
+    (kind,) = candidates(RateLimit)
+    new = kind.resized(kind.size * RateLimit().limit / limit)
+    assert isinstance(new, Candidate)
+    assert new.effect().limit == pytest.approx(limit)
+    return with_effects(fit, (new,))
+
+
+def fastest(fit: Fit) -> float:
+    """Rate of the throttle that is passed for a hundredth of the time."""
+    rates = []
+    for r in range(len(fit.model.records)):
+        step = fit.model.records[r].grid.step
+        rates.append(np.abs(np.diff(simulate(fit.model, fit.point, r, "servo")["throttle"]) / step))
+    return float(np.quantile(np.concatenate(rates), 0.99))
+
+
+@pytest.mark.parametrize("share", [0.5, 1.0])
+def test_a_limit_that_the_recordings_do_not_show_is_not_certain_however_sure_its_size(share):
+    fit = fitted()
+    assert significance(limited(fit, share * fastest(fit)), 0) > 0.01
+
+
+def test_a_limit_that_acts_is_certain_and_found_beside_where_it_was_looked_for():
+    true = 0.7 * fastest(fitted())
+    found = settle(limited(fitted(RateLimit(limit=true)), 1.07 * true))
+    assert significance(found, 0) < 1e-6
+    (candidate,) = found.effects
+    assert candidate.effect().limit == pytest.approx(true, rel=0.02)
