@@ -1,6 +1,7 @@
 """One drive of one recording, simulated: led by what was recorded, pushed by the slow road."""
 
 from collections.abc import Mapping
+from inspect import signature
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -15,6 +16,8 @@ from plant.simulation import Simulation
 
 SMOOTH = 50  # rows
 NO_ROAD: Floats = np.empty(0)
+PASSES = 4
+"""How often a radius that depends on the speed is taken anew."""
 FINER = 2
 """Steps of integration in a row: with one, 4 mrad of backlash look like 4.11."""
 
@@ -100,15 +103,36 @@ def _smoothed(speed: Floats) -> Floats:
 
 
 def true_speed(record: Record, bike: Motorcycle, rows: int) -> Floats:
-    """Return the recorded speed that comes nearest to the true one, m/s, of the first rows."""
+    """Return the recorded speed that comes nearest to the true one, m/s, of the first rows.
+
+    A wheel's is that of its radius as the effects of the motorcycle have it: a simulation that is
+    led in at a wrong speed goes on at a wrong speed.
+    """
     for source in TRUE_SPEED:
         if source in record.measured:
-            factor = bike.front_wheel.radius if source == "front" else 1.0
-            return record.measured[source][:rows] * factor
+            seen = record.measured[source][:rows]
+            return rolling(record, bike, "front", seen) if source == "front" else seen
     if "rear" in record.measured:
-        return record.measured["rear"][:rows] * bike.rear_wheel.radius
+        return rolling(record, bike, "rear", record.measured["rear"][:rows])
     ratio = bike.gears[int(Inputs(record.inputs).gear[0]) - 1]
-    return record.measured["engine_speed"][:rows] / ratio * bike.rear_wheel.radius
+    return rolling(record, bike, "rear", record.measured["engine_speed"][:rows] / ratio)
+
+
+def rolling(record: Record, bike: Motorcycle, wheel: str, turning: Floats) -> Floats:
+    """Return the speed at which a wheel rolls, m/s. turning: rad/s."""
+    nominal: float = getattr(bike, f"{wheel}_wheel").radius
+    hooks = [(e, h) for e in bike.effects for h in e.hooks if h.seam == f"{wheel}_radius"]
+    speed = turning * nominal
+    for _ in range(PASSES if hooks else 0):
+        seen = {"speed": speed, "lean": Inputs(record.inputs).lean[: turning.size]}
+        radius = np.full(turning.size, nominal)
+        for effect, hook in hooks:
+            own, *others = signature(hook.function).parameters
+            told = [seen[name] if name in seen else getattr(effect, name) for name in others]
+            assert own == hook.seam
+            radius = np.vectorize(hook.function, otypes=[np.float64])(radius, *told)
+        speed = turning * radius
+    return speed
 
 
 def _begin(simulation: Simulation, inputs: Inputs, record: Record, speed: Floats) -> Floats:

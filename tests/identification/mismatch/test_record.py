@@ -7,10 +7,12 @@ import pytest
 
 from identification.mismatch.motorcycle.record import prepare
 from identification.mismatch.motorcycle.regressors import servo_regressors
-from identification.mismatch.motorcycle.simulate import simulate
+from identification.mismatch.motorcycle.simulate import rolling, simulate
 from identification.mismatch.motorcycle.system import MotorcycleSystem
 from identification.proof.generator.case import draw_case
 from identification.proof.generator.recording import THROTTLE_STEP, write_run
+from plant.effects.radius_growth import RadiusGrowth
+from plant.effects.radius_with_lean import RadiusWithLean
 from plant.signals import Inputs
 from plant.vehicle_file import load_vehicle
 from protocol.run_folder import VEHICLE, read
@@ -49,3 +51,21 @@ def test_a_reading_of_the_position_moves_no_regressor_of_its_own_bin_or_before(r
     for name, course in before.items():
         assert np.array_equal(course[..., own], after[name][..., own]), name
     assert any(np.any(course != after[name]) for name, course in before.items())
+
+
+@pytest.mark.parametrize("wheel", ["front", "rear"])
+def test_a_simulation_is_led_in_at_the_speed_at_which_a_grown_and_leant_wheel_rolls(ready, wheel):
+    vehicle, record = ready
+    growth, lean = RadiusGrowth(growth=1.5e-5, front_growth=1e-5), RadiusWithLean(crown=0.1)
+    inputs = Inputs(record.inputs.copy())
+    inputs.lean[:] = np.linspace(-0.9, 0.9, len(inputs.lean))
+    bike = replace(vehicle.motorcycle, effects=(growth, lean))
+    nominal = getattr(bike, f"{wheel}_wheel").radius
+    share = growth.growth if wheel == "rear" else growth.front_growth
+    crown = lean.crown if wheel == "rear" else lean.front_crown
+    speed = np.linspace(10.0, 80.0, len(inputs.lean))
+    radius = nominal * (1.0 + share * speed**2) - crown * (1.0 - np.cos(inputs.lean))
+    found = rolling(replace(record, inputs=inputs.table), bike, wheel, speed / radius)
+    assert found == pytest.approx(speed, rel=3e-4)
+    bare = rolling(record, vehicle.motorcycle, wheel, speed / radius)
+    assert bare == pytest.approx(speed / radius * nominal)
