@@ -61,11 +61,22 @@ def rhythm(again: Floats) -> float:
     if at.size < FEW or at.size > again.size / 1.1:
         return 0.0
     apart = np.diff(at)
-    if np.sum(apart == 1) <= max(NEXT * apart.size, 2):
+    if not _less_than_two(apart):
         shortest = float(np.quantile(apart, 0.05))
         return _strongest(fresh, 1.0 / (shortest + 1.0), 1.02 / shortest)
     # Less than two frames are seen as the line that is left of them at one less their frequency.
     return _strongest(fresh, 0.1, 0.5, mirrored=True)
+
+
+def _less_than_two(apart: np.ndarray) -> bool:
+    """Tell whether a rhythm renews before two frames are over, from frames between renewals.
+
+    A little less than two leaves a few neighbours and a little more a few gaps of three; both are
+    the same line.
+    """
+    one, three = (int(np.sum(apart == n)) for n in (1, 3))
+    about_two = np.median(apart) == 2 and one > three
+    return one > 2 and (bool(about_two) or one > NEXT * apart.size)
 
 
 def _strongest(fresh: np.ndarray, low: float, high: float, mirrored: bool = False) -> float:
