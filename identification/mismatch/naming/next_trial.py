@@ -79,7 +79,7 @@ def _signature(judge: Judge, fit: Fit, kind: type[Effect]) -> Floats:
 
 
 def _typical(kind: type[Effect]) -> Candidate:
-    return next(candidates(kind, 1))
+    return next(candidates(kind))
 
 
 def _energy(judge: Judge, signature: Floats) -> float:

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from identification.mismatch.curves.tooth_curve import discs
 from identification.mismatch.fit.candidate import Candidate, read_off
 from identification.mismatch.fit.judge import Judge
 from identification.mismatch.fit.scatter import amplitude_p
@@ -115,7 +116,8 @@ def survey(judge: Judge, library: Iterable[type[Effect]]) -> Survey:
     shapes as well; those that would not show at their typical size, at a large one.
     """
     there = {c.name for c in judge.fit.effects}
-    kinds = (as_recorded(c, judge.fit.model) for kind in library for c in candidates(kind))
+    teeth = {disc.block: angles.size for disc, angles in discs(judge.fit)}
+    kinds = (as_recorded(c, judge.fit.model) for kind in library for c in candidates(kind, teeth))
     first = _with_elsewhere(judge, scores(judge, [c for c in kinds if c.name not in there]))
     more = [c for s in first for c in _more(s)]
     tried = scores(judge, more)

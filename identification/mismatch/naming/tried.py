@@ -1,7 +1,7 @@
 """What is tried of an effect: subjects, places, whole numbers; other sizes, angles, shapes."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -12,20 +12,21 @@ from plant.effects.effect import Effect
 from plant.parameters import Parameter
 
 TRIES = 3
+NO_DISCS: Mapping[str, int] = {}
 MOST_WHOLE = 48
 ABOUT = 3
 NEARLY_HALF = 3.6
 """Prior deviations of an angle; 4 are half a turn (see `sizing.shaped`), where its range ends."""
 
 
-def candidates(kind: type[Effect], places: int = 16) -> Iterator[Candidate]:
-    """Yield an effect at its typical size and shape, on every subject.
+def candidates(kind: type[Effect], teeth: Mapping[str, int] = NO_DISCS) -> Iterator[Candidate]:
+    """Yield an effect at its typical size and shape, on every subject; once and more.
 
-    places: how many values of a whole parameter mean something (teeth of a disc).
+    teeth: of every toothed disc that was recorded, by its subject.
     """
     count = len(shapes(kind))
     for pattern in (p for c in kind.candidates() for p in _sought(c)):
-        for whole in _whole_values(kind, places):
+        for whole in _whole_values(kind, teeth.get(pattern.subject, 1)):
             yield Candidate(pattern, (1.0, *([0.0] * count)), whole)
 
 
@@ -81,20 +82,20 @@ def _sought(pattern: Effect) -> Iterator[Effect]:
     yield pattern
 
 
-def _whole_values(kind: type[Effect], places: int) -> list[tuple[float, ...]]:
+def _whole_values(kind: type[Effect], teeth: int) -> list[tuple[float, ...]]:
     values: list[tuple[float, ...]] = [()]
     for p in wholes(kind):
-        values = [(*v, n) for v in values for n in _meant(kind, p, places)]
+        values = [(*v, n) for v in values for n in _meant(kind, p, teeth)]
     return values
 
 
-def _meant(kind: type[Effect], p: Parameter, places: int) -> list[float]:
+def _meant(kind: type[Effect], p: Parameter, teeth: int) -> list[float]:
     """Values of a whole parameter: every tooth or order; a few about a typical count; one seed."""
     if hasattr(kind, "tooth_offsets"):
         # Teeth count from 0; of orders, from 1, those beyond half the teeth look like lower ones,
         # and at half of them size and phase are one number.
-        most = places if p.low < 1.0 else (places - 1) // 2
-        return [p.low + i for i in range(min(most, MOST_WHOLE))]
+        most = teeth if p.low < 1.0 else max((teeth - 1) // 2, 1)
+        return [p.low + i for i in range(most) if p.low + i <= p.high]
     if p.high > MOST_WHOLE**2:
         return [p.typical]
     near = (p.typical + i for i in range(-ABOUT, ABOUT + 1))

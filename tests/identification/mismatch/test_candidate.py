@@ -9,14 +9,16 @@ import pytest
 from identification.mismatch.naming.tried import candidates, half_a_turn_on
 from plant.effects.backlash import Backlash
 from plant.effects.eccentricity import Eccentricity
+from plant.effects.library import LIBRARY
 from plant.effects.tooth_misplacement import ToothMisplacement
 
 TEETH = 16
+DISCS = {"rear_encoder": TEETH, "front_encoder": 48}
 
 
 @pytest.mark.parametrize("phase", np.linspace(-math.pi, math.pi, 13))
 def test_whatever_its_phase_an_eccentricity_is_tried_within_a_quarter_turn(phase):
-    first = next(candidates(Eccentricity, TEETH))
+    first = next(candidates(Eccentricity, DISCS))
     tried = [first, *half_a_turn_on(first)]
     assert max(math.cos(c.effect().phase - phase) for c in tried) > 0.2
 
@@ -26,8 +28,9 @@ def test_what_has_no_angle_is_not_turned():
 
 
 def test_no_two_orders_that_are_tried_look_alike_at_the_teeth():
-    orders = {c.effect().order for c in candidates(Eccentricity, TEETH)}
-    assert orders == set(range(1, (TEETH + 1) // 2))
+    assert tried(Eccentricity, "order") == {
+        wheel: set(range(1, (teeth + 1) // 2)) for wheel, teeth in DISCS.items()
+    }
     one, alias = (
         replace(Eccentricity(), run_out=n * 1e-3, order=n, phase=p).tooth_offsets(TEETH)
         for n, p in ((3, 0.4), (TEETH - 3, -0.4))
@@ -35,5 +38,20 @@ def test_no_two_orders_that_are_tried_look_alike_at_the_teeth():
     assert one == pytest.approx(alias)
 
 
-def test_every_tooth_is_tried():
-    assert {c.effect().tooth for c in candidates(ToothMisplacement, TEETH)} == set(range(TEETH))
+def test_every_tooth_of_every_disc_is_tried():
+    assert tried(ToothMisplacement, "tooth") == {
+        wheel: set(range(teeth)) for wheel, teeth in DISCS.items()
+    }
+
+
+@pytest.mark.parametrize("kind", LIBRARY, ids=lambda kind: kind.name)
+def test_every_effect_is_tried_whether_or_not_its_disc_was_recorded(kind):
+    assert next(candidates(kind)).effect()
+
+
+def tried(kind, parameter):
+    """Values of a whole parameter by the disc on which they are tried."""
+    found = {}
+    for effect in (c.effect() for c in candidates(kind, DISCS)):
+        found.setdefault(effect.subject, set()).add(getattr(effect, parameter))
+    return found
