@@ -5,14 +5,14 @@ pistons. Neither needs any fuel: the swing is there while coasting as well.
 
 Equation
 --------
-    T -= A sin(n psi + phase)
+    T -= A sin(N psi / 2 + phase)
 
 Symbols
 -------
-    A      swing   amplitude                       N m   20 to 100 (absent 0)
-    n      order   compressions a turn             1     2
-    phase  phase   where they fall                 rad   0
-    psi            angle of the crank              rad
+    A      swing       amplitude                       N m   20 to 100 (absent 0)
+    N      cylinders   of the engine, evenly spread    1     4
+    phase  phase       where they fall                 rad   0
+    psi                angle of the crank              rad
 
 Trace
 -----
@@ -38,10 +38,10 @@ from plant.parameters import parameter
 
 
 def compress(
-    engine_torque: float, crank_angle: float, swing: float, order: float, phase: float
+    engine_torque: float, crank_angle: float, swing: float, cylinders: float, phase: float
 ) -> float:
     """Return the torque [N m] at this angle of the crank."""
-    return engine_torque - swing * math.sin(order * crank_angle + phase)
+    return engine_torque - swing * math.sin(0.5 * cylinders * crank_angle + phase)
 
 
 @dataclass(frozen=True)
@@ -56,5 +56,5 @@ class CompressionTorque(Effect):
     hooks = (Hook("engine_torque", compress),)
 
     swing: float = parameter(40.0, "N m", 0.0, 300.0, "amplitude", absent=0.0, smallest=10.0)
-    order: float = parameter(2.0, "1", 0.5, 6.0, "compressions a turn")
+    cylinders: float = parameter(4, "1", 1, 12, "compressions in two turns", whole=True)
     phase: float = parameter(0.0, "rad", -math.pi, math.pi, "where they fall")

@@ -6,16 +6,16 @@ appears: once in two turns.
 
 Equation
 --------
-    T += (T + T_f) (a sin(n psi + phase) + b sin(psi / 2 + phase))
+    T += (T + T_f) (a sin(N psi / 2 + phase) + b sin(psi / 2 + phase))
 
 Symbols
 -------
-    a      share    swing at the order of firing over mean torque  1     0.5 to 2 (absent 0)
-    b      spread   swing once in two turns, over mean torque      1     0.02 to 0.1 (absent 0)
-    n      order    pushes a turn of the crank                     1     2
-    phase  phase    where they fall                                rad   0
-    psi             angle of the crank                             rad
-    T_f             friction torque                                N m
+    a      share      swing at the order of firing over mean torque  1     0.5 to 2 (absent 0)
+    b      spread     swing once in two turns, over mean torque      1     0.02 to 0.1 (absent 0)
+    N      cylinders  of the engine, evenly spread                 1     4
+    phase  phase      where they fall                                rad   0
+    psi               angle of the crank                             rad
+    T_f               friction torque                                N m
 
 Trace
 -----
@@ -46,11 +46,11 @@ def fire(
     crank_angle: float,
     share: float,
     spread: float,
-    order: float,
+    cylinders: float,
     phase: float,
 ) -> float:
     """Return the torque [N m] at this angle of the crank."""
-    swing = share * math.sin(order * crank_angle + phase)
+    swing = share * math.sin(0.5 * cylinders * crank_angle + phase)
     swing += spread * math.sin(0.5 * crank_angle + phase)
     return engine_torque + (engine_torque + friction_torque) * swing
 
@@ -72,5 +72,5 @@ class FiringTorque(Effect):
     spread: float = parameter(
         0.05, "1", 0.0, 1.0, "swing once in two turns", absent=0.0, smallest=0.015
     )
-    order: float = parameter(2.0, "1", 0.5, 6.0, "pushes a turn of the crank")
+    cylinders: float = parameter(4, "1", 1, 12, "pushes in two turns of the crank", whole=True)
     phase: float = parameter(0.0, "rad", -math.pi, math.pi, "where they fall")

@@ -88,7 +88,7 @@ def test_the_air_box_warms_up_with_its_own_time(nominal):
     assert torque[0] == pytest.approx(expected, rel=1e-9)
 
 
-@pytest.mark.parametrize("effect", [FiringTorque(), CompressionTorque(), FiringTorque(order=1.5)])
+@pytest.mark.parametrize("effect", [FiringTorque(), CompressionTorque(), FiringTorque(cylinders=3)])
 def test_the_swing_of_the_torque_means_nothing_over_two_turns(moment, effect):
     angles = 4 * np.pi * np.arange(48) / 48
     swing = [moment(effect, crank_angle=angle)["engine_torque"] for angle in angles]

@@ -44,7 +44,7 @@ ENOUGH = 12.0  # nats that an effect must bring
 ALIKE = 10.0  # nats within which two names are one class
 INEXACT = 0.05
 """Share of what an effect brings that its formula may leave to others at the same place."""
-CHANCES = 2  # of those that pass, how many are held against the held-out recordings
+CHANCES = 3  # of those that pass, how many are held against the held-out recordings
 AGAIN = 1  # times that sensitivities are taken anew while an effect is fitted
 
 Say = Callable[[str], None]
