@@ -188,6 +188,15 @@ def engine_acceleration(
     return (engine_torque - driveline_torque / gear_ratio) / engine_inertia
 
 
+def crank_velocity(
+    engine_speed: float, rear_speed: float, kept_rear_speed: float, gear_ratio: float
+) -> float:
+    """psi' [rad/s]: w_e, less what the rear wheel turns faster than it is to be kept to."""
+    if math.isnan(kept_rear_speed):
+        return engine_speed
+    return engine_speed - gear_ratio * (rear_speed - kept_rear_speed)
+
+
 def rear_radius(rear_wheel_radius: float) -> float:
     """Rolling radius of the rear tyre [m]."""
     return rear_wheel_radius
@@ -324,6 +333,7 @@ EQUATIONS: tuple[Callable[..., Any], ...] = (
     twist_velocity,
     wheel_torque,
     engine_acceleration,
+    crank_velocity,
     rear_radius,
     rear_load,
     rear_grip,
@@ -349,7 +359,7 @@ RATES = {
     "twist": "twist_velocity",
     "rear_speed": "rear_acceleration",
     "speed": "acceleration",
-    "crank_angle": "engine_speed",
+    "crank_angle": "crank_velocity",
     "rear_angle": "rear_speed",
     "front_angle": "front_speed",
     "distance": "speed",

@@ -41,6 +41,9 @@ class Inputs:
 
     The measured_... columns cut the chain of cause: a state that was recorded can be imposed, so
     that the rest of the motorcycle is driven by the recording instead of by the model.
+    kept_rear_speed cuts nothing: an angle is the integral of a speed, so that over ten seconds a
+    speed that is off by a thousandth turns a crank away from the recorded one's angle; told what
+    the rear wheel did, the crank's angle alone stays with it.
 
     table: shape (rows, len(names)), in the order of `names`. `Inputs.held(...)` makes one; columns
     are views, so that `inputs.throttle_command[:] = wave` fills one in place.
@@ -65,6 +68,7 @@ class Inputs:
     measured_engine_speed = Column("rad/s", MEASURED, FREE)
     measured_rear_speed = Column("rad/s", MEASURED, FREE)
     measured_speed = Column("m/s", MEASURED, FREE)
+    kept_rear_speed = Column("rad/s", "recorded, to keep the crank's angle in step", FREE)
 
     def __post_init__(self) -> None:
         if self.table.ndim != 2 or self.table.shape[1] != len(self.names):

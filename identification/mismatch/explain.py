@@ -22,6 +22,7 @@ from identification.mismatch.fit.fitting import Fit
 from identification.mismatch.fit.held_out import CONFIRMED, carried_over, errors, proof
 from identification.mismatch.fit.judge import Judge
 from identification.mismatch.fit.sensitivity import change
+from identification.mismatch.fit.turned import begun_at, plainest_turn
 from identification.mismatch.naming.exchange import exchanged
 from identification.mismatch.naming.naming import Say, name
 from identification.mismatch.naming.next_trial import next_trial
@@ -54,6 +55,12 @@ def analyse(
 def _calibrate(a: Analysis, _: Sequence[type[Effect]], say: Say) -> None:
     say("re-calibrating what the file knows")
     a.base = calibrate(a.training, a.training.origin())
+    turn = plainest_turn(a.base)
+    if turn is not None:
+        say("reading off where the crank stood when each recording began")
+        a.base = begun_at(a.base, turn)
+        if a.held_out is not None:
+            a.held_out = begun_at(carried_over(a.base, a.held_out), turn).model
 
 
 def _locate(a: Analysis, _: Sequence[type[Effect]], say: Say) -> None:

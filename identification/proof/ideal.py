@@ -8,6 +8,7 @@ may move. Both with the noise model that fits when the effect is explained.
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import product
 
 import numpy as np
 from scipy import interpolate
@@ -21,6 +22,7 @@ from identification.mismatch.fit.settling import settle
 from identification.mismatch.fit.sizing import as_shape, as_size, shapes, sizes, wholes
 from identification.mismatch.fit.stack import flat
 from identification.mismatch.naming.score import as_recorded
+from identification.mismatch.naming.tried import half_a_turn_on
 from identification.mismatch.simulation.model import Model, Series
 from identification.mismatch.simulation.record import Record
 from identification.mismatch.simulation.sampling import into_bins
@@ -104,6 +106,20 @@ def _of_library(hidden: Sequence[Hidden], base: Fit) -> Ideal:
 
 
 def _fitted(base: Fit, candidates: Sequence[Candidate]) -> Fit | None:
+    """Return the best of fits that begin at the truth, angles of what turns unseen either way on.
+
+    Those are the recordings' and not the truth's: an opposite line stands half a turn on.
+    """
+    found = [_fitted_from(base, begun) for begun in product(*map(_either_way_on, candidates))]
+    return max((f for f in found if f is not None), key=lambda f: f.score, default=None)
+
+
+def _either_way_on(candidate: Candidate) -> list[Candidate]:
+    turned = half_a_turn_on(candidate) if candidate.kind.unseen_turn else ()
+    return [candidate, *turned]
+
+
+def _fitted_from(base: Fit, candidates: Sequence[Candidate]) -> Fit | None:
     try:
         return followed(settle(with_effects(base, candidates), noises=2))
     except PlantError:

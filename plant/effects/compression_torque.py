@@ -5,14 +5,14 @@ pistons. Neither needs any fuel: the swing is there while coasting as well.
 
 Equation
 --------
-    T -= A sin(N psi / 2 + phase)
+    T += A sin(N psi / 2 + phase)
 
 Symbols
 -------
     A      swing       amplitude                       N m   20 to 100 (absent 0)
     N      cylinders   of the engine, evenly spread    1     4
     phase  phase       where they fall                 rad   0
-    psi                angle of the crank              rad
+    psi                angle of the crank, 0 at top    rad
 
 Trace
 -----
@@ -41,7 +41,7 @@ def compress(
     engine_torque: float, crank_angle: float, swing: float, cylinders: float, phase: float
 ) -> float:
     """Return the torque [N m] at this angle of the crank."""
-    return engine_torque - swing * math.sin(0.5 * cylinders * crank_angle + phase)
+    return engine_torque + swing * math.sin(0.5 * cylinders * crank_angle + phase)
 
 
 @dataclass(frozen=True)
@@ -53,6 +53,7 @@ class CompressionTorque(Effect):
     shows_in = ("rear_teeth", "engine_speed")
     confused_with = ("firing_torque", "tooth_misplacement", "eccentricity", "chain_polygon")
     periodic = True
+    unseen_turn = True
     hooks = (Hook("engine_torque", compress),)
 
     swing: float = parameter(40.0, "N m", 0.0, 300.0, "amplitude", absent=0.0, smallest=10.0)

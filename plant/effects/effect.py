@@ -43,6 +43,7 @@ class Effect(Block):
     helpers: functions that its hooks call. tuples: arguments of its hooks that are several
     quantities at once, and which.
     periodic: whether it goes with the angle of crank or wheel, so that steady means on average.
+    unseen_turn: whether that angle is the crank's, of which recordings tell no more than the speed.
     """
 
     name: ClassVar[str]
@@ -53,6 +54,7 @@ class Effect(Block):
     hooks: ClassVar[tuple[Hook, ...]] = ()
     starts: ClassVar[tuple[float | str, ...]] = ()
     periodic: ClassVar[bool] = False
+    unseen_turn: ClassVar[bool] = False
     helpers: ClassVar[tuple[Callable[..., Any], ...]] = ()
     tuples: ClassVar[Mapping[str, tuple[str, ...]]] = {}
 

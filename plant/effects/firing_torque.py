@@ -64,6 +64,7 @@ class FiringTorque(Effect):
     shows_in = ("rear_teeth", "engine_speed")
     confused_with = ("compression_torque", "tooth_misplacement", "eccentricity", "chain_polygon")
     periodic = True
+    unseen_turn = True
     hooks = (Hook("engine_torque", fire),)
 
     share: float = parameter(

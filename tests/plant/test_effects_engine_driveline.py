@@ -109,12 +109,23 @@ def test_firing_grows_with_load_and_compression_does_not(moment):
 
 
 def test_order_two_of_the_crank_stands_in_the_engine_speed(ridden, nominal):
-    """J w' = -A sin(2 psi): the speed swings by A / (2 J w), the driveline being soft to it."""
+    """J w' = A sin(2 psi): the speed swings by A / (2 J w), the driveline being soft to it."""
     out = ridden(CompressionTorque(swing=40.0))
     w = out.engine_speed.mean()
     wave = np.exp(-2j * out.crank_angle)
     line = 2 * abs(np.mean((out.engine_speed - w) * wave))
     assert line == pytest.approx(40.0 / (2 * nominal.engine.inertia * w), rel=0.03)
+
+
+def test_the_crank_keeps_in_step_with_a_recorded_wheel_and_nothing_else_changes(ridden, nominal):
+    """Told a wheel that turns a hundredth faster, the crank's angle gains what that wheel gains."""
+    alone = ridden(seconds=0.2)
+    faster = 1.01 * alone.rear_speed[-1]
+    kept = ridden(seconds=0.2, kept_rear_speed=faster)
+    gained = nominal.gears[1] * (faster - alone.rear_speed[-1]) * alone.time[-1]
+    assert kept.crank_angle[-1] - alone.crank_angle[-1] == pytest.approx(gained, rel=1e-9)
+    for column in ("engine_speed", "rear_angle", "speed", "twist"):
+        assert (kept[column] == alone[column]).all()
 
 
 def test_nothing_is_passed_inside_the_gap(moment):

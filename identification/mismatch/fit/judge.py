@@ -11,6 +11,7 @@ from identification.mismatch.fit.fitting import Fit
 from identification.mismatch.fit.sensitivity import change, coordinates_of
 from identification.mismatch.fit.stack import Integers, Nuisances, flat
 from identification.mismatch.simulation.model import Runs, Series, predict
+from plant.effects.effect import Effect
 from plant.signals import Floats
 from plant.trouble import PlantError
 
@@ -47,7 +48,7 @@ class Judge:
         """Whitened change of all outputs that a candidate brings; zeros where it cannot be run."""
         return self.signatures([candidate])[:, 0]
 
-    def signatures(self, tried: Sequence[Candidate]) -> Floats:
+    def signatures(self, tried: Sequence[Candidate | Effect]) -> Floats:
         """Return the signatures of several candidates side by side, (rows, candidates)."""
         model = self.fit.model
         found = [[np.zeros((*m.shape, len(tried))) for m in ms] for ms in model.measured]
@@ -58,10 +59,12 @@ class Judge:
                         into[r][:, :, i] = one
         return np.nan_to_num(flat(model, self.fit.noise, found), posinf=0.0, neginf=0.0)
 
-    def _change(self, candidate: Candidate) -> Series:
+    def _change(self, one: Candidate | Effect) -> Series:
         fit = self.fit
         try:
-            effects = (*fit.point.effects, candidate.effect())
+            effect = one.effect() if isinstance(one, Candidate) else one
+            others = (e for e in fit.point.effects if e.key != effect.key)
+            effects = (*others, effect)
             return change(fit.model.coarse, fit.point, effects, self.coarse, self.runs)
         except PlantError:
             return [[np.empty(0)] * len(fit.model.records) for _ in fit.model.chain.blocks]

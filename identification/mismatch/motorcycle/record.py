@@ -11,7 +11,7 @@ import numpy as np
 
 from identification.mismatch.motorcycle.slow_road import road_hats
 from identification.mismatch.simulation.record import Record
-from identification.mismatch.simulation.sampling import Grid
+from identification.mismatch.simulation.sampling import Grid, at_points, at_points_sharp
 from identification.mismatch.simulation.sensor import Sampled, Sensor, point_sensor, tooth_sensors
 from identification.signals.aligned import Aligned, aligned
 from identification.signals.dataset import Dataset, dataset
@@ -42,6 +42,8 @@ LINEAR: Mapping[str, tuple[str, str]] = {
     "vehicle_speed": ("speed", "m/s"),
 }
 """Role -> column of the simulation that it shows, and the unit."""
+SWINGING = ("engine_speed",)
+"""Columns that may swing within a few rows."""
 SPEEDS = ("engine_speed", "optical_speed", "gnss_speed", "vehicle_speed", "rear_wheel_speed",
           "front_wheel_speed")  # fmt: skip
 WHEELS = ("rear", "front")
@@ -157,8 +159,9 @@ def _sensors(data: Aligned, vehicle: Vehicle, start: float, grid: Grid) -> dict[
         if data.has(role):
             samples = _sampled(data, vehicle, role, start)
             told = vehicle.channels.get(role, ChannelTiming())
+            between = at_points_sharp if column in SWINGING else at_points
             found[role] = point_sensor(
-                role, unit, column, 1.0, samples, grid, told.noise, told.quantum
+                role, unit, column, 1.0, samples, grid, told.noise, told.quantum, between
             )
     for wheel in WHEELS:
         if data.has(f"{wheel}_teeth"):

@@ -11,7 +11,7 @@ from identification.mismatch.motorcycle.record import LEAD_IN, TRUE_SPEED
 from identification.mismatch.simulation.blocks import Chain
 from identification.mismatch.simulation.record import Record
 from plant.motorcycle import Motorcycle
-from plant.signals import Floats, Inputs, Outputs
+from plant.signals import FREE, Floats, Inputs, Outputs
 from plant.simulation import Simulation
 
 SMOOTH = 50  # rows
@@ -63,7 +63,17 @@ def _ready(
     settling = round(LEAD_IN / step)
     speed = true_speed(record, bike, settling + SMOOTH)
     inputs.measured_speed[:settling] = _smoothed(speed)[:settling]
+    if any(e.unseen_turn for e in bike.effects):
+        inputs.kept_rear_speed[:] = _recorded_turning(record)
     return simulation, _begin(simulation, inputs, record, speed), inputs
+
+
+def _recorded_turning(record: Record) -> Floats | float:
+    """Speed at which the rear wheel turned in each row, rad/s; from its teeth if it has any."""
+    if "rear_turned" in record.measured:
+        turned = record.measured["rear_turned"]
+        return np.diff(turned, prepend=2.0 * turned[0] - turned[1]) / record.grid.step
+    return record.measured.get("rear", FREE)
 
 
 def _told_too_much(
@@ -145,5 +155,6 @@ def _begin(simulation: Simulation, inputs: Inputs, record: Record, speed: Floats
     return simulation.state(
         throttle=throttle, air=throttle, throttle_command=throttle, spark=float(inputs.spark[0]),
         engine_speed=rear * bike.gears[gear - 1], rear_speed=rear, speed=v,
+        crank_angle=record.turned,
         twist=drag * bike.rear_wheel.radius / bike.driveline.stiffness,
     )  # fmt: skip

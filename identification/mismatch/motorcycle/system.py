@@ -18,11 +18,13 @@ from identification.mismatch.motorcycle.regressors import (
     servo_regressors,
 )
 from identification.mismatch.motorcycle.simulate import FINER, shown, simulate
+from identification.mismatch.motorcycle.turns import crank_turns
 from identification.mismatch.simulation.blocks import Chain
 from identification.mismatch.simulation.coordinates import Coordinate
 from identification.mismatch.simulation.place import Injection
 from identification.mismatch.simulation.record import Record
 from identification.mismatch.simulation.system import System
+from identification.mismatch.simulation.turn import Turn
 from plant.effects.effect import Effect
 from plant.effects.free_curve import free_curve
 from plant.effects.library import LIBRARY
@@ -153,6 +155,10 @@ class MotorcycleSystem(System):
     ) -> Effect | None:
         """Return the plant's free curve."""
         return free_curve(place.name, regressor, tuple(knots), tuple(values), number)
+
+    def unseen_turns(self) -> tuple[Turn, ...]:
+        """The crank's."""
+        return crank_turns()
 
     def coarse(self) -> Self:
         """Return it with one step of integration in a row."""

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy import stats
+from scipy import special, stats
 
 from identification.mismatch.fit.candidate import Candidate
 from identification.mismatch.fit.dialled import Dialled
@@ -136,7 +136,18 @@ def significance(fit: Fit, number: int) -> float:
     spread, freedom = deviations(fit, own)
     beyond = abs(now.size) - now.counts
     p = float(stats.t.sf(beyond / spread[place], freedom[place]))
+    if now.kind.unseen_turn:
+        p = _over_angles(p, len(fit.model.records))
     return min(1.0, p * len(now.dials))
+
+
+def _over_angles(p: float, count: int) -> float:
+    """Return p of an amplitude at angles that were read off so many recordings, each at its best.
+
+    Where there is nothing, the nats of a line at its best angle are exponential in each of them.
+    """
+    nats = 0.5 * max(float(stats.norm.isf(p)), 0.0) ** 2
+    return float(special.gammaincc(count, nats))
 
 
 def _of_what_it_does(fit: Fit, number: int) -> float:

@@ -17,7 +17,8 @@ class Record:
     start: s, bus time of row 0. inputs: (rows, k), columns as its system has them. measured: role
     -> its value at the end of each row. sensors: by name, in order. slow: (rows, K), what may act
     unknown and slowly on this record, per unit of each coordinate; its system knows on what. notes:
-    what a reader of the verdict must know of it. left_out: channels of no use, and why.
+    what a reader of the verdict must know of it. left_out: channels of no use, and why. turned:
+    rad, where what turns unseen, such as a crank, stood at row 0, as far as it was read off.
     """
 
     name: str
@@ -29,6 +30,7 @@ class Record:
     slow: Floats
     notes: tuple[str, ...] = ()
     left_out: tuple[str, ...] = ()
+    turned: float = 0.0
 
     @property
     def time(self) -> Floats:

@@ -14,6 +14,8 @@ from scipy import ndimage, sparse
 from protocol.channel import FloatArray
 
 Matrix = sparse.csr_array
+LOBES = 8
+"""Of the sinc on either side; with 8 a swing at 0.4 of the rows' rate is told within 3 %."""
 
 
 @dataclass(frozen=True)
@@ -70,6 +72,23 @@ def at_points(time: FloatArray, grid: Grid) -> Matrix:
     """Straight line between rows. time: (k,) s since the simulation's start; gives (k, rows)."""
     place, share = _place(time, grid)
     return _two(place, 1.0 - share, share, grid.rows)
+
+
+def at_points_sharp(time: FloatArray, grid: Grid) -> Matrix:
+    """Interpolate between rows what swings nearly as fast as rows can tell: Lanczos' windowed sinc.
+
+    In rows of a millisecond a straight line shows a quarter less of the pushes of four cylinders at
+    9 000 revolutions a minute, and four tenths less at 12 000.
+    """
+    place, share = _place(time, grid)
+    taps = np.arange(1 - LOBES, 1 + LOBES)
+    x = share[:, None] - taps
+    weight = np.sinc(x) * np.sinc(x / LOBES)
+    weight /= weight.sum(axis=1, keepdims=True)
+    columns = np.clip(place[:, None] + taps, 0, grid.rows - 1)
+    lines = np.repeat(np.arange(time.size), taps.size)
+    shape = (time.size, grid.rows)
+    return sparse.csr_array((weight.ravel(), (lines, columns.ravel())), shape)
 
 
 def at_points_smooth(time: FloatArray, grid: Grid) -> tuple[Matrix, Matrix]:

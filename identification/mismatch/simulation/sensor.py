@@ -165,14 +165,16 @@ class Sampled:
 def point_sensor(
     name: str, unit: str, column: str, factor: float, samples: Sampled, grid: Grid,
     noise: float = 0.0, promised: float = 0.0,
+    between: Callable[[FloatArray, Grid], Matrix] = at_points,
 ) -> Sensor:  # fmt: skip
     """Make a sensor that shows a column, times a factor, at its instants.
 
     noise: deviation of the white noise that its values had before they were rounded. promised:
-    steps in which they should be told; 0: nobody told. Coarser ones are something missing.
+    steps in which they should be told; 0: nobody told. Coarser ones are something missing. between:
+    how instants between the rows are read.
     """
     bins = into_bins(samples.time, grid)
-    see = sparse.csr_array(factor * at_points(samples.time, grid))
+    see = sparse.csr_array(factor * between(samples.time, grid))
     known = known_bins(samples.time, grid)
     lattice = lattice_of(samples.value)
     coarse = lattice.coarser_than(promised)

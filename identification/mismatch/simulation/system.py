@@ -15,6 +15,7 @@ from identification.mismatch.simulation.coordinates import Coordinate
 from identification.mismatch.simulation.place import Injection
 from identification.mismatch.simulation.record import Record
 from identification.mismatch.simulation.sensor import Columns
+from identification.mismatch.simulation.turn import Turn
 from plant.effects.effect import Effect
 from plant.signals import Floats
 from protocol.recording import Recording
@@ -145,6 +146,10 @@ class System(ABC):
         number: of several at once, from 0.
         """
         return None
+
+    def unseen_turns(self) -> tuple[Turn, ...]:
+        """Lines that could tell at which angle of what turns unseen a recording began."""
+        return ()
 
     def coarse(self) -> Self:
         """Return it with steps of integration that are just fine enough to compare simulations."""

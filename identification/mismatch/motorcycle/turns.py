@@ -1,0 +1,21 @@
+"""The crank: lines of the torque at its orders tell where it stood when a recording began."""
+
+import math
+
+from identification.mismatch.simulation.turn import Turn
+from plant.effects.compression_torque import CompressionTorque
+
+SMALL = 10.0  # N m
+CYLINDERS = range(1, 9)
+
+
+def crank_turns() -> tuple[Turn, ...]:
+    """Orders of engines of one to eight cylinders."""
+    return tuple(
+        Turn(
+            CompressionTorque(SMALL, number, 0.0),
+            CompressionTorque(SMALL, number, 0.5 * math.pi),
+            0.5 * number,
+        )
+        for number in CYLINDERS
+    )
