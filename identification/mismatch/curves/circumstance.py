@@ -12,6 +12,7 @@ from identification.mismatch.fit.judge import Judge
 from identification.mismatch.simulation.model import Series
 from plant.signals import Floats
 
+NOTHING = 1e-9  # share of the spread of what shows a trace best
 MOST = 0.75
 """Share of the gain that one direction must have to be called the one."""
 
@@ -86,8 +87,10 @@ def _lines(traces: list[Floats], width: float) -> Floats:
     total = np.zeros(len(traces[0]) // 2 + 1)
     for trace in traces:
         level = trace - trace.mean(axis=0)
-        spread = level.std(axis=0) + 1e-300
-        total += np.sum(np.abs(np.fft.rfft(level / spread, axis=0)) ** 2, axis=1)
+        spread = level.std(axis=0)
+        shows = spread > NOTHING * spread.max()
+        lines = np.fft.rfft(level[:, shows] / spread[shows], axis=0)
+        total += np.sum(np.abs(lines) ** 2, axis=1)
     total[: max(int(0.3 * len(traces[0]) * width), 1)] = 0.0
     return total
 
