@@ -17,8 +17,16 @@ from plant.signals import Floats, Inputs, Outputs
 MOTION = ("throttle", "throttle_rate", "air", "engine_torque", "engine_speed", "twist",
           "driveline_torque", "tyre_force", "slip", "speed", "acceleration", "distance",
           "time")  # fmt: skip
-REMEMBERED = ("throttle", "spark", "engine speed", "driveline torque", "slip", "speed", "command")
-"""Quantities along whose past something may act."""
+REMEMBERED = (
+    "throttle",
+    "spark torque",
+    "engine speed",
+    "driveline torque",
+    "slip",
+    "speed",
+    "command",
+)
+"""Quantities along whose past something may act; of the spark it is what it moves of the torque."""
 TURNING = ("throttle", "command", "air", "twist", "slip")
 """Quantities whose turning back something may follow late, as play and dry friction do."""
 DETAILED = ("throttle", "command", "air", "engine speed")
@@ -39,7 +47,7 @@ UNITS: Mapping[str, str] = {
     "twist": "rad", "twist rate": "rad/s", "driveline torque": "N m", "torque rate": "N m/s",
     "tyre force": "N", "force rate over speed": "N/m", "slip": "1", "speed": "m/s",
     "acceleration": "m/s^2", "distance": "m", "time": "s", "spark": "rad", "spark rate": "rad/s",
-    "spark acceleration": "rad/s^2", "lean": "rad", "command": "1",
+    "spark acceleration": "rad/s^2", "spark torque": "N m rad", "lean": "rad", "command": "1",
     "command rate": "1/s",
     "wheel angle": "rad", "command less position": "1", "throttle acceleration": "1/s^2",
     "slip rate": "1/s", "jerk": "m/s^3",
@@ -67,6 +75,7 @@ def motion_regressors(record: Record, out: Outputs, spark_delay: float) -> dict[
     seen["spark"] = later(inputs.spark, spark_delay / record.grid.step)
     seen["spark rate"] = rate(seen["spark"])
     seen["spark acceleration"] = rate(seen["spark rate"])
+    seen["spark torque"] = seen["engine torque"] * seen["spark"]
     if "rear_turned" in record.measured:
         seen["wheel angle"] = record.measured["rear_turned"] % (2.0 * np.pi)
     if "lean_angle" in record.measured:
