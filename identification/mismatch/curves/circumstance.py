@@ -5,10 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from identification.mismatch.curves.curve import Curve
-from identification.mismatch.curves.tooth_curve import ANGLE
 from identification.mismatch.curves.trace import effect_of, regressors
 from identification.mismatch.fit.fitting import Fit
 from identification.mismatch.fit.judge import Judge
+from identification.mismatch.simulation.along import ANGLE
 from identification.mismatch.simulation.model import Series
 from plant.signals import Floats
 

@@ -22,12 +22,12 @@ from identification.mismatch.curves.free_curve import FreeCurve
 from identification.mismatch.curves.locate import locate
 from identification.mismatch.curves.pushed import Pushed
 from identification.mismatch.curves.standing import FURTHER, pushed_in, standing
-from identification.mismatch.curves.tooth_curve import ANGLE
 from identification.mismatch.fit.calibrate import refreshed
 from identification.mismatch.fit.fitting import Fit
 from identification.mismatch.fit.held_out import CONFIRMED, carried_over
 from identification.mismatch.fit.judge import Judge
 from identification.mismatch.fit.settling import settle
+from identification.mismatch.simulation.along import ANGLE
 from identification.mismatch.simulation.model import Model
 
 TRIED = 2

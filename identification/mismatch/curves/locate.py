@@ -11,12 +11,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from identification.mismatch.curves.curve import Curve
-from identification.mismatch.curves.tooth_curve import ANGLE, tooth_columns
+from identification.mismatch.curves.tooth_curve import tooth_columns
 from identification.mismatch.curves.trace import answers_to, replies, seen_by, simulated_along
 from identification.mismatch.curves.tries import Try, along_angles, along_quantities, at_teeth
 from identification.mismatch.fit.judge import Judge
 from identification.mismatch.fit.scatter import SHARE, amplitude_p
 from identification.mismatch.fit.stack import flat
+from identification.mismatch.simulation.along import ANGLE
 from plant.signals import Floats
 
 CONFIRMED = 5.0  # nats, on the held-out recordings

@@ -9,13 +9,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from identification.mismatch.curves.tooth_curve import ANGLE
 from identification.mismatch.curves.trace import answers_along, regressors
 from identification.mismatch.fit.dialled import Dialled
 from identification.mismatch.fit.fitting import Fit
 from identification.mismatch.fit.judge import Judge
 from identification.mismatch.fit.stack import flat
-from identification.mismatch.simulation.along import course, sway
+from identification.mismatch.simulation.along import ANGLE, course, sway
 from identification.mismatch.simulation.model import Series
 from identification.mismatch.simulation.place import Injection
 from identification.mismatch.simulation.push import Push

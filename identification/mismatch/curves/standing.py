@@ -10,13 +10,12 @@ from identification.mismatch.curves.bent import injection_of
 from identification.mismatch.curves.curve import Curve
 from identification.mismatch.curves.free_curve import FreeCurve
 from identification.mismatch.curves.pushed import Pushed
-from identification.mismatch.curves.tooth_curve import ANGLE
 from identification.mismatch.curves.trace import regressors
 from identification.mismatch.fit.calibrate import refreshed
 from identification.mismatch.fit.fitting import Fit, with_effects
 from identification.mismatch.fit.held_out import carried_over
 from identification.mismatch.fit.settling import settle
-from identification.mismatch.simulation.along import finer
+from identification.mismatch.simulation.along import ANGLE, finer
 from identification.mismatch.simulation.model import Model, predict
 from identification.mismatch.simulation.place import Injection
 from identification.mismatch.simulation.push import Push

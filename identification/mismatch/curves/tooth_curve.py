@@ -5,11 +5,11 @@ from collections.abc import Iterator
 import numpy as np
 
 from identification.mismatch.fit.fitting import Fit
+from identification.mismatch.simulation.along import evenly_round
 from identification.mismatch.simulation.model import Series
 from identification.mismatch.simulation.place import Injection
 from plant.signals import Floats
 
-ANGLE = "wheel angle"
 SIZE = 1e-3  # of the relative speed
 COUNTS = 0.5
 """Discs are cut to some hundredths of a millimetre; half of a run-out of 1e-3 is beyond that."""
@@ -24,7 +24,7 @@ def discs(fit: Fit) -> Iterator[tuple[Injection, Floats]]:
                 wheel = output.split("_")[0]
                 place = Injection(f"{wheel} teeth", f"{wheel}_encoder", "1", SIZE, block.drive,
                                   counts=COUNTS)  # fmt: skip
-                yield place, 2 * np.pi * np.arange(late.shape[1]) / late.shape[1]
+                yield place, evenly_round(late.shape[1])
 
 
 def tooth_columns(fit: Fit, place: Injection) -> Series:

@@ -9,11 +9,11 @@ import numpy as np
 
 from identification.mismatch.curves.curve import Curve
 from identification.mismatch.curves.injection import answers, places, respond
-from identification.mismatch.curves.tooth_curve import ANGLE, SIZE, discs, tooth_columns
+from identification.mismatch.curves.tooth_curve import SIZE, discs, tooth_columns
 from identification.mismatch.fit.fitting import Fit
 from identification.mismatch.fit.judge import Judge
 from identification.mismatch.fit.sensitivity import change
-from identification.mismatch.simulation.along import SCALE, columns, course, kind_of
+from identification.mismatch.simulation.along import ANGLE, SCALE, columns, course, kind_of
 from identification.mismatch.simulation.model import Series, acting, predict
 from identification.mismatch.simulation.place import Injection
 from identification.mismatch.simulation.push import Push

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from identification.mismatch.curves.injection import places
-from identification.mismatch.curves.tooth_curve import ANGLE, discs, tooth_columns
+from identification.mismatch.curves.tooth_curve import discs, tooth_columns
 from identification.mismatch.curves.trace import (
     answers_to,
     in_bins,
@@ -18,7 +18,7 @@ from identification.mismatch.curves.trace import (
 )
 from identification.mismatch.fit.judge import Judge
 from identification.mismatch.fit.stack import Integers, flat
-from identification.mismatch.simulation.along import course, knots_for
+from identification.mismatch.simulation.along import ANGLE, course, knots_for
 from identification.mismatch.simulation.model import Series
 from identification.mismatch.simulation.place import Injection
 from plant.signals import Floats

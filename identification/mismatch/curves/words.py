@@ -3,8 +3,7 @@
 import numpy as np
 
 from identification.mismatch.curves.curve import Curve
-from identification.mismatch.curves.tooth_curve import ANGLE
-from identification.mismatch.simulation.along import HYSTERESIS, PAST, step_response
+from identification.mismatch.simulation.along import ANGLE, HYSTERESIS, PAST, step_response
 from plant.signals import Floats
 
 ONE_SIDED = 0.15

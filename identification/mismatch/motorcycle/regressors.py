@@ -10,7 +10,15 @@ import numpy as np
 from scipy import signal
 
 from identification.mismatch.motorcycle.places import later
-from identification.mismatch.simulation.along import DETAIL, HYSTERESIS, OVER, PAST, SCALE, scale
+from identification.mismatch.simulation.along import (
+    ANGLE,
+    DETAIL,
+    HYSTERESIS,
+    OVER,
+    PAST,
+    SCALE,
+    scale,
+)
 from identification.mismatch.simulation.record import Record
 from plant.signals import Floats, Inputs, Outputs
 
@@ -49,7 +57,7 @@ UNITS: Mapping[str, str] = {
     "acceleration": "m/s^2", "distance": "m", "time": "s", "spark": "rad", "spark rate": "rad/s",
     "spark acceleration": "rad/s^2", "spark torque": "N m rad", "lean": "rad", "command": "1",
     "command rate": "1/s",
-    "wheel angle": "rad", "command less position": "1", "throttle acceleration": "1/s^2",
+    ANGLE: "rad", "command less position": "1", "throttle acceleration": "1/s^2",
     "slip rate": "1/s", "jerk": "m/s^3",
 }  # fmt: skip
 
@@ -77,7 +85,7 @@ def motion_regressors(record: Record, out: Outputs, spark_delay: float) -> dict[
     seen["spark acceleration"] = rate(seen["spark rate"])
     seen["spark torque"] = seen["engine torque"] * seen["spark"]
     if "rear_turned" in record.measured:
-        seen["wheel angle"] = record.measured["rear_turned"] % (2.0 * np.pi)
+        seen[ANGLE] = record.measured["rear_turned"] % (2.0 * np.pi)
     if "lean_angle" in record.measured:
         seen["lean"] = record.measured["lean_angle"]
     return _and_more(seen)

@@ -6,6 +6,8 @@ are all of one kind. Of turning back it is a sum of elements that follow z as fa
 width allows and then slide: the stops of Prandtl and Ishlinskii (Brokate and Sprekels, "Hysteresis
 and Phase Transitions" (1996), section 2.3), by which play and dry friction differ from any f(z).
 As a scale it is f(z) x, a broken line over z by which another quantity x counts for more or less.
+Of a wheel's angle it is what goes round with it: the first orders of a turn, without their mean,
+since what is there all round is none of the angle's.
 
 All of them are linear in their values, and are evaluated row by row of a simulation, since what
 lasts some milliseconds or goes round with a wheel is not seen in the means of longer bins.
@@ -25,11 +27,13 @@ SCALE = "scale of "
 DETAIL = "detail of "
 OVER = " along "
 """Between the quantity that is scaled and the one that tells by how much."""
+ANGLE = "wheel angle"
 LAGS = np.array((0.0, 0.005, 0.012, 0.03, 0.07, 0.15, 0.3, 0.6, 1.2, 2.4))
 """Seconds after a step."""
 WIDTHS = np.array((0.0, 0.004, 0.012, 0.04, 0.12, 0.4))
 """Half widths in shares of the quantity's range; 0 stands for the quantity itself."""
 KNOTS = 7
+"""Of a broken line; of a wheel's angle evenly round, which tell its orders up to the third."""
 FINE = 30
 HALVED = {HYSTERESIS: 0, DETAIL: 2}
 """How often the distances of knots are halved once a curve is known to be there; else once."""
@@ -67,6 +71,8 @@ def knots_for(regressor: str, z: Floats) -> Floats:
     if kind_of(regressor) == HYSTERESIS:
         low, high = np.quantile(z, ENDS)
         return WIDTHS * (high - low) if high > low else np.empty(0)
+    if regressor == ANGLE:
+        return evenly_round(KNOTS) if np.ptp(z) > np.pi else np.empty(0)
     return knots_between(z, FINE if kind_of(regressor) == DETAIL else KNOTS)
 
 
@@ -82,6 +88,8 @@ def columns(regressor: str, z: Floats, knots: Floats, step: float) -> Iterator[F
     elif kind_of(regressor) == SCALE:
         for row in np.eye(knots.size):
             yield z[1] * np.interp(z[0], knots, row)
+    elif regressor == ANGLE:
+        yield from _round(z, knots)
     else:
         for row in np.eye(knots.size):
             yield np.interp(z, knots, row)
@@ -91,7 +99,7 @@ def course(regressor: str, z: Floats, knots: Floats, values: Floats, step: float
     """Return the curve along a course, (rows,)."""
     if kind_of(regressor) == SCALE:
         return np.asarray(z[1] * np.interp(z[0], knots, values))
-    if kind_of(regressor) in ("", DETAIL):
+    if kind_of(regressor) in ("", DETAIL) and regressor != ANGLE:
         return np.interp(z, knots, values)
     parts = columns(regressor, z, knots, step)
     return np.asarray(sum(v * part for v, part in zip(values, parts, strict=True)))
@@ -115,6 +123,11 @@ def finer(regressor: str, knots: Floats) -> Floats:
     return knots
 
 
+def evenly_round(count: int) -> Floats:
+    """Return angles evenly round a turn, rad."""
+    return 2.0 * np.pi * np.arange(count) / count
+
+
 def step_response(knots: Floats, values: Floats, time: Floats) -> Floats:
     """What a curve of the past answers to a step of its quantity, after so many seconds."""
     return np.interp(time, knots, np.cumsum(values))
@@ -133,6 +146,13 @@ def knots_between(z: Floats, count: int) -> Floats:
         return np.empty(0)
     wanted = 0.5 * np.quantile(z, np.linspace(*ENDS, count)) + 0.5 * np.linspace(low, high, count)
     return wanted[np.concatenate(([True], np.diff(wanted) > 0.2 * (high - low) / (count - 1)))]
+
+
+def _round(z: Floats, knots: Floats) -> Iterator[Floats]:
+    """Yield, of each knot, the orders that meet 1 there and 0 at all others, less their mean."""
+    orders = np.arange(1, (knots.size - 1) // 2 + 1)
+    for knot in knots:
+        yield 2.0 / knots.size * np.cos(orders[:, None] * (z - knot)).sum(axis=0)
 
 
 def _past(z: Floats, lags: Floats, step: float) -> Iterator[Floats]:

@@ -9,7 +9,9 @@ from identification.mismatch.curves.curve import Curve
 from identification.mismatch.curves.free_curve import FreeCurve
 from identification.mismatch.fit.fitting import Fit
 from identification.mismatch.simulation.along import (
+    ANGLE,
     HYSTERESIS,
+    KNOTS,
     PAST,
     SCALE,
     after_a_turn,
@@ -52,10 +54,13 @@ def curve_svg(curve: Curve, free: FreeCurve | None, units: Mapping[str, str]) ->
 
 
 def _points(curve: Curve) -> tuple[Floats, Floats]:
-    """The curve at its knots; of the past, its answer to a step; of hysteresis, to a turn."""
+    """The curve at its knots, or round a turn; of the past, its answer to a step."""
     if curve.kind == HYSTERESIS:
         way = np.linspace(0.0, 2.0 * float(curve.knots.max()), 81)
         return way, after_a_turn(curve.knots, curve.values, way)
+    if curve.regressor == ANGLE and curve.knots.size == KNOTS:
+        turn = np.linspace(0.0, 2.0 * np.pi, 181)
+        return turn, curve(turn)
     if curve.kind != PAST:
         return curve.knots, curve.values
     return curve.knots, step_response(curve.knots, curve.values, curve.knots)
