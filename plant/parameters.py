@@ -22,6 +22,7 @@ class Parameter:
     whole: bool
     smallest: float | None = None
     sought: tuple[float, float, float] | None = None
+    given: bool = False
 
     @property
     def sized(self) -> bool:
@@ -40,6 +41,7 @@ def parameter(
     smallest: float | None = None,
     whole: bool = False,
     sought: tuple[float, float, float] | None = None,
+    given: bool = False,
 ) -> float:
     """Declare a field of a Block: default, SI unit, valid range (inclusive) and meaning.
 
@@ -49,6 +51,7 @@ def parameter(
     lies between absent and typical.
     sought: of a place that no recording comes near to by chance: the first and last at which an
     effect is looked for, and the step between them.
+    given: whether no recording tells it beside the size, because only both together act.
     """
     metadata = {
         "unit": unit,
@@ -60,6 +63,7 @@ def parameter(
         "whole": whole,
         "smallest": smallest,
         "sought": sought,
+        "given": given,
     }
     return field(default=typical, metadata=metadata)
 

@@ -56,7 +56,9 @@ class ToothMisplacement(Effect):
     displacement: float = parameter(
         1e-3, "m", -10e-3, 10e-3, "along the circle, positive is later", absent=0.0, smallest=2e-4
     )
-    pitch_radius: float = parameter(0.1, "m", 0.02, 0.3, "radius of the circle of teeth")
+    pitch_radius: float = parameter(
+        0.1, "m", 0.02, 0.3, "radius of the circle of teeth", given=True
+    )
     tooth: float = parameter(0, "1", 0, 359, "which tooth, from 0", whole=True)
 
     @classmethod

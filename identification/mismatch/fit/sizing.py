@@ -23,8 +23,8 @@ def sizes(kind: type[Effect]) -> list[Parameter]:
 
 
 def shapes(kind: type[Effect]) -> list[Parameter]:
-    """Parameters that shape it."""
-    return [p for p in kind.parameters() if not p.sized and not p.whole]
+    """Parameters that shape it, as far as recordings can tell them."""
+    return [p for p in kind.parameters() if not (p.sized or p.whole or p.given)]
 
 
 def wholes(kind: type[Effect]) -> list[Parameter]:

@@ -55,3 +55,14 @@ def tried(kind, parameter):
     for effect in (c.effect() for c in candidates(kind, DISCS)):
         found.setdefault(effect.subject, set()).add(getattr(effect, parameter))
     return found
+
+
+@pytest.mark.parametrize("kind", LIBRARY, ids=lambda kind: kind.name)
+def test_what_no_recording_tells_beside_the_size_is_as_it_was(kind):
+    """Of a tooth's way and its radius only the quotient acts: the radius has no dial."""
+    for first in list(candidates(kind, DISCS))[:1]:
+        turned = first.moved(np.ones(len(first.dials))).effect()
+        for p in kind.parameters():
+            if p.given:
+                assert getattr(turned, p.name) == getattr(first.pattern, p.name)
+    assert [p.name for p in ToothMisplacement.parameters() if p.given] == ["pitch_radius"]
