@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from bench.buses import RECEIVE_BUFFER
 from tests.bus.wires import VCAN
 
 TRIALS = Path(__file__).parents[3] / "trials"
@@ -69,9 +70,15 @@ def cut_power(program: "subprocess.Popen[str]") -> None:
 
 @contextmanager
 def candump(log: Path) -> Iterator[None]:
-    """Write down all that is on the bus, from before the block until after it."""
+    """Write down all that is on the bus, from before the block until after it.
+
+    The kernel's own room for a listener is some 280 frames, 70 ms of a trial: a witness that had to
+    wait longer while the others started would miss frames that the bench heard. With the bench's
+    room it does not; and it tells (-d) what it missed, which is then the witness's failure.
+    """
     with log.open("wb") as file:
-        witness = subprocess.Popen(["candump", "-L", VCAN], stdout=file)
+        command = ["candump", "-L", "-d", "-r", str(RECEIVE_BUFFER // 2), VCAN]
+        witness = subprocess.Popen(command, stdout=file)
         wait_for_listeners(1)
         try:
             yield
@@ -79,6 +86,8 @@ def candump(log: Path) -> Iterator[None]:
             time.sleep(0.2)
             witness.send_signal(signal.SIGINT)
             witness.wait(10)
+    missed = [line for line in log.read_text(encoding="ascii").splitlines() if "DROP" in line]
+    assert not missed, "\n".join(missed)
 
 
 def wait_for_listeners(count: int) -> None:
