@@ -7,13 +7,19 @@ may move. Both with the noise model that fits when the effect is explained.
 
 import math
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
 from scipy import interpolate
 
-from identification.mismatch.fit.calibrate import calibrate, followed
+from identification.mismatch.fit.calibrate import (
+    as_believed,
+    calibrate,
+    followed,
+    strayed,
+)
 from identification.mismatch.fit.candidate import Candidate
 from identification.mismatch.fit.fitting import Fit, with_effects
 from identification.mismatch.fit.held_out import carried_over
@@ -120,10 +126,14 @@ def _either_way_on(candidate: Candidate) -> list[Candidate]:
 
 
 def _fitted_from(base: Fit, candidates: Sequence[Candidate]) -> Fit | None:
-    try:
-        return followed(settle(with_effects(base, candidates), noises=2))
-    except PlantError:
-        return None
+    """Return the better of fits from where the engine's calibration went and from the file."""
+    found = []
+    with suppress(PlantError):
+        found.append(followed(settle(with_effects(base, candidates), noises=2)))
+    if strayed(base):
+        with suppress(PlantError):
+            found.append(followed(settle(as_believed(with_effects(base, candidates)), noises=2)))
+    return max(found, key=lambda f: f.score, default=None)
 
 
 def at_truth(hidden: Hidden) -> Candidate:

@@ -15,6 +15,7 @@ from identification.mismatch.fit.sizing import (
     as_size,
     inside,
     reach,
+    shape_reach,
     shaped,
     shapes,
     sized,
@@ -27,6 +28,7 @@ from plant.signals import Floats
 
 NUDGE = 0.05  # of a size, or of a shape's prior deviation
 WEAK = 1e3  # prior deviation of a size, in typical sizes: none to speak of
+FAR = 4.0  # prior deviations that no shape goes beyond
 SHARE_OF_SMALL = 0.1
 """Effects below this share of the smallest size of interest do not count."""
 OF_DISCS = 0.5
@@ -68,16 +70,13 @@ class Candidate(Dialled):
     def nudges(self) -> tuple[float, ...]:
         """In proportion to the size; backwards where a parameter is at the end of its range."""
         steps = (NUDGE * self.size, *([NUDGE] * (len(self.dials) - 1)))
-        if not self._kept:
-            return steps
-        turned = (self.moved(s * np.eye(len(steps))[i]) for i, s in enumerate(steps))
-        now = self.effect()
-        return tuple(-s if t.effect() == now else s for s, t in zip(steps, turned, strict=True))
+        return tuple(-s if self._ends_within(i, s) else s for i, s in enumerate(steps))
 
-    @property
-    def _kept(self) -> bool:
-        """Whether its size stays within the range of its parameters, where it can be felt."""
-        return hasattr(self.kind, "keeps_in_range")
+    def _ends_within(self, dial: int, step: float) -> bool:
+        """Tell whether the range of a dial ends before a step is done."""
+        there = self.moved(step * np.eye(len(self.dials))[dial])
+        short = abs(there.dials[dial] - self.dials[dial]) < 0.999 * abs(step)
+        return short or there.effect() == self.effect()
 
     @property
     def counts(self) -> float:
@@ -107,22 +106,26 @@ class Candidate(Dialled):
     def moved(self, step: Floats) -> Self:
         """Return it with its dials turned; a size does not pass through nothing."""
         dials = np.array(self.dials) + step
-        if self.read_off and abs(step[0]) < 0.5 * abs(self.nudges[0]):
+        if self.read_off and abs(step[0]) < 0.5 * NUDGE * abs(self.size):
             dials[0] = self.size
         if dials[0] * self.size <= 0.0:
             dials[0] = 0.2 * self.size
-        if self._kept:
-            dials[0] = np.clip(dials[0], *reach(self.kind))
-        dials[1:] = np.clip(dials[1:], -4.0, 4.0)
-        return replace(self, dials=tuple(float(d) for d in dials))
+        return replace(self, dials=tuple(float(d) for d in dials)).within()
+
+    def within(self) -> Self:
+        """Return it with its dials where its parameters mean something."""
+        ends = [reach(self.kind)]
+        for p in shapes(self.kind):
+            low, high = shape_reach(p, getattr(self.pattern, p.name))
+            ends.append((max(low, -FAR), min(high, FAR)))
+        dials = (float(np.clip(d, *end)) for d, end in zip(self.dials, ends, strict=True))
+        return replace(self, dials=tuple(dials))
 
     def resized(self, size: float) -> "Candidate":
         """Return it at another share of its typical size."""
         if self.read_off:
             return self
-        if self._kept:
-            size = float(np.clip(size, *reach(self.kind)))
-        return replace(self, dials=(size, *self.dials[1:]))
+        return replace(self, dials=(size, *self.dials[1:])).within()
 
 
 def read_off(candidate: Candidate, value: float) -> Candidate:

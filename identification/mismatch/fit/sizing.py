@@ -93,6 +93,12 @@ def as_shape(p: Parameter, at: float, value: float) -> float:
     return (value - at) * 8.0 / (p.high - p.low)
 
 
+def shape_reach(p: Parameter, at: float) -> tuple[float, float]:
+    """Return between how many prior deviations a shape means anything."""
+    low = -math.inf if by_factors(p, at) and p.low == 0.0 else as_shape(p, at, p.low)
+    return low, as_shape(p, at, p.high)
+
+
 def by_factors(p: Parameter, at: float) -> bool:
     """Tell whether a shape is turned by factors, so that a share of it means something."""
     return p.sought is None and at > 0.0 and p.low >= 0.0

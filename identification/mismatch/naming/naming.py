@@ -12,9 +12,11 @@ from itertools import combinations
 
 from identification.mismatch.fit.calibrate import (
     WORTH_AGAIN,
+    as_believed,
     followed,
     from_far,
     partly_refreshed,
+    strayed,
     unbent,
 )
 from identification.mismatch.fit.candidate import Candidate
@@ -146,20 +148,33 @@ def _from_several(fit: Fit, score: Score, leader: float) -> Fit | None:
     leader: nats of the best fit so far; what promises little beside it gets one start.
     """
     at = score.candidate
-    best = _fitted(fit, at.resized(at.size * min(max(score.amplitude, 0.3), 2.0)))
+    first = at.resized(at.size * min(max(score.amplitude, 0.3), 2.0))
+    best = _fitted(fit, first)
     several = limits(at.kind) or score.gain > HOPELESS * leader
     for size in tried_sizes(at.kind) if several else ():
         if best is not None and best.score - fit.score > 0.5 * score.gain:
             break
-        other = _fitted(fit, at.resized(math.copysign(size, at.size)))
-        if other is not None and (best is None or other.score > best.score):
-            best = other
+        best = _better(best, _fitted(fit, at.resized(math.copysign(size, at.size))))
+    if several and strayed(fit) and not fit.model.system.by_factors:
+        best = _better(best, _fitted_from_the_file(fit, first))
     return best
+
+
+def _better(one: Fit | None, other: Fit | None) -> Fit | None:
+    return max((f for f in (one, other) if f is not None), key=lambda f: f.score, default=None)
 
 
 def _fitted(fit: Fit, *new: Candidate) -> Fit | None:
     try:
         return _settled(with_effects(fit, (*fit.candidates, *new)))
+    except PlantError:
+        return None
+
+
+def _fitted_from_the_file(fit: Fit, new: Candidate) -> Fit | None:
+    """Fit an effect beside numbers that have not made up for its absence."""
+    try:
+        return _settled(as_believed(with_effects(fit, (*fit.candidates, new))))
     except PlantError:
         return None
 

@@ -60,7 +60,8 @@ def reshaped(candidate: Candidate) -> Iterator[Candidate]:
     """Yield the candidate with each shaping parameter at other places of its range."""
     for i in range(1, len(candidate.dials)):
         for y in (-2.0, -1.0, 1.0, 2.0):
-            yield replace(candidate, dials=(*candidate.dials[:i], y, *candidate.dials[i + 1 :]))
+            there = (*candidate.dials[:i], y, *candidate.dials[i + 1 :])
+            yield replace(candidate, dials=there).within()
 
 
 def place_on_the_road(pattern: Effect) -> float | None:

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from identification.mismatch.fit.sizing import sized, sizes
 from identification.mismatch.naming.tried import candidates, half_a_turn_on
 from plant.effects.backlash import Backlash
 from plant.effects.eccentricity import Eccentricity
@@ -47,6 +48,28 @@ def test_every_tooth_of_every_disc_is_tried():
 @pytest.mark.parametrize("kind", LIBRARY, ids=lambda kind: kind.name)
 def test_every_effect_is_tried_whether_or_not_its_disc_was_recorded(kind):
     assert next(candidates(kind)).effect()
+
+
+@pytest.mark.parametrize("kind", LIBRARY, ids=lambda kind: kind.name)
+@pytest.mark.parametrize("far", [-1e6, -1.0, 0.0, 1.0, 1e6])
+def test_a_step_by_which_sensitivity_is_taken_is_done_in_full_even_where_a_range_ends(kind, far):
+    """Half of a step, or none, would say that recordings tell little of the dial, or nothing."""
+    first = next(candidates(kind, DISCS))
+    there = first.moved(far * np.ones(len(first.dials)))
+    for dial, nudge in enumerate(there.nudges):
+        step = nudge * np.eye(len(there.dials))[dial]
+        stepped = there.moved(step)
+        assert np.subtract(stepped.dials, there.dials) == pytest.approx(step, rel=1e-2, abs=1e-12)
+        assert stepped.effect() != there.effect()
+
+
+@pytest.mark.parametrize("kind", LIBRARY, ids=lambda kind: kind.name)
+def test_a_size_stays_where_its_parameters_mean_something(kind):
+    first = next(candidates(kind, DISCS))
+    for far in (first.moved(1e6 * np.ones(len(first.dials))), first.resized(1e6)):
+        for p in sizes(kind):
+            at = sized(p, far.size)
+            assert p.low - 1e-9 * abs(p.low) <= at <= p.high + 1e-9 * abs(p.high)
 
 
 def tried(kind, parameter):

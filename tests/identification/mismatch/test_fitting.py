@@ -7,14 +7,18 @@ import numpy as np
 import pytest
 
 from identification.mismatch.analysis import begin
-from identification.mismatch.fit.calibrate import calibrate
-from identification.mismatch.fit.fitting import Fit
+from identification.mismatch.fit.calibrate import as_believed, calibrate, strayed
+from identification.mismatch.fit.fitting import Fit, with_effects
 from identification.mismatch.fit.held_out import contradicted
 from identification.mismatch.fit.sensitivity import sensitivities
 from identification.mismatch.fit.settling import settle
 from identification.mismatch.fit.stack import Nuisances, bounded
+from identification.mismatch.naming.naming import _from_several
+from identification.mismatch.naming.score import Score
+from identification.mismatch.naming.tried import candidates
 from plant.effects.backlash import Backlash
 from plant.effects.driveline_loss import DrivelineLoss
+from plant.effects.load_transfer import LoadTransfer
 from plant.effects.throttle_stiction import ThrottleStiction
 from tests.identification.mismatch.conditions import erring, system
 from tests.identification.motorcycle_recording import Ride, ride
@@ -114,3 +118,44 @@ def test_held_out_recordings_contradict_what_they_would_show_and_do_not():
 
 def _with(fit: Fit, effect) -> Fit:
     return replace(fit, point=replace(fit.point, effects=(effect,)))
+
+
+PRESSED = (
+    Ride("sweep", 2, 1440.0, 0.04, 0.5, 13.0, seconds=6.0, seed=31),
+    Ride("square", 2, 1050.0, 0.09, 0.9, seconds=6.0, seed=32),
+)
+
+
+@cache
+def calibrated_without(seed: int, height: float) -> Fit:
+    print(f"seed {seed}")
+    true = replace(erring(seed), effects=(LoadTransfer(height=height),))
+    model = begin(system(), [system().prepare(ride(true, t)) for t in PRESSED], []).training.coarse
+    return calibrate(model, model.origin())
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_an_effect_is_found_although_calibration_has_made_up_for_it(seed):
+    """The load was taken for a larger one: from there a fit finds a twentieth of what there is."""
+    height = 0.6
+    base = calibrated_without(seed, height)
+    assert strayed(base)
+    (kind,) = candidates(LoadTransfer)
+    found = _from_several(base, Score(kind, amplitude=1.0, gain=100.0, seen=100.0, kept=1.0, p=1e-6), 0.0)
+    assert found is not None
+    (named,) = found.effects
+    assert named.effect().height == pytest.approx(height, rel=0.15)
+    assert found.score - base.score > 3.0 * nats_from_here(base, kind)
+
+
+def nats_from_here(base: Fit, kind) -> float:
+    return settle(with_effects(base, (kind,))).score - base.score
+
+
+def test_a_start_from_the_file_keeps_what_the_file_does_not_tell():
+    base = calibrated_without(1, 0.6)
+    begun = as_believed(base)
+    assert not strayed(begun)
+    assert begun.point.q is base.point.q
+    for x, was, known in zip(begun.point.x, base.point.x, begun.model.known, strict=True):
+        assert x == (was if known.of_clock else 0.0)

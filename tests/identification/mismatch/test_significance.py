@@ -10,6 +10,7 @@ from identification.mismatch.fit.settling import settle
 from identification.mismatch.naming.interval import significance
 from identification.mismatch.naming.tried import candidates
 from identification.mismatch.simulation.model import simulate
+from plant.effects.load_transfer import LoadTransfer
 from plant.effects.rate_limit import RateLimit
 from tests.identification.mismatch.test_small import started
 
@@ -48,3 +49,14 @@ def test_a_limit_that_acts_is_certain_and_found_beside_where_it_was_looked_for()
     assert significance(found, 0) < 1e-6
     (candidate,) = found.effects
     assert candidate.effect().limit == pytest.approx(true, rel=0.02)
+
+
+def test_what_ends_at_the_end_of_its_range_is_as_certain_as_what_it_explains():
+    end = LoadTransfer.parameters()[0].high
+    (kind,) = candidates(LoadTransfer)
+    bare = fitted(LoadTransfer(height=end))
+    found = settle(with_effects(bare, (kind.resized(1e3),)))
+    (candidate,) = found.effects
+    assert candidate.effect().height > 0.9 * end
+    assert found.score - bare.score > 20.0
+    assert significance(found, 0) < 1e-6

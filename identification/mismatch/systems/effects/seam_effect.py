@@ -51,15 +51,13 @@ class SeamEffect(Effect):
 
     acts_on: kinds of places. uses: what it needs besides: "along", the speed that a seam tells;
     "channel", every other input; "angle", every other input in rad; "into", a state that gains.
-    keeps_in_range: fits keep its size where its parameters mean something. variants: factors of the
-    typical value of what `varies`, each tried apart.
+    variants: factors of the typical value of what `varies`, each tried apart.
     """
 
     acts_on: ClassVar[tuple[str, ...]] = (INPUT, SEAM, OUTPUT)
     uses: ClassVar[str] = ""
     remembers: ClassVar[bool] = False
     gives: ClassVar[bool] = False
-    keeps_in_range: ClassVar[bool] = True
     variants: ClassVar[tuple[float, ...]] = (1.0,)
     varies: ClassVar[str] = ""
     place: ClassVar[Place]
