@@ -23,7 +23,8 @@ has others: LuGre's bristles for stiction, a tyre that relaxes in its slip, a ga
 Dahl's friction. Recordings go over the database into run folders, which are read as any others are.
 The answers are drawn first, and their SHA-256 is written before the first analysis. Of a miss it is
 said how much of the true gain the library's formula reaches, started at the truth, where that is
-less than 70 %: there the library means another physics by that name.
+less than 70 %: there the library means another physics by that name, or calibration has gone where
+no fit finds back from.
 """
 
 
