@@ -12,6 +12,7 @@ from identification.mismatch.fit.stack import flat, residuals, whiteners
 from identification.mismatch.fit.whitening import Whitener
 from identification.mismatch.simulation.model import Model, Point, Series, predict
 from plant.signals import Floats
+from plant.trouble import PlantError
 
 ROUNDS = 6
 BETTER = 0.02
@@ -21,12 +22,24 @@ STRAYED = 2.0
 
 Of ten that err as believed one is farther in 37 of 100: that costs one more start of a fit.
 """
+ASTRAY = 3.0
+"""Prior deviations beyond which calibration itself may have lost its way; by chance in 3 of 100."""
 WORTH_AGAIN = 10.0  # nats; what is left then is far less, since steps converge quadratically
 
 
 def calibrate(model: Model, start: Point) -> Fit:
-    """Fit the vehicle, the slow road and the noise; no effects but those of the start."""
-    return followed(settle(as_told(model, start), noises=3))
+    """Fit the vehicle, the slow road and the noise; no effects but those of the start.
+
+    Where that leads far away it is tried once more by plain least squares: see `from_far`.
+    """
+    told = as_told(model, start)
+    fit = followed(settle(told, noises=3))
+    if model.system.by_factors or not strayed(fit, ASTRAY):
+        return fit
+    try:
+        return max(fit, from_far(told), key=lambda f: f.score)
+    except PlantError:
+        return fit
 
 
 def as_told(model: Model, start: Point) -> Fit:
@@ -81,14 +94,14 @@ def from_far(fit: Fit) -> Fit:
     return followed(fit)
 
 
-def strayed(fit: Fit) -> bool:
+def strayed(fit: Fit, far: float = STRAYED) -> bool:
     """Tell whether calibration went farther from what the file believes than it errs.
 
     It then makes up for something that is missing, and with that in place stays where it went:
     between there and the truth lies what fits neither with it nor without.
     """
     known = zip(fit.point.x, fit.model.known, strict=True)
-    return any(abs(x) > STRAYED for x, k in known if not k.of_clock)
+    return any(abs(x) > far for x, k in known if not k.of_clock)
 
 
 def as_believed(fit: Fit) -> Fit:

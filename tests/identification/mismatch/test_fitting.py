@@ -7,7 +7,14 @@ import numpy as np
 import pytest
 
 from identification.mismatch.analysis import begin
-from identification.mismatch.fit.calibrate import as_believed, calibrate, strayed
+from identification.mismatch.fit.calibrate import (
+    ASTRAY,
+    as_believed,
+    as_told,
+    calibrate,
+    from_far,
+    strayed,
+)
 from identification.mismatch.fit.fitting import Fit, with_effects
 from identification.mismatch.fit.held_out import contradicted
 from identification.mismatch.fit.sensitivity import sensitivities
@@ -141,7 +148,9 @@ def test_an_effect_is_found_although_calibration_has_made_up_for_it(seed):
     base = calibrated_without(seed, height)
     assert strayed(base)
     (kind,) = candidates(LoadTransfer)
-    found = _from_several(base, Score(kind, amplitude=1.0, gain=100.0, seen=100.0, kept=1.0, p=1e-6), 0.0)
+    found = _from_several(
+        base, Score(kind, amplitude=1.0, gain=100.0, seen=100.0, kept=1.0, p=1e-6), 0.0
+    )
     assert found is not None
     (named,) = found.effects
     assert named.effect().height == pytest.approx(height, rel=0.15)
@@ -159,3 +168,9 @@ def test_a_start_from_the_file_keeps_what_the_file_does_not_tell():
     assert begun.point.q is base.point.q
     for x, was, known in zip(begun.point.x, base.point.x, begun.model.known, strict=True):
         assert x == (was if known.of_clock else 0.0)
+
+
+def test_a_calibration_that_went_far_is_no_worse_than_where_plain_least_squares_lead():
+    base = calibrated_without(1, 0.6)
+    assert strayed(base, ASTRAY)
+    assert base.score >= from_far(as_told(base.model, base.model.origin())).score - 1e-6
