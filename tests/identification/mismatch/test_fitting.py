@@ -170,7 +170,8 @@ def test_a_start_from_the_file_keeps_what_the_file_does_not_tell():
         assert x == (was if known.of_clock else 0.0)
 
 
-def test_a_calibration_that_went_far_is_no_worse_than_where_plain_least_squares_lead():
+def test_calibration_ends_no_lower_than_where_plain_least_squares_lead():
+    """Fitted with its noise alone it ends here at 4 deviations, and lower."""
     base = calibrated_without(1, 0.6)
-    assert strayed(base, ASTRAY)
+    assert not strayed(base, ASTRAY)
     assert base.score >= from_far(as_told(base.model, base.model.origin())).score - 1e-6
