@@ -94,6 +94,7 @@ class Gateway:
         self.state = TrialState()
         self.changes: list[PhaseChange] = []
         self.refusals: list[str] = []
+        self.refused = False  # whether the bus refused the last command
 
     def tick(self, number: int, due: int) -> bool:
         """Do what is due at `due` (ns); False once the trial has ended and was told about."""
@@ -244,7 +245,8 @@ class Gateway:
 
     def _send(self, command: ActuatorCommand, now: float) -> None:
         """Send a command; one that the bus refused moved nothing, and the last one still holds."""
-        if self._put(*self._sender.encode(command), now):
+        self.refused = not self._put(*self._sender.encode(command), now)
+        if not self.refused:
             self._last = replace(command, time=now)
 
     def _report(self, number: int, now: float) -> None:

@@ -1,4 +1,4 @@
-"""The periodic loop: absolute deadlines, and every tick sent, late or skipped, and counted."""
+"""The periodic loop: deadlines are absolute; each tick is sent, late, refused or skipped."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -15,8 +15,9 @@ LAST_TICK = MOST_TICKS - 1000  # after it there is only time to hand back and to
 Tick = Callable[[int, int], bool]
 # Waits until a deadline (ns), or answers True earlier: then the next tick is due now.
 Wait = Callable[[int], bool]
-# Is told of each tick before it runs: its number, when it was due, and how late it is (ns).
-Note = Callable[[int, int, int], None]
+# Is told of each tick once it ran: its number, when it was due, how late it began (ns), and whether
+# what it sent was refused.
+Note = Callable[[int, int, int, bool], None]
 
 
 @dataclass(frozen=True)
@@ -27,12 +28,14 @@ class Lateness:
     lateness  (n,) int64, ns from when it was due to when it began
     period    ns
     start     ns, when tick 0 was due, or would have been where the ticks began anew since
+    refused   (n,) bool, whether the bus refused what the tick sent
     """
 
     tick: npt.NDArray[np.int64]
     lateness: npt.NDArray[np.int64]
     period: int
     start: int
+    refused: npt.NDArray[np.bool_]
 
     @property
     def due(self) -> int:
@@ -52,8 +55,13 @@ class Lateness:
         return {key: float(np.percentile(self.lateness, q)) * 1e-9 for key, q in names.items()}
 
 
-def unnoted(_number: int, _due: int, _late: int) -> None:
+def unnoted(_number: int, _due: int, _late: int, _refused: bool) -> None:
     """Take no note of a tick."""
+
+
+def never() -> bool:
+    """Tell that nothing is refused."""
+    return False
 
 
 def run_periodic(
@@ -63,14 +71,17 @@ def run_periodic(
     most: int = MOST_TICKS,
     note: Note = unnoted,
     wait: Wait | None = None,
+    refused: Callable[[], bool] = never,
 ) -> Lateness:
     """Call `tick` every `period` ns until it answers False or `most` ticks fell due.
 
     A late tick runs at once and is told its own number; ticks that are wholly past are skipped,
     so the value sent is always the one that is due now. Where `wait` ends early the next tick is
-    due at that moment, and those after it a period apart from there.
+    due at that moment, and those after it a period apart from there. `refused` tells whether the
+    bus refused what the last tick sent.
     """
     numbers, lateness = np.empty(most, np.int64), np.empty(most, np.int64)
+    unsent = np.zeros(most, np.bool_)
     start = clock.now_ns() + period
     number = ran = 0
     while number < most:
@@ -82,10 +93,12 @@ def run_periodic(
         if late >= period:
             number += late // period
             late %= period
-        numbers[ran], lateness[ran] = number, late
+        due = start + number * period
+        goes_on = tick(number, due)
+        numbers[ran], lateness[ran], unsent[ran] = number, late, refused()
+        note(number, due, late, refused())
         ran += 1
-        note(number, start + number * period, late)
-        if not tick(number, start + number * period):
+        if not goes_on:
             break
         number += 1
-    return Lateness(numbers[:ran].copy(), lateness[:ran].copy(), period, start)
+    return Lateness(numbers[:ran].copy(), lateness[:ran].copy(), period, start, unsent[:ran].copy())

@@ -90,7 +90,9 @@ def run_loop(
     with undisturbed() as refused:
         _forget(bus)
         wait = attentive(gateway, bus, clock)
-        lateness = run_periodic(tick, period, clock, note=noting(frames), wait=wait)
+        lateness = run_periodic(
+            tick, period, clock, note=noting(frames), wait=wait, refused=lambda: gateway.refused
+        )
     frames.close()
     notes = (*refused, *([NO_SPIN] if alone else ()), *gateway.refusals)
     return LoopReport(gateway.state, tuple(gateway.changes), lateness, notes)

@@ -68,6 +68,7 @@ def told(outcome: Outcome, trial: TrialFile) -> dict[str, Any]:
             "due": lateness.due,
             "ran": int(lateness.tick.size),
             "skipped": lateness.skipped,
+            "refused": int(np.sum(lateness.refused)),
             **lateness.quantiles(),
         },
     }
@@ -97,13 +98,15 @@ def invalid(outcome: Outcome, timing: Timing) -> str:
     last = max(change.time_ns for change in outcome.changes)
     due = max((last - began[0]) // lateness.period, 1)
     held = (lateness.tick >= first) & (lateness.tick < first + due)
-    late = int(np.sum(lateness.lateness[held] > timing.late * 1e9))
+    refused = int(np.sum(lateness.refused[held]))
+    late = int(np.sum((lateness.lateness > timing.late * 1e9)[held & ~lateness.refused]))
     skipped = int(due - np.sum(held))
-    if late + skipped <= timing.budget * due:
+    if late + skipped + refused <= timing.budget * due:
         return ""
     return (
-        f"{late} ticks of {due} with authority were more than {timing.late * 1e3:g} ms late and "
-        f"{skipped} skipped: over the budget of {timing.budget:.2%} (timing.budget)"
+        f"{late} ticks of {due} with authority were more than {timing.late * 1e3:g} ms late, "
+        f"{skipped} skipped and {refused} refused by the bus: "
+        f"over the budget of {timing.budget:.2%} (timing.budget)"
     )
 
 

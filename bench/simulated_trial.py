@@ -53,7 +53,9 @@ def run_simulated(
         world = _World(wire, motorcycle, recorder, progress)
         clock = SimulatedClock(START, world.live_until)
         period = round(prepared.trial.command.period * SECOND)
-        lateness = run_periodic(gateway.tick, period, clock, note=noting(ring))
+        lateness = run_periodic(
+            gateway.tick, period, clock, note=noting(ring), refused=lambda: gateway.refused
+        )
         recorder.drain()
     notes = (*gateway.refusals, *what_failed(ring))
     return Outcome(gateway.state, tuple(gateway.changes), lateness, notes)

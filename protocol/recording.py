@@ -7,7 +7,7 @@ roles.toml      the role map as it was
 trial.toml      the trial as it was (absent for imported recordings)
 vehicle.toml    the vehicle file as it was (absent for imported recordings)
 ticks.csv       every tick of the loop: when it was due, its lateness, and whether it was sent,
-                late or skipped (absent when imported)
+                late, refused by the bus or skipped (absent when imported)
 tables/*.parquet  side channels from tables
 """
 

@@ -128,7 +128,7 @@ class Timing(Section):
     """
 
     late: Seconds = Field(default=0.0005, gt=0)  # a tick that begins later than this is late
-    budget: Ratio = 0.01  # of the ticks with authority; more that were late or skipped: invalid
+    budget: Ratio = 0.01  # of the ticks with authority; more late, refused or skipped: invalid
 
 
 class Controller(Section):

@@ -1,8 +1,9 @@
 """Trials on a bus that fails: who notices, what is handed back, what stays in the record."""
 
 import can
+import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from bench.bus.counters import Counters
@@ -10,9 +11,11 @@ from bench.bus.error_frames import error_content
 from bench.bus.events import Cause
 from bench.bus.faults import Corrupted, Disturbed, Duplicated, FaultPlan, Frozen, Lost, Where
 from bench.controller_state import ControllerState
+from bench.gateway import OFF_THE_BUS
 from bench.outcome import Outcome
-from bench.simulated_bus import SimulatedBus
+from bench.simulated_bus import SimulatedBus, SimulatedNode
 from bench.simulated_trial import run_simulated
+from bench.ticks import read_ticks
 from bench.virtual_motorcycle import VirtualMotorcycle
 from protocol.logs import read_log
 from protocol.messages import Phase, TripReason
@@ -21,6 +24,7 @@ from tests.bench.test_whole_trial import commands, prepared
 START = 1.0  # s, of the recording's clock
 BREAKS = 1.5  # s into the trial, in the midst of the excitation
 SILENCE = 0.020  # s after which the devices hand back by themselves
+COMMAND = 0x10  # its identifier
 
 
 def ridden(tmp_path, *faults) -> Outcome:
@@ -51,6 +55,37 @@ def test_error_frames_are_in_the_record_as_such_and_as_nothing_else(tmp_path):
     errors = [frame for frame in frames if len(frame.partition("#")[0]) == 8]
     assert len(errors) == 32
     assert all(int(frame.partition("#")[0], 16) & 0x20000000 for frame in errors)
+
+
+@settings(max_examples=3, deadline=None)
+@given(st.sets(st.integers(0, 1000), max_size=12), st.integers(1, OFF_THE_BUS - 1))
+def test_every_command_that_a_full_queue_refuses_is_a_tick_that_says_so(
+    tmp_path_factory, begin, in_a_row
+):
+    """Commands in the record and ticks in the table add up; a queue full for a moment trips not."""
+    folder, offered = tmp_path_factory.mktemp("full"), []
+    full = {OFF_THE_BUS * b + k for b in begin for k in range(in_a_row)}
+
+    def send(node, message, timeout=None):
+        if message.arbitration_id == COMMAND:
+            offered.append(message)
+            if len(offered) - 1 in full:
+                raise can.CanOperationError("Transmit buffer full")
+        taken(node, message, timeout)
+
+    taken = SimulatedNode.send
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(SimulatedNode, "send", send)
+        outcome = run_simulated(prepared(), folder)
+    ticks = read_ticks(folder / "ticks.csv", outcome.lateness.period)
+    assert outcome.done
+    expected = sorted(full.intersection(range(ticks.tick.size)))
+    assert np.flatnonzero(ticks.refused).tolist() == expected
+    log = read_log(folder / "frames.log").frames
+    recorded = int(np.sum((log.identifier == COMMAND) & log.sent))
+    on_the_wire = 1  # the last one, when the loop ends
+    assert recorded + on_the_wire == ticks.tick.size - np.sum(ticks.refused)
+    assert len(outcome.notes) == np.sum(ticks.refused)
 
 
 def test_an_occasional_error_on_the_wire_costs_nothing(tmp_path):

@@ -41,9 +41,11 @@ def test_a_trial_in_real_time_is_recorded_whole(tmp_path):
     ticks = read_ticks(tmp_path / "run" / "ticks.csv", outcome.lateness.period)
     assert phases == [change.phase for change in outcome.changes]
     assert outcome.lateness.due == outcome.lateness.tick.size + outcome.lateness.skipped
-    assert outcome.lateness.tick.size - 2 <= commands <= outcome.lateness.tick.size
+    taken = outcome.lateness.tick.size - int(np.sum(outcome.lateness.refused))
+    assert taken - 2 <= commands <= taken  # a bus that stalls refuses commands, and each is told
     assert ticks.tick.tolist() == outcome.lateness.tick.tolist()
     assert ticks.lateness.tolist() == outcome.lateness.lateness.tolist()
+    assert ticks.refused.tolist() == outcome.lateness.refused.tolist()
     assert recording_.description["outcome"]["phase"] == outcome.state.phase.name.lower()
 
 

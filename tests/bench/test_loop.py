@@ -1,4 +1,4 @@
-"""Every tick is accounted for, whatever the clock does."""
+"""Every tick is accounted for, whatever the clock or the bus does."""
 
 import numpy as np
 from hypothesis import given
@@ -89,15 +89,24 @@ def test_the_world_lives_through_all_of_the_simulated_time():
     assert lived == [MILLISECOND * (1 + k) for k in range(10)]
 
 
-@given(st.lists(st.integers(0, 7 * MILLISECOND), max_size=60), st.integers(0, MILLISECOND))
-def test_the_table_of_ticks_holds_every_tick_once_sent_late_or_skipped(tmp_path_factory, d, late):
-    slow, ring = SlowTicks(d), Ring.local()
+@given(
+    st.lists(st.integers(0, 7 * MILLISECOND), max_size=60),
+    st.integers(0, MILLISECOND),
+    st.sets(st.integers(0, 199)),
+)
+def test_the_table_of_ticks_holds_every_tick_once_with_its_fate(tmp_path_factory, d, late, refuses):
+    """`refuses` are ticks whose commands the bus does not take."""
+    slow, ring, told = SlowTicks(d), Ring.local(), []
 
-    def tick(_number, _due):
+    def tick(number, _due):
+        told.append(number)
         slow.work()
         return True
 
-    lateness = run_periodic(tick, MILLISECOND, slow, most=200, note=noting(ring))
+    lateness = run_periodic(
+        tick, MILLISECOND, slow, 200, noting(ring), refused=lambda: told[-1] in refuses
+    )
+    assert lateness.refused.tolist() == [number in refuses for number in told]
     table = TickTable(MILLISECOND, late)
     text = HEADER + "".join(table.lines(slot) for slot in ring.drain())
     rows = [line.split(",") for line in text.splitlines()[1:]]
@@ -107,13 +116,15 @@ def test_the_table_of_ticks_holds_every_tick_once_sent_late_or_skipped(tmp_path_
     ]
     fates = [row[3] for row in rows]
     assert fates.count("skipped") == lateness.skipped
-    assert fates.count("late") == int(np.sum(lateness.lateness > late))
+    assert fates.count("refused") == len(refuses.intersection(told))
+    assert fates.count("late") == int(np.sum((lateness.lateness > late) & ~lateness.refused))
     path = tmp_path_factory.getbasetemp() / "ticks.csv"
     path.write_text(text + "99999,12")  # torn while it was written
     again = read_ticks(path, MILLISECOND)
     assert again.start == lateness.start
     assert list(again.tick) == list(lateness.tick)
     assert list(again.lateness) == list(lateness.lateness)
+    assert list(again.refused) == list(lateness.refused)
 
 
 def test_a_ring_without_room_for_a_tick_has_failed():
@@ -121,27 +132,35 @@ def test_a_ring_without_room_for_a_tick_has_failed():
     note = noting(ring)
     for number in range(3):
         assert not ring.failed
-        note(number, number * MILLISECOND, 0)
+        note(number, number * MILLISECOND, 0, False)
     assert ring.failed
 
 
-def judged(tick, lateness, timing):
+def judged(tick, lateness, timing, refused=()):
     """Why a trial that excites from tick 100 to tick 1100 is invalid."""
     start = 1_000_000_000
     changes = (
         PhaseChange(Phase.EXCITING, start + 100 * MILLISECOND),
         PhaseChange(Phase.DONE, start + 1100 * MILLISECOND),
     )
-    ticks = Lateness(np.array(tick), np.array(lateness), MILLISECOND, start)
+    ticks = Lateness(
+        np.array(tick), np.array(lateness), MILLISECOND, start, np.isin(tick, list(refused))
+    )
     return invalid(Outcome(TrialState(Phase.DONE), changes, ticks), timing)
 
 
-@given(st.sets(st.integers(0, 1199)), st.sets(st.integers(0, 1199)), st.floats(0, 1))
-def test_a_trial_is_invalid_when_over_its_budget_while_it_holds_authority(late, skipped, budget):
+SOME = st.sets(st.integers(0, 1199))
+
+
+@given(SOME, SOME, SOME, st.floats(0, 1))
+def test_a_trial_is_invalid_when_over_its_budget_while_it_holds_authority(
+    late, skipped, refused, budget
+):
     ran = sorted(set(range(1200)) - skipped)
-    why = judged(ran or [0], [600_000 * (n in late) for n in ran] or [0], Timing(budget=budget))
+    lateness = [600_000 * (n in late) for n in ran]
+    why = judged(ran or [0], lateness or [0], Timing(budget=budget), refused)
     held = range(100, 1100)
-    bad = len((late | skipped).intersection(held))
+    bad = len((late | skipped | refused).intersection(held))
     assert bool(why) == (bad > budget * 1000)
 
 
