@@ -23,7 +23,6 @@ from bench.bus.node import Node
 from bench.bus.plan_text import read_plan
 from bench.bus.queues import InOrder, MostUrgent
 from bench.bus.records import (
-    LARGEST,
     Hello,
     Kind,
     Record,
@@ -33,6 +32,7 @@ from bench.bus.records import (
     packed_notice,
     packed_overflow,
     packed_refusal,
+    received,
     unpacked,
 )
 from bench.bus.wire import Wire
@@ -130,7 +130,7 @@ class Broker:
             return
         member = self._members[number]
         try:
-            while packet := member.link.recv(LARGEST):
+            while packet := received(member.link):
                 self._understand(member, unpacked(packet))
         except BlockingIOError:
             return

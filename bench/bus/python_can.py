@@ -21,7 +21,6 @@ from bench.bus.messages import STATES, error_message, frame_of, message_of
 from bench.bus.node import ROOM
 from bench.bus.plan_text import plan_text
 from bench.bus.records import (
-    LARGEST,
     OWN,
     Hello,
     Kind,
@@ -29,6 +28,7 @@ from bench.bus.records import (
     frame_in,
     packed,
     packed_frame,
+    received,
     state_in,
     unpacked,
 )
@@ -173,7 +173,7 @@ class SlipbenchBus(can.BusABC):
         with self._reading:
             while True:
                 try:
-                    packet = self._link.recv(LARGEST)
+                    packet = received(self._link)
                 except BlockingIOError:
                     return
                 except OSError as cause:
@@ -231,7 +231,7 @@ def _joined(channel: str, hello: Hello) -> socket.socket:
     try:
         link = _connected(channel)
         link.send(packed(Kind.HELLO, hello.text()))
-        answer = unpacked(link.recv(LARGEST))
+        answer = unpacked(received(link))
     except (OSError, ValueError, subprocess.SubprocessError) as cause:
         raise can.CanInitializationError(f"slipbench bus '{channel}': {cause}") from cause
     if answer.kind is not Kind.WELCOME:

@@ -5,6 +5,7 @@ are of the machine's monotonic clock, which all its processes share.
 """
 
 import json
+import socket
 import struct
 from dataclasses import asdict, dataclass
 from enum import IntEnum
@@ -90,6 +91,18 @@ class Hello:
             and isinstance(self.name, str)
             and (wait is None or (isinstance(wait, int | float) and 0 <= wait <= LONGEST))
         )
+
+
+def received(link: socket.socket) -> bytes:
+    """Receive a record, or b"" where the other side has left and all that it sent is here.
+
+    Who leaves without having read everything resets the connection. That is told once, and before
+    the records that it sent, which may be what hands a vehicle back.
+    """
+    try:
+        return link.recv(LARGEST)
+    except ConnectionResetError:
+        return link.recv(LARGEST)
 
 
 def packed(kind: Kind, content: bytes = b"", time_ns: int = 0) -> bytes:

@@ -20,7 +20,8 @@ WITHIN = 60.0  # s, on a machine however loaded
 
 
 def own_terminal() -> None:
-    """Make the terminal that is standard input this session's own."""
+    """Make the terminal that is standard input this session's own, as without `nohup`."""
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)  # these tests may run under it themselves
     fcntl.ioctl(0, termios.TIOCSCTTY, 0)
 
 

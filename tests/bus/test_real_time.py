@@ -4,6 +4,7 @@ Nothing here depends on how fast the machine is: the time stamps are the wire's 
 """
 
 import os
+import select
 import signal
 import socket
 import subprocess
@@ -219,6 +220,23 @@ def test_what_was_sent_before_leaving_still_arrives(two: Two) -> None:
     for number in range(100):
         one.send(frame(0x100, bytes([number])))
     one.shutdown()
+    assert [message.data[0] for message in receive(other, 100)] == list(range(100))
+
+
+def test_who_leaves_with_unread_news_before_a_late_broker_has_still_sent_all(two: Two) -> None:
+    """A release is the last that a gateway says, and it has no time for the bus's answers."""
+    one, other = two
+    one.send(frame(0x100, bytes([0])))
+    receive(other, 1)
+    assert select.select([one], [], [], PATIENCE)[0]  # its own frame's confirmation stays unread
+    broker = _broker_of(one._channel)
+    os.kill(broker, signal.SIGSTOP)
+    try:
+        for number in range(100):
+            one.send(frame(0x100, bytes([number])))
+        one.shutdown()
+    finally:
+        os.kill(broker, signal.SIGCONT)
     assert [message.data[0] for message in receive(other, 100)] == list(range(100))
 
 
