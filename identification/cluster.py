@@ -9,12 +9,17 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
+import dask
 from distributed import Client, LocalCluster, as_completed
 
 from protocol.errors import InputError
 
 RETRIES = 3  # of a job whose worker was lost
 PATIENCE = 20.0  # s, for a scheduler to answer
+# Local processes keep the memory that they once had (glibc's mallopt(3), bytes). dask has it given
+# back from 64 KiB on, and arrays of whole recordings then come back page by page: 6 million page
+# faults instead of 0.12 in one sealed case, and 83 s instead of 69 side by side.
+KEPT_MEMORY = {"MALLOC_TRIM_THRESHOLD_": 1 << 31, "MALLOC_MMAP_THRESHOLD_": 1 << 30}
 Done = TypeVar("Done")
 
 
@@ -63,6 +68,9 @@ def _client(workers: Workers) -> Iterator[Client]:
             yield client
         return
     with (
+        dask.config.set(
+            {f"distributed.nanny.pre-spawn-environ.{k}": v for k, v in KEPT_MEMORY.items()}
+        ),
         LocalCluster(
             n_workers=workers.count,
             threads_per_worker=1,
