@@ -49,8 +49,8 @@ def parameter(
     shapes an effect has none and keeps its typical value.
     smallest: of a parameter that sizes an effect, the least size that anybody would care for; it
     lies between absent and typical.
-    sought: of a place that no recording comes near to by chance: the first and last at which an
-    effect is looked for, and the step between them.
+    sought: of a place that no recording comes near to by chance, on the road or along a speed or a
+    frequency: the first and last at which an effect is looked for, and the step between them.
     given: whether no recording tells it beside the size, because only both together act.
     """
     metadata = {

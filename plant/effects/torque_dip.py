@@ -55,5 +55,7 @@ class TorqueDip(Effect):
     hooks = (Hook("engine_torque", dip),)
 
     depth: float = parameter(5.0, "N m", -30.0, 30.0, "at the centre", absent=0.0, smallest=1.5)
-    centre: float = parameter(1410.0, "rad/s", 100.0, 2000.0, "crank speed of the dip")
+    centre: float = parameter(
+        1410.0, "rad/s", 100.0, 2000.0, "crank speed of the dip", sought=(300.0, 1900.0, 80.0)
+    )
     width: float = parameter(73.0, "rad/s", 10.0, 500.0, "of the bell")

@@ -106,6 +106,7 @@ def name(
         found = survey(Judge.of(fit), library).scores
     fit = _pruned(base, fit, limit, say)
     fitted = [significance(fit, i) for i in range(len(fit.candidates))]
+    rivals = rivals if fitted else {}
     least = min(fitted) if fitted else max(best_p, limit)
     return Named(base, fit, first.scores, min(1.0, least / limit * FAMILY), rivals)
 
@@ -259,22 +260,37 @@ def _behind(best: Fit, tried: Sequence[Fit]) -> dict[str, float]:
 
 
 def _pruned(base: Fit, fit: Fit, limit: float, say: Say) -> Fit:
-    """Drop each effect in turn; what is not missed, or not certain, stays away."""
-    if len(fit.candidates) < 2:
+    """Drop what is not missed or not certain, one after the other; all that stays is certain.
+
+    What goes first may take the certainty of the others with it; then another goes first.
+    """
+    lost = _lost(fit) if len(fit.candidates) > 1 else [(fit.score - base.score, base)]
+    order = sorted(range(len(fit.candidates)), key=lambda i: lost[i][0])
+    doomed = [i for i in order if not _stays(fit, i, [x for x, _ in lost], limit)]
+    if not doomed:
         return fit
+    good = [i for i in doomed if _all_certain(lost[i][1], limit)]
+    first = good[0] if good else doomed[0]
+    say(f"not missed: {fit.candidates[first].name}")
+    return _pruned(base, lost[first][1], limit, say)
+
+
+def _lost(fit: Fit) -> list[tuple[float, Fit]]:
+    """Return of each effect the nats lost without it, and the fit of the others."""
     without = [
         _settled(with_effects(fit, (*fit.candidates[:i], *fit.candidates[i + 1 :])))
         for i in range(len(fit.candidates))
     ]
-    lost = [fit.score - w.score for w in without]
-    for i in sorted(range(len(lost)), key=lost.__getitem__):
-        beside = [
-            x
-            for x, c in zip(lost, fit.candidates, strict=True)
-            if _alike(fit, c, fit.candidates[i])
-        ]
-        enough = max(ENOUGH, INEXACT * max(beside, default=0.0))
-        if lost[i] < enough or significance(fit, i) > limit:
-            say(f"not missed: {fit.candidates[i].name}")
-            return _pruned(base, without[i], limit, say)
-    return fit
+    return [(fit.score - w.score, w) for w in without]
+
+
+def _stays(fit: Fit, i: int, lost: Sequence[float], limit: float) -> bool:
+    beside = [
+        x for x, c in zip(lost, fit.candidates, strict=True) if _alike(fit, c, fit.candidates[i])
+    ]
+    enough = max(ENOUGH, INEXACT * max(beside, default=0.0))
+    return lost[i] >= enough and significance(fit, i) <= limit
+
+
+def _all_certain(fit: Fit, limit: float) -> bool:
+    return all(significance(fit, i) <= limit for i in range(len(fit.candidates)))

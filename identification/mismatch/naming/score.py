@@ -129,8 +129,13 @@ def survey(judge: Judge, library: Iterable[type[Effect]]) -> Survey:
         typical[s.candidate.name] = max(typical.get(s.candidate.name, 0.0), s.seen)
     told = [replace(s, typical=typical[s.candidate.name]) for s in _best([*best, *shaped])]
     told_of = [s.candidate for s in (*first, *tried) if s.seen > CHANCE]
-    chances = {(c.pattern, c.whole) for c in told_of}
+    chances = {_start(c) for c in told_of} & {_start(s.candidate) for s in first}
     return Survey(told, TRIES * max(len(chances), 1))
+
+
+def _start(c: Candidate) -> tuple[Effect, tuple[float, ...], tuple[float, ...]]:
+    """Return all of a try but its size."""
+    return c.pattern, c.whole, c.dials[1:]
 
 
 def as_recorded(candidate: Candidate, model: Model) -> Candidate:

@@ -13,21 +13,26 @@ from plant.parameters import Parameter
 
 TRIES = 3
 NO_DISCS: Mapping[str, int] = {}
+ROAD = "m"
 MOST_WHOLE = 48
 ABOUT = 3
-NEARLY_HALF = 3.6
+QUARTER = 2.0
 """Prior deviations of an angle; 4 are half a turn (see `sizing.shaped`), where its range ends."""
+NEARLY_HALF = 3.6
 
 
 def candidates(kind: type[Effect], teeth: Mapping[str, int] = NO_DISCS) -> Iterator[Candidate]:
     """Yield an effect at its typical size and shape, on every subject; once and more.
 
-    teeth: of every toothed disc that was recorded, by its subject.
+    What goes all round is tried at two angles, a quarter apart: a line in quadrature to the only
+    one that is tried shows nothing there, however large it is. teeth: of every toothed disc that
+    was recorded, by its subject.
     """
-    count = len(shapes(kind))
     for pattern in (p for c in kind.candidates() for p in _sought(c)):
         for whole in _whole_values(kind, teeth.get(pattern.subject, 1)):
-            yield Candidate(pattern, (1.0, *([0.0] * count)), whole)
+            first = Candidate(pattern, (1.0, *([0.0] * len(shapes(kind)))), whole)
+            yield first
+            yield from (_turned(first, angle, QUARTER) for angle in _all_round(kind))
 
 
 def otherwise(candidate: Candidate, backwards: bool) -> Iterator[Candidate]:
@@ -43,10 +48,25 @@ def half_a_turn_on(candidate: Candidate) -> Iterator[Candidate]:
 
     What cannot be less than nothing shows its opposite there.
     """
-    for i, p in enumerate(shapes(candidate.kind), start=1):
-        if p.unit == "rad" and math.isclose(p.high - p.low, 2.0 * math.pi, rel_tol=1e-3):
-            for y in (-NEARLY_HALF, NEARLY_HALF):
-                yield replace(candidate, dials=(*candidate.dials[:i], y, *candidate.dials[i + 1 :]))
+    for angle in _all_round(candidate.kind):
+        for by in (-NEARLY_HALF, NEARLY_HALF):
+            if abs(candidate.dials[angle] + by) <= NEARLY_HALF:
+                yield _turned(candidate, angle, by)
+
+
+def _all_round(kind: type[Effect]) -> list[int]:
+    """Return the dials that are angles and go all round."""
+    return [
+        i
+        for i, p in enumerate(shapes(kind), start=1)
+        if p.unit == "rad" and math.isclose(p.high - p.low, 2.0 * math.pi, rel_tol=1e-3)
+    ]
+
+
+def _turned(candidate: Candidate, angle: int, by: float) -> Candidate:
+    dials = list(candidate.dials)
+    dials[angle] += by
+    return replace(candidate, dials=tuple(dials))
 
 
 def larger(candidate: Candidate) -> Iterator[Candidate]:
@@ -65,9 +85,9 @@ def reshaped(candidate: Candidate) -> Iterator[Candidate]:
 
 
 def place_on_the_road(pattern: Effect) -> float | None:
-    """Return where an effect is looked for, in steps of the search; None: nowhere in particular."""
+    """Return where an effect is looked for, in steps of the search; None: on no road."""
     for p in pattern.parameters():
-        if p.sought is not None:
+        if p.sought is not None and p.unit == ROAD:
             return float(getattr(pattern, p.name)) / p.sought[2]
     return None
 

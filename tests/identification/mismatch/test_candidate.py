@@ -7,21 +7,54 @@ import numpy as np
 import pytest
 
 from identification.mismatch.fit.sizing import sized, sizes
-from identification.mismatch.naming.tried import candidates, half_a_turn_on
+from identification.mismatch.naming.tried import (
+    candidates,
+    half_a_turn_on,
+    place_on_the_road,
+)
 from plant.effects.backlash import Backlash
+from plant.effects.chain_polygon import ChainPolygon
+from plant.effects.compression_torque import CompressionTorque
 from plant.effects.eccentricity import Eccentricity
+from plant.effects.firing_torque import FiringTorque
 from plant.effects.library import LIBRARY
 from plant.effects.tooth_misplacement import ToothMisplacement
+from plant.effects.torque_dip import TorqueDip
 
 TEETH = 16
 DISCS = {"rear_encoder": TEETH, "front_encoder": 48}
 
 
-@pytest.mark.parametrize("phase", np.linspace(-math.pi, math.pi, 13))
-def test_whatever_its_phase_an_eccentricity_is_tried_within_a_quarter_turn(phase):
-    first = next(candidates(Eccentricity, DISCS))
-    tried = [first, *half_a_turn_on(first)]
-    assert max(math.cos(c.effect().phase - phase) for c in tried) > 0.2
+GO_ROUND = (Eccentricity, ChainPolygon, CompressionTorque, FiringTorque)
+
+
+@pytest.mark.parametrize("kind", GO_ROUND)
+@pytest.mark.parametrize("phase", np.linspace(-math.pi, math.pi, 25))
+def test_whatever_its_phase_a_line_shows_at_the_first_tries(kind, phase):
+    # Either sign of a first try leads on to the other sizes and angles; a line in quadrature to
+    # all of them has a sign of noise.
+    firsts = like_the_first(kind)
+    assert max(abs(math.cos(c.effect().phase - phase)) for c in firsts) > math.sqrt(0.5) - 1e-9
+
+
+@pytest.mark.parametrize("kind", GO_ROUND)
+@pytest.mark.parametrize("phase", np.linspace(-math.pi, math.pi, 25))
+def test_whatever_its_phase_a_line_is_tried_well_within_a_quarter_turn(kind, phase):
+    tried = [t for c in like_the_first(kind) for t in (c, *half_a_turn_on(c))]
+    assert max(math.cos(c.effect().phase - phase) for c in tried) > math.cos(math.radians(55))
+
+
+def like_the_first(kind):
+    """Return the first tries on one subject, of one whole number."""
+    every = list(candidates(kind, DISCS))
+    return [c for c in every if (c.pattern, c.whole) == (every[0].pattern, every[0].whole)]
+
+
+@pytest.mark.parametrize("centre", np.linspace(400.0, 1800.0, 29))
+def test_a_dip_anywhere_in_the_range_of_engines_is_tried_within_its_own_width(centre):
+    tried = [c.effect() for c in candidates(TorqueDip)]
+    assert min(abs(dip.centre - centre) for dip in tried) < TorqueDip().width
+    assert all(place_on_the_road(dip) is None for dip in tried)
 
 
 def test_what_has_no_angle_is_not_turned():
