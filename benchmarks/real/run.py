@@ -213,9 +213,9 @@ nobody has looked at is for `slipbench prove` to tell, not for this page. Change
 - a loss in proportion to what a store holds came into the library (linear_loss.py), after a square
   at the tanks' sensor had stood in for it at 0.43 V.
 
-A version stands for the engine's text and the model files, by their SHA-256. Where it was not noted
-the section is older than this list; a section stays as it is until its case is run again. Seconds
-are of the processor, and after a stroke of a clock on the wall, on a machine that others used too.
+A version stands for the engine's text and the model files, by their SHA-256; a section stays as it
+is until its case is run again. Seconds are of the processor, and after a stroke of a clock on the
+wall, on a machine that others used too.
 
 """
 
