@@ -61,7 +61,7 @@ def figures(cases: Sequence[Judged]) -> list[Figure]:
     def unseen(c: Judged) -> bool:
         return c.sort != NOTHING and c.expected is False
 
-    numbers = [x for c in cases for x in c.covered]
+    numbers = [told.holds for c in cases for told in c.numbers]
     return [
         of("False alarms, nothing missing", lambda c: c.sort == NOTHING, lambda c: c.alarm,
            high=5.0),

@@ -1,4 +1,4 @@
-"""The page of the proof: the table, the figures, every miss, and how to repeat it."""
+"""The page of the proof: the table, the figures, what fell short, and how to repeat it."""
 
 import math
 import textwrap
@@ -11,7 +11,8 @@ import numpy as np
 
 from identification.proof.counting import Figure, figures
 from identification.proof.generator.kinds import LIBRARY, OUTSIDE
-from identification.proof.score import NOBODY_SEES, VISIBLE, Judged, misses, what_is_wrong
+from identification.proof.score import NOBODY_SEES, VISIBLE, Judged, misses
+from identification.proof.shortfalls import every_curve, every_interval, every_miss
 
 METHOD = """
 Every motorcycle is drawn anew from the range of its class. Its vehicle file errs in every number by
@@ -53,7 +54,10 @@ def page(cases: Sequence[Judged], made: Made) -> str:
         "## What there was to see", "", *_visible(cases), "",
         f"![Outcome over visibility]({made.figures}/proof_visibility.png)", "",
         "## Kind by kind", "", *_kinds(cases), "", "## Confusion", "", *_confusion(cases), "",
-        "## Every miss", "", *_misses(cases), "", "## How it is made", "", *_method(), "",
+        "## Every miss", "", *every_miss(cases), "",
+        "## Every interval that misses the truth", "", *every_interval(cases), "",
+        "## Every free curve below its goal", "", *every_curve(cases), "",
+        "## How it is made", "", *_method(), "",
         "## Repeat it", "", *_repeat(made), "",
     ])  # fmt: skip
 
@@ -141,22 +145,6 @@ def _confusion(cases: Sequence[Judged]) -> list[str]:
     for truth, claims in sorted(said.items()):
         told = "; ".join(f"{claim} ({n})" for claim, n in claims.most_common())
         lines.append(f"| {truth} | {told} |".replace("_", " "))
-    return lines
-
-
-def _misses(cases: Sequence[Judged]) -> list[str]:
-    found = misses(cases)
-    if not found:
-        return ["None."]
-    lines = ["| case | sort | missing | nats | what is wrong | said | place |",
-             "|---|---|---|---|---|---|---|"]  # fmt: skip
-    for c in found:
-        nats = f"{c.nats:.0f}" if math.isfinite(c.nats) else ""
-        truth, said = ", ".join(c.truth) or "nothing", ", ".join(c.said) or "no name"
-        lines.append(
-            f"| {c.case} | {c.sort} | {truth} | {nats} | {what_is_wrong(c)} | {said} |"
-            f" {c.place or 'none'} |".replace("_", " ")
-        )
     return lines
 
 

@@ -23,6 +23,22 @@ FAITHFUL = 0.7  # share of the true gain below which the library means something
 
 
 @dataclass(frozen=True)
+class Told:
+    """A number that both formulas mean, with its 95 % interval. SI."""
+
+    effect: str
+    parameter: str
+    truth: float
+    low: float
+    high: float
+
+    @property
+    def holds(self) -> bool:
+        """Whether the interval holds the truth."""
+        return self.low <= self.truth <= self.high
+
+
+@dataclass(frozen=True)
 class Judged:
     """One case. truth: keys of what is missing; seen: those of it that are visible.
 
@@ -42,7 +58,7 @@ class Judged:
     place: str
     said: tuple[str, ...]
     named: bool
-    covered: tuple[bool, ...]
+    numbers: tuple[Told, ...]
     share: float
     seconds: float
     curve: float = math.nan
@@ -78,7 +94,7 @@ def _judge(answer: Mapping[str, Any], result: Mapping[str, Any]) -> Judged:
         alarm=verdict["mismatch"]["found"], unknown=verdict["unknown"]["found"],
         located=place in places, place=place, said=said,
         named=bool(seen) and _exact(truth, seen, said, verdict["equivalents"]),
-        covered=tuple(_coverage(hidden, verdict["effects"])),
+        numbers=tuple(_numbers(hidden, verdict["effects"])),
         share=_share(result), seconds=result["seconds"]["analysis"], curve=_curve(result),
         formula=_formula(result), said_hidden=set(truth) <= set(verdict["not_excited"]),
     )  # fmt: skip
@@ -115,17 +131,18 @@ def _exact(
     return all_named and all(names & set(truth) for names in meant.values())
 
 
-def _coverage(
+def _numbers(
     hidden: Sequence[Mapping[str, Any]], effects: Sequence[Mapping[str, Any]]
-) -> Iterable[bool]:
-    """Whether the interval of each number that both formulas mean holds the truth."""
+) -> Iterable[Told]:
+    """Every number that both formulas mean, with its interval."""
     told = {_key(e["name"], e["subject"]): e["parameters"] for e in effects}
     for h in hidden:
-        for p in told.get(_key(h["kind"], h["subject"]), ()):
-            low, high = p["interval"]
-            comparable = p["name"] in BY_NAME[h["kind"]].like and p["name"] in h["parameters"]
+        key = _key(h["kind"], h["subject"])
+        for p in told.get(key, ()):
+            name, (low, high) = p["name"], p["interval"]
+            comparable = name in BY_NAME[h["kind"]].like and name in h["parameters"]
             if comparable and None not in (low, high):
-                yield low <= h["parameters"][p["name"]] <= high
+                yield Told(key, name, h["parameters"][name], low, high)
 
 
 def _share(result: Mapping[str, Any]) -> float:

@@ -27,6 +27,7 @@ AFTERWARDS = frozenset(
         "figures.py",
         "score.py",
         "counting.py",
+        "shortfalls.py",
         "publish.py",
         "commands.py",
         "study.py",

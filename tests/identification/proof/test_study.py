@@ -1,6 +1,8 @@
 """A study is sealed, goes on where it stopped, and counts rightly."""
 
 import json
+import math
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -11,6 +13,7 @@ from identification.proof.answers import FINGERPRINT, SEALED, seal, unseal
 from identification.proof.counting import figures, middle, share
 from identification.proof.page import Made, page
 from identification.proof.score import Judged, judged, what_is_wrong
+from identification.proof.shortfalls import every_curve, every_interval, every_miss
 from identification.proof.study import (
     Study,
     observe_again,
@@ -68,7 +71,23 @@ def only(*pairs: tuple[dict, dict]) -> list[Judged]:
 
 def test_a_true_name_with_its_place_and_interval_is_all_right() -> None:
     (one,) = only((answer(0, "moderate", hidden("backlash", slack=8e-3)), result(0, FOUND, [90.0])))
-    assert (one.named, one.located, one.covered, what_is_wrong(one)) == (True, True, (True,), "")
+    assert (one.named, one.located, what_is_wrong(one)) == (True, True, "")
+    assert [told.holds for told in one.numbers] == [True]
+    assert every_interval([one]) == every_curve([one]) == every_miss([one]) == ["None."]
+
+
+def test_an_interval_that_misses_the_truth_is_listed_with_it() -> None:
+    (one,) = only((answer(0, "moderate", hidden("backlash", slack=9.5e-3)),
+                   result(0, FOUND, [90.0])))  # fmt: skip
+    assert every_interval([one])[2:] == ["| 0 | backlash | slack | 0.0095 | 0.007 to 0.009 |"]
+
+
+def test_free_curves_below_their_goal_are_listed_worst_first() -> None:
+    pair = (answer(0, "moderate", hidden("backlash", slack=8e-3)), result(0, FOUND, [90.0]))
+    (one,) = only(pair)
+    several = [replace(one, case=n, curve=s) for n, s in enumerate((0.95, 0.8, math.nan, 0.03))]
+    rows = [line.split(" | ") for line in every_curve(several)[2:]]
+    assert [(row[0], row[2]) for row in rows] == [("| 3", "3 % |"), ("| 1", "80 % |")]
 
 
 def test_a_class_that_holds_the_truth_counts_as_its_name() -> None:
