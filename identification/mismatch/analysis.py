@@ -1,7 +1,7 @@
 """What an analysis knows so far, and what follows from it: which fit stands, what is open."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from identification.mismatch.curves.circumstance import Circumstance
@@ -72,6 +72,20 @@ def unexplained(a: Analysis) -> bool:
         return a.remains is not None and not a.remains.small
     best = max((c.gain for c in a.after if c.certain), default=0.0)
     return best > LEFT * a.named.gain or (best > 0.0 and best > 60.0)
+
+
+def where_found(a: Analysis) -> Curve | None:
+    """Return the free curve that tells where it acts without the library; None: none is certain.
+
+    That is the located one, unless one at another place stands in the simulation and explains more
+    there: a located curve has the calibrated numbers beside it and meets what is left of them.
+    """
+    located = a.before[0] if a.before and a.before[0].certain else None
+    if located is None or a.free is None or a.free.curve.place == located.place:
+        return located
+    if a.free.gain < located.gain + ALIKE:
+        return located
+    return replace(a.free.curve, gain=a.free.gain, confirmed=a.free.confirmed, p=located.p)
 
 
 def _certain(curves: Sequence[Curve]) -> bool:

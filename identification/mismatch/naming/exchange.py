@@ -15,9 +15,10 @@ from identification.mismatch.fit.fitting import Fit, with_effects
 from identification.mismatch.fit.held_out import contradicted
 from identification.mismatch.fit.judge import Judge
 from identification.mismatch.fit.scatter import FAMILY, SHARE
+from identification.mismatch.naming.accepting import ENOUGH
 from identification.mismatch.naming.ahead import SECONDS, SURVEYS
 from identification.mismatch.naming.interval import significance
-from identification.mismatch.naming.naming import ENOUGH, MOST, Named
+from identification.mismatch.naming.naming import MOST, Named
 from identification.mismatch.naming.score import survey
 from identification.mismatch.simulation.model import Model
 from plant.effects.effect import Effect

@@ -4,7 +4,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-from identification.mismatch.analysis import Analysis, equivalents, not_excited, unexplained
+from identification.mismatch.analysis import (
+    Analysis,
+    equivalents,
+    not_excited,
+    unexplained,
+    where_found,
+)
 from identification.mismatch.curves.circumstance import Circumstance
 from identification.mismatch.curves.curve import Curve
 from identification.mismatch.curves.free_curve import FreeCurve
@@ -29,7 +35,7 @@ def verdict(a: Analysis) -> Verdict:
     """Say what is known so far."""
     if a.named is None:
         p = _least(a.before)
-        where = _location(a, a.before, a.when)
+        where = _location(a, where_found(a), a.when)
         return Verdict(p < FAMILY, p, where, left_out=_left_out(a), complete=False)
     doubt = unexplained(a)
     effects = () if doubt else tuple(_effects(a.named))
@@ -41,7 +47,7 @@ def verdict(a: Analysis) -> Verdict:
         location=_place(a, left, doubt),
         effects=effects,
         unknown=doubt,
-        shape=_shape(a, left[0]) if doubt and left else "",
+        shape=_shape(a, where_found(a) or left[0]) if doubt and left else "",
         remains=_remains(a) if not doubt else None,
         curve=_curve(a.free),
         equivalents=tuple(equivalents(a.named)) if not doubt else (),
@@ -77,12 +83,9 @@ def _least(curves: Sequence[Curve]) -> float:
     return min((c.p for c in curves), default=1.0)
 
 
-def _location(
-    a: Analysis, curves: Sequence[Curve], when: Circumstance | None = None
-) -> Location | None:
-    if not curves or not curves[0].certain:
+def _location(a: Analysis, c: Curve | None, when: Circumstance | None = None) -> Location | None:
+    if c is None:
         return None
-    c = curves[0]
     where = Location(c.block, c.place, c.regressor, _shape(a, c), c.gain, c.confirmed)
     if when is None:
         return where
@@ -102,10 +105,11 @@ def _place(a: Analysis, left: Sequence[Curve], doubt: bool) -> Location | None:
     What a free curve imitates best may sit at the next seam; a name that explains all knows.
     """
     assert a.named is not None
-    seen = _location(a, a.before, a.when)
+    seen = _location(a, where_found(a), a.when)
     told = None if doubt else _of_the_named(a.system, a.named)
     if told is None:
-        return seen or (_location(a, left) if doubt else None)
+        first = left[0] if doubt and left and left[0].certain else None
+        return seen or _location(a, first)
     if seen is None:
         return told
     if seen.injection == told.injection:

@@ -38,7 +38,9 @@ def memo_page(a: Analysis, verdict: Verdict) -> str:
         sentence=sentence(verdict),
         verdict=verdict,
         when=circumstances(verdict.location) if verdict.location else "",
-        curve=Markup(curve_svg(certain[0], a.free, a.system.units)) if certain else "",
+        curve=Markup(curve_svg(certain[0], a.free.curve if a.free else None, a.system.units))
+        if certain
+        else "",
         curves=certain[1 : 1 + SHOWN],
         proof=Markup(proof_svg(a.proof, verdict.headline)) if a.proof else "",
         traces={e.name: trace_of(e.name) for e in verdict.effects},

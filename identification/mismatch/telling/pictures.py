@@ -6,7 +6,6 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from identification.mismatch.curves.curve import Curve
-from identification.mismatch.curves.free_curve import FreeCurve
 from identification.mismatch.fit.fitting import Fit
 from identification.mismatch.simulation.along import (
     ANGLE,
@@ -26,31 +25,44 @@ SOON = 0.01
 LOOKS = ((d.ORANGE, "re-calibrated"), (d.BLUE, "with what was found"))
 
 
-def curve_svg(curve: Curve, free: FreeCurve | None, units: Mapping[str, str]) -> str:
-    """Draw what a place asks for along its quantity. units: of quantities, by name."""
+def curve_svg(located: Curve, inside: Curve | None, units: Mapping[str, str]) -> str:
+    """Draw what a place asks for along its quantity. units: of quantities, by name.
+
+    inside: what stands in the simulation: in the same panel where it is of one place and quantity.
+    """
+    both = [(located, d.BLUE, "located")]
+    both += [(inside, d.GREEN, "in the simulation")] if inside else []
+    apart = inside is not None and not _of_one_kind(located, inside)
     with d.hand():
-        figure, (axes,) = d.panels(1, 2.8)
-        axes.axhline(0.0, color=d.MUTED, lw=0.8)
-        axes.plot(*_points(curve), color=d.BLUE, marker="o", ms=4, label="located")
-        if free is not None and free.curve.kind == curve.kind:
-            points = _points(free.curve)
-            axes.plot(*points, color=d.GREEN, marker=".", ms=4, label="in the simulation")
+        figure, panels = d.side_by_side(2, 3.0) if apart else d.panels(1, 2.8)
+        for curve, colour, label in both:
+            axes = panels[-1] if curve is inside else panels[0]
+            axes.axhline(0.0, color=d.MUTED, lw=0.8)
+            axes.plot(*_points(curve), color=colour, marker="o", ms=4, label=label)
             d.legend(axes, 2)
-        quantity = quantity_of(curve.regressor)
-        unit = units.get(quantity, "")
-        if curve.kind == PAST:
-            axes.set_xscale("symlog", linthresh=SOON)
-            axes.set(xlabel=f"time after a step of {quantity} / s",
-                     ylabel=f"{curve.place} / ({curve.unit} per {unit})")  # fmt: skip
-        elif curve.kind == HYSTERESIS:
-            axes.set(xlabel=f"way of {quantity} after a turn / {unit}",
-                     ylabel=f"{curve.place} / {curve.unit}")  # fmt: skip
-        elif curve.kind == SCALE:
-            axes.set(xlabel=f"{quantity} / {unit}",
-                     ylabel=f"{curve.place}, share of {curve.regressor}")  # fmt: skip
-        else:
-            axes.set(xlabel=f"{quantity} / {unit}", ylabel=f"{curve.place} / {curve.unit}")
+            _label(axes, curve, units)
         return d.svg(figure, "located")
+
+
+def _of_one_kind(one: Curve, other: Curve) -> bool:
+    return (one.place, one.regressor) == (other.place, other.regressor)
+
+
+def _label(axes: Axes, curve: Curve, units: Mapping[str, str]) -> None:
+    quantity = quantity_of(curve.regressor)
+    unit = units.get(quantity, "")
+    if curve.kind == PAST:
+        axes.set_xscale("symlog", linthresh=SOON)
+        axes.set(xlabel=f"time after a step of {quantity} / s",
+                 ylabel=f"{curve.place} / ({curve.unit} per {unit})")  # fmt: skip
+    elif curve.kind == HYSTERESIS:
+        axes.set(xlabel=f"way of {quantity} after a turn / {unit}",
+                 ylabel=f"{curve.place} / {curve.unit}")  # fmt: skip
+    elif curve.kind == SCALE:
+        axes.set(xlabel=f"{quantity} / {unit}",
+                 ylabel=f"{curve.place}, share of {curve.regressor}")  # fmt: skip
+    else:
+        axes.set(xlabel=f"{quantity} / {unit}", ylabel=f"{curve.place} / {curve.unit}")
 
 
 def _points(curve: Curve) -> tuple[Floats, Floats]:

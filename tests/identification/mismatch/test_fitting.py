@@ -20,7 +20,7 @@ from identification.mismatch.fit.held_out import contradicted
 from identification.mismatch.fit.sensitivity import sensitivities
 from identification.mismatch.fit.settling import settle
 from identification.mismatch.fit.stack import Nuisances, bounded
-from identification.mismatch.naming.naming import _from_several
+from identification.mismatch.naming.full_fits import _from_several
 from identification.mismatch.naming.score import Score
 from identification.mismatch.naming.tried import candidates
 from plant.effects.backlash import Backlash

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from identification.mismatch.naming import naming
+from identification.mismatch.naming import pruning
 
 LIMIT = 1e-3
 
@@ -47,16 +47,16 @@ CERTAINTIES = st.fixed_dictionaries(
 @pytest.fixture(autouse=True)
 def _stands(monkeypatch):
     monkeypatch.setattr(
-        naming, "_lost", lambda f: [(f.score - f.without(i).score, f.without(i))
+        pruning, "_lost", lambda f: [(f.score - f.without(i).score, f.without(i))
                                     for i in range(len(f.names))]
     )  # fmt: skip
-    monkeypatch.setattr(naming, "significance", lambda f, i: 0.0 if f.certain[f.names][i] else 1.0)
-    monkeypatch.setattr(naming, "_alike", lambda *_: False)
+    monkeypatch.setattr(pruning, "significance", lambda f, i: 0.0 if f.certain[f.names][i] else 1.0)
+    monkeypatch.setattr(pruning, "alike", lambda *_: False)
 
 
 def pruned(worth, certain):
     base = Stand((), worth, certain)
-    return naming._pruned(base, Stand(("a", "b", "c"), worth, certain), LIMIT, lambda _: None)
+    return pruning.pruned(base, Stand(("a", "b", "c"), worth, certain), LIMIT, lambda _: None)
 
 
 @given(steps=WORTHS, certain=CERTAINTIES)
@@ -66,7 +66,7 @@ def test_what_stays_is_certain_and_missed(steps, certain):
     if left.names:
         assert all(certain[left.names])
         lost = [left.score - left.without(i).score for i in range(len(left.names))]
-        assert min(lost) >= naming.ENOUGH
+        assert min(lost) >= pruning.ENOUGH
 
 
 def test_what_would_take_the_certainty_of_the_others_does_not_go_first():

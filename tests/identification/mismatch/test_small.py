@@ -125,6 +125,22 @@ def test_a_curve_that_gains_nothing_inside_on_held_out_recordings_is_withdrawn(m
     assert all(not c.certain for c in again.before if c.place == free.curve.place)
 
 
+@pytest.mark.parametrize(("more", "told"), [(1e3, "wheel torque"), (0.0, "located")])
+def test_where_it_acts_is_told_by_what_explains_more(more, told):
+    """A located curve meets what calibration left; one in the simulation may explain far more."""
+    a = slack()
+    free = inside(a.base, a.before, a.held_out)
+    there = replace(free.curve, place="wheel torque", block="driveline")
+    other = replace(free, curve=there, gain=a.before[0].gain + more)
+    bare = replace(a.named, fit=a.base, rivals={})
+    found = verdict(replace(a, named=bare, after=[], free=other))
+    assert found.unknown
+    assert found.location.injection == (a.before[0].place if told == "located" else told)
+    assert found.location.gain == a.before[0].gain + more
+    page = memo_page(replace(a, named=bare, after=[], free=other), found)
+    assert "wheel torque" in page.split("<svg", 1)[1].split("</svg>", 1)[0]
+
+
 @pytest.mark.parametrize(("confirmed", "stand"), [(6.0, True), (1e6, False)])
 def test_names_that_do_not_suffice_go_only_where_a_curve_foretells_better(
     monkeypatch, confirmed, stand

@@ -1,0 +1,135 @@
+"""Full fits of what scores promise, from where each of them finds the best."""
+
+import math
+from collections.abc import Callable, Iterable, Sequence
+
+from identification.mismatch.fit.calibrate import (
+    ASTRAY,
+    WORTH_AGAIN,
+    as_believed,
+    from_far,
+    partly_refreshed,
+    refreshed,
+    strayed,
+    unbent,
+)
+from identification.mismatch.fit.candidate import Candidate
+from identification.mismatch.fit.fitting import Fit, with_effects
+from identification.mismatch.fit.judge import Judge
+from identification.mismatch.fit.settling import settle
+from identification.mismatch.fit.sizing import limits, tried_sizes
+from identification.mismatch.naming.score import Score, survey
+from plant.effects.effect import Effect
+from plant.trouble import PlantError
+
+SHORTLIST = 4
+LONGEST = 8  # scores that are fitted where they are near to the best
+NEAR = 0.7
+"""Share of the best score's gain above which a name could be the same to these recordings."""
+HOPELESS = 0.1  # share of the leader's gain below which a score gets one start only
+WORTH = 6.0  # nats that a score must promise before a full fit is tried
+AGAIN = 1  # times that sensitivities are taken anew while an effect is fitted
+
+Say = Callable[[str], None]
+
+
+def full_fits(fit: Fit, scores: Sequence[Score], say: Say) -> list[Fit]:
+    """Full fits of the most promising effects, best first."""
+    done: list[Fit] = []
+    near = NEAR * (scores[0].gain if scores else 0.0)
+    for score in [*scores[:SHORTLIST], *(s for s in scores[SHORTLIST:LONGEST] if s.gain > near)]:
+        if score.gain > WORTH:
+            say(f"fitting {score.candidate.name.replace('_', ' ')}")
+            leader = max((d.score - fit.score for d in done), default=0.0)
+            found = _from_several(fit, score, leader)
+            done += [found] if found is not None else []
+    return by_score(done)
+
+
+def as_believed_fits(fit: Fit, library: Sequence[type[Effect]], say: Say) -> list[Fit]:
+    """Full fits of what scores best beside the numbers of the file, where calibration went astray.
+
+    What was made up for leaves next to nothing of its trace: a throttle position 6 ms late
+    promised 10 nats beside a servo at the ends of its ranges, and 12 000 beside that of the file.
+    """
+    if not astray(fit):
+        return []
+    try:
+        told = refreshed(as_believed(fit))
+    except PlantError:
+        return []
+    done = []
+    for score in survey(Judge.of(told), library).scores[:SHORTLIST]:
+        say(f"fitting {score.candidate.name.replace('_', ' ')} beside the numbers of the file")
+        done.append(_fitted_from_the_file(fit, _as_large_as_scored(score)))
+    return by_score(d for d in done if d is not None)
+
+
+def astray(fit: Fit) -> bool:
+    """Tell whether calibration went so far that it must have made up for something missing."""
+    return strayed(fit, ASTRAY) and not fit.model.system.by_factors
+
+
+def by_score(fits: Iterable[Fit]) -> list[Fit]:
+    """Return fits best first."""
+    return sorted(fits, key=lambda f: -f.score)
+
+
+def _as_large_as_scored(score: Score) -> Candidate:
+    at = score.candidate
+    return at.resized(at.size * min(max(score.amplitude, 0.3), 2.0))
+
+
+def _from_several(fit: Fit, score: Score, leader: float) -> Fit | None:
+    """Fit from the size that scored best, and where that disappoints from others.
+
+    leader: nats of the best fit so far; what promises little beside it gets one start.
+    """
+    at = score.candidate
+    first = _as_large_as_scored(score)
+    best = fitted(fit, first)
+    several = limits(at.kind) or score.gain > HOPELESS * leader
+    for size in tried_sizes(at.kind) if several else ():
+        if best is not None and best.score - fit.score > 0.5 * score.gain:
+            break
+        best = _better(best, fitted(fit, at.resized(math.copysign(size, at.size))))
+    if several and strayed(fit) and not fit.model.system.by_factors:
+        best = _better(best, _fitted_from_the_file(fit, first))
+    return best
+
+
+def _better(one: Fit | None, other: Fit | None) -> Fit | None:
+    return max((f for f in (one, other) if f is not None), key=lambda f: f.score, default=None)
+
+
+def fitted(fit: Fit, *new: Candidate) -> Fit | None:
+    """Return the fit with more effects; None where they cannot run."""
+    try:
+        return settled(with_effects(fit, (*fit.candidates, *new)))
+    except PlantError:
+        return None
+
+
+def _fitted_from_the_file(fit: Fit, new: Candidate) -> Fit | None:
+    """Fit an effect beside numbers that have not made up for its absence."""
+    try:
+        return settled(as_believed(with_effects(fit, (*fit.candidates, new))))
+    except PlantError:
+        return None
+
+
+def settled(start: Fit) -> Fit:
+    """Settle, and again with sensitivities that the effects have changed, where those are cheap."""
+    if start.model.system.by_factors:
+        return from_far(start)
+    fit = settle(start)
+    for _ in range(AGAIN):
+        new = partly_refreshed(fit)
+        if new is fit:
+            break
+        new = settle(new)
+        if new.score - fit.score < WORTH_AGAIN:
+            fit = max(new, fit, key=lambda f: f.score)
+            break
+        fit = new
+    return unbent(fit)

@@ -1,0 +1,62 @@
+"""What calibration has made up for is found beside the numbers of the file."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from identification.mismatch.analysis import begin
+from identification.mismatch.fit.calibrate import calibrate
+from identification.mismatch.fit.fitting import Fit
+from identification.mismatch.fit.judge import Judge
+from identification.mismatch.naming.full_fits import as_believed_fits, astray
+from identification.mismatch.naming.score import survey
+from plant.effects.channel_lag import ChannelLag
+from plant.effects.channel_latency import ChannelLatency
+from plant.effects.driveline_loss import DrivelineLoss
+from plant.effects.optical_lag import OpticalLag
+from tests.identification.mismatch.conditions import erring, system
+from tests.identification.motorcycle_recording import Ride, ride
+
+TRIALS = (
+    Ride("multisine", 3, 1050.0, 0.035, 0.6, 14.0, seconds=6.0, seed=31),
+    Ride("square", 2, 1150.0, 0.06, 0.9, seconds=6.0, seed=32),
+)
+KINDS = (ChannelLag, ChannelLatency, DrivelineLoss, OpticalLag)
+LATE = 7e-3
+
+
+def told_late(recording, role: str, late: float):
+    channel = recording.channels[role]
+    values = np.interp(channel.time - late, channel.time, channel.value)
+    return replace(
+        recording, channels={**recording.channels, role: replace(channel, value=values)}
+    )  # fmt: skip
+
+
+@cache
+def calibrated(seed: int, late: float) -> Fit:
+    print(f"seed {seed}")
+    rides = [told_late(ride(erring(seed), t), "throttle_position", late) for t in TRIALS]
+    model = begin(system(), [system().prepare(r) for r in rides], []).training.coarse
+    return calibrate(model, model.origin())
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_a_late_sensor_that_calibration_took_for_a_slow_actuator_is_found(seed):
+    base = calibrated(seed, LATE)
+    assert astray(base)
+    left = {s.candidate.name: s.gain for s in survey(Judge.of(base), KINDS).scores}
+    best = as_believed_fits(base, KINDS, lambda _: None)[0]
+    (found,) = best.effects
+    assert found.name == "channel_latency.throttle_position"
+    assert found.effect().latency == pytest.approx(LATE, rel=0.1)
+    assert best.score - base.score > 5.0 * left[found.name]
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_what_calibrates_as_believed_is_not_begun_again(seed):
+    base = calibrated(seed, 0.0)
+    assert not astray(base)
+    assert as_believed_fits(base, KINDS, lambda _: pytest.fail("nothing is to be fitted")) == []
