@@ -39,14 +39,15 @@ def renewals(value: Floats, again: Floats, step: float) -> Renewals | None:
     """Tell which frames were not renewed; None where so few are that it may be chance.
 
     value: what there is at the frames, (k,); again: 1 where a frame repeats the one before it;
-    step: less than this is no movement.
+    step: less than this is no movement. What moves slowly moves from frame to frame by less, and
+    counts by how far it has come since the last renewal.
     """
     repeated = again > 0.5
-    moving = np.abs(np.diff(value, prepend=value[0])) > step
+    last = np.maximum.accumulate(np.where(repeated, 0, np.arange(value.size)))
+    moving = np.abs(value - value[np.concatenate(([0], last[:-1]))]) > step
     share = float(np.mean(repeated[moving])) if moving.any() else 0.0
     if share < FEWEST:
         return None
-    last = np.maximum.accumulate(np.where(repeated, 0, np.arange(value.size)))
     late = value[last] - value
     return Renewals(np.where(np.abs(late) > step, late, 0.0), share)
 

@@ -16,7 +16,10 @@ from identification.mismatch.simulation.model import Model, models
 from identification.mismatch.simulation.record import Record
 from identification.mismatch.simulation.system import System
 
-LEFT = 0.05  # share of what was found that a free curve may still find without being named
+LEFT = 0.05
+"""Share of what was found that a free curve may still find."""
+MOST_LEFT = 60.0
+"""Nats from which on even less than that share asks whether a free curve does better."""
 
 
 @dataclass(eq=False)
@@ -70,8 +73,18 @@ def unexplained(a: Analysis) -> bool:
         return False
     if a.system.by_factors:
         return a.remains is not None and not a.remains.small
-    best = max((c.gain for c in a.after if c.certain), default=0.0)
-    return best > LEFT * a.named.gain or (best > 0.0 and best > 60.0)
+    return not nearly_all(a) or _left(a) > MOST_LEFT
+
+
+def nearly_all(a: Analysis) -> bool:
+    """Whether what a free curve still finds is little beside what the accepted effects explain."""
+    assert a.named is not None
+    return _left(a) <= LEFT * a.named.gain
+
+
+def _left(a: Analysis) -> float:
+    """Nats that a free curve certainly finds beside the accepted effects."""
+    return max((c.gain for c in a.after if c.certain), default=0.0)
 
 
 def where_found(a: Analysis) -> Curve | None:

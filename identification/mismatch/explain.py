@@ -7,6 +7,7 @@ from identification.mismatch.analysis import (
     Analysis,
     accepted,
     equivalents,
+    nearly_all,
     not_excited,
     unexplained,
 )
@@ -121,7 +122,7 @@ def _free(a: Analysis, _: Sequence[type[Effect]], say: Say) -> None:
         if found is None:
             return
         if a.held_out is None or found.confirmed >= CONFIRMED:
-            a.kept = a.system.by_factors and _foretell_more(a, found)
+            a.kept = (a.system.by_factors or nearly_all(a)) and _foretell_more(a, found)
             a.free = None if a.kept else found
         elif any(c.certain and c.place == found.curve.place for c in a.before):
             say("it gains nothing on the held-out recordings, and is withdrawn")

@@ -71,6 +71,16 @@ def test_late_is_what_repeated_frames_tell_less_what_there_is():
     assert np.array_equal(known.late, -(np.arange(FRAMES) % 4).astype(float))
 
 
+@settings(deadline=None)
+@given(st.floats(3.0, 40.0), st.floats(2.0, 20.0))
+def test_what_moves_slowly_from_frame_to_frame_is_held_all_the_same(hold, steps):
+    """steps: what it moves in a hold; between two frames it is less than one, or more."""
+    value = steps / hold * np.arange(float(FRAMES))
+    known = renewals(value, again_of(held(hold, 0.0), value), 1.0)
+    assert known is not None
+    assert known.late.min() == pytest.approx(-steps, abs=1.01 * max(1.0, steps / hold))
+
+
 def test_frames_that_are_all_renewed_tell_nothing():
     value = np.arange(200.0)
     assert renewals(value, again_of(np.ones(200, bool), value), 0.5) is None

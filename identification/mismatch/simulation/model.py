@@ -20,6 +20,7 @@ Series = list[list[Floats]]
 """By block and record: (T, m)."""
 Runs = dict[tuple[int, str], Columns]
 """Simulations by record and drive."""
+PUNCTUAL: Mapping[str, float] = {}
 
 
 @dataclass(frozen=True)
@@ -146,8 +147,10 @@ def predict(
         outs = {d: _run(model, point, r, d, runs, system) for d in wanted}
         for b, block in enumerate(model.chain.blocks):
             if block.drive in wanted:
-                seen = _stack(block, model.records[r], outs[block.drive], effects)
-                found[b][r] = _shown(model, point, block, r, seen, system)
+                record = model.records[r]
+                seen = _stack(block, record, outs[block.drive], effects, _late(model, point, block))
+                misplace(seen, block.outputs, record, system.effects)
+                found[b][r] = seen
     return found
 
 
@@ -161,19 +164,10 @@ def _run(
     return runs[record, drive]
 
 
-def _shown(
-    model: Model, point: Point, block: Block, r: int, seen: Floats, system: System
-) -> Floats:
-    """Add what clocks and tooth errors do."""
-    record = model.records[r]
-    for i, coordinate in enumerate(model.known):
-        if coordinate.of_clock and block.sensors_suspected:
-            late = coordinate.at(float(point.x[i]))
-            for j, output in enumerate(block.outputs):
-                if late and record.sensors[output].clock == coordinate.name:
-                    seen[:, j] -= late * np.gradient(seen[:, j], record.grid.width)
-    misplace(seen, block.outputs, record, system.effects)
-    return seen
+def _late(model: Model, point: Point, block: Block) -> dict[str, float]:
+    """Return by how many seconds each clock tells more than it should, where that is doubted."""
+    clocks = [(i, k) for i, k in enumerate(model.known) if k.of_clock and block.sensors_suspected]
+    return {k.name: k.at(float(point.x[i])) for i, k in clocks}
 
 
 def misplace(
@@ -190,7 +184,11 @@ def misplace(
 
 
 def _stack(
-    block: Block, record: Record, out: Columns | None, effects: Iterable[Effect] = ()
-) -> Floats:
+    block: Block, record: Record, out: Columns | None, effects: Iterable[Effect] = (),
+    late: Mapping[str, float] = PUNCTUAL,
+) -> Floats:  # fmt: skip
+    """Put a block's outputs side by side, (T, m): as recorded where no simulation is given."""
     sensors = [record.sensors[o] for o in block.outputs]
-    return np.column_stack([s.value if out is None else s.look(out, effects) for s in sensors])
+    return np.column_stack(
+        [s.value if out is None else s.look(out, effects, late.get(s.clock, 0.0)) for s in sensors]
+    )

@@ -63,15 +63,29 @@ class Columns(Protocol):
 
 
 @dataclass(frozen=True)
+class Later:
+    """What a simulation did, some rows later."""
+
+    out: Columns
+    rows: float
+
+    def __getitem__(self, name: str, /) -> FloatArray:
+        """Return a column, (rows,), that begins with what there was in its first row."""
+        column = self.out[name]
+        place = np.arange(column.size)
+        return np.asarray(np.interp(place - self.rows, place, column))
+
+
+@dataclass(frozen=True)
 class Sensor:
     """name: of the output; value: (bins,) recorded; known: (bins,) False where nothing was.
 
     see: matrices by column of the simulation; then: the last steps, which the recorded samples go
-    through as well. direct: both in one, where no effect acts between them. time: s, of samples of
-    a point sensor; told: by them; again: 1 where they told a value again; lattice: steps of what is
-    told; noise: deviation of the white noise before it was rounded; coarse: whether the steps are
-    coarser than promised. offsets: what the displacement of every tooth (rad) does before the last
-    steps.
+    through as well. direct: both in one, where no effect acts between them. grid: the rows that it
+    sees and the bins that it fills. time: s, of samples of a point sensor; told: by them; again: 1
+    where they told a value again; lattice: steps of what is told; noise: deviation of the white
+    noise before it was rounded; coarse: whether the steps are coarser than promised. offsets: what
+    the displacement of every tooth (rad) does before the last steps.
     """
 
     name: str
@@ -82,6 +96,7 @@ class Sensor:
     see: Mapping[str, Matrix]
     then: Callable[[FloatArray], FloatArray]
     direct: Callable[[Columns], FloatArray]
+    grid: Grid
     offsets: Matrix | None = None
     time: FloatArray | None = None
     told: FloatArray | None = None
@@ -91,10 +106,18 @@ class Sensor:
     noise: float = 0.0
     coarse: bool = False
 
-    def look(self, out: Columns, effects: Iterable[Effect] = ()) -> FloatArray:
-        """Return what the sensor shows, effects on its channel included, (bins,)."""
+    def look(self, out: Columns, effects: Iterable[Effect] = (), late: float = 0.0) -> FloatArray:
+        """Return what the sensor shows, effects on its channel included, (bins,).
+
+        late: s by which its clock tells more than it should. An effect finds what was late already:
+        stairs that are held have no slope by which they could be moved.
+        """
         acting = self._acting(effects)
-        return self.then(self._told(_seen(self.see, out), acting)) if acting else self.direct(out)
+        if acting:
+            seen = _seen(self.see, Later(out, late / self.grid.step) if late else out)
+            return self.then(self._told(seen, acting))
+        shown = self.direct(out)
+        return shown - late * np.gradient(shown, self.grid.width) if late else shown
 
     def error(self, out: Columns, effects: Iterable[Effect], at: FloatArray) -> FloatArray:
         """Return by how much effects on its channel make the sensor tell too much, at given times.
@@ -192,8 +215,8 @@ def point_sensor(
 
     again = _again(samples.value)
     return Sensor(name, unit, samples.clock, bins @ samples.value, known, {column: see}, then,
-                  direct, time=samples.time, told=samples.value, again=again, rhythm=rhythm(again),
-                  lattice=lattice, noise=noise, coarse=coarse)  # fmt: skip
+                  direct, grid, time=samples.time, told=samples.value, again=again,
+                  rhythm=rhythm(again), lattice=lattice, noise=noise, coarse=coarse)  # fmt: skip
 
 
 def _again(values: FloatArray) -> FloatArray:
@@ -229,9 +252,9 @@ def tooth_sensors(wheel: str, teeth: Sampled, per_turn: int, grid: Grid) -> tupl
 
     return (
         Sensor(f"{wheel}_teeth", "rad/s", teeth.clock, clean(speed), known_bins(middle, grid),
-               see, clean, direct, late),
+               see, clean, direct, grid, late),
         Sensor(f"{wheel}_tooth_pattern", "1", teeth.clock, disc.pattern(speed), disc.known,
-               see, disc.pattern, pattern, late),
+               see, disc.pattern, pattern, grid, late),
     )  # fmt: skip
 
 
