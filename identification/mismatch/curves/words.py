@@ -3,11 +3,14 @@
 import numpy as np
 
 from identification.mismatch.curves.curve import Curve
-from identification.mismatch.simulation.along import ANGLE, HYSTERESIS, PAST, step_response
+from identification.mismatch.simulation.along import ANGLE, HYSTERESIS, PAST, SCALE, step_response
 from plant.signals import Floats
 
 ONE_SIDED = 0.15
 """Even part over odd one beyond which the signs differ; a slope twice the other has 0.17."""
+
+EVEN = 0.3
+"""Share of a gain within which it counts as the same throughout."""
 
 
 def shape_in_words(curve: Curve, unit: str = "") -> str:
@@ -22,12 +25,25 @@ def shape_in_words(curve: Curve, unit: str = "") -> str:
         return _hysteresis(z, f, unit)
     if curve.regressor == ANGLE:
         return f"periodic in the wheel's angle, strongest at order {_order(f)}"
+    if curve.kind == SCALE:
+        return _gain(z, f, unit)
     if z[0] < 0.0 < z[-1] and min(-z[0], z[-1]) > 0.2 * max(-z[0], z[-1]):
         return _about_zero(curve, unit)
+    return _slope_or_bump(z, f, unit)
+
+
+def _slope_or_bump(z: Floats, f: Floats, unit: str) -> str:
     if not _bent(z, f):
         return "in proportion to it"
     line = np.polynomial.Polynomial.fit(z, f, 1)
     return _bump(z, f - line(z), unit)
+
+
+def _gain(z: Floats, f: Floats, unit: str) -> str:
+    """Say how what it scales counts for more or less; a sign of z is nothing to a gain."""
+    if np.ptp(f) < EVEN * np.max(np.abs(f)):
+        return "a gain that is the same throughout"
+    return _slope_or_bump(z, f, unit)
 
 
 def _memory(times: Floats, values: Floats) -> str:

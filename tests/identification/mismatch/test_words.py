@@ -2,9 +2,12 @@
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from identification.mismatch.curves.curve import Curve
 from identification.mismatch.curves.words import shape_in_words
+from identification.mismatch.simulation.along import HYSTERESIS, KINDS, PAST
 
 Z = np.linspace(-1.0, 1.0, 9)
 SHAPES = {
@@ -32,6 +35,35 @@ def test_a_bump_is_told_off_its_straight_line_with_the_unit_of_its_place(slope):
     bump = 30.0 * np.exp(-(((z - 140.0) / 10.0) ** 2))
     told = shape_in_words(curve(bump + 0.1 * slope * (z - 100.0), z, "engine speed"), "rad/s")
     assert told == "a local bump or dip about 140 rad/s"
+
+
+@pytest.mark.parametrize("knots", [Z, Z + 2.0, Z - 0.3])
+@pytest.mark.parametrize(("values", "said"), [
+    (3.0 + 0.2 * Z, "a gain that is the same throughout"),
+    (0.5 * Z, "in proportion to it"),
+    (np.abs(Z) < 0.1, "a local bump or dip about"),
+])  # fmt: skip
+def test_a_gain_is_told_wherever_its_quantity_has_its_nought(knots, values, said):
+    scaled = curve(1.0 * values, knots, "scale of air along spark")
+    assert shape_in_words(scaled, "rad").startswith(said)
+
+
+@settings(deadline=None)
+@given(
+    st.sampled_from(("", *KINDS)),
+    st.integers(2, 12).flatmap(
+        lambda n: st.tuples(
+            st.lists(st.floats(-3.0, 3.0), min_size=n, max_size=n),
+            st.lists(st.floats(0.01, 1.0), min_size=n, max_size=n),
+        )
+    ),
+    st.floats(-3.0, 1.0),
+)
+def test_every_kind_of_curve_has_words(kind, drawn, first):
+    values, apart = map(np.array, drawn)
+    of_lags = kind in (PAST, HYSTERESIS)
+    knots = np.cumsum(apart) - apart[0] + (0.0 if of_lags else first)
+    assert shape_in_words(curve(values, knots, f"{kind}twist"), "rad")
 
 
 def test_a_hysteresis_tells_the_way_that_a_turn_takes():
