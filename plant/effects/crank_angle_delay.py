@@ -24,7 +24,7 @@ A fixed delay of the air box: trials at two engine speeds separate them.
 Reference
 ---------
 Guzzella and Onder, "Introduction to Modeling and Control of Internal Combustion Engine Systems",
-2nd edition (2010), chapter 2: induction-to-power-stroke delay.
+2nd edition (2010), chapter 3, on discrete-event models: the delays that the strokes bring.
 """
 
 import math

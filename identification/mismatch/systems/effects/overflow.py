@@ -23,7 +23,7 @@ Saturation of the sensor (the state goes on behind it): how long it takes to com
 
 Reference
 ---------
-Schoukens, Mattson, Wigren and Noel, "Cascaded tanks benchmark combining soft and hard
+Schoukens, Mattsson, Wigren and Noel, "Cascaded tanks benchmark combining soft and hard
 nonlinearities", Workshop on nonlinear system identification benchmarks (2016).
 """
 
