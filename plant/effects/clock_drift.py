@@ -23,8 +23,9 @@ Offset and latency (do not grow): compare the beginning of a long recording with
 
 Reference
 ---------
-Allan, "Statistics of atomic frequency standards", Proceedings of the IEEE 54 (1966), on frequency
-offset and drift; Mills (1991).
+Mills, "Internet time synchronization: the network time protocol", IEEE Transactions on
+Communications 39 (1991); on what a drift must be told from, Allan, "Statistics of atomic frequency
+standards", Proceedings of the IEEE 54 (1966).
 """
 
 from dataclasses import dataclass

@@ -24,8 +24,10 @@ speed); mounting angle (changes with acceleration): a coast-down from high speed
 
 Reference
 ---------
-Data sheets of correlation sensors (Kistler Correvit) state linearity and working distance;
-Gustafsson, "Rotational speed sensors", IEEE Instrumentation and Measurement Magazine 13 (2010).
+Data sheets of correlation sensors (Kistler Correvit) state linearity and working distance. What
+it is compared with, wheel speed off a toothed disc: Gustafsson, "Rotational speed sensors:
+limitations, pre-processing and automotive applications", IEEE Instrumentation and Measurement
+Magazine 13 (2010).
 """
 
 from dataclasses import dataclass

@@ -27,7 +27,8 @@ repeat the run, and ride it both ways.
 Reference
 ---------
 Hucho (ed.), "Aerodynamics of Road Vehicles", 4th edition (1998); Cooper, "Atmospheric turbulence
-with respect to moving ground vehicles", Journal of Wind Engineering 17 (1984).
+with respect to moving ground vehicles", Journal of Wind Engineering and Industrial Aerodynamics 17
+(1984).
 """
 
 import math

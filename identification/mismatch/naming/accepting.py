@@ -3,21 +3,21 @@
 from identification.mismatch.fit.candidate import Candidate
 from identification.mismatch.fit.dialled import Dialled
 from identification.mismatch.fit.fitting import Fit, renoised, with_effects
-from identification.mismatch.naming.interval import significance
+from identification.mismatch.naming.certainty import Certainty
 
 ENOUGH = 12.0  # nats that an effect must bring
 INEXACT = 0.05
 """Share of what an effect brings that its formula may leave to others at the same place."""
 
 
-def passes(before: Fit, after: Fit, limit: float) -> bool:
+def passes(before: Fit, after: Fit, certainty: Certainty) -> bool:
     """Tell whether all that is new in a fit brings enough and is certain."""
     new = after.candidates[len(before.candidates) :]
     gain = after.score - before.score
     if gain < sum(_enough(c) for c in new) or any(gain < _inexact(before, c) for c in new):
         return False
     places = range(len(before.candidates), len(after.candidates))
-    return all(significance(after, i) < limit for i in places)
+    return all(certainty.holds(after, i) for i in places)
 
 
 def _enough(new: Dialled) -> float:

@@ -17,7 +17,7 @@ from identification.mismatch.fit.judge import Judge
 from identification.mismatch.fit.scatter import FAMILY, SHARE
 from identification.mismatch.naming.accepting import ENOUGH
 from identification.mismatch.naming.ahead import SECONDS, SURVEYS
-from identification.mismatch.naming.interval import significance
+from identification.mismatch.naming.certainty import Certainty
 from identification.mismatch.naming.naming import MOST, Named
 from identification.mismatch.naming.score import survey
 from identification.mismatch.simulation.model import Model
@@ -37,9 +37,9 @@ def exchanged(
     be contradicted by the held-out recordings.
     """
     tests = survey(Judge.of(named.base), library).tests
-    limit = FAMILY * SHARE / ((SURVEYS + ROUNDS * MOST) * tests)
+    certainty = Certainty(FAMILY * SHARE / ((SURVEYS + ROUNDS * MOST) * tests), held_out)
     for _ in range(ROUNDS):
-        better = _better(named, library, limit, held_out, say)
+        better = _better(named, library, certainty, say)
         if better is None:
             break
         named = better
@@ -47,14 +47,14 @@ def exchanged(
 
 
 def _better(
-    named: Named, library: Sequence[type[Effect]], limit: float, held_out: Model | None, say: Say
+    named: Named, library: Sequence[type[Effect]], certainty: Certainty, say: Say
 ) -> Named | None:
-    old = named.fit
+    old, held_out = named.fit, certainty.held_out
     found = [f for i in range(len(old.candidates)) for f in _without(old, i, library, say)]
     for new in sorted(found, key=lambda f: -f.score):
         if new.score < old.score + ENOUGH:
             break
-        if not _certain(new, limit):
+        if not certainty.all_hold(new):
             continue
         if held_out is None or not contradicted(named.base, new, held_out):
             return _renamed(named, new, say)
@@ -80,10 +80,6 @@ def _fitted(fit: Fit, new: Candidate) -> Fit | None:
         return from_far(with_effects(fit, (*fit.candidates, new)))
     except PlantError:
         return None
-
-
-def _certain(fit: Fit, limit: float) -> bool:
-    return all(significance(fit, i) < limit for i in range(len(fit.candidates)))
 
 
 def _renamed(named: Named, new: Fit, say: Say) -> Named:

@@ -16,6 +16,7 @@ from identification.mismatch.fit.judge import Judge
 from identification.mismatch.fit.scatter import FAMILY, SHARE
 from identification.mismatch.naming.accepting import ENOUGH, passes
 from identification.mismatch.naming.ahead import SURVEYS, further
+from identification.mismatch.naming.certainty import Certainty
 from identification.mismatch.naming.full_fits import (
     as_believed_fits,
     astray,
@@ -67,21 +68,21 @@ def name(
     """Find up to three effects that the recordings ask for and held-out ones do not contradict."""
     first = survey(Judge.of(base), library)
     surveys = SURVEYS if base.model.system.by_factors else 1 + astray(base)
-    limit = FAMILY * SHARE / (surveys * first.tests)
+    certainty = Certainty(FAMILY * SHARE / (surveys * first.tests), held_out)
     fit, rivals, found, best_p = base, dict[str, dict[str, float]](), first.scores, 1.0
     while len(fit.candidates) < MOST:
         rough = fit.coarse()
         done = by_score([*full_fits(rough, found, say), *as_believed_fits(rough, library, say)])
-        passed = [t for t in done if passes(rough, t, limit)][:CHANCES]
+        passed = [t for t in done if passes(rough, t, certainty)][:CHANCES]
         if not passed and not fit.candidates:
-            passed = _pairs(rough, found, limit, say)[:CHANCES]
+            passed = _pairs(rough, found, certainty, say)[:CHANCES]
         if base.model.system.by_factors and not fit.candidates:
             passed = further(
-                rough, passed, library, lambda a, b: passes(a, b, limit), ENOUGH, say
+                rough, passed, library, lambda a, b: passes(a, b, certainty), ENOUGH, say
             )[:CHANCES]  # fmt: skip
         if not passed:
             best_p = min((_least_p(rough, t) for t in done), default=1.0)
-        best, finer = _first_that_holds(fit, passed, limit, held_out, say)
+        best, finer = _first_that_holds(fit, passed, certainty, say)
         if best is None or finer is None:
             break
         news = [c.name for c in best.candidates if c.name not in {e.name for e in fit.candidates}]
@@ -89,20 +90,21 @@ def name(
         say(f"accepted: {', '.join(news)} ({finer.score - fit.score:.0f} nats)")
         fit = finer
         found = survey(Judge.of(fit), library).scores
-    fit = pruned(base, fit, limit, say)
-    certain = [significance(fit, i) for i in range(len(fit.candidates))]
+    fit = pruned(base, fit, certainty, say)
+    certain = [certainty.p(fit, i) for i in range(len(fit.candidates))]
     rivals = rivals if certain else {}
-    least = min(certain) if certain else max(best_p, limit)
-    return Named(base, fit, first.scores, min(1.0, least / limit * FAMILY), rivals)
+    least = min(certain) if certain else max(best_p, certainty.limit)
+    return Named(base, fit, first.scores, min(1.0, least / certainty.limit * FAMILY), rivals)
 
 
 def _first_that_holds(
-    fit: Fit, passed: Sequence[Fit], limit: float, held_out: Model | None, say: Say
+    fit: Fit, passed: Sequence[Fit], certainty: Certainty, say: Say
 ) -> tuple[Fit | None, Fit | None]:
     """Return the first that passes with fine steps as well, coarse and fine."""
+    held_out = certainty.held_out
     for rough in passed:
         finer = followed(rough.fine(fit.model))
-        if passes(fit, finer, limit):
+        if passes(fit, finer, certainty):
             if held_out is None or not contradicted(fit, finer, held_out):
                 return rough, finer
             say(f"contradicted by the held-out recordings: {rough.candidates[-1].name}")
@@ -115,14 +117,14 @@ def _least_p(before: Fit, after: Fit) -> float:
     return significance(after, len(before.candidates)) if enough else 1.0
 
 
-def _pairs(fit: Fit, scores: Sequence[Score], limit: float, say: Say) -> list[Fit]:
+def _pairs(fit: Fit, scores: Sequence[Score], certainty: Certainty, say: Say) -> list[Fit]:
     """Try pairs of the most promising effects; those that pass, best first."""
     halves = [s.candidate for s in scores if s.gain > 1.0][:HALVES]
     done = []
     for a, b in combinations(halves, 2):
         say(f"fitting {a.name} with {b.name}".replace("_", " "))
         done.append(fitted(fit, a, b))
-    passed = [d for d in done if d is not None and passes(fit, d, limit)]
+    passed = [d for d in done if d is not None and passes(fit, d, certainty)]
     return sorted(passed, key=lambda d: -d.score)
 
 

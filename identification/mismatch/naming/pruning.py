@@ -4,26 +4,26 @@ from collections.abc import Callable, Sequence
 
 from identification.mismatch.fit.fitting import Fit, with_effects
 from identification.mismatch.naming.accepting import ENOUGH, INEXACT, alike
+from identification.mismatch.naming.certainty import Certainty
 from identification.mismatch.naming.full_fits import settled
-from identification.mismatch.naming.interval import significance
 
 Say = Callable[[str], None]
 
 
-def pruned(base: Fit, fit: Fit, limit: float, say: Say) -> Fit:
+def pruned(base: Fit, fit: Fit, certainty: Certainty, say: Say) -> Fit:
     """Drop what is not missed or not certain, one after the other; all that stays is certain.
 
     What goes first may take the certainty of the others with it; then another goes first.
     """
     lost = _lost(fit) if len(fit.candidates) > 1 else [(fit.score - base.score, base)]
     order = sorted(range(len(fit.candidates)), key=lambda i: lost[i][0])
-    doomed = [i for i in order if not _stays(fit, i, [x for x, _ in lost], limit)]
+    doomed = [i for i in order if not _stays(fit, i, [x for x, _ in lost], certainty)]
     if not doomed:
         return fit
-    good = [i for i in doomed if _all_certain(lost[i][1], limit)]
+    good = [i for i in doomed if certainty.all_hold(lost[i][1])]
     first = good[0] if good else doomed[0]
     say(f"not missed: {fit.candidates[first].name}")
-    return pruned(base, lost[first][1], limit, say)
+    return pruned(base, lost[first][1], certainty, say)
 
 
 def _lost(fit: Fit) -> list[tuple[float, Fit]]:
@@ -35,13 +35,9 @@ def _lost(fit: Fit) -> list[tuple[float, Fit]]:
     return [(fit.score - w.score, w) for w in without]
 
 
-def _stays(fit: Fit, i: int, lost: Sequence[float], limit: float) -> bool:
+def _stays(fit: Fit, i: int, lost: Sequence[float], certainty: Certainty) -> bool:
     beside = [
         x for x, c in zip(lost, fit.candidates, strict=True) if alike(fit, c, fit.candidates[i])
     ]
     enough = max(ENOUGH, INEXACT * max(beside, default=0.0))
-    return lost[i] >= enough and significance(fit, i) <= limit
-
-
-def _all_certain(fit: Fit, limit: float) -> bool:
-    return all(significance(fit, i) <= limit for i in range(len(fit.candidates)))
+    return lost[i] >= enough and certainty.holds(fit, i)

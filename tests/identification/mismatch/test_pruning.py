@@ -9,7 +9,15 @@ from hypothesis import strategies as st
 
 from identification.mismatch.naming import pruning
 
-LIMIT = 1e-3
+
+class Told:
+    """Certain is what a stand says of itself."""
+
+    def holds(self, fit, i):
+        return fit.certain[fit.names][i]
+
+    def all_hold(self, fit):
+        return all(self.holds(fit, i) for i in range(len(fit.names)))
 
 
 @dataclass(frozen=True)
@@ -50,13 +58,12 @@ def _stands(monkeypatch):
         pruning, "_lost", lambda f: [(f.score - f.without(i).score, f.without(i))
                                     for i in range(len(f.names))]
     )  # fmt: skip
-    monkeypatch.setattr(pruning, "significance", lambda f, i: 0.0 if f.certain[f.names][i] else 1.0)
     monkeypatch.setattr(pruning, "alike", lambda *_: False)
 
 
 def pruned(worth, certain):
     base = Stand((), worth, certain)
-    return pruning.pruned(base, Stand(("a", "b", "c"), worth, certain), LIMIT, lambda _: None)
+    return pruning.pruned(base, Stand(("a", "b", "c"), worth, certain), Told(), lambda _: None)
 
 
 @given(steps=WORTHS, certain=CERTAINTIES)

@@ -21,8 +21,8 @@ Lag (rounds corners), a clock that is off (may be early as well).
 
 Reference
 ---------
-Bevly, "Global positioning system (GPS): a low-cost velocity
-sensor", Journal of Dynamic Systems, Measurement and Control 126 (2004).
+Bevly, "Global Positioning System (GPS): a low-cost velocity sensor for correcting inertial sensor
+errors on ground vehicles", Journal of Dynamic Systems, Measurement and Control 126 (2004).
 """
 
 from dataclasses import dataclass
