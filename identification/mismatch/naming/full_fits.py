@@ -29,6 +29,11 @@ NEAR = 0.7
 HOPELESS = 0.1  # share of the leader's gain below which a score gets one start only
 WORTH = 6.0  # nats that a score must promise before a full fit is tried
 AGAIN = 1  # times that sensitivities are taken anew while an effect is fitted
+ABSORBED = 0.01
+"""Share of a signature that calibration leaves, below which it is what the numbers' bends leave."""
+MUCH = 100.0  # nats that such an effect would be worth to one who knew the numbers
+TRACE = 2.0  # nats that it must score all the same
+BENDS = 5  # times that all sensitivities are taken anew for it
 
 Say = Callable[[str], None]
 
@@ -44,6 +49,34 @@ def full_fits(fit: Fit, scores: Sequence[Score], say: Say) -> list[Fit]:
             found = _from_several(fit, score, leader)
             done += [found] if found is not None else []
     return by_score(done)
+
+
+def absorbed_fits(fit: Fit, scores: Sequence[Score], say: Say) -> list[Fit]:
+    """Full fits of what calibration makes up for nearly wholly, along the valley that it bends.
+
+    Of a tyre that grows by speed the radius, the grip and the drag take nearly all: it scored 3
+    nats, 23 with the numbers' sensitivities where they stood, and 116 with those of every step.
+    """
+    done = []
+    for score in scores:
+        if score.gain > TRACE and score.kept < ABSORBED and score.typical > MUCH:
+            say(f"fitting {score.candidate.name.replace('_', ' ')} along with the numbers")
+            found = fitted(fit, _as_large_as_scored(score))
+            done += [unbent_wholly(found)] if found is not None else []
+    return by_score(done)
+
+
+def unbent_wholly(fit: Fit) -> Fit:
+    """Return a fit settled with sensitivities at its own point, as long as that brings much.
+
+    What sensitivities of a point nearby promise says little where two numbers trade places.
+    """
+    for _ in range(BENDS):
+        new = settle(refreshed(fit))
+        gain, fit = new.score - fit.score, max(new, fit, key=lambda f: f.score)
+        if gain < WORTH_AGAIN:
+            break
+    return fit
 
 
 def as_believed_fits(fit: Fit, library: Sequence[type[Effect]], say: Say) -> list[Fit]:

@@ -18,6 +18,7 @@ from identification.mismatch.naming.accepting import ENOUGH, passes
 from identification.mismatch.naming.ahead import SURVEYS, further
 from identification.mismatch.naming.certainty import Certainty
 from identification.mismatch.naming.full_fits import (
+    absorbed_fits,
     as_believed_fits,
     astray,
     by_score,
@@ -74,6 +75,9 @@ def name(
         rough = fit.coarse()
         done = by_score([*full_fits(rough, found, say), *as_believed_fits(rough, library, say)])
         passed = [t for t in done if passes(rough, t, certainty)][:CHANCES]
+        if not passed and not base.model.system.by_factors:
+            bent = absorbed_fits(rough, found, say)
+            passed = [t for t in bent if passes(rough, t, certainty)][:CHANCES]
         if not passed and not fit.candidates:
             passed = _pairs(rough, found, certainty, say)[:CHANCES]
         if base.model.system.by_factors and not fit.candidates:

@@ -10,12 +10,20 @@ from identification.mismatch.analysis import begin
 from identification.mismatch.fit.calibrate import calibrate
 from identification.mismatch.fit.fitting import Fit
 from identification.mismatch.fit.judge import Judge
-from identification.mismatch.naming.full_fits import as_believed_fits, astray
-from identification.mismatch.naming.score import survey
+from identification.mismatch.naming import full_fits
+from identification.mismatch.naming.full_fits import (
+    absorbed_fits,
+    as_believed_fits,
+    astray,
+    fitted,
+    unbent_wholly,
+)
+from identification.mismatch.naming.score import Score, survey
 from plant.effects.channel_lag import ChannelLag
 from plant.effects.channel_latency import ChannelLatency
 from plant.effects.driveline_loss import DrivelineLoss
 from plant.effects.optical_lag import OpticalLag
+from plant.effects.radius_growth import RadiusGrowth
 from tests.identification.mismatch.conditions import erring, system
 from tests.identification.motorcycle_recording import Ride, ride
 
@@ -60,3 +68,54 @@ def test_what_calibrates_as_believed_is_not_begun_again(seed):
     base = calibrated(seed, 0.0)
     assert not astray(base)
     assert as_believed_fits(base, KINDS, lambda _: pytest.fail("nothing is to be fitted")) == []
+
+
+GROWTH = 1e-5
+
+
+@cache
+def grown(seed: int) -> Fit:
+    """Calibrate a motorcycle whose tyres grow; the library is not told."""
+    print(f"seed {seed}")
+    true = replace(erring(seed), effects=(RadiusGrowth(growth=GROWTH, front_growth=0.5 * GROWTH),))
+    model = begin(system(), [system().prepare(ride(true, t)) for t in TRIALS], []).training.coarse
+    return calibrate(model, model.origin())
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_what_calibration_absorbs_is_followed_along_its_bend(seed):
+    base = grown(seed)
+    (score,) = survey(Judge.of(base), [RadiusGrowth]).scores
+    first = fitted(base, score.candidate)
+    whole = unbent_wholly(first)
+    assert score.kept < 0.01
+    assert whole.score >= first.score
+    (found,) = whole.effects
+    assert found.effect().growth == pytest.approx(GROWTH, rel=0.25)
+
+
+def test_sensitivities_of_where_a_fit_began_do_not_lead_it_to_its_end():
+    base = grown(4)
+    (score,) = survey(Judge.of(base), [RadiusGrowth]).scores
+    first = fitted(base, score.candidate)
+    assert unbent_wholly(first).score > first.score + 20.0
+
+
+@pytest.mark.parametrize(
+    ("score", "kept", "typical", "tried"),
+    [
+        (3.0, 0.001, 500.0, True),
+        (1.0, 0.001, 500.0, False),
+        (3.0, 0.1, 500.0, False),
+        (3.0, 0.001, 50.0, False),
+    ],
+)
+def test_only_what_calibration_makes_up_for_is_followed_so_far(
+    monkeypatch, score, kept, typical, tried
+):
+    base = grown(1)
+    (kind,) = (s.candidate for s in survey(Judge.of(base), [RadiusGrowth]).scores)
+    monkeypatch.setattr(full_fits, "fitted", lambda *_: base)
+    monkeypatch.setattr(full_fits, "unbent_wholly", lambda fit: fit)
+    found = absorbed_fits(base, [Score(kind, 1.0, score, 9.0, kept, 0.1, typical)], lambda _: None)
+    assert bool(found) == tried
