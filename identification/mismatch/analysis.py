@@ -10,6 +10,7 @@ from identification.mismatch.curves.free_curve import FreeCurve
 from identification.mismatch.curves.sufficiency import Remainder
 from identification.mismatch.fit.fitting import Fit
 from identification.mismatch.fit.held_out import Error
+from identification.mismatch.naming.accepting import place_of
 from identification.mismatch.naming.naming import ALIKE, Named
 from identification.mismatch.naming.score import SHOWN
 from identification.mismatch.simulation.model import Model, models
@@ -18,6 +19,8 @@ from identification.mismatch.simulation.system import System
 
 LEFT = 0.05
 """Share of what was found that a free curve may still find."""
+ELSEWHERE = 0.2
+"""The same at places where nothing that was found acts: there something else may be missing."""
 MOST_LEFT = 60.0
 """Nats from which on even less than that share asks whether a free curve does better."""
 
@@ -73,18 +76,24 @@ def unexplained(a: Analysis) -> bool:
         return False
     if a.system.by_factors:
         return a.remains is not None and not a.remains.small
-    return not nearly_all(a) or _left(a) > MOST_LEFT
+    return _left(a.after) > min(LEFT * a.named.gain, MOST_LEFT)
 
 
 def nearly_all(a: Analysis) -> bool:
-    """Whether what a free curve still finds is little beside what the accepted effects explain."""
+    """Whether what a free curve still finds is little beside what the accepted effects explain.
+
+    What it finds where none of them acts does not say that they are the wrong ones.
+    """
     assert a.named is not None
-    return _left(a) <= LEFT * a.named.gain
+    fit, gain = a.named.fit, a.named.gain
+    acting = {place_of(fit, c) for c in fit.candidates}
+    there = [c for c in a.after if c.place in acting]
+    return _left(there) <= LEFT * gain and _left(a.after) <= ELSEWHERE * gain
 
 
-def _left(a: Analysis) -> float:
+def _left(curves: Sequence[Curve]) -> float:
     """Nats that a free curve certainly finds beside the accepted effects."""
-    return max((c.gain for c in a.after if c.certain), default=0.0)
+    return max((c.gain for c in curves if c.certain), default=0.0)
 
 
 def where_found(a: Analysis) -> Curve | None:

@@ -22,13 +22,14 @@ from identification.mismatch.curves.free_curve import FreeCurve
 from identification.mismatch.curves.locate import locate
 from identification.mismatch.curves.pushed import Pushed
 from identification.mismatch.curves.standing import FURTHER, pushed_in, standing
-from identification.mismatch.fit.calibrate import refreshed
+from identification.mismatch.fit.calibrate import as_believed, astray, refreshed
 from identification.mismatch.fit.fitting import Fit
 from identification.mismatch.fit.held_out import CONFIRMED, carried_over
 from identification.mismatch.fit.judge import Judge
 from identification.mismatch.fit.settling import settle
 from identification.mismatch.simulation.along import ANGLE
 from identification.mismatch.simulation.model import Model
+from plant.trouble import PlantError
 
 TRIED = 2
 """Located curves that are tried inside the simulation."""
@@ -60,14 +61,17 @@ def inside(base: Fit, curves: Sequence[Curve], held_out: Model | None) -> FreeCu
 def _one(base: Fit, curves: Sequence[Curve], held_out: Model | None) -> FreeCurve | None:
     """Fit the best of the located curves beside those that are there already."""
     rough = base.coarse()
-    tried = [fit for curve in _chosen(base, curves) for fit in _tried(rough, curve)]
+    chosen = _chosen(base, curves)
+    tried = [
+        (start, fit) for start in _starts(rough) for curve in chosen for fit in _tried(start, curve)
+    ]
     if not tried:
         return None
-    best = max(tried, key=lambda t: t.score)
+    start, best = max(tried, key=lambda t: t[1].score)
     if isinstance(best.candidates[-1], Pushed):
         return standing(base, best, held_out)
     for _ in range(BENDS):
-        again = simulated(rough, rebent(newest(best).told()))
+        again = simulated(start, rebent(newest(best).told()))
         if again is None or again.score < best.score:
             break
         best = again
@@ -76,6 +80,19 @@ def _one(base: Fit, curves: Sequence[Curve], held_out: Model | None) -> FreeCurv
     if held_out is not None:
         confirmed = carried_over(best, held_out).score - carried_over(base, held_out).score
     return FreeCurve(newest(best).told(), best, best.score - base.score, confirmed, held_out)
+
+
+def _starts(rough: Fit) -> Iterator[Fit]:
+    """Yield where a curve is fitted from: also beside the file's numbers, if the fit went astray.
+
+    What made up for something missing stays where it went, and leaves a curve little to do.
+    """
+    yield rough
+    if astray(rough):
+        try:
+            yield as_believed(rough)
+        except PlantError:
+            return
 
 
 def _chosen(base: Fit, curves: Sequence[Curve]) -> list[Curve]:

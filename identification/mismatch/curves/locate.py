@@ -49,12 +49,14 @@ def locate(training: Judge, held_out: Judge | None) -> list[Curve]:
 def _family_p(
     found: "Try", held: "_Held", training: Judge, held_out: Judge | None, curves: int
 ) -> float:
-    """p of what a curve foretells; 1 where it brings too little or held-out runs contradict it."""
-    testable = held.worth >= CONFIRMED
-    if found.foretold is None or (testable and held.gain < CONFIRMED):
+    """p of what a curve foretells; 1 where it brings too little or held-out runs contradict it.
+
+    Held-out recordings weigh as much as they would show of it.
+    """
+    if found.foretold is None or (held.worth >= CONFIRMED > held.gain):
         return 1.0
     course, left, groups = found.foretold, training.left, training.groups
-    if held_out is not None and testable:
+    if held_out is not None and held.course.size:
         course = np.concatenate((course, held.course))
         left = np.concatenate((left, held_out.left))
         groups = np.concatenate((groups, held_out.groups + 1 + groups.max()))

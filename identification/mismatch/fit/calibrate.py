@@ -104,6 +104,11 @@ def strayed(fit: Fit, far: float = STRAYED) -> bool:
     return any(abs(x) > far for x, k in known if not k.of_clock)
 
 
+def astray(fit: Fit) -> bool:
+    """Tell whether calibration went so far that it must have made up for something missing."""
+    return strayed(fit, ASTRAY) and not fit.model.system.by_factors
+
+
 def as_believed(fit: Fit) -> Fit:
     """Return the fit with the system's numbers as its file tells them; clocks and road are kept.
 

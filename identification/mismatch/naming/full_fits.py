@@ -4,9 +4,9 @@ import math
 from collections.abc import Callable, Iterable, Sequence
 
 from identification.mismatch.fit.calibrate import (
-    ASTRAY,
     WORTH_AGAIN,
     as_believed,
+    astray,
     from_far,
     partly_refreshed,
     refreshed,
@@ -96,11 +96,6 @@ def as_believed_fits(fit: Fit, library: Sequence[type[Effect]], say: Say) -> lis
         say(f"fitting {score.candidate.name.replace('_', ' ')} beside the numbers of the file")
         done.append(_fitted_from_the_file(fit, _as_large_as_scored(score)))
     return by_score(d for d in done if d is not None)
-
-
-def astray(fit: Fit) -> bool:
-    """Tell whether calibration went so far that it must have made up for something missing."""
-    return strayed(fit, ASTRAY) and not fit.model.system.by_factors
 
 
 def by_score(fits: Iterable[Fit]) -> list[Fit]:

@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from itertools import combinations
 
-from identification.mismatch.fit.calibrate import followed
+from identification.mismatch.fit.calibrate import astray, followed
 from identification.mismatch.fit.fitting import Fit
 from identification.mismatch.fit.held_out import contradicted
 from identification.mismatch.fit.judge import Judge
@@ -20,7 +20,6 @@ from identification.mismatch.naming.certainty import Certainty
 from identification.mismatch.naming.full_fits import (
     absorbed_fits,
     as_believed_fits,
-    astray,
     by_score,
     fitted,
     full_fits,

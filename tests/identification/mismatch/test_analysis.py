@@ -4,20 +4,21 @@ from types import SimpleNamespace
 
 import pytest
 
-from identification.mismatch import explain
+from identification.mismatch import analysis, explain
 from identification.mismatch.analysis import Analysis, unexplained
 
 PLACE = "servo force"
 
 
-def known_of(gain, left, by_factors=False):
-    """One name that brings so many nats, beside which a free curve finds some more."""
-    curve = SimpleNamespace(gain=left, certain=True, place=PLACE)
+def known_of(gain, left, by_factors=False, where=PLACE):
+    """One name that brings so many nats, beside which a free curve finds some more somewhere."""
+    curve = SimpleNamespace(gain=left, certain=True, place=where)
+    fit = SimpleNamespace(candidates=[PLACE])
     system = SimpleNamespace(by_factors=by_factors)
     return Analysis(
         system, None, SimpleNamespace(), base=SimpleNamespace(),
         before=[SimpleNamespace(gain=0.3 * gain, certain=True, place=PLACE)],
-        named=SimpleNamespace(names=["stiction"], gain=gain, fit=SimpleNamespace()), after=[curve],
+        named=SimpleNamespace(names=["stiction"], gain=gain, fit=fit), after=[curve],
     )  # fmt: skip
 
 
@@ -29,6 +30,7 @@ def foretold(monkeypatch):
         found = SimpleNamespace(confirmed=curve, curve=SimpleNamespace(place=PLACE))
         monkeypatch.setattr(explain, "inside", lambda *_: found)
         monkeypatch.setattr(explain, "_foretell_more", lambda *_: names > curve)
+        monkeypatch.setattr(analysis, "place_of", lambda _, candidate: candidate)
 
     return held_out
 
@@ -55,3 +57,19 @@ def test_names_that_leave_much_are_withdrawn_though_they_foretell_more(foretold)
     """What imitates something that the library lacks may foretell well too."""
     foretold(3000.0, 1000.0)
     assert settle(known_of(2000.0, 300.0)) == "curve"
+
+
+@pytest.mark.parametrize(("names", "curve"), [(222.0, 182.0), (182.0, 222.0)])
+def test_what_is_left_at_another_place_withdraws_no_name_that_foretells_more(
+    names, curve, foretold
+):
+    """An asymmetric filling of 403 nats was withdrawn for 22 nats that wind left on the road."""
+    foretold(names, curve)
+    other = known_of(403.0, 22.0, where="road force")
+    assert settle(other) == ("names" if names > curve else "curve")
+    assert settle(known_of(403.0, 22.0)) == "curve"
+
+
+def test_much_that_is_left_withdraws_names_wherever_it_is(foretold):
+    foretold(3000.0, 1000.0)
+    assert settle(known_of(2000.0, 450.0, where="road force")) == "curve"

@@ -7,14 +7,13 @@ import numpy as np
 import pytest
 
 from identification.mismatch.analysis import begin
-from identification.mismatch.fit.calibrate import calibrate
+from identification.mismatch.fit.calibrate import astray, calibrate
 from identification.mismatch.fit.fitting import Fit
 from identification.mismatch.fit.judge import Judge
 from identification.mismatch.naming import full_fits
 from identification.mismatch.naming.full_fits import (
     absorbed_fits,
     as_believed_fits,
-    astray,
     fitted,
     unbent_wholly,
 )
