@@ -32,7 +32,7 @@ help:
 	@sed -n 's/^# make/make/p' $(firstword $(MAKEFILE_LIST))
 
 trial: setup
-	@run=$$($(IN)/slipbench trial trials/throttle_sweep.toml) && $(IN)/slipbench identify "$$run"
+	@run=$$($(IN)/slipbench trial examples/trials/throttle_sweep.toml) && $(IN)/slipbench identify "$$run"
 
 test: setup
 	$(IN)/python -m pytest -n $(WORKERS) --dist loadscope $(TESTS)
@@ -74,30 +74,30 @@ prove-quick: setup
 .PHONY: controllers
 controllers: setup
 	rm -rf build/controllers && mkdir -p build/controllers
-	$(IN)/slipbench trial trials/throttle_sweep.toml --out build/controllers/throttle_sweep
-	$(IN)/slipbench trial trials/spark_sweep.toml --out build/controllers/spark_sweep
+	$(IN)/slipbench trial examples/trials/throttle_sweep.toml --out build/controllers/throttle_sweep
+	$(IN)/slipbench trial examples/trials/spark_sweep.toml --out build/controllers/spark_sweep
 	for actuator in throttle spark mixed; do \
 	  $(IN)/slipbench design build/controllers/throttle_sweep build/controllers/spark_sweep \
-	    --actuator $$actuator --out trials/controllers/$$actuator.toml \
+	    --actuator $$actuator --out examples/controllers/$$actuator.toml \
 	    --report build/controllers/$$actuator || exit 1; done
 	for actuator in throttle spark; do \
 	  $(IN)/slipbench design build/controllers/throttle_sweep build/controllers/spark_sweep \
 	    --actuator $$actuator --law h_infinity \
-	    --out trials/controllers/$${actuator}_h_infinity.toml \
+	    --out examples/controllers/$${actuator}_h_infinity.toml \
 	    --report build/controllers/$${actuator}_h_infinity || exit 1; done
 	$(IN)/slipbench compare $(foreach name,throttle spark mixed throttle_h_infinity \
-	  spark_h_infinity,trials/controllers/$(name).toml) --page docs/controllers.md
+	  spark_h_infinity,examples/controllers/$(name).toml) --page docs/controllers.md
 
 # Randomised rides under slip control, every command before the safety gate: about ten minutes.
 .PHONY: thousand
 thousand: setup
-	$(IN)/python -m tests.controllers.randomised 1000 1
+	$(IN)/python -m tests.identification.closed_loop_simulation.randomised 1000 1
 
 mutants: setup
-	$(IN)/python -m tests.safety.mutants
+	$(IN)/python -m tests.bench.safety.mutants
 
 million: setup
-	$(IN)/python -m tests.safety.sequences
+	$(IN)/python -m tests.bench.safety.sequences
 
 faults: setup
 	$(IN)/python -m tests.faults.matrix

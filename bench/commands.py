@@ -13,13 +13,13 @@ import typer
 from rich.console import Console
 from rich.progress import Progress
 
-import dbc
-from bench.replay_controls import FASTEST
-from protocol.errors import InputError
-from protocol.trial_file import TrialFile
+from slipbench import dbc
+from slipbench.bench.replay.replay_controls import FASTEST
+from slipbench.protocol.errors import InputError
+from slipbench.protocol.trial_file import TrialFile
 
 if TYPE_CHECKING:
-    from bench.replay_process import Report, RunningReplay
+    from slipbench.bench.replay.replay_process import Report, RunningReplay
 
 A_LIFETIME = 1_000_000_000  # s, or passes: all that the controls of a replay can hold
 TRIPPED = 3  # exit status of a trial that ended early; 2 is a user's mistake, 1 a fault of ours
@@ -68,15 +68,15 @@ def trial(
 
     Examples:
 
-      slipbench trial trials/throttle_sweep.toml
+      slipbench trial examples/trials/throttle_sweep.toml
 
-      slipbench trial trials/spark_sweep.toml --interface socketcan --channel can0
+      slipbench trial examples/trials/spark_sweep.toml --interface socketcan --channel can0
     """
-    from bench.buses import BusAddress
-    from bench.live_vehicle import riding_beside
-    from bench.outcome import in_short, invalid
-    from bench.preparation import prepare
-    from bench.run import run_trial
+    from slipbench.bench.bus.opening import BusAddress
+    from slipbench.bench.trials.outcome import in_short, invalid
+    from slipbench.bench.trials.preparation import prepare
+    from slipbench.bench.trials.run import run_trial
+    from slipbench.bench.vehicle.live_vehicle import riding_beside
 
     prepared = prepare(file, database)
     address: BusAddress | None = None
@@ -128,12 +128,12 @@ def vehicle(
 
     Example:
 
-      slipbench vehicle trials/throttle_sweep.toml --interface socketcan --channel vcan0
+      slipbench vehicle examples/trials/throttle_sweep.toml --interface socketcan --channel vcan0
     """
-    from bench.buses import BusAddress
-    from bench.interrupts import interrupts
-    from bench.live_vehicle import ride_until
-    from bench.preparation import prepare
+    from slipbench.bench.bus.opening import BusAddress
+    from slipbench.bench.loop.interrupts import interrupts
+    from slipbench.bench.trials.preparation import prepare
+    from slipbench.bench.vehicle.live_vehicle import ride_until
 
     prepared = prepare(file, database)
     address = BusAddress(interface, channel, bitrate, fd)
@@ -193,8 +193,8 @@ def replay(
 
       slipbench replay drive.log --interface socketcan --only 0x10,0x200-0x2FF --passes 0
     """
-    from bench.replay_process import ReplayOrder, running_replay
-    from bench.replay_report import timing, told, write
+    from slipbench.bench.replay.replay_process import ReplayOrder, running_replay
+    from slipbench.bench.replay.replay_report import timing, told, write
 
     order = ReplayOrder(
         log, interface, tuple(channel or ["can0"]), tuple(bus or []), only, without, bitrate, fd
@@ -217,9 +217,9 @@ def _tell(console: Console, text: str) -> None:
 
 def _watch(running: "RunningReplay", name: str) -> "Report":
     """Show where the replay is and pass keys on, until it ends."""
-    from bench.interrupts import interrupts
-    from bench.replay_keys import HELP, keys, pressed, steer
-    from bench.replay_process import ENDING
+    from slipbench.bench.loop.interrupts import interrupts
+    from slipbench.bench.replay.replay_keys import HELP, keys, pressed, steer
+    from slipbench.bench.replay.replay_process import ENDING
 
     console = Console(stderr=True)
     ready, controls = running.ready, running.controls

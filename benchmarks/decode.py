@@ -17,11 +17,12 @@ import asammdf
 import cantools.database
 import numpy as np
 
-from protocol.database import MOTORBIKE, load_database
-from protocol.decode import SortedLog, decode, sort_log
-from protocol.export.mf4 import write_mf4
-from protocol.frame_log import FrameLog
-from protocol.layout import Database
+from slipbench.dbc import MOTORBIKE
+from slipbench.protocol.database.database import load_database
+from slipbench.protocol.database.layout import Database
+from slipbench.protocol.export.mf4 import write_mf4
+from slipbench.protocol.logs.decode import SortedLog, decode, sort_log
+from slipbench.protocol.logs.frame_log import FrameLog
 
 FRAMES = 1_000_000
 REPETITIONS = 5

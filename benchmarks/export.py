@@ -12,21 +12,25 @@ from pathlib import Path
 
 from decode import seconds, traffic
 
-from protocol.database import MOTORBIKE, load_database
-from protocol.decode import SortedLog, sort_log
-from protocol.export.asc import write_asc
-from protocol.export.blf import write_blf
-from protocol.export.mcap_file import write_mcap
-from protocol.export.mf4 import write_mf4
-from protocol.export.parquet import write_parquet
-from protocol.logs import read_log
-from protocol.logs.candump_line import format_frames
+from slipbench.dbc import MOTORBIKE
+from slipbench.protocol.database.database import load_database
+from slipbench.protocol.export.asc import write_asc
+from slipbench.protocol.export.blf import write_blf
+from slipbench.protocol.export.mcap_file import write_mcap
+from slipbench.protocol.export.mf4 import write_mf4
+from slipbench.protocol.export.parquet import write_parquet
+from slipbench.protocol.logs import read_log
+from slipbench.protocol.logs.candump_line import format_frames
+from slipbench.protocol.logs.decode import SortedLog, sort_log
 
 FRAMES = 1_000_000
 WRITERS = {
-    "mf4": write_mf4, "blf": write_blf, "asc": write_asc,
-    "parquet": write_parquet, "mcap": write_mcap,
-}  # fmt: skip
+    "mf4": write_mf4,
+    "blf": write_blf,
+    "asc": write_asc,
+    "parquet": write_parquet,
+    "mcap": write_mcap,
+}
 SLOW = {"asc": 5, "mcap": 20}  # only a part of the frames
 
 

@@ -14,10 +14,10 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[1]))  # the known systems are the tests' own
 
-from identification.response.describing_function import DescribingFunction, sliced
-from identification.response.harmonics import harmonics
-from identification.response.swept_run import SweptRun, swept_run
-from tests.identification.known_harmonics import RATE, Curved, coloured, drift, sweep
+from slipbench.identification.response.describing_function import DescribingFunction, sliced
+from slipbench.identification.response.harmonics import harmonics
+from slipbench.identification.response.swept_run import SweptRun, swept_run
+from tests.identification.response.known_harmonics import RATE, Curved, coloured, drift, sweep
 
 AMPLITUDE, SEEDS = 0.04, 10
 METHODS = {"slices": sliced, "along the phase": harmonics}
@@ -45,8 +45,10 @@ def errors(found: DescribingFunction) -> np.ndarray:
 
 def main(seeds: int) -> None:
     """Print the table."""
-    print(f"{'sweep':>6} {'noise':>6} {'runs':>5} {'method':<16}{'1st':>8}{'2nd':>8}{'3rd':>8}"
-          f"{'in band':>9}{'time':>9}")  # fmt: skip
+    print(
+        f"{'sweep':>6} {'noise':>6} {'runs':>5} {'method':<16}{'1st':>8}{'2nd':>8}{'3rd':>8}"
+        f"{'in band':>9}{'time':>9}"
+    )
     for duration, noise, runs in CASES:
         made = [[run(duration, noise, 100 * s + r) for r in range(runs)] for s in range(seeds)]
         for name, method in METHODS.items():
@@ -55,8 +57,10 @@ def main(seeds: int) -> None:
             took = (time.perf_counter() - start) / seeds
             kept = [errors(one) for one in found if isinstance(one, DescribingFunction)]
             row = "".join(f"{100 * x:7.1f}%" for x in np.mean(kept, axis=0)[:3])
-            print(f"{duration:5.0f}s {100 * noise:5.0f}% {runs:5d} {name:<16}{row}"
-                  f"{100 * np.mean(kept, axis=0)[3]:8.0f}%{1e3 * took:7.0f}ms")  # fmt: skip
+            print(
+                f"{duration:5.0f}s {100 * noise:5.0f}% {runs:5d} {name:<16}{row}"
+                f"{100 * np.mean(kept, axis=0)[3]:8.0f}%{1e3 * took:7.0f}ms"
+            )
 
 
 if __name__ == "__main__":

@@ -84,8 +84,10 @@ def accounted() -> None:
     due, skipped = map(int, said.partition("\n")[0].split())
     ran = as_recorded(said).lateness.size
     heard = row.lateness.size if isinstance(row, Row) else 0
-    print(f"\nin {ACCOUNTED:g} s with a decode beside it: {due} ticks due, {ran} sent or late, "
-          f"{skipped} skipped, {due - ran - skipped} unaccounted; {heard} heard")  # fmt: skip
+    print(
+        f"\nin {ACCOUNTED:g} s with a decode beside it: {due} ticks due, {ran} sent or late, "
+        f"{skipped} skipped, {due - ran - skipped} unaccounted; {heard} heard"
+    )
 
 
 if __name__ == "__main__":

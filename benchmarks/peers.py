@@ -74,13 +74,24 @@ def judged(estimate, rides: list[Ride], motorcycle) -> Judged:
         phase.append(np.degrees(np.abs(np.angle(ratio))))
         off.append(100 * abs(resonance / driveline(motorcycle, one.speed - still)[0] - 1))
     return Judged(
-        float(np.median(gain)), float(np.max(gain)), float(np.max(phase)),
-        float(np.median(off)), float(np.median(took[1:] or took)),
-    )  # fmt: skip
+        float(np.median(gain)),
+        float(np.max(gain)),
+        float(np.max(phase)),
+        float(np.median(off)),
+        float(np.median(took[1:] or took)),
+    )
 
 
-HEAD = ("", "version", "gain p50, %", "gain max, %", "phase max, °", "resonance p50, %", "s",
-        "times ours")  # fmt: skip
+HEAD = (
+    "",
+    "version",
+    "gain p50, %",
+    "gain max, %",
+    "phase max, °",
+    "resonance p50, %",
+    "s",
+    "times ours",
+)
 
 
 def rows(seeds: int) -> list[tuple[str, ...]]:
@@ -99,10 +110,18 @@ def rows(seeds: int) -> list[tuple[str, ...]]:
             made.append((peer.name, held, f"{type(fault).__name__}: {fault}"[:60], *("–",) * 5))
             continue
         ours = ours or of.took
-        made.append((
-            peer.name, held, f"{of.gain:.2f}", f"{of.worst:.2f}", f"{of.phase:.2f}",
-            f"{of.resonance:.2f}", f"{of.took:.2f}", f"{of.took / ours:.1f}",
-        ))  # fmt: skip
+        made.append(
+            (
+                peer.name,
+                held,
+                f"{of.gain:.2f}",
+                f"{of.worst:.2f}",
+                f"{of.phase:.2f}",
+                f"{of.resonance:.2f}",
+                f"{of.took:.2f}",
+                f"{of.took / ours:.1f}",
+            )
+        )
     return made
 
 

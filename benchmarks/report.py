@@ -20,9 +20,12 @@ def command(*arguments: str) -> tuple[float, float]:
     """Run a sub-command of this checkout. Returns wall and processor time, s."""
     begun, used = time.perf_counter(), os.times()
     subprocess.run(
-        [sys.executable, "-m", "slipbench", *arguments], cwd=ROOT, check=True,
-        stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
-    )  # fmt: skip
+        [sys.executable, "-m", "slipbench", *arguments],
+        cwd=ROOT,
+        check=True,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+    )
     now = os.times()
     spent = now.children_user + now.children_system - used.children_user - used.children_system
     return time.perf_counter() - begun, spent
@@ -31,7 +34,7 @@ def command(*arguments: str) -> tuple[float, float]:
 def main() -> None:
     """Print the times."""
     with tempfile.TemporaryDirectory() as folder:
-        text = (ROOT / "trials" / "throttle_sweep.toml").read_text(encoding="utf-8")
+        text = (ROOT / "examples" / "trials" / "throttle_sweep.toml").read_text(encoding="utf-8")
         text = re.sub(r'duration = "[^"]+"', 'duration = "60 s"', text)
         text = re.sub(r'distance = "[^"]+"', 'distance = "5000 m"', text)
         vehicle = ROOT / "plant" / "vehicles" / "demonstration.toml"

@@ -14,20 +14,21 @@ from functools import cache
 
 import numpy as np
 
-from identification.response.local_polynomial import sweep_response
-from identification.response.quiet_reference import with_quiet_reference
-from identification.response.response import FrequencyResponse
-from identification.signals.filters import low_pass, notch, wheel_frequency
-from identification.signals.samples import onto, sampled, smoothly
-from identification.signals.slip import slip
-from identification.signals.teeth import speed_from_teeth
-from plant.encoder import begin, passing_teeth, toothed_disc
-from plant.equilibrium import equilibrium
-from plant.linear import linearise
-from plant.motorcycle import Motorcycle
-from plant.signals import Inputs
-from plant.simulation import Simulation
-from plant.vehicle_file import Vehicle, builtin_vehicle, load_vehicle
+from slipbench.identification.response.local_polynomial import sweep_response
+from slipbench.identification.response.quiet_reference import with_quiet_reference
+from slipbench.identification.response.response import FrequencyResponse
+from slipbench.identification.signals.filters import low_pass, notch, wheel_frequency
+from slipbench.identification.signals.samples import onto, sampled, smoothly
+from slipbench.identification.signals.slip import slip
+from slipbench.identification.signals.teeth import speed_from_teeth
+from slipbench.plant.encoder import begin, passing_teeth, toothed_disc
+from slipbench.plant.equilibrium import equilibrium
+from slipbench.plant.linear import linearise
+from slipbench.plant.motorcycle import Motorcycle
+from slipbench.plant.signals import Inputs
+from slipbench.plant.simulation import Simulation
+from slipbench.plant.vehicle_file import Vehicle, load_vehicle
+from slipbench.plant.vehicles import builtin_vehicle
 
 GEAR, SPEED = 2, 14000 * np.pi / 30
 FASTER = 1.01  # of the speed, for how the truth changes with it
@@ -99,10 +100,12 @@ def ride(motorcycle: Motorcycle, noise: float, seed: int, lasts: float = 30.0) -
     turns = BAND[0] * x + (BAND[1] - BAND[0]) * x**2 / (2 * lasts)
     wave = np.where((x >= 0) & (x < lasts), np.sin(2 * np.pi * turns), 0.0)
     inputs = Inputs.held(
-        t.size, gear=float(GEAR), throttle_command=opening + AMPLITUDE * wave,
+        t.size,
+        gear=float(GEAR),
+        throttle_command=opening + AMPLITUDE * wave,
         engine_disturbance=noise * COMBUSTION * rng.standard_normal(t.size),
         road_force=noise * gusts(t.size, rng),
-    )  # fmt: skip
+    )
     _, out = simulation.advance(state, inputs)
     grid = t + 0.5 / RATE
     wheel = rear_speed(motorcycle, out, grid)

@@ -16,14 +16,14 @@ from pathlib import Path
 import numpy as np
 from timing.quantiles import HEAD, Row
 
-from bench.preparation import Prepared, prepare
-from bench.run import run_trial
-from bench.slip_control import slip_control
-from bench.virtual_motorcycle import wheels_of
-from dbc import MOTORBIKE
-from protocol.codec import Codec
-from protocol.faults import FrameFault
-from protocol.logs import read_log
+from slipbench.bench.gateway.slip_control import slip_control
+from slipbench.bench.trials.preparation import Prepared, prepare
+from slipbench.bench.trials.run import run_trial
+from slipbench.bench.vehicle.virtual_motorcycle import wheels_of
+from slipbench.dbc import MOTORBIKE
+from slipbench.protocol.codec.codec import Codec
+from slipbench.protocol.codec.faults import FrameFault
+from slipbench.protocol.logs import read_log
 
 ROOT = Path(__file__).parents[1]
 CONTROLLERS = ("throttle", "spark", "mixed")

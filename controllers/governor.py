@@ -8,7 +8,7 @@ form: r moves towards the target by the greatest share that keeps the predicted 
 
 from dataclasses import dataclass
 
-from controllers.limits import Range
+from slipbench.controllers.limits import Range
 
 
 @dataclass(frozen=True, slots=True)

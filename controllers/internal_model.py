@@ -18,8 +18,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from controllers.limits import Range
-from controllers.linear import Floats, Linear
+from slipbench.controllers.limits import Range
+from slipbench.controllers.linear import Floats, Linear
 
 
 @dataclass(frozen=True, eq=False, slots=True)

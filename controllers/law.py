@@ -9,7 +9,7 @@ A law is frozen and knows no time; whoever calls it keeps the state. A measureme
 
 from typing import Protocol, TypeVar
 
-from controllers.limits import Range
+from slipbench.controllers.limits import Range
 
 State = TypeVar("State")
 

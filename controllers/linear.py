@@ -66,6 +66,8 @@ def _after(a: Linear, b: Linear) -> Linear:
     upper = np.hstack((a.A, np.zeros((a.B.size, b.B.size))))
     lower = np.hstack((np.outer(b.B, a.C), b.A))
     return Linear(
-        np.vstack((upper, lower)), np.concatenate((a.B, b.B * a.D)),
-        np.concatenate((b.D * a.C, b.C)), b.D * a.D,
-    )  # fmt: skip
+        np.vstack((upper, lower)),
+        np.concatenate((a.B, b.B * a.D)),
+        np.concatenate((b.D * a.C, b.C)),
+        b.D * a.D,
+    )

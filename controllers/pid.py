@@ -12,7 +12,7 @@ measurement alone, back-calculation against windup, integral set at the start so
 import math
 from dataclasses import dataclass, replace
 
-from controllers.limits import Range
+from slipbench.controllers.limits import Range
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,7 +79,10 @@ class Pid:
         if share <= 0.0:
             return self
         at = (1.0 - share, share)
-        pairs = ((self.proportional, other.proportional), (self.integral, other.integral),
-                 (self.derivative, other.derivative))  # fmt: skip
+        pairs = (
+            (self.proportional, other.proportional),
+            (self.integral, other.integral),
+            (self.derivative, other.derivative),
+        )
         p, i, d = (at[0] * a + at[1] * b for a, b in pairs)
         return replace(self, proportional=p, integral=i, derivative=d)

@@ -115,9 +115,11 @@ class PitchLearner:
         weight = weight * 0.5 ** (1 / self.memory) + gain
         level += gain / weight * surprise
         return (
-            _with(state.level, tooth, level), _with(state.share, tooth, math.exp(-level)),
-            _with(state.weight, tooth, weight), variance,
-        )  # fmt: skip
+            _with(state.level, tooth, level),
+            _with(state.share, tooth, math.exp(-level)),
+            _with(state.weight, tooth, weight),
+            variance,
+        )
 
 
 def _with(values: Numbers, place: int, value: float) -> Numbers:

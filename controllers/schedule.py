@@ -8,7 +8,7 @@ from bisect import bisect_right
 from dataclasses import dataclass
 from itertools import pairwise
 
-from controllers.pid import Pid
+from slipbench.controllers.pid import Pid
 
 
 @dataclass(frozen=True)

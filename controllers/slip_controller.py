@@ -13,15 +13,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from controllers.compensator import Compensator
-from controllers.governor import Governor
-from controllers.internal_model import InternalModel
-from controllers.law import Law
-from controllers.limits import Range
-from controllers.linear import Linear, in_series
-from controllers.pid import Pid
-from controllers.schedule import Schedule
-from controllers.two_actuators import TwoActuators, reach
+from slipbench.controllers.compensator import Compensator
+from slipbench.controllers.governor import Governor
+from slipbench.controllers.internal_model import InternalModel
+from slipbench.controllers.law import Law
+from slipbench.controllers.limits import Range
+from slipbench.controllers.linear import Linear, in_series
+from slipbench.controllers.pid import Pid
+from slipbench.controllers.schedule import Schedule
+from slipbench.controllers.two_actuators import TwoActuators, reach
 
 
 @dataclass(frozen=True, slots=True)
@@ -160,6 +160,11 @@ def _law(tree: Mapping[str, Any], limits: Range, period: float) -> Law[Any]:
 
 def _pid(tree: Mapping[str, float], limits: Range) -> Pid:
     return Pid(
-        tree["proportional"], tree["integral"], tree["derivative"], limits,
-        tree["filter_time"], tree["tracking_time"], tree["reference_weight"],
-    )  # fmt: skip
+        tree["proportional"],
+        tree["integral"],
+        tree["derivative"],
+        limits,
+        tree["filter_time"],
+        tree["tracking_time"],
+        tree["reference_weight"],
+    )

@@ -18,8 +18,8 @@ import math
 from dataclasses import dataclass
 from functools import cached_property
 
-from controllers.pitch_learner import LearnerState, PitchLearner
-from controllers.speed_tracker import SpeedTracker, Track
+from slipbench.controllers.pitch_learner import LearnerState, PitchLearner
+from slipbench.controllers.speed_tracker import SpeedTracker, Track
 
 UNKNOWN = Track()
 SLOWEST = 3.0  # m/s: below it a slip is noise over nothing

@@ -23,9 +23,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from controllers.internal_model import InternalModel
-from controllers.limits import Range
-from controllers.linear import Floats, Linear
+from slipbench.controllers.internal_model import InternalModel
+from slipbench.controllers.limits import Range
+from slipbench.controllers.linear import Floats, Linear
 
 Line = tuple[float, ...]
 """What is on its way, newest first."""
@@ -69,10 +69,17 @@ class TwoActuators:
         slow, fast = self.throttle, self.spark
         begun = slow.start(throttle, reference, known)
         return TwoState(
-            begun.inverse, (_rest(slow.inverse), _rest(fast.inverse)),
-            (_rest(slow.model), _rest(fast.model)), _rest(self.later), (0.0,) * slow.delay,
-            (0.0,) * fast.delay, (0.0,) * self.delay, throttle, spark, (throttle, spark, known),
-        )  # fmt: skip
+            begun.inverse,
+            (_rest(slow.inverse), _rest(fast.inverse)),
+            (_rest(slow.model), _rest(fast.model)),
+            _rest(self.later),
+            (0.0,) * slow.delay,
+            (0.0,) * fast.delay,
+            (0.0,) * self.delay,
+            throttle,
+            spark,
+            (throttle, spark, known),
+        )
 
     def update(
         self, state: TwoState, reference: float, measurement: float, dt: float
@@ -111,11 +118,17 @@ class TwoActuators:
             q_s = _after(fast.inverse, q_s, -d)
         throttles, sparks = (throttle - rest_t, *state.throttles), (spark - rest_s, *state.sparks)
         return TwoState(
-            target, (q_t, q_s),
+            target,
+            (q_t, q_s),
             (_after(slow.model, g_t, throttles[-1]), _after(fast.model, g_s, sparks[-1])),
-            _after(later, state.later, relieved[-1]), throttles[:-1], sparks[:-1], relieved[:-1],
-            throttle, spark, state.base,
-        )  # fmt: skip
+            _after(later, state.later, relieved[-1]),
+            throttles[:-1],
+            sparks[:-1],
+            relieved[:-1],
+            throttle,
+            spark,
+            state.base,
+        )
 
     def _worth(self, spark: float) -> float:
         """Leave out what lies in the dead zone."""

@@ -12,7 +12,7 @@ from typing import Any, TypeVar
 import dask
 from distributed import Client, LocalCluster, as_completed
 
-from protocol.errors import InputError
+from slipbench.protocol.errors import InputError
 
 RETRIES = 3  # of a job whose worker was lost
 PATIENCE = 20.0  # s, for a scheduler to answer
@@ -61,9 +61,12 @@ def _client(workers: Workers) -> Iterator[Client]:
             client = Client(workers.scheduler, timeout=PATIENCE)
         except (OSError, ValueError) as fault:
             raise InputError(
-                "the scheduler does not answer", where=workers.scheduler, found=str(fault),
-                expected="the address of a dask scheduler", remedy="check --scheduler",
-            ) from fault  # fmt: skip
+                "the scheduler does not answer",
+                where=workers.scheduler,
+                found=str(fault),
+                expected="the address of a dask scheduler",
+                remedy="check --scheduler",
+            ) from fault
         with client:
             yield client
         return

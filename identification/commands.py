@@ -1,4 +1,4 @@
-"""The sub-commands of this package: identify, model, explain and paper."""
+"""The sub-commands of this package: identify, model and explain."""
 
 import json
 from pathlib import Path
@@ -7,28 +7,24 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.console import Console
 
-from identification.mismatch import commands as explain_commands
-from protocol.errors import InputError
+from slipbench.identification.mismatch import commands as explain_commands
+from slipbench.protocol.errors import InputError
 
 if TYPE_CHECKING:  # the analyses take seconds to import; --help should not
-    from identification.models.study import Study
-    from identification.response.identify import Identification
+    from slipbench.identification.models.study import Study
+    from slipbench.identification.response.identify import Identification
 
 EXAMPLE = "Example: slipbench identify runs/throttle_sweep --figures figures"
 MODEL_EXAMPLE = (
     "Example: slipbench model sweep*.csv --input u --output y --held-out step.csv --out model"
 )
-PAPER_EXAMPLE = "Example: slipbench paper --out paper --runs paper/runs"
-HERE = Path(__file__).parent.parent
-FAILED = 3  # exit status where a claim does not hold
 
 
 def register(app: typer.Typer) -> None:
-    """Add `identify`, `model`, `explain` and `paper` to the one command."""
+    """Add `identify`, `model` and `explain` to the one command."""
     app.command("identify", epilog=EXAMPLE)(identify_command)
     app.command("model", epilog=MODEL_EXAMPLE)(model_command)
     explain_commands.register(app)
-    app.command("paper", epilog=PAPER_EXAMPLE)(paper_command)
 
 
 def identify_command(
@@ -44,8 +40,8 @@ def identify_command(
 
     Writes report.html, which needs nothing but a browser, and identification.json.
     """
-    from identification.response.from_folder import identified
-    from protocol.run_folder import read
+    from slipbench.identification.response.from_folder import identified
+    from slipbench.protocol.recording.run_folder import read
 
     console = Console(stderr=True)
     with console.status("") as progress:
@@ -78,9 +74,9 @@ def model_command(
     Frequency response where at least three runs repeat one excitation, a rational model with delay
     either way. TABLE: CSV, columns of text, Parquet or MF4, with a column of time.
     """
-    from identification.models.table_study import read_run as read_columns
-    from identification.models.table_study import table_study
-    from identification.report.table_report import figures, headline, page, rows
+    from slipbench.identification.models.table_study import read_run as read_columns
+    from slipbench.identification.models.table_study import table_study
+    from slipbench.identification.report.table_report import figures, headline, page, rows
 
     console = Console(stderr=True)
     with console.status("reading") as progress:
@@ -109,62 +105,25 @@ def _written(out: Path, made: dict[str, str]) -> Path:
             (out / name).write_text(text, encoding="utf-8")
     except OSError as fault:
         raise InputError(
-            "the report cannot be written", where=str(fault.filename or out),
-            found=fault.strerror or str(fault), remedy="give another folder with --out",
-        ) from fault  # fmt: skip
+            "the report cannot be written",
+            where=str(fault.filename or out),
+            found=fault.strerror or str(fault),
+            remedy="give another folder with --out",
+        ) from fault
     return out / next(iter(made))
-
-
-def paper_command(
-    out: Annotated[Path, typer.Option(help="Where to write paper.html, claims.json and figures.")],
-    runs: Annotated[
-        Path | None,
-        typer.Option(help="Recordings to use, and where to put those that are missing."),
-    ] = None,
-    nominal: Annotated[
-        Path, typer.Option(help="Vehicle file: what is known beside the recordings.")
-    ] = HERE / "plant" / "vehicles" / "nominal.toml",
-    trials: Annotated[Path, typer.Option(help="Folder of the trial files.")] = HERE / "trials",
-    bandwidth: Annotated[
-        float, typer.Option(help="w_c of the throttle servo, in Hz.", min=0.1)
-    ] = 10.0,
-    document: Annotated[
-        Path | None, typer.Option(help="Also write this page of Markdown, its figures beside it.")
-    ] = None,
-) -> None:
-    """Reproduce Corno and Savaresi (SYSID 2009) on recordings over CAN, claim by claim.
-
-    Trials whose recordings are not in --runs are run first, on the virtual motorcycle.
-
-    Exit status: 0 every claim holds, 2 something given must be mended, 3 a claim does not hold.
-    """
-    from identification.paper.paper_command import reproduce
-    from identification.paper.paper_report import found_in_words
-
-    console = Console(stderr=True)
-    with console.status("") as progress:
-        done = reproduce(
-            out, runs or out / "runs", nominal, trials, bandwidth, progress.update, document
-        )
-    for claim in done.claims:
-        mark = "holds" if claim.holds else "FAILS"
-        typer.echo(f"  {mark}  {claim.statement}: {found_in_words(claim)}")
-    typer.echo(f"\n{done.answer}\n\nreport: {done.page}")
-    if not all(claim.holds for claim in done.claims):
-        raise typer.Exit(FAILED)
 
 
 def studied(found: "Identification") -> "Study":
     """Model what was identified."""
-    from identification.models.study import study_of
+    from slipbench.identification.models.study import study_of
 
     return study_of(found)
 
 
 def write_report(found: "Identification", study: "Study", out: Path, figures: Path | None) -> Path:
     """Write report.html, identification.json and, if asked, the figures. Raises InputError."""
-    from identification.report.key_figures import key_figures
-    from identification.report.report import draw, report, write_figures
+    from slipbench.identification.report.key_figures import key_figures
+    from slipbench.identification.report.report import draw, report, write_figures
 
     drawn = draw(found, study)
     try:
@@ -177,16 +136,18 @@ def write_report(found: "Identification", study: "Study", out: Path, figures: Pa
             write_figures(drawn, figures)
     except OSError as fault:
         raise InputError(
-            "the report cannot be written", where=str(fault.filename or out),
-            found=fault.strerror or str(fault), remedy="give another folder with --out",
-        ) from fault  # fmt: skip
+            "the report cannot be written",
+            where=str(fault.filename or out),
+            found=fault.strerror or str(fault),
+            remedy="give another folder with --out",
+        ) from fault
     return path
 
 
 def summary(found: "Identification", study: "Study") -> list[str]:
     """Give the key figures as lines for a terminal, each with what it stands on."""
-    from identification.report.headline import headline
-    from identification.report.tiles import tiles
+    from slipbench.identification.report.headline import headline
+    from slipbench.identification.report.tiles import tiles
 
     lines = [headline(found), ""]
     lines += [f"  {t.label:<22} {t.value:<15} {t.note}" for t in tiles(found, study)]

@@ -8,7 +8,7 @@ and those of vehicles/nominal.toml.
 from dataclasses import dataclass
 from math import pi
 
-from plant.parameters import Block, parameter
+from slipbench.plant.parameters import Block, parameter
 
 
 @dataclass(frozen=True)

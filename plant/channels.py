@@ -11,8 +11,8 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import NDArray
 
-from plant.parameters import Block, parameter
-from plant.signals import Floats
+from slipbench.plant.parameters import Block, parameter
+from slipbench.plant.signals import Floats
 
 CHANNEL_UNITS: Mapping[str, str] = MappingProxyType(
     {
@@ -97,7 +97,7 @@ def quantised(values: Floats, quantum: float) -> Floats:
 
 def told_of_noisy(
     values: Floats, quantum: float, noise: float, phase: float = 0.0, least: float = 0.2
-) -> Floats:  # fmt: skip
+) -> Floats:
     """Mean of what is told of values that carry noise and are rounded to phase + n quantum.
 
     E[round(x)] = x + sum (-1)^k q / (pi k) exp(-2 (pi k s / q)^2) sin(2 pi k x / q): Widrow and

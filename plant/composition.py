@@ -11,13 +11,13 @@ from functools import cache
 from types import ModuleType
 from typing import Any
 
-from plant import kernel
-from plant.compiled import entry, inlined, load, text_of
-from plant.effects.effect import Hook
-from plant.equations import EQUATIONS, GIVES_SEVERAL, RATES, air_delay
-from plant.kernel_parts import HELD, LED, tuple_texts
-from plant.layout import EffectClass, Layout, layout, seams
-from plant.signals import Outputs
+from slipbench.plant import kernel
+from slipbench.plant.compiled import entry, inlined, load, text_of
+from slipbench.plant.effects.effect import Hook
+from slipbench.plant.equations import EQUATIONS, GIVES_SEVERAL, RATES, air_delay
+from slipbench.plant.kernel_parts import HELD, LED, tuple_texts
+from slipbench.plant.layout import EffectClass, Layout, layout, seams
+from slipbench.plant.signals import Outputs
 
 ARGUMENTS = (
     "throttle_command",

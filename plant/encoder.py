@@ -16,11 +16,11 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 
-from plant.blocks import Encoder
-from plant.compiled import entry, inlined, load, text_of
-from plant.effects.effect import Effect
-from plant.signals import Floats
-from plant.trouble import ParameterError
+from slipbench.plant.blocks import Encoder
+from slipbench.plant.compiled import entry, inlined, load, text_of
+from slipbench.plant.effects.effect import Effect
+from slipbench.plant.errors import ParameterError
+from slipbench.plant.signals import Floats
 
 Integers = NDArray[np.int64]
 PASS = "Tuple((i8[::1],i8[::1],i8[::1]))(f8[::1],f8[:],f8[:],f8[:],f8[::1],f8)"
@@ -145,12 +145,7 @@ def share_of_interval(target: float, a: float, b: float, slope_a: float, slope_b
 
 
 def passages(
-    state: Floats,
-    time: Floats,
-    angle: Floats,
-    speed: Floats,
-    angles: Floats,
-    resolution: float,
+    state: Floats, time: Floats, angle: Floats, speed: Floats, angles: Floats, resolution: float
 ) -> tuple[Integers, Integers, Integers]:
     """Return ticks, running numbers and directions of all teeth that pass."""
     total = 0

@@ -8,8 +8,8 @@ from collections.abc import Callable
 import numpy as np
 from scipy.optimize import root
 
-from plant.signals import Floats
-from plant.simulation import Simulation
+from slipbench.plant.signals import Floats
+from slipbench.plant.simulation import Simulation
 
 UNKNOWN = ("throttle", "air", "twist", "rear_speed", "speed")
 ZERO = ("throttle_rate", "air", "engine_speed", "twist", "rear_speed", "speed")

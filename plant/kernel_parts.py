@@ -4,9 +4,9 @@ Numbers travel through the kernel as tuples, which the compiler keeps in registe
 array would cost as much as the physics.
 """
 
-from plant.equations import RATES
-from plant.layout import Layout
-from plant.signals import Inputs, Outputs
+from slipbench.plant.equations import RATES
+from slipbench.plant.layout import Layout
+from slipbench.plant.signals import Inputs, Outputs
 
 LED = ("throttle", "engine_speed", "rear_speed", "speed")
 ELSEWHERE = ("throttle_command", "spark", "gear", *(f"measured_{state}" for state in LED))

@@ -6,10 +6,10 @@ from functools import cache
 
 import numpy as np
 
-from plant.effects.effect import Effect
-from plant.equations import RATES
-from plant.motorcycle import Motorcycle
-from plant.signals import Floats
+from slipbench.plant.effects.effect import Effect
+from slipbench.plant.equations import RATES
+from slipbench.plant.motorcycle import Motorcycle
+from slipbench.plant.signals import Floats
 
 EffectClass = type[Effect]
 

@@ -10,11 +10,11 @@ from dataclasses import dataclass
 import control
 import numpy as np
 
-from plant.equations import RATES
-from plant.equilibrium import equilibrium, mean_instant
-from plant.motorcycle import Motorcycle
-from plant.signals import Floats, Inputs, Outputs
-from plant.simulation import Simulation
+from slipbench.plant.equations import RATES
+from slipbench.plant.equilibrium import equilibrium, mean_instant
+from slipbench.plant.motorcycle import Motorcycle
+from slipbench.plant.signals import Floats, Inputs, Outputs
+from slipbench.plant.simulation import Simulation
 
 INPUTS = ("throttle_command", "spark")
 OUTPUTS = ("slip", "engine_speed", "rear_speed", "speed")

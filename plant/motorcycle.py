@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from dataclasses import dataclass, field, fields
 
-from plant.blocks import (
+from slipbench.plant.blocks import (
     Body,
     Driveline,
     Encoder,
@@ -14,9 +14,9 @@ from plant.blocks import (
     ThrottleServo,
     Tyre,
 )
-from plant.effects.effect import Effect
-from plant.parameters import Block
-from plant.trouble import ParameterError
+from slipbench.plant.effects.effect import Effect
+from slipbench.plant.errors import ParameterError
+from slipbench.plant.parameters import Block
 
 GEAR_RANGE = (1.0, 40.0)
 

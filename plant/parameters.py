@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import Field, dataclass, field, fields
 from typing import Any
 
-from plant.trouble import ParameterError, nearest
+from slipbench.plant.errors import ParameterError, nearest
 
 
 @dataclass(frozen=True)

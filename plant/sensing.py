@@ -14,9 +14,9 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-from plant.channels import ChannelTiming, sample
-from plant.effects.effect import Effect
-from plant.signals import Floats
+from slipbench.plant.channels import ChannelTiming, sample
+from slipbench.plant.effects.effect import Effect
+from slipbench.plant.signals import Floats
 
 Memories = tuple[Floats, ...]
 
@@ -50,9 +50,8 @@ class Misdates(Protocol):
 def telling(effects: Iterable[Effect], channel: str, *stages: str) -> tuple[Tells, ...]:
     """Return the effects that act on a channel, stage by stage, in their given order."""
     acting = [
-        e for e in effects
-        if hasattr(e, "tell") and isinstance(e, Tells) and e.channel == channel
-    ]  # fmt: skip
+        e for e in effects if hasattr(e, "tell") and isinstance(e, Tells) and e.channel == channel
+    ]
     return tuple(effect for stage in stages for effect in acting if effect.stage == stage)
 
 

@@ -8,14 +8,14 @@ from types import ModuleType
 import numpy as np
 from numpy.typing import NDArray
 
-from plant.composition import SERVO, compose
-from plant.effects.effect import Effect
-from plant.effects.library import LIBRARY, STAND_INS
-from plant.equations import EQUATIONS
-from plant.kernel import BAD_GEAR, HEADER, RINGS
-from plant.layout import Layout, layout, moving
-from plant.motorcycle import Motorcycle
-from plant.signals import Floats, Inputs, Outputs
+from slipbench.plant.composition import SERVO, compose
+from slipbench.plant.effects.effect import Effect
+from slipbench.plant.effects.library import LIBRARY, STAND_INS
+from slipbench.plant.equations import EQUATIONS
+from slipbench.plant.kernel import BAD_GEAR, HEADER, RINGS
+from slipbench.plant.layout import Layout, layout, moving
+from slipbench.plant.motorcycle import Motorcycle
+from slipbench.plant.signals import Floats, Inputs, Outputs
 
 HISTORY = 0.25
 """Longest delay that is kept [s]."""

@@ -32,9 +32,17 @@ def to_si(value: float, unit: str, si: str) -> float:
             return float(value)
         return float(_registry().Quantity(value, source).to(target).magnitude)
     except (
-        pint.UndefinedUnitError, pint.DefinitionSyntaxError, ArithmeticError, AssertionError,
-        AttributeError, LookupError, RecursionError, SyntaxError, TokenError, TypeError,
-    ) as unknown:  # fmt: skip
+        pint.UndefinedUnitError,
+        pint.DefinitionSyntaxError,
+        ArithmeticError,
+        AssertionError,
+        AttributeError,
+        LookupError,
+        RecursionError,
+        SyntaxError,
+        TokenError,
+        TypeError,
+    ) as unknown:
         raise ValueError(f"a unit that can become {si}, not '{unit}' (unknown)") from unknown
     except pint.DimensionalityError as wrong:
         raise ValueError(f"a unit that can become {si}, not '{unit}'") from wrong

@@ -13,12 +13,12 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any, TypeVar
 
-from plant.channels import CHANNEL_UNITS, DEFAULT_CHANNELS, ChannelTiming
-from plant.effects.library import BY_NAME
-from plant.motorcycle import BLOCK_NAMES, Motorcycle
-from plant.parameters import Block, Parameter, check_word
-from plant.trouble import ParameterError, VehicleFileError, nearest
-from plant.units import to_si
+from slipbench.plant.channels import CHANNEL_UNITS, DEFAULT_CHANNELS, ChannelTiming
+from slipbench.plant.effects.library import BY_NAME
+from slipbench.plant.errors import ParameterError, VehicleFileError, nearest
+from slipbench.plant.motorcycle import BLOCK_NAMES, Motorcycle
+from slipbench.plant.parameters import Block, Parameter, check_word
+from slipbench.plant.units import to_si
 
 AnyBlock = TypeVar("AnyBlock", bound=Block)
 TOP = ("name", "description", "gears", "effects", "channels", *BLOCK_NAMES)
@@ -39,11 +39,6 @@ class Vehicle:
     plus_minus: Mapping[str, float] = field(default_factory=dict)
     channels: Mapping[str, ChannelTiming] = field(default_factory=lambda: DEFAULT_CHANNELS)
     description: str = ""
-
-
-def builtin_vehicle(name: str) -> Path:
-    """Return the path of a vehicle file that comes with the plant: 'nominal', 'demonstration'."""
-    return Path(__file__).parent / "vehicles" / f"{name}.toml"
 
 
 def load_vehicle(path: str | Path) -> Vehicle:

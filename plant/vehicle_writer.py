@@ -5,9 +5,9 @@ from typing import Any
 
 import tomli_w
 
-from plant.channels import CHANNEL_UNITS, DEFAULT_CHANNELS, ChannelTiming
-from plant.parameters import Block
-from plant.vehicle_file import Vehicle
+from slipbench.plant.channels import CHANNEL_UNITS, DEFAULT_CHANNELS, ChannelTiming
+from slipbench.plant.parameters import Block
+from slipbench.plant.vehicle_file import Vehicle
 
 
 def save_vehicle(vehicle: Vehicle, path: str | Path) -> None:

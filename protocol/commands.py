@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from protocol.errors import InputError
+from slipbench.protocol.errors import InputError
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -54,10 +54,10 @@ def decode(
 
       slipbench decode drive.asc --dbc car.dbc --out wheels.csv --signals WheelSpeeds,Engine.RPM
     """
-    from protocol.database import load_database
-    from protocol.decode_file import decode_file
-    from protocol.sample_table import chosen
-    from protocol.summary import decoded
+    from slipbench.protocol.database.database import load_database
+    from slipbench.protocol.logs.decode_file import decode_file
+    from slipbench.protocol.logs.sample_table import chosen
+    from slipbench.protocol.recording.summary import decoded
 
     known = load_database(database)
     wanted = chosen(known, [name.strip() for name in signals.split(",") if name.strip()])
@@ -87,7 +87,7 @@ def export(
 
       slipbench export runs/throttle_sweep-001 --format parquet --out tables
     """
-    from protocol.export import export_run
+    from slipbench.protocol.export import export_run
 
     with _progress(f"writing {form}") as told:
         done = export_run(run, form, out, told)
@@ -120,15 +120,15 @@ def import_(
 
     Examples:
 
-      slipbench import drive.log --dbc car.dbc --roles trials/roles/subaru_wrx.toml --out runs/wrx
+      slipbench import drive.log --dbc car.dbc --roles examples/roles/subaru_wrx.toml --out runs/wrx
 
-      slipbench import session.log --dbc r1.dbc --roles trials/roles/yamaha_r1.toml \\
+      slipbench import session.log --dbc r1.dbc --roles examples/roles/yamaha_r1.toml \\
         --table gps=gps.csv --table lean=lean.csv --out runs/r1
 
       slipbench import logger.csv --roles my_roles.toml --out runs/logger
     """
-    from protocol.import_log import Capture, import_capture
-    from protocol.summary import imported
+    from slipbench.protocol.recording.import_log import Capture, import_capture
+    from slipbench.protocol.recording.summary import imported
 
     capture = Capture(_one(log), roles, database, _named(table or []))
     with _progress(f"importing {capture.log.name}") as told:
@@ -139,11 +139,12 @@ def import_(
 def _one(logs: list[Path]) -> Path:
     if len(logs) > 1:
         raise InputError(
-            f"{len(logs)} logs at once", where=" ".join(map(str, logs)),
+            f"{len(logs)} logs at once",
+            where=" ".join(map(str, logs)),
             expected="one log: the clocks of several cannot be told to agree",
             remedy="if one logger wrote them on one clock, join them as candump text first:"
             " sort -m -n -k1.2,1 A.log B.log > both.log",
-        )  # fmt: skip
+        )
     return logs[0]
 
 

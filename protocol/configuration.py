@@ -8,8 +8,8 @@ from typing import Annotated, Any, TypeVar
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationError
 
-from protocol.errors import InputError
-from protocol.units import parse_quantity
+from slipbench.protocol.errors import InputError
+from slipbench.protocol.units import parse_quantity
 
 LARGEST = 4_000_000  # bytes of a TOML file
 DEEPEST = 100  # parts of a dotted key; the time that tomllib takes grows with their square
@@ -54,9 +54,11 @@ def load_toml(path: Path) -> dict[str, Any]:
             text = file.read(LARGEST + 1)
         if len(text) > LARGEST:
             raise InputError(
-                "too large for a description", where=str(path),
-                expected=f"at most {LARGEST:,} bytes", remedy="is it the right file?",
-            )  # fmt: skip
+                "too large for a description",
+                where=str(path),
+                expected=f"at most {LARGEST:,} bytes",
+                remedy="is it the right file?",
+            )
         return tomllib.loads(_not_too_deep(text.decode("utf-8").replace("\r\n", "\n")))
     except FileNotFoundError as cause:
         raise InputError("no such file", where=str(path), remedy="check the path") from cause

@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 import tomli_w
 from pydantic import Field, model_validator
 
-from protocol.configuration import MetresPerSecond, Seconds, Section
+from slipbench.protocol.configuration import MetresPerSecond, Seconds, Section
 
 SectionRow = tuple[float, float, float, float, float]
 """b0, b1, b2, a1, a2 of (b0 + b1/z + b2/z^2) / (1 + a1/z + a2/z^2)."""

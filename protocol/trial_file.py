@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, field_validator, model_validator
 
-from protocol.configuration import (
+from slipbench.protocol.configuration import (
     Hertz,
     Metres,
     MetresPerSecond,

@@ -6,16 +6,32 @@ from tokenize import TokenError
 
 import pint
 
-from protocol.errors import InputError
+from slipbench.protocol.errors import InputError
 
 # Spellings that databases and loggers use and that mean something else, or nothing, to pint.
 ALIASES = {
-    "": "dimensionless", "-": "dimensionless", "1": "dimensionless",
-    "C": "degC", "°C": "degC", "deg C": "degC", "degrees C": "degC", "F": "degF", "°F": "degF",
-    "Nm": "N m", "RPM": "rpm", "1/min": "rpm", "KPH": "km/h", "kmh": "km/h", "MPH": "mph",
+    "": "dimensionless",
+    "-": "dimensionless",
+    "1": "dimensionless",
+    "C": "degC",
+    "°C": "degC",
+    "deg C": "degC",
+    "degrees C": "degC",
+    "F": "degF",
+    "°F": "degF",
+    "Nm": "N m",
+    "RPM": "rpm",
+    "1/min": "rpm",
+    "KPH": "km/h",
+    "kmh": "km/h",
+    "MPH": "mph",
     "°": "deg",
-    "degrees": "deg", "deg/sec": "deg/s", "sec": "s", "KPa": "kPa", "G": "standard_gravity",
-}  # fmt: skip
+    "degrees": "deg",
+    "deg/sec": "deg/s",
+    "sec": "s",
+    "KPa": "kPa",
+    "G": "standard_gravity",
+}
 
 
 NAMED = {"kg/m/s**2": "Pa", "kg*m/s**2": "N", "kg*m**2/s**2": "N m", "m/s**2": "m/s^2"}
@@ -27,9 +43,16 @@ _PLAIN = re.compile(r"[\w\s/*^().%°·µΩ²³-]{0,60}")
 _POWER = re.compile(r"(?<=[\w°Ω])\s*(?:\*\*|\^)\s*-?\d(?![\w.]|\s*(?:\*\*|\^))")
 # What pint, and the Python tokenizer inside it, raise for text that is no unit.
 _NO_UNIT = (
-    pint.PintError, ArithmeticError, AssertionError, AttributeError, LookupError, RecursionError,
-    SyntaxError, TokenError, TypeError,
-)  # fmt: skip
+    pint.PintError,
+    ArithmeticError,
+    AssertionError,
+    AttributeError,
+    LookupError,
+    RecursionError,
+    SyntaxError,
+    TokenError,
+    TypeError,
+)
 
 
 @cache

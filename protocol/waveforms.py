@@ -8,7 +8,7 @@ from collections.abc import Callable
 import numpy as np
 import numpy.typing as npt
 
-from protocol.trial_file import Multisine, Square, Sweep
+from slipbench.protocol.trial_file import Multisine, Square, Sweep
 
 FloatArray = npt.NDArray[np.float64]
 GROUP = 4  # odd lines of a multisine, of which one is left free to detect odd distortion

@@ -6,7 +6,8 @@ from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).parent.parent
+from tests.paths import ROOT
+
 TOP = "bench|controllers|dbc|docs|identification|plant|protocol|tests|trials|benchmarks"
 LINK = re.compile(r"\]\((?!https?://|#|mailto:)([^)#\s]+)")
 PATH = re.compile(rf"`((?:{TOP})/[\w./-]*)`")

@@ -2,10 +2,10 @@
 
 import heapq
 
-from bench.bus.events import Delivery, Event
-from bench.bus.faults import FaultPlan, Faults, Passage
-from bench.bus.frame import Frame
-from bench.bus.node import Node
+from slipbench.bench.bus.events import Delivery, Event
+from slipbench.bench.bus.faults import FaultPlan, Faults, Passage
+from slipbench.bench.bus.frame import Frame
+from slipbench.bench.bus.node import Node
 
 
 class Arrivals:

@@ -6,10 +6,10 @@ An error is met at some bit; from there an error frame follows, and the frame is
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from bench.bus.counters import Confinement
-from bench.bus.events import Cause
-from bench.bus.frame import END_OF_FRAME, INTERMISSION, BitRates, Frame
-from bench.bus.node import Node
+from slipbench.bench.bus.counters import Confinement
+from slipbench.bench.bus.events import Cause
+from slipbench.bench.bus.frame import END_OF_FRAME, INTERMISSION, BitRates, Frame
+from slipbench.bench.bus.node import Node
 
 FLAG = 12 + 8  # bits of an error frame: superposed flags, delimiter
 SUSPENDED = 8  # bits that a passive node waits after a frame of its own
@@ -85,12 +85,7 @@ def collision(rates: BitRates, begin: int, winners: Sequence[tuple[Frame, Node]]
 
 
 def _failing(
-    rates: BitRates,
-    begin: int,
-    after: float,
-    frame: Frame,
-    senders: tuple[Node, ...],
-    cause: Cause,
+    rates: BitRates, begin: int, after: float, frame: Frame, senders: tuple[Node, ...], cause: Cause
 ) -> Attempt:
     """Give an attempt that ends by an error frame, which begins `after` ns into it."""
     ends = begin + round(after + FLAG * rates.bit)

@@ -16,13 +16,13 @@ import sys
 import time
 from collections import deque
 
-from bench.bus.counters import Confinement
-from bench.bus.events import Delivery
-from bench.bus.frame import BitRates
-from bench.bus.node import Node
-from bench.bus.plan_text import read_plan
-from bench.bus.queues import InOrder, MostUrgent
-from bench.bus.records import (
+from slipbench.bench.bus.counters import Confinement
+from slipbench.bench.bus.events import Delivery
+from slipbench.bench.bus.frame import BitRates
+from slipbench.bench.bus.node import Node
+from slipbench.bench.bus.plan_text import read_plan
+from slipbench.bench.bus.queues import InOrder, MostUrgent
+from slipbench.bench.bus.records import (
     Hello,
     Kind,
     Record,
@@ -35,9 +35,9 @@ from bench.bus.records import (
     received,
     unpacked,
 )
-from bench.bus.wire import Wire
-from bench.undisturbed import undisturbed
-from protocol.errors import InputError
+from slipbench.bench.bus.wire import Wire
+from slipbench.bench.loop.realtime_process import undisturbed
+from slipbench.protocol.errors import InputError
 
 LINGER = 1.0  # s after the last node has left
 BACKLOG = 1 << 16  # records that wait for a node that does not read; what comes then is lost

@@ -3,12 +3,18 @@
 candump, python-can and the gateway read it the same on every interface.
 """
 
-from bench.bus.counters import Confinement, Counters
-from bench.bus.events import Cause
+from slipbench.bench.bus.counters import Confinement, Counters
+from slipbench.bench.bus.events import Cause
 
 CONTROLLER, PROTOCOL, NO_ACK, BUS_OFF, BUS_ERROR, RESTARTED, COUNTERS = (
-    0x04, 0x08, 0x20, 0x40, 0x80, 0x100, 0x200,
-)  # fmt: skip
+    0x04,
+    0x08,
+    0x20,
+    0x40,
+    0x80,
+    0x100,
+    0x200,
+)
 WARNED, PASSIVE, ACTIVE = (0x08, 0x04), (0x20, 0x10), 0x40  # transmit and receive; data[1]
 OVERFLOW = 0x01  # data[1]: the receive buffer was full
 BIT_ERROR, SENDING = 0x04, 0x80  # data[2]: a bit was not as sent; while transmitting

@@ -3,9 +3,9 @@
 from enum import Enum
 from typing import NamedTuple
 
-from bench.bus.counters import Counters
-from bench.bus.frame import Frame
-from bench.bus.node import Node
+from slipbench.bench.bus.counters import Counters
+from slipbench.bench.bus.frame import Frame
+from slipbench.bench.bus.node import Node
 
 
 class Cause(Enum):

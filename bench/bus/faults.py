@@ -18,7 +18,7 @@ from dataclasses import dataclass, field
 from math import inf
 from typing import NamedTuple
 
-from bench.bus.frame import Frame
+from slipbench.bench.bus.frame import Frame
 
 ALL: frozenset[int] = frozenset()
 ANYBODY: frozenset[str] = frozenset()

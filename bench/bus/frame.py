@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from protocol.bit_stuffing import DLC, classic_bits, fd_bits
+from slipbench.protocol.codec.bit_stuffing import DLC, classic_bits, fd_bits
 
 INTERMISSION = 3  # bits of silence that end every frame
 END_OF_FRAME = 7

@@ -2,10 +2,10 @@
 
 import can
 
-from bench.bus.counters import Confinement
-from bench.bus.error_frames import error_content
-from bench.bus.events import Notice
-from bench.bus.frame import Frame, checked
+from slipbench.bench.bus.counters import Confinement
+from slipbench.bench.bus.error_frames import error_content
+from slipbench.bench.bus.events import Notice
+from slipbench.bench.bus.frame import Frame, checked
 
 STATES = {
     Confinement.ACTIVE: can.BusState.ACTIVE,
@@ -17,15 +17,17 @@ STATES = {
 
 def frame_of(message: can.Message) -> Frame:
     """Give the frame that a message asks to be sent; raises ValueError for what is none."""
-    return checked(Frame(
-        message.arbitration_id,
-        bytes(message.data),
-        message.is_extended_id,
-        message.is_fd,
-        message.bitrate_switch,
-        message.error_state_indicator,
-        message.dlc if message.is_remote_frame else None,
-    ))  # fmt: skip
+    return checked(
+        Frame(
+            message.arbitration_id,
+            bytes(message.data),
+            message.is_extended_id,
+            message.is_fd,
+            message.bitrate_switch,
+            message.error_state_indicator,
+            message.dlc if message.is_remote_frame else None,
+        )
+    )
 
 
 def message_of(frame: Frame, timestamp: float, own: bool, channel: str | None) -> can.Message:
@@ -57,6 +59,11 @@ def error_message(
 ) -> can.Message:
     """Make an error frame of its class and details."""
     return can.Message(
-        timestamp, identifier, is_extended_id=False, is_error_frame=True, channel=channel,
-        dlc=8, data=data,
-    )  # fmt: skip
+        timestamp,
+        identifier,
+        is_extended_id=False,
+        is_error_frame=True,
+        channel=channel,
+        dlc=8,
+        data=data,
+    )

@@ -1,7 +1,7 @@
 """A controller on the wire: its counters, and the frames that wait in it."""
 
-from bench.bus.counters import Confinement, Counters
-from bench.bus.queues import Queue
+from slipbench.bench.bus.counters import Confinement, Counters
+from slipbench.bench.bus.queues import Queue
 
 ROOM = 1000  # frames that wait in a node unless it says otherwise
 

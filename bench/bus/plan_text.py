@@ -4,7 +4,7 @@ import json
 from dataclasses import asdict, fields
 from typing import Any
 
-from bench.bus.faults import (
+from slipbench.bench.bus.faults import (
     Corrupted,
     Delayed,
     Disturbed,
@@ -16,7 +16,7 @@ from bench.bus.faults import (
     Reordered,
     Where,
 )
-from protocol.errors import InputError
+from slipbench.protocol.errors import InputError
 
 KINDS: dict[str, type[Fault]] = {
     kind.__name__.lower(): kind

@@ -13,14 +13,15 @@ from pathlib import Path
 import can
 from can.typechecking import CanFilters
 
-from bench.bus.broker import address
-from bench.bus.counters import Confinement
-from bench.bus.faults import FaultPlan
-from bench.bus.frame import Frame
-from bench.bus.messages import STATES, error_message, frame_of, message_of
-from bench.bus.node import ROOM
-from bench.bus.plan_text import plan_text
-from bench.bus.records import (
+import slipbench
+from slipbench.bench.bus.broker import address
+from slipbench.bench.bus.counters import Confinement
+from slipbench.bench.bus.faults import FaultPlan
+from slipbench.bench.bus.frame import Frame
+from slipbench.bench.bus.messages import STATES, error_message, frame_of, message_of
+from slipbench.bench.bus.node import ROOM
+from slipbench.bench.bus.plan_text import plan_text
+from slipbench.bench.bus.records import (
     OWN,
     Hello,
     Kind,
@@ -33,7 +34,7 @@ from bench.bus.records import (
     unpacked,
 )
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(slipbench.__file__).parents[1]  # what a broker must find on its path
 PATIENCE = 5.0  # s for a broker to answer
 GLANCE = 0.05  # s: how long one thread may miss what another has taken in
 RECORD = 1024  # bytes that the kernel counts for a record under way to the broker, 768 here
@@ -89,9 +90,14 @@ class SlipbenchBus(can.BusABC):
         self._origin = time.time_ns() - time.monotonic_ns()
         self._room = queue_length
         hello = Hello(
-            name or f"{os.getpid()}", bitrate, data_bitrate, fd, restart_after,
-            queue_length, urgent_first,
-        )  # fmt: skip
+            name or f"{os.getpid()}",
+            bitrate,
+            data_bitrate,
+            fd,
+            restart_after,
+            queue_length,
+            urgent_first,
+        )
         self._link = _joined(self._channel, hello)
         _make_room(self._link, queue_length * RECORD)
         self._since = self._until = (time.monotonic_ns(), 0)  # time and busy time, ns
@@ -269,7 +275,11 @@ def _start_broker(channel: str) -> None:
     """Start a broker, which goes into the background once it can be connected to."""
     path = os.pathsep.join(filter(None, (str(ROOT), os.environ.get("PYTHONPATH"))))
     subprocess.run(
-        [sys.executable, "-m", "bench.bus.broker", channel],
-        check=True, timeout=PATIENCE, env={**os.environ, "PYTHONPATH": path},
-        stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
-    )  # fmt: skip
+        [sys.executable, "-m", "slipbench.bench.bus.broker", channel],
+        check=True,
+        timeout=PATIENCE,
+        env={**os.environ, "PYTHONPATH": path},
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+    )

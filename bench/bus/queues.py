@@ -8,7 +8,7 @@ Both tell in `ready_ns` since when they have had a frame to offer, and None whil
 import heapq
 from collections import deque
 
-from bench.bus.frame import Frame
+from slipbench.bench.bus.frame import Frame
 
 
 class InOrder:

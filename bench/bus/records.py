@@ -11,11 +11,11 @@ from dataclasses import asdict, dataclass
 from enum import IntEnum
 from typing import NamedTuple
 
-from bench.bus.counters import Confinement
-from bench.bus.error_frames import BUS_OFF, CONTROLLER, OVERFLOW, error_content
-from bench.bus.events import Delivery, Notice
-from bench.bus.faults import LONGEST
-from bench.bus.frame import Frame, checked
+from slipbench.bench.bus.counters import Confinement
+from slipbench.bench.bus.error_frames import BUS_OFF, CONTROLLER, OVERFLOW, error_content
+from slipbench.bench.bus.events import Delivery, Notice
+from slipbench.bench.bus.faults import LONGEST
+from slipbench.bench.bus.frame import Frame, checked
 
 HEAD = struct.Struct("=BBBBIqQ")
 FASTEST = 20_000_000  # bit/s
@@ -161,15 +161,17 @@ def unpacked(packet: bytes) -> Record:
 def frame_in(record: Record) -> Frame:
     """Give the frame of a record; raises ValueError for what no controller can send."""
     flags = record.flags
-    return checked(Frame(
-        record.number,
-        record.content,
-        bool(flags & EXTENDED),
-        bool(flags & FD),
-        bool(flags & SWITCHES_RATE),
-        bool(flags & ERROR_PASSIVE),
-        record.detail if flags & REMOTE else None,
-    ))  # fmt: skip
+    return checked(
+        Frame(
+            record.number,
+            record.content,
+            bool(flags & EXTENDED),
+            bool(flags & FD),
+            bool(flags & SWITCHES_RATE),
+            bool(flags & ERROR_PASSIVE),
+            record.detail if flags & REMOTE else None,
+        )
+    )
 
 
 def state_in(record: Record) -> Confinement:

@@ -21,14 +21,21 @@ It does not imitate:
 - cables: opens, shorts, missing termination. `Disturbed` and `Lost` stand for what they do.
 """
 
-from bench.bus.arrivals import Arrivals
-from bench.bus.attempt import SUSPENDED, Attempt, collision, destroyed, unacknowledged, whole
-from bench.bus.counters import Confinement, Counters
-from bench.bus.events import Cause, Delivery, Event, Notice
-from bench.bus.faults import NO_FAULTS, FaultPlan
-from bench.bus.frame import BitRates, Frame
-from bench.bus.node import ROOM, Node
-from bench.bus.queues import InOrder, Queue
+from slipbench.bench.bus.arrivals import Arrivals
+from slipbench.bench.bus.attempt import (
+    SUSPENDED,
+    Attempt,
+    collision,
+    destroyed,
+    unacknowledged,
+    whole,
+)
+from slipbench.bench.bus.counters import Confinement, Counters
+from slipbench.bench.bus.events import Cause, Delivery, Event, Notice
+from slipbench.bench.bus.faults import NO_FAULTS, FaultPlan
+from slipbench.bench.bus.frame import BitRates, Frame
+from slipbench.bench.bus.node import ROOM, Node
+from slipbench.bench.bus.queues import InOrder, Queue
 
 RECESSIVE = 11  # bits in a row, of which a node off the bus must see as many sequences as
 SEQUENCES = 128
@@ -214,9 +221,14 @@ class Wire:
                 self._set(node, counters, attempt.error, False, attempt.ends, events)
 
     def _set(
-        self, node: Node, counters: Counters, cause: Cause, sending: bool, time_ns: int,
+        self,
+        node: Node,
+        counters: Counters,
+        cause: Cause,
+        sending: bool,
+        time_ns: int,
         events: list[Event],
-    ) -> None:  # fmt: skip
+    ) -> None:
         """Give a node its new counters, and tell it of errors and of changes of its state."""
         before, node.counters, node.state = node.state, counters, counters.state
         dropped = 0

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from rides import drawn, linear, vehicle
 
-from plant.motorcycle import Motorcycle
+from slipbench.plant.motorcycle import Motorcycle
 
 FIRST = 300_000  # seeds from here on had no part in any choice, nor had motorcycles drawn by them
 RIDES_EACH = 10  # of one drawn motorcycle

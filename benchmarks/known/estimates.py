@@ -9,9 +9,9 @@ import numpy as np
 from rides import estimated
 from scipy import optimize, signal
 
-from identification.models.model_order import all_pole, choose_order
-from identification.response.independent_lines import independent_lines
-from identification.response.local_polynomial import sweep_response
+from slipbench.identification.models.model_order import all_pole, choose_order
+from slipbench.identification.response.independent_lines import independent_lines
+from slipbench.identification.response.local_polynomial import sweep_response
 
 SLOW = 100.0  # Hz
 STATES = 6
@@ -38,8 +38,9 @@ def arx(u, y, rate, f):
     import control
 
     u, y = _slow(u, y, rate)
-    rows = [np.concatenate((-y[k - LAGS : k][::-1], u[k - LAGS : k][::-1]))
-            for k in range(LAGS, y.size)]  # fmt: skip
+    rows = [
+        np.concatenate((-y[k - LAGS : k][::-1], u[k - LAGS : k][::-1])) for k in range(LAGS, y.size)
+    ]
     found = np.linalg.lstsq(np.array(rows), y[LAGS:], rcond=None)[0]
     below = np.concatenate(([1.0], found[:LAGS]))
     system = control.tf(found[LAGS:], below, 1 / SLOW)
@@ -95,9 +96,14 @@ def sysidentpy(u, y, rate, f):
 
     u, y = _slow(u, y, rate)
     model = FROLS(
-        order_selection=True, n_info_values=2 * LAGS, ylag=LAGS, xlag=LAGS,
-        estimator=LeastSquares(), basis_function=Polynomial(degree=1), info_criteria="bic",
-    )  # fmt: skip
+        order_selection=True,
+        n_info_values=2 * LAGS,
+        ylag=LAGS,
+        xlag=LAGS,
+        estimator=LeastSquares(),
+        basis_function=Polynomial(degree=1),
+        info_criteria="bic",
+    )
     model.fit(X=(u / u.std())[:, None], y=(y / y.std())[:, None])
     above, below = np.zeros(LAGS + 1), np.eye(1, LAGS + 1).ravel()
     for term, weight in zip(model.final_model[:, 0], np.ravel(model.theta), strict=True):

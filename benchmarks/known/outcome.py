@@ -6,14 +6,14 @@ from functools import partial
 import numpy as np
 from rides import driveline, estimated, ride, still_speed, truth
 
-from identification.models.delay_profile import DelayProfile, delay_profile
-from identification.models.model_order import all_pole, choose_order, doubted
-from identification.models.rational_ml import ACROSS, RationalFit
-from identification.paper.rational_trial import known_path
-from identification.response.independent_lines import Lines, independent_lines, without
-from identification.response.response import FrequencyResponse
 from known.cases import Case, motorcycle_of
-from plant.motorcycle import Motorcycle
+from slipbench.identification.models.delay_profile import DelayProfile, delay_profile
+from slipbench.identification.models.model_order import all_pole, choose_order, doubted
+from slipbench.identification.models.rational_ml import ACROSS, RationalFit
+from slipbench.identification.response.independent_lines import Lines, independent_lines, without
+from slipbench.identification.response.response import FrequencyResponse
+from slipbench.plant.motorcycle import Motorcycle
+from slipbench.studies.paper.rational_trial import known_path
 
 COHERENT = 0.95
 PROFILED = 4  # every so many rides the delay is profiled: it takes longer than the rest
@@ -70,13 +70,19 @@ def judged(
     g, true = lines.frequency, np.abs(at(lines.frequency))
     own = np.isin(response.frequency, g)
     return Outcome(
-        _errors(response.value[good] / at(f)), _errors(fit.response(f) / at(f)),
-        float(np.mean(good[inside])), off, delay,
+        _errors(response.value[good] / at(f)),
+        _errors(fit.response(f) / at(f)),
+        float(np.mean(good[inside])),
+        off,
+        delay,
         (
             float(np.mean(np.abs(np.abs(lines.value) - true) < response.gain_band[own])),
-            float(np.mean(np.abs(np.abs(fit.response(g)) - true) < fit.band(g))), *held, told,
-        ), fit.chi_square_ratio,
-    )  # fmt: skip
+            float(np.mean(np.abs(np.abs(fit.response(g)) - true) < fit.band(g))),
+            *held,
+            told,
+        ),
+        fit.chi_square_ratio,
+    )
 
 
 def _errors(ratio: np.ndarray) -> np.ndarray:

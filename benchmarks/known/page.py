@@ -24,27 +24,50 @@ def error_cells(row: Row) -> tuple[str, ...]:
         cells += [f"{p(gain, 50):.2f}, {p(gain, 95):.2f}", f"{p(phase, 95):.2f}", f"{within:.0f}"]
     swings, late = row.driveline, row.late
     cells.append(f"{len(swings)}")
-    cells += ["–"] * 3 if not len(swings) else [
-        ", ".join(f"{x:.2f}" for x in p(swings[:, 0], (50, 95))),
-        f"{_share(swings[:, 0] < 2):.0f}",
-        ", ".join(f"{x:.2f}" for x in p(swings[:, 1], (50, 95))),
-    ]  # fmt: skip
+    cells += (
+        ["–"] * 3
+        if not len(swings)
+        else [
+            ", ".join(f"{x:.2f}" for x in p(swings[:, 0], (50, 95))),
+            f"{_share(swings[:, 0] < 2):.0f}",
+            ", ".join(f"{x:.2f}" for x in p(swings[:, 1], (50, 95))),
+        ]
+    )
     cells.append(f"{late.size}")
-    cells += ["–"] * 2 if not late.size else [
-        f"{np.median(late):.2f}, {p(late, 95):.1f}", f"{_share(late < 1):.0f}"
-    ]  # fmt: skip
+    cells += (
+        ["–"] * 2
+        if not late.size
+        else [f"{np.median(late):.2f}, {p(late, 95):.1f}", f"{_share(late < 1):.0f}"]
+    )
     return (*_cells(row), *cells)
 
 
 ERRORS = (
-    *HEAD, "coherent lines, %",
-    "lines: gain p50, p95, %", "phase p95, °", "within 1 % and 1°, %",
-    "model: gain p50, p95, %", "phase p95, °", "within 1 % and 1°, %",
-    "drivelines in band", "frequency p50, p95, %", "within 2 %, %", "damping p50, p95, %",
-    "delays", "p50, p95, ms", "within 1 ms, %",
-)  # fmt: skip
-COVERED = (*HEAD, "lines", "model", "driveline frequency", "driveline damping", "delay",
-           "chi-square / dof")  # fmt: skip
+    *HEAD,
+    "coherent lines, %",
+    "lines: gain p50, p95, %",
+    "phase p95, °",
+    "within 1 % and 1°, %",
+    "model: gain p50, p95, %",
+    "phase p95, °",
+    "within 1 % and 1°, %",
+    "drivelines in band",
+    "frequency p50, p95, %",
+    "within 2 %, %",
+    "damping p50, p95, %",
+    "delays",
+    "p50, p95, ms",
+    "within 1 ms, %",
+)
+COVERED = (
+    *HEAD,
+    "lines",
+    "model",
+    "driveline frequency",
+    "driveline damping",
+    "delay",
+    "chi-square / dof",
+)
 
 
 def covered_cells(row: Row) -> tuple[str, ...]:
@@ -66,13 +89,15 @@ def goals(made: list[Row]) -> str:
     for name, value, least, most in (
         ("lines within 1 % and 1 degree", lambda r: _both(r, "lines"), 95.0, 100.0),
         ("model within 1 % and 1 degree", lambda r: _both(r, "model"), 95.0, 100.0),
-        ("driveline's frequency within 2 %",
-         lambda r: _share(r.driveline[:, 0] < 2), 95.0, 100.0),
+        ("driveline's frequency within 2 %", lambda r: _share(r.driveline[:, 0] < 2), 95.0, 100.0),
         ("delay within 1 ms", lambda r: _share(r.late < 1), 95.0, 100.0),
-        *((f"interval of {what} holds", lambda r, k=k: r.held[k], 90.0, 98.0)
-          for k, what in enumerate(("lines", "the model", "driveline frequency",
-                                    "driveline damping", "the delay"))),
-    ):  # fmt: skip
+        *(
+            (f"interval of {what} holds", lambda r, k=k: r.held[k], 90.0, 98.0)
+            for k, what in enumerate(
+                ("lines", "the model", "driveline frequency", "driveline damping", "the delay")
+            )
+        ),
+    ):
         figures = [(row.case, float(value(row))) for row in made]
         told = [(case, share) for case, share in figures if np.isfinite(share)]
         missed = [

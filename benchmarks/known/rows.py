@@ -17,8 +17,14 @@ from known.cases import FIRST, RIDES_EACH, Case
 from known.outcome import Outcome, outcome
 
 ROOT = Path(__file__).parents[2]
-SOURCES = ("plant", "identification/signals", "identification/response", "identification/models",
-           "benchmarks/known/outcome.py", "benchmarks/rides.py")  # fmt: skip
+SOURCES = (
+    "plant",
+    "identification/signals",
+    "identification/response",
+    "identification/models",
+    "benchmarks/known/outcome.py",
+    "benchmarks/rides.py",
+)
 KEPT = ROOT / "build" / "accuracy"
 
 

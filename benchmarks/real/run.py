@@ -19,23 +19,23 @@ import numpy as np
 
 from benchmarks.real.cases import CAPTURES, CASES, REMARKS, Case
 from benchmarks.real.twin import twin
-from identification.mismatch.analysis import Analysis, accepted, begin
-from identification.mismatch.explain import analyse
-from identification.mismatch.fit.fitting import Fit
-from identification.mismatch.fit.held_out import driven
-from identification.mismatch.runs import open_analysis
-from identification.mismatch.simulation.model import Model, models
-from identification.mismatch.simulation.piece import Piece
-from identification.mismatch.systems.system import ModelSystem
-from identification.mismatch.telling.conclude import verdict
-from identification.mismatch.telling.improved import improved_system
-from identification.mismatch.telling.memo import sentence
-from identification.mismatch.telling.verdict import as_tree
-from protocol.import_log import Capture as Import
-from protocol.import_log import import_capture
+from slipbench.identification.mismatch.analysis import Analysis, accepted, begin
+from slipbench.identification.mismatch.explain import analyse
+from slipbench.identification.mismatch.fit.fitting import Fit
+from slipbench.identification.mismatch.fit.held_out import driven
+from slipbench.identification.mismatch.runs import open_analysis
+from slipbench.identification.mismatch.simulation.model import Model, models
+from slipbench.identification.mismatch.simulation.piece import Piece
+from slipbench.identification.mismatch.systems.system import ModelSystem
+from slipbench.identification.mismatch.telling.conclude import verdict
+from slipbench.identification.mismatch.telling.improved import improved_system
+from slipbench.identification.mismatch.telling.memo import sentence
+from slipbench.identification.mismatch.telling.verdict import as_tree
+from slipbench.protocol.recording.import_log import Capture as Import
+from slipbench.protocol.recording.import_log import import_capture
 
 BUILD, DOCS = Path("build/real"), Path("docs")
-TRIALS = Path(__file__).parents[2] / "trials"
+TRIALS = Path(__file__).parents[2] / "examples"
 MOST = 400
 """Samples in a figure."""
 VETO = "contradicted by the held-out recordings"
@@ -100,10 +100,13 @@ def _opened(case: Case, file: Path, *sets: list[Path]) -> Analysis:
     if not case.twin:
         return open_analysis(file, *sets)
     system, seeds = ModelSystem.load(file), count(1)
-    return begin(system, *(
-        [system.prepare(twin(system, Piece.of(path).read(), next(seeds))) for path in paths]
-        for paths in sets
-    ))  # fmt: skip
+    return begin(
+        system,
+        *(
+            [system.prepare(twin(system, Piece.of(path).read(), next(seeds))) for path in paths]
+            for paths in sets
+        ),
+    )
 
 
 def _fits(a: Analysis, model: Model) -> Iterator[Fit]:
@@ -178,7 +181,7 @@ HEAD = """# Real recordings in which something is concealed
 
 Made by `make real-recordings`, from recordings that others made and published; they are not part of
 this project. Each was explained by the ordinary path, `slipbench explain --vehicle MODEL RUN...
---held-out RUN...`, with a role map (`trials/roles`) and a model file (`trials/models`) and nothing
+--held-out RUN...`, with a role map (`examples/roles`) and a model file (`examples/models`), nothing
 else. Errors are root mean squares on the held-out parts, of the model file as it is, of it
 re-calibrated, and of it with the effects that were fitted. "None of the above" means that a free
 curve could still take more than 5 % of what the effects explain (sufficiency.py), and that a curve
@@ -240,8 +243,9 @@ def _page() -> None:
     paths = {case.name: BUILD / case.name / "verdict.json" for case in CASES}
     results = {
         name: json.loads(path.read_text(encoding="utf-8"))
-        for name, path in paths.items() if path.exists()
-    }  # fmt: skip
+        for name, path in paths.items()
+        if path.exists()
+    }
     page = DOCS / "real_recordings.md"
     before = _sections(page)
     parts = [HEAD, _summary(results)]
@@ -263,11 +267,21 @@ def _sections(page: Path) -> dict[str, str]:
 
 def _section(case: Case, told: dict) -> str:
     where = told["location"]
-    located = "nothing" if where is None else (
-        f"{where['injection']} along {where['regressor']}: {where['shape']}"
-        f" ({where['gain']:.0f} nats, held out {where['confirmed']:.0f})")  # fmt: skip
+    located = (
+        "nothing"
+        if where is None
+        else (
+            f"{where['injection']} along {where['regressor']}: {where['shape']}"
+            f" ({where['gain']:.0f} nats, held out {where['confirmed']:.0f})"
+        )
+    )
     lines = [
-        f"## {case.title}", "", f"Known: {case.known}", "", f"> {told['sentence']}", "",
+        f"## {case.title}",
+        "",
+        f"Known: {case.known}",
+        "",
+        f"> {told['sentence']}",
+        "",
         f"- Model file {_told(case)}; training {', '.join(case.training)};"
         f" held out {', '.join(case.held_out)}; {told['processor']:.0f} /"
         f" {told['seconds']:.0f} s; version {told['code']}.",
@@ -277,8 +291,10 @@ def _section(case: Case, told: dict) -> str:
         *(f"- Held-out veto: {words.removeprefix(VETO)[2:]}." for words in told["vetoes"]),
         *_unexplained(told),
         *(f"- Cannot be told apart here: {', '.join(names)}." for names in told["equivalents"]),
-        "", "| held out | output | nominal | re-calibrated | improved |", "|---|---|---|---|---|",
-    ]  # fmt: skip
+        "",
+        "| held out | output | nominal | re-calibrated | improved |",
+        "|---|---|---|---|---|",
+    ]
     for row in told["by_record"]:
         n, c, i = row["errors"]
         name = row["record"]
@@ -305,7 +321,7 @@ def _unexplained(told: dict) -> list[str]:
 def _told(case: Case) -> str:
     if case.model.startswith("improved/"):
         return f"of the section on {Path(case.model).name.replace('_', ' ')}, improved"
-    return f"`trials/models/{case.model}.toml`"
+    return f"`examples/models/{case.model}.toml`"
 
 
 def _effects(told: dict) -> str:
@@ -315,10 +331,12 @@ def _effects(told: dict) -> str:
         f"{e['name']} at {e['subject']} ("
         + ", ".join(
             f"{p['name']} {p['value']:.4g} [{p['interval'][0]:.4g}, {p['interval'][1]:.4g}]"
-            f" {p['unit']}" for p in e["parameters"]
-        ) + ")"
+            f" {p['unit']}"
+            for p in e["parameters"]
+        )
+        + ")"
         for e in told["effects"]
-    ]  # fmt: skip
+    ]
     return "; ".join(found) or "nothing"
 
 

@@ -10,12 +10,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from identification.mismatch.fit.calibrate import as_told
-from identification.mismatch.fit.held_out import driven
-from identification.mismatch.simulation.model import models
-from identification.mismatch.systems.system import DRIVE, ModelSystem
-from plant.signals import Floats
-from protocol.recording import Recording
+from slipbench.identification.mismatch.fit.calibrate import as_told
+from slipbench.identification.mismatch.fit.held_out import driven
+from slipbench.identification.mismatch.simulation.model import models
+from slipbench.identification.mismatch.systems.system import DRIVE, ModelSystem
+from slipbench.plant.signals import Floats
+from slipbench.protocol.recording.recording import Recording
 
 
 def twin(system: ModelSystem, recording: Recording, seed: int) -> Recording:

@@ -13,8 +13,18 @@ WIDEST = 50_000  # us that its histogram holds
 
 def measure(seconds: float) -> Row | str:
     """Run cyclictest at 1 kHz, SCHED_FIFO, memory locked."""
-    arguments = ["-q", "-m", "-p", "80", "-i", "1000", "-l", str(round(seconds * 1000)),
-                 "-h", str(WIDEST)]  # fmt: skip
+    arguments = [
+        "-q",
+        "-m",
+        "-p",
+        "80",
+        "-i",
+        "1000",
+        "-l",
+        str(round(seconds * 1000)),
+        "-h",
+        str(WIDEST),
+    ]
     try:
         done = subprocess.run(
             ["cyclictest", *arguments], capture_output=True, text=True, timeout=20 * seconds + 20

@@ -10,10 +10,10 @@ from pathlib import Path
 import can
 import numpy as np
 
-from bench.replay_process import ReplayOrder, running_replay
-from protocol.frame_log import FrameLog
-from protocol.logs import read_log
-from protocol.logs.candump_line import format_frames
+from slipbench.bench.replay.replay_process import ReplayOrder, running_replay
+from slipbench.protocol.logs import read_log
+from slipbench.protocol.logs.candump_line import format_frames
+from slipbench.protocol.logs.frame_log import FrameLog
 from timing import cyclictest
 from timing.quantiles import Row
 
@@ -26,7 +26,7 @@ def drive(seconds: float, seed: int = 11) -> FrameLog:
     """Draw a log of irregular traffic."""
     from decode import traffic
 
-    from protocol.database import MOTORBIKE, load_database
+    from slipbench.protocol.database.database import MOTORBIKE, load_database
 
     log = traffic(load_database(MOTORBIKE), round(seconds * RATE), seed)
     random = np.random.default_rng(seed)
@@ -41,10 +41,7 @@ def slipbench(path: Path, seconds: float) -> list[Row | str]:
     cyclictest runs in the same seconds: what both suffer is the machine's.
     """
     order = ReplayOrder(path, "virtual", ("nobody",))
-    with (
-        running_replay(order, speed=1.0, passes=1) as running,
-        ThreadPoolExecutor(1) as beside,
-    ):
+    with running_replay(order, speed=1.0, passes=1) as running, ThreadPoolExecutor(1) as beside:
         kernel = beside.submit(cyclictest.measure, max(seconds - 1.0, 1.0))
         time.sleep(STARTS)
         running.begin()
@@ -56,9 +53,12 @@ def slipbench(path: Path, seconds: float) -> list[Row | str]:
 def python_can(path: Path) -> Row:
     """Replay with python-can's player (MessageSync) in a process of its own."""
     done = subprocess.run(
-        [sys.executable, "-m", "timing.players", str(path)], cwd=Path(__file__).parents[1],
-        capture_output=True, text=True, check=True,
-    )  # fmt: skip
+        [sys.executable, "-m", "timing.players", str(path)],
+        cwd=Path(__file__).parents[1],
+        capture_output=True,
+        text=True,
+        check=True,
+    )
     return Row("python-can player: handed over", np.array(done.stdout.split(), np.int64))
 
 
@@ -74,12 +74,13 @@ def _play(path: Path) -> None:
     """Play as `can.player` does; print how far off each frame was, ns, either way."""
     log = read_log(path).frames
     messages = [
-        can.Message(timestamp=t * 1e-9, arbitration_id=int(i), data=d[:n].tobytes(),
-                    is_extended_id=bool(x))
+        can.Message(
+            timestamp=t * 1e-9, arbitration_id=int(i), data=d[:n].tobytes(), is_extended_id=bool(x)
+        )
         for t, i, d, n, x in zip(
             log.time_ns, log.identifier, log.data, log.length, log.extended, strict=True
         )
-    ]  # fmt: skip
+    ]
     came = np.empty(len(messages), np.int64)
     with can.Bus(interface="virtual", channel="nobody") as bus:
         for row, message in enumerate(can.MessageSync(messages, gap=0.0001)):

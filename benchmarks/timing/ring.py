@@ -2,8 +2,8 @@
 
 import time
 
-from bench.ring import SENT, create_shared
-from bench.ticks import noting
+from slipbench.bench.loop.ring import SENT, create_shared
+from slipbench.bench.loop.ticks import noting
 
 CALLS, ROUNDS = 1000, 50
 

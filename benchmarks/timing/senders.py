@@ -22,11 +22,11 @@ def slipbench(port: int, seconds: float) -> None:
 
     Prints the lateness of every tick as the recording has it.
     """
-    from bench.clock import MILLISECOND, MonotonicClock
-    from bench.loop import run_periodic
-    from bench.ring import create_shared
-    from bench.ticks import noting
-    from bench.undisturbed import undisturbed
+    from slipbench.bench.loop.clock import MILLISECOND, MonotonicClock
+    from slipbench.bench.loop.loop import run_periodic
+    from slipbench.bench.loop.realtime_process import undisturbed
+    from slipbench.bench.loop.ring import create_shared
+    from slipbench.bench.loop.ticks import noting
 
     link, most = to(port), round(seconds / PERIOD)
     memory, ring = create_shared(1 << 18)

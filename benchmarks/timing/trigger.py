@@ -13,22 +13,22 @@ from pathlib import Path
 
 import numpy as np
 
-import dbc
-from bench.attention import attentive
-from bench.buses import BusAddress, open_bus
-from bench.clock import MILLISECOND, MonotonicClock
-from bench.gateway import Gateway
-from bench.live_vehicle import riding_beside
-from bench.loop import Wait, run_periodic
-from bench.preparation import Prepared, prepare
-from bench.ring import Ring, Slot
-from bench.undisturbed import undisturbed
-from bench.virtual_motorcycle import wheels_of
-from protocol.codec import Codec
-from protocol.messages import ActuatorCommand, Authority, Phase, RiderControls
+from slipbench import dbc
+from slipbench.bench.bus.opening import BusAddress, open_bus
+from slipbench.bench.gateway.gateway import Gateway
+from slipbench.bench.loop.button_wait import attentive
+from slipbench.bench.loop.clock import MILLISECOND, MonotonicClock
+from slipbench.bench.loop.loop import Wait, run_periodic
+from slipbench.bench.loop.realtime_process import undisturbed
+from slipbench.bench.loop.ring import Ring, Slot
+from slipbench.bench.trials.preparation import Prepared, prepare
+from slipbench.bench.vehicle.live_vehicle import riding_beside
+from slipbench.bench.vehicle.virtual_motorcycle import wheels_of
+from slipbench.protocol.codec.codec import Codec
+from slipbench.protocol.codec.messages import ActuatorCommand, Authority, Phase, RiderControls
 from timing.quantiles import Row
 
-TRIAL = Path(__file__).parents[2] / "trials" / "throttle_sweep.toml"
+TRIAL = Path(__file__).parents[2] / "examples" / "trials" / "throttle_sweep.toml"
 TIMES = 120
 AFTER = 20  # ticks with authority before the trial is stopped: what counts is past
 PAUSE = 50_000_000  # ns between two trials: then the devices are free again

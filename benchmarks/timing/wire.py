@@ -24,8 +24,10 @@ def measure(name: str, seconds: float) -> tuple[Row | str, str]:
     with listener() as link:
         process = subprocess.Popen(
             [sys.executable, str(SENDERS), name, str(link.getsockname()[1]), str(seconds)],
-            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
-        )  # fmt: skip
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
         said, trouble = process.communicate()
         if process.returncode:
             return absent(f"{name}: sent", trouble.strip().splitlines()[-1]), ""

@@ -8,9 +8,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
-from identification.design.gains import Gains
-from identification.design.problem import Answering, Problem
-from identification.design.widest import Designed, NoDesign, pid
+from slipbench.identification.design.gains import Gains
+from slipbench.identification.design.problem import Answering, Problem
+from slipbench.identification.design.widest import Designed, NoDesign, pid
 
 LEFT = 0.1  # of each reserve, for what lies between two speeds
 ALIKE = 1.0  # m/s: runs whose speeds differ by less are of one speed
@@ -51,6 +51,8 @@ def halfway(a: Answering, b: Answering) -> Gains:
     assert isinstance(a, Gains)
     assert isinstance(b, Gains)
     return replace(
-        a, proportional=0.5 * (a.proportional + b.proportional),
-        integral=0.5 * (a.integral + b.integral), derivative=0.5 * (a.derivative + b.derivative),
-    )  # fmt: skip
+        a,
+        proportional=0.5 * (a.proportional + b.proportional),
+        integral=0.5 * (a.integral + b.integral),
+        derivative=0.5 * (a.derivative + b.derivative),
+    )

@@ -6,16 +6,16 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.console import Console
 
-from protocol.errors import InputError
+from slipbench.protocol.errors import InputError
 
 if TYPE_CHECKING:  # the analyses take seconds to import; --help should not
     from collections.abc import Callable
 
-    from identification.design.from_runs import Path
-    from identification.design.mixed import Mixture
-    from identification.design.problem import Problem
-    from identification.design.widest import Designed, NoDesign
-    from identification.response.identify import Identification
+    from slipbench.identification.design.from_runs import Path
+    from slipbench.identification.design.mixed import Mixture
+    from slipbench.identification.design.problem import Problem
+    from slipbench.identification.design.widest import Designed, NoDesign
+    from slipbench.identification.response.identify import Identification
 
 EXAMPLE = (
     "Example: slipbench design runs/throttle_sweep-001 runs/spark_sweep-001 --actuator mixed "
@@ -55,17 +55,18 @@ def design_command(
     """
     from math import radians
 
-    from identification.design.problem import Requirements
-    from identification.design.report import write_report
-    from identification.design.writing import controller_file, mixed_file
-    from identification.response.from_folder import identified_folder
-    from protocol.controller_file import write_controller
+    from slipbench.identification.design.problem import Requirements
+    from slipbench.identification.design.report import write_report
+    from slipbench.identification.design.writing import controller_file, mixed_file
+    from slipbench.identification.response.from_folder import identified_folder
+    from slipbench.protocol.controller_file import write_controller
 
     if actuator not in ACTUATORS or law not in LAWS:
         raise InputError(
-            f"no such controller: {actuator}, {law}", expected=", ".join((*ACTUATORS, *LAWS)),
+            f"no such controller: {actuator}, {law}",
+            expected=", ".join((*ACTUATORS, *LAWS)),
             remedy="choose --actuator and --law from these",
-        )  # fmt: skip
+        )
     _fits(actuator, law, schedule)
     required = Requirements(10 ** (gain_margin / 20), radians(phase_margin), sensitivity)
     with Console(stderr=True).status("") as progress:
@@ -95,16 +96,17 @@ def design_command(
 
 
 def _path(actuator: str, runs: "list[Identification]", required: object, period: float) -> "Path":
-    from identification.design.from_runs import NoPath, path_of
-    from identification.design.problem import Requirements
+    from slipbench.identification.design.from_runs import NoPath, path_of
+    from slipbench.identification.design.problem import Requirements
 
     assert isinstance(required, Requirements)
     path = path_of(actuator, runs, required, period * 1e-3)
     if isinstance(path, NoPath):
         raise InputError(
-            f"no controller through the {actuator}", found=path.reason,
+            f"no controller through the {actuator}",
+            found=path.reason,
             remedy=f"record a trial that excites the {actuator}",
-        )  # fmt: skip
+        )
     return path
 
 
@@ -112,48 +114,54 @@ def _by_speed(
     actuator: str, runs: "list[Identification]", required: object, period: float
 ) -> "tuple[tuple[float, Designed], ...]":
     """Design for the speed of each run that excited the actuator, the slowest first."""
-    from identification.design.by_speed import scheduled
-    from identification.design.from_runs import Path, path_of
-    from identification.design.problem import Requirements
-    from identification.design.widest import NoDesign
+    from slipbench.identification.design.by_speed import scheduled
+    from slipbench.identification.design.from_runs import Path, path_of
+    from slipbench.identification.design.problem import Requirements
+    from slipbench.identification.design.widest import NoDesign
 
     assert isinstance(required, Requirements)
     if actuator == "mixed":
         raise InputError(
-            "a mixed controller has no schedule", found="--schedule --actuator mixed",
-            expected="throttle or spark", remedy="leave out --schedule",
-        )  # fmt: skip
+            "a mixed controller has no schedule",
+            found="--schedule --actuator mixed",
+            expected="throttle or spark",
+            remedy="leave out --schedule",
+        )
     paths = [path_of(actuator, [run], required, period * 1e-3) for run in runs]
     found = scheduled([(p.speed, p.problem) for p in paths if isinstance(p, Path)])
     if isinstance(found, NoDesign):
         raise InputError(
-            "no schedule keeps these reserves", found=found.reason,
+            "no schedule keeps these reserves",
+            found=found.reason,
             remedy="leave out --schedule, or choose other runs",
-        )  # fmt: skip
+        )
     return found.designs
 
 
 def _mixture(slow: "Path", fast: "Path") -> "Mixture":
-    from identification.design.mixed import mixture
-    from identification.design.widest import NoDesign
+    from slipbench.identification.design.mixed import mixture
+    from slipbench.identification.design.widest import NoDesign
 
     found = mixture(slow, fast)
     if isinstance(found, NoDesign):
         raise InputError(
-            "the spark cannot help the throttle", found=found.reason,
+            "the spark cannot help the throttle",
+            found=found.reason,
             remedy="design a controller through the throttle or the spark alone",
-        )  # fmt: skip
+        )
     return found
 
 
 def _ways() -> "dict[str, Callable[[Problem], Designed | NoDesign]]":
-    from identification.design import widest
-    from identification.design.h_infinity import h_infinity
+    from slipbench.identification.design import widest
+    from slipbench.identification.design.h_infinity import h_infinity
 
     return {
-        "best": widest.best, "pid": widest.pid, "internal_model": widest.internal_model,
+        "best": widest.best,
+        "pid": widest.pid,
+        "internal_model": widest.internal_model,
         "h_infinity": h_infinity,
-    }  # fmt: skip
+    }
 
 
 def _beside(path: "Path", law: str, actuator: str) -> "dict[str, Designed | NoDesign]":
@@ -164,35 +172,41 @@ def _beside(path: "Path", law: str, actuator: str) -> "dict[str, Designed | NoDe
 
 def _fits(actuator: str, law: str, schedule: bool) -> None:
     """Refuse what does not go together, or is not installed."""
-    from identification.design.h_infinity import INSTALL
-    from identification.design.mixed_sensitivity import available
+    from slipbench.identification.design.h_infinity import INSTALL
+    from slipbench.identification.design.mixed_sensitivity import available
 
     if actuator == "mixed" and law not in ("best", "internal_model"):
         raise InputError(
-            "mixed control is by internal models", found=f"--law {law}",
-            expected="best or internal_model", remedy="leave out --law",
-        )  # fmt: skip
+            "mixed control is by internal models",
+            found=f"--law {law}",
+            expected="best or internal_model",
+            remedy="leave out --law",
+        )
     if schedule and law not in ("best", "pid"):
         raise InputError(
-            "a schedule is of PID controllers", found=f"--law {law}", expected="best or pid",
+            "a schedule is of PID controllers",
+            found=f"--law {law}",
+            expected="best or pid",
             remedy="leave out --law or --schedule",
-        )  # fmt: skip
+        )
     if law == "h_infinity" and not available():
         raise InputError(
-            "an H-infinity design needs SLICOT", found="no module slycot",
+            "an H-infinity design needs SLICOT",
+            found="no module slycot",
             remedy=f"{INSTALL}, or choose another --law",
-        )  # fmt: skip
+        )
 
 
 def _designed(path: "Path", law: str) -> "Designed":
-    from identification.design.widest import NoDesign
+    from slipbench.identification.design.widest import NoDesign
 
     found = _ways()[law](path.problem)
     if isinstance(found, NoDesign):
         raise InputError(
-            "no controller keeps these reserves", found=found.reason,
+            "no controller keeps these reserves",
+            found=found.reason,
             remedy="ask for less margin, or design for fewer operating points",
-        )  # fmt: skip
+        )
     return found
 
 

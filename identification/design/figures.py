@@ -5,12 +5,12 @@ from collections.abc import Iterator
 import numpy as np
 from matplotlib.figure import Figure
 
-from identification.design.from_runs import Path
-from identification.design.steps import step_response
-from identification.design.widest import Designed
-from identification.report import drawing as d
-from identification.response.response import ComplexArray
-from protocol.channel import FloatArray
+from slipbench.identification.design.from_runs import Path
+from slipbench.identification.design.steps import step_response
+from slipbench.identification.design.widest import Designed
+from slipbench.identification.report import drawing as d
+from slipbench.identification.response.response import ComplexArray
+from slipbench.protocol.recording.channel import FloatArray
 
 SHOWN = (0.2, 60.0)  # Hz
 LASTING = 0.6  # s

@@ -8,21 +8,26 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from controllers.pitch_learner import TIMER
-from identification.design.problem import Problem, Requirements
-from identification.models.model_order import all_pole, choose_order
-from identification.models.rational_model import RationalModel
-from identification.models.uncertainty_set import Member, NoSet, UncertaintySet, uncertainty_set
-from identification.response.identify import Identification
-from identification.response.independent_lines import NoRational, independent_lines
-from identification.response.response import FrequencyResponse
-from identification.response.responses import excited_actuator
-from identification.signals.filters import bridged, low_pass
-from identification.signals.motion import NoMotion
-from identification.signals.teeth import tooth_interval
-from identification.signals.trial_window import NoExcitation
-from protocol.channel import FloatArray
-from protocol.trial_file import Limits
+from slipbench.controllers.pitch_learner import TIMER
+from slipbench.identification.design.problem import Problem, Requirements
+from slipbench.identification.models.model_order import all_pole, choose_order
+from slipbench.identification.models.rational_model import RationalModel
+from slipbench.identification.models.uncertainty_set import (
+    Member,
+    NoSet,
+    UncertaintySet,
+    uncertainty_set,
+)
+from slipbench.identification.response.identify import Identification
+from slipbench.identification.response.independent_lines import NoRational, independent_lines
+from slipbench.identification.response.response import FrequencyResponse
+from slipbench.identification.response.responses import excited_actuator
+from slipbench.identification.signals.filters import bridged, low_pass
+from slipbench.identification.signals.motion import NoMotion
+from slipbench.identification.signals.teeth import tooth_interval
+from slipbench.identification.signals.trial_window import NoExcitation
+from slipbench.protocol.recording.channel import FloatArray
+from slipbench.protocol.trial_file import Limits
 
 ON_THE_WAY = 0.0003  # s, a status frame and a command frame on a bus that is half full
 QUICK = 40.0  # Hz; what slip does above it is noise to a controller
@@ -67,9 +72,15 @@ def path_of(
         return NoPath("the first run has no trial file, and so no limits to keep to")
     speed = _speed(nominal)
     problem = Problem(
-        model, around, _extra(nominal, speed, period), period, _noise(nominal, speed),
-        _swing(trial.limits, actuator), required, _told(nominal, speed, period),
-    )  # fmt: skip
+        model,
+        around,
+        _extra(nominal, speed, period),
+        period,
+        _noise(nominal, speed),
+        _swing(trial.limits, actuator),
+        required,
+        _told(nominal, speed, period),
+    )
     names = tuple(run.recording.folder.name for run, _ in used)
     return Path(actuator, problem, speed, _gain(used[0][1]), names, trial.limits)
 

@@ -4,10 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from controllers.limits import Range
-from controllers.pid import Pid
-from identification.response.response import ComplexArray
-from protocol.channel import FloatArray
+from slipbench.controllers.limits import Range
+from slipbench.controllers.pid import Pid
+from slipbench.identification.response.response import ComplexArray
+from slipbench.protocol.recording.channel import FloatArray
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,11 @@ class Gains:
         """Return the controller, its command inside limits."""
         track = max(2 * np.sqrt(abs(self.derivative / self.integral)), 0.02)
         return Pid(
-            self.proportional, self.integral, self.derivative, limits,
-            filter_time=self.filter_time, tracking_time=float(track),
+            self.proportional,
+            self.integral,
+            self.derivative,
+            limits,
+            filter_time=self.filter_time,
+            tracking_time=float(track),
             reference_weight=self.reference_weight,
-        )  # fmt: skip
+        )

@@ -8,15 +8,15 @@ order is lowered as far as it costs nothing.
 
 import numpy as np
 
-from identification.design.mixed_sensitivity import (
+from slipbench.identification.design.mixed_sensitivity import (
     Synthesis,
     Wishes,
     available,
     reduced,
     synthesis,
 )
-from identification.design.problem import Problem
-from identification.design.widest import Designed, NoDesign, allowed, told
+from slipbench.identification.design.problem import Problem
+from slipbench.identification.design.widest import Designed, NoDesign, allowed, told
 
 CORNERS = np.geomspace(0.8, 8.0, 12)  # Hz
 SHAPES = tuple(

@@ -10,9 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from identification.response.following import HALF, between, first_fall
-from identification.response.response import ComplexArray
-from protocol.channel import FloatArray
+from slipbench.identification.response.following import HALF, between, first_fall
+from slipbench.identification.response.response import ComplexArray
+from slipbench.protocol.recording.channel import FloatArray
 
 
 @dataclass(frozen=True)
@@ -36,10 +36,15 @@ def margins(frequency: FloatArray, loop: ComplexArray) -> Margins:
     closed = loop * sensitivity
     phase, crossover, delay = _phase(frequency, loop)
     return Margins(
-        _gain(loop), phase, float(np.max(np.abs(sensitivity))), float(np.max(np.abs(closed))),
-        crossover, first_fall(frequency, np.abs(closed)),
-        _first_rise(frequency, np.abs(sensitivity)), delay,
-    )  # fmt: skip
+        _gain(loop),
+        phase,
+        float(np.max(np.abs(sensitivity))),
+        float(np.max(np.abs(closed))),
+        crossover,
+        first_fall(frequency, np.abs(closed)),
+        _first_rise(frequency, np.abs(sensitivity)),
+        delay,
+    )
 
 
 def encircled(loop: ComplexArray) -> int:

@@ -16,15 +16,21 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy import signal
 
-from identification.design.from_runs import Path
-from identification.design.loop import Margins, encircled, margins
-from identification.design.problem import Problem
-from identification.design.sampled import answer, sampled, sections
-from identification.design.shaping import Shape, shaped
-from identification.design.steps import paths
-from identification.design.widest import CORNERS, EXTRA_ORDERS, Designed, NoDesign, internal_model
-from identification.response.response import ComplexArray
-from protocol.channel import FloatArray
+from slipbench.identification.design.from_runs import Path
+from slipbench.identification.design.loop import Margins, encircled, margins
+from slipbench.identification.design.problem import Problem
+from slipbench.identification.design.sampled import answer, sampled, sections
+from slipbench.identification.design.shaping import Shape, shaped
+from slipbench.identification.design.steps import paths
+from slipbench.identification.design.widest import (
+    CORNERS,
+    EXTRA_ORDERS,
+    Designed,
+    NoDesign,
+    internal_model,
+)
+from slipbench.identification.response.response import ComplexArray
+from slipbench.protocol.recording.channel import FloatArray
 
 FAST = 60.0  # Hz, of poles that a model needs to be proper
 PASSED = (0.0, 0.25, 0.5, 0.75, 1.0)  # of the spark, by the dead zone
@@ -86,9 +92,10 @@ def mixture(throttle: Path, spark: Path) -> Mixture | NoDesign:
     target = internal_model(throttle.problem)
     if isinstance(target, NoDesign):
         return NoDesign(f"through the throttle: {target.reason}")
-    slow, fast = target.controller, sampled(
-        spark.problem.model, spark.problem.extra, spark.problem.period
-    )  # fmt: skip
+    slow, fast = (
+        target.controller,
+        sampled(spark.problem.model, spark.problem.extra, spark.problem.period),
+    )
     assert isinstance(slow, Shape)
     ways, widest = (throttle.problem, spark.problem), None
     reach = target.margins["nominal"].rejection
@@ -162,9 +169,13 @@ def _told(joint: Joint, target: Designed) -> Designed:
     nominal = found.pop("nominal")
     robust = max(_robust(joint, passed) for passed in PASSED)
     return replace(
-        target, controller=joint, margins={"nominal": nominal} | found, robust=robust,
-        noise=_shaken(joint)[1], bandwidth=target.bandwidth,
-    )  # fmt: skip
+        target,
+        controller=joint,
+        margins={"nominal": nominal} | found,
+        robust=robust,
+        noise=_shaken(joint)[1],
+        bandwidth=target.bandwidth,
+    )
 
 
 def _robust(joint: Joint, passed: float) -> float:

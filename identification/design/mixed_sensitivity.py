@@ -22,14 +22,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from scipy import linalg
 
-from controllers.compensator import Compensator
-from controllers.limits import Range
-from controllers.linear import in_series
-from identification.design.problem import Problem
-from identification.design.sampled import answer, sections
-from identification.models.uncertainty_set import UncertaintySet
-from identification.response.response import ComplexArray
-from protocol.channel import FloatArray
+from slipbench.controllers.compensator import Compensator
+from slipbench.controllers.limits import Range
+from slipbench.controllers.linear import in_series
+from slipbench.identification.design.problem import Problem
+from slipbench.identification.design.sampled import answer, sections
+from slipbench.identification.models.uncertainty_set import UncertaintySet
+from slipbench.identification.response.response import ComplexArray
+from slipbench.protocol.recording.channel import FloatArray
 
 if TYPE_CHECKING:
     import control

@@ -16,11 +16,11 @@ from functools import cached_property
 import numpy as np
 from scipy import optimize, signal
 
-from identification.design.problem import Answering, Problem
-from identification.design.sampled import answer, held
-from identification.design.steps import paths
-from identification.response.response import ComplexArray
-from protocol.channel import FloatArray
+from slipbench.identification.design.problem import Answering, Problem
+from slipbench.identification.design.sampled import answer, held
+from slipbench.identification.design.steps import paths
+from slipbench.identification.response.response import ComplexArray
+from slipbench.protocol.recording.channel import FloatArray
 
 OVERSHOOT = 0.05  # of a step, over the set
 EFFORT = 4.0  # peak of the command's answer over its steady one
@@ -67,13 +67,16 @@ def quickest(problem: Problem, law: Answering) -> Prefilter:
     def cost(x: FloatArray) -> float:
         return judge.cost(made(x))
 
-    bounds = optimize.Bounds(
-        *np.log([FREQUENCIES[0], DAMPINGS[0], FREQUENCIES[1], DAMPINGS[1]]).T
-    )  # fmt: skip
+    bounds = optimize.Bounds(*np.log([FREQUENCIES[0], DAMPINGS[0], FREQUENCIES[1], DAMPINGS[1]]).T)
     found = optimize.differential_evolution(
-        cost, bounds, maxiter=40, popsize=10, tol=1e-4,
-        rng=np.random.default_rng(SEED), polish=False,
-    )  # fmt: skip
+        cost,
+        bounds,
+        maxiter=40,
+        popsize=10,
+        tol=1e-4,
+        rng=np.random.default_rng(SEED),
+        polish=False,
+    )
     return made(found.x)
 
 

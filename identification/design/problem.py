@@ -11,12 +11,12 @@ from typing import Protocol
 
 import numpy as np
 
-from identification.design.loop import Margins, encircled, margins
-from identification.design.sampled import held
-from identification.models.rational_model import RationalModel
-from identification.models.uncertainty_set import UncertaintySet
-from identification.response.response import ComplexArray
-from protocol.channel import FloatArray
+from slipbench.identification.design.loop import Margins, encircled, margins
+from slipbench.identification.design.sampled import held
+from slipbench.identification.models.rational_model import RationalModel
+from slipbench.identification.models.uncertainty_set import UncertaintySet
+from slipbench.identification.response.response import ComplexArray
+from slipbench.protocol.recording.channel import FloatArray
 
 TOP = 100.0  # Hz, to which the nominal loop is looked at
 Command = Callable[[FloatArray], ComplexArray]
@@ -48,9 +48,11 @@ class Requirements:
     def with_reserve(self, share: float) -> "Requirements":
         """Ask for more of each margin, by a share of it."""
         return replace(
-            self, gain=self.gain * (1 + share), phase=self.phase * (1 + share),
+            self,
+            gain=self.gain * (1 + share),
+            phase=self.phase * (1 + share),
             sensitivity=self.sensitivity * (1 - share),
-        )  # fmt: skip
+        )
 
     def met(self, found: Margins) -> bool:
         """Tell whether a loop keeps these reserves."""

@@ -8,25 +8,36 @@ import jinja2
 import numpy as np
 from markupsafe import Markup
 
-from identification.design.figures import nyquist, sensitivities, steps
-from identification.design.from_runs import Path
-from identification.design.gains import Gains
-from identification.design.mixed import Joint
-from identification.design.mixed_sensitivity import Synthesis
-from identification.design.widest import Designed, NoDesign
-from identification.report import drawing as d
+from slipbench.identification.design.figures import nyquist, sensitivities, steps
+from slipbench.identification.design.from_runs import Path
+from slipbench.identification.design.gains import Gains
+from slipbench.identification.design.mixed import Joint
+from slipbench.identification.design.mixed_sensitivity import Synthesis
+from slipbench.identification.design.widest import Designed, NoDesign
+from slipbench.identification.report import drawing as d
 
 HEAD = ("loop", "|T| to / Hz", "|S| held to / Hz", "gain margin / dB", "phase margin / deg", "M_s")
 LAWS = (
-    "law", "target followed to / Hz", "|T| to / Hz", "|S| held to / Hz", "gain margin / dB",
-    "phase margin / deg", "M_s", "M_t", "|W T|", "noise of the command",
-)  # fmt: skip
+    "law",
+    "target followed to / Hz",
+    "|T| to / Hz",
+    "|S| held to / Hz",
+    "gain margin / dB",
+    "phase margin / deg",
+    "M_s",
+    "M_t",
+    "|W T|",
+    "noise of the command",
+)
 FIGURES = (
     ("Nyquist plot", "Loop gain of every member; the disc is what M_s keeps free.", nyquist),
-    ("Sensitivity", "|S| below 1 holds disturbances off; |T| near 1 follows the target.",
-     sensitivities),
+    (
+        "Sensitivity",
+        "|S| below 1 holds disturbances off; |T| near 1 follows the target.",
+        sensitivities,
+    ),
     ("Steps of the target", "Slip over the set after a step of its target.", steps),
-)  # fmt: skip
+)
 
 
 def write_report(
@@ -37,20 +48,28 @@ def write_report(
     environment = jinja2.Environment(
         autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
-    here, style = files("identification.design"), files("identification.report") / "report.css"
+    here, style = (
+        files("slipbench.identification.design"),
+        files("slipbench.identification.report") / "report.css",
+    )
     template = environment.from_string((here / "design.html").read_text(encoding="utf-8"))
     page = out / "design.html"
     page.write_text(
         template.render(
-            title=f"{path.actuator} slip controller", headline=_headline(path, designed),
-            style=Markup(style.read_text(encoding="utf-8")), head=HEAD, rows=_rows(designed),
-            robust=_robust(designed), pairs=_pairs(path, designed), laws_head=LAWS,
+            title=f"{path.actuator} slip controller",
+            headline=_headline(path, designed),
+            style=Markup(style.read_text(encoding="utf-8")),
+            head=HEAD,
+            rows=_rows(designed),
+            robust=_robust(designed),
+            pairs=_pairs(path, designed),
+            laws_head=LAWS,
             laws=[_law_row(f"{_name(designed)}, this one", designed)]
             + [_law_row(name.replace("_", " "), d) for name, d in beside.items()],
             figures=[(n, c, Markup(d.svg(f(path, designed), n))) for n, c, f in FIGURES],
         ),
         encoding="utf-8",
-    )  # fmt: skip
+    )
     return page
 
 
@@ -65,10 +84,16 @@ def _headline(path: Path, designed: Designed) -> str:
 
 def _rows(designed: Designed) -> list[tuple[str, ...]]:
     return [
-        (name, _hertz(m.bandwidth), _hertz(m.rejection), f"{20 * np.log10(m.gain):.1f}",
-         f"{np.degrees(m.phase):.0f}", f"{m.sensitivity:.2f}")
+        (
+            name,
+            _hertz(m.bandwidth),
+            _hertz(m.rejection),
+            f"{20 * np.log10(m.gain):.1f}",
+            f"{np.degrees(m.phase):.0f}",
+            f"{m.sensitivity:.2f}",
+        )
         for name, m in designed.margins.items()
-    ]  # fmt: skip
+    ]
 
 
 def _law_row(name: str, found: Designed | NoDesign) -> tuple[str, ...]:
@@ -77,12 +102,17 @@ def _law_row(name: str, found: Designed | NoDesign) -> tuple[str, ...]:
         return (name, found.reason, *("" for _ in LAWS[2:]))
     every, nominal = found.margins.values(), found.margins["nominal"]
     return (
-        name, f"{found.bandwidth:.2f}", _hertz(nominal.bandwidth), _hertz(nominal.rejection),
+        name,
+        f"{found.bandwidth:.2f}",
+        _hertz(nominal.bandwidth),
+        _hertz(nominal.rejection),
         f"{20 * np.log10(min(m.gain for m in every)):.1f}",
         f"{np.degrees(min(m.phase for m in every)):.0f}",
-        f"{max(m.sensitivity for m in every):.2f}", f"{nominal.complementary:.2f}",
-        f"{found.robust:.2f}", f"{found.noise:.2g}",
-    )  # fmt: skip
+        f"{max(m.sensitivity for m in every):.2f}",
+        f"{nominal.complementary:.2f}",
+        f"{found.robust:.2f}",
+        f"{found.noise:.2g}",
+    )
 
 
 def _name(designed: Designed) -> str:

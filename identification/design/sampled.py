@@ -10,9 +10,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import linalg, signal
 
-from identification.models.rational_model import RationalModel
-from identification.response.response import ComplexArray
-from protocol.channel import FloatArray
+from slipbench.identification.models.rational_model import RationalModel
+from slipbench.identification.response.response import ComplexArray
+from slipbench.protocol.recording.channel import FloatArray
 
 FAR = 1e3  # a zero as far out as that is one at infinity
 

@@ -11,12 +11,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from controllers.internal_model import InternalModel
-from controllers.limits import Range
-from controllers.linear import in_series
-from identification.design.sampled import Sampled, answer, sections
-from identification.response.response import ComplexArray
-from protocol.channel import FloatArray
+from slipbench.controllers.internal_model import InternalModel
+from slipbench.controllers.limits import Range
+from slipbench.controllers.linear import in_series
+from slipbench.identification.design.sampled import Sampled, answer, sections
+from slipbench.identification.response.response import ComplexArray
+from slipbench.protocol.recording.channel import FloatArray
 
 
 @dataclass(frozen=True)

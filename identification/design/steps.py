@@ -8,10 +8,10 @@ from collections.abc import Callable
 
 import numpy as np
 
-from identification.design.problem import Answering, Problem
-from identification.design.sampled import held
-from identification.response.response import ComplexArray
-from protocol.channel import FloatArray
+from slipbench.identification.design.problem import Answering, Problem
+from slipbench.identification.design.sampled import held
+from slipbench.identification.response.response import ComplexArray
+from slipbench.protocol.recording.channel import FloatArray
 
 FINE = 0.01  # Hz
 TOP = 120.0  # Hz

@@ -12,14 +12,14 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import optimize
 
-from identification.design.gains import Gains
-from identification.design.loop import Margins
-from identification.design.prefilter import Prefilter, quickest
-from identification.design.problem import Answering, Problem
-from identification.design.sampled import sampled
-from identification.design.shaping import Shape, shaped
-from identification.response.following import first_fall
-from protocol.channel import FloatArray
+from slipbench.identification.design.gains import Gains
+from slipbench.identification.design.loop import Margins
+from slipbench.identification.design.prefilter import Prefilter, quickest
+from slipbench.identification.design.problem import Answering, Problem
+from slipbench.identification.design.sampled import sampled
+from slipbench.identification.design.shaping import Shape, shaped
+from slipbench.identification.response.following import first_fall
+from slipbench.protocol.recording.channel import FloatArray
 
 CORNERS = np.geomspace(1.0, 60.0, 60)  # Hz
 EXTRA_ORDERS = (0, 1, 2)
@@ -83,9 +83,14 @@ def pid(problem: Problem, most: int = 60) -> Designed | NoDesign:
         return float(-x[1] + 20.0 * _excess(problem, gains(x)))
 
     found = optimize.differential_evolution(
-        cost, optimize.Bounds(*np.log(RANGES).T), maxiter=most, popsize=10, tol=1e-4,
-        rng=np.random.default_rng(SEED), polish=False,
-    )  # fmt: skip
+        cost,
+        optimize.Bounds(*np.log(RANGES).T),
+        maxiter=most,
+        popsize=10,
+        tol=1e-4,
+        rng=np.random.default_rng(SEED),
+        polish=False,
+    )
     best = gains(found.x)
     return told(problem, best) if allowed(problem, best) else NoDesign(why_not(problem, best))
 
@@ -131,10 +136,13 @@ def told(problem: Problem, controller: Answering) -> Designed:
     """Tell all about a controller, and find its prefilter."""
     prefilter = quickest(problem, controller)
     return Designed(
-        controller, prefilter, problem.loops(controller.response),
-        problem.robust(controller.response), problem.shaken(controller.response),
+        controller,
+        prefilter,
+        problem.loops(controller.response),
+        problem.robust(controller.response),
+        problem.shaken(controller.response),
         _tracked(problem, controller, prefilter),
-    )  # fmt: skip
+    )
 
 
 def _tracked(problem: Problem, controller: Answering, prefilter: Prefilter) -> float:

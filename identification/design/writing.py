@@ -4,15 +4,15 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from controllers.limits import Range
-from identification.design.from_runs import Path
-from identification.design.gains import Gains
-from identification.design.mixed import Joint, Mixture
-from identification.design.mixed_sensitivity import Synthesis
-from identification.design.problem import Answering
-from identification.design.shaping import Shape
-from identification.design.widest import Designed
-from protocol.controller_file import (
+from slipbench.controllers.limits import Range
+from slipbench.identification.design.from_runs import Path
+from slipbench.identification.design.gains import Gains
+from slipbench.identification.design.mixed import Joint, Mixture
+from slipbench.identification.design.mixed_sensitivity import Synthesis
+from slipbench.identification.design.problem import Answering
+from slipbench.identification.design.shaping import Shape
+from slipbench.identification.design.widest import Designed
+from slipbench.protocol.controller_file import (
     Bounds,
     ControllerFile,
     GovernorTable,
@@ -24,7 +24,7 @@ from protocol.controller_file import (
     ScheduledGains,
     SectionRow,
 )
-from protocol.trial_file import Limits
+from slipbench.protocol.trial_file import Limits
 
 SHARE = 0.9  # of a limit of the safety gate that a controller uses: it must never trip it
 FASTEST_SLIP = 0.5  # 1/s, of the reference
@@ -37,23 +37,29 @@ def controller_file(
     return ControllerFile(
         name=f"{path.actuator}_slip",
         actuator="throttle" if path.actuator == "throttle" else "spark",
-        period=path.problem.period, law=_law(designed), limits=bounds(path.limits, path.actuator),
+        period=path.problem.period,
+        law=_law(designed),
+        limits=bounds(path.limits, path.actuator),
         schedule=tuple(
             ScheduledGains(speed=v, gains=_pid(g)) for v, g in schedule if isinstance(g, Gains)
         ),
-        governor=_governor(path), prefilter=(designed.prefilter.section,),
+        governor=_governor(path),
+        prefilter=(designed.prefilter.section,),
         designed=_promise(path, designed),
-    )  # fmt: skip
+    )
 
 
 def mixed_file(spark: Path, found: Mixture, throttle: Path) -> ControllerFile:
     """Write the mixed controller down: internal models of both, and the dead zone."""
     whole = controller_file(spark, found.designed)
     mixed = Mixed(
-        law=_sections(found.joint.throttle), throttle=bounds(throttle.limits, "throttle"),
-        later=_rows(found.joint.later), delay=found.joint.delay, zone=found.zone,
+        law=_sections(found.joint.throttle),
+        throttle=bounds(throttle.limits, "throttle"),
+        later=_rows(found.joint.later),
+        delay=found.joint.delay,
+        zone=found.zone,
         exchange=found.joint.exchange,
-    )  # fmt: skip
+    )
     names = ", ".join((*throttle.names, *spark.names))
     promise = whole.designed | {"runs": names}
     return whole.model_copy(
@@ -104,10 +110,13 @@ def _rows(sections: Sequence[Sequence[float]]) -> tuple[SectionRow, ...]:
 def _pid(gains: Gains) -> PidGains:
     told = gains.controller(Range(-1.0, 1.0))
     return PidGains(
-        proportional=told.proportional, integral=told.integral, derivative=told.derivative,
-        filter_time=told.filter_time, tracking_time=told.tracking_time,
+        proportional=told.proportional,
+        integral=told.integral,
+        derivative=told.derivative,
+        filter_time=told.filter_time,
+        tracking_time=told.tracking_time,
         reference_weight=told.reference_weight,
-    )  # fmt: skip
+    )
 
 
 def _governor(path: Path) -> GovernorTable:

@@ -30,19 +30,25 @@ def explain_fleet_command(
 
     What has a verdict already is not done again.
     """
-    from identification.cluster import Workers
-    from identification.fleet.fleet import TABLE, explain_fleet
-    from identification.fleet.fleet_file import read_fleet
+    from slipbench.identification.cluster import Workers
+    from slipbench.identification.fleet.fleet import TABLE, explain_fleet
+    from slipbench.identification.fleet.fleet_file import read_fleet
 
     entries = read_fleet(fleet)
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(),
-               TimeRemainingColumn())  # fmt: skip
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TimeRemainingColumn(),
+    )
     with Progress(*columns, console=Console(stderr=True)) as progress:
         task = progress.add_task("analyses", total=len(entries))
         rows = explain_fleet(
-            entries, out, Workers(workers, scheduler),
+            entries,
+            out,
+            Workers(workers, scheduler),
             lambda done, _: progress.update(task, completed=done),
-        )  # fmt: skip
+        )
     for row in rows:
         typer.echo(f"{row['name']}: {row.get('sentence') or row.get('trouble')}")
     typer.echo(f"written: {out / TABLE}")

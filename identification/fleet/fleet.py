@@ -5,15 +5,15 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from identification.cluster import Workers, done_by
-from identification.fleet.fleet_file import Entry
-from identification.mismatch.explain import analyse
-from identification.mismatch.runs import open_analysis
-from identification.mismatch.telling.conclude import verdict
-from identification.mismatch.telling.memo import sentence
-from identification.mismatch.telling.output import write_outputs
-from identification.mismatch.telling.verdict import as_tree
-from protocol.errors import InputError
+from slipbench.identification.cluster import Workers, done_by
+from slipbench.identification.fleet.fleet_file import Entry
+from slipbench.identification.mismatch.explain import analyse
+from slipbench.identification.mismatch.runs import open_analysis
+from slipbench.identification.mismatch.telling.conclude import verdict
+from slipbench.identification.mismatch.telling.memo import sentence
+from slipbench.identification.mismatch.telling.output import write_outputs
+from slipbench.identification.mismatch.telling.verdict import as_tree
+from slipbench.protocol.errors import InputError
 
 TABLE, VERDICT = "fleet.md", "verdict.json"
 Row = dict[str, Any]
@@ -70,12 +70,13 @@ def _there(folder: Path) -> Row | None:
 
 def _row(tree: Mapping[str, Any]) -> Row:
     return {
-        "mismatch": tree["mismatch"]["found"], "sentence": tree["sentence"],
+        "mismatch": tree["mismatch"]["found"],
+        "sentence": tree["sentence"],
         "effects": [
             f"{e['name']}.{e['subject']}" if e["subject"] else e["name"] for e in tree["effects"]
         ],
         "unknown": tree["unknown"]["found"],
-    }  # fmt: skip
+    }
 
 
 def table(rows: Sequence[Row]) -> str:

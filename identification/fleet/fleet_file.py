@@ -14,7 +14,7 @@ from pathlib import Path
 
 from pydantic import Field, field_validator, model_validator
 
-from protocol.configuration import Section, read_toml
+from slipbench.protocol.configuration import Section, read_toml
 
 
 class Entry(Section):
@@ -56,8 +56,10 @@ def read_fleet(path: Path) -> tuple[Entry, ...]:
 
     return tuple(
         Entry(
-            name=e.name, vehicle=found(e.vehicle), training=tuple(map(found, e.training)),
+            name=e.name,
+            vehicle=found(e.vehicle),
+            training=tuple(map(found, e.training)),
             held_out=tuple(map(found, e.held_out)),
         )
         for e in entries
-    )  # fmt: skip
+    )

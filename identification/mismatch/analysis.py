@@ -4,18 +4,18 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from identification.mismatch.curves.circumstance import Circumstance
-from identification.mismatch.curves.curve import Curve
-from identification.mismatch.curves.free_curve import FreeCurve
-from identification.mismatch.curves.sufficiency import Remainder
-from identification.mismatch.fit.fitting import Fit
-from identification.mismatch.fit.held_out import Error
-from identification.mismatch.naming.accepting import place_of
-from identification.mismatch.naming.naming import ALIKE, Named
-from identification.mismatch.naming.score import SHOWN
-from identification.mismatch.simulation.model import Model, models
-from identification.mismatch.simulation.record import Record
-from identification.mismatch.simulation.system import System
+from slipbench.identification.mismatch.curves.circumstance import Circumstance
+from slipbench.identification.mismatch.curves.curve import Curve
+from slipbench.identification.mismatch.curves.free_curve import FreeCurve
+from slipbench.identification.mismatch.curves.sufficiency import Remainder
+from slipbench.identification.mismatch.fit.fitting import Fit
+from slipbench.identification.mismatch.fit.held_out import Error
+from slipbench.identification.mismatch.naming.accepting import place_of
+from slipbench.identification.mismatch.naming.naming import ALIKE, Named
+from slipbench.identification.mismatch.naming.score import SHOWN
+from slipbench.identification.mismatch.simulation.model import Model, models
+from slipbench.identification.mismatch.simulation.record import Record
+from slipbench.identification.mismatch.simulation.system import System
 
 LEFT = 0.05
 """Share of what was found that a free curve may still find."""

@@ -36,12 +36,12 @@ def explain_command(
 
     Writes vehicle.improved.toml beside the vehicle file. Interrupted, it says what it has so far.
     """
-    from identification.mismatch.explain import known_so_far
-    from identification.mismatch.runs import open_analysis
-    from identification.mismatch.telling.conclude import verdict
-    from identification.mismatch.telling.memo import lines
-    from identification.mismatch.telling.memo_page import NOT_IN_THE_FILE, in_the_file
-    from identification.mismatch.telling.output import prepare_places, write_outputs
+    from slipbench.identification.mismatch.explain import known_so_far
+    from slipbench.identification.mismatch.runs import open_analysis
+    from slipbench.identification.mismatch.telling.conclude import verdict
+    from slipbench.identification.mismatch.telling.memo import lines
+    from slipbench.identification.mismatch.telling.memo_page import NOT_IN_THE_FILE, in_the_file
+    from slipbench.identification.mismatch.telling.output import prepare_places, write_outputs
 
     console = Console(stderr=True)
     prepare_places(json_path, report_folder)

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import replace
 
-from identification.mismatch.analysis import (
+from slipbench.identification.mismatch.analysis import (
     Analysis,
     accepted,
     equivalents,
@@ -11,24 +11,24 @@ from identification.mismatch.analysis import (
     not_excited,
     unexplained,
 )
-from identification.mismatch.curves.circumstance import circumstance, plainest
-from identification.mismatch.curves.curve import Curve
-from identification.mismatch.curves.free_curve import FreeCurve
-from identification.mismatch.curves.inside import inside
-from identification.mismatch.curves.locate import locate
-from identification.mismatch.curves.sufficiency import remainder
-from identification.mismatch.curves.trace import effect_of
-from identification.mismatch.fit.calibrate import calibrate
-from identification.mismatch.fit.fitting import Fit
-from identification.mismatch.fit.held_out import CONFIRMED, carried_over, errors, proof
-from identification.mismatch.fit.judge import Judge
-from identification.mismatch.fit.sensitivity import change
-from identification.mismatch.fit.turned import begun_at, plainest_turn
-from identification.mismatch.naming.exchange import exchanged
-from identification.mismatch.naming.naming import Say, name
-from identification.mismatch.naming.next_trial import next_trial
-from identification.mismatch.simulation.model import predict
-from plant.effects.effect import Effect
+from slipbench.identification.mismatch.curves.circumstance import circumstance, plainest
+from slipbench.identification.mismatch.curves.curve import Curve
+from slipbench.identification.mismatch.curves.free_curve import FreeCurve
+from slipbench.identification.mismatch.curves.inside import inside
+from slipbench.identification.mismatch.curves.locate import locate
+from slipbench.identification.mismatch.curves.sufficiency import remainder
+from slipbench.identification.mismatch.curves.trace import effect_of
+from slipbench.identification.mismatch.fit.calibrate import calibrate
+from slipbench.identification.mismatch.fit.fitting import Fit
+from slipbench.identification.mismatch.fit.held_out import CONFIRMED, carried_over, errors, proof
+from slipbench.identification.mismatch.fit.judge import Judge
+from slipbench.identification.mismatch.fit.sensitivity import change
+from slipbench.identification.mismatch.fit.turned import begun_at, plainest_turn
+from slipbench.identification.mismatch.naming.exchange import exchanged
+from slipbench.identification.mismatch.naming.naming import Say, name
+from slipbench.identification.mismatch.naming.next_trial import next_trial
+from slipbench.identification.mismatch.simulation.model import predict
+from slipbench.plant.effects.effect import Effect
 
 
 def known_so_far(so_far: Analysis, say: Say = lambda _: None) -> bool:

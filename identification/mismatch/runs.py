@@ -5,14 +5,14 @@ from pathlib import Path
 
 import numpy as np
 
-from identification.mismatch.analysis import Analysis, begin
-from identification.mismatch.motorcycle.system import MotorcycleSystem
-from identification.mismatch.simulation.piece import Piece
-from identification.mismatch.simulation.record import Record
-from identification.mismatch.simulation.system import System
-from identification.mismatch.systems.system import ModelSystem
-from protocol.configuration import load_toml
-from protocol.errors import InputError
+from slipbench.identification.mismatch.analysis import Analysis, begin
+from slipbench.identification.mismatch.motorcycle.system import MotorcycleSystem
+from slipbench.identification.mismatch.simulation.piece import Piece
+from slipbench.identification.mismatch.simulation.record import Record
+from slipbench.identification.mismatch.simulation.system import System
+from slipbench.identification.mismatch.systems.system import ModelSystem
+from slipbench.protocol.configuration import load_toml
+from slipbench.protocol.errors import InputError
 
 
 def read_system(path: Path) -> System:

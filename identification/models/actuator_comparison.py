@@ -17,12 +17,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from identification.models.delay_profile import NoDelay, delay_profile
-from identification.models.model_order import OrderChoice, all_pole, choose_order
-from identification.models.rational_ml import RationalFit, refit
-from identification.response.independent_lines import NoRational, independent_lines
-from identification.response.response import FrequencyResponse, believed_band
-from protocol.channel import FloatArray
+from slipbench.identification.models.delay_profile import NoDelay, delay_profile
+from slipbench.identification.models.model_order import OrderChoice, all_pole, choose_order
+from slipbench.identification.models.rational_ml import RationalFit, refit
+from slipbench.identification.response.independent_lines import NoRational, independent_lines
+from slipbench.identification.response.response import FrequencyResponse, believed_band
+from slipbench.protocol.recording.channel import FloatArray
 
 CUTOFF = 10.0  # Hz, w_c / 2 pi: the servo's stated bandwidth
 LOW = 0.1  # of the cutoff: above the drift of the speed, below the resonance

@@ -23,13 +23,13 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import stats
 
-from identification.models.model_order import NATS, OrderChoice, Row
-from identification.models.rational_ml import ACROSS, RationalFit, latest, refit
-from identification.models.rational_model import RationalModel
-from identification.models.stable_rational import Order
-from identification.response.response import ComplexArray
-from identification.signals.samples import BoolArray
-from protocol.channel import FloatArray
+from slipbench.identification.models.model_order import NATS, OrderChoice, Row
+from slipbench.identification.models.rational_ml import ACROSS, RationalFit, latest, refit
+from slipbench.identification.models.rational_model import RationalModel
+from slipbench.identification.models.stable_rational import Order
+from slipbench.identification.response.response import ComplexArray
+from slipbench.identification.signals.samples import BoolArray
+from slipbench.protocol.recording.channel import FloatArray
 
 DROP = float(stats.chi2.ppf(0.95, 1)) / 2  # nats
 POINTS = 31
@@ -79,10 +79,7 @@ class NoDelay:
 
 
 def delay_profile(
-    choice: OrderChoice[RationalFit],
-    nats: float = NATS,
-    points: int = POINTS,
-    doubt: float = 0.0,
+    choice: OrderChoice[RationalFit], nats: float = NATS, points: int = POINTS, doubt: float = 0.0
 ) -> DelayProfile | NoDelay:
     """Profile the delay over every order within `nats` of the best, and the shortest to tell.
 
@@ -104,10 +101,14 @@ def delay_profile(
     own = each[rows.index(short)]
     delay = float(grid[np.argmin(own if np.isfinite(own).any() else envelope)])
     return DelayProfile(
-        grid, profiles, envelope, delay,
+        grid,
+        profiles,
+        envelope,
+        delay,
         max(delay - float(np.hypot(max(delay - low, 0.0), ACROSS * doubt)), 0.0),
-        delay + float(np.hypot(max(high - delay, 0.0), ACROSS * doubt)), short.order,
-    )  # fmt: skip
+        delay + float(np.hypot(max(high - delay, 0.0), ACROSS * doubt)),
+        short.order,
+    )
 
 
 def felt_right_zeros(of: RationalModel, top: float) -> ComplexArray:

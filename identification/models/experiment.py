@@ -9,13 +9,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from identification.models.switched import STILL, IntArray, mode_of
-from identification.response.identify import Identification
-from identification.response.responses import INPUTS, excited_actuator
-from identification.signals.filters import bridged, low_pass
-from identification.signals.motion import NoMotion
-from identification.signals.trial_window import NoExcitation
-from protocol.channel import FloatArray
+from slipbench.identification.models.switched import STILL, IntArray, mode_of
+from slipbench.identification.response.identify import Identification
+from slipbench.identification.response.responses import INPUTS, excited_actuator
+from slipbench.identification.signals.filters import bridged, low_pass
+from slipbench.identification.signals.motion import NoMotion
+from slipbench.identification.signals.trial_window import NoExcitation
+from slipbench.protocol.recording.channel import FloatArray
 
 SMOOTH = 40.0  # Hz, of the measured throttle before it is differentiated
 SLOW = 0.5  # Hz; twist counts from its mean over about this long

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from protocol.channel import FloatArray
+from slipbench.protocol.recording.channel import FloatArray
 
 Residuals = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
 MOST_STEPS = 80
@@ -71,9 +71,13 @@ def free(
 
 
 def _step(
-    residual: FloatArray, jacobian: FloatArray, x: FloatArray, low: FloatArray,
-    high: FloatArray, damping: float,
-) -> FloatArray:  # fmt: skip
+    residual: FloatArray,
+    jacobian: FloatArray,
+    x: FloatArray,
+    low: FloatArray,
+    high: FloatArray,
+    damping: float,
+) -> FloatArray:
     step = np.zeros_like(x)
     gradient = jacobian.T @ residual
     moves = free(gradient, x, low, high)

@@ -4,9 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from identification.models.rational_model import RationalModel
-from identification.models.time_check import fit_percent
-from protocol.channel import FloatArray
+from slipbench.identification.models.rational_model import RationalModel
+from slipbench.identification.models.time_check import fit_percent
+from slipbench.protocol.recording.channel import FloatArray
 
 
 @dataclass(frozen=True)

@@ -16,13 +16,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from identification.models.experiment import Experiment
-from identification.models.switched import SwitchedModel, simulate
-from identification.response.describing_function import DescribingFunction
-from identification.response.harmonics import harmonics
-from identification.response.swept_run import SweptRun, swept_run
-from identification.signals.samples import BoolArray
-from protocol.channel import FloatArray
+from slipbench.identification.models.experiment import Experiment
+from slipbench.identification.models.switched import SwitchedModel, simulate
+from slipbench.identification.response.describing_function import DescribingFunction
+from slipbench.identification.response.harmonics import harmonics
+from slipbench.identification.response.swept_run import SweptRun, swept_run
+from slipbench.identification.signals.samples import BoolArray
+from slipbench.protocol.recording.channel import FloatArray
 
 TREND = 5  # terms of the polynomial that is taken off a trial: speed drifts, the slip's level too
 BLOCK = 1.0  # s; errors a block apart count as independent
@@ -90,13 +90,16 @@ def compare(rivals: Sequence[Rival], runs: Sequence[Experiment]) -> tuple[Row, .
     measured = [_harmonics(run, run.y) for run in runs]
     return tuple(
         Row(
-            model.name, model.parameters, float(np.sqrt(own.sum() / power.sum())),
+            model.name,
+            model.parameters,
+            float(np.sqrt(own.sum() / power.sum())),
             _in_frequency(measured, [_harmonics(run, y) for run, y in zip(runs, row, strict=True)]),
             tuple(nrmse(run, y) for run, y in zip(runs, row, strict=True)),
-            float(np.sqrt(own.sum() / blocks[0].sum())), _interval(own, blocks[0]),
+            float(np.sqrt(own.sum() / blocks[0].sum())),
+            _interval(own, blocks[0]),
         )
         for model, own, row in zip(rivals, blocks, predicted, strict=True)
-    )  # fmt: skip
+    )
 
 
 def nrmse(run: Experiment, predicted: FloatArray) -> float:

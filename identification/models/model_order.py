@@ -17,10 +17,10 @@ from typing import Generic, TypeVar
 
 import numpy as np
 
-from identification.models.rational_ml import RationalFit, fit_order
-from identification.models.rational_model import RationalModel
-from identification.models.stable_rational import Order
-from identification.response.independent_lines import Lines
+from slipbench.identification.models.rational_ml import RationalFit, fit_order
+from slipbench.identification.models.rational_model import RationalModel
+from slipbench.identification.models.stable_rational import Order
+from slipbench.identification.response.independent_lines import Lines
 
 NATS = 2.0
 NEGLIGIBLE = 1e-3  # odds of an order that are not counted
@@ -95,10 +95,16 @@ def choose_order(
     fits = [fit_order(lines, order, delay) for order in tried if 2 * order.size <= samples]
     held = 0 if delay is None else 1
     kept = [fit for fit in fits if resolved(fit.model, lines)] or fits
-    return ranked([
-        Row(f.order, f, of_likelihood(f.chi_square / lines.inflation, f.order.size - held, samples))
-        for f in kept
-    ])  # fmt: skip
+    return ranked(
+        [
+            Row(
+                f.order,
+                f,
+                of_likelihood(f.chi_square / lines.inflation, f.order.size - held, samples),
+            )
+            for f in kept
+        ]
+    )
 
 
 def doubted(choice: OrderChoice[RationalFit]) -> RationalFit:

@@ -20,14 +20,20 @@ from itertools import groupby
 import numpy as np
 from scipy import optimize, signal
 
-from identification.models.model_order import Criteria, OrderChoice, Row, of_residuals, ranked
-from identification.models.model_order import orders as usual_orders
-from identification.models.rational_model import RationalModel
-from identification.models.sanathanan_koerner import first_guess
-from identification.models.stable_rational import GREATEST, LEAST, Order, model
-from identification.response.response import ComplexArray
-from identification.signals.samples import BoolArray
-from protocol.channel import FloatArray
+from slipbench.identification.models.model_order import (
+    Criteria,
+    OrderChoice,
+    Row,
+    of_residuals,
+    ranked,
+)
+from slipbench.identification.models.model_order import orders as usual_orders
+from slipbench.identification.models.rational_model import RationalModel
+from slipbench.identification.models.sanathanan_koerner import first_guess
+from slipbench.identification.models.stable_rational import GREATEST, LEAST, Order, model
+from slipbench.identification.response.response import ComplexArray
+from slipbench.identification.signals.samples import BoolArray
+from slipbench.protocol.recording.channel import FloatArray
 
 MOST_POLES, MOST_ZEROS = 6, 5
 LONGEST = 0.03  # share of a run that a delay may last
@@ -95,9 +101,13 @@ def output_error(
 
 
 def _at_rest(
-    of: TimeFit, u: FloatArray, target: FloatArray, rate: float, names: tuple[str, str],
+    of: TimeFit,
+    u: FloatArray,
+    target: FloatArray,
+    rate: float,
+    names: tuple[str, str],
     independent: int,
-) -> TimeFit:  # fmt: skip
+) -> TimeFit:
     """Fit the same order with a zero at s = 0, from where `of` ended."""
     held = replace(of.order, at_rest=1)
     free = np.ones(of.x.size, dtype=bool)
@@ -109,9 +119,12 @@ def _at_rest(
         return problem.left(_filled(free, z))
 
     found = optimize.least_squares(
-        left, np.clip(of.x[free], low[free] + 1e-9, high[free] - 1e-9),
-        bounds=(low[free], high[free]), x_scale="jac", max_nfev=EVALUATIONS,
-    )  # fmt: skip
+        left,
+        np.clip(of.x[free], low[free] + 1e-9, high[free] - 1e-9),
+        bounds=(low[free], high[free]),
+        x_scale="jac",
+        max_nfev=EVALUATIONS,
+    )
     covariance = np.zeros((free.size, free.size))
     error, covariance[np.ix_(free, free)] = _sure(found, target.size, independent)
     x = _filled(free, found.x)
@@ -130,9 +143,15 @@ def _criteria(fit: TimeFit, independent: int) -> Criteria:
 
 
 def _best(
-    u: FloatArray, target: FloatArray, rate: float, order: Order, pace: float,
-    band: tuple[float, float], names: tuple[str, str], independent: int,
-) -> TimeFit:  # fmt: skip
+    u: FloatArray,
+    target: FloatArray,
+    rate: float,
+    order: Order,
+    pace: float,
+    band: tuple[float, float],
+    names: tuple[str, str],
+    independent: int,
+) -> TimeFit:
     longest = LONGEST * u.shape[1] / rate * pace
     low, high = _bounds(order, longest)
     left = _Problem(order, u, target, rate / pace).left
@@ -186,9 +205,14 @@ def _sure(
 
 
 def _start(
-    u: FloatArray, target: FloatArray, rate: float, order: Order, pace: float,
-    band: tuple[float, float], delay: float,
-) -> FloatArray:  # fmt: skip
+    u: FloatArray,
+    target: FloatArray,
+    rate: float,
+    order: Order,
+    pace: float,
+    band: tuple[float, float],
+    delay: float,
+) -> FloatArray:
     """First guess from the quotient of the spectra, padded so that what rings on has room."""
     n = 2 * u.shape[1]
     f = np.fft.rfftfreq(n, 1 / rate)

@@ -20,13 +20,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy import stats
 
-from identification.models.gauss_newton import MOST_STEPS, Minimum, minimise
-from identification.models.rational_model import RationalModel
-from identification.models.sanathanan_koerner import first_guess
-from identification.models.stable_rational import GREATEST, LEAST, Order, evaluate, model
-from identification.response.independent_lines import KnownPath, Lines
-from identification.response.response import ComplexArray
-from protocol.channel import FloatArray
+from slipbench.identification.models.gauss_newton import MOST_STEPS, Minimum, minimise
+from slipbench.identification.models.rational_model import RationalModel
+from slipbench.identification.models.sanathanan_koerner import first_guess
+from slipbench.identification.models.stable_rational import GREATEST, LEAST, Order, evaluate, model
+from slipbench.identification.response.independent_lines import KnownPath, Lines
+from slipbench.identification.response.response import ComplexArray
+from slipbench.protocol.recording.channel import FloatArray
 
 STARTS = (0.0, 0.3, 0.5, 0.7, 0.9)  # of the delay that the phase leaves room for
 REFIT_STEPS = 20
@@ -237,9 +237,11 @@ def _pair(fit: RationalFit, i: int) -> Mode:
     C = fit.covariance[i : i + 2, i : i + 2]
     spread = np.sqrt(max(C[0, 0] - C[0, 1] + C[1, 1] / 4, 0.0))
     return Mode(
-        float(frequency), float(damping), float(frequency * np.sqrt(C[1, 1]) / 2),
+        float(frequency),
+        float(damping),
+        float(frequency * np.sqrt(C[1, 1]) / 2),
         float(damping * spread),
-    )  # fmt: skip
+    )
 
 
 def _single(fit: RationalFit) -> Mode:

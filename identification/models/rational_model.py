@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy import linalg
 
-from identification.response.response import ComplexArray
-from protocol.channel import FloatArray
+from slipbench.identification.response.response import ComplexArray
+from slipbench.protocol.recording.channel import FloatArray
 
 if TYPE_CHECKING:
     import control
@@ -106,9 +106,12 @@ class RationalModel:
 
         above, below = control.pade(self.delay, pade) if pade else ([1.0], [1.0])
         return control.TransferFunction(
-            np.polymul(self.numerator, above), np.polymul(self.denominator, below),
-            inputs=[self.input], outputs=[self.output], name=f"{self.input} to {self.output}",
-        )  # fmt: skip
+            np.polymul(self.numerator, above),
+            np.polymul(self.denominator, below),
+            inputs=[self.input],
+            outputs=[self.output],
+            name=f"{self.input} to {self.output}",
+        )
 
     def to_state_space(self) -> "control.StateSpace":
         """Give a python-control state space without the delay, signals named by role."""
@@ -116,9 +119,14 @@ class RationalModel:
 
         A, B, C, D, pace = _normal_form(self)
         return control.StateSpace(
-            A * pace, B[:, None] * pace, C[None, :], [[D]],
-            inputs=[self.input], outputs=[self.output], name=f"{self.input} to {self.output}",
-        )  # fmt: skip
+            A * pace,
+            B[:, None] * pace,
+            C[None, :],
+            [[D]],
+            inputs=[self.input],
+            outputs=[self.output],
+            name=f"{self.input} to {self.output}",
+        )
 
 
 def _normal_form(of: RationalModel) -> tuple[FloatArray, FloatArray, FloatArray, float, float]:

@@ -14,8 +14,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from identification.models.gauss_newton import Minimum, minimise
-from identification.models.model_order import (
+from slipbench.identification.models.gauss_newton import Minimum, minimise
+from slipbench.identification.models.model_order import (
     OrderChoice,
     Row,
     of_residuals,
@@ -23,13 +23,13 @@ from identification.models.model_order import (
     ranked,
     resolved,
 )
-from identification.models.rational_ml import pace_of
-from identification.models.rational_model import RationalModel
-from identification.models.sanathanan_koerner import first_guess
-from identification.models.stable_rational import Order
-from identification.response.independent_lines import Lines
-from identification.response.response import ComplexArray
-from protocol.channel import FloatArray
+from slipbench.identification.models.rational_ml import pace_of
+from slipbench.identification.models.rational_model import RationalModel
+from slipbench.identification.models.sanathanan_koerner import first_guess
+from slipbench.identification.models.stable_rational import Order
+from slipbench.identification.response.independent_lines import Lines
+from slipbench.identification.response.response import ComplexArray
+from slipbench.protocol.recording.channel import FloatArray
 
 STARTS = 5
 SCATTER = 0.3  # of the coefficients, from start to start
@@ -62,9 +62,9 @@ def choose_paper_order(
         if 2 * order.size <= samples
     ]
     kept = [fit for fit in fits if fit.model.stable and resolved(fit.model, lines)] or fits
-    return ranked([
-        Row(fit.order, fit, of_residuals(fit.cost, fit.order.size - 1, samples)) for fit in kept
-    ])  # fmt: skip
+    return ranked(
+        [Row(fit.order, fit, of_residuals(fit.cost, fit.order.size - 1, samples)) for fit in kept]
+    )
 
 
 def paper_fit(

@@ -10,11 +10,11 @@ it, and zeros are let in where they reject every chain. What was taken for grant
 
 from dataclasses import dataclass
 
-from identification.models.delay_profile import DelayProfile, NoDelay, delay_profile
-from identification.models.model_order import OrderChoice, choose_order, doubted, ranked
-from identification.models.rational_ml import RationalFit
-from identification.response.independent_lines import NoRational, independent_lines
-from identification.response.response import FrequencyResponse, believed_band
+from slipbench.identification.models.delay_profile import DelayProfile, NoDelay, delay_profile
+from slipbench.identification.models.model_order import OrderChoice, choose_order, doubted, ranked
+from slipbench.identification.models.rational_ml import RationalFit
+from slipbench.identification.response.independent_lines import NoRational, independent_lines
+from slipbench.identification.response.response import FrequencyResponse, believed_band
 
 REJECTED = 0.01  # probability of so large a chi-square under which a model is rejected
 
@@ -57,9 +57,7 @@ def recommended(response: FrequencyResponse) -> Recommended | NoRational:
     only = ranked(chains) if chains else everything
     chain = bool(chains) and only.best_by_mdl.fit.adequate >= REJECTED
     choice = only if chain else everything
-    return Recommended(
-        response, everything, doubted(choice), delay_profile(choice), chain
-    )  # fmt: skip
+    return Recommended(response, everything, doubted(choice), delay_profile(choice), chain)
 
 
 def _form(of: Recommended) -> tuple[str, ...]:

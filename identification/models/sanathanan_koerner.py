@@ -7,9 +7,9 @@ Automatic Control 8, 1963).
 
 import numpy as np
 
-from identification.models.stable_rational import Order, evaluate, parameters
-from identification.response.response import ComplexArray
-from protocol.channel import FloatArray
+from slipbench.identification.models.stable_rational import Order, evaluate, parameters
+from slipbench.identification.response.response import ComplexArray
+from slipbench.protocol.recording.channel import FloatArray
 
 ROUNDS = 6
 

@@ -18,10 +18,10 @@ import numpy as np
 from scipy import stats
 from scipy.optimize import OptimizeResult, least_squares
 
-from identification.models.switched import Direction, SwitchedModel
-from identification.response.independent_lines import NoRational, independent_lines
-from identification.response.response import ComplexArray, FrequencyResponse
-from protocol.channel import FloatArray
+from slipbench.identification.models.switched import Direction, SwitchedModel
+from slipbench.identification.response.independent_lines import NoRational, independent_lines
+from slipbench.identification.response.response import ComplexArray, FrequencyResponse
+from slipbench.protocol.recording.channel import FloatArray
 
 FEWEST = 3  # speeds; with two of them a slope could not be tested
 NAMES = ("gain", "pole", "zero", "frequency 1", "damping 1", "frequency 2", "damping 2", "delay")
@@ -117,9 +117,15 @@ def fit_scheduled(
     ratio = 2 * float(best.cost) / freedom
     covariance = np.linalg.pinv(best.jac.T @ best.jac) * max(1.0, ratio)
     return ScheduledFit(
-        best.x, covariance, degrees, problem.centre, float(speeds.min()), float(speeds.max()),
-        float(stats.t.ppf(0.975, freedom)), ratio,
-    )  # fmt: skip
+        best.x,
+        covariance,
+        degrees,
+        problem.centre,
+        float(speeds.min()),
+        float(speeds.max()),
+        float(stats.t.ppf(0.975, freedom)),
+        ratio,
+    )
 
 
 def leave_one_out(trials: Sequence[Trial]) -> tuple[LeftOutSpeed, ...] | NoSchedule:
@@ -168,9 +174,13 @@ class _Problem:
             where.append((float(np.log(trial.speed / centre)), slice(n, n + lines.value.size)))
             n += lines.value.size
         return _Problem(
-            np.concatenate(frequency), np.concatenate(value), np.concatenate(weight),
-            tuple(where), centre, degrees,
-        )  # fmt: skip
+            np.concatenate(frequency),
+            np.concatenate(value),
+            np.concatenate(weight),
+            tuple(where),
+            centre,
+            degrees,
+        )
 
     def residual(self, c: FloatArray) -> FloatArray:
         error = np.empty(self.frequency.size, dtype=np.complex128)

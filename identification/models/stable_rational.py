@@ -11,9 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from identification.models.rational_model import RationalModel
-from identification.response.response import ComplexArray
-from protocol.channel import FloatArray
+from slipbench.identification.models.rational_model import RationalModel
+from slipbench.identification.response.response import ComplexArray
+from slipbench.protocol.recording.channel import FloatArray
 
 LEAST, GREATEST = np.log(1e-3), np.log(1e3)  # of the denominator's coefficients
 

@@ -13,12 +13,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from identification.response.identify import Identification
-from identification.response.responses import INPUTS, excited_actuator
-from identification.signals.filters import bridged
-from identification.signals.motion import NoMotion
-from identification.signals.trial_window import NoExcitation
-from protocol.channel import FloatArray
+from slipbench.identification.response.identify import Identification
+from slipbench.identification.response.responses import INPUTS, excited_actuator
+from slipbench.identification.signals.filters import bridged
+from slipbench.identification.signals.motion import NoMotion
+from slipbench.identification.signals.trial_window import NoExcitation
+from slipbench.protocol.recording.channel import FloatArray
 
 BEFORE = 0.10  # s kept before a step
 FEWEST = 4  # steps in each direction; fewer have no scatter to judge by

@@ -6,14 +6,14 @@ study.models[0].fit.model, study.harmonics, study.left_out
 
 from dataclasses import dataclass
 
-from identification.models.recommended import Recommended, recommended
-from identification.response.describing_function import DescribingFunction, NoHarmonics
-from identification.response.harmonics import harmonics
-from identification.response.identify import Identification
-from identification.response.independent_lines import NoRational
-from identification.response.left_out import LeftOut
-from identification.response.swept_recording import swept_run_of
-from identification.signals.swept_phase import NoSweep
+from slipbench.identification.models.recommended import Recommended, recommended
+from slipbench.identification.response.describing_function import DescribingFunction, NoHarmonics
+from slipbench.identification.response.harmonics import harmonics
+from slipbench.identification.response.identify import Identification
+from slipbench.identification.response.independent_lines import NoRational
+from slipbench.identification.response.left_out import LeftOut
+from slipbench.identification.response.swept_recording import swept_run_of
+from slipbench.identification.signals.swept_phase import NoSweep
 
 
 @dataclass(frozen=True)

@@ -20,8 +20,8 @@ import numpy as np
 import numpy.typing as npt
 from numba import njit
 
-from identification.response.response import ComplexArray
-from protocol.channel import FloatArray
+from slipbench.identification.response.response import ComplexArray
+from slipbench.protocol.recording.channel import FloatArray
 
 if TYPE_CHECKING:
     import control

@@ -19,9 +19,9 @@ import numpy as np
 from scipy import stats
 from scipy.optimize import OptimizeResult, least_squares
 
-from identification.models.steps import Bundle, Steps
-from identification.models.switched import Direction, IntArray, SwitchedModel, simulate
-from protocol.channel import FloatArray
+from slipbench.identification.models.steps import Bundle, Steps
+from slipbench.identification.models.switched import Direction, IntArray, SwitchedModel, simulate
+from slipbench.protocol.recording.channel import FloatArray
 
 SPACING = 4  # samples between those that are compared; the wheel's speed was low-passed before
 POLES, DELAYS = (3e-3, 20e-3), (5e-3, 15e-3)  # s, starts
@@ -204,10 +204,14 @@ def _judged(
     power = float(np.mean(best.fun**2))
     steps = problem.cut(np.stack([side.mean for side in problem.sides])[None]) / problem.scale
     return SwitchedFit(
-        _model(best.x, pairs), names, _natural(best.x, pairs), covariance,
-        float(stats.t.ppf(0.975, fewest - 1)), float(np.sqrt(power / np.mean(steps**2))),
+        _model(best.x, pairs),
+        names,
+        _natural(best.x, pairs),
+        covariance,
+        float(stats.t.ppf(0.975, fewest - 1)),
+        float(np.sqrt(power / np.mean(steps**2))),
         count * float(np.log(power)) + best.x.size * float(np.log(count)),
-    )  # fmt: skip
+    )
 
 
 def _scatter(problem: _Problem, mode: int, J: FloatArray) -> FloatArray:

@@ -9,14 +9,14 @@ from pathlib import Path
 
 import numpy as np
 
-from identification.models.held_out import HeldOut, Rest, held_out
-from identification.models.output_error import OutputError, output_error
-from identification.response.repeated_runs import excited_band, repeated_response, repeats
-from identification.response.response import FrequencyResponse
-from protocol.channel import FloatArray
-from protocol.errors import InputError
-from protocol.role_map import TableRules
-from protocol.tables import read_table, samples
+from slipbench.identification.models.held_out import HeldOut, Rest, held_out
+from slipbench.identification.models.output_error import OutputError, output_error
+from slipbench.identification.response.repeated_runs import excited_band, repeated_response, repeats
+from slipbench.identification.response.response import FrequencyResponse
+from slipbench.protocol.errors import InputError
+from slipbench.protocol.recording.channel import FloatArray
+from slipbench.protocol.recording.role_map import TableRules
+from slipbench.protocol.tables import read_table, samples
 
 FEWEST = 200  # samples in a run
 FAR = 0.3  # share of an unseen input outside the band from which it is said
@@ -57,8 +57,10 @@ class TableStudy:
     @property
     def words(self) -> tuple[str, ...]:
         """What has to be known before the model is used, a sentence each."""
-        said = [f"The model holds from {self.band[0]:.2g} to {self.band[1]:.3g} Hz, which is what "
-                "the runs excite, and from rest."]  # fmt: skip
+        said = [
+            f"The model holds from {self.band[0]:.2g} to {self.band[1]:.3g} Hz, which is what "
+            "the runs excite, and from rest."
+        ]
         left = self.found.fit.error
         if np.isfinite(self.noise) and left > 1.5 * self.noise / np.sqrt(len(self.runs)):
             said.append(
@@ -90,20 +92,23 @@ def read_run(path: Path, input: str, output: str) -> TableRun:
         value, time = np.interp(y.time, u.time, u.value), y.time
     if time.size < FEWEST:
         raise InputError(
-            f"{time.size} samples are too few for a model", where=str(path),
+            f"{time.size} samples are too few for a model",
+            where=str(path),
             expected=f"at least {FEWEST} samples of {input!r} and {output!r}",
             remedy="record a longer run",
-        )  # fmt: skip
+        )
     step = (time[-1] - time[0]) / (time.size - 1)
     uneven = float(np.max(np.abs(time - time[0] - step * np.arange(time.size))))
     if not step > 0 or uneven > UNEVEN * step:
         even = time[0] + step * np.arange(time.size)
         if not step > 0 or uneven > 2 * step:
             raise InputError(
-                "the samples are not evenly spaced in time", where=str(path),
-                expected=f"one every {1e3 * step:.3g} ms", found=f"off by {1e3 * uneven:.3g} ms",
+                "the samples are not evenly spaced in time",
+                where=str(path),
+                expected=f"one every {1e3 * step:.3g} ms",
+                found=f"off by {1e3 * uneven:.3g} ms",
                 remedy="resample the table at an even rate",
-            )  # fmt: skip
+            )
         value, y_value = np.interp(even, time, value), np.interp(even, time, y.value)
         return TableRun(path.stem, value, y_value, 1 / step)
     return TableRun(path.stem, value, y.value, 1 / step)
@@ -117,9 +122,11 @@ def table_study(runs: list[TableRun], unseen: list[TableRun], names: tuple[str, 
     if not np.ptp(u) > 0 or not np.ptp(y) > 0:
         still = names[0] if not np.ptp(u) > 0 else names[1]
         raise InputError(
-            f"{still!r} stands still in every run", where=", ".join(run.name for run in runs),
-            expected="an excitation and an answer", remedy="choose other columns or runs",
-        )  # fmt: skip
+            f"{still!r} stands still in every run",
+            where=", ".join(run.name for run in runs),
+            expected="an excitation and an answer",
+            remedy="choose other columns or runs",
+        )
     rest = Rest(float(np.mean(u[:, 0])), float(np.mean(y[:, 0])))
     band = excited_band(u, rate)
     found = output_error(u, y, rate, band, names)
@@ -150,7 +157,10 @@ def _one_rate(runs: list[TableRun]) -> float:
     for run in runs:
         if abs(run.rate / rate - 1) > 1e-3:
             raise InputError(
-                "the runs have different rates", where=run.name, expected=f"{rate:.6g} Hz",
-                found=f"{run.rate:.6g} Hz", remedy="resample them at one rate",
-            )  # fmt: skip
+                "the runs have different rates",
+                where=run.name,
+                expected=f"{rate:.6g} Hz",
+                found=f"{run.rate:.6g} Hz",
+                remedy="resample them at one rate",
+            )
     return rate

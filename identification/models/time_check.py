@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from identification.models.rational_model import RationalModel
-from protocol.channel import FloatArray
+from slipbench.identification.models.rational_model import RationalModel
+from slipbench.protocol.recording.channel import FloatArray
 
 PERIODS = 5.0
 SHARES = (0.35, 0.5, 0.9)  # of the servo's bandwidth, as in the paper

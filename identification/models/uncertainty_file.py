@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 import tomli_w
 
-from identification.models.rational_model import RationalModel
-from identification.models.uncertainty_set import UncertaintySet, Weight
-from identification.response.response import ComplexArray
+from slipbench.identification.models.rational_model import RationalModel
+from slipbench.identification.models.uncertainty_set import UncertaintySet, Weight
+from slipbench.identification.response.response import ComplexArray
 
 
 def write(found: UncertaintySet, path: Path) -> None:
@@ -28,26 +28,36 @@ def read(path: Path) -> UncertaintySet:
     nominal, weight = told["nominal"], told["weight"]
     return UncertaintySet(
         RationalModel(
-            nominal["input"], nominal["output"], _complex(nominal["zeros"]),
-            _complex(nominal["poles"]), nominal["gain"], nominal["delay"],
+            nominal["input"],
+            nominal["output"],
+            _complex(nominal["zeros"]),
+            _complex(nominal["poles"]),
+            nominal["gain"],
+            nominal["delay"],
         ),
         Weight(weight["gain"], np.array(weight["sections"])),
-        np.array(told["frequency"]), np.array(told["bound"]),
+        np.array(told["frequency"]),
+        np.array(told["bound"]),
         {name: _complex(pairs) for name, pairs in told["members"].items()},
-    )  # fmt: skip
+    )
 
 
 def _told(found: UncertaintySet) -> dict[str, Any]:
     g, w = found.nominal, found.weight
     return {
-        "frequency": found.frequency.tolist(), "bound": found.bound.tolist(),
+        "frequency": found.frequency.tolist(),
+        "bound": found.bound.tolist(),
         "nominal": {
-            "input": g.input, "output": g.output, "gain": float(g.gain), "delay": float(g.delay),
-            "zeros": _pairs(g.zeros), "poles": _pairs(g.poles),
+            "input": g.input,
+            "output": g.output,
+            "gain": float(g.gain),
+            "delay": float(g.delay),
+            "zeros": _pairs(g.zeros),
+            "poles": _pairs(g.poles),
         },
         "weight": {"gain": float(w.gain), "sections": w.sections.tolist()},
         "members": {name: _pairs(value) for name, value in found.members.items()},
-    }  # fmt: skip
+    }
 
 
 def _pairs(value: ComplexArray) -> list[list[float]]:

@@ -19,9 +19,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.optimize import least_squares
 
-from identification.models.rational_model import RationalModel
-from identification.response.response import ComplexArray, FrequencyResponse
-from protocol.channel import FloatArray
+from slipbench.identification.models.rational_model import RationalModel
+from slipbench.identification.response.response import ComplexArray, FrequencyResponse
+from slipbench.protocol.recording.channel import FloatArray
 
 if TYPE_CHECKING:
     import control

@@ -5,11 +5,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MultipleLocator
 
-from identification.report import drawing as d
-from identification.report.words import decibel, gain_unit, name
-from identification.response.resonance import NoResonance, Resonance
-from identification.response.response import BELIEVED, FrequencyResponse
-from protocol.channel import FloatArray
+from slipbench.identification.report import drawing as d
+from slipbench.identification.report.words import decibel, gain_unit, name
+from slipbench.identification.response.resonance import NoResonance, Resonance
+from slipbench.identification.response.response import BELIEVED, FrequencyResponse
+from slipbench.protocol.recording.channel import FloatArray
 
 
 def bode(found: list[FrequencyResponse], peak: Resonance | NoResonance | None = None) -> Figure:
@@ -30,9 +30,13 @@ def _gain(axes: Axes, of: FrequencyResponse, factor: float, colour: str) -> None
     gain, band = of.gain * factor, of.gain_band * factor
     label = f"from {name(of.input)} to {name(of.output)}"
     axes.fill_between(
-        of.frequency, np.maximum(gain - band, gain * 0.1), gain + band, color=colour, alpha=0.18,
+        of.frequency,
+        np.maximum(gain - band, gain * 0.1),
+        gain + band,
+        color=colour,
+        alpha=0.18,
         lw=0,
-    )  # fmt: skip
+    )
     axes.plot(of.frequency, _kept(of, gain), color=colour, label=label)
     axes.plot(of.frequency, gain, color=colour, alpha=0.3, lw=0.8)
 
@@ -52,9 +56,14 @@ def _mark(axes: Axes, peak: Resonance, factor: float) -> None:
     axes.axhline(peak.low_gain * factor, color=d.MUTED, lw=0.9, ls=(0, (4, 3)))
     axes.plot([peak.frequency], [top], "o", color=d.RED, ms=6, zorder=5)
     axes.annotate(
-        f"{peak.frequency:.2f} Hz, {decibel(peak.peak):+.1f} dB", (peak.frequency, top),
-        xytext=(-8, 9), textcoords="offset points", color=d.RED, fontweight="bold", ha="right",
-    )  # fmt: skip
+        f"{peak.frequency:.2f} Hz, {decibel(peak.peak):+.1f} dB",
+        (peak.frequency, top),
+        xytext=(-8, 9),
+        textcoords="offset points",
+        color=d.RED,
+        fontweight="bold",
+        ha="right",
+    )
 
 
 def _furnish(axes: list[Axes], found: list[FrequencyResponse], unit: str) -> None:

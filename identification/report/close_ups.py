@@ -3,14 +3,14 @@
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from identification.report import drawing as d
-from identification.report.words import name, of_role, shown, unit
-from identification.response.identify import Identification
-from identification.response.responses import INPUTS, excited_actuator
-from identification.signals.motion import Motion
-from identification.signals.trial_window import TrialWindow
-from protocol.channel import FloatArray
-from protocol.trial_file import Sweep
+from slipbench.identification.report import drawing as d
+from slipbench.identification.report.words import name, of_role, shown, unit
+from slipbench.identification.response.identify import Identification
+from slipbench.identification.response.responses import INPUTS, excited_actuator
+from slipbench.identification.signals.motion import Motion
+from slipbench.identification.signals.trial_window import TrialWindow
+from slipbench.protocol.recording.channel import FloatArray
+from slipbench.protocol.trial_file import Sweep
 
 
 def close_ups(found: Identification) -> Figure | None:

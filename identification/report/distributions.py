@@ -4,12 +4,12 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from identification.report import drawing as d
-from identification.report.words import name, shown, unit
-from identification.response.identify import Identification
-from identification.signals.motion import Motion
-from identification.signals.spectrum import LOWEST
-from protocol.channel import FloatArray
+from slipbench.identification.report import drawing as d
+from slipbench.identification.report.words import name, shown, unit
+from slipbench.identification.response.identify import Identification
+from slipbench.identification.signals.motion import Motion
+from slipbench.identification.signals.spectrum import LOWEST
+from slipbench.protocol.recording.channel import FloatArray
 
 MOST = 200.0  # Hz that are drawn
 
@@ -25,9 +25,15 @@ def slip_statistics(found: Identification) -> Figure | None:
     left.hist(np.clip(ratio[known] * 100, low, high), bins=80, color=d.BLUE)
     left.set(xlabel="slip / %", ylabel="samples", title="How often")
     right.hexbin(
-        shown(speed[known], "m/s"), np.clip(ratio[known] * 100, low, high), gridsize=55,
-        bins="log", cmap="Blues", mincnt=1, linewidths=0.1, rasterized=True,
-    )  # fmt: skip
+        shown(speed[known], "m/s"),
+        np.clip(ratio[known] * 100, low, high),
+        gridsize=55,
+        bins="log",
+        cmap="Blues",
+        mincnt=1,
+        linewidths=0.1,
+        rasterized=True,
+    )
     right.set(xlabel="speed / km/h", ylabel="slip / %", title="Against speed")
     return figure
 
@@ -57,6 +63,14 @@ def _mark_orders(axes: Axes, orders: FloatArray, width: float) -> None:
         half = max(width * index / 2, 0.1)
         axes.axvspan(frequency - half, frequency + half, color=d.ORANGE, alpha=0.18, lw=0)
         axes.text(
-            frequency, 0.97, f"{index}X", transform=axes.get_xaxis_transform(), va="top",
-            ha="center", clip_on=True, fontsize=8.5, color=d.ORANGE, fontweight="bold",
-        )  # fmt: skip
+            frequency,
+            0.97,
+            f"{index}X",
+            transform=axes.get_xaxis_transform(),
+            va="top",
+            ha="center",
+            clip_on=True,
+            fontsize=8.5,
+            color=d.ORANGE,
+            fontweight="bold",
+        )

@@ -12,8 +12,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator
 
-from identification.signals.samples import BoolArray
-from protocol.channel import FloatArray
+from slipbench.identification.signals.samples import BoolArray
+from slipbench.protocol.recording.channel import FloatArray
 
 INK, MUTED, GRID = "#1c2733", "#66717d", "#dfe4ea"
 BLUE, ORANGE, GREEN, RED, VIOLET = "#1f62b0", "#d9680a", "#1d8a5b", "#c23030", "#7a4fb5"
@@ -22,14 +22,29 @@ WIDTH = 9.0  # in
 POINTS = 1600  # that a line keeps; more cannot be seen
 
 STYLE = {
-    "font.family": "DejaVu Sans", "font.size": 9.5, "axes.titlesize": 10.5,
-    "axes.titleweight": "bold", "axes.titlelocation": "left", "axes.labelcolor": INK,
-    "axes.edgecolor": "#aab3bd", "axes.grid": True, "grid.color": GRID, "grid.linewidth": 0.7,
-    "axes.spines.top": False, "axes.spines.right": False, "axes.axisbelow": True,
-    "xtick.color": MUTED, "ytick.color": MUTED, "text.color": INK, "lines.linewidth": 1.3,
-    "legend.frameon": False, "legend.fontsize": 9, "svg.fonttype": "path",
-    "figure.facecolor": "white", "axes.facecolor": "white",
-}  # fmt: skip
+    "font.family": "DejaVu Sans",
+    "font.size": 9.5,
+    "axes.titlesize": 10.5,
+    "axes.titleweight": "bold",
+    "axes.titlelocation": "left",
+    "axes.labelcolor": INK,
+    "axes.edgecolor": "#aab3bd",
+    "axes.grid": True,
+    "grid.color": GRID,
+    "grid.linewidth": 0.7,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.axisbelow": True,
+    "xtick.color": MUTED,
+    "ytick.color": MUTED,
+    "text.color": INK,
+    "lines.linewidth": 1.3,
+    "legend.frameon": False,
+    "legend.fontsize": 9,
+    "svg.fonttype": "path",
+    "figure.facecolor": "white",
+    "axes.facecolor": "white",
+}
 
 
 @contextmanager
@@ -47,9 +62,13 @@ def panels(
     FigureCanvasAgg(figure)
     margins = {"top": 1 - 0.4 / height, "bottom": 0.55 / height, "hspace": 0.45 * rows / height}
     grid = figure.subplots(
-        rows, 1, sharex=True, squeeze=False, height_ratios=ratios,
+        rows,
+        1,
+        sharex=True,
+        squeeze=False,
+        height_ratios=ratios,
         gridspec_kw={"left": 0.9 / WIDTH, "right": 1 - 0.25 / WIDTH, **margins},
-    )  # fmt: skip
+    )
     for row in range(rows):
         grid[row, 0].yaxis.set_label_coords(-0.65 / (WIDTH - 1.15), 0.5)
     return figure, [grid[row, 0] for row in range(rows)]
@@ -61,9 +80,11 @@ def side_by_side(columns: int, height: float) -> tuple[Figure, list[Axes]]:
     FigureCanvasAgg(figure)
     margins = {"left": 0.8 / WIDTH, "right": 1 - 0.75 / WIDTH, "wspace": 0.42}
     grid = figure.subplots(
-        1, columns, squeeze=False,
+        1,
+        columns,
+        squeeze=False,
         gridspec_kw={"top": 1 - 0.4 / height, "bottom": 0.6 / height, **margins},
-    )  # fmt: skip
+    )
     return figure, list(grid[0])
 
 
@@ -98,9 +119,13 @@ def shade(axes: Axes, time: FloatArray, active: BoolArray, label: str = "") -> N
 def legend(axes: Axes, columns: int = 4) -> None:
     """Set the legend over the panel, where it covers no data."""
     axes.legend(
-        loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=columns, borderaxespad=0.1,
-        handlelength=1.6, columnspacing=1.4,
-    )  # fmt: skip
+        loc="lower right",
+        bbox_to_anchor=(1.0, 1.0),
+        ncols=columns,
+        borderaxespad=0.1,
+        handlelength=1.6,
+        columnspacing=1.4,
+    )
 
 
 def plain_decades(gain: Axes, frequency: Axes) -> None:

@@ -4,19 +4,19 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from identification.report import slip_control
-from identification.report.words import decibel, gain_unit, name
-from identification.response.identify import Identification, slip_range
-from identification.response.resonance import Resonance
-from identification.response.response import (
+from slipbench.identification.report import slip_control
+from slipbench.identification.report.words import decibel, gain_unit, name
+from slipbench.identification.response.identify import Identification, slip_range
+from slipbench.identification.response.resonance import Resonance
+from slipbench.identification.response.response import (
     BELIEVED,
     FrequencyResponse,
     believed_band,
     least_coherence,
 )
-from identification.signals.motion import Motion
-from identification.signals.trial_window import NoExcitation, TrialWindow, trip_in_words
-from protocol.recording import Recording
+from slipbench.identification.signals.motion import Motion
+from slipbench.identification.signals.trial_window import NoExcitation, TrialWindow, trip_in_words
+from slipbench.protocol.recording.recording import Recording
 
 MOST = 0.97  # of the excited band; what is believed of it counts as all of it
 

@@ -4,17 +4,21 @@ from typing import Any
 
 import numpy as np
 
-from identification.models.study import Study
-from identification.report import model_tables
-from identification.report.headline import headline
-from identification.response.identify import Identification, slip_range
-from identification.response.resonance import Resonance, low_frequency_delay
-from identification.response.response import FrequencyResponse, believed_band, least_coherence
-from identification.signals.clocks import ClockFit, Unaligned
-from identification.signals.motion import Motion
-from identification.signals.teeth import tooth_interval
-from identification.signals.trial_window import TrialWindow
-from protocol.channel import FloatArray
+from slipbench.identification.models.study import Study
+from slipbench.identification.report import model_tables
+from slipbench.identification.report.headline import headline
+from slipbench.identification.response.identify import Identification, slip_range
+from slipbench.identification.response.resonance import Resonance, low_frequency_delay
+from slipbench.identification.response.response import (
+    FrequencyResponse,
+    believed_band,
+    least_coherence,
+)
+from slipbench.identification.signals.clocks import ClockFit, Unaligned
+from slipbench.identification.signals.motion import Motion
+from slipbench.identification.signals.teeth import tooth_interval
+from slipbench.identification.signals.trial_window import TrialWindow
+from slipbench.protocol.recording.channel import FloatArray
 
 
 def key_figures(found: Identification, study: Study) -> dict[str, Any]:
@@ -88,11 +92,14 @@ def _slip(found: Identification) -> dict[str, Any] | None:
     ends = {"low": _rounded(span[0]), "high": _rounded(span[1])} if span else {}
     mean = {"mean": _rounded(np.nanmean(moved.slip.ratio[_part(found)]))} if span else {}
     return {
-        **ends, **mean, "defined_share": _rounded(moved.slip.defined),
-        "driven": moved.axle.method, "reference": moved.reference_name,
+        **ends,
+        **mean,
+        "defined_share": _rounded(moved.slip.defined),
+        "driven": moved.axle.method,
+        "reference": moved.reference_name,
         "line_reduction_db": moved.line_reduction and _rounded(moved.line_reduction),
         "rolling_radius_ratio": moved.radius and _rounded(moved.radius.ratio, 6),
-    }  # fmt: skip
+    }
 
 
 def _resonance(found: Identification) -> dict[str, Any]:
@@ -100,27 +107,37 @@ def _resonance(found: Identification) -> dict[str, Any]:
     if not isinstance(peak, Resonance):
         return {"frequency": None, "reason": peak.reason}
     return {
-        "frequency": _rounded(peak.frequency), "peak": _rounded(peak.peak),
-        "low_frequency_gain": _rounded(peak.low_gain), "servo_bandwidth": servo_bandwidth(found),
-    }  # fmt: skip
+        "frequency": _rounded(peak.frequency),
+        "peak": _rounded(peak.peak),
+        "low_frequency_gain": _rounded(peak.low_gain),
+        "servo_bandwidth": servo_bandwidth(found),
+    }
 
 
 def _clock(fit: ClockFit | Unaligned) -> dict[str, Any]:
     if isinstance(fit, Unaligned):
         return {"aligned": False, "reason": fit.reason}
     return {
-        "aligned": True, "drift_ppm": _rounded(fit.drift * 1e6), "offset": fit.offset,
-        "latency_p50": _rounded(fit.latency_p50), "latency_p99": _rounded(fit.latency_p99),
+        "aligned": True,
+        "drift_ppm": _rounded(fit.drift * 1e6),
+        "offset": fit.offset,
+        "latency_p50": _rounded(fit.latency_p50),
+        "latency_p99": _rounded(fit.latency_p99),
         "samples": fit.samples,
-    }  # fmt: skip
+    }
 
 
 def _response(of: FrequencyResponse) -> dict[str, Any]:
     return {
-        "input": of.input, "output": of.output, "method": of.method,
-        "frequency": _list(of.frequency), "gain": _list(of.gain), "phase": _list(of.phase),
-        "coherence": _list(of.coherence), "deviation": _list(of.deviation),
-    }  # fmt: skip
+        "input": of.input,
+        "output": of.output,
+        "method": of.method,
+        "frequency": _list(of.frequency),
+        "gain": _list(of.gain),
+        "phase": _list(of.phase),
+        "coherence": _list(of.coherence),
+        "deviation": _list(of.deviation),
+    }
 
 
 def _list(values: FloatArray) -> list[float]:

@@ -3,11 +3,11 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from identification.models.recommended import Recommended
-from identification.report import drawing as d
-from identification.report.words import gain_unit, name
-from identification.response.describing_function import DescribingFunction
-from identification.response.response import believed_band
+from slipbench.identification.models.recommended import Recommended
+from slipbench.identification.report import drawing as d
+from slipbench.identification.report.words import gain_unit, name
+from slipbench.identification.response.describing_function import DescribingFunction
+from slipbench.identification.response.response import believed_band
 
 POINTS = 300
 KNOWN = 1.0  # greatest 95 % band beside a harmonic at which it is drawn as known
@@ -35,8 +35,9 @@ def model_figure(found: tuple[Recommended, ...]) -> Figure | None:
         axes[1].fill_between(f, phase - half, phase + half, **look)  # type: ignore[arg-type]
         axes[1].plot(f, phase, color=colour)
         near = np.degrees(np.angle(lines.value / fit.response(lines.frequency)))
-        axes[1].plot(lines.frequency, np.interp(lines.frequency, f, phase) + near, "o", ms=3.5,
-                     color=colour)  # fmt: skip
+        axes[1].plot(
+            lines.frequency, np.interp(lines.frequency, f, phase) + near, "o", ms=3.5, color=colour
+        )
     axes[0].set(xscale="log", yscale="log", ylabel=f"gain / ({unit})")
     axes[1].set(ylabel="phase / °", xlabel="frequency / Hz")
     d.plain_decades(axes[0], axes[1])

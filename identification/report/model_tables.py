@@ -4,11 +4,11 @@ from typing import Any
 
 import numpy as np
 
-from identification.models.delay_profile import DelayProfile
-from identification.models.rational_ml import ACROSS, Mode, RationalFit
-from identification.models.recommended import Recommended
-from identification.report.words import gain_unit, name
-from identification.response.response import ComplexArray
+from slipbench.identification.models.delay_profile import DelayProfile
+from slipbench.identification.models.rational_ml import ACROSS, Mode, RationalFit
+from slipbench.identification.models.recommended import Recommended
+from slipbench.identification.report.words import gain_unit, name
+from slipbench.identification.response.response import ComplexArray
 
 Rows = list[tuple[str, str]]
 FASTEST = 3.0  # times the top of the band; what is faster is not told one by one
@@ -22,15 +22,20 @@ def told(of: Recommended) -> Rows:
     gain, band = float(np.abs(fit.response(low))[0]), float(fit.band(low)[0])
     rows = [
         ("Order", f"{fit.order}, by description length; {_others(of)}"),
-        ("Chi-square", f"{fit.chi_square_ratio:.2f} times its {fit.freedom} degrees of freedom"
-         f" ({'not rejected' if of.adequate else 'rejected'}: probability {fit.adequate:.2g})"),
+        (
+            "Chi-square",
+            f"{fit.chi_square_ratio:.2f} times its {fit.freedom} degrees of freedom"
+            f" ({'not rejected' if of.adequate else 'rejected'}: probability {fit.adequate:.2g})",
+        ),
         ("Pure delay", delay_in_words(of)),
         *[(_kind(mode), mode_in_words(mode)) for mode in _seen(fit)],
         *_zeros(fit.model.zeros),
         (f"Gain at {low[0]:.2g} Hz", f"{factor * gain:.3g} ± {factor * band:.2g} {unit}"),
-        ("Drift below the band", f"{fit.drift[0]:+.3f} ± {ACROSS * fit.drift[1]:.3f} rad/s, not "
-         "part of the model"),
-    ]  # fmt: skip
+        (
+            "Drift below the band",
+            f"{fit.drift[0]:+.3f} ± {ACROSS * fit.drift[1]:.3f} rad/s, not part of the model",
+        ),
+    ]
     return [*rows, ("To know", " ".join(of.words))]
 
 
@@ -66,23 +71,38 @@ def figures(of: Recommended) -> dict[str, Any]:
     delay = of.delay
     interval = [delay.low, delay.high] if isinstance(delay, DelayProfile) else None
     return {
-        "input": of.response.input, "output": of.response.output,
-        "poles": _pairs(model.poles), "zeros": _pairs(model.zeros), "gain": model.gain,
-        "delay": model.delay, "delay_interval": interval,
-        "chi_square_ratio": fit.chi_square_ratio, "freedom": fit.freedom,
-        "probability": fit.adequate, "adequate": of.adequate, "drift": list(fit.drift),
+        "input": of.response.input,
+        "output": of.response.output,
+        "poles": _pairs(model.poles),
+        "zeros": _pairs(model.zeros),
+        "gain": model.gain,
+        "delay": model.delay,
+        "delay_interval": interval,
+        "chi_square_ratio": fit.chi_square_ratio,
+        "freedom": fit.freedom,
+        "probability": fit.adequate,
+        "adequate": of.adequate,
+        "drift": list(fit.drift),
         "modes": [
-            {"frequency": m.frequency, "damping": m.damping,
-             "frequency_deviation": m.frequency_deviation, "damping_deviation": m.damping_deviation}
+            {
+                "frequency": m.frequency,
+                "damping": m.damping,
+                "frequency_deviation": m.frequency_deviation,
+                "damping_deviation": m.damping_deviation,
+            }
             for m in fit.modes
         ],
         "orders": [
-            {"poles": row.order.poles, "zeros": row.order.zeros, "nats": row.nats,
-             "chi_square_ratio": row.fit.chi_square_ratio}
+            {
+                "poles": row.order.poles,
+                "zeros": row.order.zeros,
+                "nats": row.nats,
+                "chi_square_ratio": row.fit.chi_square_ratio,
+            }
             for row in of.choice.rows
         ],
         "words": list(of.words),
-    }  # fmt: skip
+    }
 
 
 def _others(of: Recommended) -> str:
@@ -104,10 +124,12 @@ def _seen(fit: RationalFit) -> list[Mode]:
 def _zeros(zeros: ComplexArray) -> Rows:
     upper = [z for z in zeros if z.imag >= 0]
     return [
-        ("Zero" if z.imag == 0 else "Pair of zeros",
-         f"{abs(z) / (2 * np.pi):.2f} Hz, in the {'right' if z.real > 0 else 'left'} half plane")
+        (
+            "Zero" if z.imag == 0 else "Pair of zeros",
+            f"{abs(z) / (2 * np.pi):.2f} Hz, in the {'right' if z.real > 0 else 'left'} half plane",
+        )
         for z in upper
-    ]  # fmt: skip
+    ]
 
 
 def _pairs(value: ComplexArray) -> list[list[float]]:

@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from identification.report import drawing as d
-from protocol.channel import FloatArray
-from protocol.recording import Recording
+from slipbench.identification.report import drawing as d
+from slipbench.protocol.recording.channel import FloatArray
+from slipbench.protocol.recording.recording import Recording
 
 LIMIT = 60.0  # %, what the database may load the bus with in the worst case
 

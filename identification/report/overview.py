@@ -6,12 +6,12 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from identification.report import drawing as d
-from identification.report.words import name, of_role, shown
-from identification.response.identify import Identification
-from identification.signals.motion import Motion
-from identification.signals.trial_window import TrialWindow
-from protocol.channel import FloatArray
+from slipbench.identification.report import drawing as d
+from slipbench.identification.report.words import name, of_role, shown
+from slipbench.identification.response.identify import Identification
+from slipbench.identification.signals.motion import Motion
+from slipbench.identification.signals.trial_window import TrialWindow
+from slipbench.protocol.recording.channel import FloatArray
 
 TIME = "time / s"
 

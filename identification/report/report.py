@@ -8,23 +8,17 @@ import jinja2
 from markupsafe import Markup
 from matplotlib.figure import Figure
 
-from identification.models.study import Study
-from identification.report import (
-    circumstances,
-    drawing,
-    model_tables,
-    operation,
-    slip_control,
-    tables,
-)
-from identification.report.bode import bode
-from identification.report.close_ups import close_ups
-from identification.report.distributions import slip_statistics, spectra
-from identification.report.headline import headline
-from identification.report.model_figure import harmonics_figure, model_figure
-from identification.report.overview import overview
-from identification.report.tiles import tiles
-from identification.response.identify import Identification
+from slipbench.identification.models.study import Study
+from slipbench.identification.report import drawing, model_tables, operation, slip_control, tables
+from slipbench.identification.report import operating_region as circumstances
+from slipbench.identification.report.bode import bode
+from slipbench.identification.report.close_ups import close_ups
+from slipbench.identification.report.distributions import slip_statistics, spectra
+from slipbench.identification.report.headline import headline
+from slipbench.identification.report.model_figure import harmonics_figure, model_figure
+from slipbench.identification.report.overview import overview
+from slipbench.identification.report.tiles import tiles
+from slipbench.identification.response.identify import Identification
 
 
 @dataclass(frozen=True)
@@ -62,7 +56,7 @@ def report(found: Identification, study: Study, drawn: list[Drawn]) -> str:
     environment = jinja2.Environment(
         autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
-    here = files("identification.report")
+    here = files("slipbench.identification.report")
     template = environment.from_string((here / "report.html").read_text(encoding="utf-8"))
     return template.render(
         style=Markup((here / "report.css").read_text(encoding="utf-8")),

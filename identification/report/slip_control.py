@@ -5,10 +5,10 @@ import math
 import numpy as np
 from matplotlib.figure import Figure
 
-from identification.report import drawing as d
-from identification.response.following import Following
-from identification.response.identify import Identification
-from identification.signals.trial_window import TrialWindow
+from slipbench.identification.report import drawing as d
+from slipbench.identification.response.following import Following
+from slipbench.identification.response.identify import Identification
+from slipbench.identification.signals.trial_window import TrialWindow
 
 Rows = list[tuple[str, str]]
 
@@ -32,19 +32,29 @@ def rows(followed: Following | None) -> Rows:
     if followed is None:
         return []
     told = [
-        ("Target", f"{_percent(float(followed.target.min()))} to "
-         f"{_percent(float(followed.target.max()))}"),
-        ("Slip less target", f"{_percent(followed.error)} (rms), mean "
-         f"{_percent(float(np.mean(followed.slip - followed.target)))}"),
-    ]  # fmt: skip
+        (
+            "Target",
+            f"{_percent(float(followed.target.min()))} to {_percent(float(followed.target.max()))}",
+        ),
+        (
+            "Slip less target",
+            f"{_percent(followed.error)} (rms), mean "
+            f"{_percent(float(np.mean(followed.slip - followed.target)))}",
+        ),
+    ]
     if followed.steps is not None:
         told += [
-            ("Overshoot", f"{100 * followed.steps.overshoot:.0f} % of a step, the worse of the "
-             "mean step up and the mean step down"),
+            (
+                "Overshoot",
+                f"{100 * followed.steps.overshoot:.0f} % of a step, the worse of the "
+                "mean step up and the mean step down",
+            ),
             ("Settling", f"{_settled(followed.steps.settling)} (within 10 % of the step)"),
-            ("Noise", f"{100 * followed.steps.noise:.0f} % of a step, single steps against their "
-             "mean"),
-        ]  # fmt: skip
+            (
+                "Noise",
+                f"{100 * followed.steps.noise:.0f} % of a step, single steps against their mean",
+            ),
+        ]
     if math.isfinite(followed.bandwidth):
         told.append(("Followed to", f"{followed.bandwidth:.1f} Hz (-3 dB)"))
     return told

@@ -8,10 +8,10 @@ import numpy as np
 from markupsafe import Markup
 from matplotlib.figure import Figure
 
-from identification.models.held_out import HeldOut
-from identification.models.rational_ml import ACROSS
-from identification.models.table_study import TableStudy
-from identification.report import drawing as d
+from slipbench.identification.models.held_out import HeldOut
+from slipbench.identification.models.rational_ml import ACROSS
+from slipbench.identification.models.table_study import TableStudy
+from slipbench.identification.report import drawing as d
 
 POINTS = 400
 SHOWN = 6  # runs that are drawn
@@ -23,7 +23,7 @@ def page(of: TableStudy) -> str:
     environment = jinja2.Environment(
         autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
-    here = files("identification.report")
+    here = files("slipbench.identification.report")
     template = environment.from_string((here / "table_report.html").read_text(encoding="utf-8"))
     with d.hand():
         drawn = [("Response and model", RESPONSE, response_figure(of))]
@@ -35,8 +35,10 @@ def page(of: TableStudy) -> str:
         style=Markup((here / "report.css").read_text(encoding="utf-8")),
         headline=headline(of),
         figures=[(name, text, Markup(d.svg(f, name))) for name, text, f in drawn],
-        model=told(of), head=HEAD, rows=rows(of),
-    )  # fmt: skip
+        model=told(of),
+        head=HEAD,
+        rows=rows(of),
+    )
 
 
 def headline(of: TableStudy) -> str:
@@ -60,10 +62,13 @@ def told(of: TableStudy) -> list[tuple[str, str]]:
     near = [str(row.order) for row in of.found.choice.within() if row.order != fit.order]
     spread = ACROSS * float(np.sqrt(fit.covariance[0, 0])) / fit.pace
     made = [
-        ("Order", f"{fit.order}, by description length of {of.found.independent} independent "
-         f"samples; within two nats by AIC: {'; '.join(near) or 'no other'}"),
+        (
+            "Order",
+            f"{fit.order}, by description length of {of.found.independent} independent "
+            f"samples; within two nats by AIC: {'; '.join(near) or 'no other'}",
+        ),
         ("Delay", f"{1e3 * model.delay:.1f} ± {1e3 * spread:.1f} ms within this order"),
-    ]  # fmt: skip
+    ]
     made += [("Poles", "; ".join(_places(model.poles)))]
     if model.zeros.size:
         made.append(("Zeros", "; ".join(_places(model.zeros))))
@@ -91,8 +96,16 @@ def response_figure(of: TableStudy) -> Figure:
     axes[1].plot(f, phase, color=d.BLUE)
     if of.response is not None:
         lines, band = of.response, of.response.gain_band
-        axes[0].errorbar(lines.frequency, lines.gain, band, fmt="o", ms=3, lw=0.9, color=d.ORANGE,
-                         label="measured, 95 %")  # fmt: skip
+        axes[0].errorbar(
+            lines.frequency,
+            lines.gain,
+            band,
+            fmt="o",
+            ms=3,
+            lw=0.9,
+            color=d.ORANGE,
+            label="measured, 95 %",
+        )
         near = np.degrees(np.angle(lines.value / of.found.model.response(lines.frequency)))
         at = np.interp(lines.frequency, f, phase) + near
         half = np.degrees(lines.phase_band)
@@ -123,18 +136,23 @@ def figures(of: TableStudy) -> dict[str, Any]:
     """Collect the study for a program."""
     model, fit = of.found.model, of.found.fit
     return {
-        "input": of.names[0], "output": of.names[1], "band": list(of.band),
+        "input": of.names[0],
+        "output": of.names[1],
+        "band": list(of.band),
         "poles": [[p.real, p.imag] for p in model.poles],
         "zeros": [[z.real, z.imag] for z in model.zeros],
-        "gain": model.gain, "delay": model.delay, "error": fit.error,
-        "noise": of.noise, "order": {"poles": fit.order.poles, "zeros": fit.order.zeros},
+        "gain": model.gain,
+        "delay": model.delay,
+        "error": fit.error,
+        "noise": of.noise,
+        "order": {"poles": fit.order.poles, "zeros": fit.order.zeros},
         "runs": [
             {"name": one.name, "unseen": unseen, "fit": one.fit, "error": one.error}
             for unseen, several in ((True, of.unseen), (False, of.trained))
             for one in several
         ],
         "words": list(of.words),
-    }  # fmt: skip
+    }
 
 
 def _places(roots: np.ndarray) -> list[str]:

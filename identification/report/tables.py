@@ -5,10 +5,10 @@ from typing import Any
 
 import numpy as np
 
-from identification.response.identify import Identification
-from identification.signals.clocks import BUS, ClockFit
-from protocol.faults import Fault
-from protocol.recording import Recording
+from slipbench.identification.response.identify import Identification
+from slipbench.identification.signals.clocks import BUS, ClockFit
+from slipbench.protocol.codec.faults import Fault
+from slipbench.protocol.recording.recording import Recording
 
 Rows = list[tuple[str, str]]
 
@@ -79,10 +79,15 @@ def lateness(recording: Recording) -> Rows:
 
 
 _LATENESS = {
-    "period": "period of the ticks", "due": "ticks due", "ran": "ticks that ran",
-    "skipped": "ticks skipped", "p50": "lateness, median", "p99": "99 % are earlier than",
-    "p99_9": "99.9 % are earlier than", "max": "latest tick",
-}  # fmt: skip
+    "period": "period of the ticks",
+    "due": "ticks due",
+    "ran": "ticks that ran",
+    "skipped": "ticks skipped",
+    "p50": "lateness, median",
+    "p99": "99 % are earlier than",
+    "p99_9": "99.9 % are earlier than",
+    "max": "latest tick",
+}
 
 
 def provenance(recording: Recording) -> Rows:

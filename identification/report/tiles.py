@@ -2,16 +2,16 @@
 
 from dataclasses import dataclass
 
-from identification.models.delay_profile import DelayProfile
-from identification.models.study import Study
-from identification.report.key_figures import delays
-from identification.report.words import decibel, gain_unit, milliseconds, name
-from identification.response.identify import Identification, slip_range
-from identification.response.resonance import Resonance
-from identification.response.response import believed_band, least_coherence
-from identification.signals.trial_window import TrialWindow
-from protocol.faults import Fault
-from protocol.recording import Recording
+from slipbench.identification.models.delay_profile import DelayProfile
+from slipbench.identification.models.study import Study
+from slipbench.identification.report.key_figures import delays
+from slipbench.identification.report.words import decibel, gain_unit, milliseconds, name
+from slipbench.identification.response.identify import Identification, slip_range
+from slipbench.identification.response.resonance import Resonance
+from slipbench.identification.response.response import believed_band, least_coherence
+from slipbench.identification.signals.trial_window import TrialWindow
+from slipbench.protocol.codec.faults import Fault
+from slipbench.protocol.recording.recording import Recording
 
 
 @dataclass(frozen=True)

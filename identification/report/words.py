@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from protocol.channel import FloatArray
+from slipbench.protocol.recording.channel import FloatArray
 
 _SHOWN = {
     "1": (100.0, 0.0, "%"),

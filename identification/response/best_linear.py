@@ -26,11 +26,11 @@ import numpy as np
 import numpy.typing as npt
 from scipy import stats
 
-from identification.response.describing_function import against_delay
-from identification.response.periodic_record import Lines, PeriodicRecord, lines_of
-from identification.response.response import ComplexArray, FrequencyResponse
-from identification.signals.samples import BoolArray
-from protocol.channel import FloatArray
+from slipbench.identification.response.describing_function import against_delay
+from slipbench.identification.response.periodic_record import Lines, PeriodicRecord, lines_of
+from slipbench.identification.response.response import ComplexArray, FrequencyResponse
+from slipbench.identification.signals.samples import BoolArray
+from slipbench.protocol.recording.channel import FloatArray
 
 IntArray = npt.NDArray[np.int64]
 NEIGHBOURS = 3  # lines on each side, from whose scatter a single realisation is judged
@@ -82,9 +82,15 @@ class BestLinearApproximation:
         power = np.abs(self.value) ** 2
         of_one = self.total_deviation**2 * self.realisations
         return FrequencyResponse(
-            self.input, self.output, self.frequency, self.value, power / (power + of_one),
-            self.total_deviation, float(stats.t.ppf(0.975, 2 * self.freedom)), self.method,
-        )  # fmt: skip
+            self.input,
+            self.output,
+            self.frequency,
+            self.value,
+            power / (power + of_one),
+            self.total_deviation,
+            float(stats.t.ppf(0.975, 2 * self.freedom)),
+            self.method,
+        )
 
 
 @dataclass(frozen=True)
@@ -118,8 +124,12 @@ def best_linear(records: Sequence[PeriodicRecord]) -> BestLinearApproximation | 
 
 def _assembled(
     records: Sequence[PeriodicRecord],
-    u: ComplexArray, y: ComplexArray, noise: FloatArray, strong: BoolArray, periods: int,
-) -> BestLinearApproximation:  # fmt: skip
+    u: ComplexArray,
+    y: ComplexArray,
+    noise: FloatArray,
+    strong: BoolArray,
+    periods: int,
+) -> BestLinearApproximation:
     count = strong.sum(axis=0)
     excited = np.flatnonzero(count)
     g = np.where(strong, y / np.where(strong, u, 1.0), 0.0)[:, excited]
@@ -140,10 +150,19 @@ def _assembled(
     else:
         total, freedom = _scatter(excited, g, used, value)
     return BestLinearApproximation(
-        records[0].input, records[0].output, excited / records[0].period, value, of_noise,
-        np.maximum(total, of_noise), freedom, even, odd, len(records), periods,
+        records[0].input,
+        records[0].output,
+        excited / records[0].period,
+        value,
+        of_noise,
+        np.maximum(total, of_noise),
+        freedom,
+        even,
+        odd,
+        len(records),
+        periods,
         f"best linear approximation, {len(records)} realisations of {periods} periods",
-    )  # fmt: skip
+    )
 
 
 def _scatter(

@@ -18,9 +18,9 @@ from itertools import pairwise
 import numpy as np
 from scipy import stats
 
-from identification.response.response import ComplexArray
-from identification.response.swept_run import SweptRun
-from protocol.channel import FloatArray
+from slipbench.identification.response.response import ComplexArray
+from slipbench.identification.response.swept_run import SweptRun
+from slipbench.protocol.recording.channel import FloatArray
 
 HARMONICS = 3
 PERIODS = 4  # in a slice
@@ -98,10 +98,16 @@ def sliced(
     turned = value * np.stack([against_delay(frequency, row) for row in value.mean(axis=0)])
     deviation, freedom = _scatter(turned)
     return DescribingFunction(
-        runs[0].input, runs[0].output, frequency, value.mean(axis=0), deviation,
-        float(stats.t.ppf(0.975, 2 * freedom)), amplitude, len(runs),
+        runs[0].input,
+        runs[0].output,
+        frequency,
+        value.mean(axis=0),
+        deviation,
+        float(stats.t.ppf(0.975, 2 * freedom)),
+        amplitude,
+        len(runs),
         f"slices of {periods} periods, {len(runs)} run{'s' if len(runs) > 1 else ''}",
-    )  # fmt: skip
+    )
 
 
 def between(at: FloatArray, frequency: FloatArray, value: ComplexArray) -> ComplexArray:

@@ -11,10 +11,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from identification.response.phase_locked import left_of
-from identification.response.response import FrequencyResponse
-from identification.response.swept_run import SweptRun, swept_run
-from protocol.channel import FloatArray
+from slipbench.identification.response.phase_locked import left_of
+from slipbench.identification.response.response import FrequencyResponse
+from slipbench.identification.response.swept_run import SweptRun, swept_run
+from slipbench.protocol.recording.channel import FloatArray
 
 LONGEST = 0.5  # s, within which a rider or a controller answers
 SHARE = 0.01  # of the input's power; less than this cannot bend a response by a percent

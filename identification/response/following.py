@@ -9,14 +9,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from identification.signals.dataset import Dataset
-from identification.signals.filters import bridged, low_pass
-from identification.signals.motion import Motion, NoMotion
-from identification.signals.trial_window import NoExcitation, TrialWindow
-from protocol.channel import FloatArray
-from protocol.trial_file import Square, TrialFile
-from protocol.units import parse_quantity
-from protocol.waveforms import waveform
+from slipbench.identification.signals.dataset import Dataset
+from slipbench.identification.signals.filters import bridged, low_pass
+from slipbench.identification.signals.motion import Motion, NoMotion
+from slipbench.identification.signals.trial_window import NoExcitation, TrialWindow
+from slipbench.protocol.recording.channel import FloatArray
+from slipbench.protocol.trial_file import Square, TrialFile
+from slipbench.protocol.units import parse_quantity
+from slipbench.protocol.waveforms import waveform
 
 BAND = 0.1  # of a step, in which the slip counts as settled
 BEFORE = 0.5  # s before the button, whose mean slip a target without a number is
@@ -50,9 +50,11 @@ class Following:
 
 
 def following(
-    base: Dataset, moved: Motion | NoMotion, window: TrialWindow | NoExcitation,
+    base: Dataset,
+    moved: Motion | NoMotion,
+    window: TrialWindow | NoExcitation,
     trial: TrialFile | None,
-) -> Following | None:  # fmt: skip
+) -> Following | None:
     """Judge the slip against its target; None where nothing controlled it, or no slip is known."""
     if trial is None or trial.controller is None:
         return None
@@ -72,12 +74,12 @@ def following(
     stepped = isinstance(spec, Square)
     swept = not stepped and time[-1] >= SHORTEST
     return Following(
-        target, slip, float(np.sqrt(np.mean((slip - target) ** 2))),
-        step_measures(target, low_pass(slip, base.rate, QUICK), 1 / base.rate)
-        if stepped
-        else None,
+        target,
+        slip,
+        float(np.sqrt(np.mean((slip - target) ** 2))),
+        step_measures(target, low_pass(slip, base.rate, QUICK), 1 / base.rate) if stepped else None,
         tracking_bandwidth(target, slip, base.rate) if swept else math.nan,
-    )  # fmt: skip
+    )
 
 
 def step_measures(target: FloatArray, slip: FloatArray, period: float) -> StepMeasures | None:
@@ -98,9 +100,10 @@ def step_measures(target: FloatArray, slip: FloatArray, period: float) -> StepMe
     means = [s.mean(axis=0) for s in alike]
     noise = np.sqrt(np.mean([np.mean((s - m) ** 2) for s, m in zip(alike, means, strict=True)]))
     return StepMeasures(
-        max(float(m.max()) for m in means) - 1.0, max(_settled(m, period) for m in means),
+        max(float(m.max()) for m in means) - 1.0,
+        max(_settled(m, period) for m in means),
         float(noise),
-    )  # fmt: skip
+    )
 
 
 def _settled(share: FloatArray, period: float) -> float:

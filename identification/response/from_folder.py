@@ -2,11 +2,11 @@
 
 from pathlib import Path
 
-from identification.response.identify import Identification, identify
-from identification.signals.trial_window import NoExcitation
-from protocol.errors import InputError
-from protocol.recording import Recording
-from protocol.run_folder import read
+from slipbench.identification.response.identify import Identification, identify
+from slipbench.identification.signals.trial_window import NoExcitation
+from slipbench.protocol.errors import InputError
+from slipbench.protocol.recording.recording import Recording
+from slipbench.protocol.recording.run_folder import read
 
 
 def identified_folder(run: Path) -> Identification:

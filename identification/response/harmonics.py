@@ -22,16 +22,16 @@ from collections.abc import Sequence
 import numpy as np
 from scipy import stats
 
-from identification.response.describing_function import (
+from slipbench.identification.response.describing_function import (
     HARMONICS,
     DescribingFunction,
     NoHarmonics,
     per_amplitude,
 )
-from identification.response.phase_locked import BESIDE, PERIODS, amplitudes, pieces
-from identification.response.response import ComplexArray
-from identification.response.swept_run import SweptRun
-from protocol.channel import FloatArray
+from slipbench.identification.response.phase_locked import BESIDE, PERIODS, amplitudes, pieces
+from slipbench.identification.response.response import ComplexArray
+from slipbench.identification.response.swept_run import SweptRun
+from slipbench.protocol.recording.channel import FloatArray
 
 RESOLUTION = 0.5  # Hz of the excitation between knots
 FEWEST_PIECES = 8
@@ -56,10 +56,16 @@ def harmonics(
     value, deviation, amplitude = _averaged(runs, at, count, resolution)
     freedom = len(BESIDE) * 2 * len(runs)
     return DescribingFunction(
-        runs[0].input, runs[0].output, at, value, deviation,
-        float(stats.t.ppf(0.975, 2 * freedom)), amplitude, len(runs),
+        runs[0].input,
+        runs[0].output,
+        at,
+        value,
+        deviation,
+        float(stats.t.ppf(0.975, 2 * freedom)),
+        amplitude,
+        len(runs),
         f"least squares along the phase, {len(runs)} run{'s' if len(runs) > 1 else ''}",
-    )  # fmt: skip
+    )
 
 
 def _ends(run: SweptRun, resolution: float) -> tuple[float, float]:

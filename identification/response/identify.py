@@ -4,18 +4,18 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from identification.response.following import Following, following
-from identification.response.left_out import LeftOut, left_out
-from identification.response.resonance import NoResonance, Resonance, resonance
-from identification.response.response import FrequencyResponse
-from identification.response.responses import NoResponse, responses
-from identification.response.spectra import spectra
-from identification.signals.aligned import Aligned, aligned
-from identification.signals.dataset import Dataset, dataset
-from identification.signals.motion import Motion, NoMotion, motion
-from identification.signals.spectrum import Spectrum
-from identification.signals.trial_window import NoExcitation, TrialWindow, trial_window
-from protocol.recording import Recording
+from slipbench.identification.response.following import Following, following
+from slipbench.identification.response.left_out import LeftOut, left_out
+from slipbench.identification.response.resonance import NoResonance, Resonance, resonance
+from slipbench.identification.response.response import FrequencyResponse
+from slipbench.identification.response.responses import NoResponse, responses
+from slipbench.identification.response.spectra import spectra
+from slipbench.identification.signals.aligned import Aligned, aligned
+from slipbench.identification.signals.dataset import Dataset, dataset
+from slipbench.identification.signals.motion import Motion, NoMotion, motion
+from slipbench.identification.signals.spectrum import Spectrum
+from slipbench.identification.signals.trial_window import NoExcitation, TrialWindow, trial_window
+from slipbench.protocol.recording.recording import Recording
 
 
 @dataclass(frozen=True)

@@ -15,8 +15,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy import optimize, stats
 
-from identification.response.response import ComplexArray, FrequencyResponse
-from protocol.channel import FloatArray
+from slipbench.identification.response.response import ComplexArray, FrequencyResponse
+from slipbench.protocol.recording.channel import FloatArray
 
 FEWEST = 8  # lines
 ACCURACY = 0.005  # of the gain; no line is trusted further, see above
@@ -111,10 +111,14 @@ def independent_lines(
             f"{response.output} are believed, at least {FEWEST} are needed"
         )
     return Lines(
-        response.input, response.output, response.frequency[chosen], response.value[chosen],
+        response.input,
+        response.output,
+        response.frequency[chosen],
+        response.value[chosen],
         np.hypot(response.deviation[chosen], ACCURACY * np.abs(response.value[chosen])),
-        freedom(response.quantile), COMMON,
-    )  # fmt: skip
+        freedom(response.quantile),
+        COMMON,
+    )
 
 
 def freedom(quantile: float) -> float:

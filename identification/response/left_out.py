@@ -2,13 +2,13 @@
 
 from dataclasses import dataclass
 
-from identification.response.response import FrequencyResponse
-from identification.response.responses import NoResponse
-from identification.signals.aligned import Aligned
-from identification.signals.clocks import Unaligned
-from identification.signals.motion import Motion, NoMotion
-from identification.signals.spectrum import Spectrum
-from identification.signals.trial_window import NoExcitation, TrialWindow
+from slipbench.identification.response.response import FrequencyResponse
+from slipbench.identification.response.responses import NoResponse
+from slipbench.identification.signals.aligned import Aligned
+from slipbench.identification.signals.clocks import Unaligned
+from slipbench.identification.signals.motion import Motion, NoMotion
+from slipbench.identification.signals.spectrum import Spectrum
+from slipbench.identification.signals.trial_window import NoExcitation, TrialWindow
 
 Tried = tuple[FrequencyResponse | NoResponse, ...]
 

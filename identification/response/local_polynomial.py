@@ -12,8 +12,8 @@ import numpy as np
 import numpy.typing as npt
 from scipy import stats
 
-from identification.response.response import ComplexArray, FrequencyResponse
-from protocol.channel import FloatArray
+from slipbench.identification.response.response import ComplexArray, FrequencyResponse
+from slipbench.protocol.recording.channel import FloatArray
 
 WINDOW = 0.4  # Hz, half width of the window of lines
 FEWEST = 8  # lines on each side
@@ -47,11 +47,15 @@ def sweep_response(
     U, Y = (np.fft.rfft(x - np.mean(x))[window] for x in (u, y))
     g, deviation, coherence, freedom = _local_fit(U, Y, r)
     return FrequencyResponse(
-        *names, np.asarray(centres * resolution, dtype=np.float64), g, coherence, deviation,
+        *names,
+        np.asarray(centres * resolution, dtype=np.float64),
+        g,
+        coherence,
+        deviation,
         float(stats.t.ppf(0.975, 2 * freedom)),
         f"local polynomial, windows of {(2 * half + 1) * resolution:.2f} Hz",
         max(1, round(half / step)),  # there a parabola's weights are orthogonal to their shift
-    )  # fmt: skip
+    )
 
 
 def _local_fit(

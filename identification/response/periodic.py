@@ -7,8 +7,8 @@ between them is noise: the response, its deviation and the coherence follow from
 import numpy as np
 from scipy import stats
 
-from identification.response.response import ComplexArray, FrequencyResponse
-from protocol.channel import FloatArray
+from slipbench.identification.response.response import ComplexArray, FrequencyResponse
+from slipbench.protocol.recording.channel import FloatArray
 
 FEWEST_PERIODS = 3  # one to settle, two to compare
 STRONG = 0.02  # of the strongest line's amplitude; weaker lines of a square wave are left out
@@ -39,9 +39,14 @@ def periodic_response(
     deviation = np.sqrt(left / (len(Y) - 1) / np.sum(np.abs(U) ** 2, axis=0))
     coherence = np.clip(1 - left / np.maximum(np.sum(np.abs(Y) ** 2, axis=0), 1e-300), 0.0, 1.0)
     return FrequencyResponse(
-        *names, kept / period, g, coherence, deviation,
-        float(stats.t.ppf(0.975, 2 * (len(Y) - 1))), f"mean of {len(Y)} periods of {period:g} s",
-    )  # fmt: skip
+        *names,
+        kept / period,
+        g,
+        coherence,
+        deviation,
+        float(stats.t.ppf(0.975, 2 * (len(Y) - 1))),
+        f"mean of {len(Y)} periods of {period:g} s",
+    )
 
 
 def _lines(

@@ -8,12 +8,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from identification.response.identify import Identification
-from identification.response.response import ComplexArray
-from identification.response.swept_recording import signals_of
-from identification.signals.swept_phase import NoSweep
-from protocol.channel import FloatArray
-from protocol.trial_file import Multisine
+from slipbench.identification.response.identify import Identification
+from slipbench.identification.response.response import ComplexArray
+from slipbench.identification.response.swept_recording import signals_of
+from slipbench.identification.signals.swept_phase import NoSweep
+from slipbench.protocol.recording.channel import FloatArray
+from slipbench.protocol.trial_file import Multisine
 
 SETTLING = 1  # periods left out at the start, in which the distortion settles
 FEWEST_PERIODS = 2
@@ -56,8 +56,10 @@ def lines_of(record: PeriodicRecord) -> Lines | str:
     count = int(np.floor(record.y.size / length + 1e-6))
     periods = count - SETTLING
     if periods < FEWEST_PERIODS:
-        return (f"{record.input}: {max(count, 0)} periods of {record.period:g} s, at least "
-                f"{FEWEST_PERIODS + SETTLING} are needed")  # fmt: skip
+        return (
+            f"{record.input}: {max(count, 0)} periods of {record.period:g} s, at least "
+            f"{FEWEST_PERIODS + SETTLING} are needed"
+        )
     start, n = round(SETTLING * length), round(periods * length)
     taken = (x[start : start + n] for x in (record.u, record.y))
     u, y = (_harmonics(2 / n * np.fft.rfft(x - np.mean(x)), periods) for x in taken)

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import interpolate
 
-from identification.response.response import ComplexArray
-from identification.response.swept_run import SweptRun
-from protocol.channel import FloatArray
+from slipbench.identification.response.response import ComplexArray
+from slipbench.identification.response.swept_run import SweptRun
+from slipbench.protocol.recording.channel import FloatArray
 
 PERIODS = 2.5  # between knots, at least
 DEGREE = 3

@@ -18,10 +18,10 @@ from dataclasses import replace
 import numpy as np
 from scipy import stats
 
-from identification.response.independent_lines import freedom
-from identification.response.local_polynomial import sweep_response
-from identification.response.response import ComplexArray, FrequencyResponse
-from protocol.channel import FloatArray
+from slipbench.identification.response.independent_lines import freedom
+from slipbench.identification.response.local_polynomial import sweep_response
+from slipbench.identification.response.response import ComplexArray, FrequencyResponse
+from slipbench.protocol.recording.channel import FloatArray
 
 MOST_TERMS = 5
 ROUNDS = 6  # of Gauss and Newton
@@ -30,9 +30,14 @@ LEAST_PROBABILITY = 0.001  # of the misfit, if the vehicle is a mass behind its 
 
 
 def with_quiet_reference(
-    of: FrequencyResponse, u: FloatArray, slip: FloatArray, driven: FloatArray,
-    reference: FloatArray, rate: float, band: tuple[float, float],
-) -> FrequencyResponse:  # fmt: skip
+    of: FrequencyResponse,
+    u: FloatArray,
+    slip: FloatArray,
+    driven: FloatArray,
+    reference: FloatArray,
+    rate: float,
+    band: tuple[float, float],
+) -> FrequencyResponse:
     """Take the noise of the reference off a sweep's response of slip.
 
     u, slip, driven, reference: (n,), what `of` was estimated from and the speeds (m/s) behind it;

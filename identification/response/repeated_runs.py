@@ -9,8 +9,8 @@ Identification: A Frequency Domain Approach, 2nd ed., section 2.5).
 import numpy as np
 from scipy import stats
 
-from identification.response.response import FrequencyResponse
-from protocol.channel import FloatArray
+from slipbench.identification.response.response import FrequencyResponse
+from slipbench.protocol.recording.channel import FloatArray
 
 FEWEST = 3  # runs
 EDGE = 0.01  # share of the input's power beyond each end of the band
@@ -46,7 +46,11 @@ def repeated_response(
     power = np.abs(Y.mean(axis=0)) ** 2
     frequency = np.asarray(f[inside], dtype=np.float64)
     return FrequencyResponse(
-        *names, frequency, Y.mean(axis=0) / input, power / (power + noise),
-        np.sqrt(noise / runs) / np.abs(input), float(stats.t.ppf(0.975, 2 * (runs - 1))),
+        *names,
+        frequency,
+        Y.mean(axis=0) / input,
+        power / (power + noise),
+        np.sqrt(noise / runs) / np.abs(input),
+        float(stats.t.ppf(0.975, 2 * (runs - 1))),
         f"mean of {runs} runs of one excitation, each continued by its free decay",
-    )  # fmt: skip
+    )

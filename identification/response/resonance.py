@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from identification.response.response import FrequencyResponse
-from protocol.channel import FloatArray
+from slipbench.identification.response.response import FrequencyResponse
+from slipbench.protocol.recording.channel import FloatArray
 
 FALLS_TO = 0.84  # of the peak, 1.5 dB: beyond a resonance the gain comes down again
 LOW_SHARE = 0.06  # of the band, from below: there the low-frequency gain is read

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from identification.signals.samples import BoolArray
-from protocol.channel import FloatArray
+from slipbench.identification.signals.samples import BoolArray
+from slipbench.protocol.recording.channel import FloatArray
 
 if TYPE_CHECKING:
     import control
@@ -75,9 +75,12 @@ class FrequencyResponse:
 
         lines = self.believed
         return control.FrequencyResponseData(
-            self.value[lines], 2 * np.pi * self.frequency[lines],
-            inputs=[self.input], outputs=[self.output], name=f"{self.input} to {self.output}",
-        )  # fmt: skip
+            self.value[lines],
+            2 * np.pi * self.frequency[lines],
+            inputs=[self.input],
+            outputs=[self.output],
+            name=f"{self.input} to {self.output}",
+        )
 
 
 def believed_band(response: FrequencyResponse) -> tuple[float, float] | None:

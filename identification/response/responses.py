@@ -7,19 +7,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from identification.response.feedback import Feedback, feedback
-from identification.response.local_polynomial import sweep_response
-from identification.response.periodic import periodic_response
-from identification.response.quiet_reference import with_quiet_reference
-from identification.response.response import FrequencyResponse
-from identification.signals.dataset import Dataset
-from identification.signals.filters import bridged
-from identification.signals.motion import Motion
-from identification.signals.slip import Slip
-from identification.signals.trial_window import TrialWindow
-from protocol.channel import FloatArray
-from protocol.messages import Authority
-from protocol.trial_file import Multisine, Square, Sweep, TrialFile
+from slipbench.identification.response.feedback import Feedback, feedback
+from slipbench.identification.response.local_polynomial import sweep_response
+from slipbench.identification.response.periodic import periodic_response
+from slipbench.identification.response.quiet_reference import with_quiet_reference
+from slipbench.identification.response.response import FrequencyResponse
+from slipbench.identification.signals.dataset import Dataset
+from slipbench.identification.signals.filters import bridged
+from slipbench.identification.signals.motion import Motion
+from slipbench.identification.signals.slip import Slip
+from slipbench.identification.signals.trial_window import TrialWindow
+from slipbench.protocol.codec.messages import Authority
+from slipbench.protocol.recording.channel import FloatArray
+from slipbench.protocol.trial_file import Multisine, Square, Sweep, TrialFile
 
 MOST_UNKNOWN = 0.05  # share of a record that may be bridged for the transform
 INPUTS = {
@@ -97,9 +97,12 @@ def _response(
 
 
 def _quietened(
-    of: FrequencyResponse | NoResponse, base: Dataset, moved: Motion, window: TrialWindow,
+    of: FrequencyResponse | NoResponse,
+    base: Dataset,
+    moved: Motion,
+    window: TrialWindow,
     trial: TrialFile | None,
-) -> FrequencyResponse | NoResponse:  # fmt: skip
+) -> FrequencyResponse | NoResponse:
     """Take the reference's noise off a sweep's response of slip, where the reference is whole."""
     spec = trial.excitation if trial is not None else None
     if isinstance(of, NoResponse) or of.output != "slip" or not isinstance(spec, Sweep | None):

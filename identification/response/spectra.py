@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from identification.signals.aligned import Aligned
-from identification.signals.dataset import Dataset
-from identification.signals.motion import Motion, NoMotion
-from identification.signals.spectrum import Spectrum, spectrum, steadiest
-from identification.signals.trial_window import NoExcitation, TrialWindow
-from protocol.channel import FloatArray
+from slipbench.identification.signals.aligned import Aligned
+from slipbench.identification.signals.dataset import Dataset
+from slipbench.identification.signals.motion import Motion, NoMotion
+from slipbench.identification.signals.spectrum import Spectrum, spectrum, steadiest
+from slipbench.identification.signals.trial_window import NoExcitation, TrialWindow
+from slipbench.protocol.recording.channel import FloatArray
 
 SOURCES = {"engine_speed": "rad/s", "rear_suspension_travel": "m"}
 

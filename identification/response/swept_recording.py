@@ -7,14 +7,19 @@ from dataclasses import replace
 
 import numpy as np
 
-from identification.response.identify import Identification
-from identification.response.responses import INPUTS, MOST_UNKNOWN, STILL, excited_actuator
-from identification.response.swept_run import SweptRun, swept_run
-from identification.signals.filters import bridged
-from identification.signals.motion import NoMotion
-from identification.signals.swept_phase import NoSweep
-from identification.signals.trial_window import NoExcitation
-from protocol.channel import FloatArray
+from slipbench.identification.response.identify import Identification
+from slipbench.identification.response.responses import (
+    INPUTS,
+    MOST_UNKNOWN,
+    STILL,
+    excited_actuator,
+)
+from slipbench.identification.response.swept_run import SweptRun, swept_run
+from slipbench.identification.signals.filters import bridged
+from slipbench.identification.signals.motion import NoMotion
+from slipbench.identification.signals.swept_phase import NoSweep
+from slipbench.identification.signals.trial_window import NoExcitation
+from slipbench.protocol.recording.channel import FloatArray
 
 
 def swept_run_of(

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from identification.signals.swept_phase import NoSweep, SweptPhase, swept_phase
-from protocol.channel import FloatArray
+from slipbench.identification.signals.swept_phase import NoSweep, SweptPhase, swept_phase
+from slipbench.protocol.recording.channel import FloatArray
 
 RESTS = 0.01  # of the usual step from sample to sample
 

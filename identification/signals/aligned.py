@@ -3,10 +3,10 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from identification.signals.clocks import BUS, ClockFit, Unaligned, align_all
-from identification.signals.samples import Samples, sampled
-from protocol.channel import Channel, FloatArray
-from protocol.recording import Recording
+from slipbench.identification.signals.clocks import BUS, ClockFit, Unaligned, align_all
+from slipbench.identification.signals.samples import Samples, sampled
+from slipbench.protocol.recording.channel import Channel, FloatArray
+from slipbench.protocol.recording.recording import Recording
 
 
 @dataclass(frozen=True)

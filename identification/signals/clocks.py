@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import optimize, stats
 
-from protocol.channel import Channel, FloatArray
+from slipbench.protocol.recording.channel import Channel, FloatArray
 
 BUS = "bus"
 FEWEST_SAMPLES = 16

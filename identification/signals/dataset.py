@@ -5,11 +5,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from identification.signals.aligned import Aligned
-from identification.signals.samples import Samples, averaged, held, onto, smoothly
-from identification.signals.wheels import AxleSpeed
-from protocol.channel import FloatArray
-from protocol.errors import InputError
+from slipbench.identification.signals.aligned import Aligned
+from slipbench.identification.signals.samples import Samples, averaged, held, onto, smoothly
+from slipbench.identification.signals.wheels import AxleSpeed
+from slipbench.protocol.errors import InputError
+from slipbench.protocol.recording.channel import FloatArray
 
 STATES = frozenset({"gear", "trial_phase", "authority", "trip_reason", "rider_button"})
 COMMANDS = frozenset({"throttle_command", "spark_command"})

@@ -10,8 +10,8 @@ has no phase.
 import numpy as np
 from scipy import signal
 
-from controllers.causal_filters import SMOOTH, WIDTH
-from protocol.channel import FloatArray
+from slipbench.controllers.causal_filters import SMOOTH, WIDTH
+from slipbench.protocol.recording.channel import FloatArray
 
 
 def low_pass(value: FloatArray, rate: float, cutoff: float) -> FloatArray:

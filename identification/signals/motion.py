@@ -4,15 +4,21 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from identification.signals.aligned import Aligned
-from identification.signals.dataset import Dataset, axle_signal
-from identification.signals.filters import bridged, line_reduction, low_pass, notch, wheel_frequency
-from identification.signals.rolling_radius import RadiusEstimate, rolling_ratio
-from identification.signals.slip import Slip, slip
-from identification.signals.tooth_pitch import NoToothPitch, ToothPitch
-from identification.signals.true_teeth import pitch_of, with_true_teeth
-from identification.signals.wheels import AxleSpeed, NoAxleSpeed, axle_speed
-from protocol.channel import FloatArray
+from slipbench.identification.signals.aligned import Aligned
+from slipbench.identification.signals.dataset import Dataset, axle_signal
+from slipbench.identification.signals.filters import (
+    bridged,
+    line_reduction,
+    low_pass,
+    notch,
+    wheel_frequency,
+)
+from slipbench.identification.signals.rolling_radius import RadiusEstimate, rolling_ratio
+from slipbench.identification.signals.slip import Slip, slip
+from slipbench.identification.signals.tooth_pitch import NoToothPitch, ToothPitch
+from slipbench.identification.signals.true_teeth import pitch_of, with_true_teeth
+from slipbench.identification.signals.wheels import AxleSpeed, NoAxleSpeed, axle_speed
+from slipbench.protocol.recording.channel import FloatArray
 
 CUTOFF = 60.0  # Hz, of the low pass before the notch
 MOST_ORDERS = 3  # to be taken off; more of them would hollow out the band of a slow wheel
@@ -93,10 +99,15 @@ def _without_line(move: Motion, data: Aligned, base: Dataset) -> Motion:
         axle, orders = move.axle, passing_orders(float(np.nanmedian(frequency)))
         driven = notched(move.driven, frequency, base.rate, orders)
     return replace(
-        move, axle=axle, driven=driven, slip=slip(driven, move.reference), pitch=pitch,
-        wheel_frequency=frequency, orders=orders,
+        move,
+        axle=axle,
+        driven=driven,
+        slip=slip(driven, move.reference),
+        pitch=pitch,
+        wheel_frequency=frequency,
+        orders=orders,
         line_reduction=_reduction(move.driven, driven, frequency, base.rate),
-    )  # fmt: skip
+    )
 
 
 def notched(

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from protocol.channel import FloatArray
+from slipbench.protocol.recording.channel import FloatArray
 
 WIDE_RANGE = 0.3  # of throttle, that a drive must show for its low end to mean little torque
 LOW_TORQUE = 0.10  # of the throttle's range seen, from its lowest

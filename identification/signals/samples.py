@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.interpolate import Akima1DInterpolator
 
-from protocol.channel import FloatArray
+from slipbench.protocol.recording.channel import FloatArray
 
 BoolArray = npt.NDArray[np.bool_]
 

@@ -10,7 +10,7 @@ from typing import Literal
 
 import numpy as np
 
-from protocol.channel import FloatArray
+from slipbench.protocol.recording.channel import FloatArray
 
 LEAST_SPEED = 3.0  # m/s; below it slip is not defined
 STANDING = 0.05  # m/s

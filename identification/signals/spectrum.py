@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import signal
 
-from identification.signals.filters import bridged
-from protocol.channel import FloatArray
+from slipbench.identification.signals.filters import bridged
+from slipbench.protocol.recording.channel import FloatArray
 
 STRETCH = 10.0  # s
 SEGMENT = 4.0  # s, sets the resolution: 0.25 Hz before the window's widening
@@ -69,7 +69,7 @@ def spectrum(
         return None
     return Spectrum(
         role, unit, frequency[kept], amplitude[kept], orders, width, start, part.size / rate
-    )  # fmt: skip
+    )
 
 
 def steadiest(speed: FloatArray, rate: float, length: float = STRETCH) -> slice | None:

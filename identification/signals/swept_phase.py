@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import optimize
 
-from protocol.channel import FloatArray
+from slipbench.protocol.recording.channel import FloatArray
 
 FEWEST_CROSSINGS = 8
 HYSTERESIS = 0.3  # of the root mean square: less than this is no crossing
@@ -118,7 +118,10 @@ def _through(law: Law, crossings: FloatArray, duration: float) -> tuple[FloatArr
         return np.asarray(duration * law(crossings / duration, p[0], p[1])[0] + p[2] - half)
 
     found = optimize.least_squares(
-        left, [*start, 0.0], loss="soft_l1", max_nfev=100,
+        left,
+        [*start, 0.0],
+        loss="soft_l1",
+        max_nfev=100,
         bounds=([least / 10, least / 10, -np.inf], np.inf),
-    )  # fmt: skip
+    )
     return np.asarray(found.x[:2]), float(found.cost)

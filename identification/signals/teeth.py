@@ -10,9 +10,9 @@ from typing import overload
 
 import numpy as np
 
-from controllers.pitch_learner import STANDING_AFTER, TIMER
-from identification.signals.samples import BoolArray, Samples
-from protocol.channel import FloatArray
+from slipbench.controllers.pitch_learner import STANDING_AFTER, TIMER
+from slipbench.identification.signals.samples import BoolArray, Samples
+from slipbench.protocol.recording.channel import FloatArray
 
 
 def speed_from_teeth(

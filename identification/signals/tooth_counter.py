@@ -6,8 +6,8 @@ abs(dw) <= 2 pi / (N T). The window T trades this error against delay.
 
 import numpy as np
 
-from identification.signals.samples import Samples, sampled
-from protocol.channel import FloatArray
+from slipbench.identification.signals.samples import Samples, sampled
+from slipbench.protocol.recording.channel import FloatArray
 
 WINDOW = 0.2  # s
 

@@ -7,8 +7,8 @@ import numpy as np
 import numpy.typing as npt
 from scipy import signal
 
-from controllers.pitch_learner import STANDING_AFTER, TIMER, quick
-from protocol.channel import FloatArray
+from slipbench.controllers.pitch_learner import STANDING_AFTER, TIMER, quick
+from slipbench.protocol.recording.channel import FloatArray
 
 IntArray = npt.NDArray[np.intp]
 MEMORY = 0.3  # s for which an input is remembered

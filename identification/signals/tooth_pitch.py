@@ -29,8 +29,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import signal, stats
 
-from identification.signals.tooth_evidence import Answers, Evidence, evidence
-from protocol.channel import FloatArray
+from slipbench.identification.signals.tooth_evidence import Answers, Evidence, evidence
+from slipbench.protocol.recording.channel import FloatArray
 
 LEAST_TURNS = 20
 MOST_DEVIATION = 2e-3  # of a pitch, standard error above which a correction would add noise
@@ -180,11 +180,9 @@ def _covariance(
     """Covariance of the levels: A^-1 (S + prior) A^-1 with S from batches of turns."""
     batch = np.arange(score.size) * min(BATCHES, seen.batches) // score.size
     rows = [
-        np.concatenate((
-            np.bincount(seen.tooth[b], score[b], teeth), seen.answer[b].T @ score[b]
-        ))
+        np.concatenate((np.bincount(seen.tooth[b], score[b], teeth), seen.answer[b].T @ score[b]))
         for b in (batch == k for k in range(batch[-1] + 1))
-    ]  # fmt: skip
+    ]
     scores = np.array(rows)
     meat = scores.T @ scores * scores.shape[0] / (scores.shape[0] - 1)
     meat[teeth:, teeth:] += prior

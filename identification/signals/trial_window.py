@@ -4,9 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from identification.signals.dataset import Dataset
-from identification.signals.samples import BoolArray
-from protocol.messages import Phase, TripReason
+from slipbench.identification.signals.dataset import Dataset
+from slipbench.identification.signals.samples import BoolArray
+from slipbench.protocol.codec.messages import Phase, TripReason
 
 SHORTEST = 1.0  # s
 MARGIN = 2.0  # s

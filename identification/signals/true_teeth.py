@@ -2,12 +2,12 @@
 
 from dataclasses import replace
 
-from identification.signals.aligned import Aligned
-from identification.signals.dataset import Dataset
-from identification.signals.teeth import speed_from_teeth
-from identification.signals.tooth_evidence import Answers
-from identification.signals.tooth_pitch import NoToothPitch, ToothPitch, learn_pitch
-from identification.signals.wheels import AxleSpeed
+from slipbench.identification.signals.aligned import Aligned
+from slipbench.identification.signals.dataset import Dataset
+from slipbench.identification.signals.teeth import speed_from_teeth
+from slipbench.identification.signals.tooth_evidence import Answers
+from slipbench.identification.signals.tooth_pitch import NoToothPitch, ToothPitch, learn_pitch
+from slipbench.identification.signals.wheels import AxleSpeed
 
 FALLBACKS = (("throttle_command", "throttle_position"), ("spark_command", "spark_advance"))
 

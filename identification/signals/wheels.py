@@ -5,10 +5,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from identification.signals.aligned import Aligned
-from identification.signals.samples import Samples
-from identification.signals.teeth import speed_from_teeth
-from identification.signals.tooth_counter import teeth_per_second
+from slipbench.identification.signals.aligned import Aligned
+from slipbench.identification.signals.samples import Samples
+from slipbench.identification.signals.teeth import speed_from_teeth
+from slipbench.identification.signals.tooth_counter import teeth_per_second
 
 WRAP = 256  # a counter whose role map gives no modulo is taken to be a byte
 

@@ -31,8 +31,8 @@ compensation of friction and limp-home effects", IEEE Transactions on Industry A
 from dataclasses import dataclass
 from math import inf
 
-from plant.effects.effect import Effect, Hook
-from plant.parameters import parameter
+from slipbench.plant.effects.effect import Effect, Hook
+from slipbench.plant.parameters import parameter
 
 
 def limit_acceleration(servo_acceleration: float, limit: float) -> float:

@@ -32,8 +32,8 @@ chapter 2.
 
 from dataclasses import dataclass
 
-from plant.effects.effect import Effect, Hook
-from plant.parameters import parameter
+from slipbench.plant.effects.effect import Effect, Hook
+from slipbench.plant.parameters import parameter
 
 
 def longer(air_delay: float, delay: float) -> float:

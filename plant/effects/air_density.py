@@ -34,8 +34,8 @@ load goes with pressure and with the root of the temperature.
 import math
 from dataclasses import dataclass
 
-from plant.effects.effect import Effect, Hook
-from plant.parameters import parameter
+from slipbench.plant.effects.effect import Effect, Hook
+from slipbench.plant.parameters import parameter
 
 
 def thin(

@@ -30,8 +30,8 @@ Corno and Savaresi, SYSID 2009, for the switched model.
 
 from dataclasses import dataclass
 
-from plant.effects.effect import Effect, Hook
-from plant.parameters import parameter
+from slipbench.plant.effects.effect import Effect, Hook
+from slipbench.plant.parameters import parameter
 
 
 def slower_when_closing(
@@ -52,11 +52,5 @@ class AsymmetricFilling(Effect):
     hooks = (Hook("filling_time", slower_when_closing),)
 
     asymmetry: float = parameter(
-        0.6,
-        "1",
-        -0.8,
-        5.0,
-        "relative growth of the lag when closing",
-        absent=0.0,
-        smallest=0.15,
+        0.6, "1", -0.8, 5.0, "relative growth of the lag when closing", absent=0.0, smallest=0.15
     )

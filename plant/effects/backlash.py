@@ -33,8 +33,8 @@ Transactions on Control Systems Technology 15 (2007).
 
 from dataclasses import dataclass
 
-from plant.effects.effect import Effect, Hook
-from plant.parameters import parameter
+from slipbench.plant.effects.effect import Effect, Hook
+from slipbench.plant.parameters import parameter
 
 
 def dead_zone(

@@ -34,8 +34,8 @@ Binder, "Mechanics of the Roller Chain Drive" (1956); Cossalter, "Motorcycle Dyn
 import math
 from dataclasses import dataclass
 
-from plant.effects.effect import Effect, Hook
-from plant.parameters import parameter
+from slipbench.plant.effects.effect import Effect, Hook
+from slipbench.plant.parameters import parameter
 
 
 def roll_over_corners(

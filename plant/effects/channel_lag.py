@@ -35,10 +35,10 @@ from typing import Self
 
 import numpy as np
 
-from plant.compiled import entry, load, text_of
-from plant.effects.effect import Effect
-from plant.parameters import parameter, word
-from plant.signals import Floats
+from slipbench.plant.compiled import entry, load, text_of
+from slipbench.plant.effects.effect import Effect
+from slipbench.plant.parameters import parameter, word
+from slipbench.plant.signals import Floats
 
 
 def trail(memory: Floats, time: Floats, value: Floats, time_constant: float) -> Floats:

@@ -32,9 +32,9 @@ from typing import Self
 
 import numpy as np
 
-from plant.effects.effect import Effect
-from plant.parameters import parameter, word
-from plant.signals import Floats
+from slipbench.plant.effects.effect import Effect
+from slipbench.plant.parameters import parameter, word
+from slipbench.plant.signals import Floats
 
 
 @dataclass(frozen=True)

@@ -29,9 +29,9 @@ Isermann, "Fault-Diagnosis Systems" (2006), on sensor faults: scale, sign, offse
 from dataclasses import dataclass
 from typing import Self
 
-from plant.effects.effect import Effect
-from plant.parameters import parameter, word
-from plant.signals import Floats
+from slipbench.plant.effects.effect import Effect
+from slipbench.plant.parameters import parameter, word
+from slipbench.plant.signals import Floats
 
 
 @dataclass(frozen=True)

@@ -31,8 +31,8 @@ standards", Proceedings of the IEEE 54 (1966).
 from dataclasses import dataclass
 from typing import Self
 
-from plant.effects.effect import Effect
-from plant.parameters import parameter, word
+from slipbench.plant.effects.effect import Effect
+from slipbench.plant.parameters import parameter, word
 
 
 @dataclass(frozen=True)

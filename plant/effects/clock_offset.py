@@ -29,8 +29,8 @@ Communications 39 (1991).
 from dataclasses import dataclass
 from typing import Self
 
-from plant.effects.effect import Effect
-from plant.parameters import parameter, word
+from slipbench.plant.effects.effect import Effect
+from slipbench.plant.parameters import parameter, word
 
 
 @dataclass(frozen=True)

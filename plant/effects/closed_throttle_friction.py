@@ -30,8 +30,8 @@ Heywood, "Internal Combustion Engine Fundamentals" (1988), chapter 13, on pumpin
 import math
 from dataclasses import dataclass
 
-from plant.effects.effect import Effect, Hook
-from plant.parameters import parameter
+from slipbench.plant.effects.effect import Effect, Hook
+from slipbench.plant.parameters import parameter
 
 
 def pump(

@@ -30,8 +30,8 @@ Dolcini, Canudas de Wit and Bechart, "Dry Clutch Control for Automotive Applicat
 from dataclasses import dataclass
 from math import inf
 
-from plant.effects.effect import Effect, Hook
-from plant.parameters import parameter
+from slipbench.plant.effects.effect import Effect, Hook
+from slipbench.plant.parameters import parameter
 
 
 def let_slip(clutch_capacity: float, clutch: float, gear_ratio: float, capacity: float) -> float:

@@ -30,8 +30,8 @@ Guzzella and Onder, "Introduction to Modeling and Control of Internal Combustion
 import math
 from dataclasses import dataclass
 
-from plant.effects.effect import Effect, Hook
-from plant.parameters import parameter
+from slipbench.plant.effects.effect import Effect, Hook
+from slipbench.plant.parameters import parameter
 
 
 def wait_for_the_stroke(air_delay: float, engine_speed: float, turns: float) -> float:

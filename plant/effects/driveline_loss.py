@@ -31,8 +31,8 @@ Journal of Mechanical Design 123 (2001); Lodge and Burgess, Proc. IMechE C 216 (
 
 from dataclasses import dataclass
 
-from plant.effects.effect import Effect, Hook
-from plant.parameters import parameter
+from slipbench.plant.effects.effect import Effect, Hook
+from slipbench.plant.parameters import parameter
 
 
 def lose(wheel_torque: float, rear_speed: float, loss: float) -> float:

@@ -37,9 +37,9 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from plant.effects.effect import Effect
-from plant.effects.tooth_misplacement import ENCODERS
-from plant.parameters import parameter, word
+from slipbench.plant.effects.effect import Effect
+from slipbench.plant.effects.tooth_misplacement import ENCODERS
+from slipbench.plant.parameters import parameter, word
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar, Self
 
-from plant.parameters import Block
+from slipbench.plant.parameters import Block
 
 SECTIONS = ("Equation", "Symbols", "Trace", "Confused with", "Reference")
 

@@ -36,8 +36,8 @@ Heywood (1988), chapter 9, on cylinder-to-cylinder variation.
 import math
 from dataclasses import dataclass
 
-from plant.effects.effect import Effect, Hook
-from plant.parameters import parameter
+from slipbench.plant.effects.effect import Effect, Hook
+from slipbench.plant.parameters import parameter
 
 
 def fire(

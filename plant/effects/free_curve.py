@@ -31,21 +31,43 @@ De Boor, "A Practical Guide to Splines" (2001), on broken lines.
 
 from dataclasses import dataclass
 
-from plant.effects.effect import Effect, Hook
-from plant.parameters import parameter
+from slipbench.plant.effects.effect import Effect, Hook
+from slipbench.plant.parameters import parameter
 
 KNOTS = 16
 PLACES = (
-    "servo force", "engine torque", "driveline torque", "wheel torque", "tyre force", "road force"
-)  # fmt: skip
+    "servo force",
+    "engine torque",
+    "driveline torque",
+    "wheel torque",
+    "tyre force",
+    "road force",
+)
 QUANTITIES = (
-    "throttle", "throttle rate", "air", "air rate", "engine speed", "twist", "twist rate", "slip",
-    "speed", "spark", "lean", "distance", "time", "driveline torque", "torque rate",
+    "throttle",
+    "throttle rate",
+    "air",
+    "air rate",
+    "engine speed",
+    "twist",
+    "twist rate",
+    "slip",
+    "speed",
+    "spark",
+    "lean",
+    "distance",
+    "time",
+    "driveline torque",
+    "torque rate",
     "engine acceleration",
-)  # fmt: skip
+)
 SERVO_QUANTITIES = (
-    "throttle", "throttle rate", "command", "command less position", "throttle acceleration",
-)  # fmt: skip
+    "throttle",
+    "throttle rate",
+    "command",
+    "command less position",
+    "throttle acceleration",
+)
 
 
 def broken_line(z: float, knots: tuple[float, ...], values: tuple[float, ...]) -> float:
@@ -173,10 +195,26 @@ def on_the_road(
 Z = tuple(f"z{i}" for i in range(KNOTS))
 F = tuple(f"f{i}" for i in range(KNOTS))
 SEEN = (
-    "throttle", "throttle_rate", "air", "air_rate", "engine_speed", "twist", "twist",
-    "rear_wheel_radius", "speed", "spark", "lean", "distance", "time", "gear_ratio", "rear_speed",
-    "driveline_stiffness", "driveline_damping", "engine_torque", "engine_inertia",
-)  # fmt: skip
+    "throttle",
+    "throttle_rate",
+    "air",
+    "air_rate",
+    "engine_speed",
+    "twist",
+    "twist",
+    "rear_wheel_radius",
+    "speed",
+    "spark",
+    "lean",
+    "distance",
+    "time",
+    "gear_ratio",
+    "rear_speed",
+    "driveline_stiffness",
+    "driveline_damping",
+    "engine_torque",
+    "engine_inertia",
+)
 
 
 def _knot() -> float:

@@ -33,8 +33,8 @@ Aquino, "Transient A/F control characteristics of the 5 liter central fuel injec
 
 from dataclasses import dataclass
 
-from plant.effects.effect import Effect, Hook
-from plant.parameters import parameter
+from slipbench.plant.effects.effect import Effect, Hook
+from slipbench.plant.parameters import parameter
 
 
 def wet_the_wall(charge: float, film: float, share: float, time: float) -> tuple[float, float]:

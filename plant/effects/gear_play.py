@@ -30,8 +30,8 @@ Nordin and Gutman, "Controlling mechanical systems with backlash: a survey", Aut
 
 from dataclasses import dataclass
 
-from plant.effects.effect import Effect, Hook
-from plant.parameters import parameter
+from slipbench.plant.effects.effect import Effect, Hook
+from slipbench.plant.parameters import parameter
 
 
 def cross_the_gap(

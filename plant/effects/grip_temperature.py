@@ -32,8 +32,8 @@ Vehicle System Dynamics 50 (2012).
 
 from dataclasses import dataclass
 
-from plant.effects.effect import Effect, Hook
-from plant.parameters import parameter
+from slipbench.plant.effects.effect import Effect, Hook
+from slipbench.plant.parameters import parameter
 
 
 def soften(rear_grip: float, warmth: float, sensitivity: float) -> float:

@@ -28,8 +28,8 @@ and Technology 69 (1996).
 
 from dataclasses import dataclass
 
-from plant.effects.effect import Effect, Hook
-from plant.parameters import parameter
+from slipbench.plant.effects.effect import Effect, Hook
+from slipbench.plant.parameters import parameter
 
 
 def wear_off(rear_grip: float, distance: float, wear: float) -> float:

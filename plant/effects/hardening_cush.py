@@ -30,8 +30,8 @@ edition (2006), on the transmission.
 
 from dataclasses import dataclass
 
-from plant.effects.effect import Effect, Hook
-from plant.parameters import parameter
+from slipbench.plant.effects.effect import Effect, Hook
+from slipbench.plant.parameters import parameter
 
 
 def harden(spring_torque: float, spring_twist: float, hardening: float) -> float:

@@ -2,8 +2,8 @@
 
 from importlib import import_module
 
-from plant.effects.effect import Effect
-from plant.effects.free_curve import CURVES
+from slipbench.plant.effects.effect import Effect
+from slipbench.plant.effects.free_curve import CURVES
 
 NAMES = (
     "rate_limit",
@@ -60,7 +60,7 @@ NAMES = (
 
 def _effect(name: str) -> type[Effect]:
     """Return the effect of a file: its class has the file's name, in capitals."""
-    page = import_module(f"plant.effects.{name}")
+    page = import_module(f"slipbench.plant.effects.{name}")
     effect: type[Effect] = getattr(page, name.title().replace("_", ""))
     return effect
 

@@ -31,8 +31,8 @@ Cossalter, "Motorcycle Dynamics", 2nd edition (2006), on load transfer in accele
 
 from dataclasses import dataclass
 
-from plant.effects.effect import Effect, Hook
-from plant.parameters import parameter
+from slipbench.plant.effects.effect import Effect, Hook
+from slipbench.plant.parameters import parameter
 
 
 def press(rear_load: float, felt: float, body_mass: float, height: float) -> float:

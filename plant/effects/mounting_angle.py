@@ -30,8 +30,8 @@ correlation sensors (Kistler Correvit) give the cosine as their mounting error.
 import math
 from dataclasses import dataclass
 
-from plant.effects.effect import Effect, Hook
-from plant.parameters import parameter
+from slipbench.plant.effects.effect import Effect, Hook
+from slipbench.plant.parameters import parameter
 
 
 def look_aside(optical_speed: float, acceleration: float, angle: float, pitch: float) -> float:

@@ -30,8 +30,8 @@ Data sheets of correlation sensors (Kistler Correvit, Datron) give their filter 
 
 from dataclasses import dataclass
 
-from plant.effects.effect import Effect, Hook
-from plant.parameters import parameter
+from slipbench.plant.effects.effect import Effect, Hook
+from slipbench.plant.parameters import parameter
 
 
 def trail(

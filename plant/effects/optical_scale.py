@@ -32,8 +32,8 @@ Magazine 13 (2010).
 
 from dataclasses import dataclass
 
-from plant.effects.effect import Effect, Hook
-from plant.parameters import parameter
+from slipbench.plant.effects.effect import Effect, Hook
+from slipbench.plant.parameters import parameter
 
 
 def scale(optical_speed: float, error: float) -> float:

@@ -31,10 +31,10 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Self
 
-from plant.channels import quantised
-from plant.effects.effect import Effect
-from plant.parameters import parameter, word
-from plant.signals import Floats
+from slipbench.plant.channels import quantised
+from slipbench.plant.effects.effect import Effect
+from slipbench.plant.parameters import parameter, word
+from slipbench.plant.signals import Floats
 
 EIGHT_BITS: Mapping[str, float] = MappingProxyType(
     {"engine_speed": 6.0, "throttle_position": 4e-3, "optical_speed": 0.3, "spark_applied": 3e-3}

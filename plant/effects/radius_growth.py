@@ -30,8 +30,8 @@ Pacejka, "Tire and Vehicle Dynamics", 3rd edition (2012), chapter 1; Genta, "Mot
 
 from dataclasses import dataclass
 
-from plant.effects.effect import Effect, Hook
-from plant.parameters import parameter
+from slipbench.plant.effects.effect import Effect, Hook
+from slipbench.plant.parameters import parameter
 
 
 def grow(rear_radius: float, speed: float, growth: float) -> float:

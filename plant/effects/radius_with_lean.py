@@ -32,8 +32,8 @@ model for dynamic simulations: theoretical and experimental aspects", Meccanica 
 import math
 from dataclasses import dataclass
 
-from plant.effects.effect import Effect, Hook
-from plant.parameters import parameter
+from slipbench.plant.effects.effect import Effect, Hook
+from slipbench.plant.parameters import parameter
 
 
 def lean_over(rear_radius: float, lean: float, crown: float) -> float:

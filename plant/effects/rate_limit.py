@@ -29,8 +29,8 @@ Practice 5 (1997).
 from dataclasses import dataclass
 from math import inf
 
-from plant.effects.effect import Effect, Hook
-from plant.parameters import parameter
+from slipbench.plant.effects.effect import Effect, Hook
+from slipbench.plant.parameters import parameter
 
 
 def limit_velocity(servo_velocity: float, limit: float) -> float:

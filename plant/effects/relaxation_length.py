@@ -32,17 +32,12 @@ Pacejka, "Tire and Vehicle Dynamics", 3rd edition (2012), chapters 7 and 8.
 
 from dataclasses import dataclass
 
-from plant.effects.effect import Effect, Hook
-from plant.parameters import parameter
+from slipbench.plant.effects.effect import Effect, Hook
+from slipbench.plant.parameters import parameter
 
 
 def relax(
-    tyre_force: float,
-    force: float,
-    speed: float,
-    length: float,
-    tyre_low_speed: float,
-    step: float,
+    tyre_force: float, force: float, speed: float, length: float, tyre_low_speed: float, step: float
 ) -> tuple[float, float]:
     """Return the force that acts [N] and its rate [N/s]."""
     rolled = max(abs(speed), tyre_low_speed)

@@ -32,8 +32,8 @@ Heywood, "Internal Combustion Engine Fundamentals" (1988), chapter 7, on intake 
 import math
 from dataclasses import dataclass
 
-from plant.effects.effect import Effect, Hook
-from plant.parameters import parameter
+from slipbench.plant.effects.effect import Effect, Hook
+from slipbench.plant.parameters import parameter
 
 
 def swing_along(

@@ -31,8 +31,8 @@ Savaresi, "Single-track vehicle dynamics control", IEEE/ASME Transactions on Mec
 from dataclasses import dataclass
 from math import inf
 
-from plant.effects.effect import Effect, Hook
-from plant.parameters import parameter
+from slipbench.plant.effects.effect import Effect, Hook
+from slipbench.plant.parameters import parameter
 
 
 def open_ramps(driveline_torque: float, gear_ratio: float, back_torque: float) -> float:

@@ -28,8 +28,8 @@ Kiencke and Nielsen, "Automotive Control Systems", 2nd edition (2005), chapter o
 from dataclasses import dataclass
 from math import inf
 
-from plant.effects.effect import Effect, Hook
-from plant.parameters import parameter
+from slipbench.plant.effects.effect import Effect, Hook
+from slipbench.plant.parameters import parameter
 
 
 def clip(spark_factor: float, spark: float, engine_spark_gain: float, limit: float) -> float:

@@ -31,8 +31,8 @@ torque; Guzzella and Onder (2010), chapter 2.
 
 from dataclasses import dataclass
 
-from plant.effects.effect import Effect, Hook
-from plant.parameters import parameter
+from slipbench.plant.effects.effect import Effect, Hook
+from slipbench.plant.parameters import parameter
 
 
 def bend(spark_factor: float, spark: float, curvature: float) -> float:

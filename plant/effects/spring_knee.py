@@ -32,8 +32,8 @@ compensation of friction and limp-home effects", IEEE Transactions on Industry A
 
 from dataclasses import dataclass
 
-from plant.effects.effect import Effect, Hook
-from plant.parameters import parameter
+from slipbench.plant.effects.effect import Effect, Hook
+from slipbench.plant.parameters import parameter
 
 
 def push_home(

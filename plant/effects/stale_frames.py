@@ -32,11 +32,11 @@ from typing import Self
 
 import numpy as np
 
-from plant.channels import latest
-from plant.effects.effect import Effect
-from plant.parameters import parameter, word
-from plant.renewal import Renewals
-from plant.signals import Floats
+from slipbench.plant.channels import latest
+from slipbench.plant.effects.effect import Effect
+from slipbench.plant.parameters import parameter, word
+from slipbench.plant.signals import Floats
+from slipbench.plant.update_times import Renewals
 
 
 def draw(first: int, count: int, seed: int) -> Floats:

@@ -39,8 +39,8 @@ damping of mechanical vibrations", AIAA Journal 14 (1976), on travel before slid
 import math
 from dataclasses import dataclass
 
-from plant.effects.effect import Effect, Hook
-from plant.parameters import parameter
+from slipbench.plant.effects.effect import Effect, Hook
+from slipbench.plant.parameters import parameter
 
 
 def stick(

@@ -37,8 +37,8 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from plant.effects.effect import Effect
-from plant.parameters import parameter, word
+from slipbench.plant.effects.effect import Effect
+from slipbench.plant.parameters import parameter, word
 
 ENCODERS = ("rear_encoder", "front_encoder")
 

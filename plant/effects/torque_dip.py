@@ -32,8 +32,8 @@ Blair, "Design and Simulation of Four-Stroke Engines", SAE (1999), on exhaust tu
 import math
 from dataclasses import dataclass
 
-from plant.effects.effect import Effect, Hook
-from plant.parameters import parameter
+from slipbench.plant.effects.effect import Effect, Hook
+from slipbench.plant.parameters import parameter
 
 
 def dip(

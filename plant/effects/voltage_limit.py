@@ -31,15 +31,12 @@ Practice 5 (1997).
 from dataclasses import dataclass
 from math import inf
 
-from plant.effects.effect import Effect, Hook
-from plant.parameters import parameter
+from slipbench.plant.effects.effect import Effect, Hook
+from slipbench.plant.parameters import parameter
 
 
 def limit_push(
-    servo_acceleration: float,
-    throttle_rate: float,
-    stall_acceleration: float,
-    no_load_speed: float,
+    servo_acceleration: float, throttle_rate: float, stall_acceleration: float, no_load_speed: float
 ) -> float:
     """Return the acceleration [1/s^2] that the voltage left over by the back-EMF allows."""
     x = throttle_rate / no_load_speed

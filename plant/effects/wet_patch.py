@@ -33,8 +33,8 @@ Gustafsson, "Slip-based tire-road friction estimation", Automatica 33 (1997).
 import math
 from dataclasses import dataclass
 
-from plant.effects.effect import Effect, Hook
-from plant.parameters import parameter
+from slipbench.plant.effects.effect import Effect, Hook
+from slipbench.plant.parameters import parameter
 
 
 def moisten(

@@ -34,8 +34,8 @@ with respect to moving ground vehicles", Journal of Wind Engineering and Industr
 import math
 from dataclasses import dataclass
 
-from plant.effects.effect import Effect, Hook
-from plant.parameters import parameter
+from slipbench.plant.effects.effect import Effect, Hook
+from slipbench.plant.parameters import parameter
 
 
 def blow(

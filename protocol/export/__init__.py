@@ -17,15 +17,15 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from protocol.database import load_database
-from protocol.decode import SortedLog, sort_log
-from protocol.decode_file import AT_ONCE, Tally
-from protocol.errors import InputError
-from protocol.frame_log import FrameLog
-from protocol.layout import Database
-from protocol.logs import Progress, quiet
-from protocol.logs.candump import candump_pieces, parse_portions
-from protocol.run_folder import DATABASE, FRAMES
+from slipbench.protocol.database.database import load_database
+from slipbench.protocol.database.layout import Database
+from slipbench.protocol.errors import InputError
+from slipbench.protocol.logs import Progress, quiet
+from slipbench.protocol.logs.candump import candump_pieces, parse_portions
+from slipbench.protocol.logs.decode import SortedLog, sort_log
+from slipbench.protocol.logs.decode_file import AT_ONCE, Tally
+from slipbench.protocol.logs.frame_log import FrameLog
+from slipbench.protocol.recording.run_folder import DATABASE, FRAMES
 
 ENDINGS = {"mf4": ".mf4", "blf": ".blf", "asc": ".asc", "parquet": "", "mcap": ".mcap"}
 MOST_BUSES = 255  # that a byte can tell apart
@@ -60,9 +60,10 @@ def export_run(
     target = out or folder / ("export" + ENDINGS[form])
     if target.exists():
         raise InputError(
-            "it exists, and nothing is overwritten", where=str(target),
+            "it exists, and nothing is overwritten",
+            where=str(target),
             remedy="give another name with --out, or remove it yourself",
-        )  # fmt: skip
+        )
     warnings: list[str] = []
     tally = Tally()
     portions, database = _read(folder, warnings, progress, at_once)
@@ -86,9 +87,11 @@ def _read(
     path = folder / FRAMES
     if not path.is_file():
         raise InputError(
-            "there are no raw frames to export", where=str(folder), expected=FRAMES,
+            "there are no raw frames to export",
+            where=str(folder),
+            expected=FRAMES,
             remedy="give the folder of a recording; one of tables alone is read as it stands",
-        )  # fmt: skip
+        )
     database = load_database(folder / DATABASE)
     logs = parse_portions(candump_pieces(path, progress), str(path), warnings, at_once)
     return (sort_log(log, database) for log in _that_can_be_exported(logs, path)), database
@@ -101,10 +104,11 @@ def _that_can_be_exported(logs: Iterable[FrameLog], path: Path) -> Iterator[Fram
         found += len(log)
         if not found or len(log.buses) > MOST_BUSES:
             raise InputError(
-                "this recording cannot be exported", where=str(path),
+                "this recording cannot be exported",
+                where=str(path),
                 expected=f"frames of at most {MOST_BUSES} buses",
                 found=f"{found} frames of {len(log.buses)} buses",
-            )  # fmt: skip
+            )
         yield log
 
 
@@ -120,13 +124,16 @@ Writer = Callable[[Iterator[SortedLog], Database, Path], int]
 
 def _writers() -> Mapping[str, Writer]:
     """Load the writers, and what they need, when one is wanted."""
-    from protocol.export.asc import write_asc
-    from protocol.export.blf import write_blf
-    from protocol.export.mcap_file import write_mcap
-    from protocol.export.mf4 import write_mf4
-    from protocol.export.parquet import write_parquet
+    from slipbench.protocol.export.asc import write_asc
+    from slipbench.protocol.export.blf import write_blf
+    from slipbench.protocol.export.mcap_file import write_mcap
+    from slipbench.protocol.export.mf4 import write_mf4
+    from slipbench.protocol.export.parquet import write_parquet
 
     return {
-        "mf4": write_mf4, "blf": write_blf, "asc": write_asc,
-        "parquet": write_parquet, "mcap": write_mcap,
-    }  # fmt: skip
+        "mf4": write_mf4,
+        "blf": write_blf,
+        "asc": write_asc,
+        "parquet": write_parquet,
+        "mcap": write_mcap,
+    }

@@ -13,10 +13,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from protocol.decode import SortedLog
-from protocol.export.lengths import dlc, fd_flags
-from protocol.frame_log import FrameLog
-from protocol.layout import Database
+from slipbench.protocol.database.layout import Database
+from slipbench.protocol.export.lengths import dlc, fd_flags
+from slipbench.protocol.logs.decode import SortedLog
+from slipbench.protocol.logs.frame_log import FrameLog
 
 MILLISECOND, SECOND = 1_000_000, 1_000_000_000  # ns
 AT_ONCE = 50_000  # lines
@@ -49,8 +49,9 @@ def _date(time_ns: int) -> str:
     """Write a time as Vector does; English names whatever the locale."""
     t = datetime.fromtimestamp(time_ns // SECOND)
     day = ("Mon", "Tue", "Wed", "Thu", "Fri", "Sat", "Sun")[t.weekday()]
-    month = ("Jan", "Feb", "Mar", "Apr", "May", "Jun",
-             "Jul", "Aug", "Sep", "Oct", "Nov", "Dec")[t.month - 1]  # fmt: skip
+    month = ("Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct", "Nov", "Dec")[
+        t.month - 1
+    ]
     clock = f"{t:%H:%M:%S}.{time_ns // MILLISECOND % 1000:03d}"
     return f"{day} {month} {t.day:02d} {clock} {t.year}"
 
@@ -66,9 +67,12 @@ def _text(log: FrameLog, start: int) -> memoryview:
     _, first, kind = np.unique(_kinds(log), return_index=True, return_inverse=True)
     heads, tails = zip(*(_around(log, row) for row in first.tolist()), strict=True)
     columns = (
-        _stamps(log.time_ns - start), pa.array(heads).take(kind), _payloads(log),
-        pa.array(tails).take(kind), "",
-    )  # fmt: skip
+        _stamps(log.time_ns - start),
+        pa.array(heads).take(kind),
+        _payloads(log),
+        pa.array(tails).take(kind),
+        "",
+    )
     _, offsets, text = compute.binary_join_element_wise(*columns).buffers()
     ends = np.frombuffer(offsets, np.int32, len(log) + 1)
     return memoryview(text)[ends[0] : ends[-1]]
@@ -78,9 +82,13 @@ def _kinds(log: FrameLog) -> npt.NDArray[np.int64]:
     """Tell by a number which frames share all but time and payload."""
     kind = log.identifier.astype(np.int64)
     for column, bits in (
-        (log.extended, 1), (log.fd, 1), (log.sent, 1), (log.length, 7), (fd_flags(log), 2),
+        (log.extended, 1),
+        (log.fd, 1),
+        (log.sent, 1),
+        (log.length, 7),
+        (fd_flags(log), 2),
         (log.bus, 8),
-    ):  # fmt: skip
+    ):
         kind = kind << bits | column
     return kind
 

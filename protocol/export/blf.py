@@ -15,10 +15,10 @@ from typing import BinaryIO
 import numpy as np
 import numpy.typing as npt
 
-from protocol.decode import SortedLog
-from protocol.export.lengths import dlc, fd_flags
-from protocol.frame_log import FrameLog
-from protocol.layout import Database
+from slipbench.protocol.database.layout import Database
+from slipbench.protocol.export.lengths import dlc, fd_flags
+from slipbench.protocol.logs.decode import SortedLog
+from slipbench.protocol.logs.frame_log import FrameLog
 
 FILE_HEADER, CONTAINER = 144, 128 * 1024  # bytes
 CAN_MESSAGE, LOG_CONTAINER, CAN_FD_MESSAGE = 1, 10, 100  # kinds of object
@@ -27,15 +27,32 @@ NANOSECONDS, DEFLATED, VERSION = 2, 2, 1
 EXTENDED = 0x8000_0000
 
 _HEAD = [
-    ("signature", "S4"), ("header_size", "<u2"), ("header_version", "<u2"), ("size", "<u4"),
-    ("kind", "<u4"), ("time_unit", "<u4"), ("client", "<u2"), ("version", "<u2"), ("time", "<u8"),
-    ("channel", "<u2"), ("flags", "u1"), ("dlc", "u1"), ("identifier", "<u4"),
-]  # fmt: skip
+    ("signature", "S4"),
+    ("header_size", "<u2"),
+    ("header_version", "<u2"),
+    ("size", "<u4"),
+    ("kind", "<u4"),
+    ("time_unit", "<u4"),
+    ("client", "<u2"),
+    ("version", "<u2"),
+    ("time", "<u8"),
+    ("channel", "<u2"),
+    ("flags", "u1"),
+    ("dlc", "u1"),
+    ("identifier", "<u4"),
+]
 CLASSIC = np.dtype([*_HEAD, ("data", "u1", (8,))])
-FLEXIBLE = np.dtype([
-    *_HEAD, ("frame_length", "<u4"), ("bit_count", "u1"), ("fd_flags", "u1"), ("valid", "u1"),
-    ("reserved", "u1", (5,)), ("data", "u1", (64,)),
-])  # fmt: skip
+FLEXIBLE = np.dtype(
+    [
+        *_HEAD,
+        ("frame_length", "<u4"),
+        ("bit_count", "u1"),
+        ("fd_flags", "u1"),
+        ("valid", "u1"),
+        ("reserved", "u1", (5,)),
+        ("data", "u1", (64,)),
+    ]
+)
 
 
 def write_blf(portions: Iterator[SortedLog], _database: Database, path: Path) -> int:
@@ -114,8 +131,9 @@ def _write_container(file: BinaryIO, objects: memoryview) -> None:
 
 
 def _file_header(size: int, unpacked: int, count: int, start: int, end: int) -> bytes:
-    head = struct.pack("<4sLBBBBBBBBQQLL", b"LOGG", FILE_HEADER, 5, 0, 0, 0, 2, 6, 8, 1,
-                       size, unpacked, count, 0)  # fmt: skip
+    head = struct.pack(
+        "<4sLBBBBBBBBQQLL", b"LOGG", FILE_HEADER, 5, 0, 0, 0, 2, 6, 8, 1, size, unpacked, count, 0
+    )
     return (head + _system_time(start) + _system_time(end)).ljust(FILE_HEADER, b"\0")
 
 
@@ -125,5 +143,6 @@ def _system_time(time_ns: int) -> bytes:
         return bytes(16)
     t = datetime.fromtimestamp(time_ns // 1_000_000_000, UTC)
     milliseconds = time_ns // MILLISECOND % 1000
-    return struct.pack("<8H", t.year, t.month, t.isoweekday() % 7, t.day, t.hour, t.minute,
-                       t.second, milliseconds)  # fmt: skip
+    return struct.pack(
+        "<8H", t.year, t.month, t.isoweekday() % 7, t.day, t.hour, t.minute, t.second, milliseconds
+    )

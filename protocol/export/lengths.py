@@ -3,7 +3,7 @@
 import numpy as np
 import numpy.typing as npt
 
-from protocol.frame_log import FrameLog
+from slipbench.protocol.logs.frame_log import FrameLog
 
 _FD_LENGTHS = np.array([*range(9), 12, 16, 20, 24, 32, 48, 64])
 

@@ -14,20 +14,23 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from protocol.decode import Samples, SortedLog, sort_log
-from protocol.export.lengths import fd_flags
-from protocol.frame_log import FrameLog
-from protocol.layout import Database, Message
+from slipbench.protocol.database.layout import Database, Message
+from slipbench.protocol.export.lengths import fd_flags
+from slipbench.protocol.logs.decode import Samples, SortedLog, sort_log
+from slipbench.protocol.logs.frame_log import FrameLog
 
 if TYPE_CHECKING:
     from mcap.writer import Writer
 
 AT_ONCE = 100_000  # frames held decoded in memory
 _FRAME = {
-    "id": {"type": "integer"}, "extended": {"type": "boolean"}, "fd": {"type": "boolean"},
-    "fd_flags": {"type": "integer"}, "sent": {"type": "boolean"},
+    "id": {"type": "integer"},
+    "extended": {"type": "boolean"},
+    "fd": {"type": "boolean"},
+    "fd_flags": {"type": "integer"},
+    "sent": {"type": "boolean"},
     "data": {"type": "string", "contentEncoding": "base64"},
-}  # fmt: skip
+}
 
 
 def write_mcap(portions: Iterator[SortedLog], database: Database, path: Path) -> int:
@@ -94,9 +97,15 @@ def _frames(log: FrameLog) -> Iterator[tuple[int, int, bytes]]:
     """Give time, bus and text of every frame."""
     payload, width = log.data.tobytes(), log.data.shape[1]
     columns = (
-        log.time_ns, log.bus, log.identifier, log.extended, log.fd, fd_flags(log), log.sent,
+        log.time_ns,
+        log.bus,
+        log.identifier,
+        log.extended,
+        log.fd,
+        fd_flags(log),
+        log.sent,
         log.length,
-    )  # fmt: skip
+    )
     rows = zip(*(column.tolist() for column in columns), strict=True)
     truth = ("false", "true")
     for row, (time, bus, identifier, extended, fd, flags, sent, length) in enumerate(rows):

@@ -11,10 +11,10 @@ from typing import Any
 
 import numpy as np
 
-from protocol.decode import Frames, SortedLog
-from protocol.export.lengths import dlc, fd_flags
-from protocol.frame_log import FrameLog
-from protocol.layout import Database, Signal
+from slipbench.protocol.database.layout import Database, Signal
+from slipbench.protocol.export.lengths import dlc, fd_flags
+from slipbench.protocol.logs.decode import Frames, SortedLog
+from slipbench.protocol.logs.frame_log import FrameLog
 
 MICROSECOND = 1000  # ns
 
@@ -73,12 +73,17 @@ def _append_frames(groups: _Groups, log: FrameLog, time: np.ndarray, number: int
     if not time[rows].size:
         return
     columns: dict[str, tuple[str, Any]] = {
-        "BusChannel": ("<u1", number + 1), "ID": ("<u4", log.identifier[rows]),
-        "IDE": ("<u1", log.extended[rows]), "DLC": ("<u1", dlc(log)[rows]),
-        "DataLength": ("<u1", log.length[rows]), "DataBytes": (f"({width},)u1", log.data[rows]),
-        "Dir": ("<u1", log.sent[rows]), "EDL": ("<u1", log.fd[rows]),
-        "BRS": ("<u1", fd_flags(log)[rows] & 1), "ESI": ("<u1", fd_flags(log)[rows] >> 1 & 1),
-    }  # fmt: skip
+        "BusChannel": ("<u1", number + 1),
+        "ID": ("<u4", log.identifier[rows]),
+        "IDE": ("<u1", log.extended[rows]),
+        "DLC": ("<u1", dlc(log)[rows]),
+        "DataLength": ("<u1", log.length[rows]),
+        "DataBytes": (f"({width},)u1", log.data[rows]),
+        "Dir": ("<u1", log.sent[rows]),
+        "EDL": ("<u1", log.fd[rows]),
+        "BRS": ("<u1", fd_flags(log)[rows] & 1),
+        "ESI": ("<u1", fd_flags(log)[rows] >> 1 & 1),
+    }
     kind = np.dtype([(f"CAN_DataFrame.{name}", form) for name, (form, _) in columns.items()])
     records = np.empty(time[rows].size, kind)
     for name, (_, column) in columns.items():
@@ -99,9 +104,13 @@ def _append_message(groups: _Groups, frames: Frames, log: FrameLog, time: np.nda
 
 
 def _append_page(
-    groups: _Groups, frames: Frames, key: tuple[object, ...], page: list[Signal], log: FrameLog,
+    groups: _Groups,
+    frames: Frames,
+    key: tuple[object, ...],
+    page: list[Signal],
+    log: FrameLog,
     time: np.ndarray,
-) -> int:  # fmt: skip
+) -> int:
     import asammdf
 
     columns = [frames.samples(signal.name) for signal in page]

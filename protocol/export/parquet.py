@@ -12,10 +12,10 @@ from typing import Any
 
 import numpy as np
 
-from protocol.decode import Frames, SortedLog
-from protocol.export.lengths import fd_flags
-from protocol.frame_log import FrameLog
-from protocol.layout import Database
+from slipbench.protocol.database.layout import Database
+from slipbench.protocol.export.lengths import fd_flags
+from slipbench.protocol.logs.decode import Frames, SortedLog
+from slipbench.protocol.logs.frame_log import FrameLog
 
 
 def write_parquet(portions: Iterator[SortedLog], _database: Database, path: Path) -> int:
@@ -52,11 +52,18 @@ def _frames(log: FrameLog) -> Any:
     data = pa.Array.from_buffers(
         pa.large_binary(), len(log), [None, offsets, pa.py_buffer(log.data[within].tobytes())]
     )
-    return pa.table({
-        "time_ns": log.time_ns, "bus": _buses(log, np.arange(len(log))),
-        "identifier": log.identifier, "extended": log.extended, "fd": log.fd,
-        "fd_flags": fd_flags(log), "sent": log.sent, "data": data,
-    })  # fmt: skip
+    return pa.table(
+        {
+            "time_ns": log.time_ns,
+            "bus": _buses(log, np.arange(len(log))),
+            "identifier": log.identifier,
+            "extended": log.extended,
+            "fd": log.fd,
+            "fd_flags": fd_flags(log),
+            "sent": log.sent,
+            "data": data,
+        }
+    )
 
 
 def _message(log: FrameLog, frames: Frames) -> tuple[Any, int]:

@@ -11,11 +11,11 @@ very frames that were analysed.
 from collections.abc import Iterator
 from pathlib import Path
 
-from protocol.errors import InputError
-from protocol.frame_log import FrameLog
-from protocol.logs.candump import candump_pieces, parse_pieces, parse_portions
-from protocol.logs.formats import FORMATS, looks_like, read_head, refuse
-from protocol.logs.reading import LogReading, LogText, Progress, quiet
+from slipbench.protocol.errors import InputError
+from slipbench.protocol.logs.candump import candump_pieces, parse_pieces, parse_portions
+from slipbench.protocol.logs.formats import FORMATS, looks_like, read_head, refuse
+from slipbench.protocol.logs.frame_log import FrameLog
+from slipbench.protocol.logs.reading import LogReading, LogText, Progress, quiet
 
 __all__ = ["LogReading", "LogText", "Progress", "open_log", "quiet", "read_log", "read_portions"]
 
@@ -41,10 +41,12 @@ def no_frames(path: Path, form: str, skipped: tuple[tuple[str, int], ...]) -> In
     """Say that a log has no data frame, and what it has instead."""
     beside = ", ".join(f"{count} {name}" for name, count in skipped)
     return InputError(
-        "the log holds no data frames", where=str(path), expected="at least one frame",
+        "the log holds no data frames",
+        where=str(path),
+        expected="at least one frame",
         found=beside or f"{form} without frames",
         remedy="was the logger on the right bus, at the right bit rate?",
-    )  # fmt: skip
+    )
 
 
 def open_log(path: Path, progress: Progress = quiet) -> LogText:
@@ -57,11 +59,11 @@ def open_log(path: Path, progress: Progress = quiet) -> LogText:
     if form.reader == "candump":
         text.pieces = candump_pieces(path, progress)
     elif form.reader == "python-can":
-        from protocol.logs.through_python_can import python_can_pieces
+        from slipbench.protocol.logs.through_python_can import python_can_pieces
 
         text.pieces = python_can_pieces(path, name, text.warnings, progress)
     elif form.reader == "asammdf":
-        from protocol.logs.through_asammdf import mdf_pieces
+        from slipbench.protocol.logs.through_asammdf import mdf_pieces
 
         text.pieces = mdf_pieces(path, text.warnings, progress)
     else:
@@ -71,9 +73,10 @@ def open_log(path: Path, progress: Progress = quiet) -> LogText:
 
 def _a_table(path: Path, title: str) -> InputError:
     return InputError(
-        f"this is a table ({title}), not a log of frames", where=str(path),
+        f"this is a table ({title}), not a log of frames",
+        where=str(path),
         remedy="import it with a role map of columns, or beside a log with --table",
-    )  # fmt: skip
+    )
 
 
 def _unknown(path: Path) -> InputError:
@@ -82,7 +85,9 @@ def _unknown(path: Path) -> InputError:
     binary = sum(not character.isprintable() for character in text) > len(text) / 10 + 2
     first = "binary data" if binary else repr(next(filter(str.strip, text.splitlines()), "")[:80])
     return InputError(
-        "not a log of frames that is known here", where=str(path),
+        "not a log of frames that is known here",
+        where=str(path),
         expected="candump text, Vector ASC or BLF, PCAN TRC, python-can CSV, ASAM MF4",
-        found=first, remedy="convert it with the program that wrote it, or with SavvyCAN",
-    )  # fmt: skip
+        found=first,
+        remedy="convert it with the program that wrote it, or with SavvyCAN",
+    )

@@ -9,8 +9,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import BinaryIO
 
-from protocol.errors import InputError
-from protocol.logs.unpacking import LARGEST, fits
+from slipbench.protocol.errors import InputError
+from slipbench.protocol.logs.unpacking import LARGEST, fits
 
 FILE = struct.Struct("<4sL")  # "LOGG", and the size of the file's own header
 OBJECT = struct.Struct("<4sHHLL")  # "LOBJ", header size and version, size, kind
@@ -55,7 +55,9 @@ def _ends(container: bytes) -> bool:
 
 def _too_large(path: Path, at: int, found: str) -> InputError:
     return InputError(
-        "an object of this BLF file is larger than a logger makes them", where=f"{path}, byte {at}",
-        expected=f"{OBJECT.size} to {LARGEST} bytes, packed or not", found=found,
+        "an object of this BLF file is larger than a logger makes them",
+        where=f"{path}, byte {at}",
+        expected=f"{OBJECT.size} to {LARGEST} bytes, packed or not",
+        found=found,
         remedy="the file is damaged, or made to fill the memory: take a copy, or another export",
-    )  # fmt: skip
+    )

@@ -7,11 +7,11 @@ from pathlib import Path
 
 import numpy as np
 
-from protocol.errors import InputError
-from protocol.frame_log import FrameLog
-from protocol.logs.candump_line import EXPECTED
-from protocol.logs.candump_text import DATA, KINDS, TextColumns, line_at, parse_text
-from protocol.logs.reading import Progress, quiet
+from slipbench.protocol.errors import InputError
+from slipbench.protocol.logs.candump_line import EXPECTED
+from slipbench.protocol.logs.candump_text import DATA, KINDS, TextColumns, line_at, parse_text
+from slipbench.protocol.logs.frame_log import FrameLog
+from slipbench.protocol.logs.reading import Progress, quiet
 
 PIECE = 8_000_000  # bytes read at once: some 170 000 lines
 LONGEST = 2 * PIECE  # bytes of a line: the padding of a torn end; memory stays bounded
@@ -29,10 +29,12 @@ def candump_pieces(path: Path, progress: Progress = quiet, size: int = PIECE) ->
                 yield whole + newline
             elif len(rest) > LONGEST:
                 raise InputError(
-                    "this is no text of lines", where=str(path), expected=EXPECTED,
+                    "this is no text of lines",
+                    where=str(path),
+                    expected=EXPECTED,
                     found=f"no line end in {len(rest):,} bytes",
                     remedy="is it a log, and whole?",
-                )  # fmt: skip
+                )
     if rest:
         yield rest
 
@@ -114,7 +116,7 @@ def _without_torn_end(piece: bytes, before: int, where: str, warnings: list[str]
 
 
 def _not_a_frame(line: bytes, number: int, where: str) -> InputError:
-    from protocol.logs.formats import FORMATS, looks_like
+    from slipbench.protocol.logs.formats import FORMATS, looks_like
 
     other = looks_like(line)
     hint = f", as in {FORMATS[other].title}: two formats in one file?" if other else ""
@@ -152,12 +154,18 @@ def _join(parts: list[TextColumns], buses: list[bytes]) -> FrameLog:
         return np.concatenate(found or empty).astype(dtype, copy=False)
 
     return FrameLog(
-        column("time_ns", np.int64), column("bus", np.uint8), column("identifier", np.uint32),
-        column("extended", np.bool_), column("fd", np.bool_), column("sent", np.bool_),
-        column("length", np.uint8), data,
-        tuple(bus.decode("utf-8", errors="backslashreplace") for bus in buses), skipped,
+        column("time_ns", np.int64),
+        column("bus", np.uint8),
+        column("identifier", np.uint32),
+        column("extended", np.bool_),
+        column("fd", np.bool_),
+        column("sent", np.bool_),
+        column("length", np.uint8),
+        data,
+        tuple(bus.decode("utf-8", errors="backslashreplace") for bus in buses),
+        skipped,
         column("fd_flags", np.uint8),
-    )  # fmt: skip
+    )
 
 
 def _in_order(log: FrameLog, where: str, warnings: list[str]) -> FrameLog:

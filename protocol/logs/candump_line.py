@@ -14,7 +14,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from protocol.frame_log import FrameLog
+from slipbench.protocol.logs.frame_log import FrameLog
 
 ERROR_FLAG = 0x2000_0000
 IDENTIFIER_MASK = 0x1FFF_FFFF
@@ -61,13 +61,24 @@ def format_frames(frames: FrameLog) -> Iterator[bytes]:
     flags = np.zeros(len(frames), np.uint8) if frames.fd_flags is None else frames.fd_flags
     payload, width = frames.data.tobytes(), frames.data.shape[1]
     columns = (
-        frames.time_ns, frames.bus, frames.identifier, frames.length,
-        frames.extended, frames.fd, flags, frames.sent,
-    )  # fmt: skip
+        frames.time_ns,
+        frames.bus,
+        frames.identifier,
+        frames.length,
+        frames.extended,
+        frames.fd,
+        flags,
+        frames.sent,
+    )
     for row, (time_ns, bus, identifier, length, extended, fd, flag, sent) in enumerate(
         zip(*(column.tolist() for column in columns), strict=True)
     ):
         yield format_line(
-            time_ns, frames.buses[bus], identifier, payload[row * width : row * width + length],
-            extended=extended, fd_flags=flag if fd else None, sent=sent,
-        )  # fmt: skip
+            time_ns,
+            frames.buses[bus],
+            identifier,
+            payload[row * width : row * width + length],
+            extended=extended,
+            fd_flags=flag if fd else None,
+            sent=sent,
+        )

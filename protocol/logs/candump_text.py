@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from protocol.logs.candump_line import ERROR_FLAG, IDENTIFIER_MASK, LATEST_SECOND, LINE
+from slipbench.protocol.logs.candump_line import ERROR_FLAG, IDENTIFIER_MASK, LATEST_SECOND, LINE
 
 Bytes = npt.NDArray[np.uint8]
 Rows = npt.NDArray[np.intp]
@@ -141,11 +141,16 @@ class _Shape:
             buses.append(match["bus"])
         payload = "fd" if match["fd"] is not None else "classic"
         return _Shape(
-            fixed, REMOTE if match["remote"] else DATA, buses.index(match["bus"]),
-            match.span("seconds"), match.span("fraction"), match.span("identifier"),
+            fixed,
+            REMOTE if match["remote"] else DATA,
+            buses.index(match["bus"]),
+            match.span("seconds"),
+            match.span("fraction"),
+            match.span("identifier"),
             (0, 0) if match["remote"] else match.span(payload),
-            int(match["flags"], 16) if payload == "fd" else -1, match["direction"] in (b"T", b"t"),
-        )  # fmt: skip
+            int(match["flags"], 16) if payload == "fd" else -1,
+            match["direction"] in (b"T", b"t"),
+        )
 
     def matches(self, rows: Bytes, digits: Bytes) -> Mask:
         """Tell which lines have this shape, and digits where this one has fields."""

@@ -4,7 +4,7 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
-from protocol.errors import InputError
+from slipbench.protocol.errors import InputError
 
 HEAD = 4096  # bytes looked at
 
@@ -31,44 +31,55 @@ FORMATS = {
     "blf": Format("Vector BLF", "python-can", _starts(rb"LOGG")),
     "candump": Format("candump text", "candump", _starts(rb"\(\d+\.\d+\)\s+\S+\s+[0-9a-f]+#")),
     "candump-screen": Format(
-        "candump's screen output", "",
+        "candump's screen output",
+        "",
         _starts(rb"(?:\(\d+\.\d+\)\s+)?\S+\s+(?:[TR]X\s+\S+\s+)?[0-9a-f]{3,8}\s+\[\d+\]"),
         'record with "candump -L" (or -l), which keeps exact times',
     ),
     "asc": Format(
-        "Vector ASC", "python-can",
-        _starts(rb"(?:date\s+\w{2,4}\s|base\s+(?:hex|dec)|Begin Triggerblock|// version \d"
-                rb"|\d+\.\d+\s+(?:\d+|CANFD)\s+.*\b[RT]x\b)"),
+        "Vector ASC",
+        "python-can",
+        _starts(
+            rb"(?:date\s+\w{2,4}\s|base\s+(?:hex|dec)|Begin Triggerblock|// version \d"
+            rb"|\d+\.\d+\s+(?:\d+|CANFD)\s+.*\b[RT]x\b)"
+        ),
     ),
     "trc": Format(
-        "PCAN trace", "python-can",
+        "PCAN trace",
+        "python-can",
         _starts(rb"(?:;\$FILEVERSION|;[^\n]*(?:PCAN|Start time|###)|\d+\)\s+\d+\.?\d*\s)"),
     ),
     "can-csv": Format("python-can CSV", "python-can", _starts(rb"timestamp,arbitration_id,")),
     "busmaster": Format(
-        "a BUSMASTER log", "", _starts(rb"(?:\*\*\*BUSMASTER|\d+:\d+:\d+:\d+\s+[RT]x\s)"),
+        "a BUSMASTER log",
+        "",
+        _starts(rb"(?:\*\*\*BUSMASTER|\d+:\d+:\d+:\d+\s+[RT]x\s)"),
         f"open it in SavvyCAN and {_CONVERT}",
     ),
     "crtd": Format(
-        "a CRTD log (Open Vehicle Monitoring System)", "",
+        "a CRTD log (Open Vehicle Monitoring System)",
+        "",
         _starts(rb"\d+\.\d+\s+\d*(?:C[A-Z]{2}|[RT](?:11|29))\s"),
         f"open it in SavvyCAN and {_CONVERT}",
     ),
     "gvret": Format(
-        "a GVRET log (SavvyCAN)", "",
+        "a GVRET log (SavvyCAN)",
+        "",
         _starts(rb"(?:Time Stamp,ID,Extended|\d+,[0-9a-f]{8},(?:true|false),)"),
         f"open it in SavvyCAN and {_CONVERT}",
     ),
     "carbus": Format(
-        "a CAR BUS Analyzer trace", "", _starts(rb"@ TEXT @"),
-        f"open it in SavvyCAN and {_CONVERT}",
+        "a CAR BUS Analyzer trace", "", _starts(rb"@ TEXT @"), f"open it in SavvyCAN and {_CONVERT}"
     ),
     "motec-ld": Format(
-        "a MoTeC binary log (.ld)", "", re.compile(rb"\x40\x00\x00\x00\x00\x00\x00\x00"),
+        "a MoTeC binary log (.ld)",
+        "",
+        re.compile(rb"\x40\x00\x00\x00\x00\x00\x00\x00"),
         "export it from MoTeC i2 as CSV and give that",
     ),
     "compressed": Format(
-        "a compressed file", "",
+        "a compressed file",
+        "",
         re.compile(rb"(?:\x1f\x8b|PK\x03\x04|BZh|\xfd7zXZ|\x28\xb5\x2f\xfd)"),
         "unpack it first",
     ),
@@ -82,7 +93,7 @@ FORMATS = {
     "hdf5": Format("an HDF5 file", "", re.compile(rb"\x89HDF"), _TABLE),
     "parquet": Format("Parquet", "table", re.compile(rb"PAR1")),
     "motec-csv": Format("MoTeC CSV", "table", _starts(rb'"?Format"?[,;]\s*"?MoTeC CSV File')),
-}  # fmt: skip
+}
 
 
 def looks_like(head: bytes) -> str | None:
@@ -106,10 +117,12 @@ def read_head(path: Path) -> bytes:
     if not head.strip(b"\0\r\n\t \xef\xbb\xbf"):
         what = "the file is empty" if not head else "the file holds nothing but blanks or NUL bytes"
         raise InputError(
-            what, where=str(path), expected="a log of frames, or a table",
+            what,
+            where=str(path),
+            expected="a log of frames, or a table",
             found=f"{path.stat().st_size} bytes",
             remedy="was the recording ever started and closed?",
-        )  # fmt: skip
+        )
     return head
 
 

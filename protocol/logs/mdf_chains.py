@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import BinaryIO
 
-from protocol.errors import InputError
-from protocol.logs.unpacking import LARGEST, fits
+from slipbench.protocol.errors import InputError
+from slipbench.protocol.logs.unpacking import LARGEST, fits
 
 FIRST = 64  # the address of the header block, after the identification block
 VERSION_AT = 8  # the version's text: "4.10"
@@ -21,10 +21,21 @@ VERSION_AT = 8  # the version's text: "4.10"
 # Links, by their number, to the next block of a chain, to the first of one that hangs below, and
 # to data that may be a list.
 CHAINS_4 = {
-    b"##HD": (0, 1, 2, 3, 4), b"##DG": (0, 1, 2), b"##CG": (0, 1, 4), b"##CN": (0, 1, 5),
-    b"##CA": (0,), b"##FH": (0,), b"##CH": (0, 1), b"##AT": (0,), b"##EV": (0,), b"##SR": (0, 1),
-    b"##DL": (0,), b"##LD": (0,), b"##HL": (0,), b"##DZ": (),
-}  # fmt: skip
+    b"##HD": (0, 1, 2, 3, 4),
+    b"##DG": (0, 1, 2),
+    b"##CG": (0, 1, 4),
+    b"##CN": (0, 1, 5),
+    b"##CA": (0,),
+    b"##FH": (0,),
+    b"##CH": (0, 1),
+    b"##AT": (0,),
+    b"##EV": (0,),
+    b"##SR": (0, 1),
+    b"##DL": (0,),
+    b"##LD": (0,),
+    b"##HL": (0,),
+    b"##DZ": (),
+}
 CHAINS_3 = {b"HD": (0,), b"DG": (0, 1), b"CG": (0, 1), b"CN": (0,)}
 # What a channel points to as its data may also be another channel, or group, of the tree.
 DATA, OF_DATA = 5, {b"##DL", b"##LD", b"##HL", b"##DZ"}
@@ -56,11 +67,13 @@ def check_chains(path: Path) -> None:
             address = waiting.pop()
             if address in seen:
                 raise InputError(
-                    "the blocks of this file go round in a circle", where=str(path),
-                    expected="each block reached once", found=f"the one at {address:#x} twice",
+                    "the blocks of this file go round in a circle",
+                    where=str(path),
+                    expected="each block reached once",
+                    found=f"the one at {address:#x} twice",
                     remedy="the file is damaged: repair it with the logger's own program, or take"
                     " a copy",
-                )  # fmt: skip
+                )
             seen.add(address)
             if not _unpacks(file, address, form):
                 raise InputError(

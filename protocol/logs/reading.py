@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 
-from protocol.frame_log import FrameLog
+from slipbench.protocol.logs.frame_log import FrameLog
 
 Progress = Callable[[float], None]
 """Is told the share that is done, 0..1."""

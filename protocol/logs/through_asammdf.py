@@ -11,18 +11,21 @@ from typing import Any
 
 import numpy as np
 
-from protocol.errors import InputError
-from protocol.frame_log import FrameLog
-from protocol.logs.candump_line import format_frames
-from protocol.logs.mdf_chains import check_chains
-from protocol.logs.reading import Progress
+from slipbench.protocol.errors import InputError
+from slipbench.protocol.logs.candump_line import format_frames
+from slipbench.protocol.logs.frame_log import FrameLog
+from slipbench.protocol.logs.mdf_chains import check_chains
+from slipbench.protocol.logs.reading import Progress
 
 AT_ONCE = 200_000  # frames of a group that are read at once
 _FRAMES = "CAN_DataFrame"
 _BESIDE = {
-    "CAN_ErrorFrame": "error frames", "CAN_RemoteFrame": "remote frames",
-    "LIN_Frame": "LIN frames", "FLX_Frame": "FlexRay frames", "ETH_Frame": "Ethernet frames",
-}  # fmt: skip
+    "CAN_ErrorFrame": "error frames",
+    "CAN_RemoteFrame": "remote frames",
+    "LIN_Frame": "LIN frames",
+    "FLX_Frame": "FlexRay frames",
+    "ETH_Frame": "Ethernet frames",
+}
 
 
 # Its index of a bus log, which we do not ask for, reads the whole file.
@@ -46,11 +49,13 @@ def opened(path: Path) -> Iterator[Any]:
             trouble = f"{type(cause).__name__}: {cause}"[:300]
     if trouble:
         raise InputError(
-            "asammdf cannot read this file", where=str(path), expected="a whole ASAM MDF file",
+            "asammdf cannot read this file",
+            where=str(path),
+            expected="a whole ASAM MDF file",
             found=trouble,
             remedy="was the logger switched off before it closed the file? repair it with the"
             " logger's own program, or take a copy",
-        )  # fmt: skip
+        )
 
 
 @contextmanager
@@ -74,11 +79,12 @@ def mdf_pieces(path: Path, warnings: list[str], progress: Progress) -> Iterator[
     with opened(path) as mdf:
         if not has_raw_frames(mdf):
             raise InputError(
-                "this MDF file holds no raw CAN frames", where=str(path),
+                "this MDF file holds no raw CAN frames",
+                where=str(path),
                 expected=f"a bus log (channel {_FRAMES})",
                 found=f"{len(mdf.channels_db)} decoded channels",
                 remedy="give it to `slipbench import` as a table, with a role map of columns",
-            )  # fmt: skip
+            )
         _tell_what_stays_out(mdf, path, warnings)
         groups = _groups(mdf)
         done, total = 0, sum(group.left for group in groups)
@@ -193,8 +199,11 @@ class _Group:
     def _part(self, count: int) -> _Part:
         """Read frames; fields that a logger left out are zero."""
         which: dict[str, Any] = {
-            "group": self.number, "raw": True, "record_offset": self._read, "record_count": count
-        }  # fmt: skip
+            "group": self.number,
+            "raw": True,
+            "record_offset": self._read,
+            "record_count": count,
+        }
         signal = self.mdf.get(_FRAMES, **which)
         records, count = signal.samples, len(signal.timestamps)
 

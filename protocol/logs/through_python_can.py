@@ -12,11 +12,11 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from protocol.errors import InputError
-from protocol.logs.blf_containers import check_containers
-from protocol.logs.candump_line import ERROR_FLAG, format_line, stamp
-from protocol.logs.formats import FORMATS, looks_like, read_head
-from protocol.logs.reading import Progress
+from slipbench.protocol.errors import InputError
+from slipbench.protocol.logs.blf_containers import check_containers
+from slipbench.protocol.logs.candump_line import ERROR_FLAG, format_line, stamp
+from slipbench.protocol.logs.formats import FORMATS, looks_like, read_head
+from slipbench.protocol.logs.reading import Progress
 
 if TYPE_CHECKING:
     import can
@@ -47,10 +47,12 @@ def python_can_pieces(
     """Read the log `path` of the format `form`, a key of FORMATS, as pieces of candump text."""
     if form == "asc" and _RELATIVE.search(read_head(path)):
         raise InputError(
-            "its times are relative, each to the line before", where=str(path),
-            expected="timestamps absolute", found="timestamps relative",
+            "its times are relative, each to the line before",
+            where=str(path),
+            expected="timestamps absolute",
+            found="timestamps relative",
             remedy="save it with absolute time stamps: events that are no frames count as well",
-        )  # fmt: skip
+        )
     source = _Source(path, form, warnings)
     lines: list[bytes] = []
     for message in source.messages():
@@ -76,9 +78,14 @@ def _line(message: "can.Message") -> bytes:
         return (head + ("\n" if message.is_rx else " T\n")).encode("ascii")
     flags = message.bitrate_switch + 2 * message.error_state_indicator if message.is_fd else None
     return format_line(
-        time_ns, bus.replace(" ", "_"), message.arbitration_id, bytes(message.data),
-        extended=message.is_extended_id, fd_flags=flags, sent=not message.is_rx,
-    )  # fmt: skip
+        time_ns,
+        bus.replace(" ", "_"),
+        message.arbitration_id,
+        bytes(message.data),
+        extended=message.is_extended_id,
+        fd_flags=flags,
+        sent=not message.is_rx,
+    )
 
 
 class _Source:

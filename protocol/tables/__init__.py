@@ -6,12 +6,12 @@ speed = samples(table, "Speed", "", TableRules())   # times in s, values, unit
 
 from pathlib import Path
 
-from protocol.errors import InputError
-from protocol.logs.formats import FORMATS, looks_like, read_head, refuse
-from protocol.tables.csv_file import read_csv
-from protocol.tables.parquet_file import read_parquet, write_parquet
-from protocol.tables.samples import Samples, samples
-from protocol.tables.table import Table
+from slipbench.protocol.errors import InputError
+from slipbench.protocol.logs.formats import FORMATS, looks_like, read_head, refuse
+from slipbench.protocol.tables.csv_file import read_csv
+from slipbench.protocol.tables.parquet_file import read_parquet, write_parquet
+from slipbench.protocol.tables.samples import Samples, samples
+from slipbench.protocol.tables.table import Table
 
 __all__ = ["Samples", "Table", "is_table", "read_table", "samples", "write_parquet"]
 
@@ -22,7 +22,7 @@ def read_table(path: Path) -> Table:
     if form == "parquet":
         return read_parquet(path)
     if form == "mf4":
-        from protocol.tables.mdf_file import read_mdf
+        from slipbench.protocol.tables.mdf_file import read_mdf
 
         return read_mdf(path)
     if form is None or form == "motec-csv":
@@ -30,16 +30,17 @@ def read_table(path: Path) -> Table:
     if FORMATS[form].refused:
         raise refuse(form, path)
     raise InputError(
-        f"this is a log of frames ({FORMATS[form].title}), not a table", where=str(path),
+        f"this is a log of frames ({FORMATS[form].title}), not a table",
+        where=str(path),
         remedy="give it as the log, not with --table",
-    )  # fmt: skip
+    )
 
 
 def is_table(path: Path) -> bool:
     """Tell a table from a log of frames, by content."""
     form = looks_like(read_head(path))
     if form == "mf4":
-        from protocol.logs.through_asammdf import has_raw_frames, opened
+        from slipbench.protocol.logs.through_asammdf import has_raw_frames, opened
 
         with opened(path) as mdf:
             return not has_raw_frames(mdf)

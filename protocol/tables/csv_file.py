@@ -3,9 +3,9 @@
 from pathlib import Path
 from typing import Any
 
-from protocol.errors import InputError
-from protocol.tables.csv_layout import EMPTY, LINES, Layout, find_layout, split
-from protocol.tables.table import Table
+from slipbench.protocol.errors import InputError
+from slipbench.protocol.tables.csv_layout import EMPTY, LINES, Layout, find_layout, split
+from slipbench.protocol.tables.table import Table
 
 
 def read_csv(path: Path) -> Table:
@@ -14,11 +14,12 @@ def read_csv(path: Path) -> Table:
     layout = find_layout(lines[:LINES])
     if layout is None:
         raise InputError(
-            "no rows of numbers in this file", where=str(path),
+            "no rows of numbers in this file",
+            where=str(path),
             expected="a table: names, perhaps units, then rows of numbers",
             found=repr(next((line for line in lines if line.strip()), "")[:80]),
             remedy="export it as CSV with one row for each sample",
-        )  # fmt: skip
+        )
     warnings: list[str] = []
     rows = _rows(lines, layout, str(path), warnings)
     data = _parse("\n".join(rows), layout, str(path))
@@ -61,10 +62,12 @@ def _rows(lines: list[str], layout: Layout, where: str, warnings: list[str]) -> 
 
 def _odd_row(where: str, number: int, line: str, cells: int, layout: Layout) -> InputError:
     return InputError(
-        "this row does not fit the table", where=f"{where}: line {number}",
+        "this row does not fit the table",
+        where=f"{where}: line {number}",
         expected=f"{len(layout.names)} cells between {layout.delimiter!r}",
-        found=f"{cells} cells: {line[:60]!r}", remedy="mend or delete that row in a copy",
-    )  # fmt: skip
+        found=f"{cells} cells: {line[:60]!r}",
+        remedy="mend or delete that row in a copy",
+    )
 
 
 def _parse(text: str, layout: Layout, where: str) -> Any:
@@ -82,9 +85,11 @@ def _parse(text: str, layout: Layout, where: str) -> Any:
         )
     except pa.ArrowInvalid as cause:
         raise InputError(
-            "not a table that can be read", where=where, found=str(cause)[:200],
+            "not a table that can be read",
+            where=where,
+            found=str(cause)[:200],
             remedy="mend that row in a copy, or export the table anew",
-        ) from cause  # fmt: skip
+        ) from cause
 
 
 def _is_nothing(name: str, column: Any) -> bool:

@@ -9,8 +9,8 @@ import re
 from collections import Counter
 from dataclasses import dataclass
 
-from protocol.tables.table import split_unit
-from protocol.units import linear
+from slipbench.protocol.tables.table import split_unit
+from slipbench.protocol.units import linear
 
 LINES = 200  # looked at
 _COMMENT = re.compile(r"^\s*(?:#|%|//)\s*")

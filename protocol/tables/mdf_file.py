@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from protocol.logs.through_asammdf import opened
-from protocol.tables.table import Table
+from slipbench.protocol.logs.through_asammdf import opened
+from slipbench.protocol.tables.table import Table
 
 
 def read_mdf(path: Path) -> Table:

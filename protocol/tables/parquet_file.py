@@ -7,8 +7,8 @@ which column, stand in the metadata of the columns under "unit" and "clock".
 from pathlib import Path
 from typing import Any
 
-from protocol.errors import InputError
-from protocol.tables.table import Table, split_unit
+from slipbench.protocol.errors import InputError
+from slipbench.protocol.tables.table import Table, split_unit
 
 
 def read_parquet(path: Path) -> Table:
@@ -20,9 +20,11 @@ def read_parquet(path: Path) -> Table:
         data = parquet.read_table(path)
     except (pa.ArrowException, OSError) as cause:
         raise InputError(
-            "not a Parquet file that can be read", where=str(path), found=str(cause)[:200],
+            "not a Parquet file that can be read",
+            where=str(path),
+            found=str(cause)[:200],
             remedy="was it written to its end? write it anew",
-        ) from cause  # fmt: skip
+        ) from cause
     titles = [split_unit(name) for name in data.column_names]
     names = [name for name, _ in titles]
     if len(set(names)) < len(names):

@@ -6,10 +6,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from protocol.errors import InputError
-from protocol.role_map import TableRules
-from protocol.tables.table import Table
-from protocol.tables.times import is_time_name, seconds
+from slipbench.protocol.errors import InputError
+from slipbench.protocol.recording.role_map import TableRules
+from slipbench.protocol.tables.table import Table
+from slipbench.protocol.tables.times import is_time_name, seconds
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -59,11 +59,13 @@ def _clock(table: Table) -> str:
     if found:
         return found[0]
     raise InputError(
-        "the table has no time column", where=table.where,
-        expected='a column called "Time", "t" or "timestamp"', found=", ".join(table.names[:40]),
+        "the table has no time column",
+        where=table.where,
+        expected='a column called "Time", "t" or "timestamp"',
+        found=", ".join(table.names[:40]),
         remedy='in the role map, under [tables.NAME], give time_column = "..." or, for samples at'
         ' one rate, sample_period = "2 ms"',
-    )  # fmt: skip
+    )
 
 
 def _numbers(table: Table, name: str) -> FloatArray:
@@ -81,9 +83,11 @@ def _numbers(table: Table, name: str) -> FloatArray:
         numbers = column.cast(pa.float64(), safe=False)
     except (pa.ArrowInvalid, pa.ArrowNotImplementedError) as cause:
         raise InputError(
-            f"column {name!r} holds no numbers", where=table.where, found=str(column.type),
+            f"column {name!r} holds no numbers",
+            where=table.where,
+            found=str(column.type),
             remedy="bind another column",
-        ) from cause  # fmt: skip
+        ) from cause
     return np.asarray(numbers.to_numpy(zero_copy_only=False), np.float64)
 
 
@@ -95,10 +99,12 @@ def _text_among_numbers(table: Table, name: str, column: Any) -> InputError:
         if text is not None and not _is_float(text.replace(",", "."))
     )
     return InputError(
-        f"column {name!r} holds text", where=f"{table.where}: data row {row + 1}",
-        expected="a number, or an empty cell", found=repr(texts[row]),
+        f"column {name!r} holds text",
+        where=f"{table.where}: data row {row + 1}",
+        expected="a number, or an empty cell",
+        found=repr(texts[row]),
         remedy="empty that cell in a copy of the table, or bind another column",
-    )  # fmt: skip
+    )
 
 
 def _is_float(text: str) -> bool:

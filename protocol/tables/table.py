@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from protocol.errors import InputError
+from slipbench.protocol.errors import InputError
 
 _NAME_AND_UNIT = re.compile(r"(.*?)\s*[(\[]\s*([^()\[\]]{0,16}?)\s*[)\]]\s*")
 
@@ -44,10 +44,11 @@ class Table:
             return same[0]
         near = difflib.get_close_matches(bare, self.names, n=1, cutoff=0.4)
         raise InputError(
-            f"the table has no column {wanted!r}", where=self.where,
+            f"the table has no column {wanted!r}",
+            where=self.where,
             found=", ".join(self.names[:40]),
             remedy=f"did you mean {near[0]!r}?" if near else "name one of these",
-        )  # fmt: skip
+        )
 
 
 def split_unit(title: str) -> tuple[str, str]:

@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from protocol.errors import InputError
-from protocol.units import linear
+from slipbench.protocol.errors import InputError
+from slipbench.protocol.units import linear
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -56,10 +56,11 @@ def _scale(unit: str, name: str, where: str) -> float:
         return linear(_UNITS.get(unit.casefold(), unit), "s")[0]
     except ValueError as cause:
         raise InputError(
-            f"the time column {name!r} is in {unit!r}", where=where,
+            f"the time column {name!r} is in {unit!r}",
+            where=where,
             expected="a unit of time: s, ms, us, ns, min",
             remedy='state it in the role map: [tables.NAME] time_unit = "ms"',
-        ) from cause  # fmt: skip
+        ) from cause
 
 
 def _unit_in(name: str) -> str:
@@ -100,10 +101,12 @@ def _moments(column: Any, name: str, where: str) -> FloatArray:
     )
     if odd >= 0:
         raise InputError(
-            f"the time column {name!r} cannot be read", where=f"{where}: data row {odd + 1}",
+            f"the time column {name!r} cannot be read",
+            where=f"{where}: data row {odd + 1}",
             expected='numbers, "2024-05-01T12:00:00.5Z" or "12:00:00.5"',
-            found=repr(texts[odd]), remedy="export the time in seconds",
-        )  # fmt: skip
+            found=repr(texts[odd]),
+            remedy="export the time in seconds",
+        )
     return _past_midnight(np.array([_clock_time(text) for text in texts], np.float64))
 
 

@@ -1,17 +1,22 @@
 """A motorcycle at the operating point of the default trial, for tests to disturb."""
 
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
-from bench.excitation import plan_excitation
-from bench.seen import Seen
-from bench.trial import Plan, plan_of
-from protocol.configuration import load_toml, parse
-from protocol.messages import Authority, EcuStatus, EngineStatus, RiderControls, ThrottleStatus
-from protocol.trial_file import RPM, TrialFile
+from slipbench.bench.safety.trial import Plan, plan_of
+from slipbench.bench.safety.vehicle_state import Seen
+from slipbench.bench.trials.excitation import plan_excitation
+from slipbench.protocol.codec.messages import (
+    Authority,
+    EcuStatus,
+    EngineStatus,
+    RiderControls,
+    ThrottleStatus,
+)
+from slipbench.protocol.configuration import load_toml, parse
+from slipbench.protocol.trial_file import RPM, TrialFile
+from tests.paths import TRIALS
 
-TRIALS = Path(__file__).parents[2] / "trials"
 OPENING = 0.09
 
 

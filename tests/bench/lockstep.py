@@ -2,12 +2,12 @@
 
 import can
 
-import dbc
-from bench.clock import MILLISECOND, SECOND
-from bench.simulated_bus import SimulatedBus
-from bench.virtual_motorcycle import Ride, VirtualMotorcycle
-from protocol.codec import Codec
-from protocol.database import load_database
+from slipbench import dbc
+from slipbench.bench.bus.simulated_bus import SimulatedBus
+from slipbench.bench.loop.clock import MILLISECOND, SECOND
+from slipbench.bench.vehicle.virtual_motorcycle import Ride, VirtualMotorcycle
+from slipbench.protocol.codec.codec import Codec
+from slipbench.protocol.database.database import load_database
 
 
 class LockStep:

@@ -3,8 +3,8 @@
 import pytest
 
 import slipbench
-from protocol.run_folder import read
-from tests.bench.conditions import TRIALS
+from slipbench.protocol.recording.run_folder import read
+from tests.paths import DEMONSTRATION, TRIALS
 
 
 def run(monkeypatch, capsys, *arguments):
@@ -22,9 +22,9 @@ def short(tmp_path):
 
     def write(*changes):
         text = (TRIALS / "throttle_sweep.toml").read_text()
-        vehicle = TRIALS.parent / "plant" / "vehicles" / "demonstration.toml"
+        vehicle = DEMONSTRATION
         for old, new in (
-            ('vehicle = "../plant/vehicles/demonstration.toml"', f'vehicle = "{vehicle}"'),
+            ('vehicle = "../../plant/vehicles/demonstration.toml"', f'vehicle = "{vehicle}"'),
             ('duration = "30 s"', 'duration = "1 s"'),
             ('stop = "12 Hz"', 'stop = "5 Hz"'),
             *changes,
@@ -77,10 +77,19 @@ def test_a_users_mistake_ends_with_2_and_the_remedy(
     assert not (tmp_path / "run").exists()
 
 
-@pytest.mark.parametrize("option", [
-    "--speed=inf", "--speed=nan", "--speed=1e30", "--speed=0", "--start=inf", "--start=-1",
-    "--passes=99999999999999999999", "--bitrate=0",
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "option",
+    [
+        "--speed=inf",
+        "--speed=nan",
+        "--speed=1e30",
+        "--speed=0",
+        "--start=inf",
+        "--start=-1",
+        "--passes=99999999999999999999",
+        "--bitrate=0",
+    ],
+)
 def test_a_number_that_no_replay_can_have_ends_with_2_and_the_range(
     monkeypatch, capsys, tmp_path, option
 ):

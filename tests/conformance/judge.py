@@ -20,7 +20,8 @@ from importlib.metadata import version
 from pathlib import Path
 from xml.etree import ElementTree
 
-ROOT = Path(__file__).parents[2]
+from tests.paths import ROOT
+
 HERE = Path(__file__).parent
 BUILD = ROOT / "build" / "conformance"
 THEIRS = ("logformats_test.py", "test_player.py", "test_message_sync.py")  # as they are
@@ -29,17 +30,19 @@ CI_MARKS = ("CI", "CONTINUOUS_INTEGRATION", "GITHUB_ACTIONS", "TRAVIS")
 
 # Groups on our bus that must have been judged, whatever the suite's next version calls its own.
 WANTED = (
-    "TestBackToBack", "TestThreadSafe", "TestLogOfTheBus", "TestPlayer",
+    "TestBackToBack",
+    "TestThreadSafe",
+    "TestLogOfTheBus",
+    "TestPlayer",
     "TestPlayerOfCompressedFile",
-)  # fmt: skip
+)
 
 # Skips that are right, by the reason that the suite gives.
 EXPECTED = {
-    "TODO: how shall this be treated if sending messages locally? should be done uniformly":
-        "open between python-can's own interfaces",
+    "TODO: how shall this be treated if sending messages locally? should be done uniformly": "open between python-can's own interfaces",
     "not implemented": "python-can's SQLite log in a file-like object",
     "do not test append mode": "formats of python-can that cannot append",
-}  # fmt: skip
+}
 
 
 def main() -> int:
@@ -98,10 +101,22 @@ def run(results: Path) -> int:
     )
     suite = [BUILD / "suite" / "test" / name for name in THEIRS]
     command = [
-        sys.executable, "-m", "pytest", "--quiet", "-p", "no:cacheprovider", "-c", os.devnull,
-        "--rootdir", BUILD, "--import-mode=importlib", "--timeout=60",
-        f"--junit-xml={results}", HERE / "on_slipbench.py", *suite,
-    ]  # fmt: skip
+        sys.executable,
+        "-m",
+        "pytest",
+        "--quiet",
+        "-p",
+        "no:cacheprovider",
+        "-c",
+        os.devnull,
+        "--rootdir",
+        BUILD,
+        "--import-mode=importlib",
+        "--timeout=60",
+        f"--junit-xml={results}",
+        HERE / "on_slipbench.py",
+        *suite,
+    ]
     try:
         return subprocess.run(
             command, cwd=BUILD, env=environment, check=False, timeout=LIMIT

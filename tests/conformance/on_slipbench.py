@@ -49,17 +49,21 @@ class TestLogOfTheBus(logformats_test.TestCanutilsFileFormat):
 
     def _setup_instance(self):
         self._setup_instance_helper(
-            ThroughTheBus, can.CanutilsLogReader,
+            ThroughTheBus,
+            can.CanutilsLogReader,
             check_error_frames=False,  # no program can send one: controllers do
-            check_fd=True, test_append=True, check_comments=False, preserves_channel=False,
-        )  # fmt: skip
+            check_fd=True,
+            test_append=True,
+            check_comments=False,
+            preserves_channel=False,
+        )
 
 
 class OnSlipbench:
     """python-can's player with our bus in the place of its virtual one."""
 
     def setUp(self):
-        self.MockVirtualBus = self._patched("bench.bus.python_can.SlipbenchBus")
+        self.MockVirtualBus = self._patched("slipbench.bench.bus.python_can.SlipbenchBus")
         self.mock_virtual_bus = self.MockVirtualBus.return_value
         self.mock_virtual_bus.__enter__ = mock.Mock(return_value=self.mock_virtual_bus)
         self.MockSleep = self._patched("can.io.player.time.sleep")

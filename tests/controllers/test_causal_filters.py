@@ -6,14 +6,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import signal
 
-from controllers.causal_filters import (
+from slipbench.controllers.causal_filters import (
     LowPass,
     Notch,
     notched_online,
     smoothed_online,
     wheel_follower,
 )
-from identification.signals.filters import low_pass, notch
+from slipbench.identification.signals.filters import low_pass, notch
 
 RATE = 1000.0
 T = np.arange(0, 12, 1 / RATE)

@@ -11,19 +11,19 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from controllers.compensator import Compensator
-from controllers.governor import Governor
-from controllers.internal_model import InternalModel
-from controllers.limits import Range
-from controllers.linear import Linear, in_series
-from controllers.pid import Pid
-from controllers.schedule import Schedule
-from controllers.slip_controller import SlipController, from_tree
-from controllers.two_actuators import TwoActuators
-from identification.design.prefilter import Prefilter
-from protocol.configuration import load_toml, read_toml
-from protocol.controller_file import ControllerFile
-from tests.bench.conditions import TRIALS
+from slipbench.controllers.compensator import Compensator
+from slipbench.controllers.governor import Governor
+from slipbench.controllers.internal_model import InternalModel
+from slipbench.controllers.limits import Range
+from slipbench.controllers.linear import Linear, in_series
+from slipbench.controllers.pid import Pid
+from slipbench.controllers.schedule import Schedule
+from slipbench.controllers.slip_controller import SlipController, from_tree
+from slipbench.controllers.two_actuators import TwoActuators
+from slipbench.identification.design.prefilter import Prefilter
+from slipbench.protocol.configuration import load_toml, read_toml
+from slipbench.protocol.controller_file import ControllerFile
+from tests.paths import CONTROLLERS
 
 DT = 0.001
 LIMITS = Range(-0.1, 0.2, 6.0)
@@ -52,14 +52,14 @@ def compensator() -> Compensator:
 
 def from_file(name: str) -> Any:
     """A law of the project's own, its range that of these tests; of a mixed one the spark's."""
-    law: Any = from_tree(load_toml(TRIALS / "controllers" / f"{name}.toml")).law
+    law: Any = from_tree(load_toml(CONTROLLERS / f"{name}.toml")).law
     return replace(law, limits=LIMITS)
 
 
 H_INFINITY = [
     pytest.param(from_file(name), id=name) for name in ("throttle_h_infinity", "spark_h_infinity")
 ]
-FILES = sorted(path.stem for path in (TRIALS / "controllers").glob("*.toml"))
+FILES = sorted(path.stem for path in (CONTROLLERS).glob("*.toml"))
 FROM_FILES = [pytest.param(from_file(name), id=name) for name in FILES]
 LAWS = [
     pytest.param(pid(), id="pid"),
@@ -150,7 +150,7 @@ def test_a_target_beyond_what_may_be_given_moves_neither_throttle_nor_spark(
 
 @cache
 def file_tree(name: str) -> dict[str, Any]:
-    return read_toml(TRIALS / "controllers" / f"{name}.toml", ControllerFile).model_dump()
+    return read_toml(CONTROLLERS / f"{name}.toml", ControllerFile).model_dump()
 
 
 def controller(name: str, ends: dict[str, float]) -> SlipController:
@@ -250,8 +250,11 @@ def mixed(
     slip_t, slip_s = ((0.0, scale * g * (1 - b), 0.0, -b, 0.0) for g in (G_T, G_S))
     slow = InternalModel(
         in_series((servo, slip_t)),
-        in_series((_lead(a, 0.03, 1.0), _lead(b, 0.03, scale * G_T))), LATER, DT, throttle,
-    )  # fmt: skip
+        in_series((_lead(a, 0.03, 1.0), _lead(b, 0.03, scale * G_T))),
+        LATER,
+        DT,
+        throttle,
+    )
     fast = InternalModel(
         in_series((slip_s,)), in_series((_lead(b, 0.015, scale * G_S),)), 0, DT, spark
     )
@@ -343,10 +346,7 @@ def test_models_that_are_wrong_by_a_fifth_still_bring_the_slip_to_its_target(sca
 
 
 @given(
-    throttle=st.floats(-0.3, 0.3),
-    spark=st.floats(-0.2, 0.2),
-    measurements=slips,
-    reference=values,
+    throttle=st.floats(-0.3, 0.3), spark=st.floats(-0.2, 0.2), measurements=slips, reference=values
 )
 def test_mixed_keeps_both_ranges_and_takes_over_without_a_jump(
     throttle, spark, measurements, reference

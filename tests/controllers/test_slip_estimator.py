@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from controllers.slip_estimator import SlipEstimator
+from slipbench.controllers.slip_estimator import SlipEstimator
 
 TEETH, REAR, FRONT = 16, 0.32, 0.30
 ESTIMATOR = SlipEstimator(TEETH, REAR, FRONT)

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from controllers.speed_tracker import SpeedTracker, Track
+from slipbench.controllers.speed_tracker import SpeedTracker, Track
 
 PERIOD = 0.004
 TRACKER = SpeedTracker()

@@ -10,9 +10,9 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import Any, Protocol
 
-from bench.virtual_motorcycle import VirtualMotorcycle
-from protocol import e2e
-from protocol.messages import Authority
+from slipbench.bench.vehicle.virtual_motorcycle import VirtualMotorcycle
+from slipbench.protocol.codec import e2e
+from slipbench.protocol.codec.messages import Authority
 
 AT = 0.6  # s into the trial: in the midst of the excitation
 

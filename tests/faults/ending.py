@@ -10,10 +10,10 @@ from pathlib import Path
 from typing import Any
 from unittest import mock
 
-from bench.clock import SECOND, SimulatedClock
-from bench.recorder import Recorder, open_log
-from bench.ring import Ring
-from bench.simulated_trial import START
+from slipbench.bench.loop.clock import SECOND, SimulatedClock
+from slipbench.bench.loop.recorder import Recorder, open_log
+from slipbench.bench.loop.ring import Ring
+from slipbench.bench.trials.simulated_trial import START
 from tests.faults.devices import AT, Witness
 
 STOPPED_FOR = 0.1  # s
@@ -46,7 +46,7 @@ def full_disk(witness: Witness) -> Iterator[None]:
         disk.__exit__.side_effect = lambda *_: log.close()
         return disk
 
-    with mock.patch("bench.simulated_trial.open_log", opened):
+    with mock.patch("slipbench.bench.trials.simulated_trial.open_log", opened):
         yield
 
 
@@ -60,7 +60,7 @@ def recorder_that_does_not_read(witness: Witness) -> Iterator[None]:
 
     with (
         mock.patch.object(Recorder, "drain", idle),
-        mock.patch("bench.simulated_trial.Ring.local", return_value=ring),
+        mock.patch("slipbench.bench.trials.simulated_trial.Ring.local", return_value=ring),
     ):
         yield
 
@@ -103,11 +103,11 @@ class Ending(Stalling):
 
 @contextmanager
 def stopped_loop(_: Witness) -> Iterator[None]:
-    with mock.patch("bench.simulated_trial.SimulatedClock", Stalling):
+    with mock.patch("slipbench.bench.trials.simulated_trial.SimulatedClock", Stalling):
         yield
 
 
 @contextmanager
 def killed_loop(_: Witness) -> Iterator[None]:
-    with mock.patch("bench.simulated_trial.SimulatedClock", Ending):
+    with mock.patch("slipbench.bench.trials.simulated_trial.SimulatedClock", Ending):
         yield

@@ -6,11 +6,11 @@ import tempfile
 from collections import Counter
 from pathlib import Path
 
-from protocol.messages import Phase, TripReason
+from slipbench.protocol.codec.messages import Phase, TripReason
 from tests.faults.cases import BENCH, BUS, DEVICES
 from tests.faults.ride import Case, Ridden, ride
+from tests.paths import ROOT
 
-ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "fault_matrix.md"
 INSIDE = "tests/socketcan/inside"
 
@@ -54,9 +54,14 @@ def row(case: Case, ridden: Ridden) -> str:
     why = f"; {case.why}" if case.why else ""
     told = case.told or (ridden.outcome.trip if ridden.outcome else "")
     cells = (
-        case.what, ended + why, "" if goes_on else f"{ridden.back * 1e3:.0f}",
-        f"{ridden.witness.off_hand:.2%}"[:-1], recorded(ridden), told, words(case.vcan),
-    )  # fmt: skip
+        case.what,
+        ended + why,
+        "" if goes_on else f"{ridden.back * 1e3:.0f}",
+        f"{ridden.witness.off_hand:.2%}"[:-1],
+        recorded(ridden),
+        told,
+        words(case.vcan),
+    )
     return f"| {' | '.join(cells)} |"
 
 

@@ -7,25 +7,28 @@ from functools import lru_cache, partial
 from pathlib import Path
 from unittest import mock
 
-from bench.bus.faults import Fault, FaultPlan
-from bench.clock import SECOND
-from bench.outcome import Outcome
-from bench.preparation import Prepared
-from bench.run import run_trial
-from bench.simulated_trial import START, run_simulated
-from protocol.logs import read_log
-from protocol.messages import Phase, TripReason
-from protocol.recording import Recording
-from protocol.run_folder import FRAMES, read
-from tests.bench.test_whole_trial import prepared
+from slipbench.bench.bus.faults import Fault, FaultPlan
+from slipbench.bench.loop.clock import SECOND
+from slipbench.bench.trials.outcome import Outcome
+from slipbench.bench.trials.preparation import Prepared
+from slipbench.bench.trials.run import run_trial
+from slipbench.bench.trials.simulated_trial import START, run_simulated
+from slipbench.protocol.codec.messages import Phase, TripReason
+from slipbench.protocol.logs import read_log
+from slipbench.protocol.recording.recording import Recording
+from slipbench.protocol.recording.run_folder import FRAMES, read
+from tests.bench.trials.test_whole_trial import prepared
 from tests.faults.devices import AT, Failing, FailingMotorcycle, Teeth, Witness, sound
 from tests.faults.ending import Killed, nothing
 
 AMPLITUDE = 0.02  # of the excitation, 0..1
 SHORT = {
-    "excitation__duration": "1 s", "excitation__start": "2 Hz",
-    "operating_point__steady_for": "100 ms", "settling": "100 ms", "hand_back": "100 ms",
-}  # fmt: skip
+    "excitation__duration": "1 s",
+    "excitation__start": "2 Hz",
+    "operating_point__steady_for": "100 ms",
+    "settling": "100 ms",
+    "hand_back": "100 ms",
+}
 
 
 @dataclass(frozen=True)
@@ -92,8 +95,8 @@ def ride(case: Case, folder: Path, trial: Callable[[], Prepared] = the_trial) ->
     simulated = partial(run_simulated, faults=FaultPlan(case.bus, seed=1))
     outcome = None
     with (
-        mock.patch("bench.simulated_trial.VirtualMotorcycle", motorcycle),
-        mock.patch("bench.run.run_simulated", simulated),
+        mock.patch("slipbench.bench.trials.simulated_trial.VirtualMotorcycle", motorcycle),
+        mock.patch("slipbench.bench.trials.run.run_simulated", simulated),
         case.bench(witness),
         suppress(Killed),  # what is left then is on the disk
     ):
@@ -101,9 +104,13 @@ def ride(case: Case, folder: Path, trial: Callable[[], Prepared] = the_trial) ->
     errors = read_log(folder / FRAMES).frames.skipped
     began = min((each.began for each in teeth.values()), default=AT)
     return Ridden(
-        outcome, witness, read(folder), dict(errors).get("error frames", 0),
-        began, _tripped(outcome, began),
-    )  # fmt: skip
+        outcome,
+        witness,
+        read(folder),
+        dict(errors).get("error frames", 0),
+        began,
+        _tripped(outcome, began),
+    )
 
 
 def _tripped(outcome: Outcome | None, began: float) -> float:

@@ -5,14 +5,14 @@ from itertools import cycle
 import can
 import pytest
 
-import dbc
-from bench.gateway import BEHIND, MOST_FRAMES, Gateway
-from bench.lookout import Wheels
-from bench.ring import Ring
-from bench.trial import TrialState
-from protocol.codec import Codec, Sender
-from protocol.database import load_database
-from protocol.messages import Authority, EcuStatus, Phase, TripReason
+from slipbench import dbc
+from slipbench.bench.gateway.gateway import BEHIND, MOST_FRAMES, Gateway
+from slipbench.bench.loop.ring import Ring
+from slipbench.bench.safety.trial import TrialState
+from slipbench.bench.safety.vehicle_monitor import Wheels
+from slipbench.protocol.codec.codec import Codec, Sender
+from slipbench.protocol.codec.messages import Authority, EcuStatus, Phase, TripReason
+from slipbench.protocol.database.database import load_database
 from tests.bench.conditions import OPENING, plan, seen
 
 MILLISECOND = 1_000_000  # ns

@@ -6,10 +6,11 @@ from pathlib import Path
 
 import pytest
 
-from protocol.messages import TripReason
+from slipbench.protocol.codec.messages import TripReason
 from tests.faults.cases import CASES
-from tests.faults.matrix import INSIDE, PAGE, ROOT, content, in_order, page
+from tests.faults.matrix import INSIDE, PAGE, content, in_order, page
 from tests.faults.ride import AMPLITUDE, Case, Ridden, ride
+from tests.paths import ROOT
 
 RESOLUTION = 1e-4  # of a throttle on the wire
 A_CYCLE = 0.0025  # s: a tick's release, its frame, and the devices' own millisecond

@@ -13,35 +13,48 @@ from unittest import mock
 import numpy as np
 import pytest
 
-import dbc
-from bench.clock import SECOND
-from bench.preparation import Prepared, prepare
-from bench.simulated_trial import START
-from protocol.messages import Authority, TripReason
-from tests.bench.conditions import TRIALS
-from tests.bench.test_whole_trial import commands
+from slipbench import dbc
+from slipbench.bench.loop.clock import SECOND
+from slipbench.bench.trials.preparation import Prepared, prepare
+from slipbench.bench.trials.simulated_trial import START
+from slipbench.protocol.codec.messages import Authority, TripReason
+from tests.bench.trials.test_whole_trial import commands
 from tests.faults.cases import CASES
 from tests.faults.devices import Silent, Slowing
 from tests.faults.ride import Case, Ridden, ride
+from tests.paths import TRIALS, with_full_paths
 
 LATE = 2.4  # s into the trial: the teeth are learnt, and the controller has held for half a second
 NAMES = (
-    "optical drops out", "optical silent", "counter of OpticalSpeed", "optical stuck",
-    "rear tooth missing", "counter of EngineStatus",
-)  # fmt: skip
+    "optical drops out",
+    "optical silent",
+    "counter of OpticalSpeed",
+    "optical stuck",
+    "rear tooth missing",
+    "counter of EngineStatus",
+)
 REACH = 0.054  # of the controller, 0..1
 FASTEST = 5.4  # of the controller, 1/s
 FRAME, TICK = 0.005, 0.001  # s: an encoder waits no longer before it tells; the controller's step
 SHORTER = {
-    'duration = "8 s"': 'duration = "1 s"', 'after = "5 s"': 'after = "1.8 s"',
+    'duration = "8 s"': 'duration = "1 s"',
+    'after = "5 s"': 'after = "1.8 s"',
     'steady_for = "500 ms"': 'steady_for = "100 ms"',
-}  # fmt: skip
+}
 OURS = (
-    Case("rear encoder silent", "the rear encoder says nothing", TripReason.STALE,
-         failing=partial(Silent, frozenset({"RearTeeth"}))),
-    Case("wheel lock", "rear wheel stops within 0.1 s", TripReason.SLIP,
-         teeth=lambda: {"rear": Slowing(10.0, began=LATE)}),
-)  # fmt: skip
+    Case(
+        "rear encoder silent",
+        "the rear encoder says nothing",
+        TripReason.STALE,
+        failing=partial(Silent, frozenset({"RearTeeth"})),
+    ),
+    Case(
+        "wheel lock",
+        "rear wheel stops within 0.1 s",
+        TripReason.SLIP,
+        teeth=lambda: {"rear": Slowing(10.0, began=LATE)},
+    ),
+)
 FAULTS = [*(case for case in CASES if case.name in NAMES), *OURS]
 LOCK = OURS[-1]
 
@@ -67,9 +80,7 @@ def _shortened(folder: Path) -> Path:
     for old, new in SHORTER.items():
         assert old in text
         text = text.replace(old, new)
-    text = text.replace('"../', f'"{TRIALS.parent}/').replace(
-        '"controllers/', f'"{TRIALS}/controllers/'
-    )
+    text = with_full_paths(text)
     text = text.replace("\n[", '\nsettling = "100 ms"\nhand_back = "100 ms"\n\n[', 1)
     path = folder / "slip.toml"
     path.write_text(text, encoding="utf-8")

@@ -7,18 +7,42 @@ from pathlib import Path
 from hypothesis import HealthCheck, settings
 from hypothesis import strategies as st
 
-from protocol.errors import InputError
+from slipbench.protocol.errors import InputError
 
 NASTY = [
-    b"\0", b"\xff\xfe", b"\n" * 50, b"[" * 3000, b"{" * 3000, b'"', b"'''", b"-1", b"1e999", b"nan",
-    b"99999999999999999999999999", b"../../etc/passwd", b"\xef\xbb\xbf", b"#", b"=", b",", b"%s%n",
-    b"__import__('os')", b"(0.0) can0 1FFFFFFFF#00\n", b"\r", b";", b"inf", b"0x", b"4294967296",
-]  # fmt: skip
+    b"\0",
+    b"\xff\xfe",
+    b"\n" * 50,
+    b"[" * 3000,
+    b"{" * 3000,
+    b'"',
+    b"'''",
+    b"-1",
+    b"1e999",
+    b"nan",
+    b"99999999999999999999999999",
+    b"../../etc/passwd",
+    b"\xef\xbb\xbf",
+    b"#",
+    b"=",
+    b",",
+    b"%s%n",
+    b"__import__('os')",
+    b"(0.0) can0 1FFFFFFFF#00\n",
+    b"\r",
+    b";",
+    b"inf",
+    b"0x",
+    b"4294967296",
+]
 
 fuzz = settings(
-    deadline=None, database=None, derandomize=True,
-    suppress_health_check=list(HealthCheck), report_multiple_bugs=False,
-)  # fmt: skip
+    deadline=None,
+    database=None,
+    derandomize=True,
+    suppress_health_check=list(HealthCheck),
+    report_multiple_bugs=False,
+)
 
 
 @st.composite

@@ -10,14 +10,14 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
-from protocol.errors import InputError
-from protocol.export import export_run
-from protocol.logs import blf_containers, mdf_chains, read_log
-from protocol.logs.mdf_chains import CHAINS_3, CHAINS_4, check_chains
-from protocol.tables import read_table
+from slipbench.protocol.errors import InputError
+from slipbench.protocol.export import export_run
+from slipbench.protocol.logs import blf_containers, mdf_chains, read_log
+from slipbench.protocol.logs.mdf_chains import CHAINS_3, CHAINS_4, check_chains
+from slipbench.protocol.tables import read_table
 from tests.hostile.damage import damaged, fuzz, survives
-from tests.protocol.test_export import run_of
-from tests.protocol.test_export_portions import lines
+from tests.protocol.export.test_export import run_of
+from tests.protocol.export.test_export_portions import lines
 from tests.recordings import recording
 
 FRAMES = 60
@@ -38,9 +38,9 @@ def old(tmp_path_factory):
     with asammdf.MDF(version="3.30") as mdf:
         for group in range(2):
             times = np.arange(10) * 0.1
-            mdf.append([
-                asammdf.Signal(times + k, times, name=f"channel_{group}_{k}") for k in range(2)
-            ])  # fmt: skip
+            mdf.append(
+                [asammdf.Signal(times + k, times, name=f"channel_{group}_{k}") for k in range(2)]
+            )
         return mdf.save(path)
 
 
@@ -151,9 +151,9 @@ def test_an_object_of_a_size_that_cannot_be_is_told(tmp_path, size):
         read_log(tmp_path / "x.blf")
 
 
-@pytest.mark.parametrize(("form", "read"), [
-    ("mf4", read_log), ("mf4", read_table), ("parquet", read_table),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("form", "read"), [("mf4", read_log), ("mf4", read_table), ("parquet", read_table)]
+)
 def test_a_damaged_file_is_read_or_told(exported, tmp_path, form, read):
     good: Path = exported[form]
 

@@ -10,20 +10,20 @@ import tomli_w
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-import dbc
-from protocol import e2e
-from protocol.codec import Codec
-from protocol.database import load_database
-from protocol.errors import InputError
-from protocol.faults import FrameFault
-from protocol.logs import read_log
-from protocol.logs.candump import LONGEST
-from protocol.messages import EcuStatus
-from protocol.run_folder import DATABASE, DESCRIPTION, FRAMES, ROLES, read
+from slipbench import dbc
+from slipbench.protocol.codec import e2e
+from slipbench.protocol.codec.codec import Codec
+from slipbench.protocol.codec.faults import FrameFault
+from slipbench.protocol.codec.messages import EcuStatus
+from slipbench.protocol.database.database import load_database
+from slipbench.protocol.errors import InputError
+from slipbench.protocol.logs import read_log
+from slipbench.protocol.logs.candump import LONGEST
+from slipbench.protocol.recording.run_folder import DATABASE, DESCRIPTION, FRAMES, ROLES, read
 from tests.hostile.damage import damaged, fuzz
 from tests.imports import PACKAGES
+from tests.paths import ROOT
 
-ROOT = Path(__file__).parents[2]
 CODEC = Codec(load_database(dbc.MOTORBIKE))
 
 
@@ -50,9 +50,9 @@ def test_a_good_recording_is_read(tmp_path):
     assert read(make(tmp_path / "run")).frame_count == 60
 
 
-@pytest.mark.parametrize(("name", "examples"), [
-    (DESCRIPTION, 150), (FRAMES, 100), (ROLES, 60), (DATABASE, 25),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("name", "examples"), [(DESCRIPTION, 150), (FRAMES, 100), (ROLES, 60), (DATABASE, 25)]
+)
 def test_whichever_file_of_it_is_damaged_the_fault_is_told(name, examples, tmp_path):
     folder = make(tmp_path / "run")
     good = (folder / name).read_bytes()
@@ -68,9 +68,16 @@ def test_whichever_file_of_it_is_damaged_the_fault_is_told(name, examples, tmp_p
 
 
 value = st.one_of(
-    st.none().map(lambda _: "x"), st.booleans(), st.integers(-(2**70), 2**70), st.floats(),
-    st.text(max_size=20), st.just([1, 2]), st.just({"a": 1}), st.just([]), st.just({}),
-)  # fmt: skip
+    st.none().map(lambda _: "x"),
+    st.booleans(),
+    st.integers(-(2**70), 2**70),
+    st.floats(),
+    st.text(max_size=20),
+    st.just([1, 2]),
+    st.just({"a": 1}),
+    st.just([]),
+    st.just({}),
+)
 
 
 of_run = st.dictionaries(st.sampled_from(["start_time_ns", "database_sha256"]), value)
@@ -97,9 +104,17 @@ def folder_of(tmp_path_factory):
     return make(tmp_path_factory.mktemp("runs") / "run")
 
 
-@pytest.mark.parametrize("place", [
-    "../secret.csv", "/etc/hostname", "tables/../../secret.csv", "tables/link.csv", "..", "~/x.csv",
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "place",
+    [
+        "../secret.csv",
+        "/etc/hostname",
+        "tables/../../secret.csv",
+        "tables/link.csv",
+        "..",
+        "~/x.csv",
+    ],
+)
 def test_no_table_is_read_from_outside(place, tmp_path):
     (tmp_path / "secret.csv").write_text("time,speed\n0,1\n1,2\n", encoding="ascii")
     folder = make(tmp_path / "run")
@@ -200,10 +215,17 @@ def suspects(tree):
                 yield node.lineno, "reads a pickle"
 
 
-@pytest.mark.parametrize("text", [
-    "import pickle", "from pickle import loads", "eval(x)", "np.load(p)",
-    "np.load(p, allow_pickle=True)", "pd.read_pickle(p)",
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "text",
+    [
+        "import pickle",
+        "from pickle import loads",
+        "eval(x)",
+        "np.load(p)",
+        "np.load(p, allow_pickle=True)",
+        "pd.read_pickle(p)",
+    ],
+)
 def test_what_could_execute_is_found(text):
     assert list(suspects(ast.parse(text)))
     assert not list(suspects(ast.parse("np.load(p, allow_pickle=False)")))

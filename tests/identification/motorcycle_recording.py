@@ -8,14 +8,14 @@ from pathlib import Path
 
 import numpy as np
 
-from plant.encoder import begin, passing_teeth, toothed_disc
-from plant.equilibrium import equilibrium
-from plant.motorcycle import Motorcycle
-from plant.signals import Inputs
-from plant.simulation import Simulation
-from protocol.channel import Channel
-from protocol.recording import Recording
-from protocol.role_map import Geometry, RoleMap, Source
+from slipbench.plant.encoder import begin, passing_teeth, toothed_disc
+from slipbench.plant.equilibrium import equilibrium
+from slipbench.plant.motorcycle import Motorcycle
+from slipbench.plant.signals import Inputs
+from slipbench.plant.simulation import Simulation
+from slipbench.protocol.recording.channel import Channel
+from slipbench.protocol.recording.recording import Recording
+from slipbench.protocol.recording.role_map import Geometry, RoleMap, Source
 
 LEAD = 1.5  # s, before the excitation
 
@@ -65,10 +65,13 @@ def ride(motorcycle: Motorcycle, trial: Ride) -> Recording:
     command = np.clip(throttle + (0.0 * wave if spark else wave), 0.0, 1.0)
     advance = wave if spark else np.zeros(n)
     inputs = Inputs.held(
-        n, gear=float(trial.gear), throttle_command=command, spark=advance,
+        n,
+        gear=float(trial.gear),
+        throttle_command=command,
+        spark=advance,
         road_force=_wind(rng, n, trial.wind),
         engine_disturbance=trial.combustion * rng.standard_normal(n),
-    )  # fmt: skip
+    )
     _, out = simulation.advance(state, inputs)
     maker = _Maker(rng)
     now = out.time[3::4]  # the end of each millisecond
@@ -76,22 +79,30 @@ def ride(motorcycle: Motorcycle, trial: Ride) -> Recording:
     channels = {
         "throttle_command": maker.told("throttle_command", since, command, "ecu"),
         "spark_command": maker.told("spark_command", since, advance, "ecu"),
-        "throttle_position": maker.point("throttle_position", out, "throttle", 1, "throttle",
-                                         3e-4, 1e-3),
+        "throttle_position": maker.point(
+            "throttle_position", out, "throttle", 1, "throttle", 3e-4, 1e-3
+        ),
         "engine_speed": maker.point("engine_speed", out, "engine_speed", 5, "ecu", 0.3, 0.1047),
         "gear": maker.told("gear", now[::100], np.full(now[::100].size, float(trial.gear)), "ecu"),
-        "optical_speed": maker.point("optical_speed", out, "optical_speed", 4, "optical",
-                                     0.02, 0.01),
+        "optical_speed": maker.point(
+            "optical_speed", out, "optical_speed", 4, "optical", 0.02, 0.01
+        ),
         "rear_teeth": maker.teeth("rear", motorcycle, out),
         "front_teeth": maker.teeth("front", motorcycle, out),
-    }  # fmt: skip
+    }
     channels = {k: v for k, v in channels.items() if k not in trial.drop}
     roles = {role: Source(column=role, table="memory") for role in channels}
     geometry = Geometry(rear_radius=0.32, front_radius=0.3, teeth_per_turn=16)
     return Recording(
-        Path(f"{trial.kind}_{trial.gear}_{trial.engine_speed:.0f}_{trial.seed}"), {}, None,
-        RoleMap(title="in memory", vehicle=geometry, roles=roles), channels, {}, 0, trial.seconds,
-    )  # fmt: skip
+        Path(f"{trial.kind}_{trial.gear}_{trial.engine_speed:.0f}_{trial.seed}"),
+        {},
+        None,
+        RoleMap(title="in memory", vehicle=geometry, roles=roles),
+        channels,
+        {},
+        0,
+        trial.seconds,
+    )
 
 
 def _wind(rng, n, deviation, time=3.0):

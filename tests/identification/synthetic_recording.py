@@ -10,11 +10,11 @@ from pathlib import Path
 import numpy as np
 from scipy import signal
 
-from protocol.channel import Channel
-from protocol.messages import Phase
-from protocol.recording import Recording
-from protocol.role_map import Geometry, RoleMap, Source
-from protocol.trial_file import TrialFile
+from slipbench.protocol.codec.messages import Phase
+from slipbench.protocol.recording.channel import Channel
+from slipbench.protocol.recording.recording import Recording
+from slipbench.protocol.recording.role_map import Geometry, RoleMap, Source
+from slipbench.protocol.trial_file import TrialFile
 
 RATE = 4000.0
 RADIUS, TEETH = 0.32, 16
@@ -45,23 +45,33 @@ class Truth:
 
 def sweep_trial(duration=20.0, start=0.5, stop=15.0, **excitation) -> TrialFile:
     spec = {
-        "actuator": "throttle", "waveform": "linear_sweep", "amplitude": "4 %",
-        "duration": f"{duration} s", "start": f"{start} Hz", "stop": f"{stop} Hz",
-    } | excitation  # fmt: skip
+        "actuator": "throttle",
+        "waveform": "linear_sweep",
+        "amplitude": "4 %",
+        "duration": f"{duration} s",
+        "start": f"{start} Hz",
+        "stop": f"{stop} Hz",
+    } | excitation
     if "period" in spec or "frequency" in spec:
         del spec["start"], spec["stop"]
     return TrialFile.model_validate(
         {
-            "name": "synthetic", "vehicle": "none.toml", "excitation": spec,
+            "name": "synthetic",
+            "vehicle": "none.toml",
+            "excitation": spec,
             "operating_point": {"gear": 2, "engine_speed": "14000 rpm"},
             "limits": {
-                "throttle_deviation": "6 %", "throttle_rate": "600 %/s",
-                "spark": ["-12 deg", "4 deg"], "spark_rate": "1000 deg/s",
-                "engine_speed": ["11000 rpm", "15500 rpm"], "speed": ["30 m/s", "70 m/s"],
-                "slip": "8 %", "distance": "2500 m",
+                "throttle_deviation": "6 %",
+                "throttle_rate": "600 %/s",
+                "spark": ["-12 deg", "4 deg"],
+                "spark_rate": "1000 deg/s",
+                "engine_speed": ["11000 rpm", "15500 rpm"],
+                "speed": ["30 m/s", "70 m/s"],
+                "slip": "8 %",
+                "distance": "2500 m",
             },
         }
-    )  # fmt: skip
+    )
 
 
 def sweep(t, duration, start=0.5, stop=15.0):
@@ -101,16 +111,22 @@ def recording(
         at = np.arange(0, t[-1], 0.02)
         phase = np.select(
             [at < 3, at < 3 + lasts, at < 4 + lasts],
-            [Phase.ARMED, Phase.EXCITING, Phase.SETTLING], Phase.DONE,
-        ).astype(float)  # fmt: skip
+            [Phase.ARMED, Phase.EXCITING, Phase.SETTLING],
+            Phase.DONE,
+        ).astype(float)
         channels["trial_phase"] = Channel("trial_phase", at, phase, "1", "bus", "synthetic")
     roles = {role: Source(column=role, table="synthetic") for role in channels}
     geometry = Geometry(rear_radius=RADIUS, front_radius=0.3, teeth_per_turn=TEETH)
     return Recording(
-        Path("synthetic"), {"versions": {"slipbench": "0"}}, trial if phases else None,
+        Path("synthetic"),
+        {"versions": {"slipbench": "0"}},
+        trial if phases else None,
         RoleMap(title="synthetic motorcycle", vehicle=geometry, roles=roles),
-        channels, {}, 0, float(t[-1]),
-    )  # fmt: skip
+        channels,
+        {},
+        0,
+        float(t[-1]),
+    )
 
 
 def _answer(truth, t, u):

@@ -4,7 +4,7 @@ import os
 
 import pytest
 
-from identification.cluster import KEPT_MEMORY, Workers, done_by
+from slipbench.identification.cluster import KEPT_MEMORY, Workers, done_by
 
 NAMES = {name: (name,) for name in KEPT_MEMORY}
 

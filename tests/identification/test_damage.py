@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from identification.models.study import study_of
-from identification.report.key_figures import key_figures
-from identification.response.identify import identify
-from identification.signals.motion import Motion
+from slipbench.identification.models.study import study_of
+from slipbench.identification.report.key_figures import key_figures
+from slipbench.identification.response.identify import identify
+from slipbench.identification.signals.motion import Motion
 from tests.identification.synthetic_recording import recording
 
 WHOLE = recording()

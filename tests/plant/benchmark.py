@@ -11,15 +11,16 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
-from plant.composition import compose
-from plant.effects.effect import Effect
-from plant.effects.library import LIBRARY
-from plant.equilibrium import equilibrium
-from plant.layout import moving
-from plant.motorcycle import Motorcycle
-from plant.signals import Inputs
-from plant.simulation import Simulation
-from plant.vehicle_file import builtin_vehicle, load_vehicle
+from slipbench.plant.composition import compose
+from slipbench.plant.effects.effect import Effect
+from slipbench.plant.effects.library import LIBRARY
+from slipbench.plant.equilibrium import equilibrium
+from slipbench.plant.layout import moving
+from slipbench.plant.motorcycle import Motorcycle
+from slipbench.plant.signals import Inputs
+from slipbench.plant.simulation import Simulation
+from slipbench.plant.vehicle_file import load_vehicle
+from slipbench.plant.vehicles import builtin_vehicle
 
 Library = tuple[type[Effect], ...]
 

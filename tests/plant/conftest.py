@@ -6,12 +6,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from plant.effects.effect import Effect
-from plant.equilibrium import equilibrium
-from plant.motorcycle import Motorcycle
-from plant.signals import Inputs, Outputs
-from plant.simulation import Simulation
-from plant.vehicle_file import builtin_vehicle, load_vehicle
+from slipbench.plant.effects.effect import Effect
+from slipbench.plant.equilibrium import equilibrium
+from slipbench.plant.motorcycle import Motorcycle
+from slipbench.plant.signals import Inputs, Outputs
+from slipbench.plant.simulation import Simulation
+from slipbench.plant.vehicle_file import load_vehicle
+from slipbench.plant.vehicles import builtin_vehicle
 
 CRANK_SPEED = 1466.0  # rad/s, 14 000 rpm
 

@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from plant.blocks import Body, RearWheel
-from plant.motorcycle import Motorcycle
-from plant.signals import Inputs
-from plant.simulation import Simulation
+from slipbench.plant.blocks import Body, RearWheel
+from slipbench.plant.motorcycle import Motorcycle
+from slipbench.plant.signals import Inputs
+from slipbench.plant.simulation import Simulation
 
 GEAR = 2
 

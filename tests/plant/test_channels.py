@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from plant.channels import CHANNEL_UNITS, DEFAULT_CHANNELS, ChannelTiming, sample
+from slipbench.plant.channels import CHANNEL_UNITS, DEFAULT_CHANNELS, ChannelTiming, sample
 
 
 def test_samples_fall_on_the_channels_own_times():

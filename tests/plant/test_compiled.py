@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from plant.compiled import cache_folder, entry, inlined, load, text_of
+from slipbench.plant.compiled import cache_folder, entry, inlined, load, text_of
 
 PROGRAM = """
-from plant.compiled import entry, load
+from slipbench.plant.compiled import entry, load
 module = load(entry("def twice(x):\\n    return 2.0 * x", "f8(f8)"))
 print(module.twice(21.0), sum(module.twice.stats.cache_hits.values()))
 """

@@ -9,26 +9,26 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from plant.channels import CHANNEL_UNITS
-from plant.composition import kernel_text
-from plant.effects.acceleration_limit import AccelerationLimit
-from plant.effects.backlash import Backlash
-from plant.effects.clutch_slip import ClutchSlip
-from plant.effects.effect import SECTIONS, Effect, Hook
-from plant.effects.library import BY_NAME, LIBRARY, STAND_INS
-from plant.effects.rate_limit import RateLimit
-from plant.effects.slipper_clutch import SlipperClutch
-from plant.effects.voltage_limit import VoltageLimit
-from plant.encoder import Misplaces, begin, passing_teeth, toothed_disc
-from plant.equations import EQUATIONS
-from plant.equilibrium import equilibrium, mean_instant, steady_state
-from plant.layout import moving
-from plant.motorcycle import BLOCK_NAMES, Motorcycle
-from plant.parameters import Parameter
-from plant.sensing import Misdates, Tells
-from plant.signals import Inputs, Outputs
-from plant.simulation import Simulation
-from plant.trouble import ParameterError
+from slipbench.plant.channels import CHANNEL_UNITS
+from slipbench.plant.composition import kernel_text
+from slipbench.plant.effects.acceleration_limit import AccelerationLimit
+from slipbench.plant.effects.backlash import Backlash
+from slipbench.plant.effects.clutch_slip import ClutchSlip
+from slipbench.plant.effects.effect import SECTIONS, Effect, Hook
+from slipbench.plant.effects.library import BY_NAME, LIBRARY, STAND_INS
+from slipbench.plant.effects.rate_limit import RateLimit
+from slipbench.plant.effects.slipper_clutch import SlipperClutch
+from slipbench.plant.effects.voltage_limit import VoltageLimit
+from slipbench.plant.encoder import Misplaces, begin, passing_teeth, toothed_disc
+from slipbench.plant.equations import EQUATIONS
+from slipbench.plant.equilibrium import equilibrium, mean_instant, steady_state
+from slipbench.plant.errors import ParameterError
+from slipbench.plant.layout import moving
+from slipbench.plant.motorcycle import BLOCK_NAMES, Motorcycle
+from slipbench.plant.parameters import Parameter
+from slipbench.plant.sensing import Misdates, Tells
+from slipbench.plant.signals import Inputs, Outputs
+from slipbench.plant.simulation import Simulation
 
 every_effect = pytest.mark.parametrize("effect", LIBRARY, ids=lambda e: e.name)
 N = len(Outputs.names)

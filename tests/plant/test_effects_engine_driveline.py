@@ -6,22 +6,22 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from plant.effects.air_density import AirDensity
-from plant.effects.backlash import Backlash, dead_zone
-from plant.effects.chain_polygon import ChainPolygon
-from plant.effects.closed_throttle_friction import ClosedThrottleFriction
-from plant.effects.clutch_slip import ClutchSlip
-from plant.effects.compression_torque import CompressionTorque
-from plant.effects.driveline_loss import DrivelineLoss
-from plant.effects.firing_torque import FiringTorque
-from plant.effects.hardening_cush import HardeningCush
-from plant.effects.slipper_clutch import SlipperClutch
-from plant.effects.spark_clip import SparkClip
-from plant.effects.spark_curvature import SparkCurvature
-from plant.effects.torque_dip import TorqueDip
-from plant.motorcycle import Motorcycle
-from plant.signals import Inputs
-from plant.simulation import Simulation
+from slipbench.plant.effects.air_density import AirDensity
+from slipbench.plant.effects.backlash import Backlash, dead_zone
+from slipbench.plant.effects.chain_polygon import ChainPolygon
+from slipbench.plant.effects.closed_throttle_friction import ClosedThrottleFriction
+from slipbench.plant.effects.clutch_slip import ClutchSlip
+from slipbench.plant.effects.compression_torque import CompressionTorque
+from slipbench.plant.effects.driveline_loss import DrivelineLoss
+from slipbench.plant.effects.firing_torque import FiringTorque
+from slipbench.plant.effects.hardening_cush import HardeningCush
+from slipbench.plant.effects.slipper_clutch import SlipperClutch
+from slipbench.plant.effects.spark_clip import SparkClip
+from slipbench.plant.effects.spark_curvature import SparkCurvature
+from slipbench.plant.effects.torque_dip import TorqueDip
+from slipbench.plant.motorcycle import Motorcycle
+from slipbench.plant.signals import Inputs
+from slipbench.plant.simulation import Simulation
 
 RATIO = Motorcycle().gears[1]
 
@@ -100,10 +100,12 @@ def test_firing_grows_with_load_and_compression_does_not(moment):
     angle = math.pi / 4  # the summit of order two
     for effect, grows in ((FiringTorque(spread=0.0), True), (CompressionTorque(), False)):
         swing = [
-            abs(moment(effect, air=air, crank_angle=angle)["engine_torque"]
-                - moment(air=air)["engine_torque"])
+            abs(
+                moment(effect, air=air, crank_angle=angle)["engine_torque"]
+                - moment(air=air)["engine_torque"]
+            )
             for air in (0.05, 0.3)
-        ]  # fmt: skip
+        ]
         assert (swing[1] > 2 * swing[0]) == grows
         assert grows or swing[1] == pytest.approx(swing[0])
 

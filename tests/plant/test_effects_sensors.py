@@ -8,26 +8,26 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from plant.blocks import Encoder
-from plant.channels import DEFAULT_CHANNELS
-from plant.effects.channel_lag import ChannelLag
-from plant.effects.channel_latency import ChannelLatency
-from plant.effects.channel_scale import ChannelScale
-from plant.effects.clock_drift import ClockDrift
-from plant.effects.clock_offset import ClockOffset
-from plant.effects.direction_blind_counter import DirectionBlindCounter
-from plant.effects.eccentricity import Eccentricity
-from plant.effects.effect import Effect
-from plant.effects.held_frames import HeldFrames
-from plant.effects.library import LIBRARY
-from plant.effects.mounting_angle import MountingAngle
-from plant.effects.optical_lag import OpticalLag
-from plant.effects.optical_scale import OpticalScale
-from plant.effects.quantiser import Quantiser
-from plant.effects.stale_frames import StaleFrames
-from plant.encoder import ToothedDisc, begin, passing_teeth, toothed_disc
-from plant.renewal import renewals, rhythm
-from plant.sensing import Tells, clock_of, tell, tell_channel, telling
+from slipbench.plant.blocks import Encoder
+from slipbench.plant.channels import DEFAULT_CHANNELS
+from slipbench.plant.effects.channel_lag import ChannelLag
+from slipbench.plant.effects.channel_latency import ChannelLatency
+from slipbench.plant.effects.channel_scale import ChannelScale
+from slipbench.plant.effects.clock_drift import ClockDrift
+from slipbench.plant.effects.clock_offset import ClockOffset
+from slipbench.plant.effects.direction_blind_counter import DirectionBlindCounter
+from slipbench.plant.effects.eccentricity import Eccentricity
+from slipbench.plant.effects.effect import Effect
+from slipbench.plant.effects.held_frames import HeldFrames
+from slipbench.plant.effects.library import LIBRARY
+from slipbench.plant.effects.mounting_angle import MountingAngle
+from slipbench.plant.effects.optical_lag import OpticalLag
+from slipbench.plant.effects.optical_scale import OpticalScale
+from slipbench.plant.effects.quantiser import Quantiser
+from slipbench.plant.effects.stale_frames import StaleFrames
+from slipbench.plant.encoder import ToothedDisc, begin, passing_teeth, toothed_disc
+from slipbench.plant.sensing import Tells, clock_of, tell, tell_channel, telling
+from slipbench.plant.update_times import renewals, rhythm
 
 TELLING = [effect for effect in LIBRARY if isinstance(effect(), Tells)]
 TIME = np.arange(1, 1501) * 1e-3

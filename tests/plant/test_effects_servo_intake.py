@@ -3,20 +3,20 @@
 import numpy as np
 import pytest
 
-from plant.effects.acceleration_limit import AccelerationLimit
-from plant.effects.air_box_delay import AirBoxDelay
-from plant.effects.asymmetric_filling import AsymmetricFilling
-from plant.effects.crank_angle_delay import CrankAngleDelay
-from plant.effects.fuel_film import FuelFilm
-from plant.effects.gear_play import GearPlay
-from plant.effects.rate_limit import RateLimit
-from plant.effects.runner_resonance import RunnerResonance
-from plant.effects.spring_knee import SpringKnee
-from plant.effects.throttle_stiction import ThrottleStiction
-from plant.effects.voltage_limit import VoltageLimit
-from plant.motorcycle import Motorcycle
-from plant.signals import Inputs, Outputs
-from plant.simulation import Simulation
+from slipbench.plant.effects.acceleration_limit import AccelerationLimit
+from slipbench.plant.effects.air_box_delay import AirBoxDelay
+from slipbench.plant.effects.asymmetric_filling import AsymmetricFilling
+from slipbench.plant.effects.crank_angle_delay import CrankAngleDelay
+from slipbench.plant.effects.fuel_film import FuelFilm
+from slipbench.plant.effects.gear_play import GearPlay
+from slipbench.plant.effects.rate_limit import RateLimit
+from slipbench.plant.effects.runner_resonance import RunnerResonance
+from slipbench.plant.effects.spring_knee import SpringKnee
+from slipbench.plant.effects.throttle_stiction import ThrottleStiction
+from slipbench.plant.effects.voltage_limit import VoltageLimit
+from slipbench.plant.motorcycle import Motorcycle
+from slipbench.plant.signals import Inputs, Outputs
+from slipbench.plant.simulation import Simulation
 
 W = Motorcycle().throttle_servo.natural_frequency
 

@@ -6,17 +6,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from plant.effects.grade import Grade
-from plant.effects.grip_temperature import GripTemperature
-from plant.effects.grip_wear import GripWear
-from plant.effects.load_transfer import LoadTransfer
-from plant.effects.radius_growth import RadiusGrowth
-from plant.effects.radius_with_lean import RadiusWithLean
-from plant.effects.relaxation_length import RelaxationLength
-from plant.effects.squat import Squat
-from plant.effects.wet_patch import WetPatch
-from plant.effects.wind import Wind
-from plant.motorcycle import Motorcycle
+from slipbench.plant.effects.grade import Grade
+from slipbench.plant.effects.grip_temperature import GripTemperature
+from slipbench.plant.effects.grip_wear import GripWear
+from slipbench.plant.effects.load_transfer import LoadTransfer
+from slipbench.plant.effects.radius_growth import RadiusGrowth
+from slipbench.plant.effects.radius_with_lean import RadiusWithLean
+from slipbench.plant.effects.relaxation_length import RelaxationLength
+from slipbench.plant.effects.squat import Squat
+from slipbench.plant.effects.wet_patch import WetPatch
+from slipbench.plant.effects.wind import Wind
+from slipbench.plant.motorcycle import Motorcycle
 
 BIKE = Motorcycle()
 SPINNING = {"rear_speed": 400.0}  # far beyond the peak of the curve

@@ -5,10 +5,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from plant.blocks import Encoder
-from plant.effects.tooth_misplacement import ToothMisplacement
-from plant.encoder import Teeth, begin, passing_teeth, toothed_disc
-from plant.trouble import ParameterError
+from slipbench.plant.blocks import Encoder
+from slipbench.plant.effects.tooth_misplacement import ToothMisplacement
+from slipbench.plant.encoder import Teeth, begin, passing_teeth, toothed_disc
+from slipbench.plant.errors import ParameterError
 
 STEP = 0.25e-3
 DISC = toothed_disc(Encoder(), (ToothMisplacement(displacement=3e-3, tooth=7),))

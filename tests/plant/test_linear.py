@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from plant.equilibrium import equilibrium
-from plant.linear import LinearModel, linearise
-from plant.signals import Inputs
-from plant.simulation import Simulation
+from slipbench.plant.equilibrium import equilibrium
+from slipbench.plant.linear import LinearModel, linearise
+from slipbench.plant.signals import Inputs
+from slipbench.plant.simulation import Simulation
 
 CRANK_SPEED = 1466.0
 CUTOFF = 2 * np.pi * 10  # w_c of the servo with w_s = 2 pi 12.6 rad/s

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from plant.renewal import renewals, rhythm
+from slipbench.plant.update_times import renewals, rhythm
 
 FRAMES = 1200
 

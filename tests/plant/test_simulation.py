@@ -7,14 +7,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from plant.effects.free_curve import free_curve
-from plant.effects.gear_play import GearPlay
-from plant.effects.library import LIBRARY
-from plant.equilibrium import equilibrium
-from plant.kernel import held_value
-from plant.motorcycle import BLOCK_NAMES, Motorcycle
-from plant.signals import Inputs, Outputs
-from plant.simulation import Simulation
+from slipbench.plant.effects.free_curve import free_curve
+from slipbench.plant.effects.gear_play import GearPlay
+from slipbench.plant.effects.library import LIBRARY
+from slipbench.plant.equilibrium import equilibrium
+from slipbench.plant.kernel import held_value
+from slipbench.plant.motorcycle import BLOCK_NAMES, Motorcycle
+from slipbench.plant.signals import Inputs, Outputs
+from slipbench.plant.simulation import Simulation
 
 CRANK_SPEED = 1466.0
 
@@ -301,8 +301,14 @@ def test_courses_are_columns_of_all_outputs_and_the_servo_alone_moves_alike() ->
     whole = Simulation(bike, 0.5e-3, 2, 2)
     command = 0.1 + 0.03 * np.sin(np.arange(500) * 0.05)
     inputs = Inputs.held(500, gear=2.0, throttle_command=command)
-    start = {"throttle": 0.1, "air": 0.1, "engine_speed": 1000.0, "rear_speed": 115.0,
-             "speed": 36.0, "throttle_command": 0.1}  # fmt: skip
+    start = {
+        "throttle": 0.1,
+        "air": 0.1,
+        "engine_speed": 1000.0,
+        "rear_speed": 115.0,
+        "speed": 36.0,
+        "throttle_command": 0.1,
+    }
     out = whole.advance(whole.state(**start), inputs)[1]
     some = whole.courses(whole.state(**start), inputs, ("throttle", "rear_angle"))
     assert np.array_equal(some["throttle"], out.throttle)

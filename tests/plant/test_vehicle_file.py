@@ -6,15 +6,16 @@ from pathlib import Path
 
 import pytest
 
-from plant.channels import DEFAULT_CHANNELS
-from plant.effects.backlash import Backlash
-from plant.effects.library import LIBRARY
-from plant.effects.quantiser import Quantiser
-from plant.effects.rate_limit import RateLimit
-from plant.motorcycle import Motorcycle
-from plant.trouble import VehicleFileError
-from plant.vehicle_file import Vehicle, builtin_vehicle, load_vehicle
-from plant.vehicle_writer import save_vehicle
+from slipbench.plant.channels import DEFAULT_CHANNELS
+from slipbench.plant.effects.backlash import Backlash
+from slipbench.plant.effects.library import LIBRARY
+from slipbench.plant.effects.quantiser import Quantiser
+from slipbench.plant.effects.rate_limit import RateLimit
+from slipbench.plant.errors import VehicleFileError
+from slipbench.plant.motorcycle import Motorcycle
+from slipbench.plant.vehicle_file import Vehicle, load_vehicle
+from slipbench.plant.vehicle_writer import save_vehicle
+from slipbench.plant.vehicles import builtin_vehicle
 
 
 def written(folder: Path, text: str) -> Path:

@@ -7,10 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from protocol.codec import Codec, Sender
-from protocol.database import MOTORBIKE, MOTORBIKE_FD, load_database
-from protocol.layout import Database
-from protocol.messages import EncoderStatus, Intervals, ToothIntervals
+from slipbench.dbc import MOTORBIKE, MOTORBIKE_FD
+from slipbench.protocol.codec.codec import Codec, Sender
+from slipbench.protocol.codec.messages import EncoderStatus, Intervals, ToothIntervals
+from slipbench.protocol.database.database import load_database
+from slipbench.protocol.database.layout import Database
 
 WAIT = 8_000  # us that the oldest tooth waits in the encoder at most
 TRANSIT = 300  # us from sending to arrival

@@ -2,16 +2,14 @@
 
 import subprocess
 import sys
-from pathlib import Path
 
 import pyarrow.csv
 import pytest
 from pyarrow import parquet
 
 import slipbench
-from tests.protocol.test_import import DBC, ROLES, drive
-
-ROOT = Path(__file__).parents[2]
+from tests.paths import ROOT
+from tests.protocol.recording.test_import import DBC, ROLES, drive
 
 
 @pytest.fixture
@@ -53,9 +51,15 @@ def test_decode_writes_every_known_sample(slipbench_in, folder):
     assert parquet.ParquetFile(folder / "x.parquet").num_row_groups == 4
     first = table.slice(0, 1).to_pylist()[0]
     assert first == {
-        "time": 0.0, "time_ns": 1_700_000_000_000_000_000, "bus": "can0", "message": "Wheels",
-        "signal": "Front", "value": 50.0, "unit": "km/h", "label": None,
-    }  # fmt: skip
+        "time": 0.0,
+        "time_ns": 1_700_000_000_000_000_000,
+        "bus": "can0",
+        "message": "Wheels",
+        "signal": "Front",
+        "value": 50.0,
+        "unit": "km/h",
+        "label": None,
+    }
 
 
 def test_decode_writes_only_what_is_asked_for(slipbench_in, folder):
@@ -116,7 +120,9 @@ def test_help_has_examples_and_exit_codes(slipbench_in, folder, command):
 
 def test_help_loads_no_library_of_logs():
     """The command answers at once: what reads logs is loaded where a log is read."""
-    code = "import sys, protocol.commands; print([m for m in ('can', 'asammdf', 'pyarrow',"
+    code = (
+        "import sys, slipbench.protocol.commands; print([m for m in ('can', 'asammdf', 'pyarrow',"
+    )
     code += " 'cantools') if m in sys.modules])"
     done = subprocess.run(
         [sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True
@@ -128,8 +134,12 @@ def test_the_command_itself_ends_without_a_traceback(folder):
     """As a process of its own: status 2 and one message."""
     done = subprocess.run(
         [sys.executable, str(ROOT / "slipbench.py"), "decode", "no", "--dbc", "x", "--out", "y"],
-        cwd=folder, capture_output=True, text=True, timeout=120, check=False,
-    )  # fmt: skip
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+    )
     assert done.returncode == 2
     assert done.stderr.startswith("slipbench: x: ")
     assert "Traceback" not in done.stderr

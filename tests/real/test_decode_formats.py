@@ -9,10 +9,10 @@ import cantools.database
 import numpy as np
 import pytest
 
-from protocol.database import load_database
-from protocol.decode import decode, sort_log
-from protocol.logs import read_log
-from tests.protocol.test_decode import same
+from slipbench.protocol.database.database import load_database
+from slipbench.protocol.logs import read_log
+from slipbench.protocol.logs.decode import decode, sort_log
+from tests.protocol.logs.test_decode import same
 from tests.recordings import recording
 
 READERS = {"formats/candump.log": can.CanutilsLogReader, "formats/obd2_logger.mf4": can.MF4Reader}

@@ -5,17 +5,17 @@ from pathlib import Path
 
 import pytest
 
-from identification.mismatch.analysis import begin
-from identification.mismatch.explain import analyse
-from identification.mismatch.simulation.piece import Piece
-from identification.mismatch.simulation.record import Record
-from identification.mismatch.systems.system import ModelSystem
-from identification.mismatch.telling.conclude import verdict
-from identification.mismatch.telling.verdict import Verdict
-from protocol.import_log import Capture, import_capture
+from slipbench.identification.mismatch.analysis import begin
+from slipbench.identification.mismatch.explain import analyse
+from slipbench.identification.mismatch.simulation.piece import Piece
+from slipbench.identification.mismatch.simulation.record import Record
+from slipbench.identification.mismatch.systems.system import ModelSystem
+from slipbench.identification.mismatch.telling.conclude import verdict
+from slipbench.identification.mismatch.telling.verdict import Verdict
+from slipbench.protocol.recording.import_log import Capture, import_capture
+from tests.paths import MODELS, ROLES
 from tests.recordings import recording
 
-TRIALS = Path(__file__).parents[2] / "trials"
 CLOCKS = ("clock_drift", "clock_offset", "sensor_delay")
 FILTERS = ("lag", "delay", "elastic_transmission")
 
@@ -25,7 +25,7 @@ def drive(tmp_path_factory) -> Path:
     """Import the Subaru's drive with its two loggers."""
     folder = recording("subaru_wrx")
     tables = {"accessport": folder / "accessport_sample.csv"}
-    roles = TRIALS / "roles" / "subaru_wrx_two_loggers.toml"
+    roles = ROLES / "subaru_wrx_two_loggers.toml"
     out = tmp_path_factory.mktemp("runs") / "wrx"
     capture = Capture(folder / "can_sample.log", roles, folder / "sample_can_spec.dbc", tables)
     import_capture(capture, out)
@@ -33,7 +33,7 @@ def drive(tmp_path_factory) -> Path:
 
 
 def model(name: str) -> ModelSystem:
-    return ModelSystem.load(TRIALS / "models" / f"{name}.toml")
+    return ModelSystem.load(MODELS / f"{name}.toml")
 
 
 def piece(system: ModelSystem, drive: Path, span: str, gains: float = 0.0) -> Record:

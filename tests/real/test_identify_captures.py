@@ -6,11 +6,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from identification.response.identify import identify, slip_range
-from identification.signals.motion import Motion
-from identification.signals.tooth_counter import teeth_per_second
-from identification.signals.trial_window import NoExcitation
-from protocol.import_log import Capture, import_capture
+from slipbench.identification.response.identify import identify, slip_range
+from slipbench.identification.signals.motion import Motion
+from slipbench.identification.signals.tooth_counter import teeth_per_second
+from slipbench.identification.signals.trial_window import NoExcitation
+from slipbench.protocol.recording.import_log import Capture, import_capture
 
 HOME = Path(__file__).parents[2]
 RECORDINGS = Path(os.environ.get("SLIPBENCH_RECORDINGS", HOME.parent / "shared" / "recordings"))
@@ -24,13 +24,16 @@ CAPTURES = {
     "gt86": ("gt86_gt350/gt86_vsslog.log", "subaru_wrx/sample_can_spec.dbc", {}),
     "gt350": ("gt86_gt350/gt350_vsslog.trc", "gt86_gt350/ford_lincoln_base_pt.dbc", {}),
     "comma2k19": (
-        "comma2k19/segment.log", "comma2k19/segment.dbc", {"pose": "comma2k19/pose_speed.csv"},
+        "comma2k19/segment.log",
+        "comma2k19/segment.dbc",
+        {"pose": "comma2k19/pose_speed.csv"},
     ),
     "yamaha_r1": (
-        "yamaha_r1/session.log", "yamaha_r1/session.dbc",
+        "yamaha_r1/session.log",
+        "yamaha_r1/session.dbc",
         {"gps": "yamaha_r1/gps.csv", "lean": "yamaha_r1/lean.csv"},
     ),
-}  # fmt: skip
+}
 
 
 @pytest.fixture(scope="module")
@@ -42,9 +45,11 @@ def found(tmp_path_factory):
         if name not in done:
             log, database, tables = CAPTURES[name]
             capture = Capture(
-                RECORDINGS / log, HOME / "trials" / "roles" / f"{name}.toml",
-                RECORDINGS / database, {k: RECORDINGS / v for k, v in tables.items()},
-            )  # fmt: skip
+                RECORDINGS / log,
+                HOME / "examples" / "roles" / f"{name}.toml",
+                RECORDINGS / database,
+                {k: RECORDINGS / v for k, v in tables.items()},
+            )
             out = tmp_path_factory.mktemp(name) / "run"
             done[name] = identify(import_capture(capture, out))
         return done[name]
@@ -68,9 +73,12 @@ def test_speeds_are_those_of_the_vehicle(found, name):
     assert isinstance(moved, Motion)
     top = np.nanmax(moved.driven) * 3.6
     low, high = {
-        "subaru_wrx": (125, 135), "gt86": (105, 112), "gt350": (45, 55), "comma2k19": (65, 75),
+        "subaru_wrx": (125, 135),
+        "gt86": (105, 112),
+        "gt350": (45, 55),
+        "comma2k19": (65, 75),
         "yamaha_r1": (265, 290),
-    }[name]  # fmt: skip
+    }[name]
     assert low < top < high
 
 

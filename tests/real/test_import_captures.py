@@ -6,17 +6,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from protocol import run_folder
-from protocol.database import load_database
-from protocol.decode import sort_log
-from protocol.errors import InputError
-from protocol.import_log import Capture, import_capture
-from protocol.logs import read_log
-from protocol.logs.formats import FORMATS, looks_like
-from protocol.role_map import TableRules
-from protocol.tables import read_table, samples
+from slipbench.protocol.database.database import load_database
+from slipbench.protocol.errors import InputError
+from slipbench.protocol.logs import read_log
+from slipbench.protocol.logs.decode import sort_log
+from slipbench.protocol.logs.formats import FORMATS, looks_like
+from slipbench.protocol.recording import run_folder
+from slipbench.protocol.recording.import_log import Capture, import_capture
+from slipbench.protocol.recording.role_map import TableRules
+from slipbench.protocol.tables import read_table, samples
+from tests.paths import ROOT
 
-ROOT = Path(__file__).parents[2]
 FOLDER = Path(os.environ.get("SLIPBENCH_RECORDINGS", ROOT.parent / "shared" / "recordings"))
 ENABLE = f"put the recordings into {FOLDER} or name their folder in SLIPBENCH_RECORDINGS"
 
@@ -24,25 +24,32 @@ pytestmark = pytest.mark.skipif(not FOLDER.is_dir(), reason=f"no real recordings
 
 CAPTURES = {
     "subaru_wrx": (
-        "subaru_wrx/can_sample.log", "subaru_wrx/sample_can_spec.dbc",
+        "subaru_wrx/can_sample.log",
+        "subaru_wrx/sample_can_spec.dbc",
         {"accessport": "subaru_wrx/accessport_sample.csv"},
     ),
     "yamaha_r1": (
-        "yamaha_r1/session.log", "yamaha_r1/session.dbc",
+        "yamaha_r1/session.log",
+        "yamaha_r1/session.dbc",
         {"gps": "yamaha_r1/gps.csv", "lean": "yamaha_r1/lean.csv"},
     ),
     "gt86": ("gt86_gt350/gt86_vsslog.log", "subaru_wrx/sample_can_spec.dbc", {}),
     "gt350": ("gt86_gt350/gt350_vsslog.trc", "gt86_gt350/ford_lincoln_base_pt.dbc", {}),
     "comma2k19": (
-        "comma2k19/segment.log", "comma2k19/segment.dbc", {"pose": "comma2k19/pose_speed.csv"},
+        "comma2k19/segment.log",
+        "comma2k19/segment.dbc",
+        {"pose": "comma2k19/pose_speed.csv"},
     ),
-}  # fmt: skip
+}
 
 # Frames, seconds and identifiers; by `wc -l`, and for the trace by its last message number.
 SIZES = {
-    "subaru_wrx": (82_558, 90.3, 35), "yamaha_r1": (42_236, 418.6, 11),
-    "gt86": (19_878, 20.3, 36), "gt350": (50_638, 33.2, 72), "comma2k19": (98_800, 60.0, 125),
-}  # fmt: skip
+    "subaru_wrx": (82_558, 90.3, 35),
+    "yamaha_r1": (42_236, 418.6, 11),
+    "gt86": (19_878, 20.3, 36),
+    "gt350": (50_638, 33.2, 72),
+    "comma2k19": (98_800, 60.0, 125),
+}
 
 
 @pytest.fixture(scope="module")
@@ -52,13 +59,15 @@ def recordings(tmp_path_factory):
     return {
         name: import_capture(
             Capture(
-                FOLDER / log, ROOT / f"trials/roles/{name}.toml", FOLDER / database,
+                FOLDER / log,
+                ROOT / f"examples/roles/{name}.toml",
+                FOLDER / database,
                 {table: FOLDER / file for table, file in tables.items()},
             ),
             out / name,
         )
         for name, (log, database, tables) in CAPTURES.items()
-    }  # fmt: skip
+    }
 
 
 @pytest.mark.parametrize("name", CAPTURES)
@@ -112,13 +121,19 @@ def test_channels_are_the_decoded_log(recordings, name):
 
 
 RATES = [
-    ("subaru_wrx", "rear_left_wheel_speed", 50), ("subaru_wrx", "engine_speed", 100),
-    ("subaru_wrx", "throttle_position", 100), ("subaru_wrx", "brake", 50),
-    ("yamaha_r1", "rear_wheel_speed", 10), ("yamaha_r1", "gnss_speed", 10),
-    ("yamaha_r1", "lean_angle", 10), ("gt86", "rear_right_wheel_speed", 50),
-    ("gt350", "rear_tooth_counter", 50), ("gt350", "rear_wheel_speed", 100),
-    ("comma2k19", "front_left_wheel_speed", 83), ("comma2k19", "gnss_speed", 20),
-]  # fmt: skip
+    ("subaru_wrx", "rear_left_wheel_speed", 50),
+    ("subaru_wrx", "engine_speed", 100),
+    ("subaru_wrx", "throttle_position", 100),
+    ("subaru_wrx", "brake", 50),
+    ("yamaha_r1", "rear_wheel_speed", 10),
+    ("yamaha_r1", "gnss_speed", 10),
+    ("yamaha_r1", "lean_angle", 10),
+    ("gt86", "rear_right_wheel_speed", 50),
+    ("gt350", "rear_tooth_counter", 50),
+    ("gt350", "rear_wheel_speed", 100),
+    ("comma2k19", "front_left_wheel_speed", 83),
+    ("comma2k19", "gnss_speed", 20),
+]
 
 
 @pytest.mark.parametrize(("name", "role", "rate"), RATES)
@@ -200,9 +215,10 @@ def test_the_toyota_needs_no_bus_but_names_one(recordings):
 
 
 READABLE = {
-    "formats/candump.log": 12_974, "formats/obd2_logger.mf4": 5_588,
+    "formats/candump.log": 12_974,
+    "formats/obd2_logger.mf4": 5_588,
     "gt86_gt350/vab_allgears.log": 18_396,
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("file", READABLE)
@@ -215,10 +231,13 @@ def test_other_logs_read(file):
 @pytest.mark.parametrize(
     ("file", "told"),
     [
-        ("BusMasterLog.log", "BUSMASTER"), ("CRTD_Log.txt", "CRTD"), ("GVRET_Log.csv", "GVRET"),
-        ("CarBusAnalyzer.trc", "CAR BUS Analyzer"), ("ASAP2_Demo_V171.mf4", "43 decoded channels"),
+        ("BusMasterLog.log", "BUSMASTER"),
+        ("CRTD_Log.txt", "CRTD"),
+        ("GVRET_Log.csv", "GVRET"),
+        ("CarBusAnalyzer.trc", "CAR BUS Analyzer"),
+        ("ASAP2_Demo_V171.mf4", "43 decoded channels"),
     ],
-)  # fmt: skip
+)
 def test_what_cannot_be_read_says_what_it_is(file, told):
     with pytest.raises(InputError) as fault:
         read_log(FOLDER / "formats" / file)

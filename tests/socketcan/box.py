@@ -55,9 +55,16 @@ def run_tests(kernel: Kernel, paths: Sequence[str], limit: float) -> Tested:
     """Run the tests in `paths` inside, with the interpreter that runs this; see `run`."""
     with _folder() as box:
         command = (
-            sys.executable, "-m", "pytest", *paths, "-p", "no:cacheprovider", "--color=no",
-            f"--basetemp={SCRATCH / box.name}", f"--junitxml={box / 'results.xml'}",
-        )  # fmt: skip
+            sys.executable,
+            "-m",
+            "pytest",
+            *paths,
+            "-p",
+            "no:cacheprovider",
+            "--color=no",
+            f"--basetemp={SCRATCH / box.name}",
+            f"--junitxml={box / 'results.xml'}",
+        )
         ended = _run(kernel, box, command, limit, {"SLIPBENCH_VCAN": "vcan0"})
         return _results(box / "results.xml", ended)
 
@@ -72,15 +79,20 @@ def _folder() -> Iterator[Path]:
 
 
 def _run(
-    kernel: Kernel, box: Path, command: Sequence[str], limit: float, extra: Mapping[str, str],
-) -> Ended:  # fmt: skip
+    kernel: Kernel, box: Path, command: Sequence[str], limit: float, extra: Mapping[str, str]
+) -> Ended:
     _write_script(box / "command", command, extra)
     start = kernel.start(box, limit)
     with (box / "console").open("wb") as console:
         process = subprocess.Popen(
-            start.arguments, env=start.environment, cwd=ROOT, start_new_session=True,
-            stdin=subprocess.DEVNULL, stdout=console, stderr=subprocess.STDOUT,
-        )  # fmt: skip
+            start.arguments,
+            env=start.environment,
+            cwd=ROOT,
+            start_new_session=True,
+            stdin=subprocess.DEVNULL,
+            stdout=console,
+            stderr=subprocess.STDOUT,
+        )
         try:
             process.wait(limit * start.slowness + BOOT)
         except subprocess.TimeoutExpired:

@@ -89,10 +89,21 @@ class UserModeLinux:
 
     def start(self, box: Path, limit: float) -> Start:
         arguments = (
-            "linux.uml", "rootfstype=hostfs", "rootflags=/", "rw", f"mem={MEMORY >> 20}M",
-            f"init={HERE / 'init.sh'}", f"BOX={box}", f"LIMIT={limit:g}",
-            "con=null", "con0=null,fd:1", "ssl=null", "quiet", f"uml_dir={box}/", "umid=uml",
-        )  # fmt: skip
+            "linux.uml",
+            "rootfstype=hostfs",
+            "rootflags=/",
+            "rw",
+            f"mem={MEMORY >> 20}M",
+            f"init={HERE / 'init.sh'}",
+            f"BOX={box}",
+            f"LIMIT={limit:g}",
+            "con=null",
+            "con0=null,fd:1",
+            "ssl=null",
+            "quiet",
+            f"uml_dir={box}/",
+            "umid=uml",
+        )
         memory = {"TMPDIR": str(_memory_folder())}
         return Start(arguments, {**os.environ, **preload(box), **memory}, FASTER)
 

@@ -19,6 +19,7 @@ def _built(name: str, box: Path) -> Path:
     warnings = ("-Wall", "-Wextra", "-Werror")
     subprocess.run(
         ["gcc", "-shared", "-fPIC", "-O2", *warnings, "-o", library, source, "-ldl"],
-        check=True, env={"PATH": os.environ.get("PATH", os.defpath), "LC_ALL": "C"},
-    )  # fmt: skip
+        check=True,
+        env={"PATH": os.environ.get("PATH", os.defpath), "LC_ALL": "C"},
+    )
     return library

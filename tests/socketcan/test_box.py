@@ -78,13 +78,16 @@ def test_time_inside_passes_as_it_should(kernel: Kernel) -> None:
     assert ended.output == "1.0 0.01\n"
 
 
-@pytest.mark.parametrize(("body", "tests", "skipped", "failed"), [
-    ("def test_good(): pass", 1, 0, 0),
-    ("def test_bad(): assert False", 1, 0, 1),
-    ("import pytest\ndef test_not_run(): pytest.skip('no')", 1, 1, 0),
-    ("x = 1", 0, 0, 0),
-    ("syntax error", 1, 0, 1),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("body", "tests", "skipped", "failed"),
+    [
+        ("def test_good(): pass", 1, 0, 0),
+        ("def test_bad(): assert False", 1, 0, 1),
+        ("import pytest\ndef test_not_run(): pytest.skip('no')", 1, 1, 0),
+        ("x = 1", 0, 0, 0),
+        ("syntax error", 1, 0, 1),
+    ],
+)
 def test_what_pytest_finds_inside_is_counted(
     kernel: Kernel, tmp_path: Path, body: str, tests: int, skipped: int, failed: int
 ) -> None:

@@ -8,9 +8,13 @@ from tests.socketcan.inside_a_kernel import passes_inside
 from tests.socketcan.kernels import Kernel
 
 
-@pytest.mark.parametrize("path", [
-    "tests/bus/test_laws.py tests/bus/test_load.py", "tests/socketcan/inside/test_sockets.py",
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "path",
+    [
+        "tests/bench/bus/test_laws.py tests/bench/bus/test_load.py",
+        "tests/socketcan/inside/test_sockets.py",
+    ],
+)
 def test_on_a_real_vcan(
     kernel: Kernel, path: str, record_property: Callable[[str, object], None]
 ) -> None:

@@ -13,11 +13,14 @@ from tests.socketcan.inside_a_kernel import passes_inside
 from tests.socketcan.kernels import Kernel
 
 
-@pytest.mark.parametrize("path", [
-    "tests/socketcan/inside/test_trial.py tests/socketcan/inside/test_slip_control.py",
-    "tests/socketcan/inside/test_killed_bench.py",
-    "tests/socketcan/inside/test_replay.py",
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "path",
+    [
+        "tests/socketcan/inside/test_trial.py tests/socketcan/inside/test_slip_control.py",
+        "tests/socketcan/inside/test_killed_bench.py",
+        "tests/socketcan/inside/test_replay.py",
+    ],
+)
 def test_rides_on_a_real_vcan(
     kernel: Kernel, path: str, record_property: Callable[[str, object], None]
 ) -> None:

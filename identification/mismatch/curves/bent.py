@@ -7,18 +7,18 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from identification.mismatch.curves.curve import Curve
-from identification.mismatch.curves.injection import places
-from identification.mismatch.curves.pushed import LOOSE
-from identification.mismatch.fit.dialled import Dialled
-from identification.mismatch.fit.fitting import Fit, with_effects
-from identification.mismatch.fit.settling import settle
-from identification.mismatch.simulation.place import Injection
-from identification.mismatch.simulation.system import System
-from plant.effects.effect import Effect
-from plant.effects.free_curve import KNOTS
-from plant.signals import Floats
-from plant.trouble import PlantError
+from slipbench.identification.mismatch.curves.curve import Curve
+from slipbench.identification.mismatch.curves.injection import places
+from slipbench.identification.mismatch.curves.pushed import LOOSE
+from slipbench.identification.mismatch.fit.dialled import Dialled
+from slipbench.identification.mismatch.fit.fitting import Fit, with_effects
+from slipbench.identification.mismatch.fit.settling import settle
+from slipbench.identification.mismatch.simulation.place import Injection
+from slipbench.identification.mismatch.simulation.system import System
+from slipbench.plant.effects.effect import Effect
+from slipbench.plant.effects.free_curve import KNOTS
+from slipbench.plant.errors import PlantError
+from slipbench.plant.signals import Floats
 
 NUDGE = 0.02
 

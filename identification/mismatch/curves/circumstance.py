@@ -4,13 +4,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from identification.mismatch.curves.curve import Curve
-from identification.mismatch.curves.trace import effect_of, regressors
-from identification.mismatch.fit.fitting import Fit
-from identification.mismatch.fit.judge import Judge
-from identification.mismatch.simulation.along import ANGLE
-from identification.mismatch.simulation.model import Series
-from plant.signals import Floats
+from slipbench.identification.mismatch.curves.curve import Curve
+from slipbench.identification.mismatch.curves.trace import effect_of, regressors
+from slipbench.identification.mismatch.fit.fitting import Fit
+from slipbench.identification.mismatch.fit.judge import Judge
+from slipbench.identification.mismatch.simulation.along import ANGLE
+from slipbench.identification.mismatch.simulation.model import Series
+from slipbench.plant.signals import Floats
 
 NOTHING = 1e-9  # share of the spread of what shows a trace best
 MOST = 0.75
@@ -45,8 +45,11 @@ def circumstance(judge: Judge, curve: Curve) -> Circumstance | None:
     spectrum: Floats = np.zeros(0)
     grid: Floats = np.zeros(0)
     for r in range(len(judge.fit.model.records)):
-        one = sum((t[r] ** 2 / np.mean(judge.fit.rest[b][r] ** 2, axis=0)).sum(axis=1)
-                  for b, t in enumerate(trace) if t[r].size)  # fmt: skip
+        one = sum(
+            (t[r] ** 2 / np.mean(judge.fit.rest[b][r] ** 2, axis=0)).sum(axis=1)
+            for b, t in enumerate(trace)
+            if t[r].size
+        )
         seen = regressors(judge.fit, drive, r)
         recorded = judge.fit.model.records[r].grid
         width = recorded.width

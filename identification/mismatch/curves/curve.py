@@ -2,9 +2,9 @@
 
 from dataclasses import dataclass
 
-from identification.mismatch.fit.scatter import FAMILY
-from identification.mismatch.simulation.along import course, kind_of
-from plant.signals import Floats
+from slipbench.identification.mismatch.fit.scatter import FAMILY
+from slipbench.identification.mismatch.simulation.along import course, kind_of
+from slipbench.plant.signals import Floats
 
 
 @dataclass(frozen=True)

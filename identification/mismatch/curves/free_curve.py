@@ -2,9 +2,9 @@
 
 from dataclasses import dataclass
 
-from identification.mismatch.curves.curve import Curve
-from identification.mismatch.fit.fitting import Fit
-from identification.mismatch.simulation.model import Model
+from slipbench.identification.mismatch.curves.curve import Curve
+from slipbench.identification.mismatch.fit.fitting import Fit
+from slipbench.identification.mismatch.simulation.model import Model
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,6 +25,10 @@ class FreeCurve:
     def with_another(self, other: "FreeCurve") -> "FreeCurve":
         """Return both, the other fitted beside this one."""
         return FreeCurve(
-            self.curve, other.fit, self.gain + other.gain, self.confirmed + other.confirmed,
-            other.proven, (*self.beside, other.curve),
-        )  # fmt: skip
+            self.curve,
+            other.fit,
+            self.gain + other.gain,
+            self.confirmed + other.confirmed,
+            other.proven,
+            (*self.beside, other.curve),
+        )

@@ -8,11 +8,11 @@ outputs. That is linear, and accurate to some per cent: enough to say where and 
 import numpy as np
 from scipy import signal
 
-from identification.mismatch.fit.fitting import Fit
-from identification.mismatch.simulation.model import simulate
-from identification.mismatch.simulation.place import Injection
-from identification.mismatch.simulation.sensor import Columns
-from plant.signals import Floats
+from slipbench.identification.mismatch.fit.fitting import Fit
+from slipbench.identification.mismatch.simulation.model import simulate
+from slipbench.identification.mismatch.simulation.place import Injection
+from slipbench.identification.mismatch.simulation.sensor import Columns
+from slipbench.plant.signals import Floats
 
 AT = 5 / 6
 """When a push is made, in stretches since the simulation's start."""
@@ -48,8 +48,9 @@ def _answer(fit: Fit, place: Injection, r: int) -> dict[int, Floats]:
     skip, length = first - lead, round(grid.stretch / grid.width)
     return {
         b: _seen(fit, b, r, pushed, plain)[skip : skip + length] / place.size
-        for b, block in enumerate(model.chain.blocks) if block.drive == place.drive and block.order
-    }  # fmt: skip
+        for b, block in enumerate(model.chain.blocks)
+        if block.drive == place.drive and block.order
+    }
 
 
 def _seen(fit: Fit, b: int, r: int, pushed: Columns, plain: Columns) -> Floats:

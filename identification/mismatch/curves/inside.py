@@ -9,7 +9,7 @@ as an input, evaluated along its recorded regressor. Then it meets the held-out 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
-from identification.mismatch.curves.bent import (
+from slipbench.identification.mismatch.curves.bent import (
     injection_of,
     newest,
     rebent,
@@ -17,19 +17,19 @@ from identification.mismatch.curves.bent import (
     simulated,
     with_many_knots,
 )
-from identification.mismatch.curves.curve import Curve
-from identification.mismatch.curves.free_curve import FreeCurve
-from identification.mismatch.curves.locate import locate
-from identification.mismatch.curves.pushed import Pushed
-from identification.mismatch.curves.standing import FURTHER, pushed_in, standing
-from identification.mismatch.fit.calibrate import as_believed, astray, refreshed
-from identification.mismatch.fit.fitting import Fit
-from identification.mismatch.fit.held_out import CONFIRMED, carried_over
-from identification.mismatch.fit.judge import Judge
-from identification.mismatch.fit.settling import settle
-from identification.mismatch.simulation.along import ANGLE
-from identification.mismatch.simulation.model import Model
-from plant.trouble import PlantError
+from slipbench.identification.mismatch.curves.curve import Curve
+from slipbench.identification.mismatch.curves.free_curve import FreeCurve
+from slipbench.identification.mismatch.curves.locate import locate
+from slipbench.identification.mismatch.curves.pushed import Pushed
+from slipbench.identification.mismatch.curves.standing import FURTHER, pushed_in, standing
+from slipbench.identification.mismatch.fit.calibrate import as_believed, astray, refreshed
+from slipbench.identification.mismatch.fit.fitting import Fit
+from slipbench.identification.mismatch.fit.held_out import CONFIRMED, carried_over
+from slipbench.identification.mismatch.fit.judge import Judge
+from slipbench.identification.mismatch.fit.settling import settle
+from slipbench.identification.mismatch.simulation.along import ANGLE
+from slipbench.identification.mismatch.simulation.model import Model
+from slipbench.plant.errors import PlantError
 
 TRIED = 2
 """Located curves that are tried inside the simulation."""

@@ -10,15 +10,25 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from identification.mismatch.curves.curve import Curve
-from identification.mismatch.curves.tooth_curve import tooth_columns
-from identification.mismatch.curves.trace import answers_to, replies, seen_by, simulated_along
-from identification.mismatch.curves.tries import Try, along_angles, along_quantities, at_teeth
-from identification.mismatch.fit.judge import Judge
-from identification.mismatch.fit.scatter import SHARE, amplitude_p
-from identification.mismatch.fit.stack import flat
-from identification.mismatch.simulation.along import ANGLE
-from plant.signals import Floats
+from slipbench.identification.mismatch.curves.curve import Curve
+from slipbench.identification.mismatch.curves.tooth_curve import tooth_columns
+from slipbench.identification.mismatch.curves.trace import (
+    answers_to,
+    replies,
+    seen_by,
+    simulated_along,
+)
+from slipbench.identification.mismatch.curves.tries import (
+    Try,
+    along_angles,
+    along_quantities,
+    at_teeth,
+)
+from slipbench.identification.mismatch.fit.judge import Judge
+from slipbench.identification.mismatch.fit.scatter import SHARE, amplitude_p
+from slipbench.identification.mismatch.fit.stack import flat
+from slipbench.identification.mismatch.simulation.along import ANGLE
+from slipbench.plant.signals import Floats
 
 CONFIRMED = 5.0  # nats, on the held-out recordings
 
@@ -38,11 +48,20 @@ def locate(training: Judge, held_out: Judge | None) -> list[Curve]:
     nothing = _Held(0.0, 0.0, np.zeros(0))
     held = [nothing] * len(found) if held_out is None else _confirmed(held_out, found)
     curves = [
-        Curve(f.place.name, f.place.block, f.place.unit, f.regressor, f.knots,
-              f.place.size * f.values, f.gain, h.gain, h.worth,
-              _family_p(f, h, training, held_out, len(found)))
+        Curve(
+            f.place.name,
+            f.place.block,
+            f.place.unit,
+            f.regressor,
+            f.knots,
+            f.place.size * f.values,
+            f.gain,
+            h.gain,
+            h.worth,
+            _family_p(f, h, training, held_out, len(found)),
+        )
         for f, h in zip(found, held, strict=True)
-    ]  # fmt: skip
+    ]
     return sorted(curves, key=lambda c: (not c.certain, _doubt(c)))
 
 

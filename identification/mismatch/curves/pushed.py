@@ -9,18 +9,18 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from identification.mismatch.curves.trace import answers_along, regressors
-from identification.mismatch.fit.dialled import Dialled
-from identification.mismatch.fit.fitting import Fit
-from identification.mismatch.fit.judge import Judge
-from identification.mismatch.fit.stack import flat
-from identification.mismatch.simulation.along import ANGLE, course, sway
-from identification.mismatch.simulation.model import Series
-from identification.mismatch.simulation.place import Injection
-from identification.mismatch.simulation.push import Push
-from identification.mismatch.simulation.record import Record
-from identification.mismatch.simulation.system import System
-from plant.signals import Floats
+from slipbench.identification.mismatch.curves.trace import answers_along, regressors
+from slipbench.identification.mismatch.fit.dialled import Dialled
+from slipbench.identification.mismatch.fit.fitting import Fit
+from slipbench.identification.mismatch.fit.judge import Judge
+from slipbench.identification.mismatch.fit.stack import flat
+from slipbench.identification.mismatch.simulation.along import ANGLE, course, sway
+from slipbench.identification.mismatch.simulation.model import Series
+from slipbench.identification.mismatch.simulation.place import Injection
+from slipbench.identification.mismatch.simulation.push import Push
+from slipbench.identification.mismatch.simulation.record import Record
+from slipbench.identification.mismatch.simulation.system import System
+from slipbench.plant.signals import Floats
 
 NUDGE = 0.1
 LOOSE = 5.0

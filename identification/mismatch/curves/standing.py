@@ -6,21 +6,21 @@ The quantity is taken anew until it is that of the simulation in which the curve
 from collections.abc import Mapping
 from dataclasses import replace
 
-from identification.mismatch.curves.bent import injection_of
-from identification.mismatch.curves.curve import Curve
-from identification.mismatch.curves.free_curve import FreeCurve
-from identification.mismatch.curves.pushed import Pushed
-from identification.mismatch.curves.trace import regressors
-from identification.mismatch.fit.calibrate import refreshed
-from identification.mismatch.fit.fitting import Fit, with_effects
-from identification.mismatch.fit.held_out import carried_over
-from identification.mismatch.fit.settling import settle
-from identification.mismatch.simulation.along import ANGLE, finer
-from identification.mismatch.simulation.model import Model, predict
-from identification.mismatch.simulation.place import Injection
-from identification.mismatch.simulation.push import Push
-from plant.signals import Floats
-from plant.trouble import PlantError
+from slipbench.identification.mismatch.curves.bent import injection_of
+from slipbench.identification.mismatch.curves.curve import Curve
+from slipbench.identification.mismatch.curves.free_curve import FreeCurve
+from slipbench.identification.mismatch.curves.pushed import Pushed
+from slipbench.identification.mismatch.curves.trace import regressors
+from slipbench.identification.mismatch.fit.calibrate import refreshed
+from slipbench.identification.mismatch.fit.fitting import Fit, with_effects
+from slipbench.identification.mismatch.fit.held_out import carried_over
+from slipbench.identification.mismatch.fit.settling import settle
+from slipbench.identification.mismatch.simulation.along import ANGLE, finer
+from slipbench.identification.mismatch.simulation.model import Model, predict
+from slipbench.identification.mismatch.simulation.place import Injection
+from slipbench.identification.mismatch.simulation.push import Push
+from slipbench.plant.errors import PlantError
+from slipbench.plant.signals import Floats
 
 ROUNDS = 6
 PASSES = 3
@@ -74,8 +74,18 @@ def standing(base: Fit, rough: Fit, held_out: Model | None) -> FreeCurve:
     """Let pushes stand in the simulation of both sets of recordings, and settle the rest."""
     pushed = pushing(rough)
     place = pushed.place
-    told = Curve(place.name, place.block, place.unit, pushed.regressor, pushed.knots,
-                 pushed.values, 0.0, 0.0, 0.0, 0.0)  # fmt: skip
+    told = Curve(
+        place.name,
+        place.block,
+        place.unit,
+        pushed.regressor,
+        pushed.knots,
+        pushed.values,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+    )
     fit = settle(refreshed(_with(base, rough, place, told)), noises=2, steps=3)
     if held_out is None:
         return FreeCurve(told, fit, fit.score - base.score, 0.0, None)

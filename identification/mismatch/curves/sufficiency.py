@@ -13,12 +13,12 @@ free curve could take more than LEFT of what the names took.
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from identification.mismatch.curves.curve import Curve
-from identification.mismatch.curves.trace import effect_of
-from identification.mismatch.fit.fitting import Fit
-from identification.mismatch.fit.judge import Judge
-from identification.mismatch.fit.stack import Nuisances, flat
-from identification.mismatch.fit.whitening import whitener
+from slipbench.identification.mismatch.curves.curve import Curve
+from slipbench.identification.mismatch.curves.trace import effect_of
+from slipbench.identification.mismatch.fit.fitting import Fit
+from slipbench.identification.mismatch.fit.judge import Judge
+from slipbench.identification.mismatch.fit.stack import Nuisances, flat
+from slipbench.identification.mismatch.fit.whitening import whitener
 
 LEFT = 0.05
 """Share of what names explain that a free curve may find beside them."""

@@ -4,11 +4,11 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from identification.mismatch.fit.fitting import Fit
-from identification.mismatch.simulation.along import evenly_round
-from identification.mismatch.simulation.model import Series
-from identification.mismatch.simulation.place import Injection
-from plant.signals import Floats
+from slipbench.identification.mismatch.fit.fitting import Fit
+from slipbench.identification.mismatch.simulation.along import evenly_round
+from slipbench.identification.mismatch.simulation.model import Series
+from slipbench.identification.mismatch.simulation.place import Injection
+from slipbench.plant.signals import Floats
 
 SIZE = 1e-3  # of the relative speed
 COUNTS = 0.5
@@ -22,8 +22,9 @@ def discs(fit: Fit) -> Iterator[tuple[Injection, Floats]]:
             late = fit.model.records[0].sensors[output].offsets
             if not block.order and late is not None:
                 wheel = output.split("_")[0]
-                place = Injection(f"{wheel} teeth", f"{wheel}_encoder", "1", SIZE, block.drive,
-                                  counts=COUNTS)  # fmt: skip
+                place = Injection(
+                    f"{wheel} teeth", f"{wheel}_encoder", "1", SIZE, block.drive, counts=COUNTS
+                )
                 yield place, evenly_round(late.shape[1])
 
 

@@ -7,18 +7,24 @@ from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
-from identification.mismatch.curves.curve import Curve
-from identification.mismatch.curves.injection import answers, places, respond
-from identification.mismatch.curves.tooth_curve import SIZE, discs, tooth_columns
-from identification.mismatch.fit.fitting import Fit
-from identification.mismatch.fit.judge import Judge
-from identification.mismatch.fit.sensitivity import change
-from identification.mismatch.simulation.along import ANGLE, SCALE, columns, course, kind_of
-from identification.mismatch.simulation.model import Series, acting, predict
-from identification.mismatch.simulation.place import Injection
-from identification.mismatch.simulation.push import Push
-from identification.mismatch.simulation.record import Record
-from plant.signals import Floats
+from slipbench.identification.mismatch.curves.curve import Curve
+from slipbench.identification.mismatch.curves.injection import answers, places, respond
+from slipbench.identification.mismatch.curves.tooth_curve import SIZE, discs, tooth_columns
+from slipbench.identification.mismatch.fit.fitting import Fit
+from slipbench.identification.mismatch.fit.judge import Judge
+from slipbench.identification.mismatch.fit.sensitivity import change
+from slipbench.identification.mismatch.simulation.along import (
+    ANGLE,
+    SCALE,
+    columns,
+    course,
+    kind_of,
+)
+from slipbench.identification.mismatch.simulation.model import Series, acting, predict
+from slipbench.identification.mismatch.simulation.place import Injection
+from slipbench.identification.mismatch.simulation.push import Push
+from slipbench.identification.mismatch.simulation.record import Record
+from slipbench.plant.signals import Floats
 
 
 def regressors(fit: Fit, drive: str, r: int) -> Mapping[str, Floats]:
@@ -90,11 +96,19 @@ def answers_along(fit: Fit, place: Injection, regressor: str, knots: Floats) -> 
 def sensors_as_places(fit: Fit) -> list[Injection]:
     """Every sensor that may be wrong as a place of its own."""
     return [
-        Injection(f"sensor of {o.replace('_', ' ')}", f"{o} sensor", s.unit,
-                  float(np.std(s.value)) + 1e-3, b.drive, counts=0.002)
-        for b in fit.model.chain.blocks if b.sensors_suspected
-        for o in b.outputs for s in (fit.model.records[0].sensors[o],)
-    ]  # fmt: skip
+        Injection(
+            f"sensor of {o.replace('_', ' ')}",
+            f"{o} sensor",
+            s.unit,
+            float(np.std(s.value)) + 1e-3,
+            b.drive,
+            counts=0.002,
+        )
+        for b in fit.model.chain.blocks
+        if b.sensors_suspected
+        for o in b.outputs
+        for s in (fit.model.records[0].sensors[o],)
+    ]
 
 
 def replies(fit: Fit, place: Injection) -> Series:

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from identification.mismatch.curves.injection import places
-from identification.mismatch.curves.tooth_curve import discs, tooth_columns
-from identification.mismatch.curves.trace import (
+from slipbench.identification.mismatch.curves.injection import places
+from slipbench.identification.mismatch.curves.tooth_curve import discs, tooth_columns
+from slipbench.identification.mismatch.curves.trace import (
     answers_to,
     in_bins,
     over_all,
@@ -16,12 +16,12 @@ from identification.mismatch.curves.trace import (
     sensors_as_places,
     simulated_along,
 )
-from identification.mismatch.fit.judge import Judge
-from identification.mismatch.fit.stack import Integers, flat
-from identification.mismatch.simulation.along import ANGLE, course, knots_for
-from identification.mismatch.simulation.model import Series
-from identification.mismatch.simulation.place import Injection
-from plant.signals import Floats
+from slipbench.identification.mismatch.fit.judge import Judge
+from slipbench.identification.mismatch.fit.stack import Integers, flat
+from slipbench.identification.mismatch.simulation.along import ANGLE, course, knots_for
+from slipbench.identification.mismatch.simulation.model import Series
+from slipbench.identification.mismatch.simulation.place import Injection
+from slipbench.plant.signals import Floats
 
 MINIMUM = 15.0  # nats, on the training recordings, beyond half the number of knots
 FOLDS = 4

@@ -2,9 +2,15 @@
 
 import numpy as np
 
-from identification.mismatch.curves.curve import Curve
-from identification.mismatch.simulation.along import ANGLE, HYSTERESIS, PAST, SCALE, step_response
-from plant.signals import Floats
+from slipbench.identification.mismatch.curves.curve import Curve
+from slipbench.identification.mismatch.simulation.along import (
+    ANGLE,
+    HYSTERESIS,
+    PAST,
+    SCALE,
+    step_response,
+)
+from slipbench.plant.signals import Floats
 
 ONE_SIDED = 0.15
 """Even part over odd one beyond which the signs differ; a slope twice the other has 0.17."""

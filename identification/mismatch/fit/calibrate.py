@@ -5,14 +5,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from identification.mismatch.fit.fitting import Fit
-from identification.mismatch.fit.sensitivity import sensitivities
-from identification.mismatch.fit.settling import promised, settle
-from identification.mismatch.fit.stack import flat, residuals, whiteners
-from identification.mismatch.fit.whitening import Whitener
-from identification.mismatch.simulation.model import Model, Point, Series, predict
-from plant.signals import Floats
-from plant.trouble import PlantError
+from slipbench.identification.mismatch.fit.fitting import Fit
+from slipbench.identification.mismatch.fit.sensitivity import sensitivities
+from slipbench.identification.mismatch.fit.settling import promised, settle
+from slipbench.identification.mismatch.fit.stack import flat, residuals, whiteners
+from slipbench.identification.mismatch.fit.whitening import Whitener
+from slipbench.identification.mismatch.simulation.model import Model, Point, Series, predict
+from slipbench.plant.errors import PlantError
+from slipbench.plant.signals import Floats
 
 ROUNDS = 6
 BETTER = 0.02
@@ -138,9 +138,11 @@ def partly_refreshed(fit: Fit) -> Fit:
     """
     system, chain = fit.model.system, fit.model.chain
     cheap = frozenset(
-        d for d in chain.drives if d not in system.slow_drives(chain)
+        d
+        for d in chain.drives
+        if d not in system.slow_drives(chain)
         and any(d in fit.model.concerned(e) for e in fit.point.effects)
-    )  # fmt: skip
+    )
     if not cheap:
         return fit
     return replace(fit, slopes=sensitivities(fit.model, fit.point, fit.slopes, cheap))

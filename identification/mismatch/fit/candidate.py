@@ -9,9 +9,9 @@ from typing import Self
 
 import numpy as np
 
-from identification.mismatch.fit.dialled import Dialled
-from identification.mismatch.fit.scatter import Scatter
-from identification.mismatch.fit.sizing import (
+from slipbench.identification.mismatch.fit.dialled import Dialled
+from slipbench.identification.mismatch.fit.scatter import Scatter
+from slipbench.identification.mismatch.fit.sizing import (
     as_size,
     inside,
     reach,
@@ -23,8 +23,8 @@ from identification.mismatch.fit.sizing import (
     smallest,
     wholes,
 )
-from plant.effects.effect import Effect
-from plant.signals import Floats
+from slipbench.plant.effects.effect import Effect
+from slipbench.plant.signals import Floats
 
 NUDGE = 0.05  # of a size, or of a shape's prior deviation
 WEAK = 1e3  # prior deviation of a size, in typical sizes: none to speak of

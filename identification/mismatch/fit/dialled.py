@@ -3,9 +3,9 @@
 from abc import ABC, abstractmethod
 from typing import Self
 
-from identification.mismatch.fit.scatter import Scatter
-from plant.effects.effect import Effect
-from plant.signals import Floats
+from slipbench.identification.mismatch.fit.scatter import Scatter
+from slipbench.plant.effects.effect import Effect
+from slipbench.plant.signals import Floats
 
 
 class Dialled(ABC):

@@ -10,11 +10,11 @@ from functools import cached_property
 
 import numpy as np
 
-from identification.mismatch.fit.candidate import Candidate
-from identification.mismatch.fit.dialled import Dialled
-from identification.mismatch.fit.scatter import Scatter, usual_scatter
-from identification.mismatch.fit.sensitivity import change, coordinates_of
-from identification.mismatch.fit.stack import (
+from slipbench.identification.mismatch.fit.candidate import Candidate
+from slipbench.identification.mismatch.fit.dialled import Dialled
+from slipbench.identification.mismatch.fit.scatter import Scatter, usual_scatter
+from slipbench.identification.mismatch.fit.sensitivity import change, coordinates_of
+from slipbench.identification.mismatch.fit.stack import (
     Integers,
     Nuisances,
     clusters,
@@ -23,9 +23,9 @@ from identification.mismatch.fit.stack import (
     residuals,
     whiteners,
 )
-from identification.mismatch.fit.whitening import Whitener
-from identification.mismatch.simulation.model import Model, Point, Series, predict
-from plant.signals import Floats
+from slipbench.identification.mismatch.fit.whitening import Whitener
+from slipbench.identification.mismatch.simulation.model import Model, Point, Series, predict
+from slipbench.plant.signals import Floats
 
 
 @dataclass(frozen=True, eq=False)

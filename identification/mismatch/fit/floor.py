@@ -14,9 +14,9 @@ from itertools import combinations
 import numpy as np
 from scipy import stats
 
-from identification.mismatch.fit.fitting import Fit
-from identification.mismatch.simulation.record import Record
-from plant.signals import Floats
+from slipbench.identification.mismatch.fit.fitting import Fit
+from slipbench.identification.mismatch.simulation.record import Record
+from slipbench.plant.signals import Floats
 
 REPEATED, INNOVATIONS, PATTERN = "repeated trials", "innovations", "pattern"
 SAME = 0.15

@@ -7,16 +7,16 @@ from functools import lru_cache
 
 import numpy as np
 
-from identification.mismatch.fit.calibrate import unbent
-from identification.mismatch.fit.fitting import Fit
-from identification.mismatch.fit.floor import floors
-from identification.mismatch.fit.sensitivity import change, sensitivities
-from identification.mismatch.fit.settling import settle
-from identification.mismatch.fit.stack import flat
-from identification.mismatch.simulation.model import Model, predict
-from identification.mismatch.simulation.system import System
-from plant.effects.effect import Effect
-from plant.signals import Floats
+from slipbench.identification.mismatch.fit.calibrate import unbent
+from slipbench.identification.mismatch.fit.fitting import Fit
+from slipbench.identification.mismatch.fit.floor import floors
+from slipbench.identification.mismatch.fit.sensitivity import change, sensitivities
+from slipbench.identification.mismatch.fit.settling import settle
+from slipbench.identification.mismatch.fit.stack import flat
+from slipbench.identification.mismatch.simulation.model import Model, predict
+from slipbench.identification.mismatch.simulation.system import System
+from slipbench.plant.effects.effect import Effect
+from slipbench.plant.signals import Floats
 
 DRAWS = 2000
 CONFIRMED = 5.0

@@ -6,14 +6,14 @@ from functools import cached_property
 
 import numpy as np
 
-from identification.mismatch.fit.candidate import Candidate
-from identification.mismatch.fit.fitting import Fit
-from identification.mismatch.fit.sensitivity import change, coordinates_of
-from identification.mismatch.fit.stack import Integers, Nuisances, flat
-from identification.mismatch.simulation.model import Runs, Series, predict
-from plant.effects.effect import Effect
-from plant.signals import Floats
-from plant.trouble import PlantError
+from slipbench.identification.mismatch.fit.candidate import Candidate
+from slipbench.identification.mismatch.fit.fitting import Fit
+from slipbench.identification.mismatch.fit.sensitivity import change, coordinates_of
+from slipbench.identification.mismatch.fit.stack import Integers, Nuisances, flat
+from slipbench.identification.mismatch.simulation.model import Runs, Series, predict
+from slipbench.plant.effects.effect import Effect
+from slipbench.plant.errors import PlantError
+from slipbench.plant.signals import Floats
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import optimize, special, stats
 
-from identification.mismatch.fit.stack import Integers
-from plant.signals import Floats
+from slipbench.identification.mismatch.fit.stack import Integers
+from slipbench.plant.signals import Floats
 
 FAMILY = 0.05
 """Family-wise level of false alarms, over all that is tried."""

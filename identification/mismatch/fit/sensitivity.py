@@ -4,9 +4,16 @@ from dataclasses import replace
 
 import numpy as np
 
-from identification.mismatch.simulation.model import Model, Point, Runs, Series, misplace, predict
-from plant.effects.effect import Effect
-from plant.signals import Floats
+from slipbench.identification.mismatch.simulation.model import (
+    Model,
+    Point,
+    Runs,
+    Series,
+    misplace,
+    predict,
+)
+from slipbench.plant.effects.effect import Effect
+from slipbench.plant.signals import Floats
 
 NUDGE = 0.02  # of a coordinate's prior deviation
 SLOW_NUDGE = 0.2

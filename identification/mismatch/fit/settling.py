@@ -10,12 +10,12 @@ from itertools import islice
 
 import numpy as np
 
-from identification.mismatch.fit.dialled import Dialled
-from identification.mismatch.fit.fitting import Fit, deviations, dials, prior, renoised
-from identification.mismatch.fit.sensitivity import coordinates_of, moved
-from identification.mismatch.fit.stack import bounded
-from identification.mismatch.simulation.model import predict
-from plant.signals import Floats
+from slipbench.identification.mismatch.fit.dialled import Dialled
+from slipbench.identification.mismatch.fit.fitting import Fit, deviations, dials, prior, renoised
+from slipbench.identification.mismatch.fit.sensitivity import coordinates_of, moved
+from slipbench.identification.mismatch.fit.stack import bounded
+from slipbench.identification.mismatch.simulation.model import predict
+from slipbench.plant.signals import Floats
 
 SETTLED = 0.5  # nats that another step must bring
 SHARES = (1.0, 0.4, 0.1)

@@ -6,8 +6,8 @@ typical / limit. Parameters that only shape an effect keep near their typical va
 
 import math
 
-from plant.effects.effect import Effect
-from plant.parameters import Parameter
+from slipbench.plant.effects.effect import Effect
+from slipbench.plant.parameters import Parameter
 
 LARGE = 3.0
 """Largest share of the typical size at which every effect is tried."""

@@ -8,9 +8,9 @@ import numpy as np
 import numpy.typing as npt
 from scipy import linalg, optimize
 
-from identification.mismatch.fit.whitening import Whitener, whitener
-from identification.mismatch.simulation.model import Model, Series
-from plant.signals import Floats
+from slipbench.identification.mismatch.fit.whitening import Whitener, whitener
+from slipbench.identification.mismatch.simulation.model import Model, Series
+from slipbench.plant.signals import Floats
 
 Integers = npt.NDArray[np.int_]
 

@@ -12,14 +12,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from identification.mismatch.fit.calibrate import followed
-from identification.mismatch.fit.fitting import Fit
-from identification.mismatch.fit.judge import Judge
-from identification.mismatch.fit.settling import settle
-from identification.mismatch.fit.stack import recordings
-from identification.mismatch.simulation.model import predict
-from identification.mismatch.simulation.turn import Turn
-from plant.effects.effect import Effect
+from slipbench.identification.mismatch.fit.calibrate import followed
+from slipbench.identification.mismatch.fit.fitting import Fit
+from slipbench.identification.mismatch.fit.judge import Judge
+from slipbench.identification.mismatch.fit.settling import settle
+from slipbench.identification.mismatch.fit.stack import recordings
+from slipbench.identification.mismatch.simulation.model import predict
+from slipbench.identification.mismatch.simulation.turn import Turn
+from slipbench.plant.effects.effect import Effect
 
 PLAIN = 12.0
 """Nats of a line, over all recordings, below which there is nothing to read an angle off."""

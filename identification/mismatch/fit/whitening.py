@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy import sparse
 
-from plant.signals import Floats
+from slipbench.plant.signals import Floats
 
 
 @dataclass(frozen=True, eq=False)

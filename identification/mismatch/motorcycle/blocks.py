@@ -2,12 +2,12 @@
 
 from collections.abc import Sequence
 
-from identification.mismatch.simulation.blocks import Block, Chain
-from identification.mismatch.simulation.record import Record
-from plant.effects.effect import Effect
-from plant.equations import EQUATIONS
-from plant.sensing import Tells
-from plant.signals import Inputs
+from slipbench.identification.mismatch.simulation.blocks import Block, Chain
+from slipbench.identification.mismatch.simulation.record import Record
+from slipbench.plant.effects.effect import Effect
+from slipbench.plant.equations import EQUATIONS
+from slipbench.plant.sensing import Tells
+from slipbench.plant.signals import Inputs
 
 LEADS = (
     ("throttle_position", "measured_throttle"),
@@ -15,8 +15,16 @@ LEADS = (
     ("rear", "measured_rear_speed"),
 )
 """What may lead the motion, first cause first: recorded quantity, input of the simulation."""
-SPEEDS = ("engine_speed", "rear_teeth", "rear_wheel_speed", "front_teeth", "front_wheel_speed",
-          "optical_speed", "gnss_speed", "vehicle_speed")  # fmt: skip
+SPEEDS = (
+    "engine_speed",
+    "rear_teeth",
+    "rear_wheel_speed",
+    "front_teeth",
+    "front_wheel_speed",
+    "optical_speed",
+    "gnss_speed",
+    "vehicle_speed",
+)
 SERVO_SEAMS = tuple(e.__name__ for e in EQUATIONS)[
     : [e.__name__ for e in EQUATIONS].index("air_delay")
 ]

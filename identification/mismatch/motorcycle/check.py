@@ -1,9 +1,9 @@
 """Whether a recording can be of this vehicle at all."""
 
-from identification.mismatch.simulation.record import Record
-from plant.motorcycle import Motorcycle
-from plant.signals import Inputs
-from protocol.errors import InputError
+from slipbench.identification.mismatch.simulation.record import Record
+from slipbench.plant.motorcycle import Motorcycle
+from slipbench.plant.signals import Inputs
+from slipbench.protocol.errors import InputError
 
 RATIO = 1.15
 """Largest factor between the gear that the vehicle file tells and the one that the speeds show."""

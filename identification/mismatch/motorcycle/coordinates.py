@@ -3,15 +3,15 @@
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
-from identification.mismatch.simulation.coordinates import (
+from slipbench.identification.mismatch.simulation.coordinates import (
     CLOCK_OWNER,
     NORMAL_95,
     STATED_SHARE,
     Coordinate,
 )
-from plant.motorcycle import Motorcycle
-from plant.signals import Floats
-from plant.vehicle_file import Vehicle
+from slipbench.plant.motorcycle import Motorcycle
+from slipbench.plant.signals import Floats
+from slipbench.plant.vehicle_file import Vehicle
 
 EXACT = ("teeth", "resolution", "low_speed")
 FORMS = {f"tyre.form_{i}": STATED_SHARE for i in range(1, 10)}

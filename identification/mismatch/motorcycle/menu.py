@@ -9,16 +9,21 @@ from typing import Any
 
 import numpy as np
 
-from identification.mismatch.motorcycle.record import BIN, LEAD_IN, STEP
-from identification.mismatch.motorcycle.slow_road import road_hats
-from identification.mismatch.simulation.record import Record
-from identification.mismatch.simulation.sampling import Grid
-from identification.mismatch.simulation.sensor import Sampled, Sensor, point_sensor, tooth_sensors
-from plant.encoder import begin, passing_teeth, toothed_disc
-from plant.equilibrium import equilibrium
-from plant.motorcycle import Motorcycle
-from plant.signals import Floats, Inputs, Outputs
-from plant.simulation import Simulation
+from slipbench.identification.mismatch.motorcycle.record import BIN, LEAD_IN, STEP
+from slipbench.identification.mismatch.motorcycle.slow_road import road_hats
+from slipbench.identification.mismatch.simulation.record import Record
+from slipbench.identification.mismatch.simulation.sampling import Grid
+from slipbench.identification.mismatch.simulation.sensor import (
+    Sampled,
+    Sensor,
+    point_sensor,
+    tooth_sensors,
+)
+from slipbench.plant.encoder import begin, passing_teeth, toothed_disc
+from slipbench.plant.equilibrium import equilibrium
+from slipbench.plant.motorcycle import Motorcycle
+from slipbench.plant.signals import Floats, Inputs, Outputs
+from slipbench.plant.simulation import Simulation
 
 SECONDS = 12.0
 RPM = np.pi / 30
@@ -51,8 +56,11 @@ class Choice:
         """Say it in a line."""
         shape = "square wave" if self.waveform == "square" else "sweep"
         band = f"{self.low:g} Hz" if self.waveform == "square" else f"to {self.high:g} Hz"
-        size = f"{100 * self.amplitude:.0f} %" if self.actuator == "throttle" else (
-            f"{np.degrees(self.amplitude):.0f} degrees")  # fmt: skip
+        size = (
+            f"{100 * self.amplitude:.0f} %"
+            if self.actuator == "throttle"
+            else (f"{np.degrees(self.amplitude):.0f} degrees")
+        )
         speed = f"{self.engine_speed / RPM:.0f} rpm in gear {self.gear}"
         return f"a {shape} of the {self.actuator} {band}, {size}, at {speed}"
 
@@ -95,8 +103,9 @@ def _sensors(
             found[name] = point_sensor(name, like.unit, column, 1.0, samples, grid)
         elif name.endswith("_teeth"):
             wheel = name.removesuffix("_teeth")
-            speed, pattern = tooth_sensors(wheel, _teeth(bike, out, time, wheel, like.clock),
-                                           like.offsets.shape[1], grid)  # fmt: skip
+            speed, pattern = tooth_sensors(
+                wheel, _teeth(bike, out, time, wheel, like.clock), like.offsets.shape[1], grid
+            )
             found |= {speed.name: speed, pattern.name: pattern}
     return found
 
@@ -111,8 +120,13 @@ def _teeth(bike: Motorcycle, out: Outputs, time: Floats, wheel: str, clock: str)
 
 
 def _measured(like: Record, out: Outputs) -> dict[str, Floats]:
-    columns = {"throttle_position": "throttle", "rear": "rear_speed", "front": "front_speed",
-               "gnss_speed": "speed", "vehicle_speed": "speed"}  # fmt: skip
+    columns = {
+        "throttle_position": "throttle",
+        "rear": "rear_speed",
+        "front": "front_speed",
+        "gnss_speed": "speed",
+        "vehicle_speed": "speed",
+    }
     names = like.measured
     return {n: out[columns.get(n, n)].copy() for n in names if n != "lean_angle"}
 
@@ -120,25 +134,35 @@ def _measured(like: Record, out: Outputs) -> dict[str, Floats]:
 def trial_tree(choice: Choice, name: str, vehicle: str) -> Mapping[str, Any]:
     """Return the trial as the tree of a trial file, with limits that hold it."""
     throttle = choice.actuator == "throttle"
-    amplitude = f"{100 * choice.amplitude:g} %" if throttle else (
-        f"{np.degrees(choice.amplitude):.2f} deg")  # fmt: skip
+    amplitude = (
+        f"{100 * choice.amplitude:g} %" if throttle else (f"{np.degrees(choice.amplitude):.2f} deg")
+    )
     excitation: dict[str, Any] = {
-        "actuator": choice.actuator, "waveform": choice.waveform, "amplitude": amplitude,
+        "actuator": choice.actuator,
+        "waveform": choice.waveform,
+        "amplitude": amplitude,
         "duration": f"{SECONDS:g} s",
-    }  # fmt: skip
+    }
     if choice.waveform == "square":
         excitation["frequency"] = f"{choice.low:g} Hz"
     else:
         excitation |= {"start": f"{choice.low:g} Hz", "stop": f"{choice.high:g} Hz"}
     rpm = choice.engine_speed / RPM
     return {
-        "name": name, "description": f"Proposed by an analysis: {choice}", "vehicle": vehicle,
+        "name": name,
+        "description": f"Proposed by an analysis: {choice}",
+        "vehicle": vehicle,
         "operating_point": {"gear": choice.gear, "engine_speed": f"{rpm:.0f} rpm"},
         "excitation": excitation,
         "limits": {
-            "throttle": ["0 %", "60 %"], "throttle_deviation": "10 %", "throttle_rate": "90000 %/s",
-            "spark": ["-12 deg", "6 deg"], "spark_rate": "100000 deg/s",
+            "throttle": ["0 %", "60 %"],
+            "throttle_deviation": "10 %",
+            "throttle_rate": "90000 %/s",
+            "spark": ["-12 deg", "6 deg"],
+            "spark_rate": "100000 deg/s",
             "engine_speed": [f"{0.6 * rpm:.0f} rpm", f"{min(1.35 * rpm, 15500.0):.0f} rpm"],
-            "speed": ["5 m/s", "80 m/s"], "slip": "10 %", "distance": "3000 m",
+            "speed": ["5 m/s", "80 m/s"],
+            "slip": "10 %",
+            "distance": "3000 m",
         },
-    }  # fmt: skip
+    }

@@ -4,22 +4,28 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from identification.mismatch.simulation.place import Injection
-from identification.mismatch.simulation.record import Record
-from plant.effects.effect import Effect
-from plant.equations import EQUATIONS
-from plant.motorcycle import Motorcycle
-from plant.signals import Floats, Inputs
+from slipbench.identification.mismatch.simulation.place import Injection
+from slipbench.identification.mismatch.simulation.record import Record
+from slipbench.plant.effects.effect import Effect
+from slipbench.plant.equations import EQUATIONS
+from slipbench.plant.motorcycle import Motorcycle
+from slipbench.plant.signals import Floats, Inputs
 
 PLACES = (
     Injection("servo force", "throttle_servo", "1", 0.01, "servo", {"throttle_command": 1.0}),
     Injection("engine torque", "engine", "N m", 5.0, "motion", {"engine_disturbance": 1.0}),
-    Injection("driveline torque", "driveline", "N m", 40.0, "motion",
-              {"engine_disturbance": -1.0, "rear_brake": -1.0}),
+    Injection(
+        "driveline torque",
+        "driveline",
+        "N m",
+        40.0,
+        "motion",
+        {"engine_disturbance": -1.0, "rear_brake": -1.0},
+    ),
     Injection("tyre force", "tyre", "N", 100.0, "motion", {"rear_brake": 1.0, "road_force": 1.0}),
     Injection("wheel torque", "rear_wheel", "N m", 20.0, "motion", {"rear_brake": -1.0}),
     Injection("road force", "body", "N", 60.0, "motion", {"road_force": 1.0}),
-)  # fmt: skip
+)
 """The wheel's torque is pushed through the rear brake, with its sign."""
 OVER_RATIO = {"driveline torque": "engine_disturbance"}
 """The crank's part of a torque at the wheel is divided by the gear."""
@@ -55,12 +61,17 @@ def later(course: Floats, rows: float) -> Floats:
 
 
 UP_TO = (
-    ("servo_acceleration", "servo force"), ("engine_torque", "engine torque"),
-    ("twist_velocity", "driveline torque"), ("wheel_torque", "driveline torque"),
-    ("engine_acceleration", "engine torque"), ("tyre_force", "tyre force"),
-    ("rear_acceleration", "wheel torque"), ("front_speed", "sensor of front teeth"),
-    ("acceleration", "road force"), ("optical_speed", "sensor of optical speed"),
-)  # fmt: skip
+    ("servo_acceleration", "servo force"),
+    ("engine_torque", "engine torque"),
+    ("twist_velocity", "driveline torque"),
+    ("wheel_torque", "driveline torque"),
+    ("engine_acceleration", "engine torque"),
+    ("tyre_force", "tyre force"),
+    ("rear_acceleration", "wheel torque"),
+    ("front_speed", "sensor of front teeth"),
+    ("acceleration", "road force"),
+    ("optical_speed", "sensor of optical speed"),
+)
 """Last seam of each place, in the order of the equations."""
 
 

@@ -9,20 +9,25 @@ from dataclasses import replace
 
 import numpy as np
 
-from identification.mismatch.motorcycle.slow_road import road_hats
-from identification.mismatch.simulation.record import Record
-from identification.mismatch.simulation.sampling import Grid, at_points, at_points_sharp
-from identification.mismatch.simulation.sensor import Sampled, Sensor, point_sensor, tooth_sensors
-from identification.signals.aligned import Aligned, aligned
-from identification.signals.dataset import Dataset, dataset
-from identification.signals.samples import averaged, onto, sampled
-from identification.signals.teeth import speed_from_teeth
-from identification.signals.trial_window import TrialWindow, trial_window
-from plant.channels import ChannelTiming
-from plant.signals import Floats, Inputs
-from plant.vehicle_file import Vehicle
-from protocol.errors import InputError
-from protocol.recording import Recording
+from slipbench.identification.mismatch.motorcycle.slow_road import road_hats
+from slipbench.identification.mismatch.simulation.record import Record
+from slipbench.identification.mismatch.simulation.sampling import Grid, at_points, at_points_sharp
+from slipbench.identification.mismatch.simulation.sensor import (
+    Sampled,
+    Sensor,
+    point_sensor,
+    tooth_sensors,
+)
+from slipbench.identification.signals.aligned import Aligned, aligned
+from slipbench.identification.signals.dataset import Dataset, dataset
+from slipbench.identification.signals.samples import averaged, onto, sampled
+from slipbench.identification.signals.teeth import speed_from_teeth
+from slipbench.identification.signals.trial_window import TrialWindow, trial_window
+from slipbench.plant.channels import ChannelTiming
+from slipbench.plant.signals import Floats, Inputs
+from slipbench.plant.vehicle_file import Vehicle
+from slipbench.protocol.errors import InputError
+from slipbench.protocol.recording.recording import Recording
 
 STEP = 1e-3  # s, between rows of the simulation
 LEAD_IN = 1.0  # s, in which the simulation settles, its speed led by the recorded one
@@ -44,8 +49,14 @@ LINEAR: Mapping[str, tuple[str, str]] = {
 """Role -> column of the simulation that it shows, and the unit."""
 SWINGING = ("engine_speed",)
 """Columns that may swing within a few rows."""
-SPEEDS = ("engine_speed", "optical_speed", "gnss_speed", "vehicle_speed", "rear_wheel_speed",
-          "front_wheel_speed")  # fmt: skip
+SPEEDS = (
+    "engine_speed",
+    "optical_speed",
+    "gnss_speed",
+    "vehicle_speed",
+    "rear_wheel_speed",
+    "front_wheel_speed",
+)
 WHEELS = ("rear", "front")
 TRUE_SPEED = ("front", "optical_speed", "gnss_speed", "vehicle_speed")
 """Where the speed that leads a simulation in is taken from, best first."""
@@ -62,9 +73,11 @@ def prepare(recording: Recording, vehicle: Vehicle) -> Record:
     bins = int((rows * STEP - LEAD_IN - OVERHANG) / BIN)
     if bins < 100:
         raise InputError(
-            "the recording is too short to judge a simulation by", where=str(recording.folder),
-            expected="2 s and more in which all channels are there", found=f"{end - start:.2f} s",
-        )  # fmt: skip
+            "the recording is too short to judge a simulation by",
+            where=str(recording.folder),
+            expected="2 s and more in which all channels are there",
+            found=f"{end - start:.2f} s",
+        )
     grid = Grid(rows, LEAD_IN, bins, BIN, STEP, parts=PARTS)
     time = np.asarray(start + STEP * np.arange(1, rows + 1))
     sensors = _sensors(data, vehicle, start, grid)
@@ -72,9 +85,8 @@ def prepare(recording: Recording, vehicle: Vehicle) -> Record:
     inputs = _inputs(data, base, vehicle, time, measured)
     slow = road_hats(rows, vehicle.motorcycle.body.mass, LEAD_IN, STEP)
     return Record(
-        recording.folder.name, start, grid, inputs.table, measured, sensors, slow,
-        left_out=left_out,
-    )  # fmt: skip
+        recording.folder.name, start, grid, inputs.table, measured, sensors, slow, left_out=left_out
+    )
 
 
 def without_dead(recording: Recording) -> Recording:
@@ -101,11 +113,14 @@ def _window(data: Aligned, base: Dataset) -> tuple[float, float]:
     used = [t for role, t in data.time.items() if role in (*LINEAR, "rear_teeth", "front_teeth")]
     if not used:
         raise InputError(
-            "no channel that a simulation could be judged by", where=str(data.recording.folder),
+            "no channel that a simulation could be judged by",
+            where=str(data.recording.folder),
             expected=", ".join((*LINEAR, "rear_teeth", "front_teeth")),
-            found="; ".join(f"{r}: {w}" for r, w in data.absent.items()) or ", ".join(data.time)
-            or "no channels", remedy="check the role map and the sensors",
-        )  # fmt: skip
+            found="; ".join(f"{r}: {w}" for r, w in data.absent.items())
+            or ", ".join(data.time)
+            or "no channels",
+            remedy="check the role map and the sensors",
+        )
     first, last = max(t[0] for t in used) + 0.02, min(t[-1] for t in used) - 0.02
     window = trial_window(base)
     if isinstance(window, TrialWindow):

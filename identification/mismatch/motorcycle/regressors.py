@@ -9,8 +9,8 @@ from collections.abc import Mapping
 import numpy as np
 from scipy import signal
 
-from identification.mismatch.motorcycle.places import later
-from identification.mismatch.simulation.along import (
+from slipbench.identification.mismatch.motorcycle.places import later
+from slipbench.identification.mismatch.simulation.along import (
     ANGLE,
     DETAIL,
     HYSTERESIS,
@@ -19,12 +19,24 @@ from identification.mismatch.simulation.along import (
     SCALE,
     scale,
 )
-from identification.mismatch.simulation.record import Record
-from plant.signals import Floats, Inputs, Outputs
+from slipbench.identification.mismatch.simulation.record import Record
+from slipbench.plant.signals import Floats, Inputs, Outputs
 
-MOTION = ("throttle", "throttle_rate", "air", "engine_torque", "engine_speed", "twist",
-          "driveline_torque", "tyre_force", "slip", "speed", "acceleration", "distance",
-          "time")  # fmt: skip
+MOTION = (
+    "throttle",
+    "throttle_rate",
+    "air",
+    "engine_torque",
+    "engine_speed",
+    "twist",
+    "driveline_torque",
+    "tyre_force",
+    "slip",
+    "speed",
+    "acceleration",
+    "distance",
+    "time",
+)
 REMEMBERED = (
     "throttle",
     "spark torque",
@@ -40,26 +52,52 @@ TURNING = ("throttle", "command", "air", "twist", "slip")
 DETAILED = ("throttle", "command", "air", "engine speed")
 """Quantities over which a map may be wrong in detail."""
 SCALED = (
-    ("command less position", "throttle"), ("throttle rate", "throttle"),
-    ("engine torque", "engine speed"), ("engine torque", "spark"), ("engine torque", "time"),
-    ("driveline torque", "speed"), ("tyre force", "speed"), ("tyre force", "time"),
-)  # fmt: skip
+    ("command less position", "throttle"),
+    ("throttle rate", "throttle"),
+    ("engine torque", "engine speed"),
+    ("engine torque", "spark"),
+    ("engine torque", "time"),
+    ("driveline torque", "speed"),
+    ("tyre force", "speed"),
+    ("tyre force", "time"),
+)
 """Quantities that may count for more or less, and along what."""
 LATELY = 0.05
 """Seconds over which what a simulation was off is averaged."""
 PASSED = 2
 """Bins before that: smoothing and rates reach from one bin into the next."""
 UNITS: Mapping[str, str] = {
-    "throttle": "1", "throttle rate": "1/s", "air": "1", "air rate": "1/s",
-    "engine torque": "N m", "engine speed": "rad/s", "engine acceleration": "rad/s^2",
-    "twist": "rad", "twist rate": "rad/s", "driveline torque": "N m", "torque rate": "N m/s",
-    "tyre force": "N", "force rate over speed": "N/m", "slip": "1", "speed": "m/s",
-    "acceleration": "m/s^2", "distance": "m", "time": "s", "spark": "rad", "spark rate": "rad/s",
-    "spark acceleration": "rad/s^2", "spark torque": "N m rad", "lean": "rad", "command": "1",
+    "throttle": "1",
+    "throttle rate": "1/s",
+    "air": "1",
+    "air rate": "1/s",
+    "engine torque": "N m",
+    "engine speed": "rad/s",
+    "engine acceleration": "rad/s^2",
+    "twist": "rad",
+    "twist rate": "rad/s",
+    "driveline torque": "N m",
+    "torque rate": "N m/s",
+    "tyre force": "N",
+    "force rate over speed": "N/m",
+    "slip": "1",
+    "speed": "m/s",
+    "acceleration": "m/s^2",
+    "distance": "m",
+    "time": "s",
+    "spark": "rad",
+    "spark rate": "rad/s",
+    "spark acceleration": "rad/s^2",
+    "spark torque": "N m rad",
+    "lean": "rad",
+    "command": "1",
     "command rate": "1/s",
-    ANGLE: "rad", "command less position": "1", "throttle acceleration": "1/s^2",
-    "slip rate": "1/s", "jerk": "m/s^3",
-}  # fmt: skip
+    ANGLE: "rad",
+    "command less position": "1",
+    "throttle acceleration": "1/s^2",
+    "slip rate": "1/s",
+    "jerk": "m/s^3",
+}
 
 
 def motion_regressors(record: Record, out: Outputs, spark_delay: float) -> dict[str, Floats]:
@@ -102,12 +140,16 @@ def servo_regressors(record: Record, out: Outputs, delay: float) -> dict[str, Fl
     rate = record.grid.rate
     command = later(Inputs(record.inputs).throttle_command, delay / record.grid.step)
     position = _followed(record, "throttle_position", out.throttle)
-    return _and_more({
-        "throttle": position, "throttle rate": rate(position),
-        "throttle acceleration": rate(out.throttle_rate),
-        "command": command, "command rate": rate(command),
-        "command less position": command - position,
-    })  # fmt: skip
+    return _and_more(
+        {
+            "throttle": position,
+            "throttle rate": rate(position),
+            "throttle acceleration": rate(out.throttle_rate),
+            "command": command,
+            "command rate": rate(command),
+            "command less position": command - position,
+        }
+    )
 
 
 def _followed(record: Record, role: str, shown: Floats) -> Floats:

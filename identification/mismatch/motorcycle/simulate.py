@@ -6,13 +6,13 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from identification.mismatch.motorcycle.blocks import changes_simulation
-from identification.mismatch.motorcycle.record import LEAD_IN, TRUE_SPEED
-from identification.mismatch.simulation.blocks import Chain
-from identification.mismatch.simulation.record import Record
-from plant.motorcycle import Motorcycle
-from plant.signals import FREE, Floats, Inputs, Outputs
-from plant.simulation import Simulation
+from slipbench.identification.mismatch.motorcycle.blocks import changes_simulation
+from slipbench.identification.mismatch.motorcycle.record import LEAD_IN, TRUE_SPEED
+from slipbench.identification.mismatch.simulation.blocks import Chain
+from slipbench.identification.mismatch.simulation.record import Record
+from slipbench.plant.motorcycle import Motorcycle
+from slipbench.plant.signals import FREE, Floats, Inputs, Outputs
+from slipbench.plant.simulation import Simulation
 
 SMOOTH = 50  # rows
 NO_ROAD: Floats = np.empty(0)
@@ -23,18 +23,27 @@ FINER = 2
 
 
 def simulate(
-    bike: Motorcycle, record: Record, chain: Chain, drive: str, q: Floats,
+    bike: Motorcycle,
+    record: Record,
+    chain: Chain,
+    drive: str,
+    q: Floats,
     added: Mapping[str, Floats],
-) -> Outputs:  # fmt: skip
+) -> Outputs:
     """Run one drive of one record. q: of the slow road; added: to columns of the inputs."""
     simulation, state, inputs = _ready(bike, record, chain, drive, q, added)
     return simulation.advance(state, inputs)[1]
 
 
 def shown(
-    bike: Motorcycle, record: Record, chain: Chain, drive: str, q: Floats,
-    added: Mapping[str, Floats], finer: int,
-) -> Mapping[str, Floats]:  # fmt: skip
+    bike: Motorcycle,
+    record: Record,
+    chain: Chain,
+    drive: str,
+    q: Floats,
+    added: Mapping[str, Floats],
+    finer: int,
+) -> Mapping[str, Floats]:
     """Return what `simulate` gives, but only the columns that sensors of this drive look at."""
     only = drive == "servo"
     simulation, state, inputs = _ready(bike, record, chain, drive, q, added, finer, only)
@@ -44,9 +53,15 @@ def shown(
 
 
 def _ready(
-    bike: Motorcycle, record: Record, chain: Chain, drive: str, q: Floats,
-    added: Mapping[str, Floats], finer: int = FINER, servo_only: bool = False,
-) -> tuple[Simulation, Floats, Inputs]:  # fmt: skip
+    bike: Motorcycle,
+    record: Record,
+    chain: Chain,
+    drive: str,
+    q: Floats,
+    added: Mapping[str, Floats],
+    finer: int = FINER,
+    servo_only: bool = False,
+) -> tuple[Simulation, Floats, Inputs]:
     """Return the simulation, its state at the beginning, and what drives it."""
     step = record.grid.step
     simulation = Simulation(bike, step / finer, finer, finer, servo_only=servo_only)
@@ -153,8 +168,13 @@ def _begin(simulation: Simulation, inputs: Inputs, record: Record, speed: Floats
     drag = 0.5 * bike.body.air_density * bike.body.drag_area * v * v + 30.0
     throttle = float(record.measured.get("throttle_position", inputs.throttle_command)[0])
     return simulation.state(
-        throttle=throttle, air=throttle, throttle_command=throttle, spark=float(inputs.spark[0]),
-        engine_speed=rear * bike.gears[gear - 1], rear_speed=rear, speed=v,
+        throttle=throttle,
+        air=throttle,
+        throttle_command=throttle,
+        spark=float(inputs.spark[0]),
+        engine_speed=rear * bike.gears[gear - 1],
+        rear_speed=rear,
+        speed=v,
         crank_angle=record.turned,
         twist=drag * bike.rear_wheel.radius / bike.driveline.stiffness,
-    )  # fmt: skip
+    )

@@ -6,7 +6,7 @@ speed is let go, worth 0.05 m/s.
 
 import numpy as np
 
-from plant.signals import Floats
+from slipbench.plant.signals import Floats
 
 KNOT = 1.5  # s
 FORCE = 30.0  # N, 1 sigma

@@ -7,33 +7,33 @@ from typing import Any, Self
 
 import tomli_w
 
-from identification.mismatch.motorcycle import blocks, places
-from identification.mismatch.motorcycle.check import check_same_vehicle
-from identification.mismatch.motorcycle.coordinates import coordinates, motorcycle_at
-from identification.mismatch.motorcycle.menu import Choice, menu, rehearse, trial_tree
-from identification.mismatch.motorcycle.record import prepare
-from identification.mismatch.motorcycle.regressors import (
+from slipbench.identification.mismatch.motorcycle import blocks, places
+from slipbench.identification.mismatch.motorcycle.check import check_same_vehicle
+from slipbench.identification.mismatch.motorcycle.coordinates import coordinates, motorcycle_at
+from slipbench.identification.mismatch.motorcycle.menu import Choice, menu, rehearse, trial_tree
+from slipbench.identification.mismatch.motorcycle.record import prepare
+from slipbench.identification.mismatch.motorcycle.regressors import (
     UNITS,
     motion_regressors,
     servo_regressors,
 )
-from identification.mismatch.motorcycle.simulate import FINER, shown, simulate
-from identification.mismatch.motorcycle.turns import crank_turns
-from identification.mismatch.simulation.blocks import Chain
-from identification.mismatch.simulation.coordinates import Coordinate
-from identification.mismatch.simulation.place import Injection
-from identification.mismatch.simulation.record import Record
-from identification.mismatch.simulation.system import System
-from identification.mismatch.simulation.turn import Turn
-from plant.effects.effect import Effect
-from plant.effects.free_curve import free_curve
-from plant.effects.library import LIBRARY
-from plant.signals import Floats, Inputs
-from plant.trouble import PlantError
-from plant.vehicle_file import Vehicle, load_vehicle
-from plant.vehicle_writer import vehicle_tree
-from protocol.errors import InputError
-from protocol.recording import Recording
+from slipbench.identification.mismatch.motorcycle.simulate import FINER, shown, simulate
+from slipbench.identification.mismatch.motorcycle.turns import crank_turns
+from slipbench.identification.mismatch.simulation.blocks import Chain
+from slipbench.identification.mismatch.simulation.coordinates import Coordinate
+from slipbench.identification.mismatch.simulation.place import Injection
+from slipbench.identification.mismatch.simulation.record import Record
+from slipbench.identification.mismatch.simulation.system import System
+from slipbench.identification.mismatch.simulation.turn import Turn
+from slipbench.plant.effects.effect import Effect
+from slipbench.plant.effects.free_curve import free_curve
+from slipbench.plant.effects.library import LIBRARY
+from slipbench.plant.errors import PlantError
+from slipbench.plant.signals import Floats, Inputs
+from slipbench.plant.vehicle_file import Vehicle, load_vehicle
+from slipbench.plant.vehicle_writer import vehicle_tree
+from slipbench.protocol.errors import InputError
+from slipbench.protocol.recording.recording import Recording
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,9 +91,11 @@ class MotorcycleSystem(System):
     def believed(self, plus_minus: Mapping[str, float]) -> Self:
         """Return the vehicle under an improved one's name."""
         vehicle = replace(
-            self.vehicle, name=f"{self.vehicle.name} improved", plus_minus=plus_minus,
+            self.vehicle,
+            name=f"{self.vehicle.name} improved",
+            plus_minus=plus_minus,
             description="Re-calibrated on recordings, with the effects found there",
-        )  # fmt: skip
+        )
         return replace(self, vehicle=vehicle)
 
     def text(self) -> str:
@@ -117,8 +119,11 @@ class MotorcycleSystem(System):
         gears = {int(g) for r in records for g in set(Inputs(r.inputs).gear) if g > 0}
         clocks = {
             r.sensors[o].clock
-            for r in records for b in chain.blocks if b.sensors_suspected for o in b.outputs
-        }  # fmt: skip
+            for r in records
+            for b in chain.blocks
+            if b.sensors_suspected
+            for o in b.outputs
+        }
         reference = "ecu" if "ecu" in clocks else min(clocks, default="")
         return coordinates(self.vehicle, gears, clocks - {reference})
 

@@ -2,8 +2,8 @@
 
 import math
 
-from identification.mismatch.simulation.turn import Turn
-from plant.effects.compression_torque import CompressionTorque
+from slipbench.identification.mismatch.simulation.turn import Turn
+from slipbench.plant.effects.compression_torque import CompressionTorque
 
 SMALL = 10.0  # N m
 CYLINDERS = range(1, 9)

@@ -1,9 +1,9 @@
 """Whether an effect is accepted beside those that are: enough nats, and certain of its size."""
 
-from identification.mismatch.fit.candidate import Candidate
-from identification.mismatch.fit.dialled import Dialled
-from identification.mismatch.fit.fitting import Fit, renoised, with_effects
-from identification.mismatch.naming.certainty import Certainty
+from slipbench.identification.mismatch.fit.candidate import Candidate
+from slipbench.identification.mismatch.fit.dialled import Dialled
+from slipbench.identification.mismatch.fit.fitting import Fit, renoised, with_effects
+from slipbench.identification.mismatch.naming.certainty import Certainty
 
 ENOUGH = 12.0  # nats that an effect must bring
 INEXACT = 0.05

@@ -11,13 +11,13 @@ each of the most promising kinds is judged by the best pair that it begins.
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 
-from identification.mismatch.fit.calibrate import as_told, from_far
-from identification.mismatch.fit.candidate import Candidate
-from identification.mismatch.fit.fitting import Fit, with_effects
-from identification.mismatch.fit.judge import Judge
-from identification.mismatch.naming.score import Score, survey
-from plant.effects.effect import Effect
-from plant.trouble import PlantError
+from slipbench.identification.mismatch.fit.calibrate import as_told, from_far
+from slipbench.identification.mismatch.fit.candidate import Candidate
+from slipbench.identification.mismatch.fit.fitting import Fit, with_effects
+from slipbench.identification.mismatch.fit.judge import Judge
+from slipbench.identification.mismatch.naming.score import Score, survey
+from slipbench.plant.effects.effect import Effect
+from slipbench.plant.errors import PlantError
 
 KINDS = 8
 """First halves that are tried, each of another kind: one kind at two places is often one thing."""
@@ -34,9 +34,13 @@ Passes = Callable[[Fit, Fit], bool]
 
 
 def further(
-    before: Fit, passed: Sequence[Fit], library: Sequence[type[Effect]], passes: Passes,
-    enough: float, say: Callable[[str], None],
-) -> list[Fit]:  # fmt: skip
+    before: Fit,
+    passed: Sequence[Fit],
+    library: Sequence[type[Effect]],
+    passes: Passes,
+    enough: float,
+    say: Callable[[str], None],
+) -> list[Fit]:
     """Return what passes, best first: what did already, and singles and pairs begun as told.
 
     before: without effects. enough: nats that one effect must bring.

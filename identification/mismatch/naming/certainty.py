@@ -11,14 +11,14 @@ import math
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
-from identification.mismatch.fit.candidate import Candidate
-from identification.mismatch.fit.fitting import Fit
-from identification.mismatch.fit.held_out import CONFIRMED, carried_over
-from identification.mismatch.fit.scatter import Scatter, amplitude_p
-from identification.mismatch.fit.sensitivity import change, coordinates_of
-from identification.mismatch.fit.stack import flat
-from identification.mismatch.naming.interval import significance
-from identification.mismatch.simulation.model import Model
+from slipbench.identification.mismatch.fit.candidate import Candidate
+from slipbench.identification.mismatch.fit.fitting import Fit
+from slipbench.identification.mismatch.fit.held_out import CONFIRMED, carried_over
+from slipbench.identification.mismatch.fit.scatter import Scatter, amplitude_p
+from slipbench.identification.mismatch.fit.sensitivity import change, coordinates_of
+from slipbench.identification.mismatch.fit.stack import flat
+from slipbench.identification.mismatch.naming.interval import significance
+from slipbench.identification.mismatch.simulation.model import Model
 
 CHOICES = 2
 """Ways of being certain: by the training recordings, or by both."""

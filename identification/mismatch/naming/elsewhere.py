@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from identification.mismatch.fit.scatter import Scatter
-from plant.signals import Floats
+from slipbench.identification.mismatch.fit.scatter import Scatter
+from slipbench.plant.signals import Floats
 
 APART = 2.0
 """Steps of the search along the road beyond which another place tells what is usual."""

@@ -9,20 +9,20 @@ again for what the others leave.
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 
-from identification.mismatch.fit.calibrate import from_far
-from identification.mismatch.fit.candidate import Candidate
-from identification.mismatch.fit.fitting import Fit, with_effects
-from identification.mismatch.fit.held_out import contradicted
-from identification.mismatch.fit.judge import Judge
-from identification.mismatch.fit.scatter import FAMILY, SHARE
-from identification.mismatch.naming.accepting import ENOUGH
-from identification.mismatch.naming.ahead import SECONDS, SURVEYS
-from identification.mismatch.naming.certainty import Certainty
-from identification.mismatch.naming.naming import MOST, Named
-from identification.mismatch.naming.score import survey
-from identification.mismatch.simulation.model import Model
-from plant.effects.effect import Effect
-from plant.trouble import PlantError
+from slipbench.identification.mismatch.fit.calibrate import from_far
+from slipbench.identification.mismatch.fit.candidate import Candidate
+from slipbench.identification.mismatch.fit.fitting import Fit, with_effects
+from slipbench.identification.mismatch.fit.held_out import contradicted
+from slipbench.identification.mismatch.fit.judge import Judge
+from slipbench.identification.mismatch.fit.scatter import FAMILY, SHARE
+from slipbench.identification.mismatch.naming.accepting import ENOUGH
+from slipbench.identification.mismatch.naming.ahead import SECONDS, SURVEYS
+from slipbench.identification.mismatch.naming.certainty import Certainty
+from slipbench.identification.mismatch.naming.naming import MOST, Named
+from slipbench.identification.mismatch.naming.score import survey
+from slipbench.identification.mismatch.simulation.model import Model
+from slipbench.plant.effects.effect import Effect
+from slipbench.plant.errors import PlantError
 
 ROUNDS = 2
 Say = Callable[[str], None]

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable, Iterable, Sequence
 
-from identification.mismatch.fit.calibrate import (
+from slipbench.identification.mismatch.fit.calibrate import (
     WORTH_AGAIN,
     as_believed,
     astray,
@@ -13,14 +13,14 @@ from identification.mismatch.fit.calibrate import (
     strayed,
     unbent,
 )
-from identification.mismatch.fit.candidate import Candidate
-from identification.mismatch.fit.fitting import Fit, with_effects
-from identification.mismatch.fit.judge import Judge
-from identification.mismatch.fit.settling import settle
-from identification.mismatch.fit.sizing import limits, tried_sizes
-from identification.mismatch.naming.score import Score, survey
-from plant.effects.effect import Effect
-from plant.trouble import PlantError
+from slipbench.identification.mismatch.fit.candidate import Candidate
+from slipbench.identification.mismatch.fit.fitting import Fit, with_effects
+from slipbench.identification.mismatch.fit.judge import Judge
+from slipbench.identification.mismatch.fit.settling import settle
+from slipbench.identification.mismatch.fit.sizing import limits, tried_sizes
+from slipbench.identification.mismatch.naming.score import Score, survey
+from slipbench.plant.effects.effect import Effect
+from slipbench.plant.errors import PlantError
 
 SHORTLIST = 4
 LONGEST = 8  # scores that are fitted where they are near to the best

@@ -7,16 +7,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy import special, stats
 
-from identification.mismatch.fit.candidate import Candidate
-from identification.mismatch.fit.dialled import Dialled
-from identification.mismatch.fit.fitting import Fit
-from identification.mismatch.fit.scatter import amplitude_p, stretches
-from identification.mismatch.fit.sensitivity import change, coordinates_of
-from identification.mismatch.fit.sizing import SHAPE, by_factors, limits, shapes, sizes
-from identification.mismatch.fit.stack import Integers, flat, recordings
-from identification.mismatch.simulation.model import predict
-from plant.parameters import Parameter
-from plant.signals import Floats
+from slipbench.identification.mismatch.fit.candidate import Candidate
+from slipbench.identification.mismatch.fit.dialled import Dialled
+from slipbench.identification.mismatch.fit.fitting import Fit
+from slipbench.identification.mismatch.fit.scatter import amplitude_p, stretches
+from slipbench.identification.mismatch.fit.sensitivity import change, coordinates_of
+from slipbench.identification.mismatch.fit.sizing import SHAPE, by_factors, limits, shapes, sizes
+from slipbench.identification.mismatch.fit.stack import Integers, flat, recordings
+from slipbench.identification.mismatch.simulation.model import predict
+from slipbench.plant.parameters import Parameter
+from slipbench.plant.signals import Floats
 
 CONFIDENCE = 0.95
 FEW = 3

@@ -9,26 +9,26 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from itertools import combinations
 
-from identification.mismatch.fit.calibrate import astray, followed
-from identification.mismatch.fit.fitting import Fit
-from identification.mismatch.fit.held_out import contradicted
-from identification.mismatch.fit.judge import Judge
-from identification.mismatch.fit.scatter import FAMILY, SHARE
-from identification.mismatch.naming.accepting import ENOUGH, passes
-from identification.mismatch.naming.ahead import SURVEYS, further
-from identification.mismatch.naming.certainty import Certainty
-from identification.mismatch.naming.full_fits import (
+from slipbench.identification.mismatch.fit.calibrate import astray, followed
+from slipbench.identification.mismatch.fit.fitting import Fit
+from slipbench.identification.mismatch.fit.held_out import contradicted
+from slipbench.identification.mismatch.fit.judge import Judge
+from slipbench.identification.mismatch.fit.scatter import FAMILY, SHARE
+from slipbench.identification.mismatch.naming.accepting import ENOUGH, passes
+from slipbench.identification.mismatch.naming.ahead import SURVEYS, further
+from slipbench.identification.mismatch.naming.certainty import Certainty
+from slipbench.identification.mismatch.naming.full_fits import (
     absorbed_fits,
     as_believed_fits,
     by_score,
     fitted,
     full_fits,
 )
-from identification.mismatch.naming.interval import significance
-from identification.mismatch.naming.pruning import pruned
-from identification.mismatch.naming.score import Score, survey
-from identification.mismatch.simulation.model import Model
-from plant.effects.effect import Effect
+from slipbench.identification.mismatch.naming.interval import significance
+from slipbench.identification.mismatch.naming.pruning import pruned
+from slipbench.identification.mismatch.naming.score import Score, survey
+from slipbench.identification.mismatch.simulation.model import Model
+from slipbench.plant.effects.effect import Effect
 
 MOST = 3
 HALVES = 3  # effects of which pairs are tried
@@ -82,7 +82,7 @@ def name(
         if base.model.system.by_factors and not fit.candidates:
             passed = further(
                 rough, passed, library, lambda a, b: passes(a, b, certainty), ENOUGH, say
-            )[:CHANCES]  # fmt: skip
+            )[:CHANCES]
         if not passed:
             best_p = min((_least_p(rough, t) for t in done), default=1.0)
         best, finer = _first_that_holds(fit, passed, certainty, say)
@@ -134,5 +134,6 @@ def _pairs(fit: Fit, scores: Sequence[Score], certainty: Certainty, say: Say) ->
 def _behind(best: Fit, tried: Sequence[Fit]) -> dict[str, float]:
     return {
         t.candidates[-1].name: best.score - t.score
-        for t in tried if t.candidates[-1].name != best.candidates[-1].name
-    }  # fmt: skip
+        for t in tried
+        if t.candidates[-1].name != best.candidates[-1].name
+    }

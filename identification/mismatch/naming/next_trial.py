@@ -6,14 +6,14 @@ from typing import Any
 
 import numpy as np
 
-from identification.mismatch.fit.candidate import Candidate
-from identification.mismatch.fit.fitting import Fit
-from identification.mismatch.fit.judge import Judge
-from identification.mismatch.fit.sensitivity import none, sensitivities
-from identification.mismatch.naming.tried import candidates
-from identification.mismatch.simulation.model import predict
-from plant.effects.effect import Effect
-from plant.signals import Floats
+from slipbench.identification.mismatch.fit.candidate import Candidate
+from slipbench.identification.mismatch.fit.fitting import Fit
+from slipbench.identification.mismatch.fit.judge import Judge
+from slipbench.identification.mismatch.fit.sensitivity import none, sensitivities
+from slipbench.identification.mismatch.naming.tried import candidates
+from slipbench.identification.mismatch.simulation.model import predict
+from slipbench.plant.effects.effect import Effect
+from slipbench.plant.signals import Floats
 
 CLOSELY = 3
 """Trials of the menu that are looked at with everything that is uncertain."""

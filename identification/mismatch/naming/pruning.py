@@ -2,10 +2,10 @@
 
 from collections.abc import Callable, Sequence
 
-from identification.mismatch.fit.fitting import Fit, with_effects
-from identification.mismatch.naming.accepting import ENOUGH, INEXACT, alike
-from identification.mismatch.naming.certainty import Certainty
-from identification.mismatch.naming.full_fits import settled
+from slipbench.identification.mismatch.fit.fitting import Fit, with_effects
+from slipbench.identification.mismatch.naming.accepting import ENOUGH, INEXACT, alike
+from slipbench.identification.mismatch.naming.certainty import Certainty
+from slipbench.identification.mismatch.naming.full_fits import settled
 
 Say = Callable[[str], None]
 

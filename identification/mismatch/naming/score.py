@@ -5,13 +5,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from identification.mismatch.curves.tooth_curve import discs
-from identification.mismatch.fit.candidate import Candidate, read_off
-from identification.mismatch.fit.judge import Judge
-from identification.mismatch.fit.scatter import amplitude_p
-from identification.mismatch.fit.stack import recordings
-from identification.mismatch.naming.elsewhere import CHANCE, Tried, at_places, usual
-from identification.mismatch.naming.tried import (
+from slipbench.identification.mismatch.curves.tooth_curve import discs
+from slipbench.identification.mismatch.fit.candidate import Candidate, read_off
+from slipbench.identification.mismatch.fit.judge import Judge
+from slipbench.identification.mismatch.fit.scatter import amplitude_p
+from slipbench.identification.mismatch.fit.stack import recordings
+from slipbench.identification.mismatch.naming.elsewhere import CHANCE, Tried, at_places, usual
+from slipbench.identification.mismatch.naming.tried import (
     TRIES,
     candidates,
     half_a_turn_on,
@@ -20,10 +20,10 @@ from identification.mismatch.naming.tried import (
     place_on_the_road,
     reshaped,
 )
-from identification.mismatch.simulation.model import Model
-from identification.mismatch.simulation.sensor import Rounds
-from plant.effects.effect import Effect
-from plant.signals import Floats
+from slipbench.identification.mismatch.simulation.model import Model
+from slipbench.identification.mismatch.simulation.sensor import Rounds
+from slipbench.plant.effects.effect import Effect
+from slipbench.plant.signals import Floats
 
 HINT = 0.5
 """Nats of an amplitude, either sign, above which an effect is looked at more closely."""
@@ -142,8 +142,11 @@ def as_recorded(candidate: Candidate, model: Model) -> Candidate:
     """Return the candidate with what the recordings show plainly: the steps of a channel."""
     if not isinstance(candidate.pattern, Rounds):
         return candidate
-    sensors = [r.sensors[candidate.pattern.subject] for r in model.records
-               if candidate.pattern.subject in r.sensors]  # fmt: skip
+    sensors = [
+        r.sensors[candidate.pattern.subject]
+        for r in model.records
+        if candidate.pattern.subject in r.sensors
+    ]
     steps = [s.lattice.step for s in sensors if s.coarse]
     return read_off(candidate, float(np.median(steps))) if steps else candidate
 

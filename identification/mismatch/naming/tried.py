@@ -6,10 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from identification.mismatch.fit.candidate import Candidate
-from identification.mismatch.fit.sizing import shapes, sizes, tried_sizes, wholes
-from plant.effects.effect import Effect
-from plant.parameters import Parameter
+from slipbench.identification.mismatch.fit.candidate import Candidate
+from slipbench.identification.mismatch.fit.sizing import shapes, sizes, tried_sizes, wholes
+from slipbench.plant.effects.effect import Effect
+from slipbench.plant.parameters import Parameter
 
 TRIES = 3
 NO_DISCS: Mapping[str, int] = {}

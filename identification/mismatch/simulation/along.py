@@ -19,7 +19,7 @@ from itertools import pairwise
 import numpy as np
 from numba import njit
 
-from plant.signals import Floats
+from slipbench.plant.signals import Floats
 
 PAST = "past of "
 HYSTERESIS = "hysteresis of "

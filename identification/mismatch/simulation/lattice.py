@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from plant.signals import Floats
+from slipbench.plant.signals import Floats
 
 CROWDED = 0.3
 """Share of distinct values among all, above which they are as good as continuous."""

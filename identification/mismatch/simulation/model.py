@@ -6,15 +6,15 @@ from functools import cached_property
 
 import numpy as np
 
-from identification.mismatch.simulation.blocks import Block, Chain
-from identification.mismatch.simulation.coordinates import Coordinate
-from identification.mismatch.simulation.push import Push
-from identification.mismatch.simulation.record import Record
-from identification.mismatch.simulation.sensor import Columns, Rounds
-from identification.mismatch.simulation.system import System
-from plant.effects.effect import Effect
-from plant.encoder import Misplaces
-from plant.signals import Floats
+from slipbench.identification.mismatch.simulation.blocks import Block, Chain
+from slipbench.identification.mismatch.simulation.coordinates import Coordinate
+from slipbench.identification.mismatch.simulation.push import Push
+from slipbench.identification.mismatch.simulation.record import Record
+from slipbench.identification.mismatch.simulation.sensor import Columns, Rounds
+from slipbench.identification.mismatch.simulation.system import System
+from slipbench.plant.effects.effect import Effect
+from slipbench.plant.encoder import Misplaces
+from slipbench.plant.signals import Floats
 
 Series = list[list[Floats]]
 """By block and record: (T, m)."""
@@ -56,9 +56,12 @@ class Model:
     def known_bins(self) -> Series:
         """1 where something was recorded, 0 elsewhere."""
         return [
-            [np.column_stack([r.sensors[o].known for o in b.outputs]).astype(float)
-             for r in self.records] for b in self.chain.blocks
-        ]  # fmt: skip
+            [
+                np.column_stack([r.sensors[o].known for o in b.outputs]).astype(float)
+                for r in self.records
+            ]
+            for b in self.chain.blocks
+        ]
 
     @cached_property
     def coarse(self) -> "Model":
@@ -119,9 +122,13 @@ def acting(
 
 
 def simulate(
-    model: Model, point: Point, record: int, drive: str,
-    extra: Mapping[str, Floats] | None = None, system: System | None = None,
-) -> Columns:  # fmt: skip
+    model: Model,
+    point: Point,
+    record: int,
+    drive: str,
+    extra: Mapping[str, Floats] | None = None,
+    system: System | None = None,
+) -> Columns:
     """Run one drive of one record. extra: what is added to columns of the inputs."""
     there = model.at(point) if system is None else system
     added = acting(model, point, record, extra)
@@ -184,9 +191,12 @@ def misplace(
 
 
 def _stack(
-    block: Block, record: Record, out: Columns | None, effects: Iterable[Effect] = (),
+    block: Block,
+    record: Record,
+    out: Columns | None,
+    effects: Iterable[Effect] = (),
     late: Mapping[str, float] = PUNCTUAL,
-) -> Floats:  # fmt: skip
+) -> Floats:
     """Put a block's outputs side by side, (T, m): as recorded where no simulation is given."""
     sensors = [record.sensors[o] for o in block.outputs]
     return np.column_stack(

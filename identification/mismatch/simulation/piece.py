@@ -7,11 +7,11 @@ from typing import Self
 
 import numpy as np
 
-from identification.signals.clocks import BUS
-from protocol.channel import Channel
-from protocol.errors import InputError
-from protocol.recording import Recording
-from protocol.run_folder import read
+from slipbench.identification.signals.clocks import BUS
+from slipbench.protocol.errors import InputError
+from slipbench.protocol.recording.channel import Channel
+from slipbench.protocol.recording.recording import Recording
+from slipbench.protocol.recording.run_folder import read
 
 
 @dataclass(frozen=True)
@@ -35,9 +35,10 @@ class Piece:
             start, end = 0.0, 0.0
         if not colon or not start < end:
             raise InputError(
-                f"{span!r} is no piece of a recording", where=str(path),
+                f"{span!r} is no piece of a recording",
+                where=str(path),
                 expected="seconds since its start, as in run@0:60, run@60: or run@:60",
-            )  # fmt: skip
+            )
         return cls(path.with_name(head), start, end)
 
     def meets(self, other: "Piece") -> bool:

@@ -7,8 +7,8 @@ everything that has; no system knows it, and the model adds it to the inputs of 
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from plant.effects.effect import Effect
-from plant.signals import Floats
+from slipbench.plant.effects.effect import Effect
+from slipbench.plant.signals import Floats
 
 
 @dataclass(frozen=True, eq=False)

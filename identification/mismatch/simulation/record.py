@@ -5,9 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from identification.mismatch.simulation.sampling import Grid
-from identification.mismatch.simulation.sensor import Sensor
-from plant.signals import Floats
+from slipbench.identification.mismatch.simulation.sampling import Grid
+from slipbench.identification.mismatch.simulation.sensor import Sensor
+from slipbench.plant.signals import Floats
 
 
 @dataclass(frozen=True, eq=False)

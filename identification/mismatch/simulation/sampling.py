@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy import ndimage, sparse
 
-from protocol.channel import FloatArray
+from slipbench.protocol.recording.channel import FloatArray
 
 Matrix = sparse.csr_array
 LOBES = 8

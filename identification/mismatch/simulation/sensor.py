@@ -13,8 +13,8 @@ import numpy as np
 import numpy.typing as npt
 from scipy import sparse
 
-from identification.mismatch.simulation.lattice import NO_LATTICE, Lattice, lattice_of
-from identification.mismatch.simulation.sampling import (
+from slipbench.identification.mismatch.simulation.lattice import NO_LATTICE, Lattice, lattice_of
+from slipbench.identification.mismatch.simulation.sampling import (
     Grid,
     Matrix,
     at_points,
@@ -22,11 +22,11 @@ from identification.mismatch.simulation.sampling import (
     into_bins,
     known_bins,
 )
-from plant.channels import told_of_noisy
-from plant.effects.effect import Effect
-from plant.renewal import Renewals, renewals, rhythm
-from plant.sensing import Tells, tell, telling
-from protocol.channel import FloatArray
+from slipbench.plant.channels import told_of_noisy
+from slipbench.plant.effects.effect import Effect
+from slipbench.plant.sensing import Tells, tell, telling
+from slipbench.plant.update_times import Renewals, renewals, rhythm
+from slipbench.protocol.recording.channel import FloatArray
 
 MOVED = 1.5  # quanta between two samples from which on telling a value again is no chance
 NEAR = (0.05, 0.08, 0.12, 0.18, 0.27, 0.4)
@@ -186,10 +186,16 @@ class Sampled:
 
 
 def point_sensor(
-    name: str, unit: str, column: str, factor: float, samples: Sampled, grid: Grid,
-    noise: float = 0.0, promised: float = 0.0,
+    name: str,
+    unit: str,
+    column: str,
+    factor: float,
+    samples: Sampled,
+    grid: Grid,
+    noise: float = 0.0,
+    promised: float = 0.0,
     between: Callable[[FloatArray, Grid], Matrix] = at_points,
-) -> Sensor:  # fmt: skip
+) -> Sensor:
     """Make a sensor that shows a column, times a factor, at its instants.
 
     noise: deviation of the white noise that its values had before they were rounded. promised:
@@ -214,9 +220,24 @@ def point_sensor(
         return np.asarray(at_once @ out[column])
 
     again = _again(samples.value)
-    return Sensor(name, unit, samples.clock, bins @ samples.value, known, {column: see}, then,
-                  direct, grid, time=samples.time, told=samples.value, again=again,
-                  rhythm=rhythm(again), lattice=lattice, noise=noise, coarse=coarse)  # fmt: skip
+    return Sensor(
+        name,
+        unit,
+        samples.clock,
+        bins @ samples.value,
+        known,
+        {column: see},
+        then,
+        direct,
+        grid,
+        time=samples.time,
+        told=samples.value,
+        again=again,
+        rhythm=rhythm(again),
+        lattice=lattice,
+        noise=noise,
+        coarse=coarse,
+    )
 
 
 def _again(values: FloatArray) -> FloatArray:
@@ -251,11 +272,31 @@ def tooth_sensors(wheel: str, teeth: Sampled, per_turn: int, grid: Grid) -> tupl
         return disc.centred(_seen(cells, out))
 
     return (
-        Sensor(f"{wheel}_teeth", "rad/s", teeth.clock, clean(speed), known_bins(middle, grid),
-               see, clean, direct, grid, late),
-        Sensor(f"{wheel}_tooth_pattern", "1", teeth.clock, disc.pattern(speed), disc.known,
-               see, disc.pattern, pattern, grid, late),
-    )  # fmt: skip
+        Sensor(
+            f"{wheel}_teeth",
+            "rad/s",
+            teeth.clock,
+            clean(speed),
+            known_bins(middle, grid),
+            see,
+            clean,
+            direct,
+            grid,
+            late,
+        ),
+        Sensor(
+            f"{wheel}_tooth_pattern",
+            "1",
+            teeth.clock,
+            disc.pattern(speed),
+            disc.known,
+            see,
+            disc.pattern,
+            pattern,
+            grid,
+            late,
+        ),
+    )
 
 
 @dataclass(frozen=True)

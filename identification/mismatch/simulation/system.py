@@ -10,15 +10,15 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from typing import Any, Self
 
-from identification.mismatch.simulation.blocks import Chain
-from identification.mismatch.simulation.coordinates import Coordinate
-from identification.mismatch.simulation.place import Injection
-from identification.mismatch.simulation.record import Record
-from identification.mismatch.simulation.sensor import Columns
-from identification.mismatch.simulation.turn import Turn
-from plant.effects.effect import Effect
-from plant.signals import Floats
-from protocol.recording import Recording
+from slipbench.identification.mismatch.simulation.blocks import Chain
+from slipbench.identification.mismatch.simulation.coordinates import Coordinate
+from slipbench.identification.mismatch.simulation.place import Injection
+from slipbench.identification.mismatch.simulation.record import Record
+from slipbench.identification.mismatch.simulation.sensor import Columns
+from slipbench.identification.mismatch.simulation.turn import Turn
+from slipbench.plant.effects.effect import Effect
+from slipbench.plant.signals import Floats
+from slipbench.protocol.recording.recording import Recording
 
 
 class System(ABC):

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from plant.effects.effect import Effect
+from slipbench.plant.effects.effect import Effect
 
 
 @dataclass(frozen=True)

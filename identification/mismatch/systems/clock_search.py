@@ -3,7 +3,7 @@
 import numpy as np
 from scipy import signal
 
-from plant.signals import Floats
+from slipbench.plant.signals import Floats
 
 LEAST = 0.5
 """Share of the simulated course that the recorded one must cover."""

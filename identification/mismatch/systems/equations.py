@@ -2,8 +2,8 @@
 
 from dataclasses import dataclass
 
-from identification.mismatch.systems.expression import read_expression
-from identification.mismatch.systems.model_file import ModelFile
+from slipbench.identification.mismatch.systems.expression import read_expression
+from slipbench.identification.mismatch.systems.model_file import ModelFile
 
 
 @dataclass(frozen=True)

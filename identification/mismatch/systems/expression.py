@@ -8,20 +8,46 @@ import ast
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from plant.trouble import nearest
-from protocol.errors import InputError
+from slipbench.plant.errors import nearest
+from slipbench.protocol.errors import InputError
 
 FUNCTIONS = {
-    "sin": "math.sin", "cos": "math.cos", "tan": "math.tan", "atan": "math.atan",
-    "atan2": "math.atan2", "exp": "math.exp", "log": "math.log", "sqrt": "math.sqrt",
-    "tanh": "math.tanh", "abs": "abs", "min": "min", "max": "max",
-}  # fmt: skip
+    "sin": "math.sin",
+    "cos": "math.cos",
+    "tan": "math.tan",
+    "atan": "math.atan",
+    "atan2": "math.atan2",
+    "exp": "math.exp",
+    "log": "math.log",
+    "sqrt": "math.sqrt",
+    "tanh": "math.tanh",
+    "abs": "abs",
+    "min": "min",
+    "max": "max",
+}
 ARGUMENTS = {"atan2": 2, "min": 2, "max": 2}
 ALLOWED = (
-    ast.Expression, ast.BinOp, ast.UnaryOp, ast.IfExp, ast.Compare, ast.Call, ast.Name,
-    ast.Constant, ast.Load, ast.Add, ast.Sub, ast.Mult, ast.Div, ast.Pow, ast.USub, ast.UAdd,
-    ast.Lt, ast.LtE, ast.Gt, ast.GtE,
-)  # fmt: skip
+    ast.Expression,
+    ast.BinOp,
+    ast.UnaryOp,
+    ast.IfExp,
+    ast.Compare,
+    ast.Call,
+    ast.Name,
+    ast.Constant,
+    ast.Load,
+    ast.Add,
+    ast.Sub,
+    ast.Mult,
+    ast.Div,
+    ast.Pow,
+    ast.USub,
+    ast.UAdd,
+    ast.Lt,
+    ast.LtE,
+    ast.Gt,
+    ast.GtE,
+)
 PREFIX = "q_"
 LONGEST = 1000
 
@@ -42,9 +68,11 @@ def read_expression(text: str, known: Iterable[str], where: str) -> Expression:
         tree = ast.parse(text, mode="eval")
     except (SyntaxError, ValueError, RecursionError, MemoryError) as fault:
         raise InputError(
-            "an equation cannot be read", where=where, expected="arithmetic, as in k * (x - y)",
+            "an equation cannot be read",
+            where=where,
+            expected="arithmetic, as in k * (x - y)",
             found=repr(text),
-        ) from fault  # fmt: skip
+        ) from fault
     names = frozenset(_names(tree, set(known), where))
     renamed = _Renamed().visit(tree)
     return Expression(ast.unparse(ast.fix_missing_locations(renamed)), names)
@@ -72,17 +100,20 @@ def _check_call(node: ast.Call, where: str) -> None:
     if name not in FUNCTIONS or node.keywords or len(node.args) != ARGUMENTS.get(name, 1):
         expected = f"{', '.join(FUNCTIONS)}; {', '.join(ARGUMENTS)} with two arguments"
         raise InputError(
-            f"{ast.unparse(node)!r} may not be called in an equation", where=where,
+            f"{ast.unparse(node)!r} may not be called in an equation",
+            where=where,
             expected=expected,
-        )  # fmt: skip
+        )
 
 
 def _refused(found: str, where: str) -> InputError:
     return InputError(
-        "an equation may hold arithmetic alone", where=where, found=found,
+        "an equation may hold arithmetic alone",
+        where=where,
+        found=found,
         expected="numbers, names, + - * / **, comparisons in `a if b > c else d`, and "
         + ", ".join(FUNCTIONS),
-    )  # fmt: skip
+    )
 
 
 class _Renamed(ast.NodeTransformer):

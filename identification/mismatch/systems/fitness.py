@@ -8,12 +8,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from identification.mismatch.systems.model_file import Input, ModelFile, Output
-from identification.signals.aligned import Aligned
-from plant.signals import Floats
-from protocol.channel import Channel
-from protocol.errors import InputError
-from protocol.recording import Recording
+from slipbench.identification.mismatch.systems.model_file import Input, ModelFile, Output
+from slipbench.identification.signals.aligned import Aligned
+from slipbench.plant.signals import Floats
+from slipbench.protocol.errors import InputError
+from slipbench.protocol.recording.channel import Channel
+from slipbench.protocol.recording.recording import Recording
 
 GAP = 10.0
 """Usual distances of two samples, and periods of the model file, beyond which they are a gap."""
@@ -31,13 +31,15 @@ def usable(recording: Recording, file: ModelFile) -> Recording:
     if all(_rests(recording.channels.get(i.role)) for i in file.inputs.values()):
         raise InputError(
             "nothing drives the system: every input tells one value throughout",
-            where=str(recording.folder), expected=", ".join(i.role for i in file.inputs.values()),
+            where=str(recording.folder),
+            expected=", ".join(i.role for i in file.inputs.values()),
             remedy="check the sensors, or give a recording in which something moves",
-        )  # fmt: skip
+        )
     dead = {
         o.role: f"it tells {recording.channels[o.role].value[0]:.6g} throughout"
-        for o in file.outputs.values() if _rests(recording.channels.get(o.role))
-    }  # fmt: skip
+        for o in file.outputs.values()
+        if _rests(recording.channels.get(o.role))
+    }
     channels = {r: c for r, c in recording.channels.items() if r not in dead}
     return replace(recording, channels=channels, missing={**recording.missing, **dead})
 
@@ -49,9 +51,11 @@ def _check_unit(recording: Recording, told: Input | Output) -> None:
     if channel.unit != told.size.si_unit:
         raise InputError(
             f"the recording tells {told.role} in another unit than the model file",
-            where=str(recording.folder), expected=told.size.si_unit, found=channel.unit,
+            where=str(recording.folder),
+            expected=told.size.si_unit,
+            found=channel.unit,
             remedy="check that recording, role map and model file are of the same system",
-        )  # fmt: skip
+        )
 
 
 def _rests(channel: Channel | None) -> bool:
@@ -71,9 +75,11 @@ def window(data: Aligned, file: ModelFile) -> tuple[float, float, tuple[str, ...
     start = float(max(data.time[r][0] for r in roles))
     end = float(min(data.time[r][-1] for r in roles))
     gaps = sorted(
-        gap for told in file.inputs.values() if not told.steps
+        gap
+        for told in file.inputs.values()
+        if not told.steps
         for gap in _gaps(data.time[told.role], file.period)
-    )  # fmt: skip
+    )
     pieces, begun = [], start
     for last, first in gaps:
         pieces.append((begun, last))

@@ -16,7 +16,7 @@ vary freely with the rest, and explain nothing; a lag, which has a direction, re
 import numpy as np
 from scipy import ndimage
 
-from plant.signals import Floats
+from slipbench.plant.signals import Floats
 
 WIDTHS = (0.7, 1.4, 2.8, 5.6)
 """Standard deviations of the windows, in samples: octaves about the fastest that can be told."""

@@ -10,11 +10,11 @@ from collections.abc import Iterator
 from functools import cache
 from types import ModuleType
 
-from identification.mismatch.systems.effects.library import CODES, LIBRARY
-from identification.mismatch.systems.effects.seam_effect import SeamEffect
-from identification.mismatch.systems.equations import Equations
-from identification.mismatch.systems.expression import PREFIX
-from plant.compiled import entry, inlined, load, text_of
+from slipbench.identification.mismatch.systems.effects.library import CODES, LIBRARY
+from slipbench.identification.mismatch.systems.effects.seam_effect import SeamEffect
+from slipbench.identification.mismatch.systems.equations import Equations
+from slipbench.identification.mismatch.systems.expression import PREFIX
+from slipbench.plant.compiled import entry, inlined, load, text_of
 
 MOST_STATES = 2
 """States that one effect may have."""
@@ -153,9 +153,14 @@ def _place_lines() -> Iterator[str]:
 
 def _branch(kind: type[SeamEffect]) -> Iterator[str]:
     names = [p.name for p in kind.parameters()]
-    known = {"value": "value", "other": "z", "memory": "memory[i]", "step": "step",
-             "rate_of": "own",
-             "past": "past(rings[i], count, fraction, value, par[i, 0] / step)"}  # fmt: skip
+    known = {
+        "value": "value",
+        "other": "z",
+        "memory": "memory[i]",
+        "step": "step",
+        "rate_of": "own",
+        "past": "past(rings[i], count, fraction, value, par[i, 0] / step)",
+    }
     known |= {name: f"par[i, {k}]" for k, name in enumerate(names)}
     known |= {name: f"x[b + {k}]" for k, name in enumerate(kind.states)}
     starts = [(k, s) for k, s in enumerate(kind.starts) if s == "value"]

@@ -10,9 +10,9 @@ from pathlib import Path
 
 from pydantic import Field, model_validator
 
-from identification.mismatch.systems.expression import FUNCTIONS
-from protocol.configuration import Seconds, Section, read_toml
-from protocol.units import to_base
+from slipbench.identification.mismatch.systems.expression import FUNCTIONS
+from slipbench.protocol.configuration import Seconds, Section, read_toml
+from slipbench.protocol.units import to_base
 
 
 class Number(Section):

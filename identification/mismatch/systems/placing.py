@@ -3,8 +3,8 @@
 from collections.abc import Iterator
 from functools import cache
 
-from identification.mismatch.systems.effects.library import BY_NAME, LIBRARY
-from identification.mismatch.systems.effects.seam_effect import (
+from slipbench.identification.mismatch.systems.effects.library import BY_NAME, LIBRARY
+from slipbench.identification.mismatch.systems.effects.seam_effect import (
     INPUT,
     OUTPUT,
     RATE,
@@ -13,10 +13,10 @@ from identification.mismatch.systems.effects.seam_effect import (
     SeamEffect,
     placed,
 )
-from identification.mismatch.systems.equations import rate_name
-from identification.mismatch.systems.model_file import ActingEffect, ModelFile, Number
-from plant.trouble import ParameterError, nearest
-from protocol.errors import InputError
+from slipbench.identification.mismatch.systems.equations import rate_name
+from slipbench.identification.mismatch.systems.model_file import ActingEffect, ModelFile, Number
+from slipbench.plant.errors import ParameterError, nearest
+from slipbench.protocol.errors import InputError
 
 
 def places(file: ModelFile) -> Iterator[Place]:
@@ -76,9 +76,7 @@ def _using(kind: type[SeamEffect], place: Place, file: ModelFile) -> Iterator[Pl
 
 def _with(place: Place, other: str, file: ModelFile) -> Place:
     size = (file.states[other] if other in file.states else file.inputs[other]).size
-    return Place(
-        place.name, place.kind, place.unit, place.size, other, size.si_unit, abs(size.si)
-    )  # fmt: skip
+    return Place(place.name, place.kind, place.unit, place.size, other, size.si_unit, abs(size.si))
 
 
 def acting(entry: ActingEffect, file: ModelFile, where: str) -> SeamEffect:
@@ -98,9 +96,10 @@ def acting(entry: ActingEffect, file: ModelFile, where: str) -> SeamEffect:
     if len(found) != 1:
         allowed = sorted({p.name for p in places(file) if p.kind in kind.acts_on})
         raise InputError(
-            f"{entry.name} cannot act at {entry.at!r} using {entry.using!r}", where=where,
+            f"{entry.name} cannot act at {entry.at!r} using {entry.using!r}",
+            where=where,
             expected=f"one of {', '.join(allowed) or 'no place of this system'}",
-        )  # fmt: skip
+        )
     try:
         values = {name: number.si for name, number in entry.values.items()}
         return placed(kind, found[0], file.period)(**values)

@@ -9,18 +9,23 @@ from dataclasses import replace
 import numpy as np
 from scipy import interpolate, signal
 
-from identification.mismatch.simulation.record import Record
-from identification.mismatch.simulation.sampling import Grid
-from identification.mismatch.simulation.sensor import Columns, Sampled, Sensor, point_sensor
-from identification.mismatch.systems.clock_search import best_shift
-from identification.mismatch.systems.fitness import usable, window
-from identification.mismatch.systems.input_noise import WIDTHS, smoothings
-from identification.mismatch.systems.model_file import ModelFile
-from identification.signals.aligned import Aligned, aligned
-from identification.signals.clocks import BUS
-from plant.signals import Floats
-from protocol.errors import InputError
-from protocol.recording import Recording
+from slipbench.identification.mismatch.simulation.record import Record
+from slipbench.identification.mismatch.simulation.sampling import Grid
+from slipbench.identification.mismatch.simulation.sensor import (
+    Columns,
+    Sampled,
+    Sensor,
+    point_sensor,
+)
+from slipbench.identification.mismatch.systems.clock_search import best_shift
+from slipbench.identification.mismatch.systems.fitness import usable, window
+from slipbench.identification.mismatch.systems.input_noise import WIDTHS, smoothings
+from slipbench.identification.mismatch.systems.model_file import ModelFile
+from slipbench.identification.signals.aligned import Aligned, aligned
+from slipbench.identification.signals.clocks import BUS
+from slipbench.plant.signals import Floats
+from slipbench.protocol.errors import InputError
+from slipbench.protocol.recording.recording import Recording
 
 LEAST = 30  # bins
 STRETCH = 30  # bins, if the file tells nothing
@@ -40,11 +45,14 @@ def prepare(recording: Recording, file: ModelFile) -> Record:
     shown = [n for n, o in file.outputs.items() if data.has(o.role) or _on_own_clock(data, o.role)]
     if not shown:
         raise InputError(
-            "no output of the model file was recorded", where=str(recording.folder),
+            "no output of the model file was recorded",
+            where=str(recording.folder),
             expected=", ".join(o.role for o in file.outputs.values()),
-            found="; ".join(f"{r}: {w}" for r, w in data.absent.items()) or ", ".join(data.time)
-            or "no channels", remedy="check the role map and the sensors",
-        )  # fmt: skip
+            found="; ".join(f"{r}: {w}" for r, w in data.absent.items())
+            or ", ".join(data.time)
+            or "no channels",
+            remedy="check the role map and the sensors",
+        )
     start, end, notes = window(data, file)
     grid = _grid(data, file, end - start, str(recording.folder))
     time: Floats = np.asarray(start + grid.step * np.arange(1, grid.rows + 1), np.float64)
@@ -52,8 +60,11 @@ def prepare(recording: Recording, file: ModelFile) -> Record:
     sensors = {name: _sensor(data, file, name, start, grid) for name in shown}
     measured = {name: _at(data, file.outputs[name].role, 0.0, time) for name in shown}
     slow = np.column_stack((_slow(file, grid), *_input_noise(data, file, inputs, grid)))
-    left_out = tuple(f"{o.role}: {data.absent[o.role]}" for n, o in file.outputs.items()
-                     if n not in shown and o.role in data.absent)  # fmt: skip
+    left_out = tuple(
+        f"{o.role}: {data.absent[o.role]}"
+        for n, o in file.outputs.items()
+        if n not in shown and o.role in data.absent
+    )
     name = recording.folder.name
     return Record(name, start, grid, inputs, measured, sensors, slow, notes, left_out)
 
@@ -89,9 +100,10 @@ def realigned(record: Record, recording: Recording, file: ModelFile, simulated: 
     if not sensors:
         raise InputError(
             "no output of the model file can be laid beside the simulation",
-            where=str(recording.folder), found="; ".join(left_out),
+            where=str(recording.folder),
+            found="; ".join(left_out),
             remedy="record a channel of each clock on both, or check the model file",
-        )  # fmt: skip
+        )
     return replace(record, sensors=sensors, notes=tuple(notes), left_out=tuple(left_out))
 
 
@@ -100,10 +112,11 @@ def _check_inputs(data: Aligned, file: ModelFile) -> None:
         if not data.has(told.role):
             raise InputError(
                 f"the input {name!r} was not recorded, so nothing drives the system",
-                where=str(data.recording.folder), expected=f"the role {told.role}",
+                where=str(data.recording.folder),
+                expected=f"the role {told.role}",
                 found=data.absent.get(told.role, ", ".join(data.time)),
                 remedy="check the role map, or cut the model file where it was recorded",
-            )  # fmt: skip
+            )
 
 
 def _period(time: Floats) -> float:
@@ -113,8 +126,9 @@ def _period(time: Floats) -> float:
 
 def _grid(data: Aligned, file: ModelFile, length: float, where: str) -> Grid:
     width = file.period
-    periods = (_period(data.time[i.role]) / (FINER if i.smooth else 1)
-               for i in file.inputs.values())  # fmt: skip
+    periods = (
+        _period(data.time[i.role]) / (FINER if i.smooth else 1) for i in file.inputs.values()
+    )
     driven = min(periods)
     per = max(1, round(width / min(driven, width)))
     step = width / per
@@ -123,10 +137,11 @@ def _grid(data: Aligned, file: ModelFile, length: float, where: str) -> Grid:
     if bins < LEAST or rows > MOST_ROWS:
         raise InputError(
             "the recording is too short" if bins < LEAST else "the recording is too long",
-            where=where, expected=f"{LEAST} bins of {width:.3g} s up to {MOST_ROWS} rows",
+            where=where,
+            expected=f"{LEAST} bins of {width:.3g} s up to {MOST_ROWS} rows",
             found=f"{length:.3g} s in rows of {step:.3g} s",
             remedy="give a longer piece" if bins < LEAST else "give a piece, as in run@0:60",
-        )  # fmt: skip
+        )
     # A quarter of a bin apart from the instants of regular samples, so that each has its own.
     return Grid(rows, 1.25 * width, int(bins), width, step, file.stretch or STRETCH * width)
 

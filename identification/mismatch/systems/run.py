@@ -6,15 +6,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.mismatch.simulation.record import Record
-from identification.mismatch.systems.effects.library import CODES
-from identification.mismatch.systems.effects.seam_effect import OUTPUT, SeamEffect
-from identification.mismatch.systems.equations import Equations, rate_name
-from identification.mismatch.systems.kernel import FINE, MOST_PARAMETERS, compose
-from identification.mismatch.systems.model_file import ModelFile
-from plant.effects.effect import Effect
-from plant.signals import Floats
-from plant.trouble import PlantError
+from slipbench.identification.mismatch.simulation.record import Record
+from slipbench.identification.mismatch.systems.effects.library import CODES
+from slipbench.identification.mismatch.systems.effects.seam_effect import OUTPUT, SeamEffect
+from slipbench.identification.mismatch.systems.equations import Equations, rate_name
+from slipbench.identification.mismatch.systems.kernel import FINE, MOST_PARAMETERS, compose
+from slipbench.identification.mismatch.systems.model_file import ModelFile
+from slipbench.plant.effects.effect import Effect
+from slipbench.plant.errors import PlantError
+from slipbench.plant.signals import Floats
 
 BOUND = 1e6
 """Of a state, in its usual magnitude: beyond, a simulation has lost all meaning."""
@@ -34,9 +34,13 @@ class Shown:
 
 
 def run(
-    e: Equations, file: ModelFile, values: Floats, effects: Iterable[Effect], record: Record,
+    e: Equations,
+    file: ModelFile,
+    values: Floats,
+    effects: Iterable[Effect],
+    record: Record,
     push: Floats,
-) -> Shown:  # fmt: skip
+) -> Shown:
     """Run all rows. push: (rows, places). Raises PlantError where numbers grow without bound."""
     grid = record.grid
     substeps = max(1, int(np.ceil(grid.step / file.step - 1e-9)))
@@ -48,17 +52,30 @@ def run(
     held = np.array([1.0 if told.steps else 0.0 for told in file.inputs.values()])
     out = np.full((grid.rows, len(e.places) + len(e.states)), np.nan)
     done = compose(e).advance(
-        _first(file, record), np.ascontiguousarray(record.inputs, np.float64), held,
-        np.ascontiguousarray(push), values, code, where, other, par, ring, step, substeps, out,
-    )  # fmt: skip
+        _first(file, record),
+        np.ascontiguousarray(record.inputs, np.float64),
+        held,
+        np.ascontiguousarray(push),
+        values,
+        code,
+        where,
+        other,
+        par,
+        ring,
+        step,
+        substeps,
+        out,
+    )
     usual = np.array([state.size.si for state in file.states.values()])
     wild = np.abs(out[:, len(e.places) :]) > BOUND * np.abs(usual)
     if done != FINE or not np.isfinite(out).all() or wild.any():
         raise PlantError(
-            "the simulation grows without bound", f"{file.name} on {record.name}",
-            "finite numbers", ", ".join(x.key for x in acting) or "no effect",
+            "the simulation grows without bound",
+            f"{file.name} on {record.name}",
+            "finite numbers",
+            ", ".join(x.key for x in acting) or "no effect",
             "correct the equations, or take a smaller step",
-        )  # fmt: skip
+        )
     columns = dict(zip((*e.places, *e.states), out.T, strict=True))
     for effect in acting:
         if effect.place.kind == OUTPUT and (late := effect.late(record.time)) is not None:

@@ -7,24 +7,28 @@ from typing import Self
 
 import numpy as np
 
-from identification.mismatch.simulation.blocks import Block, Chain
-from identification.mismatch.simulation.coordinates import NORMAL_95, STATED_SHARE, Coordinate
-from identification.mismatch.simulation.place import Injection
-from identification.mismatch.simulation.record import Record
-from identification.mismatch.simulation.system import System
-from identification.mismatch.systems import placing
-from identification.mismatch.systems.effects.seam_effect import OUTPUT, SeamEffect
-from identification.mismatch.systems.equations import Equations, equations
-from identification.mismatch.systems.model_file import ModelFile, load_model_file
-from identification.mismatch.systems.record import prepare, realigned, slow_places
-from identification.mismatch.systems.run import Shown, run
-from identification.mismatch.systems.turn_pattern import without_patterns
-from identification.mismatch.systems.writing import as_text
-from plant.effects.effect import Effect
-from plant.signals import Floats
-from plant.trouble import PlantError
-from protocol.errors import InputError
-from protocol.recording import Recording
+from slipbench.identification.mismatch.simulation.blocks import Block, Chain
+from slipbench.identification.mismatch.simulation.coordinates import (
+    NORMAL_95,
+    STATED_SHARE,
+    Coordinate,
+)
+from slipbench.identification.mismatch.simulation.place import Injection
+from slipbench.identification.mismatch.simulation.record import Record
+from slipbench.identification.mismatch.simulation.system import System
+from slipbench.identification.mismatch.systems import placing
+from slipbench.identification.mismatch.systems.effects.seam_effect import OUTPUT, SeamEffect
+from slipbench.identification.mismatch.systems.equations import Equations, equations
+from slipbench.identification.mismatch.systems.model_file import ModelFile, load_model_file
+from slipbench.identification.mismatch.systems.record import prepare, realigned, slow_places
+from slipbench.identification.mismatch.systems.run import Shown, run
+from slipbench.identification.mismatch.systems.turn_pattern import without_patterns
+from slipbench.identification.mismatch.systems.writing import as_text
+from slipbench.plant.effects.effect import Effect
+from slipbench.plant.errors import PlantError
+from slipbench.plant.signals import Floats
+from slipbench.protocol.errors import InputError
+from slipbench.protocol.recording.recording import Recording
 
 DRIVE = "system"
 ORDER = 12
@@ -149,9 +153,10 @@ class ModelSystem(System):
         except PlantError as fault:
             raise InputError(
                 "the model file cannot be simulated with its own numbers",
-                where=f"{self.where} on {recording.folder}", found=str(fault),
+                where=f"{self.where} on {recording.folder}",
+                found=str(fault),
                 remedy="check the parameters and the equations",
-            ) from fault  # fmt: skip
+            ) from fault
         return realigned(record, recording, self.file, shown)
 
     def check(self, record: Record) -> None:
@@ -205,8 +210,9 @@ class ModelSystem(System):
         """Inputs, seams and rates of states."""
         return [
             Injection(_word(p.name), p.name, p.unit, PUSH * p.size, DRIVE, {p.name: 1.0})
-            for p in placing.places(self.file) if p.kind != OUTPUT
-        ]  # fmt: skip
+            for p in placing.places(self.file)
+            if p.kind != OUTPUT
+        ]
 
     def push(self, place: Injection, record: Record, course: Floats) -> dict[str, Floats]:
         """Add it to the place's quantity."""

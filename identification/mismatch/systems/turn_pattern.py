@@ -17,10 +17,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy import integrate, signal
 
-from identification.mismatch.systems.model_file import Input, ModelFile, Number, Output
-from plant.signals import Floats
-from protocol.channel import Channel
-from protocol.recording import Recording
+from slipbench.identification.mismatch.systems.model_file import Input, ModelFile, Number, Output
+from slipbench.plant.signals import Floats
+from slipbench.protocol.recording.channel import Channel
+from slipbench.protocol.recording.recording import Recording
 
 CHANCE = 0.01
 ORDERS = (0.6, 1.5)

@@ -5,9 +5,9 @@ from typing import Any
 
 import tomli_w
 
-from identification.mismatch.systems.effects.seam_effect import SeamEffect
-from identification.mismatch.systems.model_file import ModelFile
-from plant.signals import Floats
+from slipbench.identification.mismatch.systems.effects.seam_effect import SeamEffect
+from slipbench.identification.mismatch.systems.model_file import ModelFile
+from slipbench.plant.signals import Floats
 
 
 def as_text(

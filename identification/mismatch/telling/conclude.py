@@ -4,25 +4,25 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-from identification.mismatch.analysis import (
+from slipbench.identification.mismatch.analysis import (
     Analysis,
     equivalents,
     not_excited,
     unexplained,
     where_found,
 )
-from identification.mismatch.curves.circumstance import Circumstance
-from identification.mismatch.curves.curve import Curve
-from identification.mismatch.curves.free_curve import FreeCurve
-from identification.mismatch.curves.words import shape_in_words
-from identification.mismatch.fit.floor import lack_of_fit
-from identification.mismatch.fit.scatter import FAMILY
-from identification.mismatch.naming.interval import estimates
-from identification.mismatch.naming.naming import Named
-from identification.mismatch.simulation.along import quantity_of
-from identification.mismatch.simulation.system import System
-from identification.mismatch.telling.improved import not_told
-from identification.mismatch.telling.verdict import (
+from slipbench.identification.mismatch.curves.circumstance import Circumstance
+from slipbench.identification.mismatch.curves.curve import Curve
+from slipbench.identification.mismatch.curves.free_curve import FreeCurve
+from slipbench.identification.mismatch.curves.words import shape_in_words
+from slipbench.identification.mismatch.fit.floor import lack_of_fit
+from slipbench.identification.mismatch.fit.scatter import FAMILY
+from slipbench.identification.mismatch.naming.interval import estimates
+from slipbench.identification.mismatch.naming.naming import Named
+from slipbench.identification.mismatch.simulation.along import quantity_of
+from slipbench.identification.mismatch.simulation.system import System
+from slipbench.identification.mismatch.telling.improved import not_told
+from slipbench.identification.mismatch.telling.verdict import (
     FoundCurve,
     FoundEffect,
     Location,
@@ -90,9 +90,13 @@ def _location(a: Analysis, c: Curve | None, when: Circumstance | None = None) ->
     if when is None:
         return where
     return replace(
-        where, band=when.band, region=when.region, direction=when.direction,
-        along=when.along, along_unit=when.along_unit,
-    )  # fmt: skip
+        where,
+        band=when.band,
+        region=when.region,
+        direction=when.direction,
+        along=when.along,
+        along_unit=when.along_unit,
+    )
 
 
 def _shape(a: Analysis, curve: Curve) -> str:
@@ -116,9 +120,14 @@ def _place(a: Analysis, left: Sequence[Curve], doubt: bool) -> Location | None:
         return seen
     shape = f"{told.shape}; without the library like {seen.injection} along {seen.regressor}"
     return replace(
-        seen, block=told.block, injection=told.injection, regressor="", shape=shape,
-        gain=told.gain, confirmed=seen.confirmed,
-    )  # fmt: skip
+        seen,
+        block=told.block,
+        injection=told.injection,
+        regressor="",
+        shape=shape,
+        gain=told.gain,
+        confirmed=seen.confirmed,
+    )
 
 
 def _of_the_named(system: System, named: Named) -> Location | None:

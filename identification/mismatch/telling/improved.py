@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from identification.mismatch.fit.fitting import Fit
-from identification.mismatch.fit.stack import Nuisances
-from identification.mismatch.naming.interval import estimates
-from identification.mismatch.simulation.coordinates import NORMAL_95
-from identification.mismatch.simulation.system import System
-from plant.signals import Floats
+from slipbench.identification.mismatch.fit.fitting import Fit
+from slipbench.identification.mismatch.fit.stack import Nuisances
+from slipbench.identification.mismatch.naming.interval import estimates
+from slipbench.identification.mismatch.simulation.coordinates import NORMAL_95
+from slipbench.identification.mismatch.simulation.system import System
+from slipbench.plant.signals import Floats
 
 UNTOLD = 0.95
 """Share of what was believed before, above which recordings have told nothing of a parameter."""

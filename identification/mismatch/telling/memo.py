@@ -3,10 +3,15 @@
 from collections.abc import Iterator
 from math import floor, log10, pi
 
-from identification.mismatch.fit.held_out import Error
-from identification.mismatch.simulation.along import OVER, SCALE, kind_of, quantity_of
-from identification.mismatch.telling.verdict import FoundEffect, Location, Remains, Verdict
-from plant.effects.library import BY_NAME
+from slipbench.identification.mismatch.fit.held_out import Error
+from slipbench.identification.mismatch.simulation.along import OVER, SCALE, kind_of, quantity_of
+from slipbench.identification.mismatch.telling.verdict import (
+    FoundEffect,
+    Location,
+    Remains,
+    Verdict,
+)
+from slipbench.plant.effects.library import BY_NAME
 
 _DIRECTIONS = {"both": "opening and closing", "opening": "opening", "closing": "closing"}
 SCALED = {"rad": (1e3, "mrad"), "s": (1e3, "ms"), "1": (100.0, "%"), "1/s": (100.0, "%/s")}

@@ -6,10 +6,16 @@ from importlib.resources import files
 import jinja2
 from markupsafe import Markup
 
-from identification.mismatch.analysis import Analysis, accepted
-from identification.mismatch.telling.memo import along, circumstances, left_out, sentence, trace_of
-from identification.mismatch.telling.pictures import curve_svg, proof_svg
-from identification.mismatch.telling.verdict import Verdict
+from slipbench.identification.mismatch.analysis import Analysis, accepted
+from slipbench.identification.mismatch.telling.memo import (
+    along,
+    circumstances,
+    left_out,
+    sentence,
+    trace_of,
+)
+from slipbench.identification.mismatch.telling.pictures import curve_svg, proof_svg
+from slipbench.identification.mismatch.telling.verdict import Verdict
 
 SHOWN = 5  # curves of the table
 NOT_IN_THE_FILE = (
@@ -28,8 +34,8 @@ def memo_page(a: Analysis, verdict: Verdict) -> str:
         "short": lambda x: f"{x:.4g}",
         "along": along,
     }
-    style = files("identification.report") / "report.css"
-    page = files("identification.mismatch.telling") / "memo.html"
+    style = files("slipbench.identification.report") / "report.css"
+    page = files("slipbench.identification.mismatch.telling") / "memo.html"
     return environment.from_string(page.read_text(encoding="utf-8")).render(
         name=a.system.name,
         style=Markup(style.read_text(encoding="utf-8")),

@@ -7,11 +7,11 @@ from pathlib import Path
 
 import tomli_w
 
-from identification.mismatch.analysis import Analysis, accepted
-from identification.mismatch.telling.improved import improved_system
-from identification.mismatch.telling.memo_page import memo_page
-from identification.mismatch.telling.verdict import Verdict, as_json
-from protocol.errors import InputError
+from slipbench.identification.mismatch.analysis import Analysis, accepted
+from slipbench.identification.mismatch.telling.improved import improved_system
+from slipbench.identification.mismatch.telling.memo_page import memo_page
+from slipbench.identification.mismatch.telling.verdict import Verdict, as_json
+from slipbench.protocol.errors import InputError
 
 
 def prepare_places(json_path: Path | None, folder: Path | None) -> None:

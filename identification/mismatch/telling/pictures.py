@@ -5,9 +5,9 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from matplotlib.axes import Axes
 
-from identification.mismatch.curves.curve import Curve
-from identification.mismatch.fit.fitting import Fit
-from identification.mismatch.simulation.along import (
+from slipbench.identification.mismatch.curves.curve import Curve
+from slipbench.identification.mismatch.fit.fitting import Fit
+from slipbench.identification.mismatch.simulation.along import (
     ANGLE,
     HYSTERESIS,
     KNOTS,
@@ -17,8 +17,8 @@ from identification.mismatch.simulation.along import (
     quantity_of,
     step_response,
 )
-from identification.report import drawing as d
-from plant.signals import Floats
+from slipbench.identification.report import drawing as d
+from slipbench.plant.signals import Floats
 
 SOON = 0.01
 """Seconds after a step up to which time is drawn evenly."""
@@ -53,14 +53,17 @@ def _label(axes: Axes, curve: Curve, units: Mapping[str, str]) -> None:
     unit = units.get(quantity, "")
     if curve.kind == PAST:
         axes.set_xscale("symlog", linthresh=SOON)
-        axes.set(xlabel=f"time after a step of {quantity} / s",
-                 ylabel=f"{curve.place} / ({curve.unit} per {unit})")  # fmt: skip
+        axes.set(
+            xlabel=f"time after a step of {quantity} / s",
+            ylabel=f"{curve.place} / ({curve.unit} per {unit})",
+        )
     elif curve.kind == HYSTERESIS:
-        axes.set(xlabel=f"way of {quantity} after a turn / {unit}",
-                 ylabel=f"{curve.place} / {curve.unit}")  # fmt: skip
+        axes.set(
+            xlabel=f"way of {quantity} after a turn / {unit}",
+            ylabel=f"{curve.place} / {curve.unit}",
+        )
     elif curve.kind == SCALE:
-        axes.set(xlabel=f"{quantity} / {unit}",
-                 ylabel=f"{curve.place}, share of {curve.regressor}")  # fmt: skip
+        axes.set(xlabel=f"{quantity} / {unit}", ylabel=f"{curve.place}, share of {curve.regressor}")
     else:
         axes.set(xlabel=f"{quantity} / {unit}", ylabel=f"{curve.place} / {curve.unit}")
 

@@ -26,9 +26,9 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
-from identification.mismatch.fit.floor import LackOfFit
-from identification.mismatch.fit.held_out import Error
-from identification.mismatch.naming.interval import Estimate
+from slipbench.identification.mismatch.fit.floor import LackOfFit
+from slipbench.identification.mismatch.fit.held_out import Error
+from slipbench.identification.mismatch.naming.interval import Estimate
 
 
 @dataclass(frozen=True)

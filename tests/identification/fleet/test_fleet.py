@@ -6,10 +6,10 @@ from pathlib import Path
 import pytest
 from distributed import LocalCluster
 
-from identification.cluster import Workers
-from identification.fleet.fleet import TABLE, VERDICT, explain_fleet, table
-from identification.fleet.fleet_file import read_fleet
-from protocol.errors import InputError
+from slipbench.identification.cluster import Workers
+from slipbench.identification.fleet.fleet import TABLE, VERDICT, explain_fleet, table
+from slipbench.identification.fleet.fleet_file import read_fleet
+from slipbench.protocol.errors import InputError
 
 GOOD = """
 [[analyses]]
@@ -24,10 +24,11 @@ training = ["runs/b", "runs/c"]
 held_out = ["runs/d"]
 """
 DONE = {
-    "mismatch": {"found": True, "p_value": 0.0}, "sentence": "It lacks a backlash.",
+    "mismatch": {"found": True, "p_value": 0.0},
+    "sentence": "It lacks a backlash.",
     "effects": [{"name": "channel_lag", "subject": "engine_speed"}],
     "unknown": {"found": False, "shape": ""},
-}  # fmt: skip
+}
 
 
 def written(folder: Path, text: str = GOOD) -> Path:
@@ -41,12 +42,15 @@ def test_paths_are_relative_to_the_file(tmp_path: Path) -> None:
     assert two.training == (str(tmp_path / "runs/b"), str(tmp_path / "runs/c"))
 
 
-@pytest.mark.parametrize(("text", "fault"), [
-    (GOOD.replace('"two"', '"one"'), "several analyses are called one"),
-    (GOOD.replace("held_out", "heldout"), "did you mean 'held_out'"),
-    (GOOD.replace('["runs/a"]', "[]"), "training"),
-    (GOOD.replace('"two"', '"bike 2"'), "letters, digits and . _ - only"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("text", "fault"),
+    [
+        (GOOD.replace('"two"', '"one"'), "several analyses are called one"),
+        (GOOD.replace("held_out", "heldout"), "did you mean 'held_out'"),
+        (GOOD.replace('["runs/a"]', "[]"), "training"),
+        (GOOD.replace('"two"', '"bike 2"'), "letters, digits and . _ - only"),
+    ],
+)
 def test_faults_of_the_file_are_named(tmp_path: Path, text: str, fault: str) -> None:
     with pytest.raises(InputError, match=fault):
         read_fleet(written(tmp_path, text))

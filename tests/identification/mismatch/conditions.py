@@ -5,21 +5,29 @@ from functools import cache
 
 import numpy as np
 
-from identification.mismatch.analysis import Analysis, begin
-from identification.mismatch.explain import analyse
-from identification.mismatch.motorcycle.system import MotorcycleSystem
-from identification.mismatch.telling.conclude import verdict
-from identification.mismatch.telling.verdict import Verdict
-from plant.effects.effect import Effect
-from plant.effects.library import BY_NAME
-from plant.motorcycle import Motorcycle
-from plant.vehicle_file import Vehicle, builtin_vehicle, load_vehicle
+from slipbench.identification.mismatch.analysis import Analysis, begin
+from slipbench.identification.mismatch.explain import analyse
+from slipbench.identification.mismatch.motorcycle.system import MotorcycleSystem
+from slipbench.identification.mismatch.telling.conclude import verdict
+from slipbench.identification.mismatch.telling.verdict import Verdict
+from slipbench.plant.effects.effect import Effect
+from slipbench.plant.effects.library import BY_NAME
+from slipbench.plant.motorcycle import Motorcycle
+from slipbench.plant.vehicle_file import Vehicle, load_vehicle
+from slipbench.plant.vehicles import builtin_vehicle
 from tests.identification.motorcycle_recording import HELD_OUT, TRAINING, ride
 
 FEW = (
-    "rate_limit", "asymmetric_filling", "backlash", "hardening_cush", "driveline_loss",
-    "relaxation_length", "tooth_misplacement", "eccentricity", "optical_lag",
-)  # fmt: skip
+    "rate_limit",
+    "asymmetric_filling",
+    "backlash",
+    "hardening_cush",
+    "driveline_loss",
+    "relaxation_length",
+    "tooth_misplacement",
+    "eccentricity",
+    "optical_lag",
+)
 """Effects that the laws are tried with; the whole library takes a minute an analysis."""
 
 
@@ -48,9 +56,13 @@ def erring(seed: int, share: float = 0.6) -> Motorcycle:
 
 
 def analysis(
-    effects: tuple[Effect, ...] = (), seed: int = 1, without: tuple[str, ...] = (),
-    drop: tuple[str, ...] = (), training=TRAINING, held_out=HELD_OUT,
-) -> Analysis:  # fmt: skip
+    effects: tuple[Effect, ...] = (),
+    seed: int = 1,
+    without: tuple[str, ...] = (),
+    drop: tuple[str, ...] = (),
+    training=TRAINING,
+    held_out=HELD_OUT,
+) -> Analysis:
     """Ride, record and analyse. without: names taken out of the library; drop: channels."""
     print(f"seed {seed}")
     true = replace(erring(seed), effects=effects)

@@ -4,8 +4,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from identification.mismatch import analysis, explain
-from identification.mismatch.analysis import Analysis, unexplained
+from slipbench.identification.mismatch import analysis, explain
+from slipbench.identification.mismatch.analysis import Analysis, unexplained
 
 PLACE = "servo force"
 
@@ -16,10 +16,14 @@ def known_of(gain, left, by_factors=False, where=PLACE):
     fit = SimpleNamespace(candidates=[PLACE])
     system = SimpleNamespace(by_factors=by_factors)
     return Analysis(
-        system, None, SimpleNamespace(), base=SimpleNamespace(),
+        system,
+        None,
+        SimpleNamespace(),
+        base=SimpleNamespace(),
         before=[SimpleNamespace(gain=0.3 * gain, certain=True, place=PLACE)],
-        named=SimpleNamespace(names=["stiction"], gain=gain, fit=fit), after=[curve],
-    )  # fmt: skip
+        named=SimpleNamespace(names=["stiction"], gain=gain, fit=fit),
+        after=[curve],
+    )
 
 
 @pytest.fixture

@@ -6,12 +6,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from identification.mismatch.analysis import begin
-from identification.mismatch.runs import open_analysis, read_system, same_recording
-from identification.mismatch.telling.conclude import verdict
-from identification.mismatch.telling.memo import lines
-from plant.vehicle_file import builtin_vehicle
-from protocol.errors import InputError
+from slipbench.identification.mismatch.analysis import begin
+from slipbench.identification.mismatch.runs import open_analysis, read_system, same_recording
+from slipbench.identification.mismatch.telling.conclude import verdict
+from slipbench.identification.mismatch.telling.memo import lines
+from slipbench.plant.vehicles import builtin_vehicle
+from slipbench.protocol.errors import InputError
 from tests.identification.mismatch.conditions import nominal, system
 from tests.identification.motorcycle_recording import TRAINING, ride
 

@@ -6,20 +6,20 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from identification.mismatch.fit.sizing import sized, sizes
-from identification.mismatch.naming.tried import (
+from slipbench.identification.mismatch.fit.sizing import sized, sizes
+from slipbench.identification.mismatch.naming.tried import (
     candidates,
     half_a_turn_on,
     place_on_the_road,
 )
-from plant.effects.backlash import Backlash
-from plant.effects.chain_polygon import ChainPolygon
-from plant.effects.compression_torque import CompressionTorque
-from plant.effects.eccentricity import Eccentricity
-from plant.effects.firing_torque import FiringTorque
-from plant.effects.library import LIBRARY
-from plant.effects.tooth_misplacement import ToothMisplacement
-from plant.effects.torque_dip import TorqueDip
+from slipbench.plant.effects.backlash import Backlash
+from slipbench.plant.effects.chain_polygon import ChainPolygon
+from slipbench.plant.effects.compression_torque import CompressionTorque
+from slipbench.plant.effects.eccentricity import Eccentricity
+from slipbench.plant.effects.firing_torque import FiringTorque
+from slipbench.plant.effects.library import LIBRARY
+from slipbench.plant.effects.tooth_misplacement import ToothMisplacement
+from slipbench.plant.effects.torque_dip import TorqueDip
 
 TEETH = 16
 DISCS = {"rear_encoder": TEETH, "front_encoder": 48}

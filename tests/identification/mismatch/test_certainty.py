@@ -8,10 +8,16 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from scipy import stats
 
-from identification.mismatch.naming import certainty
-from identification.mismatch.naming.certainty import CHOICES, DOUBTED, Certainty, foretold, joined
-from identification.mismatch.naming.interval import significance
-from plant.effects.backlash import Backlash
+from slipbench.identification.mismatch.naming import certainty
+from slipbench.identification.mismatch.naming.certainty import (
+    CHOICES,
+    DOUBTED,
+    Certainty,
+    foretold,
+    joined,
+)
+from slipbench.identification.mismatch.naming.interval import significance
+from slipbench.plant.effects.backlash import Backlash
 from tests.identification.mismatch.conditions import analysis
 
 LIMIT = 1e-5

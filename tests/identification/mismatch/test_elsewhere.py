@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from identification.mismatch.naming.elsewhere import (
+from slipbench.identification.mismatch.naming.elsewhere import (
     PLACES,
     Tried,
     at_places,

@@ -6,8 +6,8 @@ from functools import cache
 import numpy as np
 import pytest
 
-from identification.mismatch.analysis import begin
-from identification.mismatch.fit.calibrate import (
+from slipbench.identification.mismatch.analysis import begin
+from slipbench.identification.mismatch.fit.calibrate import (
     ASTRAY,
     as_believed,
     as_told,
@@ -15,18 +15,18 @@ from identification.mismatch.fit.calibrate import (
     from_far,
     strayed,
 )
-from identification.mismatch.fit.fitting import Fit, with_effects
-from identification.mismatch.fit.held_out import contradicted
-from identification.mismatch.fit.sensitivity import sensitivities
-from identification.mismatch.fit.settling import settle
-from identification.mismatch.fit.stack import Nuisances, bounded
-from identification.mismatch.naming.full_fits import _from_several
-from identification.mismatch.naming.score import Score
-from identification.mismatch.naming.tried import candidates
-from plant.effects.backlash import Backlash
-from plant.effects.driveline_loss import DrivelineLoss
-from plant.effects.load_transfer import LoadTransfer
-from plant.effects.throttle_stiction import ThrottleStiction
+from slipbench.identification.mismatch.fit.fitting import Fit, with_effects
+from slipbench.identification.mismatch.fit.held_out import contradicted
+from slipbench.identification.mismatch.fit.sensitivity import sensitivities
+from slipbench.identification.mismatch.fit.settling import settle
+from slipbench.identification.mismatch.fit.stack import Nuisances, bounded
+from slipbench.identification.mismatch.naming.full_fits import _from_several
+from slipbench.identification.mismatch.naming.score import Score
+from slipbench.identification.mismatch.naming.tried import candidates
+from slipbench.plant.effects.backlash import Backlash
+from slipbench.plant.effects.driveline_loss import DrivelineLoss
+from slipbench.plant.effects.load_transfer import LoadTransfer
+from slipbench.plant.effects.throttle_stiction import ThrottleStiction
 from tests.identification.mismatch.conditions import erring, system
 from tests.identification.motorcycle_recording import Ride, ride
 

@@ -4,8 +4,14 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from identification.mismatch.fit.floor import INNOVATIONS, REPEATED, floors, lack_of_fit, repeated
-from identification.mismatch.fit.whitening import whitener
+from slipbench.identification.mismatch.fit.floor import (
+    INNOVATIONS,
+    REPEATED,
+    floors,
+    lack_of_fit,
+    repeated,
+)
+from slipbench.identification.mismatch.fit.whitening import whitener
 
 
 def fit(shared, alike=True):

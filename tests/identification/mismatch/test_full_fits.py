@@ -6,23 +6,23 @@ from functools import cache
 import numpy as np
 import pytest
 
-from identification.mismatch.analysis import begin
-from identification.mismatch.fit.calibrate import astray, calibrate
-from identification.mismatch.fit.fitting import Fit
-from identification.mismatch.fit.judge import Judge
-from identification.mismatch.naming import full_fits
-from identification.mismatch.naming.full_fits import (
+from slipbench.identification.mismatch.analysis import begin
+from slipbench.identification.mismatch.fit.calibrate import astray, calibrate
+from slipbench.identification.mismatch.fit.fitting import Fit
+from slipbench.identification.mismatch.fit.judge import Judge
+from slipbench.identification.mismatch.naming import full_fits
+from slipbench.identification.mismatch.naming.full_fits import (
     absorbed_fits,
     as_believed_fits,
     fitted,
     unbent_wholly,
 )
-from identification.mismatch.naming.score import Score, survey
-from plant.effects.channel_lag import ChannelLag
-from plant.effects.channel_latency import ChannelLatency
-from plant.effects.driveline_loss import DrivelineLoss
-from plant.effects.optical_lag import OpticalLag
-from plant.effects.radius_growth import RadiusGrowth
+from slipbench.identification.mismatch.naming.score import Score, survey
+from slipbench.plant.effects.channel_lag import ChannelLag
+from slipbench.plant.effects.channel_latency import ChannelLatency
+from slipbench.plant.effects.driveline_loss import DrivelineLoss
+from slipbench.plant.effects.optical_lag import OpticalLag
+from slipbench.plant.effects.radius_growth import RadiusGrowth
 from tests.identification.mismatch.conditions import erring, system
 from tests.identification.motorcycle_recording import Ride, ride
 
@@ -37,9 +37,7 @@ LATE = 7e-3
 def told_late(recording, role: str, late: float):
     channel = recording.channels[role]
     values = np.interp(channel.time - late, channel.time, channel.value)
-    return replace(
-        recording, channels={**recording.channels, role: replace(channel, value=values)}
-    )  # fmt: skip
+    return replace(recording, channels={**recording.channels, role: replace(channel, value=values)})
 
 
 @cache

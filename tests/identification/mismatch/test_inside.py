@@ -5,8 +5,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from identification.mismatch.curves import inside, locate
-from identification.mismatch.fit.scatter import Scatter
+from slipbench.identification.mismatch.curves import inside, locate
+from slipbench.identification.mismatch.fit.scatter import Scatter
 from tests.identification.mismatch.test_full_fits import LATE, calibrated
 
 ROWS, STRETCH = 4000, 100

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from identification.mismatch.simulation.lattice import lattice_of
-from plant.channels import told_of_noisy
+from slipbench.identification.mismatch.simulation.lattice import lattice_of
+from slipbench.plant.channels import told_of_noisy
 
 seeds = st.integers(0, 2**32 - 1)
 

@@ -4,14 +4,14 @@ import json
 
 import pytest
 
-from identification.mismatch.telling.verdict import as_json
-from plant.effects.asymmetric_filling import AsymmetricFilling
-from plant.effects.backlash import Backlash
-from plant.effects.effect import Effect
-from plant.effects.optical_lag import OpticalLag
-from plant.effects.rate_limit import RateLimit
-from plant.effects.relaxation_length import RelaxationLength
-from plant.effects.tooth_misplacement import ToothMisplacement
+from slipbench.identification.mismatch.telling.verdict import as_json
+from slipbench.plant.effects.asymmetric_filling import AsymmetricFilling
+from slipbench.plant.effects.backlash import Backlash
+from slipbench.plant.effects.effect import Effect
+from slipbench.plant.effects.optical_lag import OpticalLag
+from slipbench.plant.effects.rate_limit import RateLimit
+from slipbench.plant.effects.relaxation_length import RelaxationLength
+from slipbench.plant.effects.tooth_misplacement import ToothMisplacement
 from tests.identification.mismatch.conditions import found
 
 SINGLE = [
@@ -33,9 +33,7 @@ def test_where_nothing_is_missing_nothing_is_claimed(seed: int) -> None:
 
 
 @pytest.mark.parametrize(
-    ("effect", "parameter", "block"),
-    SINGLE,
-    ids=[e.name for e, _, _ in SINGLE],
+    ("effect", "parameter", "block"), SINGLE, ids=[e.name for e, _, _ in SINGLE]
 )
 def test_a_single_effect_is_named_and_its_size_told(
     effect: Effect, parameter: str, block: str

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from identification.mismatch.naming import pruning
+from slipbench.identification.mismatch.naming import pruning
 
 
 class Told:
@@ -47,17 +47,16 @@ class Stand:
 
 SETS = [c for count in range(4) for c in combinations("abc", count)]
 WORTHS = st.lists(st.floats(0.0, 300.0), min_size=3, max_size=3).map(sorted)
-CERTAINTIES = st.fixed_dictionaries(
-    {s: st.tuples(*(st.booleans() for _ in s)) for s in SETS if s}
-)  # fmt: skip
+CERTAINTIES = st.fixed_dictionaries({s: st.tuples(*(st.booleans() for _ in s)) for s in SETS if s})
 
 
 @pytest.fixture(autouse=True)
 def _stands(monkeypatch):
     monkeypatch.setattr(
-        pruning, "_lost", lambda f: [(f.score - f.without(i).score, f.without(i))
-                                    for i in range(len(f.names))]
-    )  # fmt: skip
+        pruning,
+        "_lost",
+        lambda f: [(f.score - f.without(i).score, f.without(i)) for i in range(len(f.names))],
+    )
     monkeypatch.setattr(pruning, "alike", lambda *_: False)
 
 

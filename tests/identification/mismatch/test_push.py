@@ -6,23 +6,24 @@ from functools import cache
 import numpy as np
 import pytest
 
-from identification.mismatch.curves.injection import places
-from identification.mismatch.curves.pushed import Pushed
-from identification.mismatch.curves.trace import regressors
-from identification.mismatch.fit.calibrate import as_told, refreshed
-from identification.mismatch.fit.fitting import Fit, with_effects
-from identification.mismatch.fit.settling import settle
-from identification.mismatch.simulation.along import HYSTERESIS, PAST, SCALE, kind_of, knots_for
-from identification.mismatch.simulation.model import predict, simulate
-from identification.mismatch.simulation.push import Push
+from slipbench.identification.mismatch.curves.injection import places
+from slipbench.identification.mismatch.curves.pushed import Pushed
+from slipbench.identification.mismatch.curves.trace import regressors
+from slipbench.identification.mismatch.fit.calibrate import as_told, refreshed
+from slipbench.identification.mismatch.fit.fitting import Fit, with_effects
+from slipbench.identification.mismatch.fit.settling import settle
+from slipbench.identification.mismatch.simulation.along import (
+    HYSTERESIS,
+    PAST,
+    SCALE,
+    kind_of,
+    knots_for,
+)
+from slipbench.identification.mismatch.simulation.model import predict, simulate
+from slipbench.identification.mismatch.simulation.push import Push
 from tests.identification.mismatch.test_small import started
 
-KNOWN = (
-    f"{PAST}throttle",
-    f"{HYSTERESIS}twist",
-    f"{SCALE}tyre force along speed",
-    "throttle rate",
-)
+KNOWN = (f"{PAST}throttle", f"{HYSTERESIS}twist", f"{SCALE}tyre force along speed", "throttle rate")
 
 FELT = {"servo": "throttle", "motion": "rear_speed"}
 

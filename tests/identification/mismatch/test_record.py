@@ -5,17 +5,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from identification.mismatch.motorcycle.record import prepare
-from identification.mismatch.motorcycle.regressors import servo_regressors
-from identification.mismatch.motorcycle.simulate import rolling, simulate
-from identification.mismatch.motorcycle.system import MotorcycleSystem
-from identification.proof.generator.case import draw_case
-from identification.proof.generator.recording import THROTTLE_STEP, write_run
-from plant.effects.radius_growth import RadiusGrowth
-from plant.effects.radius_with_lean import RadiusWithLean
-from plant.signals import Inputs
-from plant.vehicle_file import load_vehicle
-from protocol.run_folder import VEHICLE, read
+from slipbench.identification.mismatch.motorcycle.record import prepare
+from slipbench.identification.mismatch.motorcycle.regressors import servo_regressors
+from slipbench.identification.mismatch.motorcycle.simulate import rolling, simulate
+from slipbench.identification.mismatch.motorcycle.system import MotorcycleSystem
+from slipbench.plant.effects.radius_growth import RadiusGrowth
+from slipbench.plant.effects.radius_with_lean import RadiusWithLean
+from slipbench.plant.signals import Inputs
+from slipbench.plant.vehicle_file import load_vehicle
+from slipbench.protocol.recording.run_folder import VEHICLE, read
+from slipbench.studies.blind_validation.generator.case import draw_case
+from slipbench.studies.blind_validation.generator.recording import THROTTLE_STEP, write_run
 
 SEED = 5
 

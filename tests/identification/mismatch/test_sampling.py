@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from identification.mismatch.simulation.sampling import Grid, at_points, at_points_sharp
+from slipbench.identification.mismatch.simulation.sampling import Grid, at_points, at_points_sharp
 
 GRID = Grid(rows=600, start=0.1, bins=40, width=0.01)
 ROWS = GRID.step * np.arange(1, GRID.rows + 1)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from identification.mismatch.fit.scatter import Scatter, amplitude_p, usual_scatter
+from slipbench.identification.mismatch.fit.scatter import Scatter, amplitude_p, usual_scatter
 
 STRETCHES, LENGTH = 16, 200
 GROUPS = np.repeat(np.arange(STRETCHES), LENGTH)

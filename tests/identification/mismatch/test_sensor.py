@@ -5,9 +5,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from identification.mismatch.simulation.sampling import Grid, into_bins
-from identification.mismatch.simulation.sensor import Sampled, point_sensor
-from plant.effects.held_frames import HeldFrames
+from slipbench.identification.mismatch.simulation.sampling import Grid, into_bins
+from slipbench.identification.mismatch.simulation.sensor import Sampled, point_sensor
+from slipbench.plant.effects.held_frames import HeldFrames
 
 GRID = Grid(rows=8000, start=1.0, bins=650, width=0.01)
 ROWS = GRID.step * np.arange(1, GRID.rows + 1)

@@ -3,15 +3,15 @@
 import numpy as np
 import pytest
 
-from identification.mismatch.fit.calibrate import as_told
-from identification.mismatch.fit.candidate import Candidate
-from identification.mismatch.fit.fitting import Fit, with_effects
-from identification.mismatch.fit.settling import settle
-from identification.mismatch.naming.interval import significance
-from identification.mismatch.naming.tried import candidates
-from identification.mismatch.simulation.model import simulate
-from plant.effects.load_transfer import LoadTransfer
-from plant.effects.rate_limit import RateLimit
+from slipbench.identification.mismatch.fit.calibrate import as_told
+from slipbench.identification.mismatch.fit.candidate import Candidate
+from slipbench.identification.mismatch.fit.fitting import Fit, with_effects
+from slipbench.identification.mismatch.fit.settling import settle
+from slipbench.identification.mismatch.naming.interval import significance
+from slipbench.identification.mismatch.naming.tried import candidates
+from slipbench.identification.mismatch.simulation.model import simulate
+from slipbench.plant.effects.load_transfer import LoadTransfer
+from slipbench.plant.effects.rate_limit import RateLimit
 from tests.identification.mismatch.test_small import started
 
 

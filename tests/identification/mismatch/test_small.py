@@ -9,26 +9,26 @@ import jsonschema
 import numpy as np
 import pytest
 
-from identification.mismatch import explain
-from identification.mismatch.analysis import Analysis, begin
-from identification.mismatch.curves.inside import inside
-from identification.mismatch.curves.sufficiency import Remainder
-from identification.mismatch.explain import analyse, known_so_far
-from identification.mismatch.naming.interval import IDEAL
-from identification.mismatch.telling.conclude import verdict
-from identification.mismatch.telling.improved import improved_system
-from identification.mismatch.telling.memo import lines, sentence
-from identification.mismatch.telling.memo_page import memo_page
-from identification.mismatch.telling.output import write_outputs
-from identification.mismatch.telling.verdict import as_json
-from plant.effects.backlash import Backlash
-from plant.effects.driveline_loss import DrivelineLoss
-from plant.effects.free_curve import FreeCurve
-from plant.effects.relaxation_length import RelaxationLength
-from plant.equilibrium import equilibrium
-from plant.signals import Inputs
-from plant.simulation import Simulation
-from plant.vehicle_file import load_vehicle
+from slipbench.identification.mismatch import explain
+from slipbench.identification.mismatch.analysis import Analysis, begin
+from slipbench.identification.mismatch.curves.inside import inside
+from slipbench.identification.mismatch.curves.sufficiency import Remainder
+from slipbench.identification.mismatch.explain import analyse, known_so_far
+from slipbench.identification.mismatch.naming.interval import IDEAL
+from slipbench.identification.mismatch.telling.conclude import verdict
+from slipbench.identification.mismatch.telling.improved import improved_system
+from slipbench.identification.mismatch.telling.memo import lines, sentence
+from slipbench.identification.mismatch.telling.memo_page import memo_page
+from slipbench.identification.mismatch.telling.output import write_outputs
+from slipbench.identification.mismatch.telling.verdict import as_json
+from slipbench.plant.effects.backlash import Backlash
+from slipbench.plant.effects.driveline_loss import DrivelineLoss
+from slipbench.plant.effects.free_curve import FreeCurve
+from slipbench.plant.effects.relaxation_length import RelaxationLength
+from slipbench.plant.equilibrium import equilibrium
+from slipbench.plant.signals import Inputs
+from slipbench.plant.simulation import Simulation
+from slipbench.plant.vehicle_file import load_vehicle
 from tests.identification.mismatch.conditions import erring, system
 from tests.identification.motorcycle_recording import Ride, ride
 
@@ -62,7 +62,7 @@ def test_backlash_is_named_with_its_size_and_proven():
     assert headline.improved < 0.8 * headline.calibrated
     assert sentence(found).startswith("The driveline has backlash")
     schema = json.loads(
-        (files("identification.mismatch.telling") / "verdict.schema.json").read_text()
+        (files("slipbench.identification.mismatch.telling") / "verdict.schema.json").read_text()
     )
     jsonschema.validate(json.loads(as_json(found)), schema)
 

@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from identification.mismatch.fit.calibrate import calibrate
-from identification.mismatch.fit.candidate import Candidate
-from identification.mismatch.fit.fitting import Fit, with_effects
-from identification.mismatch.fit.settling import settle
-from identification.mismatch.fit.turned import begun_at, plainest_turn
-from identification.mismatch.naming.interval import _over_angles, estimates, significance
-from plant.effects.compression_torque import CompressionTorque
+from slipbench.identification.mismatch.fit.calibrate import calibrate
+from slipbench.identification.mismatch.fit.candidate import Candidate
+from slipbench.identification.mismatch.fit.fitting import Fit, with_effects
+from slipbench.identification.mismatch.fit.settling import settle
+from slipbench.identification.mismatch.fit.turned import begun_at, plainest_turn
+from slipbench.identification.mismatch.naming.interval import _over_angles, estimates, significance
+from slipbench.plant.effects.compression_torque import CompressionTorque
 from tests.identification.mismatch.test_small import started
 
 THREE = CompressionTorque(swing=60.0, cylinders=3)

@@ -7,25 +7,36 @@ from importlib.resources import files
 import jsonschema
 import pytest
 
-from identification.mismatch.fit.floor import LackOfFit
-from identification.mismatch.fit.held_out import Error
-from identification.mismatch.naming.interval import Estimate
-from identification.mismatch.telling.memo import left_out, lines, sentence, with_spread
-from identification.mismatch.telling.output import prepare_places
-from identification.mismatch.telling.verdict import (
+from slipbench.identification.mismatch.fit.floor import LackOfFit
+from slipbench.identification.mismatch.fit.held_out import Error
+from slipbench.identification.mismatch.naming.interval import Estimate
+from slipbench.identification.mismatch.telling.memo import left_out, lines, sentence, with_spread
+from slipbench.identification.mismatch.telling.output import prepare_places
+from slipbench.identification.mismatch.telling.verdict import (
     FoundCurve,
     FoundEffect,
     Location,
     Verdict,
     as_json,
 )
-from protocol.errors import InputError
+from slipbench.protocol.errors import InputError
 
-SCHEMA = json.loads((files("identification.mismatch.telling") / "verdict.schema.json").read_text())
+SCHEMA = json.loads(
+    (files("slipbench.identification.mismatch.telling") / "verdict.schema.json").read_text()
+)
 WHERE = Location(
-    "driveline", "driveline torque", "twist", "a kink about 0", 500.0, 400.0, (6.0, 12.0),
-    (1000.0, 1400.0), "both", "engine speed", "rad/s",
-)  # fmt: skip
+    "driveline",
+    "driveline torque",
+    "twist",
+    "a kink about 0",
+    500.0,
+    400.0,
+    (6.0, 12.0),
+    (1000.0, 1400.0),
+    "both",
+    "engine speed",
+    "rad/s",
+)
 SLACK = FoundEffect(
     "backlash", "", "driveline", (Estimate("slack", "rad", 12.2e-3, 11.8e-3, 12.6e-3),), 3000.0
 )
@@ -34,16 +45,28 @@ VERDICTS = {
     "nothing": Verdict(False, 1.0),
     "interrupted": Verdict(True, 0.01, WHERE, complete=False),
     "named": Verdict(
-        True, 1e-9, WHERE, (SLACK,), equivalents=(("backlash", "hardening_cush"),),
-        rivals={"backlash": {"hardening_cush": 4.0}}, not_excited=("rate_limit",),
-        next_trial={"why": "it would", "trial": {"name": "next_trial"}}, held_out=(TEETH,),
-        headline="rear_teeth", lack_of_fit=(LackOfFit((("a", "b"),), 3.0, 1e-3),),
+        True,
+        1e-9,
+        WHERE,
+        (SLACK,),
+        equivalents=(("backlash", "hardening_cush"),),
+        rivals={"backlash": {"hardening_cush": 4.0}},
+        not_excited=("rate_limit",),
+        next_trial={"why": "it would", "trial": {"name": "next_trial"}},
+        held_out=(TEETH,),
+        headline="rear_teeth",
+        lack_of_fit=(LackOfFit((("a", "b"),), 3.0, 1e-3),),
     ),
     "unknown": Verdict(
-        True, 1e-9, WHERE, unknown=True, shape="a dead zone", held_out=(TEETH,),
+        True,
+        1e-9,
+        WHERE,
+        unknown=True,
+        shape="a dead zone",
+        held_out=(TEETH,),
         curve=FoundCurve("driveline torque", "N m", "twist", (0.0, 1.0), (0.0, 2.0), 9.0, 8.0),
     ),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("name", VERDICTS)
@@ -71,9 +94,10 @@ def test_an_alarm_and_its_probability_agree():
 
 def test_what_was_left_out_of_several_recordings_is_said_once():
     told = Verdict(
-        False, 1.0,
+        False,
+        1.0,
         left_out=("a: no lean_angle: nobody sends it", "b: no lean_angle: nobody sends it", "b: x"),
-    )  # fmt: skip
+    )
     assert list(left_out(told)) == ["no lean_angle: nobody sends it (a, b)", "x (b)"]
     assert sum("left out" in line for line in lines(told)) == 2
 
@@ -90,10 +114,14 @@ def test_places_are_made_before_the_work_and_refused_before_it(tmp_path):
 @pytest.mark.parametrize(
     ("value", "spread", "told"),
     [
-        (99.84, 4.2, "100 +- 4"), (12.24, 0.41, "12.2 +- 0.4"), (-0.996, 0.05, "-1.00 +- 0.05"),
-        (12345.0, 310.0, "12300 +- 300"), (2.5e-4, 7e-5, "0.00025 +- 0.00007"),
-        (3.14159, 0.0, "3.14"), (0.2, 0.97, "0.2 +- 1.0"),
+        (99.84, 4.2, "100 +- 4"),
+        (12.24, 0.41, "12.2 +- 0.4"),
+        (-0.996, 0.05, "-1.00 +- 0.05"),
+        (12345.0, 310.0, "12300 +- 300"),
+        (2.5e-4, 7e-5, "0.00025 +- 0.00007"),
+        (3.14159, 0.0, "3.14"),
+        (0.2, 0.97, "0.2 +- 1.0"),
     ],
-)  # fmt: skip
+)
 def test_a_number_is_told_as_exactly_as_it_is_known_in_plain_digits(value, spread, told):
     assert with_spread(value, spread) == told

@@ -5,9 +5,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from identification.mismatch.curves.curve import Curve
-from identification.mismatch.curves.words import shape_in_words
-from identification.mismatch.simulation.along import HYSTERESIS, KINDS, PAST
+from slipbench.identification.mismatch.curves.curve import Curve
+from slipbench.identification.mismatch.curves.words import shape_in_words
+from slipbench.identification.mismatch.simulation.along import HYSTERESIS, KINDS, PAST
 
 Z = np.linspace(-1.0, 1.0, 9)
 SHAPES = {
@@ -38,11 +38,14 @@ def test_a_bump_is_told_off_its_straight_line_with_the_unit_of_its_place(slope):
 
 
 @pytest.mark.parametrize("knots", [Z, Z + 2.0, Z - 0.3])
-@pytest.mark.parametrize(("values", "said"), [
-    (3.0 + 0.2 * Z, "a gain that is the same throughout"),
-    (0.5 * Z, "in proportion to it"),
-    (np.abs(Z) < 0.1, "a local bump or dip about"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("values", "said"),
+    [
+        (3.0 + 0.2 * Z, "a gain that is the same throughout"),
+        (0.5 * Z, "in proportion to it"),
+        (np.abs(Z) < 0.1, "a local bump or dip about"),
+    ],
+)
 def test_a_gain_is_told_wherever_its_quantity_has_its_nought(knots, values, said):
     scaled = curve(1.0 * values, knots, "scale of air along spark")
     assert shape_in_words(scaled, "rad").startswith(said)

@@ -1,5 +1,5 @@
 """What needs a real vcan is collected only where there is one; tests/socketcan makes it."""
 
-from tests.bus.wires import VCAN
+from tests.bench.bus.wires import VCAN
 
 collect_ignore_glob = [] if VCAN else ["*"]

@@ -9,10 +9,10 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from bench.buses import RECEIVE_BUFFER
-from tests.bus.wires import VCAN
+from slipbench.bench.bus.opening import RECEIVE_BUFFER
+from tests.bench.bus.wires import VCAN
+from tests.paths import TRIALS, with_full_paths
 
-TRIALS = Path(__file__).parents[3] / "trials"
 ON_THE_BUS = ("--interface", "socketcan", "--channel", VCAN)
 AMPLITUDE = 0.04  # of the throttle, as in the trial file
 SHORTER = {'duration = "30 s"': 'duration = "2 s"', 'start = "0.5 Hz"': 'start = "2 Hz"'}
@@ -45,9 +45,7 @@ def slip_trial(folder: Path) -> Path:
     }.items():
         assert old in text
         text = text.replace(old, new)
-    text = text.replace('"../', f'"{TRIALS.parent}/').replace(
-        '"controllers/', f'"{TRIALS}/controllers/'
-    )
+    text = with_full_paths(text)
     text = text.replace("\n[", '\nsettling = "200 ms"\nhand_back = "200 ms"\n\n[', 1)
     path = folder / "slip.toml"
     path.write_text(text, encoding="utf-8")
@@ -58,8 +56,11 @@ def slipbench(*arguments: str | Path) -> "subprocess.Popen[str]":
     """Start the one command, in a group of its own; what it says is in its `stdout`."""
     return subprocess.Popen(
         [sys.executable, "-u", "-m", "slipbench", *arguments],
-        text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, start_new_session=True,
-    )  # fmt: skip
+        text=True,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        start_new_session=True,
+    )
 
 
 def cut_power(program: "subprocess.Popen[str]") -> None:

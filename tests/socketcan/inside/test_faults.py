@@ -17,13 +17,13 @@ from pathlib import Path
 import can
 import pytest
 
-import dbc
-from protocol.codec import Codec
-from protocol.database import load_database
-from protocol.messages import ActuatorCommand, EcuStatus
-from protocol.recording import Recording
-from protocol.run_folder import read
-from tests.bus.wires import VCAN
+from slipbench import dbc
+from slipbench.protocol.codec.codec import Codec
+from slipbench.protocol.codec.messages import ActuatorCommand, EcuStatus
+from slipbench.protocol.database.database import load_database
+from slipbench.protocol.recording.recording import Recording
+from slipbench.protocol.recording.run_folder import read
+from tests.bench.bus.wires import VCAN
 from tests.socketcan.inside.programs import (
     ON_THE_BUS,
     candump,
@@ -150,9 +150,10 @@ def test_a_vehicle_that_is_killed_or_stopped_is_not_commanded_any_more(
     tmp_path: Path, number: signal.Signals
 ) -> None:
     done = broken(
-        tmp_path, lambda _, vehicle: vehicle.send_signal(number),
+        tmp_path,
+        lambda _, vehicle: vehicle.send_signal(number),
         lambda _, vehicle: vehicle.send_signal(signal.SIGCONT),
-    )  # fmt: skip
+    )
     assert done.status == 3, done.said
     assert "silent for" in done.said
     assert done.asked_until() - done.struck < SILENCE + LATENESS

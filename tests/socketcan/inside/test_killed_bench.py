@@ -8,10 +8,10 @@ from pathlib import Path
 import can
 import pytest
 
-import dbc
-from protocol.codec import Codec
-from protocol.database import load_database
-from protocol.messages import ActuatorCommand, Authority, EcuStatus, ThrottleStatus
+from slipbench import dbc
+from slipbench.protocol.codec.codec import Codec
+from slipbench.protocol.codec.messages import ActuatorCommand, Authority, EcuStatus, ThrottleStatus
+from slipbench.protocol.database.database import load_database
 from tests.socketcan.inside.programs import (
     ON_THE_BUS,
     candump,

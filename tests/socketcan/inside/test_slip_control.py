@@ -12,15 +12,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from protocol.messages import Phase
-from protocol.recording import Recording
-from protocol.run_folder import read
-from tests.socketcan.inside.programs import (
-    ON_THE_BUS,
-    slip_trial,
-    slipbench,
-    wait_for_listeners,
-)
+from slipbench.protocol.codec.messages import Phase
+from slipbench.protocol.recording.recording import Recording
+from slipbench.protocol.recording.run_folder import read
+from tests.socketcan.inside.programs import ON_THE_BUS, slip_trial, slipbench, wait_for_listeners
 
 STEP = 0.002  # of slip, from the upper target to the lower
 HALF = 1.0  # s of either target

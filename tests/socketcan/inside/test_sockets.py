@@ -9,10 +9,10 @@ import can
 import pytest
 from can.interfaces.socketcan import SocketcanBus
 
-from bench.buses import RECEIVE_BUFFER, BusAddress, open_bus, receive_buffer
-from bench.controller_state import ControllerState
-from tests.bus.test_load import BURST, numbered, numbers
-from tests.bus.wires import PATIENCE, VCAN, receive, send, socketcan
+from slipbench.bench.bus.opening import RECEIVE_BUFFER, BusAddress, open_bus, receive_buffer
+from slipbench.bench.gateway.controller_state import ControllerState
+from tests.bench.bus.test_load import BURST, numbered, numbers
+from tests.bench.bus.wires import PATIENCE, VCAN, receive, send, socketcan
 from tests.socketcan.inside.programs import wait_for_listeners
 
 
@@ -109,9 +109,12 @@ def test_candump_sees_what_was_sent_and_cansend_is_heard() -> None:
         node = wire.node(False)
         wait_for_listeners(2)
         for length in range(8):
-            send(node, can.Message(
-                arbitration_id=length, data=range(length), is_extended_id=bool(length % 2)
-            ))  # fmt: skip
+            send(
+                node,
+                can.Message(
+                    arbitration_id=length, data=range(length), is_extended_id=bool(length % 2)
+                ),
+            )
         subprocess.run(["cansend", VCAN, "7FF##1" + "A5" * 12], check=True)
         [heard] = receive(node, 1)
     lines = witness.communicate(timeout=PATIENCE)[0].splitlines()

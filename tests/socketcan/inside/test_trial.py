@@ -18,9 +18,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from protocol.messages import Phase
-from protocol.recording import Recording
-from protocol.run_folder import read
+from slipbench.protocol.codec.messages import Phase
+from slipbench.protocol.recording.recording import Recording
+from slipbench.protocol.recording.run_folder import read
 from tests.socketcan.inside.programs import (
     AMPLITUDE,
     ON_THE_BUS,

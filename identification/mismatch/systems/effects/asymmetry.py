@@ -27,8 +27,8 @@ Gelb and Vander Velde, "Multiple-input describing functions" (1968), chapter 6.
 
 from dataclasses import dataclass
 
-from identification.mismatch.systems.effects.seam_effect import SeamEffect
-from plant.parameters import parameter
+from slipbench.identification.mismatch.systems.effects.seam_effect import SeamEffect
+from slipbench.plant.parameters import parameter
 
 
 def prefer(value: float, share: float) -> float:

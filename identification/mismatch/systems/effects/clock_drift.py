@@ -28,9 +28,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from identification.mismatch.systems.effects.seam_effect import OUTPUT, SeamEffect
-from plant.parameters import parameter
-from plant.signals import Floats
+from slipbench.identification.mismatch.systems.effects.seam_effect import OUTPUT, SeamEffect
+from slipbench.plant.parameters import parameter
+from slipbench.plant.signals import Floats
 
 
 @dataclass(frozen=True)

@@ -26,8 +26,8 @@ Kovacic and Brennan, "The Duffing equation" (2011), chapter 1.
 
 from dataclasses import dataclass
 
-from identification.mismatch.systems.effects.seam_effect import SeamEffect
-from plant.parameters import parameter
+from slipbench.identification.mismatch.systems.effects.seam_effect import SeamEffect
+from slipbench.plant.parameters import parameter
 
 
 def harden(value: float, cube: float) -> float:

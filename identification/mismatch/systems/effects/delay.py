@@ -25,8 +25,8 @@ Franklin, Powell and Workman, "Digital control of dynamic systems", 3rd edition 
 
 from dataclasses import dataclass
 
-from identification.mismatch.systems.effects.seam_effect import INPUT, SEAM, SeamEffect
-from plant.parameters import parameter
+from slipbench.identification.mismatch.systems.effects.seam_effect import INPUT, SEAM, SeamEffect
+from slipbench.plant.parameters import parameter
 
 
 def wait(value: float, past: float) -> float:

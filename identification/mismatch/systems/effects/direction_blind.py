@@ -26,8 +26,8 @@ Wigren and Schoukens, "Coupled electric drives data set and reference models", U
 
 from dataclasses import dataclass
 
-from identification.mismatch.systems.effects.seam_effect import OUTPUT, SeamEffect
-from plant.parameters import parameter
+from slipbench.identification.mismatch.systems.effects.seam_effect import OUTPUT, SeamEffect
+from slipbench.plant.parameters import parameter
 
 
 def without_sign(value: float, share: float) -> float:

@@ -30,8 +30,8 @@ load control methods for industrial servo drives", IEEE IAS (2000).
 
 from dataclasses import dataclass
 
-from identification.mismatch.systems.effects.seam_effect import RATE, SeamEffect
-from plant.parameters import parameter
+from slipbench.identification.mismatch.systems.effects.seam_effect import RATE, SeamEffect
+from slipbench.plant.parameters import parameter
 
 
 def pull_back(

@@ -28,8 +28,8 @@ Rivin, "Stiffness and damping in mechanical design" (1999), chapter 6.
 
 from dataclasses import dataclass
 
-from identification.mismatch.systems.effects.seam_effect import INPUT, SEAM, SeamEffect
-from plant.parameters import parameter
+from slipbench.identification.mismatch.systems.effects.seam_effect import INPUT, SEAM, SeamEffect
+from slipbench.plant.parameters import parameter
 
 
 def swing(

@@ -30,8 +30,8 @@ methods for the control of machines with friction", Automatica 30 (1994).
 import math
 from dataclasses import dataclass
 
-from identification.mismatch.systems.effects.seam_effect import SEAM, SeamEffect
-from plant.parameters import parameter
+from slipbench.identification.mismatch.systems.effects.seam_effect import SEAM, SeamEffect
+from slipbench.plant.parameters import parameter
 
 
 def rub(value: float, other: float, force: float, breakaway: float, stribeck: float) -> float:

@@ -26,8 +26,8 @@ Rugh and Shamma, "Research on gain scheduling", Automatica 36 (2000).
 
 from dataclasses import dataclass
 
-from identification.mismatch.systems.effects.seam_effect import SeamEffect
-from plant.parameters import parameter
+from slipbench.identification.mismatch.systems.effects.seam_effect import SeamEffect
+from slipbench.plant.parameters import parameter
 
 
 def follow(value: float, other: float, square: float) -> float:

@@ -29,8 +29,8 @@ Cossalter, "Motorcycle dynamics", 2nd edition (2006), on the toroidal tyre.
 import math
 from dataclasses import dataclass
 
-from identification.mismatch.systems.effects.seam_effect import SeamEffect
-from plant.parameters import parameter
+from slipbench.identification.mismatch.systems.effects.seam_effect import SeamEffect
+from slipbench.plant.parameters import parameter
 
 
 def roll(value: float, other: float, crown: float) -> float:

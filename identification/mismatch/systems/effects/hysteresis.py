@@ -27,8 +27,8 @@ Nordin and Gutman, "Controlling mechanical systems with backlash: a survey", Aut
 
 from dataclasses import dataclass
 
-from identification.mismatch.systems.effects.seam_effect import SeamEffect
-from plant.parameters import parameter
+from slipbench.identification.mismatch.systems.effects.seam_effect import SeamEffect
+from slipbench.plant.parameters import parameter
 
 
 def follow(value: float, memory: float, play: float) -> tuple[float, float]:

@@ -27,8 +27,8 @@ chapter 3.
 
 from dataclasses import dataclass
 
-from identification.mismatch.systems.effects.seam_effect import SeamEffect
-from plant.parameters import parameter
+from slipbench.identification.mismatch.systems.effects.seam_effect import SeamEffect
+from slipbench.plant.parameters import parameter
 
 
 def trail(value: float, trailing: float, time_constant: float, step: float) -> tuple[float, float]:

@@ -2,7 +2,7 @@
 
 from importlib import import_module
 
-from identification.mismatch.systems.effects.seam_effect import SeamEffect
+from slipbench.identification.mismatch.systems.effects.seam_effect import SeamEffect
 
 NAMES = (
     "dead_zone",
@@ -35,7 +35,7 @@ NAMES = (
 
 def _effect(name: str) -> type[SeamEffect]:
     """Return the effect of a file: its class has the file's name, in capitals."""
-    page = import_module(f"identification.mismatch.systems.effects.{name}")
+    page = import_module(f"slipbench.identification.mismatch.systems.effects.{name}")
     effect: type[SeamEffect] = getattr(page, name.title().replace("_", ""))
     return effect
 

@@ -30,8 +30,8 @@ White, "Fluid mechanics", 8th edition (2016), section 6.3: loss in laminar and i
 
 from dataclasses import dataclass
 
-from identification.mismatch.systems.effects.seam_effect import RATE, SeamEffect
-from plant.parameters import parameter
+from slipbench.identification.mismatch.systems.effects.seam_effect import RATE, SeamEffect
+from slipbench.plant.parameters import parameter
 
 
 def lose(value: float, rate_of: float, rate: float) -> float:

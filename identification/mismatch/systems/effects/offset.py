@@ -25,8 +25,8 @@ JCGM 200:2012, "International vocabulary of metrology", 4.20 on datum error.
 
 from dataclasses import dataclass
 
-from identification.mismatch.systems.effects.seam_effect import SeamEffect
-from plant.parameters import parameter
+from slipbench.identification.mismatch.systems.effects.seam_effect import SeamEffect
+from slipbench.plant.parameters import parameter
 
 
 def shift(value: float, amount: float) -> float:

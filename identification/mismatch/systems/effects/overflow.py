@@ -30,8 +30,8 @@ nonlinearities", Workshop on nonlinear system identification benchmarks (2016).
 import math
 from dataclasses import dataclass
 
-from identification.mismatch.systems.effects.seam_effect import RATE, SeamEffect
-from plant.parameters import parameter
+from slipbench.identification.mismatch.systems.effects.seam_effect import RATE, SeamEffect
+from slipbench.plant.parameters import parameter
 
 
 def spill(

@@ -26,8 +26,8 @@ Schetzen, "The Volterra and Wiener theories of nonlinear systems" (1980), chapte
 
 from dataclasses import dataclass
 
-from identification.mismatch.systems.effects.seam_effect import SeamEffect
-from plant.parameters import parameter
+from slipbench.identification.mismatch.systems.effects.seam_effect import SeamEffect
+from slipbench.plant.parameters import parameter
 
 
 def square(value: float, square: float) -> float:

@@ -26,8 +26,8 @@ Gelb and Vander Velde, "Multiple-input describing functions" (1968), chapter 2.
 import math
 from dataclasses import dataclass
 
-from identification.mismatch.systems.effects.seam_effect import INPUT, SEAM, SeamEffect
-from plant.parameters import parameter
+from slipbench.identification.mismatch.systems.effects.seam_effect import INPUT, SEAM, SeamEffect
+from slipbench.plant.parameters import parameter
 
 
 def ramp(

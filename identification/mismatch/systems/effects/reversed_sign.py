@@ -25,8 +25,8 @@ ISO 8855:2011, on the directions of vehicle axes.
 
 from dataclasses import dataclass
 
-from identification.mismatch.systems.effects.seam_effect import INPUT, OUTPUT, SeamEffect
-from plant.parameters import parameter
+from slipbench.identification.mismatch.systems.effects.seam_effect import INPUT, OUTPUT, SeamEffect
+from slipbench.plant.parameters import parameter
 
 
 def reverse(value: float, share: float) -> float:

@@ -25,8 +25,8 @@ JCGM 200:2012, "International vocabulary of metrology", 2.39 on calibration.
 
 from dataclasses import dataclass
 
-from identification.mismatch.systems.effects.seam_effect import INPUT, OUTPUT, SeamEffect
-from plant.parameters import parameter
+from slipbench.identification.mismatch.systems.effects.seam_effect import INPUT, OUTPUT, SeamEffect
+from slipbench.plant.parameters import parameter
 
 
 def magnify(value: float, share: float) -> float:

@@ -22,8 +22,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from plant.effects.effect import Effect
-from plant.signals import Floats
+from slipbench.plant.effects.effect import Effect
+from slipbench.plant.signals import Floats
 
 RELATIVE = re.compile(r"\[(1/)?(seam|other|time)(?:\^(\d))?\]")
 INPUT, SEAM, RATE, OUTPUT = "input", "seam", "rate", "output"
@@ -103,10 +103,17 @@ def _made(kind: type[SeamEffect], place: Place, period: float, factor: float) ->
         default = dataclasses.field(default=described["typical"], metadata=described)
         fields.append((field.name, float, default))
     return dataclasses.make_dataclass(
-        kind.__name__, fields, bases=(kind,), frozen=True,
-        namespace={"__module__": kind.__module__, "__doc__": kind.__doc__, "place": place,
-                   "block": place.name},
-    )  # fmt: skip
+        kind.__name__,
+        fields,
+        bases=(kind,),
+        frozen=True,
+        namespace={
+            "__module__": kind.__module__,
+            "__doc__": kind.__doc__,
+            "place": place,
+            "block": place.name,
+        },
+    )
 
 
 def _scaled(unit: str, place: Place, period: float) -> tuple[float, str]:

@@ -1,0 +1,1 @@
+"""One tick on the bus: frames in, checks of senders and of our own frames, commands out."""

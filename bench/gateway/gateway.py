@@ -1,0 +1,299 @@
+"""The gateway: one tick reads what arrived, moves the trial, asks `permit`, and sends."""
+
+import math
+from dataclasses import dataclass, replace
+
+import can
+
+from slipbench.bench.gateway.controller_state import ControllerState
+from slipbench.bench.gateway.sender_monitor import OURS, Senders
+from slipbench.bench.gateway.slip_control import slip_control
+from slipbench.bench.gateway.stamps import Stamp, as_stamped
+from slipbench.bench.gateway.tx_echo import OwnFrames
+from slipbench.bench.loop.clock import SECOND
+from slipbench.bench.loop.loop import LAST_TICK, MOST_TICKS
+from slipbench.bench.loop.ring import BIT_RATE_SWITCH, ERROR, EXTENDED, FD, REMOTE, SENT, Ring
+from slipbench.bench.safety.permit import Held, Trip, permit
+from slipbench.bench.safety.trial import (
+    ENDED,
+    HOLDING,
+    NOTHING,
+    Plan,
+    TrialState,
+    advance,
+    controlling,
+    tripped,
+    wanted,
+)
+from slipbench.bench.safety.trial import due as waveform_due
+from slipbench.bench.safety.vehicle_monitor import SAFETY, Lookout, Wheels
+from slipbench.bench.safety.vehicle_state import Seen
+from slipbench.protocol.codec import e2e
+from slipbench.protocol.codec.codec import Codec, Sender
+from slipbench.protocol.codec.faults import Fault, FrameFault
+from slipbench.protocol.codec.messages import (
+    ActuatorCommand,
+    Authority,
+    Phase,
+    TrialStatus,
+    TripReason,
+)
+from slipbench.protocol.database.layout import Database
+
+STATUS_PERIOD = 0.020  # s, of TrialStatus
+OFF_THE_BUS = 3  # frames refused in a row; a single one is a queue that is full for a moment
+MOST_NOTES = 100
+# Frames taken in within a tick: more than a bus at 1 Mbit/s carries (425 of no byte) in the 20 ms
+# after which the devices take authority back. What is left waits, and the present is not known.
+MOST_FRAMES = 500
+BEHIND = f"more than {MOST_FRAMES} frames waited to be heard at once"
+UNRECORDED = "the recorder cannot write"
+TOO_LONG = f"the loop counts no more than {MOST_TICKS} ticks"
+AFTERWARDS = 0.2  # s for which the gateway stays on the bus after the end, released
+
+
+@dataclass(frozen=True)
+class PhaseChange:
+    """When the trial entered a phase; ns on the recording's clock."""
+
+    phase: Phase
+    time_ns: int
+
+
+class Gateway:
+    """Holds the trial's state between ticks; everything that decides is elsewhere, and pure."""
+
+    def __init__(
+        self,
+        plan: Plan,
+        bus: can.BusABC,
+        database: Database,
+        ring: Ring,
+        wheels: Wheels,
+        stamp: Stamp = as_stamped,
+    ) -> None:
+        """Speak `database` on `bus` and put every frame that is seen there into `ring`.
+
+        `stamp` turns time stamps of the bus into the recording's time. The bus must hear its own
+        frames: the record tells when a command was on the wire.
+        """
+        codec = Codec(database)
+        self._plan, self._bus, self._codec, self._ring = plan, bus, codec, ring
+        self._stamp = stamp
+        self._sender = Sender(codec)
+        self._own = OwnFrames()
+        self._controller = ControllerState(bus)
+        self._ours = {codec.identifier(name) for name in OURS}
+        self._lookout = Lookout(wheels)
+        self._control = slip_control(plan, wheels, database)
+        self._senders = Senders(_cycles(database))
+        self._protected = dict.fromkeys(SAFETY, e2e.INITIAL)
+        self._last = ActuatorCommand(Authority.NONE, 0.0, 0.0, 0.0)
+        self._asked_since = 0.0
+        self._refused_in_a_row = 0
+        self._full = self._behind = False
+        self._listened = -math.inf
+        self._status_due = 0.0
+        self._ended_at: float | None = None
+        self.state = TrialState()
+        self.changes: list[PhaseChange] = []
+        self.refusals: list[str] = []
+        self.refused = False  # whether the bus refused the last command
+
+    def tick(self, number: int, due: int) -> bool:
+        """Do what is due at `due` (ns); False once the trial has ended and was told about."""
+        now = due / SECOND
+        behind = not self._listen(now) or self._behind
+        self._behind = False
+        recording = not (self._full or self._ring.failed)
+        seen = self._lookout.seen(
+            now,
+            bus_off=self._controller.off() or self._refused_in_a_row >= OFF_THE_BUS,
+            recording=recording,
+        )
+        if behind:  # what is heard now was said in the past: it arms nothing, and keeps nothing
+            seen = Seen()
+            self._senders.forget()
+            if self.state.phase in HOLDING:
+                self._trip(TripReason.TIMING, BEHIND, due)
+        if self._senders.trouble:
+            self._trip(TripReason.TWO_SENDERS, self._senders.trouble, due)
+        if number >= LAST_TICK:
+            self.stop(due, TOO_LONG)
+        if not recording and self.state.phase not in HOLDING:  # with authority, `permit` says so
+            self._trip(TripReason.RECORDER, UNRECORDED, due)
+        standing = self._control.asked if self._control else NOTHING
+        self._move_to(advance(self.state, seen, self._plan, now, standing), due)
+        self._send(self._decide(seen, now, due), now)
+        self._report(number, now)
+        return self._ended_at is None or now - self._ended_at < AFTERWARDS
+
+    @property
+    def expects_the_button(self) -> bool:
+        """Tell whether the trial would begin if the rider pressed the button now."""
+        armed = self.state.phase == Phase.ARMED and self.state.released
+        return armed and not self._behind and not self._refused_in_a_row
+
+    def attend(self, due: int) -> bool:
+        """Listen between two ticks, at `due` (ns); True where the rider has pressed the button."""
+        now = due / SECOND
+        self._behind = not self._listen(now)
+        return not self._behind and self._lookout.seen(now).rider.button
+
+    def stop(self, due: int, why: str = "stopped by the operator") -> None:
+        """End the trial from outside, be it by the operator's interrupt."""
+        self._trip(TripReason.STOPPED, why, due)
+
+    def _trip(self, reason: TripReason, detail: str, due: int) -> None:
+        self._move_to(tripped(self.state, Trip(reason, detail), due / SECOND), due)
+
+    def _listen(self, now: float) -> bool:
+        """Take in the frames that have arrived; False where too many have for one tick.
+
+        They came at any time since the bench listened last, and count as old as that: a status
+        that waited to be read is no fresher for it. Where time went back, they came now.
+        """
+        since, self._listened = min(self._listened, now), now
+        for _ in range(MOST_FRAMES):
+            try:
+                message = self._bus.recv(0)
+            except can.CanError as fault:
+                self._refused(fault)
+                return True
+            if message is None:
+                return True
+            if message.is_error_frame:
+                self._controller.heard(message)
+                self._record(message, self._stamp(message.timestamp), own=False)
+                continue
+            identifier, data = message.arbitration_id, bytes(message.data)
+            own = identifier in self._ours and self._own.heard(identifier, data)
+            self._record(message, self._stamp(message.timestamp), own)
+            if not (own or _carries_nothing(message)):
+                self._observe(identifier, data, now, since)
+        return False
+
+    def _observe(self, identifier: int, data: bytes, now: float, since: float) -> None:
+        decoded = self._codec.decode(identifier, data)
+        if isinstance(decoded, FrameFault):
+            self._lookout.fault(decoded.message)
+            return
+        name = self._codec.name(identifier)
+        if name is None:
+            return
+        self._senders.heard(name, now, self._codec.counter(identifier, data))
+        if name in self._protected and not self._in_sequence(name, identifier, data, now):
+            self._lookout.fault(name)
+            return
+        self._lookout.observe(name, decoded, since)
+        if self._control:
+            self._control.observe(name, decoded, now)
+
+    def _in_sequence(self, name: str, identifier: int, data: bytes, now: float) -> bool:
+        """Tell whether the counter moved; frames lost before this one do not spoil it.
+
+        A counter that stands is not believed after a pause either, when it may have turned once.
+        """
+        counter = self._codec.counter(identifier, data)
+        if counter is None:
+            return True
+        if counter == self._protected[name].counter:
+            return False
+        timeout = self._plan.trial.limits.stale
+        state, fault = e2e.check(self._protected[name], counter, True, now, timeout)
+        self._protected[name] = state
+        return fault is None or fault.fault in (Fault.LOST, Fault.STALE)
+
+    def _record(self, message: can.Message, time_ns: int, own: bool) -> None:
+        flags = (
+            (EXTENDED if message.is_extended_id else 0)
+            | (FD if message.is_fd else 0)
+            | (BIT_RATE_SWITCH if message.bitrate_switch else 0)
+            | (REMOTE if message.is_remote_frame else 0)
+            | (ERROR if message.is_error_frame else 0)
+            | (SENT if own else 0)
+        )
+        if not self._ring.append(time_ns, message.arbitration_id, flags, bytes(message.data)):
+            self._full = True
+
+    def _decide(self, seen: Seen, now: float, due: int) -> ActuatorCommand:
+        """Ask for what the trial wants; a trip turns it into a release in this very tick."""
+        asked = None
+        if self._control and controlling(self.state, self._plan):
+            asked = self._control.ask(waveform_due(self.state, self._plan, now), now)
+        command = wanted(self.state, self._plan, now, asked)
+        if command.authority == Authority.NONE:
+            return command
+        if self._last.authority == Authority.NONE:
+            self._asked_since = now
+        held = Held(
+            self.state.throttle,
+            self.state.grip,
+            self._plan.trial.operating_point.gear,
+            self._last,
+            self._asked_since,
+        )
+        answer = permit(
+            command, held, seen, self._plan.trial.limits, self._plan.trial.command.silence
+        )
+        if isinstance(answer, ActuatorCommand):
+            return answer
+        self._move_to(tripped(self.state, answer, now), due)
+        return ActuatorCommand(Authority.NONE, 0.0, 0.0, now)
+
+    def _move_to(self, state: TrialState, due: int) -> None:
+        if state.phase != self.state.phase:
+            self.changes.append(PhaseChange(state.phase, due))
+            if state.phase == Phase.EXCITING:
+                self._lookout.start_distance(due / SECOND)
+            if state.phase in ENDED:
+                self._ended_at = due / SECOND
+        self.state = state
+
+    def _send(self, command: ActuatorCommand, now: float) -> None:
+        """Send a command; one that the bus refused moved nothing, and the last one still holds."""
+        self.refused = not self._put(*self._sender.encode(command), now)
+        if not self.refused:
+            self._last = replace(command, time=now)
+
+    def _report(self, number: int, now: float) -> None:
+        if now < self._status_due:
+            return
+        self._status_due = now + STATUS_PERIOD - 1e-6
+        trip = self.state.trip.reason if self.state.trip else TripReason.NONE
+        holding = self.state.phase in HOLDING
+        authority = self._plan.authority if holding else Authority.NONE
+        self._put(*self._sender.encode(TrialStatus(self.state.phase, authority, trip, number)), now)
+
+    def _put(self, identifier: int, data: bytes, now: float) -> bool:
+        """Send a frame; a bus that refuses several is off, until it takes one again."""
+        message = can.Message(arbitration_id=identifier, data=data, is_extended_id=False)
+        try:
+            self._bus.send(message)
+        except can.CanError as fault:
+            self._refused(fault)
+            return False
+        self._refused_in_a_row = 0
+        self._own.sent(identifier, data)
+        if self._own.silent:  # never heard back: the record tells when it was handed over
+            self._record(message, round(now * SECOND), own=True)
+        return True
+
+    def _refused(self, fault: can.CanError) -> None:
+        self._refused_in_a_row += 1
+        if len(self.refusals) < MOST_NOTES:
+            self.refusals.append(str(fault))
+
+
+def _carries_nothing(message: can.Message) -> bool:
+    """Tell whether a frame cannot be one of the bench's messages, all of which are 11-bit data."""
+    return message.is_remote_frame or message.is_extended_id
+
+
+def _cycles(database: Database) -> dict[str, float]:
+    """Name the messages that come periodically, with their cycle times (s)."""
+    return {
+        message.name: message.cycle_time
+        for message in database.messages
+        if message.cycle_time and not message.attributes.get("GenMsgSendType", 0)
+    }

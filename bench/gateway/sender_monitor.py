@@ -1,0 +1,77 @@
+"""One message has one sender: two vehicles, or two benches, on one bus are found out.
+
+By the counters, within milliseconds: of two senders each counts for itself, so a frame repeats the
+counter of the one before it, or goes on from the one before that. By the number of frames, within
+half a second, where there is no counter.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from slipbench.protocol.codec import e2e
+
+OURS = frozenset({"ActuatorCommand", "TrialStatus"})
+WINDOW = 0.5  # s over which frames are counted
+TOO_MANY = 1.5  # times as many frames as the cycle time allows; one sender's jitter stays far below
+# Frames out of turn, of which half as many as are due may go by: a controller that repeats a frame
+# after an error in its last bit is no second sender, nor is a frame that overtook another.
+OUT_OF_TURN, FORGIVEN = 4.0, TOO_MANY - 1.0
+
+
+@dataclass
+class _Turns:
+    """The last two counters of one message, and how many frames came out of turn; time: s."""
+
+    last: int | None = None
+    before: int | None = None
+    score: float = 0.0
+    time: float = 0.0
+
+    def heard(self, counter: int, now: float, cycle: float) -> bool:
+        """Take note of a frame; True where too many have come out of turn.
+
+        Frames that are lost leave a gap, which is no turn of somebody else's.
+        """
+        self.score = max(0.0, self.score - FORGIVEN * max(0.0, now - self.time) / cycle)
+        if counter == self.last or (counter == _next(self.before) != _next(self.last)):
+            self.score += 1.0
+        self.before, self.last, self.time = self.last, counter, now
+        return self.score >= OUT_OF_TURN
+
+
+class Senders:
+    """Judges the counters, and counts the frames, of every periodic message."""
+
+    def __init__(self, cycles: Mapping[str, float]) -> None:
+        """Know the cycle time (s) of each periodic message."""
+        self._cycles = dict(cycles)
+        self._most = {name: TOO_MANY * WINDOW / cycle + 2 for name, cycle in cycles.items()}
+        self._window_ends = 0.0
+        self._counts: dict[str, int] = {}
+        self._turns: dict[str, _Turns] = {}
+        self.trouble = ""
+        self.forget()
+
+    def heard(self, name: str, now: float, counter: int | None = None) -> None:
+        """Take note of a frame of message `name` that somebody else sent, at `now` (s)."""
+        if name in OURS:
+            self.trouble = f"another bench sends {name} on this bus"
+        if name not in self._counts:
+            return
+        if now >= self._window_ends:
+            self._window_ends = now + WINDOW
+            self._counts = dict.fromkeys(self._counts, 0)
+        self._counts[name] += 1
+        if self._counts[name] > self._most[name]:
+            self.trouble = f"{name} comes more often than one sender sends it: two vehicles?"
+        if counter is not None and self._turns[name].heard(counter, now, self._cycles[name]):
+            self.trouble = f"{name} is counted by more than one sender: two vehicles?"
+
+    def forget(self) -> None:
+        """Count afresh: what has been heard came late, and much of it at once."""
+        self._counts = dict.fromkeys(self._cycles, 0)
+        self._turns = {name: _Turns() for name in self._cycles}
+
+
+def _next(counter: int | None) -> int | None:
+    return None if counter is None else (counter + 1) % e2e.PERIOD

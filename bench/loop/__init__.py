@@ -1,0 +1,1 @@
+"""The periodic loop and what runs beside it: clock, ticks, ring, recorder, real-time process."""

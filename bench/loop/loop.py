@@ -1,0 +1,104 @@
+"""The periodic loop: deadlines are absolute; each tick is sent, late, refused or skipped."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from slipbench.bench.loop.clock import Clock
+
+MOST_TICKS = 3_600_000  # for which there is room: an hour of ticks of 1 ms
+LAST_TICK = MOST_TICKS - 1000  # after it there is only time to hand back and to say so
+
+# A tick is told its number and the time at which it was due; it answers whether to go on.
+Tick = Callable[[int, int], bool]
+# Waits until a deadline (ns), or answers True earlier: then the next tick is due now.
+Wait = Callable[[int], bool]
+# Is told of each tick once it ran: its number, when it was due, how late it began (ns), and whether
+# what it sent was refused.
+Note = Callable[[int, int, int, bool], None]
+
+
+@dataclass(frozen=True)
+class Lateness:
+    """What became of every tick.
+
+    tick      (n,) int64, number of each tick that ran, increasing
+    lateness  (n,) int64, ns from when it was due to when it began
+    period    ns
+    start     ns, when tick 0 was due, or would have been where the ticks began anew since
+    refused   (n,) bool, whether the bus refused what the tick sent
+    """
+
+    tick: npt.NDArray[np.int64]
+    lateness: npt.NDArray[np.int64]
+    period: int
+    start: int
+    refused: npt.NDArray[np.bool_]
+
+    @property
+    def due(self) -> int:
+        """Count the ticks that fell due."""
+        return int(self.tick[-1]) + 1 if self.tick.size else 0
+
+    @property
+    def skipped(self) -> int:
+        """Count the ticks that were past before they could run."""
+        return self.due - int(self.tick.size)
+
+    def quantiles(self) -> dict[str, float]:
+        """Give lateness at p50, p99, p99.9 and the maximum, in s."""
+        if not self.tick.size:
+            return {}
+        names = {"p50": 50.0, "p99": 99.0, "p99_9": 99.9, "max": 100.0}
+        return {key: float(np.percentile(self.lateness, q)) * 1e-9 for key, q in names.items()}
+
+
+def unnoted(_number: int, _due: int, _late: int, _refused: bool) -> None:
+    """Take no note of a tick."""
+
+
+def never() -> bool:
+    """Tell that nothing is refused."""
+    return False
+
+
+def run_periodic(
+    tick: Tick,
+    period: int,
+    clock: Clock,
+    most: int = MOST_TICKS,
+    note: Note = unnoted,
+    wait: Wait | None = None,
+    refused: Callable[[], bool] = never,
+) -> Lateness:
+    """Call `tick` every `period` ns until it answers False or `most` ticks fell due.
+
+    A late tick runs at once and is told its own number; ticks that are wholly past are skipped,
+    so the value sent is always the one that is due now. Where `wait` ends early the next tick is
+    due at that moment, and those after it a period apart from there. `refused` tells whether the
+    bus refused what the last tick sent.
+    """
+    numbers, lateness = np.empty(most, np.int64), np.empty(most, np.int64)
+    unsent = np.zeros(most, np.bool_)
+    start = clock.now_ns() + period
+    number = ran = 0
+    while number < most:
+        if wait is None:
+            clock.sleep_until_ns(start + number * period)
+        elif wait(start + number * period):
+            start = min(start, clock.now_ns() - number * period)
+        late = clock.now_ns() - (start + number * period)
+        if late >= period:
+            number += late // period
+            late %= period
+        due = start + number * period
+        goes_on = tick(number, due)
+        numbers[ran], lateness[ran], unsent[ran] = number, late, refused()
+        note(number, due, late, refused())
+        ran += 1
+        if not goes_on:
+            break
+        number += 1
+    return Lateness(numbers[:ran].copy(), lateness[:ran].copy(), period, start, unsent[:ran].copy())

@@ -1,0 +1,141 @@
+"""The loop as a process of its own: it opens the bus, runs the ticks and reports at the end.
+
+Between its start and its report it speaks to other processes only through two rings in shared
+memory: frames and ticks for the recorder, phases for whoever watches.
+"""
+
+import signal
+import threading
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+from multiprocessing.connection import Connection
+
+import can
+
+from slipbench.bench.bus.opening import BusAddress, open_bus, receive_buffer, stamps_wall_time
+from slipbench.bench.gateway.gateway import Gateway, PhaseChange
+from slipbench.bench.gateway.stamps import SteadyStamps, as_stamped
+from slipbench.bench.loop.button_wait import attentive
+from slipbench.bench.loop.clock import SECOND, SPIN, MonotonicClock
+from slipbench.bench.loop.interrupts import interrupts
+from slipbench.bench.loop.loop import Lateness, Tick, run_periodic
+from slipbench.bench.loop.realtime_process import NO_SPIN, die_with, one_processor, undisturbed
+from slipbench.bench.loop.ring import PHASE, Ring, attach_shared
+from slipbench.bench.loop.ticks import noting
+from slipbench.bench.safety.trial import Plan, TrialState
+from slipbench.bench.safety.vehicle_monitor import Wheels
+from slipbench.protocol.codec.messages import Phase
+from slipbench.protocol.database.layout import Database
+from slipbench.protocol.errors import InputError
+
+PHASES = 1 << 10  # phases that wait for whoever watches; more are only in the report
+
+
+@dataclass(frozen=True)
+class LoopOrder:
+    """What the loop needs.
+
+    frames, phases  names of rings in shared memory
+    """
+
+    plan: Plan
+    database: Database
+    wheels: Wheels
+    address: BusAddress
+    frames: str
+    phases: str
+
+
+@dataclass(frozen=True)
+class LoopReport:
+    """What became of the trial, and what the operating system refused."""
+
+    state: TrialState
+    changes: tuple[PhaseChange, ...]
+    lateness: Lateness
+    notes: tuple[str, ...]
+
+
+def serve(order: LoopOrder, pipe: Connection) -> None:
+    """Open the bus and say so, wait for the word to begin, run, report; the process's main."""
+    die_with(signal.SIGTERM)
+    stop = threading.Event()
+    with interrupts(stop), ExitStack() as open_things:
+        try:
+            bus = open_things.enter_context(open_bus(order.address, hears_itself=True))
+        except InputError as fault:
+            pipe.send(fault)
+            return
+        frames = open_things.enter_context(shared_ring(order.frames))
+        phases = open_things.enter_context(shared_ring(order.phases, PHASES))
+        pipe.send(receive_buffer(bus))
+        try:
+            pipe.recv()
+        except EOFError:  # whoever started this had something against it
+            return
+        pipe.send(run_loop(order, bus, frames, phases, stop))
+
+
+def run_loop(
+    order: LoopOrder, bus: can.BusABC, frames: Ring, phases: Ring, stop: threading.Event
+) -> LoopReport:
+    """Run the gateway's ticks until the trial has ended; `stop` ends it by a release."""
+    alone = one_processor()
+    clock = MonotonicClock(0 if alone else SPIN)
+    stamp = SteadyStamps(clock) if stamps_wall_time(bus) else as_stamped
+    gateway = Gateway(order.plan, bus, order.database, frames, order.wheels, stamp)
+    period = round(order.plan.trial.command.period * SECOND)
+    tick = _telling(gateway, phases, stop)
+    with undisturbed() as refused:
+        _forget(bus)
+        wait = attentive(gateway, bus, clock)
+        lateness = run_periodic(
+            tick, period, clock, note=noting(frames), wait=wait, refused=lambda: gateway.refused
+        )
+    frames.close()
+    notes = (*refused, *([NO_SPIN] if alone else ()), *gateway.refusals)
+    return LoopReport(gateway.state, tuple(gateway.changes), lateness, notes)
+
+
+def _forget(bus: can.BusABC) -> None:
+    """Throw away what was heard before the first tick: it would all seem to come at once."""
+    try:
+        while bus.recv(0) is not None:
+            pass
+    except can.CanError:
+        return  # the first tick meets it again, and says so
+
+
+def _telling(gateway: Gateway, phases: Ring, stop: threading.Event) -> Tick:
+    """Wrap the gateway's tick: an interrupt stops the trial, and a new phase is told."""
+    told = 0
+
+    def tick(number: int, due: int) -> bool:
+        nonlocal told
+        if stop.is_set():
+            gateway.stop(due)
+        goes_on = gateway.tick(number, due)
+        while told < len(gateway.changes):
+            change = gateway.changes[told]
+            phases.append(change.time_ns, change.phase, PHASE, b"")
+            told += 1
+        return goes_on
+
+    return tick
+
+
+def drain_phases(phases: Ring) -> list[PhaseChange]:
+    """Take out the phases that were told since the last look."""
+    return [PhaseChange(Phase(slot.identifier), slot.time_ns) for slot in phases.drain()]
+
+
+@contextmanager
+def shared_ring(name: str, slots: int = 1 << 16) -> Iterator[Ring]:
+    """Open a ring that another process made, for as long as the block lasts."""
+    memory, ring = attach_shared(name, slots)
+    try:
+        yield ring
+    finally:
+        ring.release()
+        memory.close()

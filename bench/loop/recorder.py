@@ -1,0 +1,144 @@
+"""The recorder: every frame that the gateway saw, appended to a candump log as it comes.
+
+Text lines, written at once and in order, so that a killed process loses what was still in the
+ring and a torn last line at the most. The ticks of the loop go into a table beside the log.
+"""
+
+import multiprocessing
+import os
+import signal
+import time
+from collections.abc import Iterable
+from contextlib import ExitStack
+from multiprocessing.process import BaseProcess
+from pathlib import Path
+from typing import BinaryIO
+
+from slipbench.bench.loop.interrupts import asking
+from slipbench.bench.loop.ring import (
+    BIT_RATE_SWITCH,
+    ERROR,
+    EXTENDED,
+    FD,
+    REMOTE,
+    SENT,
+    TICK,
+    UNTOLD,
+    Ring,
+    Slot,
+    attach_shared,
+)
+from slipbench.bench.loop.ticks import HEADER, TICKS, TickTable
+from slipbench.protocol.logs.candump_line import ERROR_FLAG
+from slipbench.protocol.recording.run_folder import FRAMES
+
+PAUSE = 0.005  # s between two looks at the ring
+JOIN = 30.0  # s that the recorder has to write what is left
+ORPHANED = 0.5  # s of silence after which a recorder that nobody waits for ends
+
+
+def candump_line(frame: Slot, bus: str) -> str:
+    """Write one frame as `candump -L -x` does: time, bus, frame, and T for sent or R."""
+    seconds, nanoseconds = divmod(frame.time_ns, 1_000_000_000)
+    number = frame.identifier | (ERROR_FLAG if frame.flags & ERROR else 0)
+    identifier = f"{number:08X}" if frame.flags & (EXTENDED | ERROR) else f"{number:03X}"
+    if frame.flags & FD:
+        mark = f"##{1 if frame.flags & BIT_RATE_SWITCH else 0:X}"
+    else:
+        mark = "#R" if frame.flags & REMOTE else "#"
+    direction = "T" if frame.flags & SENT else "R"
+    return (
+        f"({seconds:010d}.{nanoseconds // 1000:06d}) {bus} "
+        f"{identifier}{mark}{frame.data.hex().upper()} {direction}\n"
+    )
+
+
+class Recorder:
+    """Drains a ring into an append-only log of frames and one of ticks."""
+
+    def __init__(
+        self, ring: Ring, log: BinaryIO, bus: str, ticks: BinaryIO, table: TickTable
+    ) -> None:
+        """Write the frames of `ring` to `log` as from `bus`, its ticks to `ticks`; unbuffered."""
+        self._ring, self._log, self._bus, self._ticks, self._table = ring, log, bus, ticks, table
+        self.lines = 0
+        self.trouble = ""
+        self._append(ticks, [HEADER])
+
+    def drain(self) -> int:
+        """Write what is in the ring; a disk that refuses is told to the writer of the ring.
+
+        Returns how many frames and ticks there were.
+        """
+        slots = list(self._ring.drain())
+        frames = [candump_line(slot, self._bus) for slot in slots if not slot.flags & TICK]
+        self._append(self._log, frames)
+        self._append(self._ticks, [self._table.lines(slot) for slot in slots if slot.flags & TICK])
+        self.lines += 0 if self.trouble else len(frames)
+        return len(slots)
+
+    def _append(self, file: BinaryIO, lines: Iterable[str]) -> None:
+        text = "".join(lines)
+        if not text or self.trouble:
+            return
+        try:
+            _write_all(file, text.encode("ascii"))
+        except OSError as fault:
+            self.trouble = str(fault)
+            self._ring.fail(fault.errno or UNTOLD)
+
+
+def _write_all(log: BinaryIO, data: bytes) -> None:
+    view = memoryview(data)
+    while view:
+        view = view[log.write(view) :]
+
+
+def what_failed(ring: Ring) -> list[str]:
+    """Say what kept the reader of `ring` from writing all of it; nothing where it did."""
+    if not ring.failed:
+        return []
+    if ring.why_failed:
+        return [f"the recorder could not write: {ring.why_failed}"]
+    return ["the recorder could not keep up with the ring"]
+
+
+def open_log(path: Path) -> BinaryIO:
+    """Open a new log; every write reaches the operating system before it returns."""
+    return path.open("xb", buffering=0)
+
+
+def start_recorder(ring_name: str, folder: Path, bus: str, table: TickTable) -> BaseProcess:
+    """Start the recorder as a process of its own: it shares no interpreter with the loop."""
+    process = multiprocessing.get_context("spawn").Process(
+        target=_record, args=(ring_name, folder, bus, table, os.getpid()), name="slipbench recorder"
+    )
+    process.start()
+    return process
+
+
+def _record(ring_name: str, folder: Path, bus: str, table: TickTable, parent: int) -> None:
+    """Follow the ring until it is closed, or until nobody is left who would fill it.
+
+    The operator's Ctrl-C, or the terminal's end, reaches every process of the terminal: it ends the
+    trial, and only when that has handed back the recorder.
+    """
+    for number in asking():
+        signal.signal(number, signal.SIG_IGN)
+    memory, ring = attach_shared(ring_name)
+    with ExitStack() as files:
+        log, ticks = (files.enter_context(open_log(folder / name)) for name in (FRAMES, TICKS))
+        recorder = Recorder(ring, log, bus, ticks, table)
+        last_words = time.monotonic()
+        while True:
+            now = time.monotonic()
+            if os.getppid() == parent:
+                last_words = now
+            last_round = ring.closed or now - last_words > ORPHANED
+            if recorder.drain():
+                last_words = now
+            if last_round:
+                break
+            time.sleep(PAUSE)
+    ring.release()
+    memory.close()

@@ -1,0 +1,1 @@
+"""Replay of a recorded log on one bus or several, by absolute deadlines."""

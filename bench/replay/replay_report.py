@@ -1,0 +1,60 @@
+"""The timing of a replay, told on the terminal and in a file."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import tomli_w
+
+from slipbench.bench.replay.replay_process import Ready, Report
+from slipbench.protocol.errors import InputError
+
+QUANTILES = {"p50": 50.0, "p99": 99.0, "p99_9": 99.9, "max": 100.0}
+
+
+def timing(ready: Ready, report: Report, speed: float) -> dict[str, Any]:
+    """Lay a replay's timing out as a table; times in s."""
+    known = report.replayed.known
+    return {
+        "frames": ready.frames,
+        "sent": report.replayed.sent,
+        "passes": report.replayed.passes,
+        "speed": speed,
+        "recorded_duration": ready.span * 1e-9,
+        "took": report.took * 1e-9,
+        "queue_full": report.replayed.refused,
+        "channels": dict(ready.buses),
+        "lateness": {
+            name: float(np.percentile(known, share)) * 1e-9 for name, share in QUANTILES.items()
+        }
+        if known.size
+        else {},
+        "refused": list(report.refused),
+        "warnings": list(ready.warnings),
+    }
+
+
+def told(table: dict[str, Any]) -> str:
+    """Say in a few lines what a replay did."""
+    lateness = ", ".join(
+        f"{name} {value * 1e6:.1f} us" for name, value in table["lateness"].items()
+    )
+    lines = [
+        f"{table['sent']} frames replayed of a log of {table['frames']}, in {table['took']:.3f} s "
+        f"(recorded in {table['recorded_duration']:.3f} s, speed {table['speed']:g})",
+        f"lateness {lateness.replace('p99_9', 'p99.9')}" if lateness else "nothing was sent",
+    ]
+    if table["queue_full"]:
+        lines.append(f"{table['queue_full']} frames waited for a bus whose queue was full")
+    return "\n".join([*lines, *table["refused"], *table["warnings"]])
+
+
+def write(table: dict[str, Any], path: Path) -> None:
+    """Write the table as a new TOML file."""
+    try:
+        with path.open("xb") as file:
+            tomli_w.dump(table, file)
+    except OSError as cause:
+        raise InputError(
+            "the timing report cannot be written", where=str(path), found=str(cause)
+        ) from cause

@@ -1,0 +1,1 @@
+"""The safety gate: vehicle monitor, trial state machine, and the permit that has the last word."""

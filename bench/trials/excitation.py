@@ -1,0 +1,155 @@
+"""Excitations: what is added to the operating point, as pure functions of time."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from slipbench.protocol.errors import InputError
+from slipbench.protocol.trial_file import Multisine, Square, Sweep, TrialFile
+from slipbench.protocol.units import parse_quantity
+from slipbench.protocol.waveforms import waveform
+
+FloatArray = npt.NDArray[np.float64]
+COMMANDS_PER_CYCLE = 20  # fewer make a sine a staircase whose images reach the slip
+
+
+@dataclass(frozen=True)
+class Excitation:
+    """A waveform, sampled at the command period before anything is armed.
+
+    actuator  "throttle" or "spark", or "slip": the target of a controller
+    table     (n,) deviation from the operating point at each command, throttle or slip 0..1 or rad
+    period    s between commands
+    """
+
+    actuator: str
+    table: FloatArray
+    period: float
+
+    @property
+    def duration(self) -> float:
+        """Give the excitation's length in s."""
+        return self.table.size * self.period
+
+    def value(self, time: float) -> float:
+        """Give the deviation that is due `time` s after the button; zero outside, and for NaN."""
+        if not math.isfinite(time):
+            return 0.0
+        index = math.floor(time / self.period + 1e-3)  # float time may fall a hair short
+        return float(self.table[index]) if 0 <= index < self.table.size else 0.0
+
+
+def plan_excitation(trial: TrialFile) -> Excitation:
+    """Compute the waveform of a trial and check that the bench can carry it.
+
+    Raises InputError where a frequency is beyond the command rate, or where amplitude or rate
+    exceed the trial's own limits.
+    """
+    spec, limits = trial.excitation, trial.limits
+    unit, most, rate = {
+        "throttle": ("", limits.throttle_deviation, limits.throttle_rate),
+        "spark": ("rad", min(-limits.spark[0], limits.spark[1]), limits.spark_rate),
+        "slip": ("", limits.slip, math.inf),  # a target; what moves is the controller's to limit
+    }[spec.actuator]
+    amplitude = parse_quantity(spec.amplitude, unit)
+    _check_amplitude(trial, amplitude, most)
+    _check_frequency(trial)
+    count = round(spec.duration / trial.command.period)
+    time = np.arange(count, dtype=np.float64) * trial.command.period
+    wave = amplitude * waveform(trial.excitation)(time)
+    step = rate * trial.command.period
+    if spec.actuator == "slip":
+        return Excitation(spec.actuator, wave, trial.command.period)
+    wave = _limit_rate(wave, step) if isinstance(spec, Square) else _end_at_zero(wave)
+    _check_rate(trial, wave, rate)
+    return Excitation(spec.actuator, wave, trial.command.period)
+
+
+def _check_frequency(trial: TrialFile) -> None:
+    spec, period = trial.excitation, trial.command.period
+    match spec:
+        case Sweep():
+            key, highest = "stop", max(spec.start, spec.stop)
+        case Square():
+            key, highest = "frequency", spec.frequency
+        case Multisine():
+            key, highest = "highest", spec.highest
+            _check_multisine(spec)
+    carried = 1 / (COMMANDS_PER_CYCLE * period)
+    if highest > carried * (1 + 1e-9):
+        raise InputError(
+            f"excitation.{key} = {highest:g} Hz is more than the command rate carries",
+            where=trial.name,
+            expected=f"at most {carried:g} Hz ({1 / period:g} commands/s / {COMMANDS_PER_CYCLE})",
+            found=f"{highest:g} Hz",
+            remedy="lower it or shorten command.period",
+        )
+
+
+def _check_multisine(spec: Multisine) -> None:
+    lines = np.arange(1, int(spec.highest * spec.period + 1e-9) + 1, 2)
+    if not np.any(lines >= spec.lowest * spec.period - 1e-9):
+        raise InputError(
+            "excitation: no odd harmonic lies between lowest and highest",
+            found=f"{spec.lowest:g} .. {spec.highest:g} Hz with a period of {spec.period:g} s",
+            remedy="lengthen the period or widen the band",
+        )
+    if spec.duration < spec.period:
+        raise InputError(
+            "excitation.duration is shorter than one period of the multisine",
+            expected=f"at least {spec.period:g} s",
+            found=f"{spec.duration:g} s",
+        )
+
+
+def _check_amplitude(trial: TrialFile, amplitude: float, most: float) -> None:
+    if not 0 < amplitude <= most and not amplitude == 0 == _least(trial):
+        key = {"throttle": "throttle_deviation"}.get(
+            trial.excitation.actuator, trial.excitation.actuator
+        )
+        raise InputError(
+            f"excitation.amplitude = {trial.excitation.amplitude} is outside the trial's limits",
+            where=trial.name,
+            expected=f"above 0 and at most {most:.4g} (limits.{key})",
+            found=f"{amplitude:.4g}",
+            remedy=f"lower the amplitude, or widen limits.{key} if the rider can take it",
+        )
+
+
+def _least(trial: TrialFile) -> float:
+    """Return the least amplitude: a target may stand still, an excitation may not."""
+    return 0.0 if trial.excitation.actuator == "slip" else math.inf
+
+
+def _check_rate(trial: TrialFile, wave: FloatArray, rate: float) -> None:
+    fastest = float(np.max(np.abs(np.diff(wave, prepend=0.0, append=0.0)))) / trial.command.period
+    if isinstance(trial.excitation, Sweep | Multisine) and fastest > rate * (1 + 1e-9):
+        raise InputError(
+            "the excitation moves faster than the trial's rate limit",
+            where=trial.name,
+            expected=f"at most {rate:.4g} per second (limits.{trial.excitation.actuator}_rate)",
+            found=f"{fastest:.4g} per second",
+            remedy="lower the amplitude or the highest frequency, or raise the rate limit",
+        )
+
+
+def _end_at_zero(wave: FloatArray) -> FloatArray:
+    """Rest after the last zero crossing, so that the hand-over to settling does not jump."""
+    crossings = np.flatnonzero(np.diff(np.signbit(wave)))
+    at_rest = wave.size > 1 and abs(wave[-1]) <= 1.01 * abs(wave[-1] - wave[-2])  # whole periods
+    if at_rest or not crossings.size:
+        return wave
+    return np.where(np.arange(wave.size) <= crossings[-1], wave, 0.0)
+
+
+def _limit_rate(wave: FloatArray, step: float) -> FloatArray:
+    """Turn jumps into ramps of `step` per command, from zero and back to zero."""
+    limited = np.empty_like(wave)
+    value, last = 0.0, wave.size - 1
+    for index, target in enumerate(wave):
+        reach = (last - index) * step  # come home in time for the last command
+        value += float(np.clip(np.clip(target, -reach, reach) - value, -step, step))
+        limited[index] = value
+    return limited

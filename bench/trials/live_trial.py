@@ -1,0 +1,217 @@
+"""A trial in real time, on whatever bus python-can opens: three processes and two rings.
+
+The loop has its own process, which no other work can hold up, and the recorder another; this one
+watches both, tells the phases, and keeps what is left when one of them dies.
+"""
+
+import multiprocessing
+import signal
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from multiprocessing.connection import Connection, wait
+from multiprocessing.process import BaseProcess
+from pathlib import Path
+from types import FrameType
+
+from slipbench.bench.bus.opening import BusAddress
+from slipbench.bench.loop.exit_status import ended
+from slipbench.bench.loop.interrupts import asking
+from slipbench.bench.loop.liveness import Pulse
+from slipbench.bench.loop.loop_process import PHASES, LoopOrder, LoopReport, drain_phases, serve
+from slipbench.bench.loop.recorder import JOIN, start_recorder, what_failed
+from slipbench.bench.loop.ring import Ring, create_shared
+from slipbench.bench.loop.ticks import TICKS, read_ticks, tick_table
+from slipbench.bench.safety.trial import TrialState
+from slipbench.bench.trials.outcome import Outcome
+from slipbench.bench.trials.preparation import Prepared
+from slipbench.bench.vehicle.virtual_motorcycle import wheels_of
+from slipbench.protocol.codec.messages import Phase
+from slipbench.protocol.errors import InputError
+
+LOOK = 0.1  # s between two looks at the processes
+GLANCE = 0.01  # s between two looks for the recorder
+OPENING = 60.0  # s that a bus has to open, and a recorder to begin, on a machine however loaded
+STANDING = 15.0  # s without a tick after which a loop that lives is ended: it was stopped
+Told = Callable[[Phase], None]
+
+
+class LiveTrial:
+    """A loop that has opened its bus and waits for the word to begin."""
+
+    def __init__(
+        self,
+        loop: BaseProcess,
+        pipe: Connection,
+        frames: Ring,
+        phases: Ring,
+        order: LoopOrder,
+        receive_buffer: int | None,
+    ) -> None:
+        """Watch `loop`, which listens at the other end of `pipe`."""
+        self.receive_buffer = receive_buffer
+        self._loop, self._pipe, self._order = loop, pipe, order
+        self._frames, self._phases = frames, phases
+        self._report: LoopReport | None = None
+        self._over = False
+        self._pulse = Pulse(frames, round(STANDING / LOOK))
+        self._known = TrialState()
+        self._notes: list[str] = []
+
+    def run(self, folder: Path, told: Told) -> Outcome:
+        """Run the trial, frames and ticks into `folder`; `told` is told each phase as it begins."""
+        table = tick_table(self._order.plan.trial)
+        recorder = start_recorder(self._order.frames, folder, self._order.address.name, table)
+        if not _begun(recorder, folder / TICKS):
+            self._frames.fail()  # the loop reads it in its first tick, and says so
+        self._pipe.send("begin")
+        changes = []
+        while self._running(recorder):
+            for change in drain_phases(self._phases):
+                changes.append(change)
+                self._known = TrialState(change.phase)
+                told(change.phase)
+        self._frames.close()
+        self._notes += _finish(recorder, self._frames)
+        if self._report is not None:
+            report = self._report
+            return Outcome(
+                report.state, report.changes, report.lateness, (*report.notes, *self._notes)
+            )
+        died = f"the loop's process died ({ended(self._loop) or 'without a report'})"
+        lateness = read_ticks(folder / TICKS, table.period)
+        return Outcome(self._known, tuple(changes), lateness, (died, *self._notes), died)
+
+    def _running(self, recorder: BaseProcess) -> bool:
+        """Wait a moment for the report; a loop or a recorder that died meanwhile is noticed."""
+        if self._over:
+            return False  # what was told with the report has been taken in between
+        lives = recorder.exitcode is None
+        wait([self._pipe, *([recorder.sentinel] if lives else [])], LOOK)
+        if recorder.exitcode is not None:
+            self._frames.fail()  # the loop reads it in its next tick, and hands back
+        if self._pulse.stands() and not self._pipe.poll():
+            self._notes.append(f"the loop's process stood still for {STANDING:g} s and was ended")
+            self._loop.kill()
+        if self._pipe.poll():
+            self._over = True
+            try:
+                self._report = self._pipe.recv()
+            except (EOFError, ConnectionError):  # it died
+                self._loop.join(JOIN)
+        return True
+
+
+@contextmanager
+def live_trial(prepared: Prepared, address: BusAddress) -> Iterator[LiveTrial]:
+    """Start the loop's process; raises InputError where it cannot open the bus at `address`.
+
+    A vehicle, virtual or real, is expected on the bus.
+    """
+    spawning = multiprocessing.get_context("spawn")
+    ours, theirs = spawning.Pipe()
+    with _ring() as (frames_name, frames), _ring(PHASES) as (phases_name, phases):
+        order = LoopOrder(
+            prepared.plan,
+            prepared.database,
+            wheels_of(prepared.ride.vehicle),
+            address,
+            frames_name,
+            phases_name,
+        )
+        loop = spawning.Process(target=serve, args=(order, theirs), name="slipbench loop")
+        loop.start()
+        theirs.close()
+        try:
+            with _interrupts_passed_on(loop) as asked:
+                room = _opened(ours, loop, address, asked)
+                yield LiveTrial(loop, ours, frames, phases, order, room)
+        finally:
+            ours.close()
+            frames.close()
+            loop.join(JOIN)
+            if loop.is_alive():
+                loop.kill()
+                loop.join()
+
+
+def _opened(
+    pipe: Connection, loop: BaseProcess, address: BusAddress, asked: threading.Event
+) -> int | None:
+    """Wait until the bus is open; returns the bytes of frames that the kernel keeps for it.
+
+    Raises InputError where it cannot be opened, or does not open; KeyboardInterrupt where the
+    operator ended it meanwhile.
+    """
+    try:
+        if not pipe.poll(OPENING):
+            loop.kill()  # its driver hangs: it would not hear a word
+            raise InputError(
+                "the CAN bus does not open: "
+                f"interface {address.interface!r}, channel {address.channel!r}",
+                expected=f"an answer within {OPENING:g} s",
+                found="none",
+                remedy="does its driver hang? unplug the adapter, or try another program on it",
+            )
+        answer: int | InputError | None = pipe.recv()
+    except EOFError as cause:
+        loop.join(JOIN)
+        if asked.is_set():
+            raise KeyboardInterrupt from cause
+        raise RuntimeError(f"the loop's process did not start ({ended(loop)})") from cause
+    if isinstance(answer, InputError):
+        raise answer
+    return answer
+
+
+def _begun(recorder: BaseProcess, path: Path) -> bool:
+    """Wait until the recorder has made `path`: a trial begins when it can be recorded."""
+    for _ in range(round(OPENING / GLANCE)):
+        if path.exists() or recorder.exitcode is not None:
+            break
+        recorder.join(GLANCE)
+    return path.exists()
+
+
+def _finish(recorder: BaseProcess, ring: Ring) -> list[str]:
+    """Let the recorder write what is left, and say what it could not."""
+    recorder.join(JOIN)
+    if recorder.exitcode is None:
+        recorder.kill()
+        recorder.join()
+        return ["the recorder did not finish and was ended"]
+    if recorder.exitcode != 0:
+        return [f"the recorder's process died ({ended(recorder)})"]
+    return what_failed(ring)
+
+
+@contextmanager
+def _ring(slots: int = 1 << 16) -> Iterator[tuple[str, Ring]]:
+    memory, ring = create_shared(slots)
+    try:
+        yield memory.name, ring
+    finally:
+        ring.release()
+        memory.close()
+        memory.unlink()
+
+
+@contextmanager
+def _interrupts_passed_on(loop: BaseProcess) -> Iterator[threading.Event]:
+    """Leave Ctrl-C to the loop, which hands back; what else asks for an end reaches it too.
+
+    Yields what is set once the operator has asked.
+    """
+    asked = threading.Event()
+
+    def pass_on(_signal: int, _frame: FrameType | None) -> None:
+        asked.set()
+        if loop.is_alive():
+            loop.terminate()
+
+    before = {number: signal.signal(number, pass_on) for number in asking()}
+    try:
+        yield asked
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)

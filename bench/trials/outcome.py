@@ -1,0 +1,115 @@
+"""How a trial ended, and what of it goes into run.toml."""
+
+import math
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from slipbench.bench.gateway.gateway import PhaseChange
+from slipbench.bench.loop.loop import Lateness
+from slipbench.bench.safety.trial import TrialState
+from slipbench.protocol.codec.messages import Phase, TripReason
+from slipbench.protocol.trial_file import Timing, TrialFile
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """A trial's last state, its phases, and what became of every tick.
+
+    died  why the loop could not report; state and phases are then the last that were told
+    """
+
+    state: TrialState
+    changes: tuple[PhaseChange, ...]
+    lateness: Lateness
+    notes: tuple[str, ...] = ()
+    died: str = ""
+
+    @property
+    def done(self) -> bool:
+        """Tell whether the trial ran to its end."""
+        return self.state.phase == Phase.DONE
+
+    @property
+    def excited(self) -> bool:
+        """Tell whether there is anything to identify."""
+        return any(change.phase == Phase.EXCITING for change in self.changes)
+
+    @property
+    def trip(self) -> str:
+        """Say why it tripped; empty where it did not."""
+        return self.state.trip.detail if self.state.trip else self.died
+
+
+def told(outcome: Outcome, trial: TrialFile) -> dict[str, Any]:
+    """Lay an outcome out as tables of run.toml."""
+    reason = outcome.state.trip.reason if outcome.state.trip else TripReason.NONE
+    lateness = outcome.lateness
+    why_not = invalid(outcome, trial.timing)
+    return {
+        "outcome": {
+            "valid": not why_not,
+            **({"invalid": why_not} if why_not else {}),
+            "phase": outcome.state.phase.name.lower(),
+            "trip": reason.name.lower(),
+            "detail": outcome.trip,
+            **_operating_point(outcome.state),
+            "notes": list(outcome.notes),
+            "phases": [
+                {"phase": change.phase.name.lower(), "time_ns": change.time_ns}
+                for change in outcome.changes
+            ],
+        },
+        "lateness": {
+            "period": lateness.period * 1e-9,
+            "due": lateness.due,
+            "ran": int(lateness.tick.size),
+            "skipped": lateness.skipped,
+            "refused": int(np.sum(lateness.refused)),
+            **lateness.quantiles(),
+        },
+    }
+
+
+def in_short(notes: Sequence[str], most: int = 8) -> list[str]:
+    """Tell notes on a terminal: each once, with how often it came, and what is not shown."""
+    counts = Counter(notes)
+    told = [f"{note} ({n} times)" if n > 1 else note for note, n in counts.items()]
+    if len(told) <= most:
+        return told
+    return [*told[:most], f"and {len(told) - most} others, in run.toml"]
+
+
+def invalid(outcome: Outcome, timing: Timing) -> str:
+    """Say why the trial's timing does not count; empty where it does.
+
+    Judged over the ticks while the bench held authority: what came before moved nothing.
+    """
+    if outcome.died:
+        return outcome.died
+    lateness = outcome.lateness
+    began = [change.time_ns for change in outcome.changes if change.phase == Phase.EXCITING]
+    if not began or not lateness.due:
+        return ""
+    first = (began[0] - lateness.start) // lateness.period
+    last = max(change.time_ns for change in outcome.changes)
+    due = max((last - began[0]) // lateness.period, 1)
+    held = (lateness.tick >= first) & (lateness.tick < first + due)
+    refused = int(np.sum(lateness.refused[held]))
+    late = int(np.sum((lateness.lateness > timing.late * 1e9)[held & ~lateness.refused]))
+    skipped = int(due - np.sum(held))
+    if late + skipped + refused <= timing.budget * due:
+        return ""
+    return (
+        f"{late} ticks of {due} with authority were more than {timing.late * 1e3:g} ms late, "
+        f"{skipped} skipped and {refused} refused by the bus: "
+        f"over the budget of {timing.budget:.2%} (timing.budget)"
+    )
+
+
+def _operating_point(state: TrialState) -> dict[str, float]:
+    """Tell the opening about which was excited, where the trial came to that."""
+    return {} if math.isnan(state.throttle) else {"operating_throttle": state.throttle}

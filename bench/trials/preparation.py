@@ -1,0 +1,156 @@
+"""Before a trial: every file is read, every check made, and only then the run folder begun."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from slipbench.bench.loop.loop import LAST_TICK, MOST_TICKS
+from slipbench.bench.safety.trial import Plan, plan_of
+from slipbench.bench.trials.excitation import plan_excitation
+from slipbench.bench.trials.wire_limits import check_wire
+from slipbench.bench.vehicle.virtual_motorcycle import Ride, read_vehicle
+from slipbench.protocol.configuration import read_toml
+from slipbench.protocol.controller_file import Bounds, ControllerFile
+from slipbench.protocol.database.database import load_database
+from slipbench.protocol.database.layout import Database
+from slipbench.protocol.errors import InputError
+from slipbench.protocol.trial_file import TrialFile
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """A trial that can be run, and where its files came from."""
+
+    plan: Plan
+    ride: Ride
+    database: Database
+    trial_path: Path
+    vehicle_path: Path
+    database_path: Path
+    controller_path: Path | None = None
+
+    @property
+    def trial(self) -> TrialFile:
+        """The trial file as read."""
+        return self.plan.trial
+
+
+def prepare(trial_path: Path, database_path: Path) -> Prepared:
+    """Read and check a trial; raises InputError for whatever the user must mend."""
+    trial = read_toml(trial_path, TrialFile)
+    vehicle_path = (trial_path.parent / trial.vehicle).resolve()
+    controller_path = _controller_path(trial, trial_path)
+    controller = read_toml(controller_path, ControllerFile) if controller_path else None
+    if controller:
+        check_controller(controller, trial, str(controller_path))
+    _check_length(trial, str(trial_path))
+    excitation, database = plan_excitation(trial), load_database(database_path)
+    check_wire(trial, excitation, database, str(trial_path))
+    return Prepared(
+        plan_of(trial, excitation, controller),
+        Ride(read_vehicle(vehicle_path), trial),
+        database,
+        trial_path,
+        vehicle_path,
+        database_path,
+        controller_path,
+    )
+
+
+def _check_length(trial: TrialFile, where: str) -> None:
+    """Refuse a trial that would not be over before the loop must end."""
+    least = trial.operating_point.steady_for + trial.settling + trial.hand_back
+    longest = LAST_TICK * trial.command.period
+    if least + trial.excitation.duration <= longest:
+        return
+    raise InputError(
+        f"the trial has more than the {MOST_TICKS} ticks that the loop can count",
+        where=where,
+        expected=f"up to {longest:g} s of operating_point.steady_for, excitation.duration, "
+        "settling and hand_back together",
+        found=f"{least + trial.excitation.duration:g} s",
+        remedy="shorten excitation.duration, make two trials of it, or lengthen command.period",
+    )
+
+
+def _controller_path(trial: TrialFile, trial_path: Path) -> Path | None:
+    return (trial_path.parent / trial.controller.file).resolve() if trial.controller else None
+
+
+def check_controller(controller: ControllerFile, trial: TrialFile, where: str) -> None:
+    """Refuse a controller that was made for another period, or that could trip the trial."""
+    limits, period = trial.limits, trial.command.period
+    if abs(controller.period - period) > 1e-9:
+        raise InputError(
+            "the controller was designed for another command period",
+            where=where,
+            expected=f"{period * 1e3:g} ms (command.period)",
+            found=f"{controller.period * 1e3:g} ms",
+            remedy="design it again, or change command.period",
+        )
+    most = limits.throttle_deviation
+    throttle = controller.mixed.throttle if controller.mixed else controller.limits
+    spark = controller.limits if controller.actuator != "throttle" else None
+    if controller.actuator != "spark":
+        _inside(throttle, (-most, most), limits.throttle_rate, "throttle", where)
+    if spark is not None:
+        _inside(spark, limits.spark, limits.spark_rate, "spark", where)
+    _ramps(controller, trial, where)
+
+
+def _inside(
+    bounds: Bounds, allowed: tuple[float, float], rate: float, actuator: str, where: str
+) -> None:
+    low, high = allowed
+    if low <= bounds.low and bounds.high <= high and bounds.rate <= rate:
+        return
+    raise InputError(
+        f"the controller may move the {actuator} further or faster than the trial permits",
+        where=where,
+        expected=f"{low:.4g} .. {high:.4g} at up to {rate:.4g}/s (the trial's limits)",
+        found=f"{bounds.low:.4g} .. {bounds.high:.4g} at up to {bounds.rate:.4g}/s",
+        remedy="design it for these limits, or narrow its limits",
+    )
+
+
+def _ramps(controller: ControllerFile, trial: TrialFile, where: str) -> None:
+    """Refuse a hand-back that could be too quick from where the controller may stand then."""
+    limits = trial.limits
+    throttle = controller.mixed.throttle if controller.mixed else controller.limits
+    ways = []
+    if controller.actuator != "spark":
+        # the rider's grip may ask for the other end of what the trial permits
+        way = _farthest(throttle) + limits.throttle_deviation
+        ways.append(("throttle", way, limits.throttle_rate))
+    if controller.actuator != "throttle":
+        ways.append(("spark", _farthest(controller.limits), limits.spark_rate))
+    for actuator, way, rate in ways:
+        if way > rate * trial.hand_back:
+            raise InputError(
+                f"the hand-back could move the {actuator} faster than the trial permits",
+                where=where,
+                expected=f"up to {rate:.4g}/s (the trial's limits)",
+                found=f"{way:.4g} within hand_back = {trial.hand_back:g} s: "
+                f"{way / trial.hand_back:.4g}/s",
+                remedy=f"lengthen hand_back to {way / rate:.3g} s",
+            )
+
+
+def _farthest(bounds: Bounds) -> float:
+    return max(abs(bounds.low), abs(bounds.high))
+
+
+def check_swing(prepared: Prepared, opening: float) -> None:
+    """Refuse a throttle excitation that would leave the range around `opening` (0..1)."""
+    if prepared.plan.excitation.actuator != "throttle":
+        return
+    low, high = prepared.trial.limits.throttle
+    swing = float(abs(prepared.plan.excitation.table).max())
+    if low <= opening - swing and opening + swing <= high:
+        return
+    raise InputError(
+        "the excitation would leave the throttle's range",
+        where=str(prepared.trial_path),
+        expected=f"{low:.1%} .. {high:.1%} (limits.throttle)",
+        found=f"{swing:.1%} about the {opening:.1%} that holds the operating point",
+        remedy="lower excitation.amplitude or choose another operating point",
+    )

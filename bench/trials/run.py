@@ -1,0 +1,117 @@
+"""A trial and its recording: the run folder is made, filled while the trial runs, and described."""
+
+import shutil
+from collections.abc import Callable
+from dataclasses import replace
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+from slipbench import dbc
+from slipbench.bench.bus.opening import RECEIVE_BUFFER, BusAddress
+from slipbench.bench.trials.live_trial import live_trial
+from slipbench.bench.trials.outcome import Outcome, told
+from slipbench.bench.trials.preparation import Prepared, check_swing
+from slipbench.bench.trials.simulated_trial import BITRATE, BUS, START, run_simulated
+from slipbench.bench.trials.vehicle_roles import roles_text
+from slipbench.bench.vehicle.virtual_motorcycle import opening, wheels_of
+from slipbench.protocol.codec.messages import Phase
+from slipbench.protocol.errors import InputError
+from slipbench.protocol.recording.run_folder import create, versions, write_description
+from slipbench.protocol.trial_file import TrialFile
+
+
+def run_trial(
+    prepared: Prepared,
+    folder: Path,
+    address: BusAddress | None,
+    progress: Callable[[float], None] = lambda _: None,
+    phases: Callable[[Phase], None] = lambda _: None,
+) -> Outcome:
+    """Run a trial into `folder`: on the simulated clock, or in real time at `address`.
+
+    `progress` is told the simulated time in s, `phases` each phase of a live trial. Raises
+    InputError, and leaves no folder behind, where the folder exists, the trial does not suit the
+    vehicle, or the bus cannot be opened.
+    """
+    if address is None:
+        check_swing(prepared, opening(prepared.ride))
+        description = _begin(prepared, folder, address)
+        outcome = run_simulated(prepared, folder, progress)
+    else:
+        with live_trial(prepared, address) as loop:
+            description = _begin(prepared, folder, address, loop.receive_buffer)
+            outcome = loop.run(folder, phases)
+    return _end(folder, description, outcome, prepared.trial)
+
+
+def _begin(
+    prepared: Prepared, folder: Path, address: BusAddress | None, room: int | None = None
+) -> dict[str, Any]:
+    """Make the run folder, with everything in it that is known beforehand, or none at all."""
+    create(folder)
+    description = _description(prepared, address, room)
+    try:
+        _keep_inputs(prepared, folder)
+        write_description(folder, description)
+    except OSError as cause:
+        shutil.rmtree(folder, ignore_errors=True)
+        raise InputError(
+            "the recording cannot be begun",
+            where=str(folder),
+            found=str(cause.strerror or cause),
+            remedy="make room, or give a folder on another disk with --out",
+        ) from cause
+    return description
+
+
+def _end(folder: Path, description: dict[str, Any], outcome: Outcome, trial: TrialFile) -> Outcome:
+    """Describe how it ended; a disk that has no room for that costs no frame that it holds."""
+    try:
+        write_description(folder, {**description, **told(outcome, trial)})
+    except OSError as cause:
+        note = f"run.toml does not tell how the trial ended: {cause.strerror}"
+        return replace(outcome, notes=(*outcome.notes, note))
+    return outcome
+
+
+def _keep_inputs(prepared: Prepared, folder: Path) -> None:
+    """Copy what the trial was made of, so that the folder alone repeats a judgement."""
+    shutil.copyfile(prepared.trial_path, folder / "trial.toml")
+    shutil.copyfile(prepared.vehicle_path, folder / "vehicle.toml")
+    shutil.copyfile(prepared.database_path, folder / "database.dbc")
+    if prepared.controller_path:
+        shutil.copyfile(prepared.controller_path, folder / "controller.toml")
+    (folder / "roles.toml").write_text(
+        roles_text(dbc.MOTORBIKE_ROLES, wheels_of(prepared.ride.vehicle))
+    )
+
+
+def _description(
+    prepared: Prepared, address: BusAddress | None, room: int | None
+) -> dict[str, Any]:
+    """Describe the run before it begins, so that even a killed one says what it was.
+
+    `room`: bytes of frames that the kernel keeps while nobody reads them, where it was asked.
+    """
+    run: dict[str, Any] = {
+        "kind": "trial",
+        "name": prepared.trial.name,
+        "vehicle": prepared.ride.vehicle.name,
+        "started": datetime.now(UTC).isoformat(timespec="seconds"),
+        "database_sha256": prepared.database.sha256,
+    }
+    if address is None:
+        run["start_time_ns"] = START
+        bus = {"interface": "simulated", "name": BUS, "bitrate": BITRATE, "clock": "simulated"}
+    else:
+        bus = {
+            "interface": address.interface,
+            "channel": address.channel,
+            "name": address.name,
+            "bitrate": address.bitrate,
+            "clock": "monotonic",
+        }
+        if room is not None:
+            bus["receive_buffer"], bus["receive_buffer_wanted"] = room, RECEIVE_BUFFER
+    return {"run": run, "bus": bus, "versions": versions()}

@@ -1,0 +1,87 @@
+"""A trial in lock step: gateway, bus and virtual motorcycle on one simulated clock.
+
+The same loop, gateway and virtual motorcycle as on a real bus, faster than real time, and the same
+frames to the last bit whenever the trial is the same.
+"""
+
+from collections.abc import Callable
+from pathlib import Path
+
+from slipbench.bench.bus.faults import NO_FAULTS, FaultPlan
+from slipbench.bench.bus.simulated_bus import SimulatedBus
+from slipbench.bench.gateway.gateway import Gateway
+from slipbench.bench.loop.clock import MILLISECOND, SECOND, SimulatedClock
+from slipbench.bench.loop.loop import run_periodic
+from slipbench.bench.loop.recorder import Recorder, open_log, what_failed
+from slipbench.bench.loop.ring import Ring
+from slipbench.bench.loop.ticks import TICKS, noting, tick_table
+from slipbench.bench.trials.outcome import Outcome
+from slipbench.bench.trials.preparation import Prepared
+from slipbench.bench.vehicle.virtual_motorcycle import VirtualMotorcycle, wheels_of
+from slipbench.protocol.codec.codec import Codec
+from slipbench.protocol.recording.run_folder import FRAMES
+
+BITRATE = 1_000_000  # bit/s
+BUS = "can0"
+START = SECOND  # ns; simulated recordings begin a second into the epoch, whatever the date
+DEVICE_PHASE = 350_000  # ns after the gateway's tick at which the devices wake
+
+
+def run_simulated(
+    prepared: Prepared,
+    folder: Path,
+    progress: Callable[[float], None] = lambda _: None,
+    faults: FaultPlan = NO_FAULTS,
+) -> Outcome:
+    """Run the trial, frames and ticks into `folder`; `progress` is told the time in s.
+
+    `faults` happen on the bus, from the trial's start; its nodes are "gateway" and "motorcycle".
+    """
+    wire = SimulatedBus(BITRATE, faults=faults, start_ns=START)
+    with (
+        wire.node("gateway", hears_itself=True) as ours,
+        wire.node("motorcycle") as theirs,
+        open_log(folder / FRAMES) as log,
+        open_log(folder / TICKS) as ticks,
+    ):
+        motorcycle = VirtualMotorcycle(prepared.ride, theirs, Codec(prepared.database))
+        ring = Ring.local()
+        recorder = Recorder(ring, log, BUS, ticks, tick_table(prepared.trial))
+        gateway = Gateway(
+            prepared.plan, ours, prepared.database, ring, wheels_of(prepared.ride.vehicle)
+        )
+        world = _World(wire, motorcycle, recorder, progress)
+        clock = SimulatedClock(START, world.live_until)
+        period = round(prepared.trial.command.period * SECOND)
+        lateness = run_periodic(
+            gateway.tick, period, clock, note=noting(ring), refused=lambda: gateway.refused
+        )
+        recorder.drain()
+    notes = (*gateway.refusals, *what_failed(ring))
+    return Outcome(gateway.state, tuple(gateway.changes), lateness, notes)
+
+
+class _World:
+    """Everything that lives while the gateway waits for its next tick."""
+
+    def __init__(
+        self,
+        wire: SimulatedBus,
+        motorcycle: VirtualMotorcycle,
+        recorder: Recorder,
+        progress: Callable[[float], None],
+    ) -> None:
+        self._wire, self._motorcycle, self._recorder = wire, motorcycle, recorder
+        self._progress = progress
+        self._number = 0
+
+    def live_until(self, time_ns: int) -> None:
+        """Wake the devices every millisecond up to `time_ns`, frames arriving in between."""
+        while (due := START + self._number * MILLISECOND + DEVICE_PHASE) <= time_ns:
+            self._wire.advance_to(due)
+            self._motorcycle.tick(self._number, due)
+            self._number += 1
+        self._wire.advance_to(time_ns)
+        self._recorder.drain()
+        if self._number % 100 == 0:
+            self._progress((time_ns - START) / SECOND)

@@ -1,0 +1,258 @@
+"""The virtual motorcycle: ECU, throttle, encoders, optical sensor and rider, on any CAN bus.
+
+The one file of the bench that knows the physics. It speaks the database like the real devices,
+each on its own clock, and it takes authority back when the bench falls silent.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import can
+import numpy as np
+
+from slipbench.bench.bus.opening import interface_gone
+from slipbench.bench.loop.clock import SECOND
+from slipbench.bench.safety.vehicle_monitor import Wheels
+from slipbench.bench.vehicle.devices import DeviceClock, Grant
+from slipbench.bench.vehicle.disturbances import ON_THE_ROAD, Disturbances, Roughness
+from slipbench.bench.vehicle.instruments import Instruments, Motion, Timing
+from slipbench.bench.vehicle.rider import Rider
+from slipbench.bench.vehicle.road import Road
+from slipbench.plant.channels import ChannelTiming
+from slipbench.plant.encoder import ToothedDisc, begin, passing_teeth, toothed_disc
+from slipbench.plant.equilibrium import equilibrium
+from slipbench.plant.errors import VehicleFileError
+from slipbench.plant.motorcycle import Motorcycle
+from slipbench.plant.sensing import Memories, Misdates, Tells, clock_of, tell, telling
+from slipbench.plant.signals import Floats
+from slipbench.plant.simulation import Inputs, Outputs, Simulation
+from slipbench.plant.vehicle_file import Vehicle, load_vehicle
+from slipbench.protocol.codec.codec import Codec, Sender
+from slipbench.protocol.codec.messages import ActuatorCommand, Authority, TrialStatus
+from slipbench.protocol.errors import InputError
+from slipbench.protocol.trial_file import TrialFile
+
+STEP = 0.001  # s, the devices' own cycle
+LIVED = ("throttle_position", "engine_speed", "optical_speed")  # told between frames as well
+ECHOED = ("throttle_command", "spark_command", "spark_applied")  # told by the frame only
+
+
+def read_vehicle(path: Path) -> Vehicle:
+    """Load a vehicle file; its faults are a user's mistake like any other."""
+    try:
+        return load_vehicle(path)
+    except VehicleFileError as fault:
+        raise InputError(str(fault)) from fault
+
+
+def wheels_of(vehicle: Vehicle) -> Wheels:
+    """Tell the gateway what turns tooth intervals into speeds."""
+    motorcycle = vehicle.motorcycle
+    rear, front = motorcycle.rear_wheel.radius, motorcycle.front_wheel.radius
+    return Wheels(rear, front, int(motorcycle.rear_encoder.teeth))
+
+
+def opening(ride: "Ride") -> float:
+    """Tell which throttle opening (0..1) holds the trial's operating point."""
+    return ride.equilibrium(Simulation(ride.vehicle.motorcycle))[1]
+
+
+@dataclass(frozen=True)
+class Ride:
+    """What the virtual motorcycle is to do: a vehicle, a trial's operating point, a seed."""
+
+    vehicle: Vehicle
+    trial: TrialFile
+    roughness: Roughness = ON_THE_ROAD
+
+    def equilibrium(self, simulation: Simulation) -> tuple[Floats, float]:
+        """Find the steady state of the operating point, and the opening that holds it."""
+        point = self.trial.operating_point
+        try:
+            return equilibrium(simulation, point.gear, point.engine_speed)
+        except (ValueError, IndexError) as fault:
+            raise InputError(
+                "the vehicle cannot stand at the trial's operating point",
+                where=self.trial.name,
+                found=str(fault),
+                remedy="change operating_point in the trial, or the vehicle file",
+            ) from fault
+
+
+class Sensor:
+    """What the vehicle's effects make of one channel, moment by moment."""
+
+    def __init__(self, motorcycle: Motorcycle, channel: str, *stages: str) -> None:
+        """Remember nothing yet; act with the effects of these stages."""
+        self._effects = telling(motorcycle.effects, channel, *stages)
+        self._memories: Memories = ()
+
+    def follow(self, times: Floats, values: Floats) -> float:
+        """Live through these moments (s, true time) and tell the last one's value."""
+        if self._effects:
+            self._memories, values = tell(self._effects, self._memories, times, values)
+        return float(values[-1])
+
+    def tell(self, now: float, value: float) -> float:
+        """Tell the value of one frame."""
+        return self.follow(np.array([now]), np.array([value])) if self._effects else value
+
+
+class VirtualMotorcycle:
+    """Lives a millisecond at a time and speaks for all devices on the bus."""
+
+    def __init__(self, ride: Ride, bus: can.BusABC, codec: Codec) -> None:
+        """Ride at the trial's operating point, the rider's hand on the grip."""
+        trial, motorcycle = ride.trial, ride.vehicle.motorcycle
+        self._silence = trial.command.silence
+        self._gear = trial.operating_point.gear
+        self._bus, self._codec, self._sender = bus, codec, Sender(codec)
+        self._simulation = Simulation(motorcycle)
+        self._state, grip = ride.equilibrium(self._simulation)
+        self._rider = Rider(trial.rider, grip)
+        _check_channels(ride.vehicle)
+        self._instruments = Instruments(_timings(ride.vehicle), codec, self._rider, trial.seed)
+        self._sensors = {channel: Sensor(motorcycle, channel, "signal") for channel in LIVED}
+        self._disturbances = Disturbances(ride.roughness, trial.seed)
+        self._inputs = Inputs.held(1, gear=float(self._gear), throttle_command=grip)
+        self._grant = Grant()
+        self._counter: int | None = None  # of the last command
+        self._discs = {
+            "rear": toothed_disc(motorcycle.rear_encoder, motorcycle.effects, "rear_encoder"),
+            "front": toothed_disc(motorcycle.front_encoder, motorcycle.effects, "front_encoder"),
+        }
+        self._pickups: dict[str, Floats] = {}
+        self._road = Road(trial.road)
+        self._place = 0.0  # m since the button
+        self._start: int | None = None
+        self._lived = 0
+        self._throttle_rate = 0.0
+        self.taken_back: list[float] = []  # s, when silence ended the bench's authority
+
+    def tick(self, number: int, due: int) -> bool:
+        """Live up to and including millisecond `number`, due at `due` ns; go on for ever."""
+        if self._start is None:
+            self._start = due - round((number + 1) * STEP * SECOND)
+        while self._lived <= number:
+            self._lived += 1
+            self._live(self._lived * STEP)
+        return True
+
+    def _live(self, now: float) -> None:
+        """Live the millisecond that ends at `now`, s since the ride began.
+
+        The motorcycle moves under what the devices held since the last one; then they take in what
+        arrived meanwhile, and hold and echo that from `now` on.
+        """
+        motion = self._move(now)
+        self._listen(now)
+        grant = self._grant.at(now, self._silence)
+        if grant.latched and not self._grant.latched:
+            self.taken_back.append(now)
+        self._grant = grant
+        for name, message in self._instruments.speak(self._lived - 1, now, motion, grant):
+            self._send(*self._sender.encode(message, name=name))
+
+    def _listen(self, now: float) -> None:
+        while (frame := self._bus.recv(0)) is not None:
+            if frame.is_error_frame or frame.is_remote_frame or frame.is_extended_id:
+                continue
+            message = self._codec.decode(frame.arbitration_id, frame.data)
+            match message:
+                case ActuatorCommand() if self._in_sequence(frame, now):
+                    self._grant = self._grant.hear(message, now)
+                case TrialStatus():
+                    self._rider.sees(message.phase, now)
+
+    def _in_sequence(self, frame: can.Message, now: float) -> bool:
+        """Tell whether the counter moved; one that stands is not believed after silence either."""
+        counter = self._codec.counter(frame.arbitration_id, frame.data)
+        moved = counter is None or counter != self._counter
+        self._counter = counter
+        return moved
+
+    def _move(self, now: float) -> Motion:
+        """Let devices and disturbances drive the motorcycle for a millisecond."""
+        authority, command, inputs = self._grant.authority, self._grant.command, self._inputs
+        throttle = command.throttle if authority & Authority.THROTTLE else self._rider.grip
+        inputs.throttle_command[0] = throttle
+        inputs.spark[0] = command.spark if authority & Authority.SPARK else 0.0
+        inputs.road_force[0], inputs.engine_disturbance[0] = self._disturbances.draw(STEP)
+        inputs.grip[0], inputs.load[0] = self._road.factors(self._place)
+        self._state, out = self._simulation.advance(self._state, inputs)
+        if self._rider.pressed:
+            self._place += float(out.speed[-1]) * STEP
+        times = now + (out.time - out.time[-1])
+        self._turn("rear", times, out.rear_angle, out.rear_speed)
+        self._turn("front", times, out.front_angle, out.front_speed)
+        return self._motion(times, out)
+
+    def _turn(self, wheel: str, times: Floats, angle: Floats, speed: Floats) -> None:
+        disc = self._discs[wheel]
+        if wheel not in self._pickups:
+            self._pickups[wheel] = begin(float(times[0]), float(angle[0]), float(speed[0]))
+            return
+        self._pickups[wheel], passed = passing_teeth(
+            disc, self._pickups[wheel], times, angle, speed
+        )
+        seconds = [float(tick) * disc.resolution for tick in passed.ticks]
+        self._instruments.teeth(wheel, seconds, _teeth(disc))
+
+    def _motion(self, times: Floats, out: Outputs) -> Motion:
+        rate = float(out.throttle_rate[-1])
+        acceleration = (rate - self._throttle_rate) / STEP
+        self._throttle_rate = rate
+        return Motion(
+            throttle=self._sensors["throttle_position"].follow(times, out.throttle),
+            throttle_acceleration=acceleration,
+            engine_speed=self._sensors["engine_speed"].follow(times, out.engine_speed),
+            gear=self._gear,
+            optical_speed=self._sensors["optical_speed"].follow(times, out.optical_speed),
+            acceleration=float(out.acceleration[-1]),
+            rear_angle=float(out.rear_angle[-1]),
+            front_angle=float(out.front_angle[-1]),
+        )
+
+    def _send(self, identifier: int, data: bytes) -> None:
+        frame = can.Message(arbitration_id=identifier, data=data, is_extended_id=False)
+        try:
+            self._bus.send(frame)
+        except can.CanOperationError as refusal:
+            if interface_gone(refusal):
+                raise
+            return  # a full queue loses the frame, as on a real device; its counter tells
+
+
+def _teeth(disc: ToothedDisc) -> int:
+    return int(disc.angles.size)
+
+
+def _timings(vehicle: Vehicle) -> Mapping[str, Timing]:
+    """Turn the vehicle file's channels into what the instruments add to the truth."""
+    return {name: _timing(vehicle, name, channel) for name, channel in vehicle.channels.items()}
+
+
+def _timing(vehicle: Vehicle, name: str, channel: ChannelTiming) -> Timing:
+    stages = ("frame",) if name in LIVED else ("signal", "frame")
+    return Timing(
+        DeviceClock(*clock_of(vehicle.motorcycle.effects, channel)),
+        channel.latency,
+        channel.noise,
+        Sensor(vehicle.motorcycle, name, *stages).tell,
+    )
+
+
+def _check_channels(vehicle: Vehicle) -> None:
+    """Refuse effects on what the virtual motorcycle does not tell, or tells without a stamp."""
+    clocks = {channel.clock for channel in vehicle.channels.values()}
+    for effect in vehicle.motorcycle.effects:
+        known = (*LIVED, *ECHOED) if isinstance(effect, Tells) else tuple(sorted(clocks))
+        if isinstance(effect, (Tells, Misdates)) and effect.subject not in known:
+            raise InputError(
+                "the virtual motorcycle has no such channel or clock to act on",
+                where=f"{vehicle.name}: effects.{effect.name}",
+                expected=", ".join(known),
+                found=effect.subject,
+                remedy="let the effect act on one of these",
+            )

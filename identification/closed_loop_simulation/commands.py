@@ -1,0 +1,73 @@
+"""The sub-command of this package: compare."""
+
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from slipbench.plant.vehicles import DEMONSTRATION
+
+EXAMPLE = "Example: slipbench compare examples/controllers/*.toml --page docs/controllers.md"
+
+
+def register(app: typer.Typer) -> None:
+    """Add `compare` to the one command."""
+    app.command("compare", epilog=EXAMPLE)(compare_command)
+
+
+def one_of_each_name(given: Iterable[Path]) -> list[Path]:
+    """Return the files that are given, those of folders in order. Raises InputError."""
+    from slipbench.protocol.errors import InputError
+
+    found: dict[str, Path] = {}
+    for path in given:
+        files = sorted(path.glob("*.toml")) if path.is_dir() else [path]
+        if not files:
+            raise InputError(
+                "a folder without controllers",
+                where=str(path),
+                expected="*.toml",
+                found="none",
+                remedy="slipbench design RUN... --actuator throttle --out FILE",
+            )
+        for file in files:
+            other = found.setdefault(file.stem, file)
+            if other != file:
+                raise InputError(
+                    "two controllers of one name",
+                    where=str(file),
+                    expected="a name for each, since the page tells them by name",
+                    found=str(other),
+                    remedy="rename one of the files",
+                )
+    return list(found.values())
+
+
+def compare_command(
+    controllers: Annotated[
+        list[Path], typer.Argument(help="Controller files, or folders of them.")
+    ],
+    page: Annotated[Path, typer.Option(help="Where to write the page; figures beside it.")],
+    vehicle: Annotated[Path, typer.Option(help="Vehicle file to ride.")] = DEMONSTRATION,
+    bandwidth: Annotated[float, typer.Option(help="w_c of the throttle servo, Hz.")] = 10.0,
+) -> None:
+    """Ride the same scenarios open loop and with each controller, and compare."""
+    from slipbench.identification.closed_loop_simulation.compare import compare
+    from slipbench.identification.closed_loop_simulation.page import write_page
+    from slipbench.plant.errors import VehicleFileError
+    from slipbench.plant.vehicle_file import load_vehicle
+    from slipbench.protocol.configuration import read_toml
+    from slipbench.protocol.controller_file import ControllerFile
+    from slipbench.protocol.errors import InputError
+
+    files = {path.stem: read_toml(path, ControllerFile) for path in one_of_each_name(controllers)}
+    try:
+        motorcycle = load_vehicle(vehicle).motorcycle
+    except VehicleFileError as fault:
+        raise InputError(str(fault)) from fault
+    with Console(stderr=True).status("") as progress:
+        found, rides = compare(motorcycle, files, progress.update)
+        write_page(found, rides, page, bandwidth, "make controllers")
+    typer.echo(f"page: {page}")

@@ -1,0 +1,152 @@
+"""One ride under slip control: the simulated motorcycle, its teeth, and a controller, every 1 ms.
+
+An encoder tells its teeth three at a time, or what it has after 5 ms; the optical sensor speaks
+every 4 ms, with its noise. A tick sees what was told, and its command acts from the next tick on.
+That is how it goes over CAN.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from slipbench.controllers.slip_controller import SlipController
+from slipbench.controllers.slip_estimator import EstimatorState, SlipEstimator
+from slipbench.identification.closed_loop_simulation.scenario import Scenario
+from slipbench.plant.channels import DEFAULT_CHANNELS
+from slipbench.plant.encoder import ToothedDisc, begin, passing_teeth, toothed_disc
+from slipbench.plant.equilibrium import equilibrium
+from slipbench.plant.motorcycle import Motorcycle
+from slipbench.plant.signals import Floats, Inputs, Outputs
+from slipbench.plant.simulation import Simulation
+
+TICK = 0.001  # s
+WARM_UP = 5.0  # s: leaves 0.001 % of slip of the gaps; 2 s leave 0.03 %
+OPTICAL = DEFAULT_CHANNELS["optical_speed"]
+TOGETHER = 3  # teeth in a frame
+WAIT = 0.005  # s, after which a frame is sent with fewer
+
+
+@dataclass(frozen=True, eq=False)
+class Ridden:
+    """time: s since control began; slip: true; seen: as estimated; target; throttle, spark: offsets
+    from rest; speed: m/s; distance: m. All (n,)."""
+
+    time: Floats
+    slip: Floats
+    seen: Floats
+    target: Floats
+    throttle: Floats
+    spark: Floats
+    speed: Floats
+    distance: Floats
+
+
+class _Wheels:
+    """Teeth as they pass, taken in by the estimator."""
+
+    def __init__(self, motorcycle: Motorcycle, estimator: SlipEstimator, seed: int) -> None:
+        self._random = np.random.default_rng(seed)
+        self._estimator, self._state = estimator, estimator.initial()
+        self._discs: dict[str, ToothedDisc] = {
+            side: toothed_disc(
+                getattr(motorcycle, f"{side}_encoder"), motorcycle.effects, f"{side}_encoder"
+            )
+            for side in ("rear", "front")
+        }
+        self._pickups: dict[str, Floats] = {}
+        self._waiting: dict[str, list[tuple[float, float]]] = {"rear": [], "front": []}
+        self._told_at = {"rear": 0.0, "front": 0.0}
+        self._next_optical = 0.0
+
+    def take_in(self, out: Outputs, learning: bool) -> EstimatorState:
+        for side in ("rear", "front"):
+            self._turn(side, out, learning)
+        now = float(out.time[-1])
+        if now >= self._next_optical:
+            self._next_optical = now + OPTICAL.period - 1e-9
+            told = float(out.optical_speed[-1]) + OPTICAL.noise * self._random.standard_normal()
+            told = OPTICAL.quantum * round(told / OPTICAL.quantum)
+            self._state = self._estimator.optical(self._state, now, told)
+        return self._state
+
+    def _turn(self, side: str, out: Outputs, learning: bool) -> None:
+        angle, speed = getattr(out, f"{side}_angle"), getattr(out, f"{side}_speed")
+        disc = self._discs[side]
+        if side not in self._pickups:
+            self._pickups[side] = begin(float(out.time[0]), float(angle[0]), float(speed[0]))
+            return
+        self._pickups[side], teeth = passing_teeth(
+            disc, self._pickups[side], out.time, angle, speed
+        )
+        self._waiting[side] += [
+            (float(tick) * disc.resolution, float(number))
+            for tick, number in zip(teeth.ticks, teeth.numbers, strict=True)
+        ]
+        self._tell(side, float(out.time[-1]), learning)
+
+    def _tell(self, side: str, now: float, learning: bool) -> None:
+        waiting = self._waiting[side]
+        if len(waiting) < TOGETHER and now - self._told_at[side] < WAIT:
+            return
+        take = self._estimator.rear_tooth if side == "rear" else self._estimator.front_tooth
+        for time, number in waiting:
+            self._state = take(self._state, time, number, learning)
+        self._told_at[side] = now
+        waiting.clear()
+
+
+def ride(
+    motorcycle: Motorcycle,
+    scenario: Scenario,
+    controller: SlipController | None,
+    seed: int = 1,
+    warm_up: float = WARM_UP,
+) -> Ridden:
+    """Ride a scenario; without a controller throttle and spark stay where they rest.
+
+    seed: of the optical sensor's noise; warm_up: s in which the gaps between teeth are learnt.
+    """
+    simulation = Simulation(motorcycle)
+    state, rest = equilibrium(simulation, scenario.gear, scenario.engine_speed)
+    estimator = SlipEstimator(
+        int(motorcycle.rear_encoder.teeth),
+        motorcycle.rear_wheel.radius,
+        motorcycle.front_wheel.radius,
+        report=WAIT + 0.0015,
+    )
+    wheels = _Wheels(motorcycle, estimator, seed)
+    inputs = Inputs.held(1, gear=float(scenario.gear), throttle_command=rest)
+    warm, ticks = round(warm_up / TICK), round(scenario.duration / TICK)
+    rows = np.empty((ticks, 8))
+    began, control, throttle, spark = 0.0, None, 0.0, 0.0
+    for k in range(warm + ticks):
+        t = (k - warm) * TICK
+        if k >= warm:
+            place = rows[k - warm - 1, 7] if k > warm else 0.0
+            inputs.grip[0], inputs.load[0] = scenario.grip(place), scenario.load(place)
+            inputs.throttle_command[0] = min(max(rest + scenario.throttle(t) + throttle, 0.0), 1.0)
+            inputs.spark[0] = spark
+        state, out = simulation.advance(state, inputs)
+        known = wheels.take_in(out, learning=k < warm)
+        seen = estimator.slip(known, float(out.time[-1]))
+        if k < warm:
+            began = float(out.distance[-1])
+            continue
+        target = scenario.target(t)
+        if controller is not None:
+            if control is None:
+                control = controller.start(0.0, 0.0, seen.value, seen.speed)
+            throttle, spark, control = controller.update(
+                control, target, seen.value, seen.speed, TICK
+            )
+        rows[k - warm] = (
+            t,
+            out.slip[-1],
+            seen.value,
+            target,
+            throttle,
+            spark,
+            out.speed[-1],
+            out.distance[-1] - began,
+        )
+    return Ridden(*rows.T.copy())

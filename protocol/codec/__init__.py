@@ -1,0 +1,1 @@
+"""One CAN frame: layout, encoding, decoding, counters and CRC, length on the wire."""

@@ -1,0 +1,120 @@
+"""Where one value lies in its frame and what it means in SI, worked out from the database."""
+
+from dataclasses import dataclass
+from enum import IntEnum
+from math import ceil, floor
+from typing import Any
+
+from slipbench.protocol.database.layout import Database, Message, Signal
+from slipbench.protocol.errors import InputError
+from slipbench.protocol.units import linear
+
+SI = {
+    "": "",
+    "%": "",
+    "us": "s",
+    "ms": "s",
+    "s": "s",
+    "deg": "rad",
+    "rad": "rad",
+    "rpm": "rad/s",
+    "rad/s": "rad/s",
+    "bar": "Pa",
+    "kPa": "Pa",
+    "Pa": "Pa",
+    "mm": "m",
+    "m": "m",
+    "degC": "K",
+    "K": "K",
+    "m/s": "m/s",
+    "km/h": "m/s",
+    "A": "A",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Slot:
+    """One signal's place and meaning: value in SI = raw * scale + offset.
+
+    low, high: raw values that the database allows. values: of an enumeration or a truth value, by
+    raw value. wraps: sent modulo 2^bits.
+    """
+
+    name: str
+    shift: int
+    mask: int
+    sign: int
+    low: int
+    high: int
+    scale: float
+    offset: float
+    values: tuple[Any, ...] | None
+    wraps: bool
+
+    def pack(self, value: float) -> int:
+        """Place a value in the frame's bits. Raises ValueError where it does not fit."""
+        try:
+            raw = round((value - self.offset) / self.scale)
+        except (ValueError, OverflowError):
+            raise ValueError(f"{self.name} = {value!r} is not a number that can be sent") from None
+        if self.wraps:
+            return (raw & self.mask) << self.shift
+        if not self.low <= raw <= self.high:
+            low, high = (limit * self.scale + self.offset for limit in (self.low, self.high))
+            raise ValueError(f"{self.name} = {value!r} is not in {low:g} to {high:g} (SI)")
+        return (raw & self.mask) << self.shift
+
+    def told(self, raw: int) -> str:
+        """Tell a raw value in SI, for people."""
+        return f"{raw * self.scale + self.offset:g}"
+
+
+def slot(database: Database, message: Message, name: str, kind: type) -> Slot:
+    """Work out the place of one signal that holds a value of type `kind`."""
+    signal = message.signal(name)
+    where = f"{database.origin}: {message.name}.{name}"
+    if not signal.little_endian or signal.is_float:
+        raise InputError("the bench's own signals are little-endian integers", where=where)
+    scale, offset = (1, 0) if kind is int else si(signal, where)
+    low, high = _limits(signal)
+    return Slot(
+        where,
+        signal.start,
+        (1 << signal.length) - 1,
+        1 << (signal.length - 1) if signal.signed else 0,
+        low,
+        high,
+        scale,
+        offset,
+        _values(kind, high, where),
+        signal.wraps,
+    )
+
+
+def si(signal: Signal, where: str) -> tuple[float, float]:
+    """Scale and offset from raw value to SI. Raises InputError for a unit unknown here."""
+    if signal.unit not in SI:
+        known = ", ".join(unit for unit in SI if unit)
+        raise InputError(f"unit {signal.unit!r} is unknown here", where=where, expected=known)
+    slope, zero = linear(signal.unit, SI[signal.unit])
+    return signal.scale * slope, signal.offset * slope + zero
+
+
+def _limits(signal: Signal) -> tuple[int, int]:
+    low, high = signal.raw_range
+    if signal.minimum is not None:
+        low = max(low, ceil((signal.minimum - signal.offset) / signal.scale - 1e-6))
+    if signal.maximum is not None:
+        high = min(high, floor((signal.maximum - signal.offset) / signal.scale + 1e-6))
+    return low, high
+
+
+def _values(kind: type, high: int, where: str) -> tuple[Any, ...] | None:
+    if kind is bool:
+        return (False, True)
+    if not issubclass(kind, IntEnum):
+        return None
+    missing = set(range(high + 1)) - {int(member) for member in kind}
+    if missing:
+        raise InputError(f"{kind.__name__} has no member for {sorted(missing)}", where=where)
+    return tuple(kind(number) for number in range(high + 1))

@@ -1,0 +1,153 @@
+"""How each message of the bench is laid out in its frame, worked out once from the database."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from dataclasses import fields
+from operator import attrgetter
+from typing import Any, get_type_hints
+
+from slipbench.protocol.codec.faults import Fault, FrameFault
+from slipbench.protocol.codec.messages import BenchMessage, Intervals, ToothIntervals
+from slipbench.protocol.codec.slot import Slot, si, slot
+from slipbench.protocol.database.layout import Database, Message
+from slipbench.protocol.errors import InputError
+
+
+class Plan(ABC):
+    """How one message is laid out: identifier, length, data id (None: not protected)."""
+
+    def __init__(self, database: Database, name: str) -> None:
+        self.message = database.message(name)
+        self.name, self.identifier = name, self.message.identifier
+        self.length = self.message.length
+        self.data_id = _data_id(database, self.message)
+
+    @abstractmethod
+    def pack(self, message: Any) -> int:
+        """Lay the message out as one little-endian integer."""
+
+    @abstractmethod
+    def unpack(self, word: int) -> BenchMessage | FrameFault:
+        """Read the message back."""
+
+    def fault(self, fault: Fault, expected: str, found: str, signal: str = "") -> FrameFault:
+        """Name a fault of a frame of this message."""
+        return FrameFault(fault, self.name, signal, expected, found)
+
+    def out_of_range(self, slot: Slot, raw: int) -> FrameFault:
+        """Name the signal whose value the database does not allow."""
+        expected = f"{slot.told(slot.low)} to {slot.told(slot.high)} (SI)"
+        return self.fault(Fault.RANGE, expected, slot.told(raw), slot.name.rpartition(".")[2])
+
+    def period(self, field: str) -> float:
+        """Tell after how much a clock (s) or a running count wraps."""
+        signal = self.message.signal(field)
+        return (1 << signal.length) * si(signal, self.name)[0]
+
+
+def _data_id(database: Database, message: Message) -> int | None:
+    if message.protection is None:
+        return None
+    header = [message.signal(name) for name in ("crc", "counter")]
+    places = [(signal.start, signal.length) for signal in header]
+    if message.protection.profile != 1 or places != [(0, 8), (8, 4)]:
+        raise InputError(
+            f"message {message.name}: end-to-end protection is not laid out as profile 1",
+            where=database.origin,
+            expected="E2EProfile 1, crc at 0|8, counter at 8|4",
+        )
+    return message.protection.data_id
+
+
+class FieldsPlan(Plan):
+    """A message whose fields are signals of the same names."""
+
+    def __init__(self, database: Database, name: str, kind: type[BenchMessage]) -> None:
+        super().__init__(database, name)
+        hints = get_type_hints(kind)
+        names = [field.name for field in fields(kind)]
+        self._kind: Any = kind
+        self._values = attrgetter(*names)
+        self._slots = tuple(slot(database, self.message, name, hints[name]) for name in names)
+
+    def pack(self, message: BenchMessage) -> int:
+        """Lay the message out as one little-endian integer."""
+        word = 0
+        for slot_, value in zip(self._slots, self._values(message), strict=True):
+            word |= slot_.pack(value)
+        return word
+
+    def unpack(self, word: int) -> BenchMessage | FrameFault:
+        """Read the message back; a value outside its range is a fault."""
+        values = []
+        for place in self._slots:
+            raw = (word >> place.shift) & place.mask
+            if raw & place.sign:
+                raw -= place.mask + 1
+            if not place.low <= raw <= place.high:
+                return self.out_of_range(place, raw)
+            table = place.values
+            values.append(raw * place.scale + place.offset if table is None else table[raw])
+        return self._kind(*values)  # type: ignore[no-any-return]
+
+
+class TeethPlan(Plan):
+    """Tooth intervals: the layout says which signals hold them; an unused one is 0."""
+
+    def __init__(self, database: Database, name: str, kind: type[BenchMessage]) -> None:
+        super().__init__(database, name)
+        self._layout = slot(database, self.message, "layout", Intervals)
+        self._count = slot(database, self.message, "tooth_count", int)
+        self._slots = {layout: self._of(database, layout) for layout in Intervals}
+
+    def _of(self, database: Database, layout: Intervals) -> tuple[Slot, ...]:
+        present = [
+            signal
+            for signal in self.message.signals
+            if signal.multiplexer == "layout" and int(layout) in signal.multiplexer_ids
+        ]
+        ordered = sorted(present, key=lambda signal: signal.first_bit)
+        return tuple(slot(database, self.message, signal.name, float) for signal in ordered)
+
+    def capacity(self) -> dict[Intervals, tuple[int, float]]:
+        """Tell how many intervals each layout holds, and the longest that it can (s)."""
+        return {
+            layout: (len(slots), slots[0].high * slots[0].scale)
+            for layout, slots in self._slots.items()
+        }
+
+    def pack(self, message: ToothIntervals) -> int:
+        """Lay the message out as one little-endian integer."""
+        word = self._layout.pack(message.layout) | self._count.pack(message.tooth_count)
+        slots, intervals = self._slots[message.layout], message.intervals
+        if not 1 <= len(intervals) <= len(slots):
+            raise ValueError(
+                f"{self.name}: {len(intervals)} intervals in a {message.layout.name} frame,"
+                f" which holds 1 to {len(slots)}"
+            )
+        for place, interval in zip(slots, intervals, strict=False):
+            bits = place.pack(interval)
+            if not bits and message.layout is not Intervals.STANDING:
+                raise ValueError(f"{place.name} = {interval!r} is less than its resolution")
+            word |= bits
+        return word
+
+    def unpack(self, word: int) -> BenchMessage | FrameFault:
+        """Read the message back; a gap among the intervals is a fault."""
+        layout = Intervals((word >> self._layout.shift) & self._layout.mask)
+        count = (word >> self._count.shift) & self._count.mask
+        slots = self._slots[layout]
+        raws = [(word >> place.shift) & place.mask for place in slots]
+        used = len(raws) if layout is Intervals.STANDING else _used(raws)
+        if not used:
+            return self.fault(Fault.RANGE, "intervals, then zeros", str(raws), "layout")
+        intervals = tuple(
+            raw * place.scale for raw, place in zip(raws[:used], slots[:used], strict=True)
+        )
+        return ToothIntervals(layout, count, intervals)
+
+
+def _used(raws: Sequence[int]) -> int:
+    """Count the intervals before the first zero; 0 where one follows a zero, or there is none."""
+    used = raws.index(0) if 0 in raws else len(raws)
+    return 0 if any(raws[used:]) else used

@@ -1,0 +1,1 @@
+"""CAN databases: read from DBC, checked, described as frozen data."""

@@ -1,0 +1,125 @@
+"""A CAN database is read from a DBC file, once, into frozen data; only this file knows cantools."""
+
+import hashlib
+from pathlib import Path
+from typing import Any
+
+import cantools.database
+from cantools.database.can import Database as CantoolsDatabase
+from cantools.database.can import Message as CantoolsMessage
+from cantools.database.can import Signal as CantoolsSignal
+
+from slipbench.protocol.database.database_check import check
+from slipbench.protocol.database.database_text import breaks
+from slipbench.protocol.database.layout import Database, Message, Protection, Signal
+from slipbench.protocol.errors import InputError
+
+
+def load_database(path: Path) -> Database:
+    """Read a DBC file. Raises InputError naming the file, the message, the signal, the remedy.
+
+    A file that is merely sloppy loads: characters outside UTF-8 (Windows' cp1252 is the custom),
+    no declared ranges or senders, signals under no message, more than 8 bytes without the CAN FD
+    mark. What would decode to wrong values does not: overlaps, bits outside, doubled identifiers.
+    """
+    content = _read(path)
+    parsed = _parse(_text(content), path)
+    database = Database(
+        origin=str(path),
+        sha256=hashlib.sha256(content).hexdigest(),
+        messages=tuple(describe(message) for message in parsed.messages),
+        nodes=tuple(node.name for node in parsed.nodes),
+    )
+    check(database)
+    return database
+
+
+def _read(path: Path) -> bytes:
+    try:
+        return path.read_bytes()
+    except OSError as cause:
+        raise InputError(
+            "cannot read this database", where=str(path), found=str(cause), remedy="check the path"
+        ) from cause
+
+
+def _text(content: bytes) -> str:
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        return content.decode("cp1252", errors="replace")
+
+
+def _parse(text: str, path: Path) -> CantoolsDatabase:
+    try:
+        # Not strict: `check` finds overlaps and misfits itself, to name them all with a remedy.
+        parsed = cantools.database.load_string(text, database_format="dbc", strict=False)
+    except Exception as cause:  # cantools raises KeyError, ValueError and others on broken files
+        raise _unusable(path, f"{type(cause).__name__}: {cause}") from cause
+    if not isinstance(parsed, CantoolsDatabase) or not parsed.messages:
+        raise _unusable(path, "no message")
+    lost = list(breaks(text, {each.name: len(each.signals) for each in parsed.messages}))
+    if lost:
+        raise _unusable(path, "; ".join(lost))
+    return parsed
+
+
+def _unusable(path: Path, found: str) -> InputError:
+    return InputError(
+        "not a usable DBC file",
+        where=str(path),
+        found=found,
+        remedy="mend that line, or give the right file",
+    )
+
+
+def describe(message: CantoolsMessage) -> Message:
+    """Describe one message of cantools, unchecked."""
+    attributes = _attributes(message)
+    return Message(
+        name=message.name,
+        identifier=message.frame_id,
+        length=message.length,
+        signals=tuple(_signal(signal) for signal in message.signals),
+        extended=message.is_extended_frame,
+        fd=message.is_fd or message.length > 8,
+        cycle_time=message.cycle_time / 1000 if message.cycle_time else None,
+        senders=tuple(message.senders),
+        comment=message.comment or "",
+        protection=_protection(attributes),
+        attributes=attributes,
+    )
+
+
+def _attributes(described: CantoolsMessage | CantoolsSignal) -> dict[str, str | int | float]:
+    found: dict[str, Any] = getattr(described.dbc, "attributes", None) or {}
+    return {name: attribute.value for name, attribute in found.items()}
+
+
+def _protection(attributes: dict[str, str | int | float]) -> Protection | None:
+    profile = int(attributes.get("E2EProfile", 0))
+    return Protection(profile, int(attributes.get("E2EDataId", 0))) if profile else None
+
+
+def _signal(signal: CantoolsSignal) -> Signal:
+    return Signal(
+        name=signal.name,
+        start=signal.start,
+        length=signal.length,
+        little_endian=signal.byte_order == "little_endian",
+        signed=signal.is_signed,
+        is_float=signal.is_float,
+        scale=signal.scale,
+        offset=signal.offset,
+        minimum=signal.minimum,
+        maximum=signal.maximum,
+        unit=signal.unit or "",
+        comment=signal.comment or "",
+        receivers=tuple(name for name in signal.receivers if name != "Vector__XXX"),
+        choices={number: str(name) for number, name in (signal.choices or {}).items()},
+        start_value=signal.raw_initial,
+        is_multiplexer=signal.is_multiplexer,
+        multiplexer=signal.multiplexer_signal,
+        multiplexer_ids=tuple(sorted(signal.multiplexer_ids or ())),
+        wraps=_attributes(signal).get("SignalWraps", 0) == 1,
+    )

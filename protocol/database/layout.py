@@ -1,0 +1,124 @@
+"""What a CAN database says of its messages, as frozen data without a library behind it."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+
+from slipbench.protocol.errors import InputError
+
+
+@dataclass(frozen=True)
+class Signal:
+    """One signal: physical value = raw * scale + offset, in `unit`.
+
+    start           bit as the DBC numbers it: bit 8 * byte + n, n = 0 the byte's lowest; the
+                    signal's lowest bit if little-endian, its highest if big-endian
+    minimum, maximum physical, None where the database leaves them open
+    choices         raw value -> name
+    start_value     raw value at power-up
+    multiplexer     the signal that tells whether this one is present, and the raw values of it
+                    (`multiplexer_ids`) for which it is
+    wraps           a running count or clock: sent modulo its width, by design
+    """
+
+    name: str
+    start: int
+    length: int
+    little_endian: bool = True
+    signed: bool = False
+    is_float: bool = False
+    scale: int | float = 1
+    offset: int | float = 0
+    minimum: float | None = None
+    maximum: float | None = None
+    unit: str = ""
+    comment: str = ""
+    receivers: tuple[str, ...] = ()
+    choices: Mapping[int, str] = field(default_factory=dict)
+    start_value: int | float | None = None
+    is_multiplexer: bool = False
+    multiplexer: str | None = None
+    multiplexer_ids: tuple[int, ...] = ()
+    wraps: bool = False
+
+    @property
+    def first_bit(self) -> int:
+        """Position of the signal's first bit as that byte order counts.
+
+        Little-endian: bits count from the lowest of byte 0 upwards. Big-endian: in the order in
+        which they are sent, from the highest of byte 0 downwards.
+        """
+        if self.little_endian:
+            return self.start
+        return 8 * (self.start // 8) + 7 - self.start % 8
+
+    @property
+    def raw_range(self) -> tuple[int, int]:
+        """Lowest and highest raw value of an integer signal."""
+        if self.signed:
+            return -(1 << (self.length - 1)), (1 << (self.length - 1)) - 1
+        return 0, (1 << self.length) - 1
+
+
+@dataclass(frozen=True)
+class Protection:
+    """End-to-end protection: AUTOSAR profile and the message's data id."""
+
+    profile: int
+    data_id: int
+
+
+@dataclass(frozen=True)
+class Message:
+    """One message. cycle_time: s, the least spacing of event messages, None where unstated."""
+
+    name: str
+    identifier: int
+    length: int
+    signals: tuple[Signal, ...] = ()
+    extended: bool = False
+    fd: bool = False
+    cycle_time: float | None = None
+    senders: tuple[str, ...] = ()
+    comment: str = ""
+    protection: Protection | None = None
+    attributes: Mapping[str, str | int | float] = field(default_factory=dict)
+
+    @cached_property
+    def by_name(self) -> Mapping[str, Signal]:
+        """Signals by their names."""
+        return {signal.name: signal for signal in self.signals}
+
+    def signal(self, name: str) -> Signal:
+        """Look a signal up; raises InputError where there is none."""
+        if name not in self.by_name:
+            raise InputError(
+                f"message {self.name} has no signal {name!r}", expected=", ".join(self.by_name)
+            )
+        return self.by_name[name]
+
+
+@dataclass(frozen=True)
+class Database:
+    """One database file. sha256: of the file's bytes, hexadecimal."""
+
+    origin: str
+    sha256: str
+    messages: tuple[Message, ...]
+    nodes: tuple[str, ...] = ()
+
+    @cached_property
+    def by_name(self) -> Mapping[str, Message]:
+        """Messages by their names."""
+        return {message.name: message for message in self.messages}
+
+    @cached_property
+    def by_identifier(self) -> Mapping[tuple[int, bool], Message]:
+        """Messages by identifier and whether it is an extended (29-bit) one."""
+        return {(message.identifier, message.extended): message for message in self.messages}
+
+    def message(self, name: str) -> Message:
+        """Look a message up; raises InputError where there is none."""
+        if name not in self.by_name:
+            raise InputError(f"no message {name!r}", where=self.origin)
+        return self.by_name[name]

@@ -1,0 +1,210 @@
+"""A whole log is decoded at once: frames sorted by message, signals cut out column by column."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from slipbench.protocol.codec import e2e, extract
+from slipbench.protocol.database.layout import Database, Message, Signal
+from slipbench.protocol.logs.frame_log import FrameLog
+
+Rows = npt.NDArray[np.intp]
+
+
+@dataclass(frozen=True)
+class Samples:
+    """One signal of a log: m samples.
+
+    rows   (m,) rows of the frames in the log
+    raw    (m,) as sent: int64, uint64 (unsigned, 64 bits) or float64
+    value  (m,) in the database's unit, raw * scale + offset (whole numbers stay whole)
+    """
+
+    signal: Signal
+    rows: Rows
+    raw: extract.Raw
+
+    @cached_property
+    def value(self) -> npt.NDArray[Any]:
+        """Physical values in the database's unit."""
+        return extract.physical(self.signal, self.raw)
+
+    def names(self) -> list[str | None]:
+        """Tell each raw value's name in the value table; None where it has none."""
+        return [self.signal.choices.get(value) for value in self.raw.tolist()]
+
+
+@dataclass(frozen=True)
+class Frames:
+    """All frames of one message that are long enough for it.
+
+    rows   (n,) rows in the log, ascending
+    words  (n, m) payloads as words of 8 bytes, byte 0 lowest
+    """
+
+    message: Message
+    rows: Rows
+    words: extract.Words
+
+    def __len__(self) -> int:
+        """Count the frames."""
+        return int(self.rows.size)
+
+    def select(self, keep: npt.NDArray[np.bool_]) -> "Frames":
+        """Keep only some frames."""
+        return Frames(self.message, self.rows[keep], self.words[keep])
+
+    def samples(self, name: str) -> Samples:
+        """Cut one signal out; a multiplexed one only from the frames that hold it."""
+        return _samples(self.message.signal(name), self)
+
+    def page(self, multiplexer: str, values: tuple[int, ...]) -> "Frames":
+        """Keep the frames in which `multiplexer` has one of `values`; found once."""
+        key = multiplexer, values
+        if key not in self._pages:
+            parent = self.samples(multiplexer)
+            present = _among(parent.raw, values)
+            whole = parent.rows.size == self.rows.size  # unless multiplexed itself
+            within = (
+                np.flatnonzero(present)
+                if whole
+                else (np.searchsorted(self.rows, parent.rows[present]))
+            )
+            self._pages[key] = Frames(self.message, self.rows[within], self.words[within])
+        return self._pages[key]
+
+    @cached_property
+    def _pages(self) -> dict[tuple[str, tuple[int, ...]], "Frames"]:
+        return {}
+
+    @cached_property
+    def protected(self) -> npt.NDArray[np.bool_]:
+        """Whether each frame's CRC is right, (n,); all True where the message has none."""
+        protection = self.message.protection
+        if protection is None:
+            return np.ones(len(self), np.bool_)
+        data = self.words.view(np.uint8)[:, : self.message.length]
+        return e2e.rightly_protected(data, protection.data_id)
+
+
+@dataclass(frozen=True)
+class SortedLog:
+    """A log sorted by message.
+
+    frames   by message name; a message that never came has 0 frames
+    short    rows of frames shorter than their message, by message name; never decoded
+    unknown  rows of frames that the database does not know
+    """
+
+    log: FrameLog
+    frames: Mapping[str, Frames]
+    short: Mapping[str, Rows]
+    unknown: Rows
+
+    def unknown_identifiers(self) -> Mapping[int, int]:
+        """Count the frames of each identifier that the database does not know."""
+        found, counts = np.unique(self.log.identifier[self.unknown], return_counts=True)
+        return dict(zip(found.tolist(), counts.tolist(), strict=True))
+
+
+def sort_log(log: FrameLog, database: Database) -> SortedLog:
+    """Sort a log by message. Frames of several buses are not told apart: select a bus before."""
+    messages = database.messages
+    number = _numbers(log, database)
+    short = log.length < _lengths(messages)[number]
+    whole = np.where(short, len(messages) + 1 + number, number) if short.any() else number
+    order = np.argsort(whole, kind="stable")
+    ends = np.cumsum(np.bincount(whole, minlength=2 * len(messages) + 1))
+    pieces = np.split(order, ends[:-1])
+    payloads = extract.words(log.data)
+    frames = [_frames(m, rows, payloads) for m, rows in zip(messages, pieces, strict=False)]
+    return SortedLog(
+        log,
+        frames={each.message.name: each for each in frames},
+        short={
+            message.name: rows
+            for message, rows in zip(messages, pieces[len(messages) + 1 :], strict=False)
+            if rows.size
+        },
+        unknown=pieces[len(messages)],
+    )
+
+
+def decode(sorted_log: SortedLog) -> Mapping[str, Mapping[str, Samples]]:
+    """Decode everything: by message name and signal name."""
+    return {
+        name: {signal.name: frames.samples(signal.name) for signal in frames.message.signals}
+        for name, frames in sorted_log.frames.items()
+    }
+
+
+def unknown_multiplexers(frames: Frames) -> Mapping[str, int]:
+    """Count, by multiplexer, the frames whose value of it selects nothing the database knows."""
+    return {name: count for name, count in _unknown_multiplexers(frames) if count}
+
+
+def _frames(message: Message, rows: Rows, payloads: extract.Words) -> Frames:
+    needed = -(-message.length // 8)
+    if not rows.size:  # a log of short payloads may have fewer words than the message needs
+        return Frames(message, rows, np.zeros((0, needed), np.uint64))
+    return Frames(message, rows, payloads[:, :needed].take(rows, axis=0))
+
+
+def _lengths(messages: tuple[Message, ...]) -> npt.NDArray[np.uint8]:
+    return np.array([*(message.length for message in messages), 0], np.uint8)
+
+
+def _numbers(log: FrameLog, database: Database) -> npt.NDArray[Any]:
+    """Number of each frame's message in the database, its length where unknown."""
+    unknown = len(database.messages)
+    kind = np.uint8 if 2 * unknown + 1 < 256 else np.uint16
+    table = np.full(2049, unknown, kind)
+    wide: dict[int, int] = {}
+    for number, message in enumerate(database.messages):
+        if message.extended:
+            wide[message.identifier] = number
+        else:
+            table[message.identifier] = number
+    numbers = table[np.minimum(log.identifier, 2048)]
+    if log.extended.any():
+        numbers[log.extended] = _wide(log.identifier[log.extended], wide, unknown)
+    return numbers
+
+
+def _wide(
+    identifiers: npt.NDArray[np.uint32], numbers: Mapping[int, int], unknown: int
+) -> npt.NDArray[Any]:
+    known = np.array([*sorted(numbers), 1 << 29], np.int64)
+    values = np.array([*(numbers[key] for key in sorted(numbers)), unknown], np.int64)
+    place = np.searchsorted(known, identifiers)
+    return np.where(known[place] == identifiers, values[place], unknown)
+
+
+def _samples(signal: Signal, frames: Frames) -> Samples:
+    if signal.multiplexer is not None:
+        frames = frames.page(signal.multiplexer, signal.multiplexer_ids)
+    return Samples(signal, frames.rows, extract.raw(signal, frames.words))
+
+
+def _among(raw: extract.Raw, values: tuple[int, ...]) -> npt.NDArray[np.bool_]:
+    if len(values) == 1 and raw.dtype == np.int64:
+        return np.asarray(raw == values[0])
+    return np.isin(raw, values)
+
+
+def _unknown_multiplexers(frames: Frames) -> Iterator[tuple[str, int]]:
+    for signal in frames.message.signals:
+        known = [*signal.choices, *_selected(frames.message, signal)]
+        if signal.is_multiplexer and known:
+            found = np.isin(frames.samples(signal.name).raw, known)
+            yield signal.name, int(np.count_nonzero(~found))
+
+
+def _selected(message: Message, multiplexer: Signal) -> Iterator[int]:
+    for signal in message.signals:
+        if signal.multiplexer == multiplexer.name:
+            yield from signal.multiplexer_ids

@@ -1,0 +1,1 @@
+"""A recording on disk: run folder, role map, channels, tooth times."""

@@ -1,0 +1,42 @@
+"""One measured quantity over time, on the clock of whoever measured it."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+FloatArray = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Channel:
+    """Samples of one role, unaligned and never resampled.
+
+    role     what the samples mean (see `slipbench.protocol.recording.roles`)
+    time     (n,) s since the recording's start, read on `clock`
+    value    (n,) in `unit`
+    unit     SI
+    clock    "bus" where the time is the frame's arrival (or a table's own time column after its
+             stated offset), else the name of the device whose clock it is; without `arrival`
+             that clock has nothing in common with the bus's
+    arrival  (n,) s on the bus clock at which each sample arrived; None where `clock` is "bus"
+    origin   where the samples come from, for people: "can0 EngineStatus.engine_speed"
+
+    A tooth channel has the tooth's time in `time` and its running count in `value`: a count that
+    steps by more than one says how many teeth are unknown there.
+    """
+
+    role: str
+    time: FloatArray
+    value: FloatArray
+    unit: str
+    clock: str
+    origin: str
+    arrival: FloatArray | None = None
+
+    def __post_init__(self) -> None:
+        """Refuse arrays that do not belong together."""
+        if self.time.shape != self.value.shape or self.time.ndim != 1:
+            raise ValueError(f"{self.role}: time {self.time.shape}, value {self.value.shape}")
+        if self.arrival is not None and self.arrival.shape != self.time.shape:
+            raise ValueError(f"{self.role}: arrival {self.arrival.shape}, time {self.time.shape}")

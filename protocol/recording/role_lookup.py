@@ -1,0 +1,72 @@
+"""What a role map names is found in the database, and its values become SI."""
+
+import difflib
+
+import numpy as np
+import numpy.typing as npt
+
+from slipbench.protocol.database.layout import Database, Message, Signal
+from slipbench.protocol.errors import InputError
+from slipbench.protocol.recording.role_map import Source
+from slipbench.protocol.units import linear
+
+
+def find_signals(database: Database, role: str, source: Source) -> tuple[Message, list[Signal]]:
+    """Find the message of a role, and the signals in it that are averaged."""
+    messages = [find_message(database, name.partition(".")[0]) for name in source.signals]
+    if len({message.name for message in messages}) > 1:
+        raise InputError(
+            "signals that are averaged must stand in one message",
+            where=f"role {role}",
+            found=", ".join(source.signals),
+            remedy="bind one, or each to a role of its own",
+        )
+    return messages[0], [find_signal(messages[0], name) for name in source.signals]
+
+
+def find_message(database: Database, name: str) -> Message:
+    """Look a message up; an InputError names the nearest."""
+    if name in database.by_name:
+        return database.by_name[name]
+    near = difflib.get_close_matches(name, database.by_name, n=1, cutoff=0.4)
+    raise InputError(
+        f"the database has no message {name!r}, which the role map names",
+        where=database.origin,
+        remedy=f"did you mean {near[0]!r}?" if near else "is it the database of this vehicle?",
+    )
+
+
+def find_signal(message: Message, full_name: str) -> Signal:
+    """Look up "Message.signal" in its message."""
+    owner, dot, name = full_name.partition(".")
+    if not dot or owner != message.name or name not in message.by_name:
+        near = difflib.get_close_matches(name, message.by_name, n=1, cutoff=0.0)
+        raise InputError(
+            f"{full_name!r} in the role map is no signal of message {message.name}",
+            expected='"Message.signal"',
+            found=", ".join(message.by_name),
+            remedy=f'did you mean "{message.name}.{near[0]}"?' if near else "",
+        )
+    return message.by_name[name]
+
+
+def to_si(
+    value: npt.NDArray[np.generic], unit: str, role: str, source: Source, target: str
+) -> npt.NDArray[np.float64]:
+    """Turn values of the database's or the table's unit into `target`, with sign and offset."""
+    number = np.asarray(value, np.float64)
+    stated = unit if source.unit is None else source.unit
+    try:
+        if target != "count":
+            slope, zero = linear(stated, "rad/s" if source.radius else target)
+            number = number * (slope * (source.radius or 1.0)) + zero
+    except ValueError as cause:
+        raise InputError(
+            f"the unit {stated!r} does not suit this role",
+            where=f"role {role}",
+            expected=f"a unit that converts to {target}",
+            found=str(cause),
+            remedy='state the unit in the role map, as in unit = "km/h"; a wheel that tells'
+            " rad/s or rpm needs radius as well",
+        ) from cause
+    return source.sign * number + source.offset

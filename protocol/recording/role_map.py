@@ -1,0 +1,132 @@
+"""A role map binds the signals of one vehicle to roles, with unit, sign and clock."""
+
+import difflib
+from typing import Literal
+
+from pydantic import Field, model_validator
+
+from slipbench.protocol.configuration import Hertz, Metres, Seconds, Section
+from slipbench.protocol.recording.roles import ROLES
+from slipbench.protocol.units import linear
+
+
+class Source(Section):
+    """Where one role comes from: a signal of the database, a tooth message, or a table column.
+
+    signals       "Message.signal"; several are averaged (a left and a right wheel, say); they must
+                  then stand in one message. A multiplexed signal is named like any other.
+    teeth         "Message": a message of tooth intervals (protocol.codec.messages.ToothIntervals)
+    anchor        "Message": with `teeth`, the encoder's status that anchors their times
+    table, column a column of a side table (no name: of the table that stands in place of the log);
+                  `time_column` if it has a clock of its own
+    bus           only frames of this bus ("can0"); empty: any
+    valid         "Message.signal" of the same message, or a column of the same table: samples count
+                  only where it is not 0
+    unknown       values, in the database's unit, that say "not known": no samples
+    unit          overrides the database's unit (or gives the table column's)
+    sign, offset  value = sign * SI(value) + offset
+    clock         "bus": arrival times. A name: the device whose `time_signal` stamps the samples
+    time_signal   "Message.signal" with the device's own time, wrapping at the signal's width
+    delay         s, known latency, taken off the times
+    radius        m, turns a wheel's angular speed into peripheral speed where the unit asks for it
+    modulo        a wrapping counter's period
+    """
+
+    signals: tuple[str, ...] = ()
+    teeth: str = ""
+    anchor: str = ""
+    table: str = ""
+    column: str = ""
+    time_column: str = ""
+    bus: str = ""
+    valid: str = ""
+    unknown: tuple[float, ...] = ()
+    unit: str | None = None
+    sign: Literal[1, -1] = 1
+    offset: float = 0.0
+    clock: str = "bus"
+    time_signal: str = ""
+    delay: Seconds = 0.0
+    radius: Metres | None = Field(default=None, gt=0)
+    modulo: int | None = Field(default=None, gt=1)
+
+    @model_validator(mode="after")
+    def _one_source(self) -> "Source":
+        given = [bool(self.signals), bool(self.teeth), bool(self.column)]
+        if sum(given) != 1:
+            raise ValueError('give exactly one of "signals", "teeth" or "column"')
+        if bool(self.teeth) != bool(self.anchor):
+            raise ValueError('"teeth" and "anchor" belong together')
+        if (self.clock != "bus") != bool(self.time_signal or self.teeth):
+            raise ValueError('a "clock" of its own and the "time_signal" that tells it go together')
+        return self
+
+
+class TableRules(Section):
+    """How the times of one side table are to be read: [tables.gps] in the role map.
+
+    time_column    column with the time of all others (else found by its name)
+    time_unit      unit of that column where its name does not tell: "ms"
+    sample_period  s, for a table without a time column
+    align          "epoch": its times count from the same instant as the log's. "start": its first
+                   row was taken when the log began. "auto": epoch, and refused where no overlap
+    time_offset    s, added to the table's times: what its clock was behind
+    clock          name of the clock that stamped it where that has nothing in common with the log's
+    """
+
+    time_column: str = ""
+    time_unit: str = ""
+    sample_period: Seconds | None = Field(default=None, gt=0)
+    align: Literal["auto", "epoch", "start"] = "auto"
+    time_offset: Seconds = 0.0
+    clock: str = "bus"
+
+
+class Geometry(Section):
+    """What identification must know of a vehicle beside its channels."""
+
+    driven_axle: Literal["rear", "front", "both"] = "rear"
+    rear_radius: Metres | None = None
+    front_radius: Metres | None = None
+    teeth_per_turn: int | None = None
+
+
+class RoleMap(Section):
+    """One role-map file.
+
+    bitrate     bit/s, of an imported capture's buses; without it their load is not told
+    quantities  role -> SI unit, of what is not a motorcycle's: `belt_speed = "V"`
+    """
+
+    title: str
+    vehicle: Geometry = Geometry()
+    bitrate: Hertz | None = Field(default=None, gt=0)
+    tables: dict[str, TableRules] = Field(default_factory=dict)
+    quantities: dict[str, str] = Field(default_factory=dict)
+    roles: dict[str, Source]
+
+    def unit(self, role: str) -> str:
+        """Return the SI unit of a role that this map binds."""
+        return self.quantities[role] if role in self.quantities else ROLES[role].unit
+
+    @model_validator(mode="after")
+    def _own_quantities(self) -> "RoleMap":
+        for name, unit in self.quantities.items():
+            if name in ROLES:
+                raise ValueError(f"quantities.{name}: a role with the unit {ROLES[name].unit!r}")
+            try:
+                linear(unit, unit)
+            except ValueError as cause:
+                raise ValueError(f"quantities.{name}: {cause}") from cause
+        return self
+
+    @model_validator(mode="after")
+    def _known_roles(self) -> "RoleMap":
+        for name in self.roles:
+            if name not in ROLES and name not in self.quantities:
+                near = difflib.get_close_matches(name, ROLES, n=1, cutoff=0.4)
+                own = 'or tell its unit under [quantities], as in belt_speed = "V"'
+                meant = f"did you mean {near[0]!r}?" if near else "see protocol/recording/roles.py,"
+                hint = f"{meant} {own}"
+                raise ValueError(f"unknown role {name!r}; {hint}")
+        return self

@@ -1,0 +1,255 @@
+"""The folder of one recording: made once, never overwritten, read whenever it is judged.
+
+Writers (`slipbench import`, the bench while a trial runs) create the folder, put the files of
+`protocol.recording.recording` into it and write the description last. `read` decodes the raw
+frames afresh with the database and the role map that lie beside them.
+
+    recording = read(Path("runs/subaru"))
+    recording.channels["engine_speed"].value    # rad/s
+    recording.missing                           # role -> why the recording has none of it
+"""
+
+import hashlib
+import math
+import os
+import platform
+from collections.abc import Mapping
+from dataclasses import replace
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+import tomli_w
+
+from slipbench.protocol.codec.bus_load import bus_load
+from slipbench.protocol.configuration import load_toml, read_toml
+from slipbench.protocol.database.database import load_database
+from slipbench.protocol.database.layout import Database
+from slipbench.protocol.errors import InputError
+from slipbench.protocol.logs import Progress, quiet
+from slipbench.protocol.logs.candump import candump_pieces, parse_pieces
+from slipbench.protocol.logs.decode import SortedLog, sort_log
+from slipbench.protocol.recording.channels import Bound, bind, start_of
+from slipbench.protocol.recording.log_faults import log_faults
+from slipbench.protocol.recording.recording import BusFault, Recording
+from slipbench.protocol.recording.role_map import RoleMap
+from slipbench.protocol.recording.sender_check import interleaved_messages
+from slipbench.protocol.tables import Table, read_table
+from slipbench.protocol.trial_file import TrialFile
+
+DESCRIPTION, FRAMES, DATABASE = "run.toml", "frames.log", "database.dbc"
+ROLES, TRIAL, VEHICLE, TABLES = "roles.toml", "trial.toml", "vehicle.toml", "tables"
+
+_LIBRARIES = ("slipbench", "numpy", "cantools", "python-can", "asammdf", "pyarrow")
+
+
+def create(path: Path) -> Path:
+    """Make a new folder for a recording. Raises InputError where something is there already."""
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.mkdir()
+    except OSError as cause:
+        if path.exists():
+            raise InputError(
+                "it exists, and a recording is never overwritten",
+                where=str(path),
+                remedy="give another name with --out, or remove it yourself",
+            ) from cause
+        raise InputError("cannot be made", where=str(path), found=str(cause)) from cause
+    return path
+
+
+def write_description(folder: Path, description: Mapping[str, Any]) -> None:
+    """Write run.toml, whole or not at all; it may be written again as more is known."""
+    draft = folder / (DESCRIPTION + ".part")
+    with draft.open("wb") as file:
+        tomli_w.dump(dict(description), file)
+        file.flush()
+        os.fsync(file.fileno())
+    draft.replace(folder / DESCRIPTION)
+
+
+def versions() -> dict[str, str]:
+    """Tell which slipbench, Python and libraries are at work."""
+    found = {"python": platform.python_version()}
+    for name in _LIBRARIES:
+        try:
+            found[name] = metadata.version(name)
+        except metadata.PackageNotFoundError:
+            found[name] = "unknown"
+    return found
+
+
+def sha256(path: Path) -> str:
+    """Fingerprint of a file."""
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def read(folder: Path, progress: Progress = quiet) -> Recording:
+    """Read a recording. Raises InputError naming what is missing, damaged or contradictory."""
+    warnings: list[str] = []
+    _refuse_ways_out(folder)
+    description = _description(folder, warnings)
+    roles = read_toml(folder / ROLES, RoleMap)
+    tables = _tables(folder, description)
+    sorted_log, database = _decoded(folder, description, warnings, progress)
+    if sorted_log is None and not tables:
+        raise InputError("it holds neither frames nor tables", where=str(folder), expected=FRAMES)
+    stated = _start_ns(description)
+    start_ns = start_of(sorted_log, tables, roles) if stated is None else stated
+    bound = bind(sorted_log, database, tables, roles, start_ns)
+    told = [*description.get("warnings", []), *warnings, *bound.warnings]
+    return Recording(
+        folder=folder,
+        description={**description, "warnings": list(dict.fromkeys(told))},
+        trial=read_toml(folder / TRIAL, TrialFile) if (folder / TRIAL).exists() else None,
+        roles=roles,
+        channels=bound.channels,
+        missing=bound.missing,
+        frame_count=len(sorted_log.log) if sorted_log else 0,
+        duration=_duration(sorted_log, bound, start_ns),
+        start_time_ns=start_ns,
+        faults=_faults(sorted_log, bound, start_ns),
+        bus_load=_bus_load(sorted_log, description, roles),
+    )
+
+
+def _refuse_ways_out(folder: Path) -> None:
+    """Refuse a link that leads out: neither what is read nor what is written is the recording's."""
+    inside = folder.resolve()
+    for item in folder.rglob("*"):
+        if item.is_symlink() and not item.resolve().is_relative_to(inside):
+            raise InputError(
+                "a link leads out of the recording",
+                where=str(item),
+                expected=f"files below {folder}",
+                found=str(item.readlink()),
+                remedy="a recording is complete in itself: put the file itself there",
+            )
+
+
+def _decoded(
+    folder: Path, description: Mapping[str, Any], warnings: list[str], progress: Progress
+) -> tuple[SortedLog | None, Database | None]:
+    """Read the frames and sort them by message; None where there is no log of frames."""
+    path = folder / FRAMES
+    if not path.exists():
+        return None, None
+    log = parse_pieces(candump_pieces(path, progress), FRAMES, warnings)
+    database = load_database(folder / DATABASE)
+    stated = _table(description, "run").get("database_sha256")
+    if stated and stated != database.sha256:
+        warnings.append(
+            f"{DATABASE} is not the one of the recording any more:"
+            f" sha256 {database.sha256[:12]}, recorded with {str(stated)[:12]}"
+        )
+    return sort_log(log, database), database
+
+
+def _table(description: Mapping[str, Any], name: str) -> Mapping[str, Any]:
+    found = description.get(name)
+    return found if isinstance(found, Mapping) else {}
+
+
+def _start_ns(description: Mapping[str, Any]) -> int | None:
+    for name in ("run", "bus"):
+        stated = _table(description, name).get("start_time_ns")
+        if isinstance(stated, int):
+            return stated
+    return None
+
+
+def _description(folder: Path, warnings: list[str]) -> dict[str, Any]:
+    if not folder.is_dir():
+        raise InputError(
+            "there is no recording of this name",
+            where=str(folder),
+            expected=f"a folder with {DESCRIPTION}",
+            remedy="check the path",
+        )
+    if (folder / DESCRIPTION).exists():
+        return _of_the_right_kinds(load_toml(folder / DESCRIPTION), str(folder / DESCRIPTION))
+    if not (folder / FRAMES).exists():
+        raise InputError(
+            "this folder is no recording",
+            where=str(folder),
+            expected=f"{DESCRIPTION}, {FRAMES}",
+            found=", ".join(sorted(item.name for item in folder.iterdir())[:8]) or "nothing",
+        )
+    warnings.append(f"there is no {DESCRIPTION}: whoever wrote the recording did not finish")
+    return {}
+
+
+def _of_the_right_kinds(description: dict[str, Any], where: str) -> dict[str, Any]:
+    """Refuse a description in which a key that is read here holds another kind of thing."""
+    found = {name: description.get(name, {}) for name in ("run", "bus", TABLES)}
+    wrong = [f"{name}: a table" for name, what in found.items() if not isinstance(what, dict)]
+    if not isinstance(description.get("warnings", []), list):
+        wrong.append("warnings: a list")
+    rates = found["bus"] if isinstance(found["bus"], dict) else {}
+    wrong += [
+        f"bus.{name}: a number above 0"
+        for name in {"bitrate", "data_bitrate"} & set(rates)
+        if not isinstance(rates[name], int | float) or not 0 < rates[name] < math.inf
+    ]
+    if wrong:
+        raise InputError(
+            "a key holds another kind of thing",
+            where=where,
+            expected="; ".join(sorted(wrong)),
+            remedy="mend it in a copy of the recording",
+        )
+    description["warnings"] = [str(text) for text in description.get("warnings", [])]
+    return description
+
+
+def _tables(folder: Path, description: Mapping[str, Any]) -> dict[str, Table]:
+    """Read the side tables. A name in run.toml that leads out of the folder is refused."""
+    found = {}
+    for name, place in _table(description, TABLES).items():
+        path = folder / str(place)
+        if not path.resolve().is_relative_to(folder.resolve()):
+            raise InputError(
+                f"table {name!r} leads out of the recording",
+                where=str(folder / DESCRIPTION),
+                expected=f"a file below {folder}",
+                found=str(place),
+                remedy="a recording is complete in itself: import the table anew",
+            )
+        found[str(name)] = read_table(path)
+    return found
+
+
+def _duration(sorted_log: SortedLog | None, bound: Bound, start_ns: int) -> float:
+    """Time from the recording's start to its last frame, or to its last row, s."""
+    if sorted_log is not None and len(sorted_log.log):
+        return float(sorted_log.log.time_ns[-1] - start_ns) * 1e-9
+    return max((float(channel.time[-1]) for channel in bound.channels.values()), default=0.0)
+
+
+def _faults(sorted_log: SortedLog | None, bound: Bound, start_ns: int) -> tuple[BusFault, ...]:
+    """Give all faults in order of time, counted from the recording's start."""
+    if sorted_log is None or not len(sorted_log.log):
+        return bound.faults
+    before = (int(sorted_log.log.time_ns[0]) - start_ns) * 1e-9
+    found = [
+        replace(fault, first_time=fault.first_time + before) for fault in log_faults(sorted_log)
+    ]
+    found += [*interleaved_messages(sorted_log, start_ns), *bound.faults]
+    return tuple(sorted(found, key=lambda fault: fault.first_time))
+
+
+def _bus_load(
+    sorted_log: SortedLog | None, description: Mapping[str, Any], roles: RoleMap
+) -> dict[str, Any]:
+    """Load of each bus, where its bit rate is known."""
+    bus = _table(description, "bus")
+    bitrate = bus.get("bitrate", roles.bitrate)
+    if sorted_log is None or not len(sorted_log.log) or not bitrate:
+        return {}
+    loads = bus_load(sorted_log.log, float(bitrate), bus.get("data_bitrate"))
+    return {
+        name: {"mean": of.mean, "peak": of.peak, "time": of.time, "load": of.load}
+        for name, of in loads.items()
+    }

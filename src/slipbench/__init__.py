@@ -1,0 +1,1 @@
+"""Real-time ECU and traction-control bench over CAN: excite, record, identify, explain."""

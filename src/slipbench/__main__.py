@@ -1,0 +1,6 @@
+"""Run the command: `python -m slipbench`."""
+
+from slipbench.command import main
+
+if __name__ == "__main__":
+    main()

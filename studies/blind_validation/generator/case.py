@@ -1,0 +1,204 @@
+"""A sealed case: a motorcycle with a secret, the vehicle file told of it, and seven trials.
+
+Everything follows from the seed of the study and the number of the case.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import tomli_w
+
+from slipbench.studies.blind_validation.generator.excitations import Excitation, draw_excitations
+from slipbench.studies.blind_validation.generator.fault_parameters import Missing
+from slipbench.studies.blind_validation.generator.fault_types import (
+    BY_NAME,
+    LIBRARY,
+    OUTSIDE,
+    Hidden,
+    Kind,
+    draw_hidden,
+)
+from slipbench.studies.blind_validation.generator.instruments import Disc, Sensors, Told
+from slipbench.studies.blind_validation.generator.recording import Secret, Trial, write_run
+from slipbench.studies.blind_validation.generator.road import Roughness
+from slipbench.studies.blind_validation.generator.tyres import NAMES
+from slipbench.studies.blind_validation.generator.vehicle_file import (
+    Truth,
+    draw_truth,
+    vehicle_tree,
+)
+
+NOTHING, MODERATE, SMALL, PAIR, TRIPLE, ELSE, UNEXCITED = (
+    "nothing",
+    "moderate",
+    "small",
+    "pair",
+    "triple",
+    "outside",
+    "unexcited",
+)
+ROUND = (
+    NOTHING,
+    MODERATE,
+    NOTHING,
+    SMALL,
+    NOTHING,
+    ELSE,
+    NOTHING,
+    PAIR,
+    NOTHING,
+    MODERATE,
+    NOTHING,
+    SMALL,
+    NOTHING,
+    TRIPLE,
+    NOTHING,
+    ELSE,
+    NOTHING,
+    MODERATE,
+    NOTHING,
+    UNEXCITED,
+)
+"""The sorts of case, repeated: however early a study ends, it is balanced."""
+OTHER_TYRES = 0.35  # share of the cases whose tyre is no magic formula
+
+
+@dataclass(frozen=True)
+class Case:
+    """What is sealed. vehicle: tree of the file that is handed out."""
+
+    number: int
+    sort: str
+    truth: Truth
+    hidden: tuple[Hidden, ...]
+    vehicle: Mapping[str, Any]
+    training: tuple[Trial, ...]
+    held_out: tuple[Trial, ...]
+
+    @property
+    def secret(self) -> Secret:
+        """What the motorcycle has beyond its file."""
+        return secret_of(self.hidden)
+
+
+def draw_case(seed: int, number: int) -> Case:
+    """Draw case `number`, from 0, of a study."""
+    rng = np.random.default_rng((seed, number))
+    sort = ROUND[number % len(ROUND)]
+    formula = int(rng.integers(1, len(NAMES))) if rng.uniform() < OTHER_TYRES else 0
+    truth = draw_truth(rng, formula)
+    hidden = _hidden(rng, sort, seed, number)
+    vehicle = vehicle_tree(rng, truth)
+    gentle = sort == UNEXCITED
+    sets = draw_excitations(rng, gentle)
+    rough = Roughness(
+        wind=float(rng.uniform(0.3, 0.7)),
+        bump=float(rng.uniform(0.01, 0.025)),
+        combustion=float(rng.uniform(0.02, 0.04)),
+    )
+    trials = [
+        tuple(_trial(rng, f"{name}_{i + 1}", e, rough, (seed, number)) for i, e in enumerate(es))
+        for name, es in zip(("training", "held_out"), sets, strict=True)
+    ]
+    return Case(number, sort, truth, hidden, vehicle, *trials)
+
+
+def _trial(
+    rng: np.random.Generator,
+    name: str,
+    excitation: Excitation,
+    rough: Roughness,
+    origin: tuple[int, int],
+) -> Trial:
+    return Trial(name, excitation, rough, (*origin, int(rng.integers(1 << 30))), (*origin, 7))
+
+
+def _hidden(rng: np.random.Generator, sort: str, seed: int, number: int) -> tuple[Hidden, ...]:
+    """Draw what is missing; over the cases of one sort every kind has its turn."""
+    if sort == NOTHING:
+        return ()
+    if sort == UNEXCITED:
+        kind = _turn(seed, sort, number, [k for k in LIBRARY if k.needs])
+        return (draw_hidden(rng, kind, "moderate"),)
+    if sort == ELSE:
+        return (draw_hidden(rng, _turn(seed, sort, number, OUTSIDE), "moderate"),)
+    if sort in (MODERATE, SMALL):
+        return (draw_hidden(rng, _turn(seed, sort, number, LIBRARY), sort),)
+    return _several(rng, 2 if sort == PAIR else 3)
+
+
+def _turn(seed: int, sort: str, number: int, kinds: Sequence[Kind]) -> Kind:
+    before = number // len(ROUND) * ROUND.count(sort) + ROUND[: number % len(ROUND)].count(sort)
+    order = np.random.default_rng((seed, ROUND.index(sort), 99)).permutation(len(kinds))
+    return kinds[int(order[before % len(kinds)])]
+
+
+def _several(rng: np.random.Generator, count: int) -> tuple[Hidden, ...]:
+    """Draw several of different places, none of them hidden by design."""
+    found: list[Hidden] = []
+    loud = [k for k in LIBRARY if not k.quiet]
+    while len(found) < count:
+        new = draw_hidden(rng, loud[int(rng.integers(len(loud)))], "moderate")
+        if not {p for f in found for p in f.places} & set(new.places):
+            found.append(new)
+    return tuple(found)
+
+
+def secret_of(hidden: Sequence[Hidden]) -> Secret:
+    """Put what is missing where the motorcycle and its sensors look for it."""
+    motion: dict[str, float] = {}
+    channels: dict[str, dict[str, float]] = {}
+    discs: dict[str, dict[str, float]] = {}
+    for one in hidden:
+        kind = BY_NAME[one.kind]
+        fields = {name: to for name, (to, *_) in (*kind.sizes.items(), *kind.shapes.items())}
+        values = {fields[name]: value for name, value in one.parameters.items()}
+        if one.subject.endswith("_encoder"):
+            discs.setdefault(one.subject.removesuffix("_encoder"), {}).update(values)
+        elif one.subject:
+            channels.setdefault(one.subject, {}).update(values)
+        else:
+            motion |= values
+    return Secret(
+        Missing(**motion),
+        Sensors(
+            {name: Told(**v) for name, v in channels.items()},
+            {name: _disc(v) for name, v in discs.items()},
+        ),
+    )
+
+
+def _disc(values: Mapping[str, float]) -> Disc:
+    return Disc(
+        displacement=values.get("displacement", 0.0),
+        tooth=int(values.get("tooth", 0)),
+        run_out=values.get("run_out", 0.0),
+        phase=values.get("phase", 0.0),
+    )
+
+
+def write_case(case: Case, folder: Path) -> tuple[Path, list[Path], list[Path]]:
+    """Record all trials; returns the vehicle file, the training runs and the held-out runs."""
+    folder.mkdir(parents=True, exist_ok=True)
+    vehicle = folder / "vehicle.toml"
+    vehicle.write_text(tomli_w.dumps(dict(case.vehicle)), encoding="utf-8")
+    runs = [
+        [write_run(folder / t.name, case.truth, case.secret, t, dict(case.vehicle)) for t in trials]
+        for trials in (case.training, case.held_out)
+    ]
+    return vehicle, runs[0], runs[1]
+
+
+def answer(case: Case) -> dict[str, Any]:
+    """Return what is sealed of a case, as data."""
+    return {
+        "case": case.number,
+        "sort": case.sort,
+        "tyre": NAMES[case.truth.formula],
+        "hidden": [{**asdict(h), "places": list(h.places)} for h in case.hidden],
+        "machine": case.truth.machine._asdict(),
+        "gears": list(case.truth.gears),
+    }

@@ -1,0 +1,175 @@
+"""What the devices told becomes frames on one bus, each at its time, as a candump log."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from slipbench.protocol.codec.encode import Bytes, encode
+from slipbench.protocol.codec.frame_bits import frame_bits
+from slipbench.protocol.codec.messages import Authority, Intervals, Phase
+from slipbench.protocol.database.layout import Database
+from slipbench.protocol.logs.frame_log import FrameLog
+from slipbench.studies.blind_validation.generator.instruments import TEETH, Clock, Samples
+from slipbench.studies.blind_validation.generator.physics import Floats
+from slipbench.studies.blind_validation.generator.wire import Integers, arrivals, packed
+
+BITRATE = 1e6  # bit/s
+START = 1_000_000_000  # ns of the logger's epoch at which a recording begins
+BUS = "can0"
+MAP_ADVANCE = np.radians(36.0)
+JITTER = 60e-6  # s, mean of what a device takes longer than its latency
+MOST_TEETH, LONGEST_WAIT = 3, 5_000_000  # a frame's, and ns
+STATUS_EVERY = 0.1  # s
+
+
+@dataclass(frozen=True)
+class Sent:
+    """Frames of one message. ready: s, true time at which they contend; data: (n, length)."""
+
+    name: str
+    ready: Floats
+    data: Bytes
+
+
+@dataclass(frozen=True)
+class Devices:
+    """Speaks for all devices. clocks: by device; latency: s."""
+
+    database: Database
+    clocks: Mapping[str, Clock]
+    latency: float
+    rng: np.random.Generator
+
+    def message(self, name: str, clock: str, true: Floats, **columns: npt.ArrayLike) -> Sent:
+        """Tell samples taken at true times, stamped by a clock, in a message."""
+        late = self.latency + self.rng.exponential(JITTER, true.size)
+        stamp = self.clocks[clock].read(true)
+        data = encode(self.database, name, {**columns, "time": stamp})
+        return Sent(name, np.maximum.accumulate(true + late), data)
+
+    def plain(self, name: str, true: Floats, **columns: npt.ArrayLike) -> Sent:
+        """Tell what carries no stamp."""
+        ready = np.maximum.accumulate(true + self.rng.exponential(JITTER, true.size))
+        return Sent(name, ready, encode(self.database, name, columns))
+
+    def teeth(self, wheel: str, true: Floats, first: int) -> list[Sent]:
+        """Tell the teeth of a wheel. first: number of the first tooth on its disc."""
+        stamps = np.floor(self.clocks[f"{wheel}_encoder"].read(true) * 1e6).astype(np.int64)
+        stamps = np.maximum.accumulate(stamps + np.arange(stamps.size)) - np.arange(stamps.size)
+        count = first + np.arange(stamps.size)
+        frame = packed(np.asarray(true[1:] * 1e9, np.int64), MOST_TEETH, LONGEST_WAIT)
+        begins = np.flatnonzero(np.diff(frame, prepend=-1))
+        held = np.diff(np.append(begins, frame.size))
+        step = np.append(np.diff(stamps), 0)
+        columns: dict[str, npt.ArrayLike] = {
+            f"short_interval_{k + 1}": np.where(
+                k < held, step[np.minimum(begins + k, step.size - 1)], 0
+            )
+            for k in range(MOST_TEETH)
+        }
+        columns |= {
+            "layout": np.full(held.size, int(Intervals.SHORT)),
+            "tooth_count": count[begins + held],
+        }
+        # The sender looks each millisecond, and has nothing to tell before it looked.
+        ready = np.ceil(true[begins + held] * 1e3) * 1e-3 + self.latency
+        ready = np.maximum.accumulate(ready + self.rng.exponential(JITTER, ready.size))
+        name = wheel.capitalize()
+        return [
+            Sent(f"{name}Teeth", ready, encode(self.database, f"{name}Teeth", columns)),
+            self._status(name, true, stamps, count),
+        ]
+
+    def _status(self, name: str, true: Floats, stamps: Integers, count: Integers) -> Sent:
+        at = np.arange(0.05, true[-1], STATUS_EVERY)
+        last = np.searchsorted(true, at, side="right") - 1
+        at, last = at[last >= 0], last[last >= 0]
+        columns = {
+            "tooth_count": count[last],
+            "tooth_time": stamps[last] * 1e-6,
+            "teeth_per_turn": np.full(last.size, TEETH),
+        }
+        return self.plain(f"{name}EncoderStatus", at, **columns)
+
+
+def told_by_ecu(devices: Devices, throttle: Samples, spark: Floats, actuator: str) -> Sent:
+    """Tell what the ECU holds."""
+    held = Authority.THROTTLE if actuator == "throttle" else Authority.SPARK
+    return devices.message(
+        "EcuStatus",
+        "ecu",
+        throttle.true,
+        authority=np.full(spark.size, int(held)),
+        throttle_command=throttle.value,
+        spark_command=spark,
+    )
+
+
+def told_of_trial(devices: Devices, seconds: float, begins: float, ends: float) -> list[Sent]:
+    """Tell the phases of the trial, and the rider's hand."""
+    status, hand = np.arange(0.003, seconds, 0.02), np.arange(0.002, seconds, 0.005)
+    phase = np.where(status < begins, int(Phase.ARMED), int(Phase.EXCITING))
+    phase = np.where(status >= ends, int(Phase.SETTLING), phase)
+    return [
+        devices.plain("TrialStatus", status, phase=phase, tick=np.round(status * 1e3).astype(int)),
+        devices.plain(
+            "RiderControls",
+            hand,
+            button=(hand > begins - 0.05).astype(int),
+            grip=np.full(hand.size, 0.08),
+        ),
+    ]
+
+
+def on_the_bus(database: Database, sent: list[Sent]) -> FrameLog:
+    """Let all frames contend for the wire; returns them in the order of their arrival."""
+    ready = np.concatenate([s.ready for s in sent])
+    order = np.argsort(ready, kind="stable")
+    identifiers = np.concatenate(
+        [np.full(s.ready.size, database.message(s.name).identifier, np.uint32) for s in sent]
+    )[order]
+    lengths = np.concatenate([np.full(s.ready.size, s.data.shape[1], np.uint8) for s in sent])
+    data = np.concatenate([np.pad(s.data, ((0, 0), (0, 8 - s.data.shape[1]))) for s in sent])
+    n = ready.size
+    none = np.zeros(n, np.bool_)
+    log = FrameLog(
+        np.asarray(ready[order] * 1e9, np.int64),
+        np.zeros(n, np.uint8),
+        identifiers,
+        none,
+        none,
+        none,
+        lengths[order],
+        data[order],
+        (BUS,),
+    )
+    wire = np.asarray(frame_bits(log).nominal / BITRATE * 1e9, np.int64)
+    ends = arrivals(log.time_ns, log.identifier.astype(np.int64), wire)
+    arrived = FrameLog(
+        START + ends,
+        *(
+            getattr(log, f)
+            for f in ("bus", "identifier", "extended", "fd", "sent", "length", "data", "buses")
+        ),
+    )
+    return arrived.select(np.argsort(ends, kind="stable"))
+
+
+def candump_text(log: FrameLog) -> str:
+    """Write a log as `candump -L -x` does."""
+    seconds, rest = np.divmod(log.time_ns, 1_000_000_000)
+    payload = log.data.tobytes().hex().upper()
+    return "".join(
+        f"({s:010d}.{us:06d}) {BUS} {i:03X}#{payload[16 * k : 16 * k + 2 * n]} R\n"
+        for k, (s, us, i, n) in enumerate(
+            zip(
+                seconds.tolist(),
+                (rest // 1000).tolist(),
+                log.identifier.tolist(),
+                log.length.tolist(),
+                strict=True,
+            )
+        )
+    )

@@ -1,0 +1,149 @@
+"""What the devices tell of a course: samples on their own clocks, with noise and whole quanta."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from scipy import signal
+from scipy.interpolate import CubicHermiteSpline
+
+from slipbench.studies.blind_validation.generator.physics import Floats
+from slipbench.studies.blind_validation.generator.ride import Commands, Course
+from slipbench.studies.blind_validation.generator.vehicle_file import Noises
+
+TEETH = 16
+TOLERANCE = 1e-6  # m, standard deviation of a tooth's place: a tenth of what anybody cares for
+PITCH_RADIUS = 0.1  # m
+DRIFT = 30e-6
+PERIODS = {"throttle_position": 1e-3, "engine_speed": 5e-3, "optical_speed": 4e-3}
+COLUMNS = {"throttle_position": "plate", "engine_speed": "crank_speed", "optical_speed": "optical"}
+
+
+@dataclass(frozen=True)
+class Told:
+    """What is missing on a channel: time constants in s, quantum in the channel's unit."""
+
+    latency: float = 0.0
+    lag: float = 0.0
+    error: float = 0.0
+    quantum: float = 0.0
+    hold: float = 0.0
+    stale: float = 0.0
+
+
+@dataclass(frozen=True)
+class Disc:
+    """What is missing on a toothed disc. displacement: m of one tooth; run_out: relative."""
+
+    displacement: float = 0.0
+    tooth: int = 0
+    run_out: float = 0.0
+    order: int = 1
+    phase: float = 0.0
+
+
+@dataclass(frozen=True)
+class Sensors:
+    """What is missing in what the devices tell, by channel and by wheel."""
+
+    channels: Mapping[str, Told] = field(default_factory=dict)
+    discs: Mapping[str, Disc] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Clock:
+    """A device's clock: offset s ahead at the start, drift s/s fast."""
+
+    offset: float
+    drift: float
+
+    def read(self, time: Floats) -> Floats:
+        """Read it at true times."""
+        return self.offset + time * (1.0 + self.drift)
+
+
+@dataclass(frozen=True)
+class Samples:
+    """true: s, when each sample was taken; value: SI."""
+
+    true: Floats
+    value: Floats
+
+
+def draw_clock(rng: np.random.Generator) -> Clock:
+    """Switch a device on at some time before."""
+    return Clock(float(rng.uniform(0.5, 12.0)), float(rng.normal(0.0, DRIFT)))
+
+
+def sampled(
+    channel: str, course: Course, noises: Noises, told: Told, rng: np.random.Generator
+) -> Samples:
+    """Sample a channel in its own rhythm."""
+    period = PERIODS[channel]
+    phase = float(rng.uniform(0.1, 1.0)) * period
+    time = np.arange(phase + 0.01, course.time[-1] - 2e-3, period)
+    seen = getattr(course, COLUMNS[channel])
+    if told.lag:
+        seen = _trailing(seen, float(course.time[1] - course.time[0]), told.lag)
+    value = (1.0 + told.error) * np.interp(time - told.latency, course.time, seen)
+    noise, quantum = {
+        "throttle_position": (noises.throttle, noises.throttle_quantum),
+        "engine_speed": (noises.engine_speed, 0.0),
+        "optical_speed": (noises.optical, 0.0),
+    }[channel]
+    value = value + noise * rng.standard_normal(time.size)
+    for step in (told.quantum, quantum):
+        value = step * np.round(value / step) if step else value
+    return Samples(time, _repeated(time, value, told, rng))
+
+
+def _trailing(seen: Floats, step: float, lag: float) -> Floats:
+    keep = np.exp(-step / lag)
+    start = [keep * seen[0]]
+    return np.asarray(signal.lfilter([1.0 - keep], [1.0, -keep], seen, zi=start)[0])
+
+
+def _repeated(time: Floats, value: Floats, told: Told, rng: np.random.Generator) -> Floats:
+    """Repeat what is not renewed."""
+    fresh = np.ones(time.size, np.bool_)
+    if told.hold:
+        slot = np.floor((time + rng.uniform(0.0, told.hold)) / told.hold)
+        fresh &= np.diff(slot, prepend=-1.0) != 0.0
+    if told.stale:
+        fresh &= rng.uniform(size=time.size) >= told.stale
+    fresh[0] = True
+    return np.asarray(value[np.maximum.accumulate(np.where(fresh, np.arange(time.size), 0))])
+
+
+def echoed(values: Floats, commands: Commands) -> Samples:
+    """The ECU tells at every tick what it holds from then on."""
+    return Samples(np.asarray(commands.period * np.arange(values.size), np.float64), values)
+
+
+def tooth_places(disc: Disc, rng: np.random.Generator) -> Floats:
+    """Where every tooth of a disc stands, rad: nearly even, but for what is wrong with it."""
+    place = 2 * np.pi / TEETH * np.arange(TEETH)
+    late = TOLERANCE / PITCH_RADIUS * rng.standard_normal(TEETH)
+    late[disc.tooth] += disc.displacement / PITCH_RADIUS
+    return np.asarray(
+        place + late + disc.run_out / disc.order * np.cos(disc.order * place + disc.phase)
+    )
+
+
+def tooth_times(
+    wheel: str, course: Course, places: Floats, noises: Noises, rng: np.random.Generator
+) -> tuple[Floats, int]:
+    """True times (s) at which teeth pass, with the pickup's jitter, and the first one's number."""
+    rear = wheel == "rear"
+    speed = course.wheel_speed if rear else course.front_speed
+    angle = course.wheel if rear else course.front
+    first, last = (int(a / (2 * np.pi) * TEETH) for a in (angle[0], angle[-1]))
+    number = np.arange(first + 2, last - 1)
+    target = places[number % TEETH] + 2 * np.pi * (number // TEETH)
+    time = np.interp(target, angle, course.time)
+    spline = CubicHermiteSpline(course.time, angle, speed)
+    for _ in range(2):
+        time = time - (spline(time) - target) / np.interp(time, course.time, speed)
+    keep = time > 0.005
+    time, number = time[keep], number[keep]
+    return np.sort(time + noises.jitter * rng.standard_normal(time.size)), int(number[0])

@@ -1,0 +1,106 @@
+"""One sealed case: recorded, analysed as anybody's recordings are, and then judged knowing it."""
+
+import math
+import tempfile
+import time
+import traceback
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from slipbench.identification.mismatch.analysis import Analysis
+from slipbench.identification.mismatch.explain import analyse
+from slipbench.identification.mismatch.fit.calibrate import calibrate
+from slipbench.identification.mismatch.fit.held_out import errors, proof
+from slipbench.identification.mismatch.runs import open_analysis
+from slipbench.identification.mismatch.telling.conclude import verdict
+from slipbench.identification.mismatch.telling.verdict import as_tree
+from slipbench.studies.blind_validation.generator.case import Case, draw_case, write_case
+from slipbench.studies.blind_validation.ideal import Ideal, ideal, on_held_out
+
+KEPT = (
+    "mismatch",
+    "location",
+    "effects",
+    "unknown",
+    "equivalents",
+    "not_excited",
+    "held_out",
+    "rivals",
+    "curve",
+    "complete",
+)
+
+
+def run_case(seed: int, number: int, keep: Path | None = None) -> dict[str, Any]:
+    """Return what came of a case, as data. keep: folder for its recordings, else they are gone.
+
+    A case that the engine refuses or breaks on says so in "failed", and counts as missed.
+    """
+    case = draw_case(seed, number)
+    with tempfile.TemporaryDirectory(prefix="slipbench-case-") as place:
+        folder = (keep or Path(place)) / f"case-{number:04d}"
+        started = time.process_time()
+        paths = write_case(case, folder)
+        recorded = time.process_time()
+        try:
+            analysis = analyse(open_analysis(*paths))
+            told = as_tree(verdict(analysis))
+        except Exception as fault:  # whatever it is, it is the engine's, and part of the result
+            return {
+                "case": number,
+                "failed": f"{type(fault).__name__}: {fault}",
+                "trace": traceback.format_exc(),
+            }
+    analysed = time.process_time()
+    seen = _seen(case, analysis)
+    return {
+        "case": number,
+        "verdict": {key: told[key] for key in KEPT if key in told},
+        **seen,
+        "seconds": {
+            "recording": recorded - started,
+            "analysis": analysed - recorded,
+            "ideal": time.process_time() - analysed,
+        },
+    }
+
+
+def observe(seed: int, number: int) -> dict[str, Any]:
+    """Judge only what there is to see in a case: nothing is looked for, located or named."""
+    case = draw_case(seed, number)
+    if not case.hidden:
+        return {"ideal": _told(Ideal(0.0, ()))}
+    with tempfile.TemporaryDirectory(prefix="slipbench-case-") as place:
+        analysis = open_analysis(*write_case(case, Path(place) / "case"))
+    base = calibrate(analysis.training, analysis.training.origin())
+    found = ideal(case, base)
+    told: dict[str, Any] = {"ideal": _told(found)}
+    if analysis.held_out is not None:
+        told["possible"] = on_held_out(case, base, found, analysis.held_out)
+    return told
+
+
+def _told(found: Ideal) -> dict[str, Any]:
+    difference = found.difference if math.isfinite(found.difference) else None
+    return {"gain": found.gain, "each": list(found.each), "difference": difference}
+
+
+def _seen(case: Case, analysis: Analysis) -> dict[str, Any]:
+    """What an ideal observer would see, and by how much the truth improves the held-out runs."""
+    assert analysis.base is not None
+    found = ideal(case, analysis.base)
+    told: dict[str, Any] = {"ideal": _told(found), "truth": _proven(analysis, found)}
+    if analysis.free is not None and case.hidden and analysis.held_out is not None:
+        possible = on_held_out(case, analysis.base, found, analysis.held_out)
+        if math.isfinite(possible):
+            told["curve"] = {"confirmed": analysis.free.confirmed, "possible": possible}
+    return told
+
+
+def _proven(analysis: Analysis, found: Ideal) -> list[dict[str, Any]]:
+    """Errors on the held-out runs with the true effects fitted; empty where there are none."""
+    if found.fit is None or analysis.held_out is None or analysis.base is None:
+        return []
+    runs = proof(analysis.held_out, analysis.base, found.fit)
+    return [asdict(e) for e in errors(runs)]

@@ -1,0 +1,90 @@
+"""Step 9: throttle or spark, on one footing (figure 11), and the answer to the paper's question.
+
+The pure delays come from the recordings. From the spark it is the profile of step 6. From the
+throttle's command it is the servo's, told by command and position, and that of the path behind the
+position: the position is measured, so the servo's resonance need not be guessed from slip.
+"""
+
+from slipbench.identification.models.actuator_comparison import (
+    Comparison,
+    NoComparison,
+    PureDelay,
+    answer,
+    compare_actuators,
+)
+from slipbench.identification.models.delay_profile import DelayProfile, delay_profile
+from slipbench.identification.models.model_order import all_pole, choose_order
+from slipbench.identification.report.report import Drawn
+from slipbench.identification.response.independent_lines import Lines, independent_lines
+from slipbench.studies.paper import switched_figures
+from slipbench.studies.paper.context import Context, Found, response_of, runs_of
+from slipbench.studies.paper.paper_section import Section, drawn
+from slipbench.studies.paper.rational_claims import RationalStudy
+from slipbench.studies.paper.rational_section import SPARK, THROTTLE, Studies
+from slipbench.studies.paper.switched_claims import actuator_claims
+
+COMMAND = "throttle_command"
+Compared = Comparison | NoComparison
+
+
+def actuators(found: Found, studies: Studies, context: Context) -> Compared:
+    """Compare the first runs on throttle and on spark."""
+    throttle, spark = (runs_of(found, kind)[0] for kind in ("throttle", "spark"))
+    responses = response_of(throttle, COMMAND), response_of(spark, SPARK)
+    if responses[0] is None or responses[1] is None:
+        return NoComparison("a response to slip is missing")
+    behind = _delay(studies, THROTTLE)
+    servo = _of_servo(found)
+    whole = None if behind is None or servo is None else _after(servo, behind)
+    delays = whole, _delay(studies, SPARK)
+    return compare_actuators(responses[0], responses[1], context.cutoff, delays)
+
+
+def paper_answer(compared: Compared) -> str:
+    """Answer the paper's question in a sentence."""
+    return answer(compared) if isinstance(compared, Comparison) else compared.reason
+
+
+def throttle_or_spark(compared: Compared) -> Section:
+    """Show the comparison and the answer."""
+    figures: tuple[Drawn, ...] = ()
+    if isinstance(compared, Comparison):
+        figures = drawn(
+            "throttle_or_spark",
+            "As the paper's figure 11: both first harmonics with their "
+            "low-frequency gain taken as 1 and their pure delays taken off.",
+            lambda: switched_figures.actuators_figure(compared),
+        )
+    return Section(
+        "9", "Throttle or spark", (paper_answer(compared),), figures, actuator_claims(compared)
+    )
+
+
+def _delay(studies: Studies, role: str) -> PureDelay | None:
+    study = studies[role]
+    profile = study.profile if isinstance(study, RationalStudy) else None
+    return _told(profile) if isinstance(profile, DelayProfile) else None
+
+
+def _of_servo(found: Found) -> PureDelay | None:
+    """Delay from the command to the throttle's position."""
+    response = response_of(runs_of(found, "throttle")[0], COMMAND, THROTTLE)
+    lines = None if response is None else independent_lines(response)
+    if not isinstance(lines, Lines):
+        return None
+    profile = delay_profile(choose_order(lines, all_pole()))
+    return _told(profile) if isinstance(profile, DelayProfile) else None
+
+
+def _told(profile: DelayProfile) -> PureDelay:
+    return PureDelay(profile.delay, profile.low, profile.high)
+
+
+def _after(first: PureDelay, second: PureDelay) -> PureDelay:
+    """Delay of one path behind another; the half widths add as squares."""
+    value = first.value + second.value
+    below, above = (
+        float(((a.value - getattr(a, end)) ** 2 + (b.value - getattr(b, end)) ** 2) ** 0.5)
+        for a, b, end in ((first, second, "low"), (first, second, "high"))
+    )
+    return PureDelay(value, value - below, value + above)

@@ -1,0 +1,107 @@
+"""The trials that the paper's findings rest on, run over CAN unless their recordings are there.
+
+Bench and identification meet only on disk, here too: each trial is a file, and `slipbench trial`, a
+program of its own, turns it into a recording.
+"""
+
+import subprocess
+import sys
+from collections.abc import Callable, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import tomli_w
+
+from slipbench.protocol.configuration import load_toml
+from slipbench.protocol.errors import InputError
+from slipbench.protocol.recording.recording import Recording
+from slipbench.protocol.recording.run_folder import read
+
+TOGETHER = 2  # trials that run at once
+
+
+@dataclass(frozen=True)
+class PaperTrial:
+    """An example trial, and what is changed in it ("excitation.amplitude": "4 %")."""
+
+    name: str
+    base: str
+    changes: Mapping[str, Any] = field(default_factory=dict)
+
+
+def _again(name: str, base: str, runs: int, **changes: Any) -> list[PaperTrial]:
+    """Give the same trial several times, with other seeds: other wind, other combustion."""
+    told = {key.replace("__", "."): value for key, value in changes.items()}
+    return [PaperTrial(f"{name}_{n}", base, {**told, "seed": n}) for n in range(1, runs + 1)]
+
+
+PAPER: tuple[PaperTrial, ...] = (
+    *_again("throttle", "throttle_sweep", 2),
+    *_again("spark", "spark_sweep", 2),
+    *_again("large", "throttle_sweep", 2, excitation__amplitude="5.5 %"),
+    *_again("steps", "throttle_steps", 1),
+    *_again("sparksteps", "spark_steps", 1, excitation__duration="10 s"),
+    *(
+        PaperTrial(f"speed_{place}", f"throttle_sweep_{place}", {"excitation.duration": "20 s"})
+        for place in ("slow", "12000", "13000", "fast")
+    ),
+    *(
+        PaperTrial(f"multisine_{n}", "throttle_multisine", {"excitation.seed": n, "seed": n})
+        for n in (1, 2)
+    ),
+)
+
+
+def record_all(
+    trials: list[PaperTrial], folder: Path, trial_files: Path, told: Callable[[str], None]
+) -> dict[str, Recording]:
+    """Give the recording of every trial, from `folder` where it is there, else by riding it.
+
+    Raises InputError where a trial cannot be run or trips.
+    """
+    with ThreadPoolExecutor(TOGETHER) as several:
+        recordings = several.map(lambda trial: _recorded(trial, folder, trial_files, told), trials)
+        return dict(zip((trial.name for trial in trials), recordings, strict=True))
+
+
+def _recorded(
+    trial: PaperTrial, folder: Path, trial_files: Path, told: Callable[[str], None]
+) -> Recording:
+    run = folder / trial.name
+    if not run.exists():
+        _ride(trial, folder, trial_files)
+    told(trial.name)
+    return read(run)
+
+
+def _ride(trial: PaperTrial, folder: Path, trial_files: Path) -> None:
+    """Write the trial's file and run it in a program of its own."""
+    file = folder / f"{trial.name}.toml"
+    file.parent.mkdir(parents=True, exist_ok=True)
+    file.write_text(tomli_w.dumps(_changed(trial, trial_files)))
+    command = [sys.executable, "-m", "slipbench", "trial", str(file)]
+    ended = subprocess.run(
+        [*command, "--out", str(folder / trial.name)], capture_output=True, text=True, check=False
+    )
+    if ended.returncode:
+        raise InputError(
+            f"the trial {trial.name!r} did not come to its end",
+            where=str(file),
+            found=ended.stderr.strip().removeprefix("slipbench: "),
+        )
+
+
+def _changed(trial: PaperTrial, trial_files: Path) -> dict[str, Any]:
+    source = trial_files / f"{trial.base}.toml"
+    data = load_toml(source)
+    data["name"] = trial.name
+    data["vehicle"] = str((source.parent / data["vehicle"]).resolve())
+    for path, value in trial.changes.items():
+        *tables, key = path.split(".")
+        table = data
+        for name in tables:
+            table = table.setdefault(name, {})
+        table[key] = value
+    return data

@@ -1,0 +1,86 @@
+"""Step 8: opening differs from closing, and and a model gains by knowing it (figures 8, 9)."""
+
+from slipbench.identification.models.experiment import Experiment, experiment_of
+from slipbench.identification.models.model_comparison import Row, compare
+from slipbench.identification.models.scheduled import ScheduledFit, fit_scheduled
+from slipbench.identification.models.steps import NoSteps
+from slipbench.identification.response.identify import Identification
+from slipbench.studies.paper import switched_figures
+from slipbench.studies.paper.context import Context, Found, runs_of
+from slipbench.studies.paper.paper_section import Section, Table, drawn
+from slipbench.studies.paper.speed_section import speed_trials
+from slipbench.studies.paper.switched_claims import switched_claims
+from slipbench.studies.paper.switched_study import SwitchedStudy, switched_study
+
+ELSEWHERE = "13000"  # rpm of a sweep at a speed that no model was fitted at
+HERE = "Held-out sweeps at the speed of the steps: errors, and their ratio to the linear model's."
+THERE = "A held-out sweep at another speed: what a schedule is for."
+
+
+def switched(found: Found, context: Context) -> Section:
+    """Fit on steps, judge on sweeps; the schedule on sweeps at other speeds than theirs."""
+    sweeps = [*runs_of(found, "throttle"), *runs_of(found, "large")]
+    study = switched_study(runs_of(found, "steps"), sweeps, _scheduled(found))
+    title = "Opening differs from closing"
+    if isinstance(study, NoSteps):
+        return Section("8", title, (study.reason,), (), switched_claims(study))
+    return Section(
+        "8",
+        title,
+        (
+            "A linear system whose gain, real pole and zero depend on the direction of the "
+            "command, the resonance shared, its state kept at the switch: fitted on steps, "
+            "judged on sweeps that it has not seen, beside models that switch by other signals "
+            "and one that is linear but knows the speed.",
+        ),
+        (
+            *drawn(
+                "switched_steps",
+                "As the paper's figure 8: mean opening and closing step, the "
+                "closing one turned over, and the models.",
+                lambda: switched_figures.steps_figure(study),
+            ),
+            *drawn(
+                "switched_held_out",
+                "As the paper's figure 9: a held-out sweep.",
+                lambda: switched_figures.held_out_figure(study, context.cutoff),
+            ),
+        ),
+        switched_claims(study),
+        {HERE: _table(study.rows)} | _elsewhere(found, study),
+    )
+
+
+def _scheduled(found: Found) -> ScheduledFit | None:
+    """Fit over speed on sweeps none of which is held out."""
+    seen = [one for name, one in found.items() if name in _fitted(found)]
+    fit = fit_scheduled(speed_trials(seen))
+    return fit if isinstance(fit, ScheduledFit) else None
+
+
+def _fitted(found: Found) -> list[str]:
+    return [n for n in found if n.startswith("speed_") and n != f"speed_{ELSEWHERE}"]
+
+
+def _elsewhere(found: Found, study: SwitchedStudy) -> dict[str, Table]:
+    """Judge the same models on the sweep at another speed, where there is one."""
+    one: Identification | None = found.get(f"speed_{ELSEWHERE}")
+    run = experiment_of(one) if one is not None else None
+    return {THERE: _table(compare(study.rivals, [run]))} if isinstance(run, Experiment) else {}
+
+
+def _table(rows: tuple[Row, ...]) -> Table:
+    head = ("model", "parameters", "error in time / %", "in frequency / %", "ratio", "95 %")
+    return (head, *(_cells(row) for row in rows))
+
+
+def _cells(row: Row) -> tuple[str, ...]:
+    low, high = row.interval
+    return (
+        row.name,
+        str(row.parameters),
+        f"{100 * row.time:.2f}",
+        f"{100 * row.frequency:.2f}",
+        f"{row.ratio:.3f}",
+        f"{low:.3f} … {high:.3f}",
+    )

@@ -1,0 +1,156 @@
+"""While the bench is armed it hears the button between two ticks, and then does not wait."""
+
+import os
+
+import can
+import pytest
+
+from slipbench.bench.gateway.gateway import MOST_FRAMES
+from slipbench.bench.loop.button_wait import attentive
+from slipbench.bench.loop.clock import SPIN
+from slipbench.protocol.codec.messages import Phase
+from tests.bench.safety.world import World
+
+MILLISECOND = 1_000_000  # ns
+
+
+def armed() -> World:
+    world = World("throttle")
+    while world.gateway.state.phase != Phase.ARMED or not world.gateway.state.released:
+        world.tick()
+    return world
+
+
+def press(world: World) -> None:
+    world.button = True
+    world.say("RiderControls", world.message("RiderControls"))
+
+
+def test_a_press_between_two_ticks_is_heard_and_the_next_tick_excites():
+    world = armed()
+    assert world.gateway.expects_the_button
+    assert not world.gateway.attend(world.due + 100_000)
+    press(world)
+    assert world.gateway.attend(world.due + 300_000)
+    assert world.gateway.state.phase == Phase.ARMED  # only a tick moves the trial
+    world.tick(300_000)
+    assert world.gateway.state.phase == Phase.EXCITING
+    assert world.judge.commands == 1
+    assert not world.gateway.expects_the_button
+
+
+def test_nobody_listens_between_ticks_unless_the_button_is_what_is_missing():
+    world = World("throttle")
+    assert not world.gateway.expects_the_button
+    world.button = True  # never seen released
+    for _ in range(10):
+        world.tick()
+        assert not world.gateway.expects_the_button
+
+
+def test_a_flood_between_two_ticks_is_the_past_and_arms_nothing():
+    world = armed()
+    for _ in range(MOST_FRAMES):
+        world.put(0x7FF, b"")
+    press(world)
+    assert not world.gateway.attend(world.due + 300_000)
+    assert not world.gateway.expects_the_button
+    world.tick()
+    assert world.gateway.state.phase == Phase.IDLE
+    assert world.judge.commands == 0
+
+
+def test_a_trial_that_cannot_begin_does_not_make_the_loop_run_wild():
+    """Each early tick leaves `armed`: a press is waited for again only after another release."""
+    world = armed()
+    press(world)
+    assert world.gateway.attend(world.due + 300_000)
+    world.gear = 5
+    world.tick(300_000)
+    assert world.gateway.state.phase == Phase.IDLE
+    assert not world.gateway.expects_the_button
+
+
+def test_a_bus_that_is_gone_is_met_once_a_tick(monkeypatch):
+    """Its end can be read at once, for ever: that must not keep the loop busy until the tick."""
+    world = armed()
+
+    def gone(_timeout):
+        raise can.CanOperationError("the bus is gone")
+
+    monkeypatch.setattr(world.wire, "recv", gone)
+    assert not world.gateway.attend(world.due + 100_000)
+    assert not world.gateway.expects_the_button
+    assert world.gateway.refusals == ["the bus is gone"]
+
+
+class Stepping:
+    """A clock that goes on by 50 us whenever it is read, and at once to where one sleeps until."""
+
+    def __init__(self):
+        self.now = 0
+
+    def now_ns(self):
+        self.now += 50_000
+        return self.now
+
+    def sleep_until_ns(self, deadline):
+        self.now = max(self.now, deadline)
+
+
+class Armed:
+    """A gateway that hears the button when it is asked for the `heard`th time."""
+
+    def __init__(self, heard):
+        self.heard, self.asked = heard, []
+
+    @property
+    def expects_the_button(self):
+        return len(self.asked) < self.heard
+
+    def attend(self, due):
+        self.asked.append(due)
+        return len(self.asked) == self.heard
+
+
+class Readable(can.BusABC):
+    """A bus on which something waits to be read at every look. It imitates no frames."""
+
+    def __init__(self, number):
+        super().__init__(channel="readable")
+        self.number = number
+
+    def fileno(self):
+        return self.number
+
+    def send(self, msg, timeout=None):
+        return
+
+
+@pytest.fixture
+def busy():
+    reads, writes = os.pipe()
+    os.write(writes, b"x")
+    with Readable(reads) as bus:
+        yield bus
+    os.close(reads)
+    os.close(writes)
+
+
+def test_the_wait_ends_with_the_press(busy):
+    clock, gateway = Stepping(), Armed(heard=3)
+    assert attentive(gateway, busy, clock)(MILLISECOND)
+    assert clock.now < MILLISECOND
+    assert all(due <= MILLISECOND for due in gateway.asked)
+
+
+def test_without_a_press_the_wait_ends_at_the_deadline_and_leaves_its_last_part_in_peace(busy):
+    clock, gateway = Stepping(), Armed(heard=1000)
+    assert not attentive(gateway, busy, clock)(MILLISECOND)
+    assert clock.now >= MILLISECOND
+    assert max(gateway.asked) <= MILLISECOND - SPIN + 50_000
+
+
+def test_an_interface_without_anything_to_wait_on_is_met_at_the_ticks():
+    with can.Bus(interface="virtual", channel="nothing to wait on") as bus:
+        assert attentive(Armed(1), bus, Stepping()) is None

@@ -1,0 +1,29 @@
+"""A loop that was stopped is told from one that works, or that nobody looks at."""
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from slipbench.bench.loop.liveness import Pulse
+from slipbench.bench.loop.ring import TICK, Ring
+
+
+@given(st.lists(st.booleans(), max_size=60), st.integers(0, 8))
+def test_it_stands_after_as_many_looks_without_a_tick_and_not_before(
+    ticks: list[bool], patience: int
+) -> None:
+    ring = Ring.local(1 << 8)
+    pulse, idle = Pulse(ring, patience), 0
+    for ticked in ticks:
+        if ticked:
+            assert ring.append(0, 0, TICK, b"")
+        idle = 0 if ticked else idle + 1
+        assert pulse.stands() == (idle > patience)
+
+
+def test_a_tick_counts_whoever_has_taken_it_out_meanwhile() -> None:
+    ring = Ring.local(4)
+    pulse = Pulse(ring, 0)
+    for _ in range(10):
+        assert ring.append(0, 0, TICK, b"")
+        list(ring.drain())
+        assert not pulse.stands()

@@ -1,0 +1,52 @@
+"""What a process that keeps deadlines claims of the machine, and what it leaves to others."""
+
+import errno
+import multiprocessing
+import os
+
+import pytest
+
+from slipbench.bench.loop.realtime_process import _CLAIMS, one_processor, undisturbed
+
+needs_linux = pytest.mark.skipif(
+    not hasattr(os, "sched_setaffinity"), reason="this system does not bind processes to processors"
+)
+
+
+def _on_one_processor() -> tuple[bool, int, list[str]]:
+    os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})
+    alone = one_processor()
+    with undisturbed(shares_one_processor=alone) as refused:
+        return alone, os.sched_getscheduler(0), list(refused)
+
+
+@needs_linux
+def test_who_shares_the_one_processor_does_not_go_before_those_who_listen() -> None:
+    with multiprocessing.get_context("spawn").Pool(1) as pool:
+        alone, policy, refused = pool.apply(_on_one_processor)
+    assert alone
+    assert policy == os.SCHED_OTHER
+    assert any("SCHED_FIFO" in words and "listeners" in words for words in refused)
+
+
+@pytest.mark.parametrize("number", range(len(_CLAIMS)))
+def test_whatever_the_system_refuses_is_told_by_its_name_and_reason(
+    number: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse() -> None:
+        raise PermissionError(errno.EPERM, os.strerror(errno.EPERM))
+
+    claims = [(what, lambda: lambda: None) for what, _ in _CLAIMS]
+    claims[number] = (claims[number][0], refuse)
+    monkeypatch.setattr("slipbench.bench.loop.realtime_process._CLAIMS", tuple(claims))
+    with undisturbed() as refused:
+        assert refused == [f"{claims[number][0]} was refused: {os.strerror(errno.EPERM)}"]
+
+
+@needs_linux
+def test_what_was_claimed_is_given_back() -> None:
+    before = os.sched_getscheduler(0)
+    with undisturbed() as refused:
+        said = any("SCHED_FIFO" in words for words in refused)
+        assert (os.sched_getscheduler(0) == os.SCHED_FIFO) != said
+    assert os.sched_getscheduler(0) == before

@@ -1,0 +1,45 @@
+"""Two effects that hide each other, in a system whose numbers are known to factors."""
+
+import pytest
+
+from slipbench.identification.mismatch.analysis import begin
+from slipbench.identification.mismatch.explain import analyse
+from slipbench.identification.mismatch.systems.system import ModelSystem
+from slipbench.identification.mismatch.telling.conclude import verdict
+from tests.identification.mismatch.drives import DAMPING, FREQUENCY, recorded
+from tests.paths import MODELS
+
+MODEL = MODELS / "coupled_drives.toml"
+ALONE = ("asymmetry", "direction_blind")
+"""Without its belt, a counter that is blind; what alone explains more than it with a belt."""
+
+
+@pytest.fixture(scope="module")
+def drives() -> ModelSystem:
+    return ModelSystem.load(MODEL)
+
+
+def explained(drives: ModelSystem, *rides):
+    records = [drives.prepare(r) for r in rides]
+    library = [
+        k
+        for k in drives.library
+        if k.name in ALONE or (k.name == "elastic_transmission" and k.place.name == "torque")
+    ]
+    return verdict(analyse(begin(drives, records[:1], records[1:]), library))
+
+
+def test_a_counter_blind_to_direction_is_named_where_calibration_runs_away(drives) -> None:
+    found = explained(drives, recorded(81, belt=False, seconds=6.0))
+    assert [e.name for e in found.effects] == ["direction_blind"]
+
+
+def test_a_blind_counter_behind_an_elastic_belt_is_two_effects(drives) -> None:
+    rides = [recorded(seed, seconds=8.0) for seed in (82, 83)]
+    found = explained(drives, *rides)
+    assert {e.name for e in found.effects} == {"direction_blind", "elastic_transmission"}
+    belt = next(e for e in found.effects if e.name == "elastic_transmission")
+    told = {p.name: p.value for p in belt.parameters}
+    assert told["frequency"] == pytest.approx(FREQUENCY, rel=0.1)
+    assert told["damping"] == pytest.approx(DAMPING, rel=0.6)  # the file has the belt elsewhere
+    assert found.held_out[0].improved < 0.1 * found.held_out[0].nominal

@@ -1,0 +1,92 @@
+"""Noise in an input must not be taken for physics, and physics not for noise in an input."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy import ndimage
+
+from slipbench.identification.mismatch.analysis import begin
+from slipbench.identification.mismatch.explain import analyse
+from slipbench.identification.mismatch.systems.input_noise import WIDTHS, smoothings
+from slipbench.identification.mismatch.systems.system import ModelSystem
+from slipbench.identification.mismatch.telling.conclude import verdict
+from slipbench.protocol.recording.channel import Channel
+from slipbench.protocol.recording.recording import Recording
+from slipbench.protocol.recording.role_map import RoleMap, Source
+
+PERIOD, NOISE = 0.02, 0.02  # s, m/s
+MODEL = """
+name = "Two wheels"
+step = "20 ms"
+period = "20 ms"
+stretch = "3 s"
+
+[inputs.left]
+role = "left"
+held = false
+size = { value = 15, unit = "m/s" }
+NOISE
+
+[outputs.right]
+role = "right"
+value = "left"
+size = { value = 15, unit = "m/s" }
+"""
+TOLD = MODEL.replace("NOISE", f'noise = {{ value = {NOISE}, unit = "m/s" }}')
+ROLES = RoleMap(
+    title="wheels",
+    quantities={"left": "m/s", "right": "m/s"},
+    roles={r: Source(column=r) for r in ("left", "right")},
+)
+FILTERS = ("lag", "delay", "clock_drift")
+
+
+def wheels(seed: int, late: float = 0.0) -> Recording:
+    """Ride for 20 s; each wheel has bumps of its own. late: time constant of the right one's, s."""
+    print(f"seed {seed}")
+    rng = np.random.default_rng(seed)
+    time = PERIOD * np.arange(1000)
+    speed = 30.0 + ndimage.gaussian_filter1d(rng.standard_normal(1000), 12) * 4.0
+    right, share = speed.copy(), PERIOD / (late + PERIOD)
+    for k in range(1, 1000):
+        right[k] = right[k - 1] + share * (speed[k] - right[k - 1])
+    told = {"left": speed, "right": right}
+    channels = {
+        r: Channel(r, time, v + NOISE * rng.standard_normal(1000), "m/s", "bus", "made")
+        for r, v in told.items()
+    }
+    return Recording(Path(f"wheels{seed}"), {}, None, ROLES, channels, {})
+
+
+def named(folder: Path, model: str, *recordings: Recording):
+    path = folder / "wheels.toml"
+    path.write_text(model.replace("NOISE", ""), encoding="utf-8")
+    system = ModelSystem.load(path)
+    records = [system.prepare(r) for r in recordings]
+    library = [k for k in system.library if k.name in FILTERS]
+    return verdict(analyse(begin(system, records[:1], records[1:]), library))
+
+
+def test_a_window_takes_nothing_off_what_is_slow() -> None:
+    line = np.linspace(0.0, 5.0, 200)
+    for change in smoothings(line, 1.0):
+        assert np.abs(change[40:-40]).max() < 1e-9
+    sharp = np.zeros(201)
+    sharp[100] = 1.0
+    assert len(smoothings(sharp, 1.0)) == len(WIDTHS)
+    for change in smoothings(sharp, 1.0):
+        assert np.allclose(change, change[::-1])  # no before and after
+
+
+def test_bumps_of_one_wheel_are_no_physics_of_the_other(tmp_path: Path) -> None:
+    rides = [wheels(71), wheels(171)]
+    assert not named(tmp_path, TOLD, *rides).mismatch
+    assert named(tmp_path, MODEL, *rides).mismatch  # what happens where noise is not told
+
+
+def test_a_lag_is_found_all_the_same(tmp_path: Path) -> None:
+    found = named(tmp_path, TOLD, wheels(73, late=0.06), wheels(74, late=0.06))
+    assert [e.name for e in found.effects] == ["lag"]
+    constant = found.effects[0].parameters[0]
+    assert constant.value == pytest.approx(0.06, rel=0.25)

@@ -1,0 +1,273 @@
+"""A study is sealed, goes on where it stopped, and counts rightly."""
+
+import json
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from distributed import LocalCluster
+
+from slipbench.identification.cluster import Workers
+from slipbench.protocol.errors import InputError
+from slipbench.studies.blind_validation.counting import figures, middle, share
+from slipbench.studies.blind_validation.hidden_cases import FINGERPRINT, SEALED, seal, unseal
+from slipbench.studies.blind_validation.page import Made, page
+from slipbench.studies.blind_validation.score import Judged, judged, what_is_wrong
+from slipbench.studies.blind_validation.shortfalls import every_curve, every_interval, every_miss
+from slipbench.studies.blind_validation.study import (
+    Study,
+    observe_again,
+    place_of,
+    results_so_far,
+    run_study,
+    source_fingerprint,
+)
+
+
+def square(seed: int, number: int) -> dict:
+    """What a case is worth here: nothing that needs an analysis."""
+    return {"case": number, "value": seed * number * number}
+
+
+def verdict(**more) -> dict:
+    return {
+        "mismatch": {"found": False, "p_value": 1.0},
+        "location": None,
+        "effects": [],
+        "unknown": {"found": False, "shape": ""},
+        "equivalents": [],
+        "held_out": [],
+        "not_excited": [],
+        **more,
+    }
+
+
+def result(case: int, told: dict, each: list[float]) -> dict:
+    return {
+        "case": case,
+        "verdict": told,
+        "ideal": {"gain": sum(each), "each": each},
+        "truth": [],
+        "seconds": {"analysis": 1.0},
+    }
+
+
+def hidden(kind: str, **parameters) -> dict:
+    return {
+        "kind": kind,
+        "subject": "",
+        "grade": "moderate",
+        "parameters": parameters,
+        "places": ["driveline torque"],
+    }
+
+
+def answer(case: int, sort: str, *things: dict) -> dict:
+    return {"case": case, "sort": sort, "tyre": "brush", "hidden": list(things)}
+
+
+def effect(name: str, **intervals) -> dict:
+    return {
+        "name": name,
+        "subject": "",
+        "block": "driveline",
+        "gain": 100.0,
+        "parameters": [
+            {"name": n, "value": sum(i) / 2, "unit": "", "interval": list(i)}
+            for n, i in intervals.items()
+        ],
+    }
+
+
+FOUND = verdict(
+    mismatch={"found": True, "p_value": 0.0},
+    location={"injection": "driveline torque"},
+    effects=[effect("backlash", slack=(7e-3, 9e-3))],
+)
+
+
+def only(*pairs: tuple[dict, dict]) -> list[Judged]:
+    answers, results = zip(*pairs, strict=True)
+    return judged(answers, results)
+
+
+def test_a_true_name_with_its_place_and_interval_is_all_right() -> None:
+    (one,) = only((answer(0, "moderate", hidden("backlash", slack=8e-3)), result(0, FOUND, [90.0])))
+    assert (one.named, one.located, what_is_wrong(one)) == (True, True, "")
+    assert [told.holds for told in one.numbers] == [True]
+    assert every_interval([one]) == every_curve([one]) == every_miss([one]) == ["None."]
+
+
+def test_an_interval_that_misses_the_truth_is_listed_with_it() -> None:
+    (one,) = only(
+        (answer(0, "moderate", hidden("backlash", slack=9.5e-3)), result(0, FOUND, [90.0]))
+    )
+    assert every_interval([one])[2:] == ["| 0 | backlash | slack | 0.0095 | 0.007 to 0.009 |"]
+
+
+def test_free_curves_below_their_goal_are_listed_worst_first() -> None:
+    pair = (answer(0, "moderate", hidden("backlash", slack=8e-3)), result(0, FOUND, [90.0]))
+    (one,) = only(pair)
+    several = [replace(one, case=n, curve=s) for n, s in enumerate((0.95, 0.8, math.nan, 0.03))]
+    rows = [line.split(" | ") for line in every_curve(several)[2:]]
+    assert [(row[0], row[2]) for row in rows] == [("| 3", "3 % |"), ("| 1", "80 % |")]
+
+
+def test_a_class_that_holds_the_truth_counts_as_its_name() -> None:
+    told = {**FOUND, "effects": [effect("hardening_cush")]}
+    truth = answer(0, "moderate", hidden("backlash", slack=8e-3))
+    (wrong,) = only((truth, result(0, told, [90.0])))
+    (right,) = only(
+        (truth, result(0, {**told, "equivalents": [["hardening_cush", "backlash"]]}, [90.0]))
+    )
+    assert what_is_wrong(wrong) == "wrong name"
+    assert right.named
+
+
+def test_what_nobody_can_see_is_no_miss_and_to_claim_it_is() -> None:
+    truth = answer(0, "small", hidden("backlash", slack=2e-3))
+    quiet, loud = (only((truth, result(0, told, [3.0])))[0] for told in (verdict(), FOUND))
+    assert what_is_wrong(quiet) == ""
+    assert what_is_wrong(loud) == "alarm on what nobody can see"
+
+
+def test_an_alarm_where_nothing_is_missing_is_a_false_one() -> None:
+    (one,) = only((answer(0, "nothing"), result(0, FOUND, [])))
+    assert what_is_wrong(one) == "false alarm"
+    assert next(f for f in figures([one]) if "False alarms" in f.text).percent == 100.0
+
+
+def test_of_a_pair_both_must_be_named_and_nothing_else() -> None:
+    truth = answer(0, "pair", hidden("backlash", slack=8e-3), hidden("driveline_loss", loss=0.04))
+    both = {**FOUND, "effects": [effect("backlash"), effect("driveline_loss")]}
+    more = {**both, "effects": [*both["effects"], effect("wind")]}
+    cases = [only((truth, result(0, told, [90.0, 90.0])))[0] for told in (FOUND, both, more)]
+    assert [c.named for c in cases] == [False, True, False]
+
+
+def test_what_the_named_things_explain_as_well_is_not_to_be_seen() -> None:
+    truth = answer(0, "pair", hidden("backlash", slack=8e-3), hidden("driveline_loss", loss=0.04))
+    nearly = {**result(0, FOUND, [90.0, 90.0]), "ideal": {"gain": 103.0, "each": [90.0, 90.0]}}
+    (one,) = only((truth, nearly))
+    assert (one.seen, one.named) == (("backlash",), True)
+    (missed,) = only((truth, {**nearly, "ideal": {"gain": 150.0, "each": [90.0, 90.0]}}))
+    assert (missed.seen, missed.named) == (("backlash", "driveline_loss"), False)
+
+
+def test_a_name_for_what_is_in_no_library_is_a_miss() -> None:
+    truth = answer(0, "outside", hidden("spark_lag", time_constant=0.02))
+    assert "no library" in what_is_wrong(only((truth, result(0, FOUND, [90.0])))[0])
+
+
+@pytest.mark.parametrize(
+    ("count", "total", "low", "high"),
+    [(0, 20, 0.0, 16.84), (19, 20, 75.13, 99.87), (100, 100, 96.38, 100.0)],
+)
+def test_intervals_are_those_of_the_tables(count: int, total: int, low: float, high: float) -> None:
+    """Clopper and Pearson, Biometrika 26 (1934), to two digits."""
+    assert share("", count, total).interval == pytest.approx((low, high), abs=0.01)
+
+
+def test_the_interval_of_a_median_comes_from_order_alone() -> None:
+    """Of 10 values, the 2nd and the 9th hold the median in 97.9 % (David and Nagaraja 2003)."""
+    found = middle("", [0.1 * k for k in range(1, 11)], low=90.0)
+    assert found.interval == pytest.approx((20.0, 90.0))
+    assert found.percent == pytest.approx(55.0)
+    assert found.met is False
+
+
+def test_the_page_tells_every_goal_and_every_miss() -> None:
+    nothing = answer(0, "nothing"), result(0, FOUND, [])
+    backlash = answer(1, "moderate", hidden("backlash", slack=8e-3)), result(1, FOUND, [90.0])
+    cases = only(nothing, backlash)
+    text = page(cases, Made("slipbench prove", "f" * 64, "0" * 64, 4, "figures"))
+    assert "not met" in text
+    assert "false alarm" in text
+    assert "2 of 4 cases are open" in text
+
+
+def test_a_broken_seal_is_found(tmp_path: Path) -> None:
+    seal([answer(0, "nothing")], tmp_path)
+    assert unseal(tmp_path) == [answer(0, "nothing")]
+    (tmp_path / FINGERPRINT).write_text("0" * 64)
+    with pytest.raises(InputError, match="seal is broken"):
+        unseal(tmp_path)
+
+
+def test_other_answers_do_not_replace_those_that_were_sealed(tmp_path: Path) -> None:
+    seal([answer(0, "nothing")], tmp_path)
+    with pytest.raises(InputError, match="another study"):
+        seal([answer(1, "nothing")], tmp_path)
+    assert (tmp_path / SEALED).exists()
+
+
+@pytest.fixture(scope="module", params=[1, 2], ids=["one worker", "two workers"])
+def scheduler(request):
+    """A cluster that exists; its workers are threads, which start at once."""
+    with LocalCluster(
+        n_workers=request.param,
+        threads_per_worker=1,
+        processes=False,
+        dashboard_address="127.0.0.1:0",
+    ) as cluster:
+        yield cluster.scheduler_address
+
+
+def test_a_study_goes_on_where_it_stopped(tmp_path: Path, scheduler: str) -> None:
+    study = Study(5, 3, tmp_path, Workers(scheduler=scheduler))
+    first = run_study(study, work=square)
+    assert [r["value"] for r in first] == [3 * n * n for n in range(5)]
+    place_of(tmp_path, 2).unlink()
+    untouched = place_of(tmp_path, 3).stat().st_mtime_ns
+    assert run_study(study, work=square) == first == results_so_far(study)
+    assert place_of(tmp_path, 3).stat().st_mtime_ns == untouched
+
+
+def test_results_of_other_source_text_do_not_mix(tmp_path: Path, scheduler: str) -> None:
+    study = Study(2, 3, tmp_path, Workers(scheduler=scheduler))
+    run_study(study, work=square)
+    path = place_of(tmp_path, 1)
+    path.write_text(json.dumps({**json.loads(path.read_text()), "source": "another"}))
+    with pytest.raises(InputError, match="other source"):
+        run_study(study, work=square)
+
+
+def test_a_scheduler_that_is_not_there_is_named(tmp_path: Path, monkeypatch) -> None:
+    monkeypatch.setattr("slipbench.identification.cluster.PATIENCE", 0.5)
+    study = Study(1, 3, tmp_path, Workers(scheduler="tcp://127.0.0.1:9"))
+    with pytest.raises(InputError, match="does not answer"):
+        run_study(study, work=square)
+
+
+def seen_again(seed: int, number: int) -> dict:
+    return {"ideal": {"gain": 50.0, "each": [50.0], "difference": 50.0}, "possible": 40.0}
+
+
+def test_to_observe_again_changes_no_verdict(tmp_path: Path, scheduler: str) -> None:
+    study = Study(2, 3, tmp_path, Workers(scheduler=scheduler))
+    for number in range(2):
+        old = {**result(number, FOUND, [3.0]), "curve": {"confirmed": 20.0, "possible": -9.0}}
+        place_of(tmp_path, number).parent.mkdir(exist_ok=True)
+        place_of(tmp_path, number).write_text(json.dumps(old))
+    for new in observe_again(study, work=seen_again):
+        assert new["verdict"] == FOUND
+        assert new["ideal"]["gain"] == 50.0
+        assert new["curve"] == {"confirmed": 20.0, "possible": 40.0}
+    untouched = place_of(tmp_path, 0).stat().st_mtime_ns
+    observe_again(study, work=seen_again)
+    assert place_of(tmp_path, 0).stat().st_mtime_ns == untouched
+
+
+def test_only_what_decides_a_result_changes_the_fingerprint(tmp_path):
+    before = {}
+    for name in ("engine.py", "page.py", "systems/tank.py"):
+        path = tmp_path / "identification/mismatch" / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text("a = 1\n", encoding="utf-8")
+        before[name] = path
+    first = source_fingerprint(tmp_path)
+    for name, path in before.items():
+        path.write_text("a = 2\n", encoding="utf-8")
+        assert (source_fingerprint(tmp_path) != first) == (name == "engine.py")
+        path.write_text("a = 1\n", encoding="utf-8")
