@@ -2,7 +2,7 @@
 
 import pytest
 
-import slipbench
+from slipbench import command
 from slipbench.protocol.recording.run_folder import read
 from tests.paths import DEMONSTRATION, TRIALS
 
@@ -11,7 +11,7 @@ def run(monkeypatch, capsys, *arguments):
     """Exit status, standard output, standard error."""
     monkeypatch.setattr("sys.argv", ["slipbench", *map(str, arguments)])
     with pytest.raises(SystemExit) as end:
-        slipbench.main()
+        command.main()
     told = capsys.readouterr()
     return end.value.code or 0, told.out, told.err
 

@@ -7,7 +7,7 @@ import pyarrow.csv
 import pytest
 from pyarrow import parquet
 
-import slipbench
+from slipbench import command
 from tests.paths import ROOT
 from tests.protocol.recording.test_import import DBC, ROLES, drive
 
@@ -21,7 +21,7 @@ def slipbench_in(monkeypatch, capsys):
         monkeypatch.setenv("COLUMNS", "120")
         monkeypatch.setattr(sys, "argv", ["slipbench", *map(str, arguments)])
         with pytest.raises(SystemExit) as end:
-            slipbench.main()
+            command.main()
         printed = capsys.readouterr()
         return end.value.code, printed.out, printed.err
 

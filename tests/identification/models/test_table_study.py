@@ -5,7 +5,7 @@ import pytest
 from scipy import signal
 from typer.testing import CliRunner
 
-import slipbench
+from slipbench import command
 from slipbench.identification.models.output_error import output_error
 from slipbench.identification.models.stable_rational import Order
 from slipbench.identification.models.table_study import outside, read_run, table_study
@@ -113,7 +113,7 @@ def test_the_flexible_link_is_modelled_by_the_command(tmp_path):
         for x in ("--held-out", str(p))
     ]
     told = CliRunner().invoke(
-        slipbench.app,
+        command.app,
         [
             "model",
             *sweeps,

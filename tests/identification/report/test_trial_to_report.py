@@ -6,7 +6,7 @@ import pytest
 from typer.testing import CliRunner
 
 from slipbench.command import app
-from tests.identification.synthetic_recording import __file__ as here
+from tests.paths import DEMONSTRATION
 
 TRIAL = """
 name = "short_sweep"
@@ -37,9 +37,7 @@ distance = "2500 m"
 
 @pytest.fixture(scope="module")
 def run(tmp_path_factory):
-    from pathlib import Path
-
-    vehicle = Path(here).parents[3] / "plant" / "vehicles" / "demonstration.toml"
+    vehicle = DEMONSTRATION
     folder = tmp_path_factory.mktemp("trial")
     (folder / "short.toml").write_text(TRIAL.format(vehicle=vehicle))
     made = CliRunner().invoke(

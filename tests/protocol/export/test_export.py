@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from mcap.reader import make_reader
 from pyarrow import parquet
 
-import slipbench
+from slipbench import command
 from slipbench.dbc import MOTORBIKE, MOTORBIKE_FD
 from slipbench.protocol.database.database import load_database
 from slipbench.protocol.errors import InputError
@@ -304,7 +304,7 @@ def test_the_command_tells_what_it_wrote_and_which_formats_there_are(tmp_path, m
     for form, status in (("mf4", 0), ("xls", 2)):
         monkeypatch.setattr("sys.argv", ["slipbench", "export", str(run), "--format", form])
         with pytest.raises(SystemExit) as end:
-            slipbench.main()
+            command.main()
         assert (end.value.code or 0) == status
     told = capsys.readouterr()
     assert "1 frames in" in told.out
