@@ -1,8 +1,19 @@
 """What pytest itself is told about these tests; fixtures live beside those who use them."""
 
+import os
+
+import hypothesis
 import pytest
 
 from tests import recordings
+
+# How long an example takes depends on the machine; no test judges it.
+hypothesis.settings.register_profile("slipbench", deadline=None)
+# Mutants: the same examples for each of them, and few, since every mutant runs them.
+hypothesis.settings.register_profile(
+    "mutants", deadline=None, derandomize=True, database=None, max_examples=25
+)
+hypothesis.settings.load_profile(os.environ.get("SLIPBENCH_HYPOTHESIS", "slipbench"))
 
 
 def pytest_report_header() -> str:
