@@ -7,7 +7,9 @@ import typer
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-EXAMPLE = "Example: slipbench prove --cases 200 --seed 1 --workers 2 --page docs/blind_validation.md"
+EXAMPLE = (
+    "Example: slipbench prove --cases 200 --seed 1 --workers 2 --page docs/blind_validation.md"
+)
 
 
 def register(app: typer.Typer) -> None:
