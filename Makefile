@@ -64,7 +64,7 @@ CASES ?= 200
 SEED ?= 2026
 PROOF ?= proof/$(SEED)-$(CASES)
 prove: setup
-	$(IN)/slipbench prove --cases $(CASES) --seed $(SEED) --out $(PROOF) --page docs/proof.md
+	$(IN)/slipbench prove --cases $(CASES) --seed $(SEED) --out $(PROOF) --page docs/blind_validation.md
 
 # Six cases, to see that all of it works; their table means nothing.
 prove-quick: setup

@@ -15,7 +15,7 @@ SHOWN = 6.0  # s at most
 def scenario_figure(rides: Mapping[str, Ridden]) -> Figure:
     """Draw slip, throttle and spark of all controllers in one scenario."""
     shown = slice(0, round(SHOWN / TICK))
-    with d.hand():
+    with d.style():
         figure, axes = d.panels(3, 6.0, [2.0, 1.0, 1.0])
         colours = iter(COLOURS)
         for name, r in rides.items():

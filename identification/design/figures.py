@@ -18,7 +18,7 @@ LASTING = 0.6  # s
 
 def nyquist(path: Path, designed: Designed) -> Figure:
     """Draw the loop gain of all members, and the disc that M_s keeps free."""
-    with d.hand():
+    with d.style():
         figure, (axes,) = d.side_by_side(1, 5.2)
         angle = np.linspace(0, 2 * np.pi, 200)
         radius = 1 / path.problem.required.sensitivity
@@ -35,7 +35,7 @@ def nyquist(path: Path, designed: Designed) -> Figure:
 
 def sensitivities(path: Path, designed: Designed) -> Figure:
     """Draw |S| and |T| against frequency."""
-    with d.hand():
+    with d.style():
         figure, axes = d.panels(2, 5.2)
         for (name, (f, loop)), color in zip(
             _loops(path, designed).items(), _colours(), strict=False
@@ -53,7 +53,7 @@ def sensitivities(path: Path, designed: Designed) -> Figure:
 def steps(path: Path, designed: Designed) -> Figure:
     """Draw slip after a step of its target, over the set."""
     time = np.arange(0.0, LASTING, 0.002)
-    with d.hand():
+    with d.style():
         figure, (axes,) = d.panels(1, 3.2)
         found = step_response(path.problem, designed.controller, time, designed.prefilter.response)
         for (name, y), color in zip(found.items(), _colours(), strict=False):

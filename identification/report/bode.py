@@ -1,4 +1,4 @@
-"""A frequency response, drawn: gain, phase and coherence with their 95 % bands."""
+"""Bode plot of frequency responses: gain, phase and coherence with 95 % intervals."""
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -13,7 +13,7 @@ from slipbench.protocol.recording.channel import FloatArray
 
 
 def bode(found: list[FrequencyResponse], peak: Resonance | NoResonance | None = None) -> Figure:
-    """Draw responses over one another; lines without enough coherence are left pale."""
+    """Bode plot of several responses; bins of low coherence or wide interval are faded."""
     figure, axes = d.panels(3, 6.6, [3, 3, 1.5])
     factor, unit = gain_unit(found[0].input, found[0].output)
     for response, colour in zip(found, (d.BLUE, d.ORANGE, d.GREEN), strict=False):
@@ -22,7 +22,7 @@ def bode(found: list[FrequencyResponse], peak: Resonance | NoResonance | None = 
         axes[2].plot(response.frequency, response.coherence, color=colour)
     if isinstance(peak, Resonance):
         _mark(axes[0], peak, factor)
-    _furnish(axes, found, unit)
+    _format_axes(axes, found, unit)
     return figure
 
 
@@ -37,17 +37,17 @@ def _gain(axes: Axes, of: FrequencyResponse, factor: float, colour: str) -> None
         alpha=0.18,
         lw=0,
     )
-    axes.plot(of.frequency, _kept(of, gain), color=colour, label=label)
+    axes.plot(of.frequency, _credible(of, gain), color=colour, label=label)
     axes.plot(of.frequency, gain, color=colour, alpha=0.3, lw=0.8)
 
 
 def _phase(axes: Axes, of: FrequencyResponse, colour: str) -> None:
     phase, band = np.degrees(of.phase), np.degrees(of.phase_band)
     axes.fill_between(of.frequency, phase - band, phase + band, color=colour, alpha=0.18, lw=0)
-    axes.plot(of.frequency, _kept(of, phase), color=colour)
+    axes.plot(of.frequency, _credible(of, phase), color=colour)
 
 
-def _kept(of: FrequencyResponse, value: FloatArray) -> FloatArray:
+def _credible(of: FrequencyResponse, value: FloatArray) -> FloatArray:
     return np.where(of.believed, value, np.nan)
 
 
@@ -66,7 +66,7 @@ def _mark(axes: Axes, peak: Resonance, factor: float) -> None:
     )
 
 
-def _furnish(axes: list[Axes], found: list[FrequencyResponse], unit: str) -> None:
+def _format_axes(axes: list[Axes], found: list[FrequencyResponse], unit: str) -> None:
     believed = [r.gain[r.believed] for r in found if r.believed.any()]
     factor = gain_unit(found[0].input, found[0].output)[0]
     axes[0].set(xscale="log", yscale="log", ylabel=f"gain / ({unit})")

@@ -1,4 +1,4 @@
-"""The input and the slip of a sweep, close up at three of its frequencies."""
+"""Details of a sweep: input and slip at three of its frequencies."""
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -14,18 +14,18 @@ from slipbench.protocol.trial_file import Sweep
 
 
 def close_ups(found: Identification) -> Figure | None:
-    """Draw throttle or spark and slip at three moments of a sweep: slow, in the middle, fast."""
+    """Figure of input and slip near the start, the middle and the end of a sweep; None without."""
     trial, window, moved = found.recording.trial, found.window, found.motion
     if not (trial and isinstance(window, TrialWindow) and isinstance(moved, Motion)):
         return None
     role = INPUTS[excited_actuator(trial, found.base, window)][0]
-    given = found.base.get(role)
-    if not isinstance(trial.excitation, Sweep) or given is None or found.main is None:
+    applied = found.base.get(role)
+    if not isinstance(trial.excitation, Sweep) or applied is None or found.main is None:
         return None
     figure, axes = d.side_by_side(3, 2.9)
     for panel, share in zip(axes, (0.06, 0.5, 0.94), strict=True):
         frequency = _swept_frequency(trial.excitation, share)
-        _close_up(panel, found, moved.slip.ratio, given, role, share, frequency)
+        _close_up(panel, found, moved.slip.ratio, applied, role, share, frequency)
     axes[0].set_ylabel(f"{name(role)} / {unit(of_role(role))}", color=d.BLUE)
     return figure
 
@@ -34,7 +34,7 @@ def _close_up(
     axes: Axes,
     found: Identification,
     slip: FloatArray,
-    given: FloatArray,
+    applied: FloatArray,
     role: str,
     share: float,
     frequency: float,
@@ -44,7 +44,7 @@ def _close_up(
     middle = part.start + round(share * (part.stop - part.start))
     half = round(min(1.5 / frequency, 2.0) * found.base.rate)
     near = slice(max(middle - half, 0), min(middle + half, time.size - 1))
-    axes.plot(time[near], shown(given[near], of_role(role)), color=d.BLUE)
+    axes.plot(time[near], shown(applied[near], of_role(role)), color=d.BLUE)
     twin = axes.twinx()
     twin.plot(time[near], slip[near] * 100, color=d.VIOLET)
     twin.spines["right"].set_visible(True)

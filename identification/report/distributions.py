@@ -1,4 +1,4 @@
-"""Figures without time: how often which slip, and what a speed is made of by frequency."""
+"""Histogram of slip and amplitude spectra of speeds."""
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -11,11 +11,11 @@ from slipbench.identification.signals.motion import Motion
 from slipbench.identification.signals.spectrum import LOWEST
 from slipbench.protocol.recording.channel import FloatArray
 
-MOST = 200.0  # Hz that are drawn
+MOST = 200.0  # Hz, upper end of the frequency axis
 
 
 def slip_statistics(found: Identification) -> Figure | None:
-    """Draw how often which slip occurred, and slip against speed."""
+    """Figure of the slip histogram and of slip over speed; None without slip."""
     if not isinstance(found.motion, Motion) or found.motion.slip.kind != "slip":
         return None
     ratio, speed = found.motion.slip.ratio, found.motion.reference
@@ -23,7 +23,7 @@ def slip_statistics(found: Identification) -> Figure | None:
     low, high = np.percentile(ratio[known] * 100, (0.2, 99.8))
     figure, (left, right) = d.side_by_side(2, 3.0)
     left.hist(np.clip(ratio[known] * 100, low, high), bins=80, color=d.BLUE)
-    left.set(xlabel="slip / %", ylabel="samples", title="How often")
+    left.set(xlabel="slip / %", ylabel="samples", title="Histogram")
     right.hexbin(
         shown(speed[known], "m/s"),
         np.clip(ratio[known] * 100, low, high),
@@ -34,12 +34,12 @@ def slip_statistics(found: Identification) -> Figure | None:
         linewidths=0.1,
         rasterized=True,
     )
-    right.set(xlabel="speed / km/h", ylabel="slip / %", title="Against speed")
+    right.set(xlabel="speed / km/h", ylabel="slip / %", title="Slip over speed")
     return figure
 
 
 def spectra(found: Identification) -> Figure | None:
-    """Draw the amplitude spectra of wheel, engine and suspension with the wheel's orders marked."""
+    """Figure of the amplitude spectra of wheel, engine and suspension; wheel orders marked."""
     if not found.spectra:
         return None
     figure, axes = d.panels(len(found.spectra), 1.0 + 1.8 * len(found.spectra))

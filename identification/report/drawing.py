@@ -1,4 +1,4 @@
-"""How figures look: one hand for all of them, legible on a phone and on paper."""
+"""Common style and helpers of all figures; legible on a phone and on paper."""
 
 import io
 from collections.abc import Iterator
@@ -19,7 +19,7 @@ INK, MUTED, GRID = "#1c2733", "#66717d", "#dfe4ea"
 BLUE, ORANGE, GREEN, RED, VIOLET = "#1f62b0", "#d9680a", "#1d8a5b", "#c23030", "#7a4fb5"
 SHADE = "#eaf1fa"
 WIDTH = 9.0  # in
-POINTS = 1600  # that a line keeps; more cannot be seen
+POINTS = 1600  # kept of a line; more cannot be seen
 
 STYLE = {
     "font.family": "DejaVu Sans",
@@ -48,8 +48,8 @@ STYLE = {
 
 
 @contextmanager
-def hand() -> Iterator[None]:
-    """Draw in the project's hand inside this context."""
+def style() -> Iterator[None]:
+    """Context in which figures are drawn in the common style."""
     with mpl.rc_context(STYLE):  # type: ignore[arg-type]
         yield
 
@@ -57,7 +57,7 @@ def hand() -> Iterator[None]:
 def panels(
     rows: int, height: float, ratios: list[float] | None = None
 ) -> tuple[Figure, list[Axes]]:
-    """Make a figure with panels over one another that share their horizontal axis. height: in."""
+    """Figure with stacked panels that share their horizontal axis. height: in."""
     figure = Figure(figsize=(WIDTH, height))
     FigureCanvasAgg(figure)
     margins = {"top": 1 - 0.4 / height, "bottom": 0.55 / height, "hspace": 0.45 * rows / height}
@@ -75,7 +75,7 @@ def panels(
 
 
 def side_by_side(columns: int, height: float) -> tuple[Figure, list[Axes]]:
-    """Make a figure with panels next to one another. height: in."""
+    """Figure with panels side by side. height: in."""
     figure = Figure(figsize=(WIDTH, height))
     FigureCanvasAgg(figure)
     margins = {"left": 0.8 / WIDTH, "right": 1 - 0.75 / WIDTH, "wspace": 0.42}
@@ -89,12 +89,12 @@ def side_by_side(columns: int, height: float) -> tuple[Figure, list[Axes]]:
 
 
 def line(axes: Axes, x: FloatArray, y: FloatArray, **look: object) -> None:
-    """Draw a line with as many points as can be seen; its extremes are kept."""
+    """Draw a line, thinned to the visible number of points. x, y: shape (n,)."""
     axes.plot(*thinned(x, y), **look)  # type: ignore[arg-type]
 
 
 def thinned(x: FloatArray, y: FloatArray, points: int = POINTS) -> tuple[FloatArray, FloatArray]:
-    """Keep the least and the greatest of every stretch, so that no peak is lost."""
+    """Minimum and maximum of every segment, so that peaks remain. x, y: shape (n,)."""
     length = x.size // (points // 2)
     if length < 3:
         return x, y
@@ -109,7 +109,7 @@ def thinned(x: FloatArray, y: FloatArray, points: int = POINTS) -> tuple[FloatAr
 
 
 def shade(axes: Axes, time: FloatArray, active: BoolArray, label: str = "") -> None:
-    """Shade the stretches in which something was active."""
+    """Shade the time spans in which `active` is true. time: s, shape (n,); active: shape (n,)."""
     edges = np.flatnonzero(np.diff(np.concatenate(([0], active.astype(int), [0]))))
     for start, end in zip(edges[::2], edges[1::2], strict=True):
         axes.axvspan(time[start], time[min(end, time.size - 1)], color=SHADE, lw=0, label=label)
@@ -117,7 +117,7 @@ def shade(axes: Axes, time: FloatArray, active: BoolArray, label: str = "") -> N
 
 
 def legend(axes: Axes, columns: int = 4) -> None:
-    """Set the legend over the panel, where it covers no data."""
+    """Place the legend above the panel, where it covers no data."""
     axes.legend(
         loc="lower right",
         bbox_to_anchor=(1.0, 1.0),
@@ -129,7 +129,7 @@ def legend(axes: Axes, columns: int = 4) -> None:
 
 
 def plain_decades(gain: Axes, frequency: Axes) -> None:
-    """Write logarithmic axes in plain numbers."""
+    """Label logarithmic gain and frequency axes with plain numbers."""
     gain.yaxis.set_major_locator(LogLocator(base=10, subs=(1, 2, 5)))
     gain.yaxis.set_major_formatter(FuncFormatter(lambda y, _: f"{y:.3g}"))
     gain.yaxis.set_minor_formatter(FuncFormatter(lambda *_: ""))
@@ -137,14 +137,14 @@ def plain_decades(gain: Axes, frequency: Axes) -> None:
 
 
 def plain_frequency(frequency: Axes) -> None:
-    """Write a logarithmic frequency axis in plain numbers."""
+    """Label a logarithmic frequency axis with plain numbers."""
     frequency.xaxis.set_major_locator(LogLocator(base=10, subs=(1, 2, 3, 5, 7)))
     frequency.xaxis.set_major_formatter(FuncFormatter(lambda x, _: f"{x:g}"))
     frequency.xaxis.set_minor_formatter(FuncFormatter(lambda *_: ""))
 
 
 def svg(figure: Figure, name: str) -> str:
-    """Turn a figure into inline SVG, the same bytes each time."""
+    """Inline SVG of a figure; the same figure gives the same bytes."""
     buffer = io.StringIO()
     look = {**STYLE, "svg.hashsalt": name}
     with mpl.rc_context(look):  # type: ignore[arg-type]
@@ -154,6 +154,6 @@ def svg(figure: Figure, name: str) -> str:
 
 
 def png(figure: Figure, path: Path, dots: int = 160) -> None:
-    """Write a figure as PNG. dots: per inch."""
+    """Write a figure as PNG. dots: dots per inch."""
     with mpl.rc_context(STYLE):  # type: ignore[arg-type]
         figure.savefig(path, format="png", dpi=dots)

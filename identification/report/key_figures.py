@@ -1,4 +1,4 @@
-"""The figures of a recording for a program to read: `identification.json`, SI throughout."""
+"""Contents of `identification.json`: results of a recording in SI units."""
 
 from typing import Any
 
@@ -22,7 +22,7 @@ from slipbench.protocol.recording.channel import FloatArray
 
 
 def key_figures(found: Identification, study: Study) -> dict[str, Any]:
-    """Collect what was found. Frequencies in Hz, times in s, slip and openings as ratios."""
+    """Results as a tree. Frequencies in Hz, times in s, slip and openings as ratios."""
     return {
         "recording": found.recording.folder.name,
         "duration": found.recording.duration,
@@ -48,7 +48,7 @@ def key_figures(found: Identification, study: Study) -> dict[str, Any]:
 
 
 def delays(found: Identification) -> dict[str, float]:
-    """Delays that the recording shows, s: encoder at the mean speed, slip behind its input."""
+    """Delays, s: of the encoder at mean speed; low-frequency group delay from command to slip."""
     known: dict[str, float] = {}
     moved = found.motion
     if isinstance(moved, Motion) and moved.axle.teeth_per_turn and moved.axle.radius:
@@ -62,7 +62,7 @@ def delays(found: Identification) -> dict[str, float]:
 
 
 def servo_bandwidth(found: Identification) -> float | None:
-    """Frequency (Hz) at which the measured throttle falls 3 dB under the commanded one."""
+    """Bandwidth of the throttle servo (-3 dB), Hz; None where it lies outside the band."""
     servo = next((r for r in found.responses if r.output == "throttle_position"), None)
     if servo is None or not servo.believed.any():
         return None

@@ -1,4 +1,4 @@
-"""A rational model over the lines that it was fitted to, and the harmonics beside the first."""
+"""Figures of the fitted model and of the higher harmonics."""
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -10,11 +10,11 @@ from slipbench.identification.response.describing_function import DescribingFunc
 from slipbench.identification.response.response import believed_band
 
 POINTS = 300
-KNOWN = 1.0  # greatest 95 % band beside a harmonic at which it is drawn as known
+KNOWN = 1.0  # largest ratio of 95 % half width to value; wider ones are faded
 
 
 def model_figure(found: tuple[Recommended, ...]) -> Figure | None:
-    """Draw gain and phase of models with their 95 % bands, and the lines as points."""
+    """Bode plot of models with 95 % intervals and of the bins they were fitted to; None without."""
     if not found:
         return None
     figure, axes = d.panels(2, 5.2, [3, 2])
@@ -46,7 +46,7 @@ def model_figure(found: tuple[Recommended, ...]) -> Figure | None:
 
 
 def harmonics_figure(found: DescribingFunction | None) -> Figure | None:
-    """Draw the second and third harmonic over the first, %, with their 95 % bands."""
+    """Figure of second and third harmonic over the first, %, with 95 % intervals; None without."""
     if found is None:
         return None
     figure, axes = d.panels(1, 2.9)
@@ -65,7 +65,7 @@ def harmonics_figure(found: DescribingFunction | None) -> Figure | None:
         axes[0].plot(found.frequency, share, color=colour, alpha=0.3, lw=0.8)
         axes[0].plot(found.frequency, known, color=colour, label=("second", "third")[k - 1])
     axes[0].set(
-        xlabel="frequency of the excitation / Hz", ylabel="share of the first / %", ylim=(0, None)
+        xlabel="excitation frequency / Hz", ylabel="relative to first harmonic / %", ylim=(0, None)
     )
     d.legend(axes[0], 2)
     return figure

@@ -1,4 +1,4 @@
-"""A model in words and numbers: for the page, and for a program."""
+"""A fitted model as table rows and as a tree for identification.json."""
 
 from typing import Any
 
@@ -11,24 +11,24 @@ from slipbench.identification.report.words import gain_unit, name
 from slipbench.identification.response.response import ComplexArray
 
 Rows = list[tuple[str, str]]
-FASTEST = 3.0  # times the top of the band; what is faster is not told one by one
+FASTEST = 3.0  # times the top of the band; faster poles are not listed
 
 
-def told(of: Recommended) -> Rows:
-    """Say what a model is, each figure with its 95 % interval."""
+def rows(of: Recommended) -> Rows:
+    """Rows of the model: order, residual test, dead time, poles, zeros; 95 % intervals."""
     fit = of.fit
     factor, unit = gain_unit(of.response.input, of.response.output)
     low = fit.lines.frequency[:1]
     gain, band = float(np.abs(fit.response(low))[0]), float(fit.band(low)[0])
-    rows = [
-        ("Order", f"{fit.order}, by description length; {_others(of)}"),
+    made = [
+        ("Order", f"{fit.order}, selected by MDL; {_others(of)}"),
         (
-            "Chi-square",
-            f"{fit.chi_square_ratio:.2f} times its {fit.freedom} degrees of freedom"
-            f" ({'not rejected' if of.adequate else 'rejected'}: probability {fit.adequate:.2g})",
+            "Residual test",
+            f"{'passed' if of.adequate else 'failed'} (p = {fit.adequate:.2g}): chi-square "
+            f"{fit.chi_square_ratio:.2f} per degree of freedom, {fit.freedom} degrees of freedom",
         ),
-        ("Pure delay", delay_in_words(of)),
-        *[(_kind(mode), mode_in_words(mode)) for mode in _seen(fit)],
+        ("Dead time", delay_in_words(of)),
+        *[(_kind(mode), mode_in_words(mode)) for mode in _listed(fit)],
         *_zeros(fit.model.zeros),
         (f"Gain at {low[0]:.2g} Hz", f"{factor * gain:.3g} ± {factor * band:.2g} {unit}"),
         (
@@ -36,19 +36,19 @@ def told(of: Recommended) -> Rows:
             f"{fit.drift[0]:+.3f} ± {ACROSS * fit.drift[1]:.3f} rad/s, not part of the model",
         ),
     ]
-    return [*rows, ("To know", " ".join(of.words))]
+    return [*made, ("Notes", " ".join(of.words))]
 
 
 def title(of: Recommended) -> str:
-    """Name a model by its input and output."""
-    return f"From {name(of.response.input)} to {name(of.response.output)}"
+    """Heading of a model: its input and output."""
+    return f"{name(of.response.input)} to {name(of.response.output)}".capitalize()
 
 
 def delay_in_words(of: Recommended) -> str:
-    """Give the delay with its interval, or the reason why it has none."""
+    """Dead time with its 95 % interval as text, or the reason why there is none."""
     found = of.delay
     if not isinstance(found, DelayProfile):
-        return f"not told: {found.reason}"
+        return f"not identified: {found.reason}"
     return (
         f"{1e3 * found.delay:.1f} ms, 95 % interval {1e3 * found.low:.1f} to "
         f"{1e3 * found.high:.1f} ms"
@@ -56,17 +56,17 @@ def delay_in_words(of: Recommended) -> str:
 
 
 def mode_in_words(mode: Mode) -> str:
-    """Give frequency and damping with their 95 % intervals; what is not known is not given."""
+    """Frequency and damping ratio as text with 95 % intervals."""
     if ACROSS * mode.frequency_deviation > mode.frequency:
-        return f"about {mode.frequency:.2g} Hz, which the lines do not tell"
+        return f"about {mode.frequency:.2g} Hz, not identifiable from this recording"
     frequency = f"{mode.frequency:.2f} ± {ACROSS * mode.frequency_deviation:.2f} Hz"
     if mode.single:
         return frequency
-    return f"{frequency}, damping {mode.damping:.3f} ± {ACROSS * mode.damping_deviation:.3f}"
+    return f"{frequency}, damping ratio {mode.damping:.3f} ± {ACROSS * mode.damping_deviation:.3f}"
 
 
 def figures(of: Recommended) -> dict[str, Any]:
-    """Collect a model for a program: SI, poles and zeros as pairs of real and imaginary part."""
+    """Model as a tree: SI units, poles and zeros as pairs of real and imaginary part."""
     fit, model = of.fit, of.fit.model
     delay = of.delay
     interval = [delay.low, delay.high] if isinstance(delay, DelayProfile) else None
@@ -107,16 +107,14 @@ def figures(of: Recommended) -> dict[str, Any]:
 
 def _others(of: Recommended) -> str:
     near = [str(row.order) for row in of.choice.within() if row.order != of.fit.order]
-    return (
-        f"within two nats by AIC: {'; '.join(near)}" if near else "no other within two nats by AIC"
-    )
+    return f"also plausible (AIC difference below 4): {'; '.join(near) or 'no other order'}"
 
 
 def _kind(mode: Mode) -> str:
-    return "Real pole" if mode.single else "Pair of poles"
+    return "Real pole" if mode.single else "Pole pair"
 
 
-def _seen(fit: RationalFit) -> list[Mode]:
+def _listed(fit: RationalFit) -> list[Mode]:
     top = FASTEST * fit.lines.frequency[-1]
     return sorted((m for m in fit.modes if m.frequency < top), key=lambda m: m.frequency)
 
@@ -125,7 +123,7 @@ def _zeros(zeros: ComplexArray) -> Rows:
     upper = [z for z in zeros if z.imag >= 0]
     return [
         (
-            "Zero" if z.imag == 0 else "Pair of zeros",
+            "Real zero" if z.imag == 0 else "Zero pair",
             f"{abs(z) / (2 * np.pi):.2f} Hz, in the {'right' if z.real > 0 else 'left'} half plane",
         )
         for z in upper

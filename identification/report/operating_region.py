@@ -1,9 +1,9 @@
-"""Where the vehicle stood, what was done to it, and how the slip was formed, as rows of words."""
+"""Table rows of the operating point, the excitation and the computation of slip."""
 
 import numpy as np
 
 from slipbench.identification.report.key_figures import servo_bandwidth
-from slipbench.identification.report.words import listed
+from slipbench.identification.report.words import listed, name
 from slipbench.identification.response.identify import Identification
 from slipbench.identification.signals.motion import Motion
 from slipbench.identification.signals.tooth_pitch import ToothPitch
@@ -14,7 +14,7 @@ Rows = list[tuple[str, str]]
 
 
 def operating_point(found: Identification) -> Rows:
-    """Say where the vehicle stood and what was done to it."""
+    """Rows of the operating point and the excitation."""
     rows: Rows = [("Recording", f"{found.recording.duration:.1f} s")]
     trial, window = found.recording.trial, found.window
     if trial is not None:
@@ -23,8 +23,8 @@ def operating_point(found: Identification) -> Rows:
         return [*rows, ("Excitation", window.reason)]
     start, stop = (found.base.time[min(i, found.base.time.size - 1)] for i in _ends(window))
     rows += _measured_point(found, window)
-    rows.append(("Excited", f"{start:.2f} to {stop:.2f} s"))
-    rows.append(("Ended", _ended(window)))
+    rows.append(("Excitation window", f"{start:.2f} to {stop:.2f} s"))
+    rows.append(("End of trial", _ended(window)))
     return rows
 
 
@@ -47,7 +47,7 @@ def _trial(trial: TrialFile) -> Rows:
 
 
 def _measured_point(found: Identification, window: TrialWindow) -> Rows:
-    """Mean of the second before the excitation."""
+    """Rows of the means over the second before the excitation."""
     before = slice(max(window.exciting.start - round(found.base.rate), 0), window.exciting.start)
     rows: Rows = []
     for role, label, factor, unit in (
@@ -69,48 +69,50 @@ def _measured_point(found: Identification, window: TrialWindow) -> Rows:
 def _ended(window: TrialWindow) -> str:
     if window.trip:
         return f"tripped at {window.trip_time:.2f} s: {trip_in_words(window.trip)}"
-    return "as planned, authority handed back"
+    return "as planned, control returned to the rider"
 
 
 def _ends(window: TrialWindow) -> tuple[int, int]:
     return window.exciting.start, window.exciting.stop
 
 
-def how(found: Identification) -> Rows:
-    """Say how slip was formed."""
+def processing(found: Identification) -> Rows:
+    """Rows of how slip was computed: axle, reference, time base, wheel orders, methods."""
     moved = found.motion
     if not isinstance(moved, Motion):
         return [("Slip", moved.reason)]
     rows: Rows = [
         ("Driven axle", f"{moved.axle.axle}: {moved.axle.method}"),
-        ("Reference", moved.reference_name),
+        ("Reference speed", moved.reference_name),
         ("Time base", f"{found.base.rate:g} Hz"),
     ]
     if moved.line_reduction is not None:
-        rows.append(("Wheel orders", f"{_orders(moved)}; 1X is {moved.line_reduction:.0f} dB less"))
+        rows.append(
+            ("Wheel orders", f"{_orders(moved)}; 1X order reduced by {moved.line_reduction:.0f} dB")
+        )
     rows += _orders_in_band(found, moved)
     if moved.slip.statement:
-        rows.append(("Where defined", moved.slip.statement))
+        rows.append(("Definition of slip", moved.slip.statement))
     if moved.radius is not None:
-        rows.append(("Rolling radii", _radius(moved)))
-    rows += [(f"{r.input} to {r.output}", r.method) for r in found.responses]
+        rows.append(("Rolling radius ratio", _radius(moved)))
+    rows += [(f"FRF, {name(r.input)} to {name(r.output)}", r.method) for r in found.responses]
     bandwidth = servo_bandwidth(found)
     return [*rows, ("Servo bandwidth", f"{bandwidth:.1f} Hz (−3 dB)")] if bandwidth else rows
 
 
 def _orders(moved: Motion) -> str:
-    """Say how the wheel's own line was taken off, and what stood in the way of doing it better."""
+    """How the wheel orders were removed; where teeth were not compensated, why."""
     if isinstance(moved.pitch, ToothPitch):
         found = moved.pitch
         worst = 100 * float(np.abs(found.gaps).max())
         error = 100 * found.quantile * float(found.deviation.max())
-        return f"gaps between teeth learnt: up to {worst:.2g} ± {error:.1g} % of a pitch"
-    why = f" (gaps between teeth: {moved.pitch.reason})" if moved.pitch else ""
+        return f"tooth-pitch errors compensated (up to {worst:.2g} ± {error:.1g} % of a pitch)"
+    why = f" (tooth-pitch errors not compensated: {moved.pitch.reason})" if moved.pitch else ""
     return f"{listed([f'{order}X' for order in moved.orders])} notched out{why}"
 
 
 def _orders_in_band(found: Identification, moved: Motion) -> Rows:
-    """Warn where a notch took a part of the answer with the wheel's line."""
+    """Warning where a notch at a wheel order lies inside the excited band."""
     if (
         found.main is None
         or moved.wheel_frequency is None
@@ -122,15 +124,13 @@ def _orders_in_band(found: Identification, moved: Motion) -> Rows:
     inside = [f"{k * turning:.1f} Hz" for k in moved.orders if low <= k * turning <= high]
     if not inside:
         return []
-    return [
-        ("Not to be believed", f"the response within 1 Hz of {listed(inside)}: a notch is there")
-    ]
+    return [("Warning", f"response not reliable within 1 Hz of {listed(inside)} (notch filter)")]
 
 
 def _radius(moved: Motion) -> str:
     assert moved.radius is not None
     estimate = moved.radius
     return (
-        f"driven over reference speed {estimate.ratio:.4f} ± {estimate.deviation:.4f} "
-        f"({estimate.condition}, {estimate.samples} samples): an estimate, not applied"
+        f"{estimate.ratio:.4f} ± {estimate.deviation:.4f}, driven over reference speed "
+        f"({estimate.condition}, {estimate.samples} samples); not applied to slip"
     )

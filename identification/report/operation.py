@@ -1,4 +1,4 @@
-"""How the bus and the bench ran: load and lateness, drawn where they were recorded."""
+"""Figures of bus load and tick lateness."""
 
 import csv
 from collections.abc import Mapping
@@ -11,11 +11,11 @@ from slipbench.identification.report import drawing as d
 from slipbench.protocol.recording.channel import FloatArray
 from slipbench.protocol.recording.recording import Recording
 
-LIMIT = 60.0  # %, what the database may load the bus with in the worst case
+LIMIT = 60.0  # %, worst-case bus load allowed for the database
 
 
 def bus_load(recording: Recording) -> Figure | None:
-    """Draw the load of each bus over time."""
+    """Figure of the load of each bus over time; None where it was not recorded."""
     curves = {bus: _curve(of) for bus, of in recording.bus_load.items()}
     drawn = {bus: curve for bus, curve in curves.items() if curve is not None}
     if not drawn:
@@ -32,7 +32,7 @@ def bus_load(recording: Recording) -> Figure | None:
 
 
 def lateness(recording: Recording) -> Figure | None:
-    """Draw how late the late ticks were, from ticks.csv; nothing where a clock is simulated."""
+    """Histogram of tick lateness from ticks.csv; None with a simulated clock."""
     late = late_ticks(recording)
     if late is None or late.size < 2 or not np.nanmax(late) > 0:
         return None
@@ -45,13 +45,13 @@ def lateness(recording: Recording) -> Figure | None:
 
 
 def late_ticks(recording: Recording) -> FloatArray | None:
-    """Lateness of every late tick, s; None where nothing was recorded."""
+    """Lateness of every late tick, s, shape (n,); None where it was not recorded."""
     path = recording.folder / "ticks.csv"
     if not path.is_file():
         return None
     with path.open(encoding="utf-8", newline="") as file:
-        told = [row.get("lateness_ns") for row in csv.DictReader(file)]
-    return np.array([float(lateness) * 1e-9 for lateness in told if lateness])
+        recorded = [row.get("lateness_ns") for row in csv.DictReader(file)]
+    return np.array([float(lateness) * 1e-9 for lateness in recorded if lateness])
 
 
 def _curve(of: Mapping[str, Any]) -> tuple[FloatArray, FloatArray] | None:

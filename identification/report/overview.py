@@ -1,4 +1,4 @@
-"""What was asked, what was done and what the wheels answered, drawn over time."""
+"""Time series of a recording: commands, measured inputs, slip and speeds."""
 
 from collections.abc import Callable
 
@@ -17,7 +17,7 @@ TIME = "time / s"
 
 
 def overview(found: Identification) -> Figure | None:
-    """Draw what was asked, what was done and what the wheels answered, over the whole recording."""
+    """Figure of commands, measured inputs, slip and speeds over time; None without any of them."""
     rows = _rows(found)
     if not rows:
         return None
@@ -75,8 +75,8 @@ def _slip(axes: Axes, found: Identification, moved: Motion) -> None:
 
 def _speeds(axes: Axes, found: Identification, moved: Motion) -> None:
     for value, colour, label in (
-        (moved.driven, d.BLUE, f"{moved.axle.axle} wheel, driven"),
-        (moved.reference, d.ORANGE, "reference"),
+        (moved.driven, d.BLUE, f"{moved.axle.axle} wheel (driven)"),
+        (moved.reference, d.ORANGE, "reference speed"),
     ):
         d.line(axes, found.base.time, shown(value, "m/s"), color=colour, label=label, lw=1.1)
     axes.set_ylabel("speed / km/h")
@@ -94,7 +94,7 @@ def _mark_trial(axes: Axes, found: Identification) -> None:
 
 
 def _extent(found: Identification) -> tuple[float, float]:
-    """Show the trial with 3 s to each side, or everything."""
+    """Time span of the excitation with 3 s to each side, or of the whole recording; s."""
     time, window = found.base.time, found.window
     if not isinstance(window, TrialWindow):
         return float(time[0]), float(time[-1])

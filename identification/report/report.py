@@ -1,4 +1,4 @@
-"""The report of a recording: one file that needs nothing but a browser."""
+"""Report of a recording: one self-contained HTML file."""
 
 from dataclasses import dataclass
 from importlib.resources import files
@@ -9,8 +9,14 @@ from markupsafe import Markup
 from matplotlib.figure import Figure
 
 from slipbench.identification.models.study import Study
-from slipbench.identification.report import drawing, model_tables, operation, slip_control, tables
-from slipbench.identification.report import operating_region as circumstances
+from slipbench.identification.report import (
+    drawing,
+    model_tables,
+    operating_region,
+    operation,
+    slip_control,
+    tables,
+)
 from slipbench.identification.report.bode import bode
 from slipbench.identification.report.close_ups import close_ups
 from slipbench.identification.report.distributions import slip_statistics, spectra
@@ -23,7 +29,7 @@ from slipbench.identification.response.identify import Identification
 
 @dataclass(frozen=True)
 class Drawn:
-    """A figure with its place in the report and the sentence beneath it."""
+    """A figure, its name in the report and its caption."""
 
     name: str
     caption: str
@@ -31,8 +37,8 @@ class Drawn:
 
 
 def draw(found: Identification, study: Study) -> list[Drawn]:
-    """Draw every figure that the recording carries."""
-    with drawing.hand():
+    """All figures for which the recording has the data."""
+    with drawing.style():
         to_slip = [r for r in found.responses if r.output == "slip"]
         servo = [r for r in found.responses if r.output != "slip"]
         made = [
@@ -52,7 +58,7 @@ def draw(found: Identification, study: Study) -> list[Drawn]:
 
 
 def report(found: Identification, study: Study, drawn: list[Drawn]) -> str:
-    """Compose the report as HTML."""
+    """Report as HTML text."""
     environment = jinja2.Environment(
         autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
@@ -65,15 +71,15 @@ def report(found: Identification, study: Study, drawn: list[Drawn]) -> str:
         tiles=tiles(found, study),
         figures={d.name: _inline(d) for d in drawn},
         captions={d.name: d.caption for d in drawn},
-        point=circumstances.operating_point(found),
-        how=circumstances.how(found),
+        point=operating_region.operating_point(found),
+        processing=operating_region.processing(found),
         following=slip_control.rows(found.following),
         clocks=tables.clocks(found),
         faults=tables.faults(found.recording),
         unknown=tables.unknown_identifiers(found.recording),
         load=tables.bus_load(found.recording),
         lateness=tables.lateness(found.recording),
-        models=[(model_tables.title(m), model_tables.told(m)) for m in study.models],
+        models=[(model_tables.title(m), model_tables.rows(m)) for m in study.models],
         left_out=(*found.left_out, *study.left_out),
         roles=tables.roles(found),
         provenance=tables.provenance(found.recording),
@@ -81,7 +87,7 @@ def report(found: Identification, study: Study, drawn: list[Drawn]) -> str:
 
 
 def write_figures(drawn: list[Drawn], folder: Path) -> list[Path]:
-    """Write the figures as PNG files."""
+    """Paths of the figures, written as PNG files into a folder."""
     folder.mkdir(parents=True, exist_ok=True)
     paths = [folder / f"{item.name}.png" for item in drawn]
     for item, path in zip(drawn, paths, strict=True):
@@ -94,22 +100,28 @@ def _inline(drawn: Drawn) -> Markup:
 
 
 OVERVIEW = (
-    "Shaded: the bench excites. The commanded value is what the ECU says that it applied; it is "
-    "the input of every response below."
+    "Shaded: excitation active. The command is the value that the ECU reports as applied; it is the "
+    "input of every frequency response below."
 )
-FOLLOWING = "Slip as measured afterwards, and what the controller was asked for."
-CLOSE_UPS = "The same, close up, at three frequencies of the sweep."
+FOLLOWING = "Measured slip, computed after the trial, and the setpoint of the controller."
+CLOSE_UPS = "Details at three frequencies of the sweep."
 BODE = (
-    "First harmonic with its 95 % band. Pale stretches are not believed: their coherence is below "
-    "the dashed limit, or their band is wider than half the gain."
+    "First harmonic with 95 % interval. Faded: coherence below 0.8 or 95 % interval wider than half "
+    "the gain. Dashed line: coherence limit."
 )
 MODEL = (
-    "Lines that share no noise, and the model fitted to them with its 95 % band; what drifts below "
-    "the band is drawn with it."
+    "Frequency response (independent bins) and fitted model, 95 % interval. The model curve includes "
+    "the drift below the band."
 )
-HARMONICS = "Higher harmonics of the slip beside the first; pale: not known to within themselves."
-SERVO = "From what the servo was told to what it measured."
-STATISTICS = "Slip wherever it is defined; the colour of the right panel counts samples."
-SPECTRA = "Amplitude of a sine of that height. Marked: orders of the driven wheel (1X is one turn)."
-BUS_LOAD = "Share of the bus taken by frames."
-LATENESS = "How long after it was due each late tick began."
+HARMONICS = (
+    "Second and third harmonic of slip relative to the first. Faded: 95 % interval wider than the "
+    "value."
+)
+SERVO = "Throttle servo: from throttle command to measured throttle position."
+STATISTICS = "Slip wherever it is defined; the colour of the right panel is the number of samples."
+SPECTRA = (
+    "Amplitude spectrum (amplitude of the sine at each frequency). Marked: orders of the driven "
+    "wheel; 1X is one per revolution."
+)
+BUS_LOAD = "Bus load over time; dashed line: design limit of the database."
+LATENESS = "Histogram of the lateness of late ticks: actual minus scheduled start."

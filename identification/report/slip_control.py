@@ -1,4 +1,4 @@
-"""A trial under slip control: how the slip followed its target, in words and as a figure."""
+"""Tracking of the slip setpoint in a trial under slip control: sentence, rows, figure."""
 
 import math
 
@@ -14,68 +14,71 @@ Rows = list[tuple[str, str]]
 
 
 def sentence(followed: Following) -> str:
-    """Say the key result."""
-    said = f"Under control the slip followed its target to {_percent(followed.error)} (rms)"
+    """Key result in a sentence."""
+    text = f"Slip control: rms tracking error {_percent(followed.error)}"
     steps = followed.steps
     if steps is not None:
         return (
-            f"{said}; steps overshot by {max(100 * steps.overshoot, 0.0):.0f}\u00a0% and "
+            f"{text}; step response: overshoot {max(100 * steps.overshoot, 0.0):.0f}\u00a0%, "
             f"{_settled(steps.settling)}."
         )
     if math.isfinite(followed.bandwidth):
-        return f"{said}, up to {followed.bandwidth:.1f}\u00a0Hz (-3\u00a0dB)."
-    return f"{said}."
+        return f"{text}, tracking bandwidth {followed.bandwidth:.1f}\u00a0Hz (-3\u00a0dB)."
+    return f"{text}."
 
 
 def rows(followed: Following | None) -> Rows:
-    """Lay the figures out as rows of words; none where nothing was followed."""
+    """Rows of the tracking figures; none for a trial without slip control."""
     if followed is None:
         return []
-    told = [
+    made = [
         (
-            "Target",
+            "Setpoint",
             f"{_percent(float(followed.target.min()))} to {_percent(float(followed.target.max()))}",
         ),
         (
-            "Slip less target",
-            f"{_percent(followed.error)} (rms), mean "
+            "Tracking error",
+            f"rms {_percent(followed.error)}, mean (slip minus setpoint) "
             f"{_percent(float(np.mean(followed.slip - followed.target)))}",
         ),
     ]
     if followed.steps is not None:
-        told += [
+        made += [
             (
                 "Overshoot",
-                f"{100 * followed.steps.overshoot:.0f} % of a step, the worse of the "
-                "mean step up and the mean step down",
+                f"{100 * followed.steps.overshoot:.0f} % of the step height, the larger of the "
+                "mean upward and the mean downward step",
             ),
-            ("Settling", f"{_settled(followed.steps.settling)} (within 10 % of the step)"),
+            (
+                "Settling time",
+                f"{_settled(followed.steps.settling)} (within 10 % of the step height)",
+            ),
             (
                 "Noise",
-                f"{100 * followed.steps.noise:.0f} % of a step, single steps against their mean",
+                f"{100 * followed.steps.noise:.0f} % of the step height, single steps about their mean",
             ),
         ]
     if math.isfinite(followed.bandwidth):
-        told.append(("Followed to", f"{followed.bandwidth:.1f} Hz (-3 dB)"))
-    return told
+        made.append(("Tracking bandwidth", f"{followed.bandwidth:.1f} Hz (-3 dB)"))
+    return made
 
 
 def figure(found: Identification) -> Figure | None:
-    """Draw slip and target over the excitation."""
+    """Figure of slip and setpoint over the excitation; None without slip control."""
     followed, window = found.following, found.window
     if followed is None or not isinstance(window, TrialWindow):
         return None
     time = found.base.time[window.exciting]
     made, (axes,) = d.panels(1, 3.0)
     d.line(axes, time, 100 * followed.slip, color=d.BLUE, label="slip")
-    d.line(axes, time, 100 * followed.target, color=d.INK, lw=0.8, ls="--", label="target")
+    d.line(axes, time, 100 * followed.target, color=d.INK, lw=0.8, ls="--", label="setpoint")
     axes.set(xlabel="time / s", ylabel="slip / %")
     d.legend(axes, 2)
     return made
 
 
 def _settled(time: float) -> str:
-    return f"settled in {1e3 * time:.0f}\u00a0ms" if math.isfinite(time) else "never settled"
+    return f"settled in {1e3 * time:.0f}\u00a0ms" if math.isfinite(time) else "did not settle"
 
 
 def _percent(slip: float) -> str:

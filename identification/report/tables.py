@@ -1,4 +1,4 @@
-"""Clocks, faults, channels, bus and bench of a recording, as rows of words."""
+"""Table rows for a report: clocks, faults, channels, bus load, lateness, provenance."""
 
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -14,7 +14,7 @@ Rows = list[tuple[str, str]]
 
 
 def clocks(found: Identification) -> list[tuple[str, ...]]:
-    """Say how each device's clock runs."""
+    """Rows of clock name, drift, median and 99 % latency, samples; one per device clock."""
     rows: list[tuple[str, ...]] = []
     for name, fit in found.data.clocks.items():
         if isinstance(fit, ClockFit):
@@ -28,7 +28,7 @@ def clocks(found: Identification) -> list[tuple[str, ...]]:
 
 
 def faults(recording: Recording) -> list[tuple[str, str, int, str]]:
-    """List faulty frames by message."""
+    """Rows of message, fault, frames and first occurrence."""
     return [
         (f.message, f.fault, f.count, f"{f.first_time:.3f} s")
         for f in recording.faults
@@ -37,7 +37,7 @@ def faults(recording: Recording) -> list[tuple[str, str, int, str]]:
 
 
 def unknown_identifiers(recording: Recording) -> list[tuple[str, int, str]]:
-    """List identifiers that no database knows."""
+    """Rows of identifier, frames and first occurrence for frames that are in no database."""
     return [
         (f.message, f.count, f"{f.first_time:.3f} s")
         for f in recording.faults
@@ -46,7 +46,7 @@ def unknown_identifiers(recording: Recording) -> list[tuple[str, int, str]]:
 
 
 def roles(found: Identification) -> list[tuple[str, str, str, str, str]]:
-    """List every channel with where it comes from."""
+    """Rows of role, samples, rate, clock and source; absent roles with the reason."""
     rows = []
     for role, channel in sorted(found.recording.channels.items()):
         step = np.median(np.diff(channel.time)) if channel.time.size > 1 else np.nan
@@ -59,39 +59,39 @@ def roles(found: Identification) -> list[tuple[str, str, str, str, str]]:
 
 
 def bus_load(recording: Recording) -> Rows:
-    """Say how loaded each bus was."""
+    """Rows of bus and its mean and peak load."""
     return [
-        (bus, f"{of['mean'] * 100:.1f} % on average, {of['peak'] * 100:.1f} % at most in 0.1 s")
+        (bus, f"mean {of['mean'] * 100:.1f} %, peak {of['peak'] * 100:.1f} % in 0.1 s")
         for bus, of in recording.bus_load.items()
     ]
 
 
 def lateness(recording: Recording) -> Rows:
-    """Say how late the bench's ticks were."""
-    told = recording.description.get("lateness")
-    if not isinstance(told, Mapping):
+    """Rows of the tick statistics; none where the bench recorded none."""
+    recorded = recording.description.get("lateness")
+    if not isinstance(recorded, Mapping):
         return []
     return [
         (label, _duration(value) if isinstance(value, float) else str(value))
         for key, label in _LATENESS.items()
-        if (value := told.get(key)) is not None
+        if (value := recorded.get(key)) is not None
     ]
 
 
 _LATENESS = {
-    "period": "period of the ticks",
-    "due": "ticks due",
-    "ran": "ticks that ran",
-    "skipped": "ticks skipped",
+    "period": "tick period",
+    "due": "scheduled ticks",
+    "ran": "executed ticks",
+    "skipped": "skipped ticks",
     "p50": "lateness, median",
-    "p99": "99 % are earlier than",
-    "p99_9": "99.9 % are earlier than",
-    "max": "latest tick",
+    "p99": "lateness, 99th percentile",
+    "p99_9": "lateness, 99.9th percentile",
+    "max": "lateness, maximum",
 }
 
 
 def provenance(recording: Recording) -> Rows:
-    """Say which versions, database and vehicle made the recording."""
+    """Rows of versions, database, vehicle and role map of the recording."""
     kept = {k: v for k, v in recording.description.items() if k not in ("lateness", "trial")}
     return [
         ("Folder", recording.folder.name),
@@ -100,14 +100,14 @@ def provenance(recording: Recording) -> Rows:
     ]
 
 
-def _flat(tree: Mapping[str, Any], say: Callable[[float], str], path: str = "") -> Rows:
+def _flat(tree: Mapping[str, Any], number: Callable[[float], str], path: str = "") -> Rows:
     rows: Rows = []
     for key, value in tree.items():
         label = f"{path} {key}".strip().replace("_", " ")
         if isinstance(value, Mapping):
-            rows += _flat(value, say, label)
+            rows += _flat(value, number, label)
         elif isinstance(value, float):
-            rows.append((label, say(value)))
+            rows.append((label, number(value)))
         elif isinstance(value, str | int):
             rows.append((label, str(value)))
     return rows

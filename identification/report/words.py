@@ -1,4 +1,4 @@
-"""Quantities as people read them: units, roles and numbers in words."""
+"""Names, units and numbers as a report shows them."""
 
 import numpy as np
 
@@ -14,66 +14,66 @@ _SHOWN = {
     "Pa": (1e-5, 0.0, "bar"),
 }
 _NAMES = {
-    "throttle_command": "throttle commanded",
-    "throttle_position": "throttle measured",
-    "spark_command": "spark offset commanded",
-    "spark_advance": "spark advance applied",
+    "throttle_command": "throttle command",
+    "throttle_position": "throttle position",
+    "spark_command": "spark offset command",
+    "spark_advance": "applied spark advance",
     "engine_speed": "engine speed",
     "slip": "slip",
-    "rear_wheel_speed": "rear wheel speed, before the filters",
-    "front_wheel_speed": "front wheel speed, before the filters",
+    "rear_wheel_speed": "rear wheel speed, unfiltered",
+    "front_wheel_speed": "front wheel speed, unfiltered",
     "rear_suspension_travel": "rear suspension travel",
     "front_suspension_travel": "front suspension travel",
 }
 
 
 def name(role: str) -> str:
-    """Call a role by its name for people."""
+    """Display name of a role."""
     return _NAMES.get(role, role.replace("_", " "))
 
 
 def unit(si: str) -> str:
-    """Name the unit in which people read a quantity given in `si`."""
+    """Display unit of a quantity whose SI unit is `si`: %, °, rpm, km/h, mm, °C, bar."""
     return _SHOWN.get(si, (1.0, 0.0, si))[2]
 
 
 def shown(value: FloatArray, si: str) -> FloatArray:
-    """Turn SI values into the unit that people read."""
+    """Values in the display unit. value: in the unit `si`, any shape; the same shape is returned."""
     factor, offset, _ = _SHOWN.get(si, (1.0, 0.0, si))
     return value * factor + offset
 
 
 def swing(value: FloatArray, si: str) -> FloatArray:
-    """Turn an amplitude or a difference into the unit that people read."""
+    """Amplitudes or differences in the display unit (no offset). value: in the unit `si`."""
     return value * _SHOWN.get(si, (1.0, 0.0, si))[0]
 
 
 def of_role(role: str) -> str:
-    """Give the SI unit of an input, of slip or of the engine speed."""
+    """SI unit of an input role, of slip or of the engine speed."""
     if role.startswith("spark"):
         return "rad"
     return "rad/s" if role == "engine_speed" else "1"
 
 
 def gain_unit(input_role: str, output_role: str) -> tuple[float, str]:
-    """Factor and unit in which a gain is read: percent slip per percent throttle, or per degree."""
+    """Factor from SI and display unit of a gain, such as percent slip per percent throttle."""
     over, under = of_role(output_role), of_role(input_role)
     factor = _SHOWN[over][0] / _SHOWN[under][0]
     return factor, f"{_SHOWN[over][2]}\u2009/\u2009{_SHOWN[under][2]}"
 
 
 def decibel(ratio: float) -> float:
-    """Twenty times the logarithm."""
+    """Amplitude ratio in dB: 20 log10(ratio)."""
     return float(20 * np.log10(ratio))
 
 
 def milliseconds(seconds: float) -> str:
-    """Give a short time in ms with three significant digits."""
+    """Time as text in ms, three significant digits. seconds: s."""
     return f"{seconds * 1e3:.3g} ms"
 
 
 def listed(parts: list[str]) -> str:
-    """Join words as a sentence does."""
+    """Enumeration as text: 'a, b and c'."""
     if len(parts) < 2:
         return "".join(parts)
     return f"{', '.join(parts[:-1])} and {parts[-1]}"

@@ -7,7 +7,9 @@ import typer
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-EXAMPLE = "Example: slipbench prove --cases 200 --seed 1 --workers 2 --page docs/proof.md"
+EXAMPLE = (
+    "Example: slipbench prove --cases 200 --seed 1 --workers 2 --page docs/blind_validation.md"
+)
 
 
 def register(app: typer.Typer) -> None:
@@ -70,5 +72,5 @@ def prove_command(
             except KeyboardInterrupt:
                 console.print("interrupted; the same command goes on where this one stopped")
                 raise typer.Exit(130) from None
-    for line in publish(study, results, page_path or out / "proof.md"):
+    for line in publish(study, results, page_path or out / "blind_validation.md"):
         typer.echo(line)

@@ -20,7 +20,7 @@ GOOD, BAD, QUIET = "#1b7f5c", "#c0392b", "#8a8f98"
 def draw_figures(cases: Sequence[Judged], rates: Sequence[Counted], folder: Path) -> list[Path]:
     """Draw all figures into a folder; returns their paths."""
     folder.mkdir(parents=True, exist_ok=True)
-    drawn = {"proof_rates.png": _rates(rates), "proof_visibility.png": _visibility(cases)}
+    drawn = {"validation_rates.png": _rates(rates), "validation_visibility.png": _visibility(cases)}
     for name, figure in drawn.items():
         figure.savefig(folder / name, dpi=110)
     return [folder / name for name in drawn]

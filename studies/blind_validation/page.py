@@ -46,7 +46,7 @@ class Made:
 
 
 def page(cases: Sequence[Judged], made: Made) -> str:
-    """Return the text of docs/proof.md."""
+    """Return the text of docs/blind_validation.md."""
     counted = figures(cases)
     return "\n".join(
         [
@@ -58,13 +58,13 @@ def page(cases: Sequence[Judged], made: Made) -> str:
             "",
             *_goals(counted),
             "",
-            f"![Every share with its interval]({made.figures}/proof_rates.png)",
+            f"![Every share with its interval]({made.figures}/validation_rates.png)",
             "",
             "## What there was to see",
             "",
             *_visible(cases),
             "",
-            f"![Outcome over visibility]({made.figures}/proof_visibility.png)",
+            f"![Outcome over visibility]({made.figures}/validation_visibility.png)",
             "",
             "## Kind by kind",
             "",

@@ -1,6 +1,6 @@
 """Figures 1 and 2: what a toothed wheel can know, and the line that it draws.
 
-with drawing.hand():
+with drawing.style():
     drawing.png(encoder_figures.encoder(radius=0.32), path)
     drawing.png(encoder_figures.orders(found), path)
 """

@@ -1,7 +1,7 @@
 """Figure 3: the rear wheel's speed before and behind the filters, and the phase that they cost.
 
 found = line_reductions(identified)
-with drawing.hand():
+with drawing.style():
     drawing.png(filter_figures.filtering(identified, found), path)
     drawing.png(filter_figures.phases(found, speed=53.0, radius=0.32, teeth=16), path)
 """

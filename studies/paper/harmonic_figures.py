@@ -28,7 +28,7 @@ def describing_figure(
 
     found: lines with their 95 % bands; points: another estimate, as markers; cutoff: Hz.
     """
-    with d.hand():
+    with d.style():
         figure, axes = d.panels(3, 7.6, [3, 2, 2])
         factor, unit = gain_unit(found.input, found.output)
         for k in range(min(len(found.value), len(COLOURS))):
@@ -49,7 +49,7 @@ def describing_figure(
 
 def linear_figure(found: BestLinearApproximation, cutoff: float = CUTOFF) -> Figure:
     """Draw the best linear gain with noise, even and odd distortion beside it. cutoff: Hz."""
-    with d.hand():
+    with d.style():
         figure, axes = d.panels(2, 6.0, [3, 2])
         factor, unit = gain_unit(found.input, found.output)
         x, gain = found.frequency / cutoff, np.abs(found.value)

@@ -33,6 +33,6 @@ class Section:
 
 def drawn(name: str, caption: str, make: Callable[[], Figure | None]) -> tuple[Drawn, ...]:
     """Draw one figure in the project's hand; nothing where it cannot be drawn."""
-    with drawing.hand():
+    with drawing.style():
         figure = make()
     return () if figure is None else (Drawn(name, caption, figure),)

@@ -28,7 +28,7 @@ def fit_figure(response: FrequencyResponse, study: RationalStudy, bandwidth: flo
 
     bandwidth: w_c, rad/s, by which the frequency axis is divided.
     """
-    with d.hand():
+    with d.style():
         figure, axes = d.panels(2, 5.8)
         fit = study.likely.best.fit
         lines, fine = study.lines, _fine(response)
@@ -62,7 +62,7 @@ def fit_figure(response: FrequencyResponse, study: RationalStudy, bandwidth: flo
 
 def delay_figure(study: RationalStudy) -> Figure:
     """Cost above the least, in nats, against the delay; every order that the data allow."""
-    with d.hand():
+    with d.style():
         figure, axes = d.side_by_side(2, 3.6)
         titles = ("nothing known of the path", path_in_words(study.known) or "the same")
         for panel, profile, title in zip(
@@ -81,7 +81,7 @@ def delay_figure(study: RationalStudy) -> Figure:
 
 def time_figure(stretches: tuple[Stretch | NoStretch, ...], bandwidth: float) -> Figure:
     """Measured and simulated slip where the sweep passes each frequency, figure 7 of the paper."""
-    with d.hand():
+    with d.style():
         figure, axes = d.side_by_side(len(stretches), 3.2)
         for panel, s in zip(axes, stretches, strict=True):
             panel.set_title(f"{HZ * s.frequency / bandwidth:.2f} ω_c")
@@ -101,7 +101,7 @@ def time_figure(stretches: tuple[Stretch | NoStretch, ...], bandwidth: float) ->
 
 def order_figure(study: RationalStudy) -> Figure:
     """AIC, MDL and FPE of every order, above their least, and the limit of two nats."""
-    with d.hand():
+    with d.style():
         figure, axes = d.panels(1, 3.4)
         rows = sorted(study.likely.rows, key=lambda row: row.order)
         x = np.arange(len(rows))

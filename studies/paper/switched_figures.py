@@ -36,7 +36,7 @@ MEASURED = {"color": d.INK, "lw": 0.9}
 
 def trials_figure(sweep: Identification, steps: Identification) -> Figure:
     """Draw requested and actual actuator over the slip: a sweep on the left, steps on the right."""
-    with d.hand():
+    with d.style():
         figure = Figure(figsize=(d.WIDTH, 4.6))
         FigureCanvasAgg(figure)
         grid = figure.subplots(
@@ -88,7 +88,7 @@ def _map(found: Identification, role: str, part: slice) -> float:
 def steps_figure(study: SwitchedStudy) -> Figure:
     """Draw the mean opening and closing step, the closing one turned over, and both models."""
     steps = study.steps
-    with d.hand():
+    with d.style():
         figure, axes = d.panels(2, 5.6, [3, 1.5])
         linear = study.linear.model
         sides = (
@@ -130,7 +130,7 @@ def held_out_figure(study: SwitchedStudy, cutoff: float = CUTOFF) -> Figure:
     linear, switched = (y - left(run, one.predict(run)) for one in study.rivals[:2])
     time = np.arange(y.size) / run.rate
     missed = low_pass(y - linear, run.rate, SMOOTH)
-    with d.hand():
+    with d.style():
         figure = Figure(figsize=(d.WIDTH, 4.8))
         FigureCanvasAgg(figure)
         grid = figure.subplots(
@@ -169,7 +169,7 @@ def _when(u: FloatArray, rate: float, frequency: float) -> float:
 
 def actuators_figure(found: Comparison) -> Figure:
     """Draw both first harmonics over f / f_c, gain 1 at low frequency, pure delays taken off."""
-    with d.hand():
+    with d.style():
         figure, axes = d.panels(2, 5.6, [1, 1])
         for one, colour, mark, name in (
             (found.throttle, d.BLUE, "o", "throttle"),
@@ -205,7 +205,7 @@ def _actuator(
 
 def schedule_figure(fit: ScheduledFit) -> Figure:
     """Draw gain, driveline frequency and damping over speed with their 95 % bands."""
-    with d.hand():
+    with d.style():
         figure, axes = d.side_by_side(3, 3.2)
         speed = np.linspace(fit.low, fit.high, 60)
         for panel, name, factor, label in zip(
@@ -224,7 +224,7 @@ def schedule_figure(fit: ScheduledFit) -> Figure:
 
 def uncertainty_figure(found: UncertaintySet, cutoff: float = CUTOFF) -> Figure:
     """Draw members and nominal model over the bound and the weight above it. cutoff: Hz."""
-    with d.hand():
+    with d.style():
         figure, axes = d.panels(2, 5.4, [1.4, 1])
         x = found.frequency / cutoff
         for value in found.members.values():

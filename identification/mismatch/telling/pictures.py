@@ -33,7 +33,7 @@ def curve_svg(located: Curve, inside: Curve | None, units: Mapping[str, str]) ->
     both = [(located, d.BLUE, "located")]
     both += [(inside, d.GREEN, "in the simulation")] if inside else []
     apart = inside is not None and not _of_one_kind(located, inside)
-    with d.hand():
+    with d.style():
         figure, panels = d.side_by_side(2, 3.0) if apart else d.panels(1, 2.8)
         for curve, colour, label in both:
             axes = panels[-1] if curve is inside else panels[0]
@@ -91,7 +91,7 @@ def proof_svg(runs: Sequence[Fit], output: str) -> str:
     j = chain.blocks[b].outputs.index(output)
     pattern = next((i for i, k in enumerate(chain.blocks) if not k.order), None)
     domains = [_time, _frequency] if chain.blocks[b].order else []
-    with d.hand():
+    with d.style():
         figure, panels = d.side_by_side(len(domains) + (pattern is not None), 3.2)
         for fit, (colour, label) in zip(runs[1:], LOOKS, strict=True):
             for axes, draw in zip(panels, domains, strict=False):

@@ -91,7 +91,7 @@ def test_the_line_is_the_wheels_and_learnt_teeth_take_it_off(found):
 
 def test_every_figure_is_drawn(found, tmp_path):
     lines = line_reductions(found)
-    with drawing.hand():
+    with drawing.style():
         made = [
             encoder_figures.encoder(0.32),
             encoder_figures.orders(found),
