@@ -46,8 +46,9 @@ def pushed_in(base: Fit, curve: Curve) -> Fit | None:
             break
         fit = max(fits, key=lambda f: f.score)
         gained, before = fit.score - best.score, best.score - base.score
-        if gained > 0.0:
-            best = fit
+        if not gained > 0.0:
+            break
+        best = fit
         if gained < FURTHER * before:
             break
         pushed = pushing(best).again(best)

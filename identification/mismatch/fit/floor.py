@@ -45,7 +45,7 @@ def floors(fit: Fit, block: int) -> tuple[Floats, str]:
     if fit.model.chain.blocks[block].order:
         root = np.linalg.inv(fit.noise[block].inverse)
         return np.sqrt(np.sum(root**2, axis=1)), INNOVATIONS
-    return _between_stretches(fit, block), PATTERN
+    return _between_segments(fit, block), PATTERN
 
 
 def lack_of_fit(fit: Fit) -> LackOfFit | None:
@@ -89,11 +89,16 @@ def _common(a: Floats, b: Floats) -> tuple[Floats, Floats]:
     return a[:length], b[:length]
 
 
-def _between_stretches(fit: Fit, block: int) -> Floats:
-    """Scatter of pattern rows, laid end to end stretch by stretch, about their mean."""
+def _between_segments(fit: Fit, block: int) -> Floats:
+    """Scatter of a tooth pattern about its mean over the segments of time, shape (1,).
+
+    A residual holds one value a tooth, segment after segment; how many segments there are follows
+    from the number of teeth.
+    """
     variance, freedom = 0.0, 0
+    output = fit.model.chain.blocks[block].outputs[0]
     for record, rest in zip(fit.model.records, fit.rest[block], strict=True):
-        rows = rest.reshape(max(record.grid.stretches, 1), -1)
+        rows = rest.reshape(-1, record.sensors[output].teeth)
         if len(rows) > 1:
             variance += float(np.sum((rows - rows.mean(axis=0)) ** 2))
             freedom += rows.size - rows.shape[1]

@@ -106,6 +106,11 @@ class Sensor:
     noise: float = 0.0
     coarse: bool = False
 
+    @property
+    def teeth(self) -> int:
+        """Number of teeth of the disc that it reads; 1 where it reads none."""
+        return 1 if self.offsets is None else int(self.offsets.shape[1])
+
     def look(self, out: Columns, effects: Iterable[Effect] = (), late: float = 0.0) -> FloatArray:
         """Return what the sensor shows, effects on its channel included, (bins,).
 

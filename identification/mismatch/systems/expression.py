@@ -5,6 +5,7 @@ the text of a compiled kernel; nothing is ever evaluated as it stands.
 """
 
 import ast
+import sys
 from collections.abc import Iterable
 from dataclasses import dataclass
 
@@ -50,6 +51,11 @@ ALLOWED = (
 )
 PREFIX = "q_"
 LONGEST = 1000
+"""Characters of an equation."""
+SHOWN = 60
+"""Characters of a faulty part that a message repeats."""
+DEEPEST = 100
+"""Nested operations of an equation; the sum of 100 terms has as many."""
 
 
 @dataclass(frozen=True)
@@ -62,37 +68,97 @@ class Expression:
 
 def read_expression(text: str, known: Iterable[str], where: str) -> Expression:
     """Read one equation. known: names that may stand in it. Raises InputError."""
+    tree = _parsed(text, where)
+    names = frozenset(_names(tree, set(known), where))
+    renamed = _Renamed().visit(tree)
+    return Expression(ast.unparse(ast.fix_missing_locations(renamed)), names)
+
+
+def _parsed(text: str, where: str) -> ast.Expression:
+    """Syntax tree of an equation that is neither too long nor nested too deeply."""
+    split = "split the equation into seams"
     if len(text) > LONGEST:
-        raise InputError("an equation is too long", where=where, expected=f"{LONGEST} characters")
+        raise InputError(
+            "an equation is too long",
+            where=where,
+            expected=f"at most {LONGEST} characters",
+            found=f"{len(text)} characters",
+            remedy=split,
+        )
     try:
-        tree = ast.parse(text, mode="eval")
-    except (SyntaxError, ValueError, RecursionError, MemoryError) as fault:
+        tree = ast.parse(text.strip(), mode="eval")
+    except (RecursionError, MemoryError) as fault:
+        raise _too_deep(where, f"more than {DEEPEST}", split) from fault
+    except (SyntaxError, ValueError) as fault:
+        if "nested" in str(fault):
+            raise _too_deep(where, f"more than {DEEPEST}", split) from fault
         raise InputError(
             "an equation cannot be read",
             where=where,
             expected="arithmetic, as in k * (x - y)",
-            found=repr(text),
+            found=repr(_shortened(text)),
         ) from fault
-    names = frozenset(_names(tree, set(known), where))
-    renamed = _Renamed().visit(tree)
-    return Expression(ast.unparse(ast.fix_missing_locations(renamed)), names)
+    if (depth := _depth(tree)) > DEEPEST:
+        raise _too_deep(where, str(depth), split)
+    return tree
+
+
+def _too_deep(where: str, found: str, remedy: str) -> InputError:
+    return InputError(
+        "an equation has too many nested operations",
+        where=where,
+        expected=f"at most {DEEPEST}, one within the other (a sum of n terms has n - 1)",
+        found=found,
+        remedy=remedy,
+    )
+
+
+def _depth(tree: ast.Expression) -> int:
+    """Number of operations one within the other, without recursion."""
+    depth, level = 0, [tree.body]
+    while level := [
+        child
+        for node in level
+        for child in ast.iter_child_nodes(node)
+        if isinstance(child, ast.expr)
+    ]:
+        depth += 1
+    return depth
+
+
+def _shortened(text: str) -> str:
+    return text if len(text) <= SHOWN else f"{text[:SHOWN]}..."
 
 
 def _names(tree: ast.AST, known: set[str], where: str) -> Iterable[str]:
     functions = {id(n.func) for n in ast.walk(tree) if isinstance(n, ast.Call)}
     for node in ast.walk(tree):
         if not isinstance(node, ALLOWED):
-            raise _refused(ast.unparse(node) or type(node).__name__, where)
-        if isinstance(node, ast.Constant) and type(node.value) not in (int, float):
-            raise _refused(repr(node.value), where)
+            raise _refused(_shortened(ast.unparse(node) or type(node).__name__), where)
+        if isinstance(node, ast.Constant):
+            _check_number(node.value, where)
         if isinstance(node, ast.Call):
             _check_call(node, where)
         if isinstance(node, ast.Name) and id(node) not in functions:
             if node.id not in known:
                 raise InputError(
-                    f"{node.id!r} is not known here", where=where, remedy=nearest(node.id, known)
+                    f"{_shortened(node.id)!r} is not known here",
+                    where=where,
+                    remedy=nearest(node.id, known),
                 )
             yield node.id
+
+
+def _check_number(value: object, where: str) -> None:
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        raise _refused(repr(value), where)
+    if abs(value) > sys.float_info.max:
+        raise InputError(
+            "a number of an equation is too large",
+            where=where,
+            expected=f"at most {sys.float_info.max:.3g}",
+            remedy="write a smaller number, or use another unit",
+        )
 
 
 def _check_call(node: ast.Call, where: str) -> None:
@@ -100,7 +166,7 @@ def _check_call(node: ast.Call, where: str) -> None:
     if name not in FUNCTIONS or node.keywords or len(node.args) != ARGUMENTS.get(name, 1):
         expected = f"{', '.join(FUNCTIONS)}; {', '.join(ARGUMENTS)} with two arguments"
         raise InputError(
-            f"{ast.unparse(node)!r} may not be called in an equation",
+            f"{_shortened(ast.unparse(node))!r} may not be called in an equation",
             where=where,
             expected=expected,
         )

@@ -18,30 +18,39 @@ from slipbench.protocol.recording.recording import Recording
 GAP = 10.0
 """Usual distances of two samples, and periods of the model file, beyond which they are a gap."""
 
+FREE = "every input is constant: only the response to the initial state is judged"
+
 
 def usable(recording: Recording, file: ModelFile) -> Recording:
-    """Return the recording without outputs that tell nothing. Raises InputError.
+    """Return the recording without constant outputs. Raises InputError.
 
-    Another unit than the model file's is refused, and a drive that rests throughout.
+    Another unit than the model file's is refused, and a recording in which nothing changes. Inputs
+    may be constant where an output changes: after a step that began before the recording, in a
+    hold or a coast-down the initial state excites the system.
     """
     everything: list[Input | Output] = [*file.inputs.values(), *file.outputs.values()]
     for told in everything:
         if told.role in recording.channels:
             _check_unit(recording, told)
-    if all(_rests(recording.channels.get(i.role)) for i in file.inputs.values()):
+    outputs = [o.role for o in file.outputs.values() if o.role in recording.channels]
+    dead = {
+        role: f"constant at {recording.channels[role].value[0]:.6g}"
+        for role in outputs
+        if _rests(recording.channels[role])
+    }
+    if outputs and len(dead) == len(outputs) and _inputs_rest(recording, file):
         raise InputError(
-            "nothing drives the system: every input tells one value throughout",
+            "nothing changes in the recording: every input and every output is constant",
             where=str(recording.folder),
             expected=", ".join(i.role for i in file.inputs.values()),
             remedy="check the sensors, or give a recording in which something moves",
         )
-    dead = {
-        o.role: f"it tells {recording.channels[o.role].value[0]:.6g} throughout"
-        for o in file.outputs.values()
-        if _rests(recording.channels.get(o.role))
-    }
     channels = {r: c for r, c in recording.channels.items() if r not in dead}
     return replace(recording, channels=channels, missing={**recording.missing, **dead})
+
+
+def _inputs_rest(recording: Recording, file: ModelFile) -> bool:
+    return all(_rests(recording.channels.get(i.role)) for i in file.inputs.values())
 
 
 def _check_unit(recording: Recording, told: Input | Output) -> None:
@@ -87,8 +96,9 @@ def window(data: Aligned, file: ModelFile) -> tuple[float, float, tuple[str, ...
     pieces.append((begun, end))
     best = max(pieces, key=lambda piece: piece[1] - piece[0])
     where = ", ".join(f"{last:.3g} to {first:.3g} s" for last, first in gaps)
-    notes = (f"inputs have gaps ({where}): {best[0]:.3g} to {best[1]:.3g} s is judged",)
-    return *best, notes if gaps else ()
+    cut = (f"inputs have gaps ({where}): {best[0]:.3g} to {best[1]:.3g} s is judged",)
+    rest = (FREE,) if _inputs_rest(data.recording, file) else ()
+    return *best, (*(cut if gaps else ()), *rest)
 
 
 def _gaps(time: Floats, period: float) -> list[tuple[float, float]]:

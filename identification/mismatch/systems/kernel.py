@@ -208,8 +208,12 @@ def _rates_lines(e: Equations) -> Iterator[str]:
 
 
 def _at(place: int, name: str, text: str, own: str = "0.0") -> Iterator[str]:
-    """Yield what gives a quantity its value; a place where nothing acts costs no call."""
-    yield f"    {name} = {text} + push[{place}]"
+    """Yield what gives a quantity its value; a place where nothing acts costs no call.
+
+    The equation stands in brackets: without them its conditional or comparison would take the added
+    disturbance into its last branch.
+    """
+    yield f"    {name} = ({text}) + push[{place}]"
     yield f"    if busy[{place}]:"
     yield f"        {name} = at({place}, {name}, {own}, {COMMON})"
     yield f"    values[{place}] = {name}"

@@ -127,8 +127,7 @@ def _frequency(axes: Axes, fit: Fit, b: int, j: int, colour: str, label: str) ->
 def _orders(axes: Axes, fit: Fit, b: int, colour: str, label: str) -> None:
     """Draw the orders of the wheel in the residual of its tooth pattern."""
     output = fit.model.chain.blocks[b].outputs[0]
-    late = fit.model.records[0].sensors[output].offsets
-    teeth = late.shape[1] if late is not None else 1
+    teeth = fit.model.records[0].sensors[output].teeth
     turns: Floats = np.concatenate([r[:, 0] for r in fit.rest[b]]).reshape(-1, teeth)
     lines = 2.0 / teeth * np.abs(np.fft.rfft(turns.mean(axis=0)))
     orders = np.arange(1, lines.size)

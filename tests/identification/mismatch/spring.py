@@ -63,11 +63,17 @@ def system(folder: Path) -> ModelSystem:
 
 
 def recorded(
-    seed: int, cube: float = 0.0, seconds: float = 20.0, noise: float = 2e-3, square: float = 0.0
+    seed: int,
+    cube: float = 0.0,
+    seconds: float = 20.0,
+    noise: float = 2e-3,
+    square: float = 0.0,
+    released: float = 0.0,
 ) -> Recording:
     """Ride through noise of 1 V rms, held. Numbers err by per cent.
 
-    cube, square: of the spring, 1/m^2 and 1/m; noise: of what is told, m.
+    cube, square: of the spring, 1/m^2 and 1/m; noise: of what is told, m. released: m, from where
+    it swings freely instead, every input at rest.
     """
     print(f"seed {seed}")
     rng = np.random.default_rng(seed)
@@ -75,11 +81,14 @@ def recorded(
     force = np.repeat(rng.standard_normal(time.size // 10 + 1), 10)[: time.size]
     tilt = 0.5 * np.sin(2 * np.pi * 0.3 * time)
 
+    if released:
+        force, tilt = 0.0 * force, 0.0 * tilt
+
     def rate(t: float, x: np.ndarray, u: float) -> list[float]:
         spring = 10.3**2 * (x[0] + square * x[0] ** 2 + cube * x[0] ** 3)
         return [x[1], 97.0 * u - spring - 2 * 0.11 * 10.3 * x[1]]
 
-    x, shown = np.zeros(2), []
+    x, shown = np.array([released, 0.0]), []
     for u in force:
         shown.append(x[0])
         done = integrate.solve_ivp(rate, (0.0, PERIOD), x, args=(u,), rtol=1e-8, atol=1e-10)

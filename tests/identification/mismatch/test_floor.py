@@ -3,15 +3,19 @@
 from types import SimpleNamespace
 
 import numpy as np
+import pytest
 
 from slipbench.identification.mismatch.fit.floor import (
     INNOVATIONS,
+    PATTERN,
     REPEATED,
     floors,
     lack_of_fit,
     repeated,
 )
 from slipbench.identification.mismatch.fit.whitening import whitener
+from slipbench.identification.mismatch.simulation.sampling import Grid
+from slipbench.identification.mismatch.simulation.sensor import Sampled, tooth_sensors
 
 
 def fit(shared, alike=True):
@@ -53,3 +57,24 @@ def test_every_recording_is_in_one_pair_at_most():
     records = fit(1.0).model.records
     again = SimpleNamespace(**{**vars(records[0]), "name": "run 2"})
     assert list(repeated((*records, again))) == [(0, 1)]
+
+
+@pytest.mark.parametrize("seconds", [2.4, 4.4, 13.4, 13.9, 14.4, 15.2])
+def test_a_tooth_pattern_has_a_floor_whatever_the_length_of_the_recording(seconds):
+    """Equal noise in every cell: its deviation is the floor, however many segments there are."""
+    teeth, rng = 24, np.random.default_rng(8)
+    print("seed 8")
+    grid = Grid(round((seconds + 1.0) * 1e3), 1.0, round(seconds * 100), 0.01)
+    passed = np.arange(0.0, seconds + 1.0, 2.5e-3)
+    _, disc = tooth_sensors("rear", Sampled(passed, np.arange(passed.size), "ecu"), teeth, grid)
+    record = SimpleNamespace(
+        name="run", inputs=np.zeros((9, 1)), grid=grid, sensors={"rear_tooth_pattern": disc}
+    )
+    block = SimpleNamespace(order=0, outputs=("rear_tooth_pattern",))
+    model = SimpleNamespace(records=(record,), chain=SimpleNamespace(blocks=(block,)))
+    rest = rng.standard_normal((disc.value.size, 1))
+    floor, told_by = floors(SimpleNamespace(model=model, rest=[[rest]], noise=[None]), 0)
+    assert told_by == PATTERN
+    rows = rest.reshape(-1, teeth)
+    own = np.sqrt(np.mean(rest**2)) if len(rows) == 1 else np.sqrt(rows.var(axis=0, ddof=1).mean())
+    assert floor == pytest.approx([own])

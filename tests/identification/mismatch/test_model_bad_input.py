@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from slipbench.identification.mismatch.runs import open_analysis, read_system
+from slipbench.identification.mismatch.systems.fitness import FREE
 from slipbench.protocol.errors import InputError
 from tests.identification.mismatch.spring import MODEL, recorded, system
 
@@ -50,16 +51,25 @@ def test_a_recording_of_another_system_is_refused(spring, ridden):
 
 def test_a_dead_output_is_left_out_and_none_is_left(spring, ridden):
     dead = but(ridden, "place", value=np.full_like(ridden.channels["place"].value, 0.25))
-    with pytest.raises(InputError, match=r"place: it tells 0.25 throughout"):
+    with pytest.raises(InputError, match=r"place: constant at 0.25"):
         spring.prepare(dead)
 
 
-def test_a_drive_that_rests_throughout_is_refused_and_one_of_two_is_not(spring, ridden):
-    rests = np.zeros_like(ridden.channels["force"].value)
-    tilted = but(ridden, "tilt", value=rests)
-    assert spring.prepare(tilted).sensors
-    with pytest.raises(InputError, match="nothing drives the system"):
-        spring.prepare(but(tilted, "force", value=rests))
+def test_a_recording_in_which_nothing_changes_is_refused(spring, ridden):
+    rests = np.full_like(ridden.channels["force"].value, 0.5)
+    still = but(but(ridden, "tilt", value=rests), "force", value=rests)
+    assert spring.prepare(still).sensors
+    with pytest.raises(InputError, match="nothing changes in the recording"):
+        spring.prepare(but(still, "place", value=rests))
+
+
+@pytest.mark.parametrize("constant", [0.0, 1.0])
+def test_inputs_may_be_constant_where_an_output_changes_and_it_is_said(spring, constant):
+    swings = recorded(5, seconds=SECONDS, released=0.8)
+    rests = np.full_like(swings.channels["force"].value, constant)
+    record = spring.prepare(but(swings, "force", value=rests))
+    assert record.sensors
+    assert FREE in record.notes
 
 
 def test_samples_that_are_no_numbers_are_passed_over(spring, ridden):

@@ -1,0 +1,45 @@
+"""A free response is analysed like a driven one; a place that moves nothing ends nothing."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from slipbench.identification.mismatch.analysis import begin
+from slipbench.identification.mismatch.curves.curve import Curve
+from slipbench.identification.mismatch.curves.standing import pushed_in
+from slipbench.identification.mismatch.explain import analyse
+from slipbench.identification.mismatch.fit.calibrate import calibrate
+from slipbench.identification.mismatch.telling.conclude import verdict
+from tests.identification.mismatch.spring import recorded, system
+
+
+@pytest.fixture(scope="module")
+def spring(tmp_path_factory):
+    return system(tmp_path_factory.mktemp("spring"))
+
+
+@pytest.mark.parametrize(("cube", "named"), [(0.15, ["cubic"]), (0.0, [])])
+def test_a_release_from_rest_shows_a_hardening_spring_and_nothing_where_it_is_linear(
+    spring, cube, named
+):
+    releases = ((21, 0.9), (22, 1.2))
+    runs = [
+        spring.prepare(recorded(seed, cube=cube, seconds=10.0, released=at))
+        for seed, at in releases
+    ]
+    tried = ("cubic", "saturation", "quadratic")
+    library = [k for k in spring.library if k.name in tried and k.place.name == "deflection"]
+    found = verdict(analyse(begin(spring, runs[:1], runs[1:]), library))
+    assert found.mismatch == bool(named)
+    assert [e.name for e in found.effects] == named
+
+
+def test_a_curve_at_a_place_that_moves_no_output_is_not_fitted(spring):
+    a = begin(spring, [spring.prepare(recorded(23, seconds=4.0))], [])
+    base = calibrate(a.training, a.training.origin())
+    knots = np.linspace(-0.4, 0.4, 5)
+    unused = Curve("tilt", "tilt", "rad", "tilt", knots, 0.1 * knots, 20.0, 0.0, 0.0, 0.01)
+    assert pushed_in(base, unused) is None
+    used = pushed_in(base, replace(unused, place="deflection", block="deflection", unit="m"))
+    assert used is None or used.score > base.score
