@@ -6,6 +6,8 @@ what is believed with 95 %. Blocks are tables, gears are `[gears]` with keys 1, 
 keeps the default of its block; what is misspelt is an error.
 """
 
+import os
+import stat
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
@@ -22,6 +24,7 @@ from slipbench.plant.units import to_si
 
 AnyBlock = TypeVar("AnyBlock", bound=Block)
 TOP = ("name", "description", "gears", "effects", "channels", *BLOCK_NAMES)
+LARGEST = 4_000_000  # bytes of a vehicle file
 QUANTITY = ("value", "unit", "plus_minus")
 
 
@@ -45,12 +48,25 @@ def load_vehicle(path: str | Path) -> Vehicle:
     """Return the vehicle that the file tells. Raises VehicleFileError, which names the cure."""
     path = Path(path)
     try:
-        tree = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as trouble:
+        tree = tomllib.loads(_text(path))
+    except (OSError, ValueError) as trouble:  # UnicodeDecodeError and TOMLDecodeError among them
         raise VehicleFileError(
             "cannot be read", str(path), "a TOML file", str(trouble), "correct the file or its path"
         ) from trouble
     return _Reader(path.name).vehicle(tree)
+
+
+def _text(path: Path) -> str:
+    """Text of a regular file. A FIFO or a device, which may have no end, raises OSError."""
+    descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
+    if not stat.S_ISREG(os.fstat(descriptor).st_mode):
+        os.close(descriptor)
+        raise OSError("not a regular file")
+    with os.fdopen(descriptor, "rb") as file:
+        content = file.read(LARGEST + 1)
+    if len(content) > LARGEST:
+        raise OSError(f"more than {LARGEST:,} bytes")
+    return content.decode("utf-8")
 
 
 @dataclass(frozen=True)

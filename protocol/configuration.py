@@ -10,6 +10,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationError
 
 from slipbench.protocol.errors import InputError
 from slipbench.protocol.units import parse_quantity
+from slipbench.protocol.user_file import read_user_file
 
 LARGEST = 4_000_000  # bytes of a TOML file
 DEEPEST = 100  # parts of a dotted key; the time that tomllib takes grows with their square
@@ -50,22 +51,8 @@ Model = TypeVar("Model", bound=BaseModel)
 def load_toml(path: Path) -> dict[str, Any]:
     """Read a TOML file as plain data; a fault names the file, the line and the remedy."""
     try:
-        with path.open("rb") as file:
-            text = file.read(LARGEST + 1)
-        if len(text) > LARGEST:
-            raise InputError(
-                "too large for a description",
-                where=str(path),
-                expected=f"at most {LARGEST:,} bytes",
-                remedy="is it the right file?",
-            )
+        text = read_user_file(path, LARGEST)
         return tomllib.loads(_not_too_deep(text.decode("utf-8").replace("\r\n", "\n")))
-    except FileNotFoundError as cause:
-        raise InputError("no such file", where=str(path), remedy="check the path") from cause
-    except IsADirectoryError as cause:
-        raise InputError("this is a folder, not a file", where=str(path)) from cause
-    except OSError as cause:
-        raise InputError("cannot be read", where=str(path), found=str(cause)) from cause
     except ValueError as cause:  # not TOML, not UTF-8, or a number of thousands of digits
         raise InputError(
             "not valid TOML", where=str(path), found=str(cause), remedy="mend that line"

@@ -5,7 +5,6 @@
 SI throughout; a complex number is a pair, real part first; what was not measured is nan.
 """
 
-import tomllib
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +14,7 @@ import tomli_w
 from slipbench.identification.models.rational_model import RationalModel
 from slipbench.identification.models.uncertainty_set import UncertaintySet, Weight
 from slipbench.identification.response.response import ComplexArray
+from slipbench.protocol.configuration import load_toml
 
 
 def write(found: UncertaintySet, path: Path) -> None:
@@ -23,8 +23,8 @@ def write(found: UncertaintySet, path: Path) -> None:
 
 
 def read(path: Path) -> UncertaintySet:
-    """Read a set back. Raises KeyError where the file is not one, OSError where there is none."""
-    told = tomllib.loads(path.read_text(encoding="utf-8"))
+    """Uncertainty set of a file. Raises InputError without a file, KeyError for other content."""
+    told = load_toml(path)
     nominal, weight = told["nominal"], told["weight"]
     return UncertaintySet(
         RationalModel(

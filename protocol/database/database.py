@@ -13,6 +13,9 @@ from slipbench.protocol.database.database_check import check
 from slipbench.protocol.database.database_text import breaks
 from slipbench.protocol.database.layout import Database, Message, Protection, Signal
 from slipbench.protocol.errors import InputError
+from slipbench.protocol.user_file import read_user_file
+
+LARGEST = 1 << 26  # bytes; the largest databases of the field have some 10 MB
 
 
 def load_database(path: Path) -> Database:
@@ -22,7 +25,7 @@ def load_database(path: Path) -> Database:
     no declared ranges or senders, signals under no message, more than 8 bytes without the CAN FD
     mark. What would decode to wrong values does not: overlaps, bits outside, doubled identifiers.
     """
-    content = _read(path)
+    content = read_user_file(path, LARGEST)
     parsed = _parse(_text(content), path)
     database = Database(
         origin=str(path),
@@ -32,15 +35,6 @@ def load_database(path: Path) -> Database:
     )
     check(database)
     return database
-
-
-def _read(path: Path) -> bytes:
-    try:
-        return path.read_bytes()
-    except OSError as cause:
-        raise InputError(
-            "cannot read this database", where=str(path), found=str(cause), remedy="check the path"
-        ) from cause
 
 
 def _text(content: bytes) -> str:

@@ -11,6 +11,7 @@ from typing import BinaryIO
 
 from slipbench.protocol.errors import InputError
 from slipbench.protocol.logs.unpacking import LARGEST, fits
+from slipbench.protocol.user_file import open_user_file
 
 FILE = struct.Struct("<4sL")  # "LOGG", and the size of the file's own header
 OBJECT = struct.Struct("<4sHHLL")  # "LOBJ", header size and version, size, kind
@@ -23,7 +24,7 @@ def check_containers(path: Path) -> None:
 
     Other damage is left to the reader, which names it.
     """
-    with path.open("rb") as file:
+    with open_user_file(path) as file:
         for at, kind, size in _objects(file):
             if not OBJECT.size <= size <= LARGEST:
                 raise _too_large(path, at, f"{size} bytes")

@@ -1,6 +1,7 @@
 """A log as candump text becomes columns, in order of time."""
 
 import math
+import os
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -12,6 +13,7 @@ from slipbench.protocol.logs.candump_line import EXPECTED
 from slipbench.protocol.logs.candump_text import DATA, KINDS, TextColumns, line_at, parse_text
 from slipbench.protocol.logs.frame_log import FrameLog
 from slipbench.protocol.logs.reading import Progress, quiet
+from slipbench.protocol.user_file import open_user_file
 
 PIECE = 8_000_000  # bytes read at once: some 170 000 lines
 LONGEST = 2 * PIECE  # bytes of a line: the padding of a torn end; memory stays bounded
@@ -19,8 +21,9 @@ LONGEST = 2 * PIECE  # bytes of a line: the padding of a torn end; memory stays 
 
 def candump_pieces(path: Path, progress: Progress = quiet, size: int = PIECE) -> Iterator[bytes]:
     """Read the file in pieces that end at a line's end (all but the last)."""
-    total, done, rest = max(path.stat().st_size, 1), 0, b""
-    with path.open("rb") as file:
+    done, rest = 0, b""
+    with open_user_file(path) as file:
+        total = max(os.fstat(file.fileno()).st_size, 1)
         while piece := file.read(size):
             done += len(piece)
             whole, newline, rest = (rest + piece).rpartition(b"\n")

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from slipbench.protocol.errors import InputError
+from slipbench.protocol.user_file import open_user_file
 
 HEAD = 4096  # bytes looked at
 
@@ -102,18 +103,9 @@ def looks_like(head: bytes) -> str | None:
 
 
 def read_head(path: Path) -> bytes:
-    """Read the first bytes of a file; a missing or an empty file is the user's to mend."""
-    try:
-        with path.open("rb") as file:
-            head = file.read(HEAD)
-    except FileNotFoundError as cause:
-        raise InputError("no such file", where=str(path), remedy="check the path") from cause
-    except IsADirectoryError as cause:
-        raise InputError(
-            "this is a folder, not a log", where=str(path), remedy="name a file in it"
-        ) from cause
-    except OSError as cause:
-        raise InputError("cannot be read", where=str(path), found=str(cause)) from cause
+    """First bytes of a file, at most HEAD. Raises InputError for a missing or an empty file."""
+    with open_user_file(path) as file:
+        head = file.read(HEAD)
     if not head.strip(b"\0\r\n\t \xef\xbb\xbf"):
         what = "the file is empty" if not head else "the file holds nothing but blanks or NUL bytes"
         raise InputError(

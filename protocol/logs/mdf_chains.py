@@ -14,6 +14,7 @@ from typing import BinaryIO
 
 from slipbench.protocol.errors import InputError
 from slipbench.protocol.logs.unpacking import LARGEST, fits
+from slipbench.protocol.user_file import open_user_file
 
 FIRST = 64  # the address of the header block, after the identification block
 VERSION_AT = 8  # the version's text: "4.10"
@@ -59,7 +60,7 @@ _THREE = _Form(struct.Struct("<2s2x"), struct.Struct("<I"), CHAINS_3)
 
 def check_chains(path: Path) -> None:
     """Raise InputError where a block of the MDF file `path` is reached twice."""
-    with path.open("rb") as file:
+    with open_user_file(path) as file:
         form = _form(file.read(FIRST))
         seen: set[int] = set()
         waiting = [FIRST]

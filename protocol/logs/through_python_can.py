@@ -7,6 +7,7 @@ are counted and told) or it is garbage and refused; python-can itself would pass
 
 import io
 import logging
+import os
 import re
 from collections.abc import Iterator
 from pathlib import Path
@@ -17,6 +18,7 @@ from slipbench.protocol.logs.blf_containers import check_containers
 from slipbench.protocol.logs.candump_line import ERROR_FLAG, format_line, stamp
 from slipbench.protocol.logs.formats import FORMATS, looks_like, read_head
 from slipbench.protocol.logs.reading import Progress
+from slipbench.protocol.user_file import open_user_file
 
 if TYPE_CHECKING:
     import can
@@ -187,7 +189,7 @@ class _Source:
         """Count the bytes that a BLF file's header promises and that are not there."""
         if self._form != "blf":
             return 0
-        with self._path.open("rb") as file:
+        with open_user_file(self._path) as file:
             declared = int.from_bytes(file.read(24)[16:24], "little")
         return max(declared - self._path.stat().st_size, 0)
 
@@ -196,8 +198,8 @@ class _CountedLines:
     """A text file for python-can's readers that knows which line was read last."""
 
     def __init__(self, path: Path) -> None:
-        self._size = max(path.stat().st_size, 1)
-        self._raw = path.open("rb")
+        self._raw = open_user_file(path)
+        self._size = max(os.fstat(self._raw.fileno()).st_size, 1)
         self._text = io.TextIOWrapper(self._raw, encoding="utf-8-sig", errors="replace")
         self._fresh: list[tuple[int, str]] = []
         self.number, self.last = 0, ""

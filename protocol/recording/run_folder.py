@@ -36,6 +36,7 @@ from slipbench.protocol.recording.role_map import RoleMap
 from slipbench.protocol.recording.sender_check import interleaved_messages
 from slipbench.protocol.tables import Table, read_table
 from slipbench.protocol.trial_file import TrialFile
+from slipbench.protocol.user_file import open_user_file
 
 DESCRIPTION, FRAMES, DATABASE = "run.toml", "frames.log", "database.dbc"
 ROLES, TRIAL, VEHICLE, TABLES = "roles.toml", "trial.toml", "vehicle.toml", "tables"
@@ -82,7 +83,7 @@ def versions() -> dict[str, str]:
 
 def sha256(path: Path) -> str:
     """Fingerprint of a file."""
-    with path.open("rb") as file:
+    with open_user_file(path) as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 
