@@ -1,7 +1,9 @@
 """What an analysis knows so far, and what follows from it: which fit stands, what is open."""
 
+import traceback
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import Any
 
 from slipbench.identification.mismatch.curves.circumstance import Circumstance
@@ -29,6 +31,7 @@ MOST_LEFT = 60.0
 class Analysis:
     """Everything that is known so far; filled step by step, so that a stop loses nothing.
 
+    failure: step and error that ended it early; empty where none did.
     kept: whether names stand though a free curve finds more beside them, since none does as well
     in their place.
     """
@@ -50,12 +53,20 @@ class Analysis:
     proposal: tuple[str, Any] | None = None
     done: int = 0
     complete: bool = False
+    failure: str = ""
 
 
 def begin(system: System, training: Sequence[Record], held_out: Sequence[Record]) -> Analysis:
     """Put the recordings beside the system."""
     learnt, proof = models(system, training, held_out)
     return Analysis(system, learnt, proof if held_out else None)
+
+
+def described(step: str, fault: Exception) -> str:
+    """Failure of a step in one line: step, error, and the line of code where it arose."""
+    frames = traceback.extract_tb(fault.__traceback__)
+    where = f" ({Path(frames[-1].filename).name}, line {frames[-1].lineno})" if frames else ""
+    return f"{step}: {type(fault).__name__}: {' '.join(str(fault).split())}{where}"
 
 
 def accepted(a: Analysis) -> Fit:

@@ -9,6 +9,7 @@ from rich.console import Console
 EXAMPLE = (
     "Example: slipbench explain --vehicle vehicle.toml runs/sweep runs/square --held-out runs/other"
 )
+FAILED = 1
 INTERRUPTED = 130  # exit status after Ctrl-C, as shells have it
 
 
@@ -19,22 +20,26 @@ def register(app: typer.Typer) -> None:
 
 def explain_command(
     training: Annotated[
-        list[Path], typer.Argument(help="Run folders to learn from; run@0:60 is a piece, in s.")
+        list[Path], typer.Argument(help="Training run folders; run@0:60 is a segment, in s.")
     ],
-    vehicle: Annotated[Path, typer.Option(help="Vehicle file: the simulation as it is believed.")],
+    vehicle: Annotated[Path, typer.Option(help="Vehicle or model file of the nominal simulation.")],
     held_out: Annotated[
-        list[Path] | None, typer.Option(help="Run folder to prove on; may be given several times.")
+        list[Path] | None, typer.Option(help="Held-out run folder for validation; repeatable.")
     ] = None,
     json_path: Annotated[
-        Path | None, typer.Option("--json", help="Write the verdict here.")
+        Path | None, typer.Option("--json", help="Write verdict.json to this file.")
     ] = None,
     report_folder: Annotated[
         Path | None, typer.Option("--report", help="Write a memo with figures into this folder.")
     ] = None,
 ) -> None:
-    """Explain where simulation and recordings differ: where, what is missing, how sure.
+    """Localize and identify the mismatch between simulation and recordings.
 
-    Writes vehicle.improved.toml beside the vehicle file. Interrupted, it says what it has so far.
+    Calibrates the nominal parameters, tests the residual, selects the missing effects and validates
+    them on held-out runs. Writes vehicle.improved.toml beside the vehicle file. Ctrl-C ends the
+    analysis and writes the results so far.
+
+    Exit status: 0 done, 1 a step failed, 2 invalid input (see message), 130 interrupted.
     """
     from slipbench.identification.mismatch.explain import known_so_far
     from slipbench.identification.mismatch.runs import open_analysis
@@ -45,7 +50,7 @@ def explain_command(
 
     console = Console(stderr=True)
     prepare_places(json_path, report_folder)
-    with console.status("reading the recordings") as progress:
+    with console.status("Reading recordings") as progress:
         analysis = open_analysis(vehicle, training, held_out or [])
 
         def say(words: str) -> None:
@@ -53,8 +58,8 @@ def explain_command(
             if not console.is_terminal:
                 console.print(words)
 
-        if not known_so_far(analysis, say):
-            console.print("interrupted; press again to stop at once")
+        if not known_so_far(analysis, say) and not analysis.failure:
+            console.print("Interrupted: writing the results so far. Ctrl-C again discards them.")
     found = verdict(analysis)
     for line in lines(found):
         typer.echo(line)
@@ -62,5 +67,8 @@ def explain_command(
         typer.echo(f"written: {path}")
     if not in_the_file(analysis):
         typer.echo(f"the free curve {NOT_IN_THE_FILE}")
+    if analysis.failure:
+        console.print(f"slipbench: the analysis failed in {analysis.failure}", markup=False)
+        raise typer.Exit(FAILED)
     if not found.complete:
         raise typer.Exit(INTERRUPTED)

@@ -1,11 +1,13 @@
 """From a system's file and recordings to all that can be said: the steps, one after the other."""
 
+import sys
 from collections.abc import Sequence
 from dataclasses import replace
 
 from slipbench.identification.mismatch.analysis import (
     Analysis,
     accepted,
+    described,
     equivalents,
     nearly_all,
     not_excited,
@@ -29,15 +31,32 @@ from slipbench.identification.mismatch.naming.naming import Say, name
 from slipbench.identification.mismatch.naming.next_trial import next_trial
 from slipbench.identification.mismatch.simulation.model import predict
 from slipbench.plant.effects.effect import Effect
+from slipbench.protocol.errors import InputError
 
 
 def known_so_far(so_far: Analysis, say: Say = lambda _: None) -> bool:
-    """Do all steps until somebody interrupts; return whether all were done."""
+    """Do all steps; return whether all were done.
+
+    An interruption or a failed step ends the analysis; what was found before stays in `so_far`,
+    with the failure. Raises InputError where the recordings cannot be used at all.
+    """
     try:
         analyse(so_far, say=say)
     except KeyboardInterrupt:
         return False
-    return True
+    except InputError:
+        if so_far.done == 0:
+            raise
+        so_far.failure = _failure(so_far)
+    except Exception:  # an engineer waits for what was found, whatever a later step meets
+        so_far.failure = _failure(so_far)
+    return so_far.complete
+
+
+def _failure(so_far: Analysis) -> str:
+    fault = sys.exception()
+    assert isinstance(fault, Exception)
+    return described(NAMES[so_far.done], fault)
 
 
 def analyse(
@@ -54,11 +73,11 @@ def analyse(
 
 
 def _calibrate(a: Analysis, _: Sequence[type[Effect]], say: Say) -> None:
-    say("re-calibrating what the file knows")
+    say("Calibrating nominal parameters")
     a.base = calibrate(a.training, a.training.origin())
     turn = plainest_turn(a.base)
     if turn is not None:
-        say("reading off where the crank stood when each recording began")
+        say("Estimating the initial crank phase of each recording")
         a.base = begun_at(a.base, turn)
         if a.held_out is not None:
             a.held_out = begun_at(carried_over(a.base, a.held_out), turn).model
@@ -66,7 +85,7 @@ def _calibrate(a: Analysis, _: Sequence[type[Effect]], say: Say) -> None:
 
 def _locate(a: Analysis, _: Sequence[type[Effect]], say: Say) -> None:
     assert a.base is not None
-    say("locating, without the library")
+    say("Localizing the mismatch with free curves")
     a.before = _curves(a, a.base)
     if a.before and a.before[0].certain:
         a.when = circumstance(Judge.of(a.base), a.before[0])
@@ -74,7 +93,7 @@ def _locate(a: Analysis, _: Sequence[type[Effect]], say: Say) -> None:
 
 def _name(a: Analysis, library: Sequence[type[Effect]], say: Say) -> None:
     assert a.base is not None
-    say(f"scoring {len(library)} effects")
+    say(f"Screening {len(library)} effects")
     a.named = name(a.base, library, say, a.held_out)
     a.headline = _headline(a)
 
@@ -107,7 +126,7 @@ def _doubt(a: Analysis, library: Sequence[type[Effect]], say: Say) -> None:
 
 def _look_after(a: Analysis, say: Say) -> None:
     assert a.named is not None
-    say("looking for what the named effects leave")
+    say("Testing the residual of the accepted effects")
     a.after = _curves(a, a.named.fit)
     if a.system.by_factors:
         a.remains = remainder(a.named.base, a.named.fit, a.after)
@@ -117,7 +136,7 @@ def _free(a: Analysis, _: Sequence[type[Effect]], say: Say) -> None:
     """Withdraw the names where they do not suffice, and fit the free curve instead."""
     assert a.base is not None
     while unexplained(a) and a.before and a.free is None:
-        say("fitting a free curve inside the simulation")
+        say("Fitting a free curve in the simulation")
         found = inside(a.base, a.before, a.held_out)
         if found is None:
             return
@@ -125,7 +144,7 @@ def _free(a: Analysis, _: Sequence[type[Effect]], say: Say) -> None:
             a.kept = (a.system.by_factors or nearly_all(a)) and _foretell_more(a, found)
             a.free = None if a.kept else found
         elif any(c.certain and c.place == found.curve.place for c in a.before):
-            say("it gains nothing on the held-out recordings, and is withdrawn")
+            say("Free curve rejected: no improvement on the held-out recordings")
             _withdraw(a, found.curve.place)
         else:
             return
@@ -155,14 +174,14 @@ def _prove(a: Analysis, _: Sequence[type[Effect]], say: Say) -> None:
     assert a.base is not None
     assert a.named is not None
     if a.held_out is not None:
-        say("proving on the held-out recordings")
+        say("Validating on the held-out recordings")
         a.proof = proof(a.held_out, a.base, accepted(a), a.free.proven if a.free else None)
         a.errors = errors(a.proof)
 
 
 def _propose(a: Analysis, library: Sequence[type[Effect]], say: Say) -> None:
     assert a.named is not None
-    say("choosing the next trial")
+    say("Choosing the next trial")
     by_name = {kind.name: kind for kind in library}
     told = [n.split(".")[0] for names in equivalents(a.named) for n in names]
     alike = [by_name[n] for n in told if n in by_name]
@@ -171,6 +190,15 @@ def _propose(a: Analysis, library: Sequence[type[Effect]], say: Say) -> None:
 
 
 STEPS = (_calibrate, _locate, _name, _doubt, _free, _prove, _propose)
+NAMES = (
+    "calibration",
+    "localization",
+    "effect selection",
+    "residual test",
+    "fit of a free curve",
+    "validation on held-out recordings",
+    "choice of the next trial",
+)
 
 
 def _curves(a: Analysis, fit: Fit) -> list[Curve]:

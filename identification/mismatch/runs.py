@@ -28,9 +28,9 @@ def open_analysis(file: Path, training: Sequence[Path], held_out: Sequence[Path]
     both = [a for a in learnt for b in proof if a.meets(b)]
     if both:
         raise InputError(
-            "a held-out run is a training run as well, so it would prove nothing",
+            "a held-out run is a training run as well: it cannot validate the result",
             where=", ".join(sorted(p.folder.name for p in both)),
-            remedy="hold out recordings, or pieces of them, that the analysis does not learn from",
+            remedy="hold out recordings, or segments of them, that are not used for training",
         )
     system = read_system(file)
     records = [[system.prepare(p.read()) for p in pieces] for pieces in (learnt, proof)]
@@ -46,10 +46,10 @@ def _check_other(training: Sequence[Record], held_out: Sequence[Record]) -> None
         for other in training:
             if same_recording(mine, other):
                 raise InputError(
-                    "a held-out run is a copy of a training run, so it would prove nothing",
+                    "a held-out run is a copy of a training run: it cannot validate the result",
                     where=mine.name,
                     found=f"the same samples as {other.name}",
-                    remedy="hold out recordings that the analysis does not learn from",
+                    remedy="hold out recordings that are not used for training",
                 )
 
 

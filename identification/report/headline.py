@@ -1,4 +1,4 @@
-"""The first sentence of a report: what the recording tells, with its figure."""
+"""Headline of a report: the main result of a recording in a sentence."""
 
 from collections.abc import Mapping
 
@@ -18,11 +18,11 @@ from slipbench.identification.signals.motion import Motion
 from slipbench.identification.signals.trial_window import NoExcitation, TrialWindow, trip_in_words
 from slipbench.protocol.recording.recording import Recording
 
-MOST = 0.97  # of the excited band; what is believed of it counts as all of it
+MOST = 0.97  # share of the excited band; a coherent band as wide counts as all of it
 
 
 def headline(found: Identification) -> str:
-    """Say the key result in a sentence or two."""
+    """Main result of a recording in one to three sentences."""
     if found.following is not None:
         parts = [slip_control.sentence(found.following)]
     else:
@@ -38,7 +38,7 @@ def headline(found: Identification) -> str:
 
 
 def _not_valid(recording: Recording) -> str:
-    """Say why the bench marked the trial invalid; empty where it did not, or where none was."""
+    """Reason why the bench marked the trial invalid; empty for a valid or no trial."""
     outcome = recording.description.get("outcome")
     why = outcome.get("invalid") if isinstance(outcome, Mapping) else None
     return why if isinstance(why, str) else ""
@@ -51,18 +51,18 @@ def _response(main: FrequencyResponse, found: Identification) -> str:
     if isinstance(found.resonance, Resonance):
         peak = found.resonance
         return (
-            f"Slip answers the {actuator} with a resonance at {peak.frequency:.1f}\u00a0Hz, "
-            f"{decibel(peak.peak):.1f}\u00a0dB above its low-frequency gain of "
+            f"The response of slip to {actuator} has a resonance at "
+            f"{peak.frequency:.1f}\u00a0Hz, {decibel(peak.peak):.1f}\u00a0dB above its DC gain of "
             f"{peak.low_gain * factor:.2g} {unit}; {quality}."
         )
     return (
-        f"The response of slip to the {actuator} was measured, and {quality}; no resonance is "
-        f"given: {found.resonance.reason}."
+        f"The response of slip to {actuator} was measured; {quality}. No resonance is given: "
+        f"{found.resonance.reason}."
     )
 
 
 def coherence(main: FrequencyResponse) -> str:
-    """Say in which band how much of the slip is explained."""
+    """Coherence between input and slip, and in which band."""
     low, high = main.frequency[0], main.frequency[-1]
     band = believed_band(main)
     if band is None:
@@ -77,19 +77,19 @@ def _without(found: Identification) -> str:
     sentence = _slip(found)
     if isinstance(found.window, NoExcitation):
         return f"{sentence} No frequency response is given: {found.window.reason}."
-    return f"{sentence} No frequency response is given; see what was left out."
+    return f"{sentence} No frequency response is given; see the analyses left out."
 
 
 def _slip(found: Identification) -> str:
     moved = found.motion
     if not isinstance(moved, Motion):
-        return f"Slip cannot be told from this recording: {moved.reason}."
+        return f"Slip cannot be computed from this recording: {moved.reason}."
     span, reach = slip_range(found), moved.reference[np.isfinite(moved.reference)]
     if span is None:
         top = np.nanmax(moved.slip.speed) if np.isfinite(moved.slip.speed).any() else 0.0
         return f"{moved.slip.statement} It reached {top * 3.6:.0f} km/h."
     return (
-        f"{name('slip').capitalize()} of the {moved.axle.axle} axle lay between "
-        f"{span[0] * 100:.1f} and {span[1] * 100:.1f} % (99 % of the time that it is defined) "
+        f"{name('slip').capitalize()} of the {moved.axle.axle} axle was "
+        f"{span[0] * 100:.1f} to {span[1] * 100:.1f} % (99 % of the defined samples) "
         f"at speeds up to {reach.max() * 3.6:.0f} km/h."
     )

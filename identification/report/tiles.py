@@ -1,4 +1,4 @@
-"""The key figures that a reader wants first."""
+"""Key figures at the top of a report."""
 
 from dataclasses import dataclass
 
@@ -13,6 +13,9 @@ from slipbench.identification.signals.trial_window import TrialWindow
 from slipbench.protocol.codec.faults import Fault
 from slipbench.protocol.recording.recording import Recording
 
+KNOWN = 0.5
+"""Half width of a 95 % interval, in its value, up to which a value is a headline."""
+
 
 @dataclass(frozen=True)
 class Tile:
@@ -24,45 +27,55 @@ class Tile:
 
 
 def tiles(found: Identification, study: Study) -> list[Tile]:
-    """Choose the key figures that a reader wants first."""
+    """Key figures of a recording, in reading order; what is not known well is left out."""
     made: list[Tile] = []
     main, peak, span = found.main, found.resonance, slip_range(found)
     if main and isinstance(peak, Resonance):
         factor, unit = gain_unit(main.input, main.output)
-        low = f"low-frequency gain {peak.low_gain * factor:.3g} {unit}"
+        low = f"DC gain {peak.low_gain * factor:.3g} {unit}"
         made.append(Tile("Resonance", f"{peak.frequency:.2f} Hz", low))
-        made.append(Tile("Peak", f"{decibel(peak.peak):+.1f} dB", "over the low-frequency gain"))
+        made.append(Tile("Peak", f"{decibel(peak.peak):+.1f} dB", "above the DC gain"))
     if main:
         first, last = believed_band(main) or (main.frequency[0], main.frequency[-1])
-        band = f"least from {first:.2g} to {last:.3g}\u00a0Hz"
+        band = f"minimum from {first:.2g} to {last:.3g}\u00a0Hz"
         made.append(Tile("Coherence", f"{least_coherence(main):.3f}", band))
     if span:
         where = "in the trial" if isinstance(found.window, TrialWindow) else "where defined"
         made.append(
-            Tile("Slip", f"{span[0] * 100:.2f} … {span[1] * 100:.2f} %", f"99 % of it, {where}")
+            Tile(
+                "Slip", f"{span[0] * 100:.2f} … {span[1] * 100:.2f} %", f"99 % of samples, {where}"
+            )
         )
     return made + _model_tiles(study) + _delay_tiles(found) + [_fault_tile(found.recording)]
 
 
 def _model_tiles(study: Study) -> list[Tile]:
-    """Tell the delay of the path behind the measured actuator, where there is one, else of all."""
+    """Dead time of the path behind the measured actuator, where there is one, else of all.
+
+    No tile where the 95 % interval reaches 0 or is wider than the dead time itself: the tables
+    give that interval.
+    """
     known = [m for m in study.models if isinstance(m.delay, DelayProfile)]
     if not known:
         return []
     best = known[-1]
     assert isinstance(best.delay, DelayProfile)
-    low, high = 1e3 * best.delay.low, 1e3 * best.delay.high
+    delay, low, high = (1e3 * t for t in (best.delay.delay, best.delay.low, best.delay.high))
+    if not (low > 0.0 and 0.5 * (high - low) <= KNOWN * delay):
+        return []
     note = f"from {name(best.response.input)}; 95 % interval {low:.1f} to {high:.1f} ms"
-    return [Tile("Pure delay", f"{1e3 * best.delay.delay:.1f} ms", note)]
+    return [Tile("Dead time", f"{delay:.1f} ms", note)]
 
 
 def _delay_tiles(found: Identification) -> list[Tile]:
     known, made = delays(found), []
     if "input_to_slip" in known:
-        note = "slope of the phase at low frequency: servo, intake, driveline and all else"
-        made.append(Tile("Slip behind its input", milliseconds(known["input_to_slip"]), note))
+        note = "phase slope at low frequency; includes servo, intake and driveline"
+        made.append(
+            Tile("Group delay, command to slip", milliseconds(known["input_to_slip"]), note)
+        )
     if "encoder" in known:
-        note = "mean age of an encoder's speed here; taken out of the analysis"
+        note = "mean age of the encoder speed; compensated in the analysis"
         made.append(Tile("Encoder delay", milliseconds(known["encoder"]), note))
     return made
 

@@ -50,7 +50,7 @@ def further(
     told = as_told(before.model, before.model.origin())
     found = list(passed)
     for half in _one_of_each_kind(survey(Judge.of(told), library).scores):
-        say(f"looking ahead from {half.name.replace('_', ' ')}")
+        say(f"Look-ahead from {half.name.replace('_', ' ')}")
         single = _fitted(told, half)
         if single is None:
             continue

@@ -58,14 +58,14 @@ def _better(
             continue
         if held_out is None or not contradicted(named.base, new, held_out):
             return _renamed(named, new, say)
-        say(f"contradicted by the held-out recordings: {new.candidates[-1].name}")
+        say(f"Rejected by the held-out recordings: {new.candidates[-1].name}")
     return None
 
 
 def _without(fit: Fit, i: int, library: Sequence[type[Effect]], say: Say) -> Iterator[Fit]:
     """Yield fits with the most promising effects in the place of one."""
     gone = fit.candidates[i]
-    say(f"looking for another than {gone.name}".replace("_", " "))
+    say(f"Testing replacements of {gone.name}".replace("_", " "))
     others = (*fit.candidates[:i], *fit.candidates[i + 1 :])
     rest = from_far(with_effects(fit, others))
     scores = survey(Judge.of(rest), library).scores
@@ -88,6 +88,6 @@ def _renamed(named: Named, new: Fit, say: Say) -> Named:
     gone = next(n for n in named.names if n not in names)
     come = names[-1]
     nats = new.score - named.fit.score
-    say(f"exchanged: {gone} for {come} ({nats:.0f} nats)")
+    say(f"Replaced: {gone} by {come} (log-likelihood gain {nats:.0f} nats)")
     kept = {n: r for n, r in named.rivals.items() if gone not in n.split(" + ")}
     return replace(named, fit=new, rivals={**kept, come: {gone: nats}})

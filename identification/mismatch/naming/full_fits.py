@@ -44,7 +44,7 @@ def full_fits(fit: Fit, scores: Sequence[Score], say: Say) -> list[Fit]:
     near = NEAR * (scores[0].gain if scores else 0.0)
     for score in [*scores[:SHORTLIST], *(s for s in scores[SHORTLIST:LONGEST] if s.gain > near)]:
         if score.gain > WORTH:
-            say(f"fitting {score.candidate.name.replace('_', ' ')}")
+            say(f"Fitting {score.candidate.name.replace('_', ' ')}")
             leader = max((d.score - fit.score for d in done), default=0.0)
             found = _from_several(fit, score, leader)
             done += [found] if found is not None else []
@@ -60,7 +60,9 @@ def absorbed_fits(fit: Fit, scores: Sequence[Score], say: Say) -> list[Fit]:
     done = []
     for score in scores:
         if score.gain > TRACE and score.kept < ABSORBED and score.typical > MUCH:
-            say(f"fitting {score.candidate.name.replace('_', ' ')} along with the numbers")
+            say(
+                f"Fitting {score.candidate.name.replace('_', ' ')} jointly with the nominal parameters"
+            )
             found = fitted(fit, _as_large_as_scored(score))
             done += [unbent_wholly(found)] if found is not None else []
     return by_score(done)
@@ -93,7 +95,7 @@ def as_believed_fits(fit: Fit, library: Sequence[type[Effect]], say: Say) -> lis
         return []
     done = []
     for score in survey(Judge.of(told), library).scores[:SHORTLIST]:
-        say(f"fitting {score.candidate.name.replace('_', ' ')} beside the numbers of the file")
+        say(f"Fitting {score.candidate.name.replace('_', ' ')} from the parameters of the file")
         done.append(_fitted_from_the_file(fit, _as_large_as_scored(score)))
     return by_score(d for d in done if d is not None)
 

@@ -90,7 +90,7 @@ def name(
             break
         news = [c.name for c in best.candidates if c.name not in {e.name for e in fit.candidates}]
         rivals[" + ".join(news)] = _behind(best, done)
-        say(f"accepted: {', '.join(news)} ({finer.score - fit.score:.0f} nats)")
+        say(f"Accepted: {', '.join(news)} (log-likelihood gain {finer.score - fit.score:.0f} nats)")
         fit = finer
         found = survey(Judge.of(fit), library).scores
     fit = pruned(base, fit, certainty, say)
@@ -110,7 +110,7 @@ def _first_that_holds(
         if passes(fit, finer, certainty):
             if held_out is None or not contradicted(fit, finer, held_out):
                 return rough, finer
-            say(f"contradicted by the held-out recordings: {rough.candidates[-1].name}")
+            say(f"Rejected by the held-out recordings: {rough.candidates[-1].name}")
     return None, None
 
 
@@ -125,7 +125,7 @@ def _pairs(fit: Fit, scores: Sequence[Score], certainty: Certainty, say: Say) ->
     halves = [s.candidate for s in scores if s.gain > 1.0][:HALVES]
     done = []
     for a, b in combinations(halves, 2):
-        say(f"fitting {a.name} with {b.name}".replace("_", " "))
+        say(f"Fitting {a.name} with {b.name}".replace("_", " "))
         done.append(fitted(fit, a, b))
     passed = [d for d in done if d is not None and passes(fit, d, certainty)]
     return sorted(passed, key=lambda d: -d.score)

@@ -38,8 +38,8 @@ def next_trial(
     if nats <= 0.0:
         return None
     names = " from ".join(k.name for k in alike[:2]) if len(alike) > 1 else hidden[0].name
-    verb = "tell" if len(alike) > 1 else "show"
-    why = f"{best} would {verb} {names.replace('_', ' ')} ({nats:.0f} nats expected)"
+    verb = "distinguish" if len(alike) > 1 else "show"
+    why = f"{best} would {verb} {names.replace('_', ' ')} (expected log-likelihood gain {nats:.0f} nats)"
     return why, best
 
 

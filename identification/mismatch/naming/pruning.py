@@ -22,7 +22,7 @@ def pruned(base: Fit, fit: Fit, certainty: Certainty, say: Say) -> Fit:
         return fit
     good = [i for i in doomed if certainty.all_hold(lost[i][1])]
     first = good[0] if good else doomed[0]
-    say(f"not missed: {fit.candidates[first].name}")
+    say(f"Removed by backward elimination: {fit.candidates[first].name}")
     return pruned(base, lost[first][1], certainty, say)
 
 

@@ -6,6 +6,7 @@ from typing import Any
 
 from slipbench.identification.mismatch.analysis import (
     Analysis,
+    described,
     equivalents,
     not_excited,
     unexplained,
@@ -32,11 +33,30 @@ from slipbench.identification.mismatch.telling.verdict import (
 
 
 def verdict(a: Analysis) -> Verdict:
-    """Say what is known so far."""
-    if a.named is None:
-        p = _least(a.before)
-        where = _location(a, where_found(a), a.when)
-        return Verdict(p < FAMILY, p, where, left_out=_left_out(a), complete=False)
+    """Result of an analysis, however far it came.
+
+    Where a part of it cannot be concluded, what is known without that part, and the failure.
+    """
+    for conclude in (_full,) * (a.named is not None) + (_early,):
+        try:
+            return replace(conclude(a), failure=a.failure, complete=a.complete and not a.failure)
+        except Exception as fault:  # what was found before must not be lost with it
+            a.failure = a.failure or described("conclusion", fault)
+    return Verdict(None, None, left_out=_left_out(a), complete=False, failure=a.failure)
+
+
+def _early(a: Analysis) -> Verdict:
+    """Result before effects were selected: no mismatch is concluded from part of the tests."""
+    if not a.before:
+        return Verdict(None, None, left_out=_left_out(a))
+    p = _least(a.before)
+    where = _location(a, where_found(a), a.when)
+    return Verdict(True if p < FAMILY else None, p, where, left_out=_left_out(a))
+
+
+def _full(a: Analysis) -> Verdict:
+    """Result with selected effects."""
+    assert a.named is not None
     doubt = unexplained(a)
     effects = () if doubt else tuple(_effects(a.named))
     left = (a.after if a.named.names else a.before) if doubt else a.before
@@ -61,7 +81,6 @@ def verdict(a: Analysis) -> Verdict:
         if a.base
         else (),
         left_out=_left_out(a),
-        complete=a.complete,
     )
 
 
@@ -118,7 +137,9 @@ def _place(a: Analysis, left: Sequence[Curve], doubt: bool) -> Location | None:
         return told
     if seen.injection == told.injection:
         return seen
-    shape = f"{told.shape}; without the library like {seen.injection} along {seen.regressor}"
+    shape = (
+        f"{told.shape}; localized without the library at {seen.injection} along {seen.regressor}"
+    )
     return replace(
         seen,
         block=told.block,
@@ -138,7 +159,7 @@ def _of_the_named(system: System, named: Named) -> Location | None:
     place = system.acts_at(first.pattern)
     if not place:
         return None
-    return Location(first.kind.block, place, "", "as its name tells", named.gain, 0.0)
+    return Location(first.kind.block, place, "", "as described by its equation", named.gain, 0.0)
 
 
 def _remains(a: Analysis) -> Remains | None:
@@ -159,7 +180,12 @@ def _curve(free: FreeCurve | None) -> FoundCurve | None:
 def _effects(named: Named) -> list[FoundEffect]:
     return [
         FoundEffect(
-            c.kind.name, c.pattern.subject, c.kind.block, tuple(estimates(named.fit, i)), named.gain
+            c.kind.name,
+            c.pattern.subject,
+            c.kind.block,
+            tuple(estimates(named.fit, i)),
+            named.gain,
+            " ".join(c.kind.page().get("Trace", "").split()),
         )
         for i, c in enumerate(named.fit.effects)
     ]

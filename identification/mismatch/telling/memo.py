@@ -1,4 +1,4 @@
-"""The verdict as an engineer would say it."""
+"""The verdict in sentences and lines of text."""
 
 from collections.abc import Iterator
 from math import floor, log10, pi
@@ -11,7 +11,6 @@ from slipbench.identification.mismatch.telling.verdict import (
     Remains,
     Verdict,
 )
-from slipbench.plant.effects.library import BY_NAME
 
 _DIRECTIONS = {"both": "opening and closing", "opening": "opening", "closing": "closing"}
 SCALED = {"rad": (1e3, "mrad"), "s": (1e3, "ms"), "1": (100.0, "%"), "1/s": (100.0, "%/s")}
@@ -20,24 +19,45 @@ SCALED = {"rad": (1e3, "mrad"), "s": (1e3, "ms"), "1": (100.0, "%"), "1/s": (100
 def sentence(verdict: Verdict) -> str:
     """The verdict in a sentence or two."""
     if not verdict.mismatch:
-        if not verdict.complete:
-            return "Nothing was found to be missing by then."
-        return (
-            "Simulation and recordings agree: nothing is missing that these recordings could show."
-        )
+        return _no_mismatch(verdict)
+    where = verdict.location
     if verdict.unknown:
-        where = verdict.location
         place = f" It acts as {where.injection}{along(where.regressor)}" if where else ""
         return (
-            "Something is missing in the simulation that no effect of the library explains."
+            "Mismatch detected: no effect of the library explains it."
             f"{place}: {verdict.shape}.{_proof(verdict)}"
         )
     if not verdict.effects:
-        where = verdict.location
-        place = f", as {where.injection}{along(where.regressor)}" if where else ""
-        return f"Something is missing in the simulation{place}; it has no name yet."
+        place = f" at {where.injection}{along(where.regressor)}" if where else ""
+        return f"Mismatch detected{place}; the effect is not identified yet."
     found = "; ".join(_effect(e) for e in verdict.effects)
     return f"{found[0].upper()}{found[1:]} that the simulation lacks.{_proof(verdict)}"
+
+
+def _no_mismatch(verdict: Verdict) -> str:
+    if verdict.complete:
+        return (
+            "Simulation and recordings agree: no significant mismatch that these recordings could"
+            " show."
+        )
+    ended = "The analysis failed" if verdict.failure else "Interrupted"
+    if verdict.p_value is None:
+        return f"{ended} before any test was complete: no conclusion."
+    if verdict.mismatch is None:
+        return f"{ended} before all tests were complete: no significant mismatch so far."
+    return f"No significant mismatch. {ended} before the report was complete."
+
+
+def early_end(verdict: Verdict) -> str:
+    """Say why an analysis ended early; empty where it is complete."""
+    if verdict.failure:
+        return f"The analysis failed in {verdict.failure}. These are the results so far."
+    return "" if verdict.complete else "Interrupted. These are the results so far."
+
+
+def chance(verdict: Verdict) -> str:
+    """Say the p-value."""
+    return "not known" if verdict.p_value is None else f"{verdict.p_value:.2g}"
 
 
 def along(regressor: str) -> str:
@@ -75,9 +95,9 @@ def _proof(verdict: Verdict) -> str:
         return ""
     goes = "falls" if best.improved < best.nominal else "does not fall: it goes"
     return (
-        f" The held-out error of {best.output.replace('_', ' ')} {goes} from {best.nominal:.2g}"
-        f" ({best.calibrated:.2g} re-calibrated) to {best.improved:.2g} {best.unit},"
-        f" floor {best.floor:.2g} ({best.floor_from})."
+        f" The held-out RMS error of {best.output.replace('_', ' ')} {goes} from {best.nominal:.2g}"
+        f" ({best.calibrated:.2g} calibrated) to {best.improved:.2g} {best.unit},"
+        f" noise floor {best.floor:.2g} ({best.floor_from})."
     )
 
 
@@ -88,8 +108,9 @@ def headline_error(verdict: Verdict) -> Error | None:
 
 def lines(verdict: Verdict) -> list[str]:
     """The memo for a terminal."""
-    early = [] if verdict.complete else ["Interrupted; this is what was known by then."]
-    return [*early, sentence(verdict), "", *_evidence(verdict), *_limits(verdict)] + [
+    early = [said] if (said := early_end(verdict)) else []
+    chances = f"  family-wise p-value  {chance(verdict)}"
+    return [*early, sentence(verdict), "", chances, *_evidence(verdict), *_limits(verdict)] + [
         _error(e) for e in verdict.held_out
     ]
 
@@ -99,17 +120,18 @@ def _evidence(verdict: Verdict) -> Iterator[str]:
     if where:
         yield (
             f"  where          {where.injection} ({where.block}){along(where.regressor)}:"
-            f" {where.shape}; {where.gain:.0f} nats, held out {where.confirmed:.0f}"
+            f" {where.shape}; log-likelihood gain {where.gain:.0f} nats,"
+            f" held out {where.confirmed:.0f} nats"
         )
     if where and where.band and where.region:
         yield (f"  when           {circumstances(where)}")
     for effect in verdict.effects:
         for p in effect.parameters:
             yield f"  {effect.name}.{p.name} = {p.value:.5g} [{p.low:.5g}, {p.high:.5g}] {p.unit}"
-        yield f"    trace: {trace_of(effect.name)}"
+        yield f"    trace: {effect.trace}"
     for found, behind in verdict.rivals.items():
-        others = ", ".join(f"{n} ({nats:.0f} nats behind)" for n, nats in behind.items())
-        yield f"  rivals of {found}: {others or 'none'}"
+        others = ", ".join(f"{n} ({nats:.0f} nats lower)" for n, nats in behind.items())
+        yield f"  competing explanations of {found}: {others or 'none'}"
 
 
 def circumstances(where: Location) -> str:
@@ -130,13 +152,13 @@ def _region(where: Location) -> str:
 
 def _limits(verdict: Verdict) -> Iterator[str]:
     if verdict.remains:
-        yield f"  unexplained    {remains(verdict.remains)}"
+        yield f"  residual       {remains(verdict.remains)}"
     for names in verdict.equivalents:
-        yield f"  cannot be told apart here: {', '.join(names)}"
+        yield f"  indistinguishable in these recordings: {', '.join(names)}"
     if verdict.not_excited:
         yield f"  not excited: {', '.join(verdict.not_excited)}"
     if verdict.not_told:
-        yield f"  these recordings say nothing of: {', '.join(verdict.not_told)}"
+        yield f"  not identifiable from these recordings: {', '.join(verdict.not_told)}"
     for told in left_out(verdict):
         yield f"  left out: {told}"
     if verdict.next_trial:
@@ -144,7 +166,7 @@ def _limits(verdict: Verdict) -> Iterator[str]:
 
 
 def left_out(verdict: Verdict) -> Iterator[str]:
-    """Say what was of no use, once for all recordings of which it is true."""
+    """Say what could not be used, once for all recordings to which it applies."""
     where: dict[str, list[str]] = {}
     for told in verdict.left_out:
         name, _, why = told.partition(": ")
@@ -154,22 +176,17 @@ def left_out(verdict: Verdict) -> Iterator[str]:
 
 
 def remains(left: Remains) -> str:
-    """Say what stays unexplained beside names that stand."""
+    """Say what remains in the residual beside the accepted effects."""
     return (
-        f"{left.injection}{along(left.regressor)}: {left.shape}; {100 * left.share:.2g} % of what"
-        " the names explain, in mean squares"
+        f"{left.injection}{along(left.regressor)}: {left.shape}; {100 * left.share:.2g} % of the"
+        " mean square that the accepted effects explain"
     )
-
-
-def trace_of(effect: str) -> str:
-    """Return the trace that the effect's page tells of."""
-    return " ".join(BY_NAME[effect].page().get("Trace", "").split()) if effect in BY_NAME else ""
 
 
 def _error(e: Error) -> str:
     low, high = e.interval
     return (
         f"  {e.output:<20} {e.nominal:10.4g} -> {e.calibrated:10.4g} -> {e.improved:10.4g}"
-        f" {e.unit:<6} floor {e.floor:.3g} ({e.floor_from});"
+        f" {e.unit:<6} noise floor {e.floor:.3g} ({e.floor_from});"
         f" improved/nominal {low:.3f} to {high:.3f}"
     )

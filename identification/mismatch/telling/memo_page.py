@@ -1,30 +1,33 @@
 """The memo as a page that needs nothing but a browser."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from importlib.resources import files
 
 import jinja2
 from markupsafe import Markup
 
-from slipbench.identification.mismatch.analysis import Analysis, accepted
+from slipbench.identification.mismatch.analysis import Analysis, accepted, described
 from slipbench.identification.mismatch.telling.memo import (
     along,
+    chance,
     circumstances,
+    early_end,
     left_out,
     sentence,
-    trace_of,
 )
 from slipbench.identification.mismatch.telling.pictures import curve_svg, proof_svg
 from slipbench.identification.mismatch.telling.verdict import Verdict
 
 SHOWN = 5  # curves of the table
+RESIDUAL_TEST = 3  # steps before it
 NOT_IN_THE_FILE = (
-    "acts along what no file can tell: the improved file has the re-calibrated numbers without it"
+    "acts along a quantity that no file can hold: the improved file has the calibrated parameters"
+    " without it"
 )
 
 
 def memo_page(a: Analysis, verdict: Verdict) -> str:
-    """Return the page: the sentence, the evidence, the runners-up, what stays open."""
+    """HTML page: the sentence, the evidence, competing explanations, open questions."""
     certain = [c for c in a.before if c.certain]
     environment = jinja2.Environment(
         autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
@@ -44,14 +47,25 @@ def memo_page(a: Analysis, verdict: Verdict) -> str:
         sentence=sentence(verdict),
         verdict=verdict,
         when=circumstances(verdict.location) if verdict.location else "",
-        curve=Markup(curve_svg(certain[0], a.free.curve if a.free else None, a.system.units))
-        if certain
+        early=early_end(verdict),
+        p_value=chance(verdict),
+        curve=_figure(
+            lambda: curve_svg(certain[0], a.free.curve if a.free else None, a.system.units)
+        )
+        if certain and verdict.location
         else "",
         curves=certain[1 : 1 + SHOWN],
-        proof=Markup(proof_svg(a.proof, verdict.headline)) if a.proof else "",
-        traces={e.name: trace_of(e.name) for e in verdict.effects},
+        proof=_figure(lambda: proof_svg(a.proof, verdict.headline)) if a.proof else "",
         open=list(_open(a, verdict)),
     )
+
+
+def _figure(draw: Callable[[], str]) -> Markup:
+    """Figure, or the reason why it could not be drawn: the page is written all the same."""
+    try:
+        return Markup(draw())
+    except Exception as fault:
+        return Markup('<p class="note">Not drawn: {}</p>').format(described("figure", fault))
 
 
 def in_the_file(a: Analysis) -> bool:
@@ -60,25 +74,22 @@ def in_the_file(a: Analysis) -> bool:
 
 
 def _open(a: Analysis, verdict: Verdict) -> Iterator[tuple[str, str]]:
-    """Yield what these recordings leave open: heading and text."""
+    """Yield what these recordings cannot decide: heading and text."""
     left = [c for c in a.after if c.certain]
     if left:
-        yield (
-            "still unexplained",
-            f"{left[0].place}{along(left[0].regressor)}, {left[0].gain:.0f} nats",
-        )
-    else:
-        yield "still unexplained", "nothing that a free curve finds"
-    for when, test in zip(("re-calibrated", "improved"), verdict.lack_of_fit, strict=False):
+        yield ("residual", f"{left[0].place}{along(left[0].regressor)}, {left[0].gain:.0f} nats")
+    elif a.done > RESIDUAL_TEST:
+        yield "residual", "no significant unmodelled dynamics"
+    for when, test in zip(("calibrated", "improved"), verdict.lack_of_fit, strict=False):
         yield f"lack of fit, {when}", f"F = {test.f:.3g}, p = {test.p_value:.2g} (repeated trials)"
     for names in verdict.equivalents:
-        yield "cannot be told apart", ", ".join(names).replace("_", " ")
+        yield "indistinguishable", ", ".join(names).replace("_", " ")
     if verdict.not_excited:
         yield "not excited", ", ".join(verdict.not_excited).replace("_", " ")
     if not in_the_file(a):
         yield "the curve", NOT_IN_THE_FILE
     if verdict.not_told:
-        yield "parameters not told", ", ".join(verdict.not_told)
+        yield "not identifiable", ", ".join(verdict.not_told)
     for told in left_out(verdict):
         yield "left out", told
     if verdict.next_trial:

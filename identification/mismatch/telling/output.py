@@ -1,13 +1,14 @@
-"""What an analysis leaves on disk: the verdict, the improved file, the memo."""
+"""Files of an analysis: the verdict, the improved file, the memo."""
 
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from dataclasses import replace
 from errno import EACCES
 from pathlib import Path
 
 import tomli_w
 
-from slipbench.identification.mismatch.analysis import Analysis, accepted
+from slipbench.identification.mismatch.analysis import Analysis, accepted, described
 from slipbench.identification.mismatch.telling.improved import improved_system
 from slipbench.identification.mismatch.telling.memo_page import memo_page
 from slipbench.identification.mismatch.telling.verdict import Verdict, as_json
@@ -15,7 +16,7 @@ from slipbench.protocol.errors import InputError
 
 
 def prepare_places(json_path: Path | None, folder: Path | None) -> None:
-    """Make the folders of what will be written, before the work. Raises InputError where not."""
+    """Make the output folders before the analysis. Raises InputError where that fails."""
     try:
         for place in (json_path.parent if json_path else None, folder):
             if place is not None:
@@ -29,34 +30,50 @@ def prepare_places(json_path: Path | None, folder: Path | None) -> None:
 def write_outputs(
     analysis: Analysis, verdict: Verdict, vehicle: Path, json_path: Path | None, folder: Path | None
 ) -> list[Path]:
-    """Write what was asked for. Raises InputError where a place cannot be written."""
+    """Write the requested files; return their paths, verdict.json first.
+
+    A file whose content cannot be made is named in `analysis.failure` and, in the end, in
+    verdict.json; the others are written. Raises InputError where a place cannot be written.
+    """
     written = []
-    try:
-        for path, text in _texts(analysis, verdict, vehicle, json_path, folder):
-            path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_text(text, encoding="utf-8")
-            written.append(path)
-    except OSError as fault:
-        raise _refused(fault) from fault
+    for path, text_of in _contents(analysis, verdict, vehicle, json_path, folder):
+        try:
+            text = text_of()
+        except Exception as fault:  # the other files must not be lost with it
+            analysis.failure = analysis.failure or described(f"writing {path.name}", fault)
+            continue
+        _write(path, text)
+        written.append(path)
+    if json_path is not None and analysis.failure != verdict.failure:
+        _write(json_path, as_json(replace(verdict, complete=False, failure=analysis.failure)))
     return written
 
 
-def _texts(
+def _write(path: Path, text: str) -> None:
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, encoding="utf-8")
+    except OSError as fault:
+        raise _refused(fault) from fault
+
+
+def _contents(
     analysis: Analysis, verdict: Verdict, vehicle: Path, json_path: Path | None, folder: Path | None
-) -> Iterator[tuple[Path, str]]:
+) -> Iterator[tuple[Path, Callable[[], str]]]:
     if json_path is not None:
-        yield json_path, as_json(verdict)
+        yield json_path, lambda: as_json(verdict)
     fit = accepted(analysis) if analysis.named else analysis.base
     if fit is not None:
         path = (folder or vehicle.parent) / f"{vehicle.stem}.improved.toml"
-        yield path, improved_system(fit).text()
+        yield path, lambda: improved_system(fit).text()
     if folder is not None:
-        yield folder / "memo.html", memo_page(analysis, verdict)
+        yield folder / "memo.html", lambda: memo_page(analysis, verdict)
     if analysis.proposal is not None and folder is not None:
-        tree = analysis.system.trial(
-            analysis.proposal[1], "next_trial", os.path.relpath(vehicle, folder)
+        choice, file = analysis.proposal[1], os.path.relpath(vehicle, folder)
+        yield (
+            folder / "next_trial.toml",
+            lambda: tomli_w.dumps(analysis.system.trial(choice, "next_trial", file)),
         )
-        yield folder / "next_trial.toml", tomli_w.dumps(tree)
 
 
 def _refused(fault: OSError) -> InputError:

@@ -22,7 +22,7 @@ from slipbench.plant.signals import Floats
 
 SOON = 0.01
 """Seconds after a step up to which time is drawn evenly."""
-LOOKS = ((d.ORANGE, "re-calibrated"), (d.BLUE, "with what was found"))
+LOOKS = ((d.ORANGE, "calibrated"), (d.BLUE, "improved"))
 
 
 def curve_svg(located: Curve, inside: Curve | None, units: Mapping[str, str]) -> str:
@@ -30,7 +30,7 @@ def curve_svg(located: Curve, inside: Curve | None, units: Mapping[str, str]) ->
 
     inside: what stands in the simulation: in the same panel where it is of one place and quantity.
     """
-    both = [(located, d.BLUE, "located")]
+    both = [(located, d.BLUE, "localized")]
     both += [(inside, d.GREEN, "in the simulation")] if inside else []
     apart = inside is not None and not _of_one_kind(located, inside)
     with d.style():
@@ -59,11 +59,11 @@ def _label(axes: Axes, curve: Curve, units: Mapping[str, str]) -> None:
         )
     elif curve.kind == HYSTERESIS:
         axes.set(
-            xlabel=f"way of {quantity} after a turn / {unit}",
+            xlabel=f"travel of {quantity} after a reversal / {unit}",
             ylabel=f"{curve.place} / {curve.unit}",
         )
     elif curve.kind == SCALE:
-        axes.set(xlabel=f"{quantity} / {unit}", ylabel=f"{curve.place}, share of {curve.regressor}")
+        axes.set(xlabel=f"{quantity} / {unit}", ylabel=f"{curve.place}, relative {curve.regressor}")
     else:
         axes.set(xlabel=f"{quantity} / {unit}", ylabel=f"{curve.place} / {curve.unit}")
 
@@ -107,7 +107,7 @@ def _time(axes: Axes, fit: Fit, b: int, j: int, colour: str, label: str) -> None
     unit = record.sensors[fit.model.chain.blocks[b].outputs[j]].unit
     rest = fit.rest[b][0][:, j]
     d.line(axes, record.grid.centre[: rest.size], rest, color=colour, label=label, lw=0.9)
-    axes.set(xlabel="time / s", ylabel=f"recorded less simulated / {unit}")
+    axes.set(xlabel="time / s", ylabel=f"measured minus simulated / {unit}")
 
 
 def _frequency(axes: Axes, fit: Fit, b: int, j: int, colour: str, label: str) -> None:

@@ -1,9 +1,11 @@
 """What an analysis says in the end, as data: the content of verdict.json.
 
-mismatch     {found, p_value}: whether simulation and recordings differ, and the family-wise p
+mismatch     {found, p_value}: whether simulation and recordings differ, and the family-wise p;
+             null where the analysis ended before it could tell
 location     {block, injection, regressor, band, region, along, direction, shape, gain, ...}
              or null
-effects      [{name, subject, block, parameters: [{name, value, unit, interval}]}], strongest first
+effects      [{name, subject, block, gain, trace, parameters: [{name, value, unit, interval}]}],
+             strongest first; trace: what it leaves in recordings, from the effect's page
 unknown      {found, shape}: something is missing that no effect of the library is
 remains      {injection, regressor, shape, share}: what stays unexplained beside names that stand,
              as a share of what they explain in mean squares; null where nothing or not weighed
@@ -17,7 +19,8 @@ held_out     [{output, unit, nominal, calibrated, improved, floor, floor_from, i
 headline     the output of the first sentence, chosen on the training recordings
 lack_of_fit  [{trials, f, p_value}] of repeated trials: re-calibrated, and with what was found
 left_out     ["recording: channel: why"] of what could not be used
-complete     false where the analysis was interrupted
+complete     false where the analysis was interrupted or failed
+failure      the step that failed and its error; empty where none did
 """
 
 import json
@@ -57,6 +60,7 @@ class FoundEffect:
     block: str
     parameters: tuple[Estimate, ...]
     gain: float
+    trace: str = ""
 
 
 @dataclass(frozen=True)
@@ -84,10 +88,10 @@ class FoundCurve:
 
 @dataclass(frozen=True)
 class Verdict:
-    """See the head of this file."""
+    """Result of an analysis; see the head of this file."""
 
-    mismatch: bool
-    p_value: float
+    mismatch: bool | None
+    p_value: float | None
     location: Location | None = None
     effects: tuple[FoundEffect, ...] = ()
     unknown: bool = False
@@ -104,6 +108,7 @@ class Verdict:
     lack_of_fit: tuple[LackOfFit, ...] = ()
     left_out: tuple[str, ...] = ()
     complete: bool = True
+    failure: str = ""
 
 
 def as_tree(verdict: Verdict) -> dict[str, Any]:

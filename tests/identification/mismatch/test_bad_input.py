@@ -9,7 +9,7 @@ import pytest
 from slipbench.identification.mismatch.analysis import begin
 from slipbench.identification.mismatch.runs import open_analysis, read_system, same_recording
 from slipbench.identification.mismatch.telling.conclude import verdict
-from slipbench.identification.mismatch.telling.memo import lines
+from slipbench.identification.mismatch.telling.memo import lines, sentence
 from slipbench.plant.vehicles import builtin_vehicle
 from slipbench.protocol.errors import InputError
 from tests.identification.mismatch.conditions import nominal, system
@@ -17,7 +17,7 @@ from tests.identification.motorcycle_recording import TRAINING, ride
 
 
 def test_held_out_runs_must_not_be_training_runs(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="prove nothing"):
+    with pytest.raises(InputError, match="cannot validate"):
         open_analysis(tmp_path / "vehicle.toml", [tmp_path / "a"], [tmp_path / "a"])
 
 
@@ -28,10 +28,13 @@ def test_a_recording_without_any_output_is_refused() -> None:
         system().prepare(replace(recording, channels=kept))
 
 
-def test_an_analysis_that_was_stopped_at_once_still_says_something() -> None:
+def test_an_analysis_that_was_stopped_at_once_concludes_nothing() -> None:
     record = system().prepare(ride(nominal().motorcycle, replace(TRAINING[0], seconds=4.0)))
-    said = lines(verdict(begin(system(), [record], [])))
-    assert said[0].startswith("Interrupted")
+    found = verdict(begin(system(), [record], []))
+    assert lines(found)[0].startswith("Interrupted")
+    assert found.mismatch is None
+    assert found.p_value is None
+    assert "no conclusion" in sentence(found)
 
 
 def test_a_dead_channel_is_left_out_and_the_others_are_judged() -> None:

@@ -77,7 +77,7 @@ def test_where_nothing_is_missing_nothing_is_claimed():
     assert not found.mismatch
     assert found.p_value >= 0.05
     assert not found.effects
-    assert "nothing is missing" in sentence(found)
+    assert "no significant mismatch" in sentence(found)
 
 
 def test_the_improved_file_is_run_by_every_simulation(tmp_path):
@@ -158,10 +158,10 @@ def test_names_that_do_not_suffice_go_only_where_a_curve_foretells_better(
     assert (found.remains is not None) == stand
 
 
-@pytest.mark.parametrize("step", ["locating", "scoring", "proving"])
+@pytest.mark.parametrize("step", ["Localizing", "Screening", "Validating"])
 def test_an_interrupted_analysis_says_what_it_has(step):
     a = started(Backlash(slack=8e-3))
-    if step == "proving":
+    if step == "Validating":
         a = replace(slack(), proof=[], errors=[], done=5, complete=False)
 
     def say(words: str) -> None:

@@ -44,6 +44,9 @@ TEETH = Error("rear_teeth", "rad/s", 0.41, 0.2, 0.12, 0.11, "repeated trials", (
 VERDICTS = {
     "nothing": Verdict(False, 1.0),
     "interrupted": Verdict(True, 0.01, WHERE, complete=False),
+    "interrupted at once": Verdict(None, None, complete=False),
+    "interrupted later": Verdict(None, 0.4, complete=False),
+    "failed": Verdict(None, None, complete=False, failure="calibration: ValueError: no"),
     "named": Verdict(
         True,
         1e-9,
@@ -78,18 +81,35 @@ def test_every_verdict_keeps_to_the_schema(name):
 def test_the_first_sentence_names_place_size_and_proof():
     said = sentence(VERDICTS["named"])
     assert said.startswith("The driveline has backlash (slack 12.2 +- 0.4 mrad)")
-    assert "falls from 0.41 (0.2 re-calibrated) to 0.12 rad/s, floor 0.11" in said
+    assert "falls from 0.41 (0.2 calibrated) to 0.12 rad/s, noise floor 0.11" in said
 
 
 def test_an_error_that_rises_is_not_said_to_fall():
     worse = replace(TEETH, improved=0.5)
     said = sentence(replace(VERDICTS["named"], held_out=(worse,)))
-    assert "does not fall: it goes from 0.41 (0.2 re-calibrated) to 0.5 rad/s" in said
+    assert "does not fall: it goes from 0.41 (0.2 calibrated) to 0.5 rad/s" in said
 
 
 def test_an_alarm_and_its_probability_agree():
     for verdict in VERDICTS.values():
-        assert verdict.mismatch == (verdict.p_value < 0.05)
+        if verdict.p_value is not None and verdict.mismatch is not None:
+            assert verdict.mismatch == (verdict.p_value < 0.05)
+
+
+def test_no_mismatch_is_claimed_only_after_all_tests():
+    said = {name: sentence(verdict) for name, verdict in VERDICTS.items()}
+    assert said["interrupted at once"] == (
+        "Interrupted before any test was complete: no conclusion."
+    )
+    assert said["failed"] == "The analysis failed before any test was complete: no conclusion."
+    assert said["interrupted later"].startswith("Interrupted before all tests were complete")
+    tree = json.loads(as_json(VERDICTS["interrupted at once"]))
+    assert tree["mismatch"] == {"found": None, "p_value": None}
+
+
+def test_a_failure_is_named_first():
+    first = lines(VERDICTS["failed"])[0]
+    assert first.startswith("The analysis failed in calibration: ValueError: no.")
 
 
 def test_what_was_left_out_of_several_recordings_is_said_once():

@@ -155,7 +155,7 @@ def test_a_recording_without_a_wheel_still_gets_a_report(made, tmp_path):
     found = identified(replace(made, channels=few, trial=None))
     text = write_report(found, studied(found), tmp_path, None).read_text(encoding="utf-8")
     assert "optical_speed" in text or "rear_teeth" in text
-    assert "Slip cannot be told" in text
+    assert "Slip cannot be computed" in text
 
 
 def command(monkeypatch, made, *arguments):

@@ -1,0 +1,120 @@
+"""Whatever breaks late, what was found before is written, and the failure is named."""
+
+import json
+from dataclasses import replace
+from importlib.resources import files
+
+import jsonschema
+import pytest
+from typer.testing import CliRunner
+
+from slipbench.command import app
+from slipbench.identification.mismatch import explain, runs
+from slipbench.identification.mismatch.analysis import begin
+from slipbench.identification.mismatch.explain import NAMES, STEPS, analyse, known_so_far
+from slipbench.identification.mismatch.telling import conclude, memo_page, output
+from slipbench.identification.mismatch.telling.conclude import verdict
+from slipbench.protocol.errors import InputError
+from tests.identification.mismatch.spring import recorded, system
+
+SCHEMA = json.loads(
+    (files("slipbench.identification.mismatch.telling") / "verdict.schema.json").read_text()
+)
+
+
+def broken(*_, **__):
+    return [][3]
+
+
+@pytest.fixture(scope="module")
+def hardening(tmp_path_factory):
+    """A finished analysis of a hardening spring."""
+    spring = system(tmp_path_factory.mktemp("spring"))
+    learn, prove = (spring.prepare(recorded(s, cube=0.15, seconds=10.0)) for s in (21, 22))
+    kinds = [k for k in spring.library if k.name == "cubic" and k.place.name == "deflection"]
+    return analyse(begin(spring, [learn], [prove]), kinds)
+
+
+def stopped(whole, done):
+    """The same analysis as it was after so many steps."""
+    a = begin(whole.system, whole.training.records, whole.held_out.records)
+    if done > 0:
+        a = replace(a, base=whole.base, held_out=whole.held_out, training=whole.training)
+    if done > 1:
+        a = replace(a, before=whole.before, when=whole.when)
+    if done > 2:
+        a = replace(a, named=whole.named, headline=whole.headline)
+    if done > 5:
+        a = replace(a, proof=whole.proof, errors=whole.errors)
+    return replace(a, done=done)
+
+
+def explained(a, folder, monkeypatch):
+    """What the command leaves of this analysis: exit status, output, verdict, memo."""
+    monkeypatch.setattr(runs, "open_analysis", lambda *_: a)
+    report, told = folder / "report", folder / "verdict.json"
+    command = ["explain", "--vehicle", str(folder / "spring.toml"), "run"]
+    done = CliRunner().invoke(app, [*command, "--json", str(told), "--report", str(report)])
+    tree = json.loads(told.read_text("utf-8"))
+    jsonschema.validate(tree, SCHEMA)
+    memo = report / "memo.html"
+    return done, tree, memo.read_text("utf-8") if memo.exists() else ""
+
+
+@pytest.mark.parametrize("step", range(len(STEPS)))
+def test_a_step_that_fails_loses_nothing_that_was_found_before(
+    hardening, step, tmp_path, monkeypatch
+):
+    steps = (*STEPS[:step], broken, *STEPS[step + 1 :])
+    monkeypatch.setattr(explain, "STEPS", steps)
+    done, tree, memo = explained(stopped(hardening, step), tmp_path, monkeypatch)
+    assert done.exit_code == 1
+    assert "Traceback" not in done.output
+    assert tree["failure"].startswith(f"{NAMES[step]}: IndexError: list index out of range")
+    assert not tree["complete"]
+    assert tree["mismatch"]["found"] is (True if step > 1 else None)
+    assert bool(tree["effects"]) == (step > 2)
+    assert NAMES[step] in memo
+    assert (tmp_path / "report" / "spring.improved.toml").exists() == (step > 0)
+
+
+@pytest.mark.parametrize(
+    ("where", "what"),
+    [
+        (conclude, "estimates"),
+        (memo_page, "curve_svg"),
+        (output, "memo_page"),
+        (output, "improved_system"),
+    ],
+)
+def test_a_result_that_cannot_be_made_leaves_the_others(
+    hardening, where, what, tmp_path, monkeypatch
+):
+    monkeypatch.setattr(where, what, broken)
+    whole = replace(hardening, failure="")
+    done, tree, memo = explained(whole, tmp_path, monkeypatch)
+    assert tree["mismatch"]["found"] is True
+    assert tree["held_out"] or where is conclude
+    if where is memo_page:
+        assert "Not drawn: figure: IndexError" in memo
+    else:
+        assert done.exit_code == 1
+        assert "IndexError" in tree["failure"]
+    assert bool(memo) == (what != "memo_page")
+
+
+def test_input_that_cannot_be_used_at_all_is_an_input_error(hardening, monkeypatch):
+    def refuse(*_):
+        raise InputError("no")
+
+    monkeypatch.setattr(explain, "STEPS", (refuse, *STEPS[1:]))
+    with pytest.raises(InputError):
+        known_so_far(stopped(hardening, 0))
+
+
+def test_the_memo_quotes_the_trace_of_the_effect_of_a_model_file(hardening):
+    effect = verdict(hardening).effects[0]
+    assert effect.name == "cubic"
+    page = hardening.named.fit.effects[0].kind.page()["Trace"]
+    assert effect.trace == " ".join(page.split())
+    assert effect.trace
