@@ -16,6 +16,7 @@ import numpy as np
 from slipbench.protocol.database.layout import Database
 from slipbench.protocol.errors import InputError
 from slipbench.protocol.logs.decode import Samples, SortedLog
+from slipbench.protocol.new_file import new_file, refuse_existing
 
 COLUMNS = ("time", "time_ns", "bus", "message", "signal", "value", "unit", "label")
 
@@ -46,13 +47,11 @@ def _no_such_signal(name: str, every: list[tuple[str, str]], origin: str) -> Inp
 
 
 def export(portions: Iterable[SortedLog], signals: Sequence[tuple[str, str]], out: Path) -> int:
-    """Write the samples of `signals` to a new file, portion by portion; returns their number."""
-    if out.exists():
-        raise InputError(
-            "it exists, and nothing is overwritten",
-            where=str(out),
-            remedy="give another name with --out, or remove it yourself",
-        )
+    """Number of samples of `signals`, written to a new file portion by portion.
+
+    Raises InputError where `out` exists or cannot be written, or where there is no sample.
+    """
+    refuse_existing(out)
     write = {".parquet": _write_parquet, ".csv": _write_csv}.get(out.suffix.casefold())
     if write is None:
         raise InputError(
@@ -61,15 +60,14 @@ def export(portions: Iterable[SortedLog], signals: Sequence[tuple[str, str]], ou
             expected=".parquet or .csv",
             found=repr(out.suffix),
         )
-    draft = out.with_name(out.name + ".part")
-    try:
-        out.parent.mkdir(parents=True, exist_ok=True)
+    with new_file(out) as draft:
         count = write(_parts(portions, signals), draft)
-        draft.replace(out)
-    except OSError as cause:
-        raise InputError("cannot be written", where=str(out), found=str(cause)) from cause
-    finally:
-        draft.unlink(missing_ok=True)
+        if not count:
+            raise InputError(
+                "there is no sample to write",
+                expected="frames of at least one of the selected messages",
+                remedy="check that the database is that of the vehicle, or select other signals",
+            )
     return count
 
 
