@@ -59,6 +59,7 @@ def test_decode_writes_every_known_sample(slipbench_in, folder):
         "value": 50.0,
         "unit": "km/h",
         "label": None,
+        "exact": None,
     }
 
 
