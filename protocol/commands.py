@@ -39,7 +39,9 @@ def decode(
 
     One row a sample, with the columns time (s since the first frame), time_ns (as logged), bus,
     message, signal, value (in the database's unit), unit and label (the value's name, if it has
-    one). In Parquet each signal is a row group of its own. To get one signal in pandas:
+    one). No whole number is rounded: CSV has every digit; Parquet has a double in value, and the
+    digits as text in the column exact where a double would round (value is empty there). In Parquet
+    each signal is a row group of its own. To get one signal in pandas:
 
       df = pd.read_parquet("drive.parquet", filters=[("signal", "==", "RPM")])
 

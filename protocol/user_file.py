@@ -12,6 +12,8 @@ from typing import BinaryIO
 
 from slipbench.protocol.errors import InputError
 
+PIECE = 1 << 20  # bytes read at once
+
 _KINDS = {
     stat.S_IFDIR: "a folder",
     stat.S_IFCHR: "a device",
@@ -59,15 +61,25 @@ def read_user_file(path: Path, largest: int) -> bytes:
 
 
 def read_at_most(file: BinaryIO, largest: int) -> bytes | None:
-    """Rest of an open file; None where it is longer than `largest` bytes.
+    """Rest of an open file, read piece by piece; None where it is longer than `largest` bytes.
 
     Raises InputError where the system cannot read it (a damaged disk, files of /proc).
     """
+    pieces, total = [], 0
     try:
-        content = file.read(largest + 1)
+        while piece := file.read(PIECE):
+            pieces.append(piece)
+            total += len(piece)
+            if total > largest:
+                return None
     except OSError as cause:
         raise InputError("cannot be read", where=str(file.name), found=str(cause)) from cause
-    return content if len(content) <= largest else None
+    return b"".join(pieces)
+
+
+def is_folder(path: Path) -> bool:
+    """Whether `path` is a folder; False, too, for a name that no folder can have."""
+    return _kind_at(path) == _KINDS[stat.S_IFDIR]
 
 
 def _kind_at(path: Path) -> str:

@@ -12,7 +12,7 @@ in order of time; where the recording steps back in time from one to the next, t
 Vector's two formats have no place for decoded signals: there the database stands beside the log.
 """
 
-import shutil
+import os
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -25,6 +25,7 @@ from slipbench.protocol.logs.candump import candump_pieces, parse_portions
 from slipbench.protocol.logs.decode import SortedLog, sort_log
 from slipbench.protocol.logs.decode_file import AT_ONCE, Tally
 from slipbench.protocol.logs.frame_log import FrameLog
+from slipbench.protocol.new_file import new_file, refuse_existing
 from slipbench.protocol.recording.run_folder import DATABASE, FRAMES
 
 ENDINGS = {"mf4": ".mf4", "blf": ".blf", "asc": ".asc", "parquet": "", "mcap": ".mcap"}
@@ -58,24 +59,12 @@ def export_run(
     if write is None:
         raise InputError(f"no format {form!r}", expected=", ".join(ENDINGS), found=form)
     target = out or folder / ("export" + ENDINGS[form])
-    if target.exists():
-        raise InputError(
-            "it exists, and nothing is overwritten",
-            where=str(target),
-            remedy="give another name with --out, or remove it yourself",
-        )
+    refuse_existing(target)
     warnings: list[str] = []
     tally = Tally()
     portions, database = _read(folder, warnings, progress, at_once)
-    draft = target.with_name(target.name + ".part")
-    try:
-        target.parent.mkdir(parents=True, exist_ok=True)
+    with new_file(target) as draft:
         samples = write(tally.of(portions), database, draft)
-        draft.replace(target)
-    except OSError as cause:
-        raise InputError("cannot be written", where=str(target), found=str(cause)) from cause
-    finally:
-        _remove(draft)
     warnings += [f"{count} {kind} stay out" for kind, count in tally.skipped.items()]
     return Exported(target, tally.frames, samples, tuple(warnings))
 
@@ -85,7 +74,7 @@ def _read(
 ) -> tuple[Iterator[SortedLog], Database]:
     """Read frames, portion by portion, sorted by message."""
     path = folder / FRAMES
-    if not path.is_file():
+    if not os.path.lexists(path):
         raise InputError(
             "there are no raw frames to export",
             where=str(folder),
@@ -110,13 +99,6 @@ def _that_can_be_exported(logs: Iterable[FrameLog], path: Path) -> Iterator[Fram
                 found=f"{found} frames of {len(log.buses)} buses",
             )
         yield log
-
-
-def _remove(draft: Path) -> None:
-    if draft.is_dir():
-        shutil.rmtree(draft)
-    else:
-        draft.unlink(missing_ok=True)
 
 
 Writer = Callable[[Iterator[SortedLog], Database, Path], int]

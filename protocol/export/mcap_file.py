@@ -136,7 +136,7 @@ def _decoded(sorted_log: SortedLog, count: int) -> tuple[list[tuple[Message, str
 
 def _values(samples: Samples) -> list[str]:
     """Write values as JSON; NaN and infinities, for which it has no word, as null."""
-    told = list(map(repr, samples.value.tolist()))
+    texts = list(map(repr, samples.exact.tolist()))
     for row in np.flatnonzero(~np.isfinite(samples.value.astype(np.float64))).tolist():
-        told[row] = "null"
-    return told
+        texts[row] = "null"
+    return texts

@@ -10,10 +10,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from slipbench.protocol.database.layout import Database, Signal
+from slipbench.protocol.errors import InputError
 from slipbench.protocol.export.lengths import dlc, fd_flags
-from slipbench.protocol.logs.decode import Frames, SortedLog
+from slipbench.protocol.logs.decode import Frames, Samples, SortedLog
 from slipbench.protocol.logs.frame_log import FrameLog
 
 MICROSECOND = 1000  # ns
@@ -121,7 +123,7 @@ def _append_page(
         signals = [
             asammdf.Signal(
                 name=f"{frames.message.name}.{column.signal.name}",
-                samples=np.asarray(column.value)[mine],
+                samples=_in_64_bits(column)[mine],
                 timestamps=time[rows[mine]],
                 unit=column.signal.unit,
                 comment=column.signal.comment,
@@ -132,3 +134,15 @@ def _append_page(
         name = f"{log.buses[bus]}.{frames.message.name}"
         groups.append((frames.message.name, bus, key), signals, name)
     return int(rows.size) * len(columns)
+
+
+def _in_64_bits(column: Samples) -> npt.NDArray[Any]:
+    """Values as MDF can hold them. Raises InputError for whole numbers beyond 64 bits."""
+    if column.exact.dtype == object:
+        raise InputError(
+            f"signal {column.signal.name} has whole numbers that MDF cannot hold",
+            expected="at most 64 bits after scale and offset",
+            found=f"{column.signal.length} bits, scale {column.signal.scale:g}",
+            remedy="export as parquet or mcap, which hold them exactly",
+        )
+    return column.exact

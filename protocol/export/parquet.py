@@ -16,6 +16,7 @@ from slipbench.protocol.database.layout import Database
 from slipbench.protocol.export.lengths import fd_flags
 from slipbench.protocol.logs.decode import Frames, SortedLog
 from slipbench.protocol.logs.frame_log import FrameLog
+from slipbench.protocol.logs.sample_table import exact_column
 
 
 def write_parquet(portions: Iterator[SortedLog], _database: Database, path: Path) -> int:
@@ -74,11 +75,11 @@ def _message(log: FrameLog, frames: Frames) -> tuple[Any, int]:
     count = 0
     for signal in frames.message.signals:
         samples = frames.samples(signal.name)
-        value = np.zeros(len(frames), samples.value.dtype)
+        value = np.zeros(len(frames), samples.exact.dtype)
         absent = np.ones(len(frames), np.bool_)
         place = np.searchsorted(frames.rows, samples.rows)
-        value[place], absent[place] = samples.value, False
-        columns.append(pa.array(value, mask=absent))
+        value[place], absent[place] = samples.exact, False
+        columns.append(exact_column(value, absent))
         fields.append(pa.field(signal.name, columns[-1].type, metadata={"unit": signal.unit}))
         count += int(samples.rows.size)
     return pa.table(columns, schema=pa.schema(fields)), count

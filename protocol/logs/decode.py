@@ -33,8 +33,22 @@ class Samples:
         """Physical values in the database's unit."""
         return extract.physical(self.signal, self.raw)
 
+    @cached_property
+    def exact(self) -> npt.NDArray[Any]:
+        """Physical values, (m,), no whole number rounded.
+
+        As `value`, but Python integers (dtype object) where a whole scale and offset lead beyond
+        64 bits.
+        """
+        scale, offset = float(self.signal.scale), float(self.signal.offset)
+        whole = not self.signal.is_float and scale.is_integer() and offset.is_integer()
+        if not whole or self.value.dtype != np.float64:
+            return self.value
+        wide = [raw * int(scale) + int(offset) for raw in self.raw.tolist()]
+        return np.array(wide, dtype=object)
+
     def names(self) -> list[str | None]:
-        """Tell each raw value's name in the value table; None where it has none."""
+        """Name of each raw value in the value table; None where it has none."""
         return [self.signal.choices.get(value) for value in self.raw.tolist()]
 
 

@@ -57,7 +57,12 @@ def decode_file(
     text, portions = read_portions(path, at_once, progress)
     tally = Tally()
     sorted_logs = (sort_log(log, database) for log in _not_empty(portions, path, text.format))
-    return text, tally, export(tally.of(sorted_logs), signals, out)
+    count, exact = export(tally.of(sorted_logs), signals, out)
+    for name, rows in exact.items():
+        text.warnings.append(
+            f"{name}: {rows} whole numbers fit no double: they stand as text in the column `exact`"
+        )
+    return text, tally, count
 
 
 def _not_empty(portions: Iterator[FrameLog], path: Path, form: str) -> Iterator[FrameLog]:

@@ -4,20 +4,29 @@ One row a sample: `time` (s since the log's first frame), `time_ns` (as logged),
 `signal`, `value` (in the database's unit), `unit`, `label` (where the database names the value).
 Parquet: one row group a signal, so that a reader can take one signal without the rest; a log of
 more than some millions of frames is decoded in portions, with one row group a signal in each.
+
+No whole number is rounded. CSV holds each with all its digits. Parquet has one type for the column
+`value`, a double, so it also has the column `exact`: the digits of a whole number that no double
+holds (some of those above 2^53); its `value` is then empty.
 """
 
 import difflib
+from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
+from slipbench.protocol.codec.extract import EXACT_BITS
 from slipbench.protocol.database.layout import Database
 from slipbench.protocol.errors import InputError
 from slipbench.protocol.logs.decode import Samples, SortedLog
+from slipbench.protocol.new_file import new_file, refuse_existing
 
 COLUMNS = ("time", "time_ns", "bus", "message", "signal", "value", "unit", "label")
+EXACT = "exact"
 
 
 def chosen(database: Database, wanted: Sequence[str]) -> list[tuple[str, str]]:
@@ -45,14 +54,16 @@ def _no_such_signal(name: str, every: list[tuple[str, str]], origin: str) -> Inp
     )
 
 
-def export(portions: Iterable[SortedLog], signals: Sequence[tuple[str, str]], out: Path) -> int:
-    """Write the samples of `signals` to a new file, portion by portion; returns their number."""
-    if out.exists():
-        raise InputError(
-            "it exists, and nothing is overwritten",
-            where=str(out),
-            remedy="give another name with --out, or remove it yourself",
-        )
+def export(
+    portions: Iterable[SortedLog], signals: Sequence[tuple[str, str]], out: Path
+) -> tuple[int, dict[str, int]]:
+    """Write the samples of `signals` to a new file, portion by portion.
+
+    Returns the number of samples, and of those that stand in the column `exact`, by signal.
+
+    Raises InputError where `out` exists or cannot be written, or where there is no sample.
+    """
+    refuse_existing(out)
     write = {".parquet": _write_parquet, ".csv": _write_csv}.get(out.suffix.casefold())
     if write is None:
         raise InputError(
@@ -61,16 +72,15 @@ def export(portions: Iterable[SortedLog], signals: Sequence[tuple[str, str]], ou
             expected=".parquet or .csv",
             found=repr(out.suffix),
         )
-    draft = out.with_name(out.name + ".part")
-    try:
-        out.parent.mkdir(parents=True, exist_ok=True)
-        count = write(_parts(portions, signals), draft)
-        draft.replace(out)
-    except OSError as cause:
-        raise InputError("cannot be written", where=str(out), found=str(cause)) from cause
-    finally:
-        draft.unlink(missing_ok=True)
-    return count
+    with new_file(out) as draft:
+        count, exact = write(_parts(portions, signals), draft)
+        if not count:
+            raise InputError(
+                "there is no sample to write",
+                expected="frames of at least one of the selected messages",
+                remedy="check that the database is that of the vehicle, or select other signals",
+            )
+    return count, exact
 
 
 def _parts(portions: Iterable[SortedLog], signals: Sequence[tuple[str, str]]) -> Iterator[Any]:
@@ -101,45 +111,72 @@ def _table(sorted_log: SortedLog, message: str, samples: Samples, start: int) ->
         pa.DictionaryArray.from_arrays(log.bus[samples.rows].astype(np.int32), list(log.buses)),
         same(message),
         same(signal.name),
-        np.asarray(samples.value, np.float64),
+        exact_column(samples.exact),
         same(signal.unit),
         pa.array(labels, pa.string()).dictionary_encode(),
     )
     return pa.table(dict(zip(COLUMNS, columns, strict=True)))
 
 
+def exact_column(value: npt.NDArray[Any], absent: npt.NDArray[np.bool_] | None = None) -> Any:
+    """Arrow array of values as `Samples.exact` has them, (n,), null where `absent`."""
+    import pyarrow as pa
+
+    return pa.array(value, pa.decimal128(38, 0) if value.dtype == object else None, mask=absent)
+
+
 def _schema() -> Any:
     import pyarrow as pa
 
     text = pa.dictionary(pa.int32(), pa.string())
-    kinds = (pa.float64(), pa.int64(), text, text, text, pa.float64(), text, text)
-    return pa.schema(list(zip(COLUMNS, kinds, strict=True)))
+    kinds = (pa.float64(), pa.int64(), text, text, text, pa.float64(), text, text, pa.string())
+    return pa.schema(list(zip((*COLUMNS, EXACT), kinds, strict=True)))
 
 
-def _write_parquet(parts: Iterator[Any], out: Path) -> int:
+def _write_parquet(parts: Iterator[Any], out: Path) -> tuple[int, dict[str, int]]:
     from pyarrow import parquet
 
-    count = 0
+    count, found = 0, Counter[str]()
     with parquet.ParquetWriter(out, _schema()) as file:
         for part in parts:
-            file.write_table(part)
+            double, exact = _doubles(part["value"].combine_chunks())
+            place = part.schema.get_field_index("value")
+            file.write_table(part.set_column(place, "value", double).append_column(EXACT, exact))
             count += part.num_rows
-    return count
+            name = f"{part['message'][0]}.{part['signal'][0]}" if part.num_rows else ""
+            found[name] += part.num_rows - exact.null_count
+    return count, dict(+found)
 
 
-def _write_csv(parts: Iterator[Any], out: Path) -> int:
+def _doubles(value: Any) -> tuple[Any, Any]:
+    """Values as doubles, null where that would round, and the text of those; null elsewhere."""
+    import pyarrow as pa
+    from pyarrow import compute
+
+    if pa.types.is_floating(value.type):
+        return value.cast(pa.float64()), pa.nulls(len(value), pa.string())
+    double = value.cast(pa.float64(), safe=False)
+    far = np.abs(double.to_numpy(zero_copy_only=False)) >= float(1 << EXACT_BITS)
+    rounded = np.zeros(len(value), np.bool_)
+    for row in np.flatnonzero(far).tolist():
+        rounded[row] = int(double[row].as_py()) != int(value[row].as_py())
+    mask = pa.array(rounded)
+    text = pa.array([str(value[row]) if there else None for row, there in enumerate(rounded)])
+    return compute.if_else(mask, None, double), text.cast(pa.string())
+
+
+def _write_csv(parts: Iterator[Any], out: Path) -> tuple[int, dict[str, int]]:
     import pyarrow as pa
     from pyarrow import csv
 
-    plain = pa.schema(
-        [
-            pa.field(one.name, pa.string() if pa.types.is_dictionary(one.type) else one.type)
-            for one in _schema()
-        ]
-    )
     count = 0
-    with csv.CSVWriter(out, plain) as file:
+    with out.open("wb") as file:
         for part in parts:
-            file.write_table(part.cast(plain))
+            fields = [
+                pa.field(one.name, pa.string() if pa.types.is_dictionary(one.type) else one.type)
+                for one in part.schema
+            ]
+            plain = part.cast(pa.schema(fields))
+            csv.write_csv(plain, file, csv.WriteOptions(include_header=not count))
             count += part.num_rows
-    return count
+    return count, {}

@@ -41,6 +41,7 @@ def import_capture(capture: Capture, out: Path, progress: Progress = quiet) -> R
         description = _write(capture, roles, tables, out, progress)
         run_folder.write_description(out, description)
         recording = run_folder.read(out)
+        _require_samples(recording, capture.log)
         description["run"] |= _found(recording)
         run_folder.write_description(out, description)
     except OSError as cause:
@@ -55,6 +56,19 @@ def import_capture(capture: Capture, out: Path, progress: Progress = quiet) -> R
         shutil.rmtree(out, ignore_errors=True)
         raise
     return replace(recording, description={**recording.description, "run": description["run"]})
+
+
+def _require_samples(recording: Recording, log: Path) -> None:
+    """Check that something was imported. Raises InputError for no frame and no sample."""
+    if recording.frame_count or recording.channels:
+        return
+    reasons = [f"{role}: {reason}" for role, reason in recording.missing.items()]
+    raise InputError(
+        "nothing to import: no frame, and no sample of any role",
+        where=str(log),
+        found="; ".join(reasons[:4]) or "a role map without roles",
+        remedy="bind roles to columns that hold numbers",
+    )
 
 
 def _all_tables(capture: Capture, roles: RoleMap) -> dict[str, Path]:

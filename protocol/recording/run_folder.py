@@ -9,6 +9,7 @@ frames afresh with the database and the role map that lie beside them.
     recording.missing                           # role -> why the recording has none of it
 """
 
+import errno
 import hashlib
 import math
 import os
@@ -36,21 +37,22 @@ from slipbench.protocol.recording.role_map import RoleMap
 from slipbench.protocol.recording.sender_check import interleaved_messages
 from slipbench.protocol.tables import Table, read_table
 from slipbench.protocol.trial_file import TrialFile
-from slipbench.protocol.user_file import open_user_file
+from slipbench.protocol.user_file import is_folder, open_user_file
 
 DESCRIPTION, FRAMES, DATABASE = "run.toml", "frames.log", "database.dbc"
 ROLES, TRIAL, VEHICLE, TABLES = "roles.toml", "trial.toml", "vehicle.toml", "tables"
 
+LONGEST_WAIT = 86_400_000_000_000  # ns; a trial may wait for its first frame, not for days
 _LIBRARIES = ("slipbench", "numpy", "cantools", "python-can", "asammdf", "pyarrow")
 
 
 def create(path: Path) -> Path:
-    """Make a new folder for a recording. Raises InputError where something is there already."""
+    """New folder for a recording, at `path`. Raises InputError where something exists already."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         path.mkdir()
-    except OSError as cause:
-        if path.exists():
+    except (OSError, ValueError) as cause:  # ValueError: a NUL character in the name
+        if os.path.lexists(path):
             raise InputError(
                 "it exists, and a recording is never overwritten",
                 where=str(path),
@@ -90,6 +92,7 @@ def sha256(path: Path) -> str:
 def read(folder: Path, progress: Progress = quiet) -> Recording:
     """Read a recording. Raises InputError naming what is missing, damaged or contradictory."""
     warnings: list[str] = []
+    _require_recording(folder)
     _refuse_ways_out(folder)
     description = _description(folder, warnings)
     roles = read_toml(folder / ROLES, RoleMap)
@@ -97,8 +100,7 @@ def read(folder: Path, progress: Progress = quiet) -> Recording:
     sorted_log, database = _decoded(folder, description, warnings, progress)
     if sorted_log is None and not tables:
         raise InputError("it holds neither frames nor tables", where=str(folder), expected=FRAMES)
-    stated = _start_ns(description)
-    start_ns = start_of(sorted_log, tables, roles) if stated is None else stated
+    start_ns = _start_ns(description, start_of(sorted_log, tables, roles), folder)
     bound = bind(sorted_log, database, tables, roles, start_ns)
     told = [*description.get("warnings", []), *warnings, *bound.warnings]
     return Recording(
@@ -117,17 +119,26 @@ def read(folder: Path, progress: Progress = quiet) -> Recording:
 
 
 def _refuse_ways_out(folder: Path) -> None:
-    """Refuse a link that leads out: neither what is read nor what is written is the recording's."""
-    inside = folder.resolve()
+    """Check every link below a recording. Raises InputError where one leads out, or in a loop."""
+    inside = Path(os.path.realpath(folder))
     for item in folder.rglob("*"):
-        if item.is_symlink() and not item.resolve().is_relative_to(inside):
+        if item.is_symlink() and not _leads_below(item, inside):
             raise InputError(
-                "a link leads out of the recording",
+                "a link leads out of the recording, or to itself",
                 where=str(item),
                 expected=f"files below {folder}",
                 found=str(item.readlink()),
                 remedy="a recording is complete in itself: put the file itself there",
             )
+
+
+def _leads_below(link: Path, folder: Path) -> bool:
+    try:
+        link.stat()
+    except OSError as cause:
+        if cause.errno == errno.ELOOP:
+            return False
+    return Path(os.path.realpath(link)).is_relative_to(folder)
 
 
 def _decoded(
@@ -153,32 +164,49 @@ def _table(description: Mapping[str, Any], name: str) -> Mapping[str, Any]:
     return found if isinstance(found, Mapping) else {}
 
 
-def _start_ns(description: Mapping[str, Any]) -> int | None:
+def _start_ns(description: Mapping[str, Any], first: int, folder: Path) -> int:
+    """Time zero of the recording, ns: as the description states it, else its first sample.
+
+    Raises InputError where the two are more than LONGEST_WAIT apart: every time would be wrong.
+    """
     for name in ("run", "bus"):
         stated = _table(description, name).get("start_time_ns")
         if isinstance(stated, int):
+            if abs(stated - first) > LONGEST_WAIT:
+                raise InputError(
+                    f"{name}.start_time_ns does not belong to these frames or tables",
+                    where=str(folder / DESCRIPTION),
+                    expected=f"at most a day before or after the first sample ({first} ns)",
+                    found=f"{stated:.20g} ns" if abs(stated) < 1 << 63 else "beyond 64 bits",
+                    remedy="restore the description, or remove that line in a copy",
+                )
             return stated
-    return None
+    return first
 
 
-def _description(folder: Path, warnings: list[str]) -> dict[str, Any]:
-    if not folder.is_dir():
+def _require_recording(folder: Path) -> None:
+    """Check the name and the two files that tell a recording, before its tree is walked."""
+    if not is_folder(folder):
         raise InputError(
             "there is no recording of this name",
             where=str(folder),
             expected=f"a folder with {DESCRIPTION}",
             remedy="check the path",
         )
-    if (folder / DESCRIPTION).exists():
-        return _of_the_right_kinds(load_toml(folder / DESCRIPTION), str(folder / DESCRIPTION))
-    if not (folder / FRAMES).exists():
+    names = (DESCRIPTION, FRAMES)
+    if not any(os.path.lexists(folder / name) for name in names):
         raise InputError(
             "this folder is no recording",
             where=str(folder),
             expected=f"{DESCRIPTION}, {FRAMES}",
             found=", ".join(sorted(item.name for item in folder.iterdir())[:8]) or "nothing",
         )
-    warnings.append(f"there is no {DESCRIPTION}: whoever wrote the recording did not finish")
+
+
+def _description(folder: Path, warnings: list[str]) -> dict[str, Any]:
+    if os.path.lexists(folder / DESCRIPTION):
+        return _of_the_right_kinds(load_toml(folder / DESCRIPTION), str(folder / DESCRIPTION))
+    warnings.append(f"there is no {DESCRIPTION}: the recording was not completed")
     return {}
 
 
@@ -209,7 +237,7 @@ def _tables(folder: Path, description: Mapping[str, Any]) -> dict[str, Table]:
     """Read the side tables. A name in run.toml that leads out of the folder is refused."""
     found = {}
     for name, place in _table(description, TABLES).items():
-        path = folder / str(place)
+        path = folder / str(place).replace("\0", "\\0")  # no file has a NUL character in its name
         if not path.resolve().is_relative_to(folder.resolve()):
             raise InputError(
                 f"table {name!r} leads out of the recording",

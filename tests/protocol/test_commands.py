@@ -59,6 +59,7 @@ def test_decode_writes_every_known_sample(slipbench_in, folder):
         "value": 50.0,
         "unit": "km/h",
         "label": None,
+        "exact": None,
     }
 
 
@@ -133,7 +134,7 @@ def test_help_loads_no_library_of_logs():
 def test_the_command_itself_ends_without_a_traceback(folder):
     """As a process of its own: status 2 and one message."""
     done = subprocess.run(
-        [sys.executable, str(ROOT / "slipbench.py"), "decode", "no", "--dbc", "x", "--out", "y"],
+        [sys.executable, "-m", "slipbench", "decode", "no", "--dbc", "x", "--out", "y"],
         cwd=folder,
         capture_output=True,
         text=True,
@@ -143,3 +144,34 @@ def test_the_command_itself_ends_without_a_traceback(folder):
     assert done.returncode == 2
     assert done.stderr.startswith("slipbench: x: ")
     assert "Traceback" not in done.stderr
+
+
+NOTHING = ["time (s),speed (km/h)\n0,\n1,\n", "time (s),speed (km/h)\n,1\n,2\n", "a,b\n1,2\n3,4\n"]
+
+
+@pytest.mark.parametrize("table", NOTHING)
+def test_an_import_of_no_frame_and_no_sample_is_refused(slipbench_in, folder, table):
+    (folder / "t.csv").write_text(table)
+    (folder / "r.toml").write_text('title = "t"\n[roles.lean_angle]\ncolumn = "speed"\n')
+    status, out, err = slipbench_in(
+        folder, "import", "t.csv", "--roles", "r.toml", "--out", "runs/t"
+    )
+    assert (status, "Traceback" in err + out) == (2, False), out
+    assert not (folder / "runs" / "t").exists()
+
+
+@pytest.mark.parametrize("ending", ["csv", "parquet"])
+def test_a_decode_of_no_sample_is_refused(slipbench_in, folder, ending):
+    (folder / "drive.log").write_text("(1.0) can0 777#00\n(2.0) can0 777#00\n")
+    status, _, err = slipbench_in(folder, *DECODE, f"x.{ending}")
+    assert (status, "no sample to write" in err) == (2, True), err
+    assert not list(folder.glob("x.*"))
+
+
+@pytest.mark.parametrize("form", ["mf4", "blf", "asc", "parquet", "mcap"])
+def test_an_export_below_a_file_is_refused(slipbench_in, folder, form):
+    assert slipbench_in(folder, *IMPORT)[0] == 0
+    status, _, err = slipbench_in(
+        folder, "export", "runs/a", "--format", form, "--out", "drive.log/x"
+    )
+    assert (status, "cannot be written" in err, "Traceback" in err) == (2, True, False)

@@ -1,5 +1,6 @@
 """Laws of the run folder: made once, whole in itself, readable when its writer was cut off."""
 
+import os
 import shutil
 
 import numpy as np
@@ -119,7 +120,7 @@ def test_a_killed_writer_costs_the_torn_line_only(recording):
     (recording / "run.toml").unlink()
     found = read(recording)
     assert found.frame_count in (whole - 1, whole)
-    assert any("did not finish" in text for text in found.description["warnings"])
+    assert any("was not completed" in text for text in found.description["warnings"])
 
 
 def test_a_recording_without_a_frame_still_reads(recording):
@@ -164,3 +165,63 @@ def test_two_senders_of_one_message_are_told(recording):
 
 def test_run_folder_names_are_those_of_the_contract():
     assert (run_folder.FRAMES, run_folder.DATABASE) == ("frames.log", "database.dbc")
+
+
+def test_a_folder_that_is_no_recording_is_refused_before_its_tree_is_walked(tmp_path, monkeypatch):
+    """A wrong path may name the root of a disk: no more than its own entries are listed."""
+    (tmp_path / "deep" / "deeper").mkdir(parents=True)
+    (tmp_path / "loop").symlink_to(tmp_path / "loop")
+    walked = []
+    scan = os.scandir
+    monkeypatch.setattr(os, "scandir", lambda path=".": walked.append(str(path)) or scan(path))
+    with pytest.raises(InputError, match="no recording"):
+        read(tmp_path)
+    assert not any("deep" in path for path in walked)
+
+
+@pytest.mark.parametrize("name", ["frames.log", "trial.toml", "run.toml", "notes", "tables"])
+def test_a_loop_of_links_is_refused(recording, name):
+    """Python 3.11 raises RuntimeError for the target of such a link."""
+    path = recording / name
+    path.unlink(missing_ok=True)
+    other = recording / "other"
+    path.symlink_to(other)
+    other.symlink_to(path)
+    with pytest.raises(InputError, match="to itself"):
+        read(recording)
+
+
+@pytest.mark.parametrize("name", ["frames.log", "database.dbc", "roles.toml", "run.toml"])
+def test_a_folder_in_place_of_a_file_is_refused(recording, name):
+    (recording / name).unlink()
+    (recording / name).mkdir()
+    with pytest.raises(InputError, match="this is a folder, not a file"):
+        read(recording)
+
+
+@pytest.mark.parametrize("table", ["run", "bus"])
+@pytest.mark.parametrize(
+    "start", [10**400, 1 << 63, -(1 << 63), 10**18, -(10**18), 86_401_000_000_000]
+)
+def test_a_start_that_does_not_belong_to_the_frames_is_refused(recording, table, start):
+    """All times count from it: a wrong one gave times of decades, or an overflow."""
+    (recording / "run.toml").write_text(f"[{table}]\nstart_time_ns = {start}\n")
+    with pytest.raises(InputError, match=f"{table}.start_time_ns does not belong"):
+        read(recording)
+
+
+@pytest.mark.parametrize("start", [0, 100_000, -3_600_000_000_000, 3_600_000_000_000])
+def test_a_start_near_the_frames_is_the_time_zero(recording, start):
+    write_description(recording, {"run": {"start_time_ns": start}})
+    found = read(recording)
+    first = found.channels["throttle_command"].arrival[0]
+    assert first == pytest.approx((100_000 - start) * 1e-9, abs=1e-3)
+
+
+@pytest.mark.parametrize("name", ["x" * 300, "a\0b", "file/x"])
+def test_a_name_that_no_folder_can_have_is_refused(tmp_path, name):
+    (tmp_path / "file").touch()
+    with pytest.raises(InputError):
+        create(tmp_path / name)
+    with pytest.raises(InputError):
+        read(tmp_path / name)
