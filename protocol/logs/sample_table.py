@@ -15,6 +15,7 @@ import numpy as np
 
 from slipbench.protocol.database.layout import Database
 from slipbench.protocol.errors import InputError
+from slipbench.protocol.extras import optional_library
 from slipbench.protocol.logs.decode import Samples, SortedLog
 
 COLUMNS = ("time", "time_ns", "bus", "message", "signal", "value", "unit", "label")
@@ -86,7 +87,7 @@ def _parts(portions: Iterable[SortedLog], signals: Sequence[tuple[str, str]]) ->
 
 
 def _table(sorted_log: SortedLog, message: str, samples: Samples, start: int) -> Any:
-    import pyarrow as pa
+    pa = optional_library("pyarrow")
 
     log, signal = sorted_log.log, samples.signal
     time_ns = log.time_ns[samples.rows]
@@ -109,7 +110,7 @@ def _table(sorted_log: SortedLog, message: str, samples: Samples, start: int) ->
 
 
 def _schema() -> Any:
-    import pyarrow as pa
+    pa = optional_library("pyarrow")
 
     text = pa.dictionary(pa.int32(), pa.string())
     kinds = (pa.float64(), pa.int64(), text, text, text, pa.float64(), text, text)
@@ -117,7 +118,7 @@ def _schema() -> Any:
 
 
 def _write_parquet(parts: Iterator[Any], out: Path) -> int:
-    from pyarrow import parquet
+    parquet = optional_library("pyarrow.parquet")
 
     count = 0
     with parquet.ParquetWriter(out, _schema()) as file:
@@ -128,8 +129,8 @@ def _write_parquet(parts: Iterator[Any], out: Path) -> int:
 
 
 def _write_csv(parts: Iterator[Any], out: Path) -> int:
-    import pyarrow as pa
-    from pyarrow import csv
+    pa = optional_library("pyarrow")
+    csv = optional_library("pyarrow.csv")
 
     plain = pa.schema(
         [
