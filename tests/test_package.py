@@ -54,8 +54,7 @@ def run(*command: str | Path, where: Path) -> str:
         env={k: v for k, v in os.environ.items() if k != "PYTHONPATH"},
         check=False,
         text=True,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
+        capture_output=True,
     )
     assert done.returncode == 0, f"{command}: {done.returncode}\n{done.stdout}{done.stderr}"
     return done.stdout

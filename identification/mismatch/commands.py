@@ -6,6 +6,8 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
+from slipbench.protocol.shipped_files import completion_of, file_of
+
 EXAMPLE = (
     "Example: slipbench explain --vehicle vehicle.toml runs/sweep runs/square --held-out runs/other"
 )
@@ -21,7 +23,15 @@ def explain_command(
     training: Annotated[
         list[Path], typer.Argument(help="Run folders to learn from; run@0:60 is a piece, in s.")
     ],
-    vehicle: Annotated[Path, typer.Option(help="Vehicle file: the simulation as it is believed.")],
+    vehicle: Annotated[
+        Path,
+        typer.Option(
+            help="Vehicle file: the simulation as it is believed.",
+            metavar="FILE",
+            parser=file_of("vehicle", "model"),
+            autocompletion=completion_of("vehicle", "model"),
+        ),
+    ],
     held_out: Annotated[
         list[Path] | None, typer.Option(help="Run folder to prove on; may be given several times.")
     ] = None,

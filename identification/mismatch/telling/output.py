@@ -12,6 +12,7 @@ from slipbench.identification.mismatch.telling.improved import improved_system
 from slipbench.identification.mismatch.telling.memo_page import memo_page
 from slipbench.identification.mismatch.telling.verdict import Verdict, as_json
 from slipbench.protocol.errors import InputError
+from slipbench.protocol.shipped_files import is_shipped
 
 
 def prepare_places(json_path: Path | None, folder: Path | None) -> None:
@@ -48,7 +49,8 @@ def _texts(
         yield json_path, as_json(verdict)
     fit = accepted(analysis) if analysis.named else analysis.base
     if fit is not None:
-        path = (folder or vehicle.parent) / f"{vehicle.stem}.improved.toml"
+        beside = Path() if is_shipped(vehicle) else vehicle.parent
+        path = (folder or beside) / f"{vehicle.stem}.improved.toml"
         yield path, improved_system(fit).text()
     if folder is not None:
         yield folder / "memo.html", memo_page(analysis, verdict)
