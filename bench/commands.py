@@ -16,6 +16,7 @@ from rich.progress import Progress
 from slipbench import dbc
 from slipbench.bench.replay.replay_controls import FASTEST
 from slipbench.protocol.errors import InputError
+from slipbench.protocol.shipped_files import completion_of, file_of
 from slipbench.protocol.trial_file import TrialFile
 
 if TYPE_CHECKING:
@@ -24,7 +25,15 @@ if TYPE_CHECKING:
 A_LIFETIME = 1_000_000_000  # s, or passes: all that the controls of a replay can hold
 TRIPPED = 3  # exit status of a trial that ended early; 2 is a user's mistake, 1 a fault of ours
 
-TrialPath = Annotated[Path, typer.Argument(help="Trial file (TOML).")]
+TrialPath = Annotated[
+    Path,
+    typer.Argument(
+        help="Trial file (TOML), or the name of one that ships with slipbench.",
+        metavar="FILE",
+        parser=file_of("trial"),
+        autocompletion=completion_of("trial"),
+    ),
+]
 INTERFACES = (
     "python-can interface: socketcan, pcan, kvaser, ..., or slipbench (this project's own bus)."
 )
@@ -34,7 +43,16 @@ Bitrate = Annotated[
     int, typer.Option(help="Bit rate in bit/s, where the interface sets it.", min=1)
 ]
 FlexibleDataRate = Annotated[bool, typer.Option("--fd", help="Open the bus for CAN FD.")]
-DatabasePath = Annotated[Path, typer.Option("--dbc", help="CAN database of the motorcycle.")]
+DatabasePath = Annotated[
+    Path,
+    typer.Option(
+        "--dbc",
+        help="CAN database of the motorcycle.",
+        metavar="FILE",
+        parser=file_of("database"),
+        autocompletion=completion_of("database"),
+    ),
+]
 
 
 def register(app: typer.Typer) -> None:

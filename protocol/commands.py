@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from slipbench.protocol.errors import InputError
+from slipbench.protocol.shipped_files import completion_of, file_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -16,7 +17,16 @@ Logs = Annotated[
     list[Path],
     typer.Argument(metavar="LOG", help="candump, ASC, BLF, TRC or MF4; told by content."),
 ]
-OneDatabase = Annotated[Path, typer.Option("--dbc", help="The vehicle's CAN database.")]
+OneDatabase = Annotated[
+    Path,
+    typer.Option(
+        "--dbc",
+        help="The vehicle's CAN database.",
+        metavar="FILE",
+        parser=file_of("database"),
+        autocompletion=completion_of("database"),
+    ),
+]
 
 
 def register(app: typer.Typer) -> None:
@@ -101,10 +111,25 @@ def export(
 
 def import_(
     log: Logs,
-    roles: Annotated[Path, typer.Option(help="Role map: which signal means what (TOML).")],
+    roles: Annotated[
+        Path,
+        typer.Option(
+            help="Role map: which signal means what (TOML).",
+            metavar="FILE",
+            parser=file_of("role map"),
+            autocompletion=completion_of("role map"),
+        ),
+    ],
     out: Annotated[Path, typer.Option(help="Run folder to make.")],
     database: Annotated[
-        Path | None, typer.Option("--dbc", help="The vehicle's CAN database (not for a table).")
+        Path | None,
+        typer.Option(
+            "--dbc",
+            help="The vehicle's CAN database (not for a table).",
+            metavar="FILE",
+            parser=file_of("database"),
+            autocompletion=completion_of("database"),
+        ),
     ] = None,
     table: Annotated[
         list[str] | None, typer.Option(metavar="NAME=FILE", help="Side table; may be repeated.")

@@ -123,6 +123,7 @@ ALLOWED = {
     ),
     # Many cases at once.
     "distributed": ("identification/cluster.py",),
+    "dask": ("identification/cluster.py",),
     "asyncio": (),
 }
 
@@ -143,10 +144,14 @@ def _files(root: Path) -> list[Path]:
 
 
 def _imports(path: Path) -> Iterator[tuple[str, int]]:
-    """Give the libraries that a file imports, and on which line."""
+    """Yield the libraries that a file imports, by name or as an extra's, and on which line."""
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"), str(path))):
         if isinstance(node, ast.Import):
             for alias in node.names:
                 yield alias.name.partition(".")[0], node.lineno
         elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
             yield node.module.partition(".")[0], node.lineno
+        elif isinstance(node, ast.Call) and getattr(node.func, "id", "") == "optional_library":
+            for argument in node.args:
+                if isinstance(argument, ast.Constant):
+                    yield str(argument.value).partition(".")[0], node.lineno

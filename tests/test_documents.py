@@ -8,7 +8,9 @@ import pytest
 
 from tests.paths import ROOT
 
-TOP = "bench|controllers|dbc|docs|examples|identification|plant|protocol|src|studies|tests|benchmarks"
+TOP = (
+    "bench|controllers|dbc|docs|examples|identification|plant|protocol|src|studies|tests|benchmarks"
+)
 LINK = re.compile(r"\]\((?!https?://|#|mailto:)([^)#\s]+)")
 PATH = re.compile(rf"`((?:{TOP})/[\w./-]*)`")
 # Folders of one machine or one person: of no use to anybody else.

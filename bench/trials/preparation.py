@@ -13,6 +13,7 @@ from slipbench.protocol.controller_file import Bounds, ControllerFile
 from slipbench.protocol.database.database import load_database
 from slipbench.protocol.database.layout import Database
 from slipbench.protocol.errors import InputError
+from slipbench.protocol.shipped_files import file_or_shipped
 from slipbench.protocol.trial_file import TrialFile
 
 
@@ -37,7 +38,7 @@ class Prepared:
 def prepare(trial_path: Path, database_path: Path) -> Prepared:
     """Read and check a trial; raises InputError for whatever the user must mend."""
     trial = read_toml(trial_path, TrialFile)
-    vehicle_path = (trial_path.parent / trial.vehicle).resolve()
+    vehicle_path = file_or_shipped(trial.vehicle, "vehicle", folder=trial_path.parent).resolve()
     controller_path = _controller_path(trial, trial_path)
     controller = read_toml(controller_path, ControllerFile) if controller_path else None
     if controller:
@@ -73,7 +74,9 @@ def _check_length(trial: TrialFile, where: str) -> None:
 
 
 def _controller_path(trial: TrialFile, trial_path: Path) -> Path | None:
-    return (trial_path.parent / trial.controller.file).resolve() if trial.controller else None
+    if not trial.controller:
+        return None
+    return file_or_shipped(trial.controller.file, "controller", folder=trial_path.parent).resolve()
 
 
 def check_controller(controller: ControllerFile, trial: TrialFile, where: str) -> None:

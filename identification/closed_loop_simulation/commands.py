@@ -8,6 +8,7 @@ import typer
 from rich.console import Console
 
 from slipbench.plant.vehicles import DEMONSTRATION
+from slipbench.protocol.shipped_files import completion_of, file_of
 
 EXAMPLE = "Example: slipbench compare examples/controllers/*.toml --page docs/controllers.md"
 
@@ -47,10 +48,24 @@ def one_of_each_name(given: Iterable[Path]) -> list[Path]:
 
 def compare_command(
     controllers: Annotated[
-        list[Path], typer.Argument(help="Controller files, or folders of them.")
+        list[Path],
+        typer.Argument(
+            help="Controller files, or folders of them.",
+            metavar="FILE",
+            parser=file_of("controller"),
+            autocompletion=completion_of("controller"),
+        ),
     ],
     page: Annotated[Path, typer.Option(help="Where to write the page; figures beside it.")],
-    vehicle: Annotated[Path, typer.Option(help="Vehicle file to ride.")] = DEMONSTRATION,
+    vehicle: Annotated[
+        Path,
+        typer.Option(
+            help="Vehicle file to ride.",
+            metavar="FILE",
+            parser=file_of("vehicle"),
+            autocompletion=completion_of("vehicle"),
+        ),
+    ] = DEMONSTRATION,
     bandwidth: Annotated[float, typer.Option(help="w_c of the throttle servo, Hz.")] = 10.0,
 ) -> None:
     """Ride the same scenarios open loop and with each controller, and compare."""

@@ -15,6 +15,7 @@ from pathlib import Path
 from pydantic import Field, field_validator, model_validator
 
 from slipbench.protocol.configuration import Section, read_toml
+from slipbench.protocol.shipped_files import file_or_shipped
 
 
 class Entry(Section):
@@ -57,7 +58,7 @@ def read_fleet(path: Path) -> tuple[Entry, ...]:
     return tuple(
         Entry(
             name=e.name,
-            vehicle=found(e.vehicle),
+            vehicle=str(file_or_shipped(e.vehicle, "vehicle", "model", folder=base)),
             training=tuple(map(found, e.training)),
             held_out=tuple(map(found, e.held_out)),
         )

@@ -6,6 +6,8 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
+from slipbench.protocol.shipped_files import completion_of, file_of
+
 EXAMPLE = (
     "Example: slipbench explain --vehicle vehicle.toml runs/sweep runs/square --held-out runs/other"
 )
@@ -22,7 +24,15 @@ def explain_command(
     training: Annotated[
         list[Path], typer.Argument(help="Training run folders; run@0:60 is a segment, in s.")
     ],
-    vehicle: Annotated[Path, typer.Option(help="Vehicle or model file of the nominal simulation.")],
+    vehicle: Annotated[
+        Path,
+        typer.Option(
+            help="Vehicle or model file of the nominal simulation.",
+            metavar="FILE",
+            parser=file_of("vehicle", "model"),
+            autocompletion=completion_of("vehicle", "model"),
+        ),
+    ],
     held_out: Annotated[
         list[Path] | None, typer.Option(help="Held-out run folder for validation; repeatable.")
     ] = None,

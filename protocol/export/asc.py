@@ -15,6 +15,7 @@ import numpy.typing as npt
 
 from slipbench.protocol.database.layout import Database
 from slipbench.protocol.export.lengths import dlc, fd_flags
+from slipbench.protocol.extras import optional_library
 from slipbench.protocol.logs.decode import SortedLog
 from slipbench.protocol.logs.frame_log import FrameLog
 
@@ -61,8 +62,8 @@ def _text(log: FrameLog, start: int) -> memoryview:
 
     Arrow joins the columns, and the strings of an array lie one after the other.
     """
-    import pyarrow as pa
-    from pyarrow import compute
+    pa = optional_library("pyarrow")
+    compute = optional_library("pyarrow.compute")
 
     _, first, kind = np.unique(_kinds(log), return_index=True, return_inverse=True)
     heads, tails = zip(*(_around(log, row) for row in first.tolist()), strict=True)
@@ -110,8 +111,8 @@ def _around(log: FrameLog, row: int) -> tuple[str, str]:
 
 def _stamps(since: npt.NDArray[np.int64]) -> Any:
     """Write times (ns) as seconds, to the microsecond where that is exact, 12 characters wide."""
-    import pyarrow as pa
-    from pyarrow import compute
+    pa = optional_library("pyarrow")
+    compute = optional_library("pyarrow.compute")
 
     seconds, rest = np.divmod(since, SECOND)
     exact = rest % 1000 == 0
@@ -125,7 +126,7 @@ def _stamps(since: npt.NDArray[np.int64]) -> Any:
 
 def _payloads(log: FrameLog) -> Any:
     """Write payloads as hexadecimal bytes with a space between."""
-    import pyarrow as pa
+    pa = optional_library("pyarrow")
 
     digits = HEXADECIMAL[log.data].reshape(len(log), -1)
     size = np.maximum(3 * log.length.astype(np.int32) - 1, 0)

@@ -16,6 +16,7 @@ import numpy as np
 
 from slipbench.protocol.database.layout import Database, Message
 from slipbench.protocol.export.lengths import fd_flags
+from slipbench.protocol.extras import optional_library
 from slipbench.protocol.logs.decode import Samples, SortedLog, sort_log
 from slipbench.protocol.logs.frame_log import FrameLog
 
@@ -35,11 +36,11 @@ _FRAME = {
 
 def write_mcap(portions: Iterator[SortedLog], database: Database, path: Path) -> int:
     """Write frames and decoded messages; returns the number of decoded samples."""
-    from mcap.writer import CompressionType, Writer
+    mcap = optional_library("mcap.writer")
 
     first = samples = 0
     with path.open("wb") as file:
-        writer = Writer(file, compression=CompressionType.LZ4)
+        writer = mcap.Writer(file, compression=mcap.CompressionType.LZ4)
         writer.start(profile="", library="slipbench")
         channels = _Channels(writer)
         for log in (portion.log for portion in portions):
@@ -47,7 +48,7 @@ def write_mcap(portions: Iterator[SortedLog], database: Database, path: Path) ->
                 piece = log.select(np.arange(begin, min(begin + AT_ONCE, len(log))))
                 samples += _write_piece(writer, channels, piece, database, first)
                 first += len(piece)
-        writer.finish()  # type: ignore[no-untyped-call]
+        writer.finish()
     return samples
 
 

@@ -15,6 +15,7 @@ import numpy.typing as npt
 from slipbench.protocol.database.layout import Database, Signal
 from slipbench.protocol.errors import InputError
 from slipbench.protocol.export.lengths import dlc, fd_flags
+from slipbench.protocol.extras import optional_library
 from slipbench.protocol.logs.decode import Frames, Samples, SortedLog
 from slipbench.protocol.logs.frame_log import FrameLog
 
@@ -27,7 +28,7 @@ def write_mf4(portions: Iterator[SortedLog], database: Database, path: Path) -> 
     asammdf keeps what it is given in a file, which lies beside `path`: a folder for temporary files
     may be memory.
     """
-    import asammdf
+    asammdf = optional_library("asammdf")
 
     start: int | None = None
     samples = 0
@@ -67,8 +68,8 @@ class _Groups:
 
 
 def _append_frames(groups: _Groups, log: FrameLog, time: np.ndarray, number: int) -> None:
-    import asammdf
-    from asammdf.blocks.v4_constants import BUS_TYPE_CAN, SOURCE_BUS
+    asammdf = optional_library("asammdf")
+    constants = optional_library("asammdf.blocks.v4_constants")
 
     rows = slice(None) if len(log.buses) == 1 else np.flatnonzero(log.bus == number)
     width, bus = log.data.shape[1], log.buses[number]
@@ -90,7 +91,7 @@ def _append_frames(groups: _Groups, log: FrameLog, time: np.ndarray, number: int
     records = np.empty(time[rows].size, kind)
     for name, (_, column) in columns.items():
         records[f"CAN_DataFrame.{name}"] = column
-    source = asammdf.Source(bus, bus, "", SOURCE_BUS, BUS_TYPE_CAN)
+    source = asammdf.Source(bus, bus, "", constants.SOURCE_BUS, constants.BUS_TYPE_CAN)
     signal = asammdf.Signal(
         name="CAN_DataFrame", samples=records, timestamps=time[rows], source=source
     )
@@ -113,7 +114,7 @@ def _append_page(
     log: FrameLog,
     time: np.ndarray,
 ) -> int:
-    import asammdf
+    asammdf = optional_library("asammdf")
 
     columns = [frames.samples(signal.name) for signal in page]
     rows = columns[0].rows

@@ -14,6 +14,7 @@ import numpy as np
 
 from slipbench.protocol.database.layout import Database
 from slipbench.protocol.export.lengths import fd_flags
+from slipbench.protocol.extras import optional_library
 from slipbench.protocol.logs.decode import Frames, SortedLog
 from slipbench.protocol.logs.frame_log import FrameLog
 from slipbench.protocol.logs.sample_table import exact_column
@@ -37,7 +38,7 @@ def write_parquet(portions: Iterator[SortedLog], _database: Database, path: Path
 
 def _append(files: ExitStack, tables: dict[str, Any], path: Path, table: Any) -> None:
     """Append to a table that is open, or begin it."""
-    from pyarrow import parquet
+    parquet = optional_library("pyarrow.parquet")
 
     if path.name not in tables:
         tables[path.name] = files.enter_context(parquet.ParquetWriter(path, table.schema))
@@ -45,7 +46,7 @@ def _append(files: ExitStack, tables: dict[str, Any], path: Path, table: Any) ->
 
 
 def _frames(log: FrameLog) -> Any:
-    import pyarrow as pa
+    pa = optional_library("pyarrow")
 
     ends = np.concatenate([[0], np.cumsum(log.length, dtype=np.int64)])
     within = np.arange(log.data.shape[1]) < log.length[:, None]
@@ -68,7 +69,7 @@ def _frames(log: FrameLog) -> Any:
 
 
 def _message(log: FrameLog, frames: Frames) -> tuple[Any, int]:
-    import pyarrow as pa
+    pa = optional_library("pyarrow")
 
     columns: list[Any] = [log.time_ns[frames.rows], _buses(log, frames.rows)]
     fields = [pa.field("time_ns", pa.int64()), pa.field("bus", columns[1].type)]
@@ -86,6 +87,6 @@ def _message(log: FrameLog, frames: Frames) -> tuple[Any, int]:
 
 
 def _buses(log: FrameLog, rows: np.ndarray) -> Any:
-    import pyarrow as pa
+    pa = optional_library("pyarrow")
 
     return pa.DictionaryArray.from_arrays(log.bus[rows].astype(np.int32), list(log.buses))

@@ -22,6 +22,7 @@ import numpy.typing as npt
 from slipbench.protocol.codec.extract import EXACT_BITS
 from slipbench.protocol.database.layout import Database
 from slipbench.protocol.errors import InputError
+from slipbench.protocol.extras import optional_library
 from slipbench.protocol.logs.decode import Samples, SortedLog
 from slipbench.protocol.new_file import new_file, refuse_existing
 
@@ -96,7 +97,7 @@ def _parts(portions: Iterable[SortedLog], signals: Sequence[tuple[str, str]]) ->
 
 
 def _table(sorted_log: SortedLog, message: str, samples: Samples, start: int) -> Any:
-    import pyarrow as pa
+    pa = optional_library("pyarrow")
 
     log, signal = sorted_log.log, samples.signal
     time_ns = log.time_ns[samples.rows]
@@ -120,13 +121,13 @@ def _table(sorted_log: SortedLog, message: str, samples: Samples, start: int) ->
 
 def exact_column(value: npt.NDArray[Any], absent: npt.NDArray[np.bool_] | None = None) -> Any:
     """Arrow array of values as `Samples.exact` has them, (n,), null where `absent`."""
-    import pyarrow as pa
+    pa = optional_library("pyarrow")
 
     return pa.array(value, pa.decimal128(38, 0) if value.dtype == object else None, mask=absent)
 
 
 def _schema() -> Any:
-    import pyarrow as pa
+    pa = optional_library("pyarrow")
 
     text = pa.dictionary(pa.int32(), pa.string())
     kinds = (pa.float64(), pa.int64(), text, text, text, pa.float64(), text, text, pa.string())
@@ -134,7 +135,7 @@ def _schema() -> Any:
 
 
 def _write_parquet(parts: Iterator[Any], out: Path) -> tuple[int, dict[str, int]]:
-    from pyarrow import parquet
+    parquet = optional_library("pyarrow.parquet")
 
     count, found = 0, Counter[str]()
     with parquet.ParquetWriter(out, _schema()) as file:
@@ -150,8 +151,8 @@ def _write_parquet(parts: Iterator[Any], out: Path) -> tuple[int, dict[str, int]
 
 def _doubles(value: Any) -> tuple[Any, Any]:
     """Values as doubles, null where that would round, and the text of those; null elsewhere."""
-    import pyarrow as pa
-    from pyarrow import compute
+    pa = optional_library("pyarrow")
+    compute = optional_library("pyarrow.compute")
 
     if pa.types.is_floating(value.type):
         return value.cast(pa.float64()), pa.nulls(len(value), pa.string())
@@ -166,8 +167,8 @@ def _doubles(value: Any) -> tuple[Any, Any]:
 
 
 def _write_csv(parts: Iterator[Any], out: Path) -> tuple[int, dict[str, int]]:
-    import pyarrow as pa
-    from pyarrow import csv
+    pa = optional_library("pyarrow")
+    csv = optional_library("pyarrow.csv")
 
     count = 0
     with out.open("wb") as file:

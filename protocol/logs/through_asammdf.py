@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from slipbench.protocol.errors import InputError
+from slipbench.protocol.extras import optional_library
 from slipbench.protocol.logs.candump_line import format_frames
 from slipbench.protocol.logs.frame_log import FrameLog
 from slipbench.protocol.logs.mdf_chains import check_chains
@@ -35,7 +36,7 @@ _OPTIONS: dict[str, Any] = {"process_bus_logging": False}
 @contextmanager
 def opened(path: Path) -> Iterator[Any]:
     """Open an MDF file; whatever asammdf meets in a damaged one becomes an InputError."""
-    import asammdf
+    asammdf = optional_library("asammdf")
 
     check_chains(path)
     trouble = ""

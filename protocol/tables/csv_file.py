@@ -4,6 +4,7 @@ from pathlib import Path
 from typing import Any
 
 from slipbench.protocol.errors import InputError
+from slipbench.protocol.extras import optional_library
 from slipbench.protocol.tables.csv_layout import EMPTY, LINES, Layout, find_layout, split
 from slipbench.protocol.tables.table import Table
 from slipbench.protocol.user_file import read_user_file
@@ -74,8 +75,8 @@ def _odd_row(where: str, number: int, line: str, cells: int, layout: Layout) -> 
 
 
 def _parse(text: str, layout: Layout, where: str) -> Any:
-    import pyarrow as pa
-    from pyarrow import csv
+    pa = optional_library("pyarrow")
+    csv = optional_library("pyarrow.csv")
 
     try:
         return csv.read_csv(

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from slipbench.protocol.extras import optional_library
 from slipbench.protocol.logs.through_asammdf import opened
 from slipbench.protocol.tables.table import Table
 
@@ -48,14 +49,14 @@ def _group(mdf: Any, index: int) -> tuple[np.ndarray, dict[str, tuple[np.ndarray
 
 
 def _padded(columns: dict[str, Any]) -> Any:
-    import pyarrow as pa
+    pa = optional_library("pyarrow")
 
     length = max((len(values) for values in columns.values()), default=0)
     return pa.table({name: _column(values, length) for name, values in columns.items()})
 
 
 def _column(values: np.ndarray, length: int) -> Any:
-    import pyarrow as pa
+    pa = optional_library("pyarrow")
 
     if values.dtype.kind == "S":
         values = np.char.decode(values, "latin-1")

@@ -8,13 +8,14 @@ from pathlib import Path
 from typing import Any
 
 from slipbench.protocol.errors import InputError
+from slipbench.protocol.extras import optional_library
 from slipbench.protocol.tables.table import Table, split_unit
 
 
 def read_parquet(path: Path) -> Table:
     """Read a Parquet file; units come from the columns' metadata or stand behind their names."""
-    import pyarrow as pa
-    from pyarrow import parquet
+    pa = optional_library("pyarrow")
+    parquet = optional_library("pyarrow.parquet")
 
     try:
         data = parquet.read_table(path)
@@ -41,8 +42,8 @@ def read_parquet(path: Path) -> Table:
 
 def write_parquet(table: Table, path: Path) -> None:
     """Write a table so that `read_parquet` gives the same table again."""
-    import pyarrow as pa
-    from pyarrow import parquet
+    pa = optional_library("pyarrow")
+    parquet = optional_library("pyarrow.parquet")
 
     fields = [
         field.with_metadata(_metadata(table, field.name)) if _metadata(table, field.name) else field

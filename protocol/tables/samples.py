@@ -7,6 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from slipbench.protocol.errors import InputError
+from slipbench.protocol.extras import optional_library
 from slipbench.protocol.recording.role_map import TableRules
 from slipbench.protocol.tables.table import Table
 from slipbench.protocol.tables.times import is_time_name, seconds
@@ -70,7 +71,7 @@ def _clock(table: Table) -> str:
 
 def _numbers(table: Table, name: str) -> FloatArray:
     """Values of a column, NaN where a cell is empty. Text among numbers raises."""
-    import pyarrow as pa
+    pa = optional_library("pyarrow")
 
     column = table.data[name].combine_chunks()
     if pa.types.is_boolean(column.type):

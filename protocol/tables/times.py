@@ -7,6 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from slipbench.protocol.errors import InputError
+from slipbench.protocol.extras import optional_library
 from slipbench.protocol.units import linear
 
 FloatArray = npt.NDArray[np.float64]
@@ -36,7 +37,7 @@ def seconds(column: Any, name: str, unit: str, where: str) -> FloatArray:
     Numbers are in `unit`; with no unit the name tells it, or the size of an epoch in ms, us or ns,
     else they are s. Moments ("2024-05-01T12:00:00Z", "12:00:01.5") give s since 1970 or midnight.
     """
-    import pyarrow as pa
+    pa = optional_library("pyarrow")
 
     kind = column.type
     if pa.types.is_timestamp(kind):
@@ -88,7 +89,7 @@ def _past_midnight(time: FloatArray) -> FloatArray:
 
 def _moments(column: Any, name: str, where: str) -> FloatArray:
     """Read dates and times of day that pyarrow took for text."""
-    import pyarrow as pa
+    pa = optional_library("pyarrow")
 
     for kind in (pa.timestamp("ns", tz="UTC"), pa.timestamp("ns")):
         try:

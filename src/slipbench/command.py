@@ -4,6 +4,7 @@ import sys
 
 import typer
 
+from slipbench import commands as installation
 from slipbench.bench import commands as bench
 from slipbench.identification import commands as identification
 from slipbench.identification.closed_loop_simulation import commands as closed_loop_simulation
@@ -23,15 +24,10 @@ PARTS = (
     closed_loop_simulation,
     paper,
     protocol,
+    installation,
 )
 
-app = typer.Typer(
-    no_args_is_help=True,
-    add_completion=False,
-    pretty_exceptions_enable=False,
-    rich_markup_mode="markdown",
-    help="Excite, record and identify the rear-wheel slip of a motorcycle over CAN.",
-)
+app = typer.Typer(no_args_is_help=True, pretty_exceptions_enable=False, rich_markup_mode="markdown")
 for part in PARTS:
     part.register(app)
 

@@ -13,6 +13,7 @@ from slipbench.identification.mismatch.telling.improved import improved_system
 from slipbench.identification.mismatch.telling.memo_page import memo_page
 from slipbench.identification.mismatch.telling.verdict import Verdict, as_json
 from slipbench.protocol.errors import InputError
+from slipbench.protocol.shipped_files import is_shipped
 
 
 def prepare_places(json_path: Path | None, folder: Path | None) -> None:
@@ -64,7 +65,8 @@ def _contents(
         yield json_path, lambda: as_json(verdict)
     fit = accepted(analysis) if analysis.named else analysis.base
     if fit is not None:
-        path = (folder or vehicle.parent) / f"{vehicle.stem}.improved.toml"
+        beside = Path() if is_shipped(vehicle) else vehicle.parent
+        path = (folder or beside) / f"{vehicle.stem}.improved.toml"
         yield path, lambda: improved_system(fit).text()
     if folder is not None:
         yield folder / "memo.html", lambda: memo_page(analysis, verdict)
