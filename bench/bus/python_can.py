@@ -13,7 +13,6 @@ from pathlib import Path
 import can
 from can.typechecking import CanFilters
 
-import slipbench
 from slipbench.bench.bus.broker import address
 from slipbench.bench.bus.counters import Confinement
 from slipbench.bench.bus.faults import FaultPlan
@@ -34,7 +33,7 @@ from slipbench.bench.bus.records import (
     unpacked,
 )
 
-ROOT = Path(slipbench.__file__).parents[1]  # what a broker must find on its path
+ROOT = Path(__file__).parents[3]  # what a broker must find on its path
 PATIENCE = 5.0  # s for a broker to answer
 GLANCE = 0.05  # s: how long one thread may miss what another has taken in
 RECORD = 1024  # bytes that the kernel counts for a record under way to the broker, 768 here

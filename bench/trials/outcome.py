@@ -12,6 +12,8 @@ from slipbench.bench.gateway.gateway import PhaseChange
 from slipbench.bench.loop.loop import Lateness
 from slipbench.bench.safety.trial import TrialState
 from slipbench.protocol.codec.messages import Phase, TripReason
+from slipbench.protocol.extras import optional_library
+from slipbench.protocol.notebook import card, table
 from slipbench.protocol.trial_file import Timing, TrialFile
 
 
@@ -42,6 +44,25 @@ class Outcome:
     def trip(self) -> str:
         """Say why it tripped; empty where it did not."""
         return self.state.trip.detail if self.state.trip else self.died
+
+    def to_pandas(self) -> Any:
+        """A pandas.DataFrame of every tick that ran: lateness in s, and whether the bus refused it.
+
+        Index: number of the tick. Raises InputError where pandas is not installed.
+        """
+        pandas = optional_library("pandas")
+        late = self.lateness
+        return pandas.DataFrame(
+            {"lateness": late.lateness * 1e-9, "refused": late.refused},
+            index=pandas.Index(late.tick, name="tick"),
+        )
+
+    def _repr_html_(self) -> str:
+        last = self.state.phase.name.lower()
+        lines = [f"Last phase: {last}.", *([f"Trip: {self.trip}"] if self.trip else [])]
+        begun = self.changes[0].time_ns if self.changes else 0
+        rows = [(c.phase.name.lower(), (c.time_ns - begun) * 1e-9) for c in self.changes]
+        return card("Trial", [*lines, *in_short(self.notes)], table(("phase", "since, s"), rows))
 
 
 def told(outcome: Outcome, trial: TrialFile) -> dict[str, Any]:

@@ -15,6 +15,7 @@ import numpy as np
 from scipy import linalg
 
 from slipbench.identification.response.response import ComplexArray
+from slipbench.protocol.notebook import card, table
 from slipbench.protocol.recording.channel import FloatArray
 
 if TYPE_CHECKING:
@@ -113,6 +114,18 @@ class RationalModel:
             name=f"{self.input} to {self.output}",
         )
 
+    def to_frequency_data(self, frequency: FloatArray) -> "control.FrequencyResponseData":
+        """A python-control frequency response with the exact delay; frequency in Hz, shape (n,)."""
+        import control
+
+        return control.FrequencyResponseData(
+            self.response(frequency),
+            2 * np.pi * np.asarray(frequency),
+            inputs=[self.input],
+            outputs=[self.output],
+            name=f"{self.input} to {self.output}",
+        )
+
     def to_state_space(self) -> "control.StateSpace":
         """Give a python-control state space without the delay, signals named by role."""
         import control
@@ -127,6 +140,13 @@ class RationalModel:
             outputs=[self.output],
             name=f"{self.input} to {self.output}",
         )
+
+    def _repr_html_(self) -> str:
+        rows = [("gain of the highest powers", f"{self.gain:.6g}")]
+        rows += [("dead time", f"{1e3 * self.delay:.4g} ms")]
+        rows += [("zero", f"{complex(z):.4g} rad/s") for z in self.zeros]
+        rows += [("pole", f"{complex(p):.4g} rad/s") for p in self.poles]
+        return card(f"Model, {self.input} to {self.output}", [], table(("", "value"), rows))
 
 
 def _normal_form(of: RationalModel) -> tuple[FloatArray, FloatArray, FloatArray, float, float]:

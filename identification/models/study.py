@@ -14,6 +14,7 @@ from slipbench.identification.response.independent_lines import NoRational
 from slipbench.identification.response.left_out import LeftOut
 from slipbench.identification.response.swept_recording import swept_run_of
 from slipbench.identification.signals.swept_phase import NoSweep
+from slipbench.protocol.notebook import card, table
 
 
 @dataclass(frozen=True)
@@ -26,6 +27,16 @@ class Study:
     models: tuple[Recommended, ...]
     harmonics: DescribingFunction | None
     left_out: tuple[LeftOut, ...]
+
+    def _repr_html_(self) -> str:
+        models = [one.fit.model for one in self.models]
+        rows = [
+            (m.input, m.output, m.zeros.size, m.poles.size, f"{1e3 * m.delay:.4g} ms")
+            for m in models
+        ]
+        head = ("input", "output", "zeros", "poles", "dead time")
+        missing = [(one.analysis, one.reason) for one in self.left_out]
+        return card("Models", [], table(head, rows), table(("not estimated", "reason"), missing))
 
 
 def study_of(found: Identification) -> Study:

@@ -1,6 +1,7 @@
 """From a recording to what it tells: the one function that joins the analyses."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -15,7 +16,11 @@ from slipbench.identification.signals.dataset import Dataset, dataset
 from slipbench.identification.signals.motion import Motion, NoMotion, motion
 from slipbench.identification.signals.spectrum import Spectrum
 from slipbench.identification.signals.trial_window import NoExcitation, TrialWindow, trial_window
+from slipbench.protocol.extras import optional_library
+from slipbench.protocol.notebook import card, table
+from slipbench.protocol.recording.channel import FloatArray
 from slipbench.protocol.recording.recording import Recording
+from slipbench.protocol.recording.roles import ROLES
 
 
 @dataclass(frozen=True)
@@ -36,6 +41,64 @@ class Identification:
     spectra: tuple[Spectrum, ...]
     left_out: tuple[LeftOut, ...]
     following: Following | None = None
+
+    def signals(self) -> dict[str, tuple[FloatArray, str]]:
+        """Every signal on the common time base `base.time`: values of shape (n,) and SI unit.
+
+        Beside the recorded roles: slip (1) and slip_speed (m/s), where they are known. NaN where a
+        value is not known.
+        """
+        found = {
+            role: (value, ROLES[role].unit if role in ROLES else "")
+            for role, value in self.base.signals.items()
+        }
+        if isinstance(self.motion, Motion):
+            found["slip"] = (self.motion.slip.ratio, "1")
+            found["slip_speed"] = (self.motion.slip.speed, "m/s")
+        return found
+
+    def to_pandas(self) -> Any:
+        """A pandas.DataFrame of all signals in SI on one time base, indexed by time in s.
+
+        Units are in `attrs["units"]`. Raises InputError where pandas is not installed.
+        """
+        pandas = optional_library("pandas")
+        signals = self.signals()
+        index = pandas.Index(self.base.time, name="time")
+        frame = pandas.DataFrame({name: value for name, (value, _) in signals.items()}, index)
+        frame.attrs["units"] = {name: unit for name, (_, unit) in signals.items()}
+        return frame
+
+    def to_xarray(self) -> Any:
+        """An xarray.Dataset of all signals in SI over one dimension "time" in s, with units.
+
+        Raises InputError where xarray is not installed.
+        """
+        xarray = optional_library("xarray")
+        return xarray.Dataset(
+            {n: ("time", value, {"units": unit}) for n, (value, unit) in self.signals().items()},
+            {"time": ("time", self.base.time, {"units": "s"})},
+        )
+
+    def _repr_html_(self) -> str:
+        rows = [
+            (r.input, r.output, float(r.frequency[0]), float(r.frequency[-1]), r.method)
+            for r in self.responses
+        ]
+        head = ("input", "output", "from, Hz", "to, Hz", "method")
+        peak = self.resonance
+        lines = (
+            [f"Resonance at {peak.frequency:.2f} Hz, {peak.peak:.2f} times the low-frequency gain."]
+            if isinstance(peak, Resonance)
+            else [f"No resonance: {peak.reason}."]
+        )
+        missing = [(one.analysis, one.reason) for one in self.left_out]
+        return card(
+            f"Identification of {self.recording.folder.name}",
+            lines,
+            table(head, rows),
+            table(("not estimated", "reason"), missing),
+        )
 
 
 def identify(recording: Recording) -> Identification:

@@ -1,13 +1,16 @@
 """A measured frequency response, with what is known of its error."""
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
 from slipbench.identification.signals.samples import BoolArray
+from slipbench.protocol.extras import optional_library
+from slipbench.protocol.notebook import card, table
 from slipbench.protocol.recording.channel import FloatArray
+from slipbench.protocol.recording.roles import ROLES
 
 if TYPE_CHECKING:
     import control
@@ -81,6 +84,67 @@ class FrequencyResponse:
             outputs=[self.output],
             name=f"{self.input} to {self.output}",
         )
+
+    @property
+    def unit(self) -> str:
+        """Unit of the gain in SI, as in "1 per rad" for spark to slip."""
+        return f"{_unit_of(self.output)} per {_unit_of(self.input)}"
+
+    def to_pandas(self) -> Any:
+        """A pandas.DataFrame indexed by frequency in Hz, one row a line.
+
+        Columns: gain (`unit`), gain_half_width (95 %), phase (rad), phase_half_width (rad, 95 %),
+        coherence, reliable. Raises InputError where pandas is not installed.
+        """
+        pandas = optional_library("pandas")
+        frame = pandas.DataFrame(
+            {
+                "gain": self.gain,
+                "gain_half_width": self.gain_band,
+                "phase": self.phase,
+                "phase_half_width": self.phase_band,
+                "coherence": self.coherence,
+                "reliable": self.believed,
+            },
+            index=pandas.Index(self.frequency, name="frequency"),
+        )
+        frame.attrs |= {"input": self.input, "output": self.output, "gain_unit": self.unit}
+        return frame
+
+    def to_xarray(self) -> Any:
+        """An xarray.Dataset over frequency in Hz: complex response, coherence, deviation.
+
+        Raises InputError where xarray is not installed.
+        """
+        xarray = optional_library("xarray")
+        unit = {"units": self.unit}
+        return xarray.Dataset(
+            {
+                "response": ("frequency", self.value, unit),
+                "deviation": ("frequency", self.deviation, unit),
+                "coherence": ("frequency", self.coherence, {"units": "1"}),
+            },
+            {"frequency": ("frequency", self.frequency, {"units": "Hz"})},
+            {"input": self.input, "output": self.output, "method": self.method},
+        )
+
+    def _repr_html_(self) -> str:
+        rows = zip(
+            self.frequency.tolist(),
+            self.gain.tolist(),
+            self.gain_band.tolist(),
+            np.degrees(self.phase).tolist(),
+            self.coherence.tolist(),
+            strict=True,
+        )
+        head = ("frequency, Hz", f"gain, {self.unit}", "± (95 %)", "phase, deg", "coherence")
+        return card(
+            f"Frequency response, {self.input} to {self.output}", [self.method], table(head, rows)
+        )
+
+
+def _unit_of(role: str) -> str:
+    return ROLES[role].unit if role in ROLES else "1"
 
 
 def believed_band(response: FrequencyResponse) -> tuple[float, float] | None:

@@ -1,9 +1,13 @@
 """One measured quantity over time, on the clock of whoever measured it."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+
+from slipbench.protocol.extras import optional_library
+from slipbench.protocol.notebook import card
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -40,3 +44,27 @@ class Channel:
             raise ValueError(f"{self.role}: time {self.time.shape}, value {self.value.shape}")
         if self.arrival is not None and self.arrival.shape != self.time.shape:
             raise ValueError(f"{self.role}: arrival {self.arrival.shape}, time {self.time.shape}")
+
+    def to_pandas(self) -> Any:
+        """A pandas.Series of values in `unit`, indexed by time in s. Raises InputError."""
+        pandas = optional_library("pandas")
+        index = pandas.Index(self.time, name="time")
+        series = pandas.Series(self.value, index=index, name=self.role)
+        series.attrs |= {"unit": self.unit, "clock": self.clock, "origin": self.origin}
+        return series
+
+    def to_xarray(self) -> Any:
+        """An xarray.DataArray over the dimension "time", in s, with units. Raises InputError."""
+        xarray = optional_library("xarray")
+        return xarray.DataArray(
+            self.value,
+            {"time": ("time", self.time, {"units": "s"})},
+            name=self.role,
+            attrs={"units": self.unit, "clock": self.clock, "origin": self.origin},
+        )
+
+    def _repr_html_(self) -> str:
+        return card(
+            f"{self.role} [{self.unit}]",
+            [f"{self.time.size} samples from {self.origin}, time of clock {self.clock}"],
+        )

@@ -16,6 +16,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from slipbench.protocol.extras import optional_library
+from slipbench.protocol.notebook import card, table
 from slipbench.protocol.recording.channel import Channel
 from slipbench.protocol.recording.role_map import RoleMap
 from slipbench.protocol.trial_file import TrialFile
@@ -46,3 +48,48 @@ class Recording:
     start_time_ns: int = 0  # of the time zero of all channels, on the log's clock
     faults: tuple[BusFault, ...] = ()
     bus_load: Mapping[str, Any] = field(default_factory=dict)
+
+    def to_pandas(self) -> Any:
+        """A long pandas.DataFrame of all channels: one row a sample, role after role.
+
+        Columns: role, time (s on the channel's clock), value (SI), unit, clock. Nothing is
+        resampled. Raises InputError where pandas is not installed.
+        """
+        pandas = optional_library("pandas")
+        columns = ["role", "time", "value", "unit", "clock"]
+        parts = [
+            pandas.DataFrame(
+                {"role": c.role, "time": c.time, "value": c.value, "unit": c.unit, "clock": c.clock}
+            )
+            for c in self.channels.values()
+        ]
+        return (
+            pandas.concat(parts, ignore_index=True) if parts else pandas.DataFrame(columns=columns)
+        )
+
+    def to_xarray(self) -> Any:
+        """An xarray.Dataset of all channels, each over its own dimension `time_<role>` in s.
+
+        Nothing is resampled; units are in the attributes. Raises InputError where xarray is not
+        installed.
+        """
+        xarray = optional_library("xarray")
+        arrays = {
+            role: channel.to_xarray().rename({"time": f"time_{role}"})
+            for role, channel in self.channels.items()
+        }
+        return xarray.Dataset(arrays, attrs={"recording": self.folder.name})
+
+    def _repr_html_(self) -> str:
+        counts = f"{self.duration:.3f} s, {self.frame_count} frames, {len(self.channels)} channels"
+        rows = [(c.role, c.unit, c.time.size, c.clock, c.origin) for c in self.channels.values()]
+        head = ("role", "unit", "samples", "clock", "origin")
+        return card(
+            f"Recording {self.folder.name}",
+            [counts],
+            table(head, rows),
+            table(("not recorded", "reason"), self.missing.items()),
+            table(
+                ("message", "fault", "frames"), [(f.message, f.fault, f.count) for f in self.faults]
+            ),
+        )

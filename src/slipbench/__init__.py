@@ -1,1 +1,70 @@
-"""Real-time ECU and traction-control bench over CAN: excite, record, identify, explain."""
+"""Real-time ECU and traction-control bench over CAN: excite, record, identify, explain.
+
+The names in `__all__` are the public interface; docs/api.md shows each. A name is imported when it
+is first used: `import slipbench` alone loads no other module.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from slipbench.api import (
+        Trial,
+        design,
+        explain,
+        export,
+        fit_models,
+        identify,
+        import_log,
+        load_controller,
+        load_database,
+        load_vehicle,
+        read,
+        replay,
+    )
+    from slipbench.controllers.slip_controller import SlipController
+    from slipbench.plant.vehicle_file import Vehicle
+    from slipbench.protocol.codec.codec import Codec
+    from slipbench.protocol.errors import InputError
+    from slipbench.protocol.logs.decoded_log import decode
+    from slipbench.protocol.recording.recording import Recording
+
+__all__ = [
+    "Codec",
+    "InputError",
+    "Recording",
+    "SlipController",
+    "Trial",
+    "Vehicle",
+    "decode",
+    "design",
+    "explain",
+    "export",
+    "fit_models",
+    "identify",
+    "import_log",
+    "load_controller",
+    "load_database",
+    "load_vehicle",
+    "read",
+    "replay",
+]
+
+_ELSEWHERE = {
+    "Codec": "protocol.codec.codec",
+    "InputError": "protocol.errors",
+    "Recording": "protocol.recording.recording",
+    "SlipController": "controllers.slip_controller",
+    "Vehicle": "plant.vehicle_file",
+    "decode": "protocol.logs.decoded_log",
+}
+
+
+def __getattr__(name: str) -> Any:
+    if name not in __all__:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f"slipbench.{_ELSEWHERE.get(name, 'api')}"), name)
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

@@ -12,7 +12,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import slipbench
 from slipbench.identification.cluster import ALL_PROCESSORS, Workers, done_by
 from slipbench.protocol.errors import InputError
 from slipbench.studies.blind_validation.generator.case import answer, draw_case
@@ -150,7 +149,7 @@ def _observed(result: Result, seen: Result, source: str) -> Result:
     return new
 
 
-def source_fingerprint(root: Path = Path(slipbench.__file__).parent) -> str:
+def source_fingerprint(root: Path = Path(__file__).parents[2]) -> str:
     """Fingerprint of all source text that decides a result."""
     digest = hashlib.sha256()
     for folder in JUDGED:

@@ -32,6 +32,8 @@ from typing import Any
 from slipbench.identification.mismatch.fit.floor import LackOfFit
 from slipbench.identification.mismatch.fit.held_out import Error
 from slipbench.identification.mismatch.naming.interval import Estimate
+from slipbench.protocol.extras import optional_library
+from slipbench.protocol.notebook import card
 
 
 @dataclass(frozen=True)
@@ -109,6 +111,26 @@ class Verdict:
     left_out: tuple[str, ...] = ()
     complete: bool = True
     failure: str = ""
+
+    def to_pandas(self) -> Any:
+        """A pandas.DataFrame of the effects' parameters: value and 95 % interval, in SI.
+
+        Columns: effect, subject, parameter, value, low, high, unit. Raises InputError where pandas
+        is not installed.
+        """
+        pandas = optional_library("pandas")
+        rows = [
+            (effect.name, effect.subject, p.name, p.value, p.low, p.high, p.unit)
+            for effect in self.effects
+            for p in effect.parameters
+        ]
+        columns = ["effect", "subject", "parameter", "value", "low", "high", "unit"]
+        return pandas.DataFrame(rows, columns=columns)
+
+    def _repr_html_(self) -> str:
+        from slipbench.identification.mismatch.telling.memo import lines
+
+        return card("Simulation against recordings", [line for line in lines(self) if line])
 
 
 def as_tree(verdict: Verdict) -> dict[str, Any]:

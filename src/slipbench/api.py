@@ -1,0 +1,244 @@
+"""The functions that `import slipbench` offers, and Trial; docs/api.md shows how to use them.
+
+Every file may be given as text or as a Path. Each function imports what it needs when it is called.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+from slipbench import dbc
+from slipbench.protocol.recording.recording import Recording
+
+if TYPE_CHECKING:
+    from slipbench.bench.trials.outcome import Outcome
+    from slipbench.controllers.slip_controller import SlipController
+    from slipbench.identification.mismatch.telling.verdict import Verdict
+    from slipbench.identification.models.study import Study
+    from slipbench.identification.response.identify import Identification
+    from slipbench.plant.vehicle_file import Vehicle
+    from slipbench.protocol.controller_file import ControllerFile
+    from slipbench.protocol.database.layout import Database
+    from slipbench.protocol.export import Exported
+    from slipbench.protocol.trial_file import TrialFile
+
+StrPath = str | Path
+Actuator = Literal["throttle", "spark", "mixed"]
+ControlLaw = Literal["best", "pid", "internal_model", "h_infinity"]
+
+
+class Trial:
+    """A trial file that was read and checked, with its vehicle, controller and database."""
+
+    def __init__(self, file: StrPath, database: StrPath = dbc.MOTORBIKE) -> None:
+        """Read and check the files. Raises InputError where one of them is invalid."""
+        from slipbench.bench.trials.preparation import prepare
+
+        self._prepared = prepare(Path(file), Path(database))
+
+    @property
+    def file(self) -> "TrialFile":
+        """The trial file as read; quantities in SI."""
+        return self._prepared.trial
+
+    @property
+    def name(self) -> str:
+        """Name of the trial."""
+        return self.file.name
+
+    def run(
+        self,
+        out: StrPath,
+        *,
+        interface: str | None = None,
+        channel: str = "can0",
+        bitrate: int = 1_000_000,
+        fd: bool = False,
+        progress: Callable[[float], None] | None = None,
+    ) -> "Outcome":
+        """Run the trial, record it in the new run folder `out` and return its outcome.
+
+        Without `interface` the virtual motorcycle runs on the simulated clock. With a python-can
+        `interface` and `channel` the trial runs in real time on that bus; bitrate in bit/s.
+        `progress` is called with the simulated time in s. Raises InputError where the folder
+        exists, the trial does not suit the vehicle, or the bus cannot be opened.
+        """
+        from slipbench.bench.bus.opening import BusAddress
+        from slipbench.bench.trials.run import run_trial
+
+        address = None if interface is None else BusAddress(interface, channel, bitrate, fd)
+        return run_trial(self._prepared, Path(out), address, progress or _ignore)
+
+    def __repr__(self) -> str:
+        return f"<Trial {self.name}: {self.file.description}>"
+
+
+def read(folder: StrPath) -> Recording:
+    """Read the recording in a run folder. Raises InputError where it is missing or damaged."""
+    from slipbench.protocol.recording.run_folder import read as read_run
+
+    return read_run(Path(folder))
+
+
+def import_log(
+    log: StrPath,
+    roles: StrPath,
+    out: StrPath,
+    database: StrPath | None = None,
+    tables: Mapping[str, StrPath] | None = None,
+) -> Recording:
+    """Import a log or a table as a recording in the new run folder `out`, and read it.
+
+    roles: role map (TOML). database: not needed for a table. tables: side tables by the names that
+    the role map uses. Raises InputError where a file is invalid or `out` exists.
+    """
+    from slipbench.protocol.recording.import_log import Capture, import_capture
+
+    side = {name: Path(path) for name, path in (tables or {}).items()}
+    known = None if database is None else Path(database)
+    return import_capture(Capture(Path(log), Path(roles), known, side), Path(out))
+
+
+def export(run: StrPath | Recording, form: str, out: StrPath | None = None) -> "Exported":
+    """Write a recording as "mf4", "blf", "asc", "parquet" or "mcap"; return what was written.
+
+    out: new file, for Parquet a new folder; None: in the run folder. Raises InputError where the
+    recording cannot be read, the format is unknown, or `out` exists.
+    """
+    from slipbench.protocol.export import export_run
+
+    return export_run(_folder(run), form, None if out is None else Path(out))
+
+
+def load_database(file: StrPath = dbc.MOTORBIKE) -> "Database":
+    """Read a DBC file; without a name, the bench's own. Raises InputError where it is invalid."""
+    from slipbench.protocol.database.database import load_database as load
+
+    return load(Path(file))
+
+
+def load_vehicle(file: StrPath) -> "Vehicle":
+    """Read a vehicle file (TOML). Raises VehicleFileError where it is invalid."""
+    from slipbench.plant.vehicle_file import load_vehicle as load
+
+    return load(file)
+
+
+def load_controller(file: StrPath) -> "SlipController":
+    """Read a controller file (TOML), as `design` makes it. Raises InputError where it is invalid."""
+    from slipbench.controllers.slip_controller import from_tree
+    from slipbench.protocol.configuration import read_toml
+    from slipbench.protocol.controller_file import ControllerFile
+
+    return from_tree(read_toml(Path(file), ControllerFile).model_dump())
+
+
+def identify(run: StrPath | Recording) -> "Identification":
+    """Identify a recording: slip, frequency responses, resonance, spectra.
+
+    What the recording does not support is listed in `left_out` with the reason. Raises InputError
+    where the recording has no samples, or the trial tripped before its excitation.
+    """
+    from slipbench.identification.response.from_folder import identified
+
+    return identified(run if isinstance(run, Recording) else read(run))
+
+
+def fit_models(identification: "Identification") -> "Study":
+    """Fit rational models with dead time to the responses of slip; harmonics after a sweep."""
+    from slipbench.identification.models.study import study_of
+
+    return study_of(identification)
+
+
+def explain(
+    vehicle: StrPath,
+    training: Sequence[StrPath | Recording],
+    held_out: Sequence[StrPath | Recording] = (),
+    progress: Callable[[str], None] | None = None,
+) -> "Verdict":
+    """Explain where a simulation and recordings differ: place, effect, significance.
+
+    vehicle: vehicle file or model file (TOML). training, held_out: run folders; "run@0:60" is the
+    part from 0 to 60 s. `progress` is called with each step's description. After Ctrl-C
+    the result so far is returned with `complete` False. Raises InputError where the files do not
+    belong together.
+    """
+    from slipbench.identification.mismatch.explain import known_so_far
+    from slipbench.identification.mismatch.runs import open_analysis
+    from slipbench.identification.mismatch.telling.conclude import verdict
+
+    folders = [[_folder(run) for run in runs] for runs in (training, held_out)]
+    analysis = open_analysis(Path(vehicle), *folders)
+    known_so_far(analysis, progress or _ignore)
+    return verdict(analysis)
+
+
+def design(
+    runs: Sequence[StrPath | Recording],
+    actuator: Actuator,
+    out: StrPath,
+    *,
+    law: ControlLaw = "best",
+    gain_margin: float = 6.0,
+    phase_margin: float = 40.0,
+    sensitivity: float = 2.0,
+    period: float = 1.0,
+) -> "ControllerFile":
+    """Design a slip controller on recorded trials and write it to the controller file `out`.
+
+    The first run is the nominal one; the loop keeps its margins for every run of the actuator.
+    gain_margin: dB; phase_margin: deg; sensitivity: greatest peak of S; period: ms. Prints the
+    margins. Raises InputError where no controller keeps them.
+    """
+    from slipbench.identification.design.commands import design_command
+    from slipbench.protocol.configuration import read_toml
+    from slipbench.protocol.controller_file import ControllerFile
+
+    design_command(
+        [_folder(run) for run in runs],
+        actuator,
+        Path(out),
+        law,
+        None,
+        gain_margin,
+        phase_margin,
+        sensitivity,
+        period,
+    )
+    return read_toml(Path(out), ControllerFile)
+
+
+def replay(
+    log: StrPath,
+    interface: str,
+    channels: Sequence[str] = ("can0",),
+    *,
+    speed: float = 1.0,
+    passes: int = 1,
+    bitrate: int = 1_000_000,
+    fd: bool = False,
+) -> dict[str, Any]:
+    """Send a log's frames at their recorded times, in a process of its own; return the timing.
+
+    channels: the interface's channel, or "LOGBUS=CHANNEL" for each bus; bitrate: bit/s. In a
+    script, call it below `if __name__ == "__main__":`. The result holds the frames sent and the
+    quantiles of their lateness in s. Raises InputError where the log or a bus cannot be used.
+    """
+    from slipbench.bench.replay.replay_process import ReplayOrder, running_replay
+    from slipbench.bench.replay.replay_report import timing
+
+    order = ReplayOrder(Path(log), interface, tuple(channels), (), "", "", bitrate, fd)
+    with running_replay(order, speed, passes) as running:
+        running.begin()
+        while (done := running.report(within=1.0)) is None:
+            pass
+        return timing(running.ready, done, speed)
+
+
+def _folder(run: StrPath | Recording) -> Path:
+    return run.folder if isinstance(run, Recording) else Path(run)
+
+
+def _ignore(_: object) -> None:
+    """Show no progress."""
