@@ -43,3 +43,8 @@ def main() -> None:
     except InputError as fault:
         sys.stderr.write(f"slipbench: {fault}\n")
         sys.exit(2)
+    except SystemError as fault:
+        if not isinstance(fault.__cause__, KeyboardInterrupt):
+            raise
+        sys.stderr.write("Aborted!\n")  # Ctrl-C at a call into compiled code
+        sys.exit(130)

@@ -63,7 +63,7 @@ LINES = [
         5.0,
     ),
     Line(
-        "explain table_run --vehicle model.toml --held-out table_run@5:10 --json v.json",
+        "explain table_run@0:6 --vehicle model.toml --held-out table_run@6:11.9 --json v.json",
         out={"v.json": ""},
         weight=3,
         interrupt_after=5.0,
@@ -201,7 +201,7 @@ def _change_an_option(case: Case, rng: Random) -> str:
             del case.argv[at : at + 2]
             return "an option is missing"
         case 1:
-            case.argv += case.argv[at : at + 2]
+            case.argv.extend(case.argv[at : at + 2])
             return "an option twice"
         case 2:
             case.argv.insert(at, rng.choice(["--nonsense", "--help", "-h", "--", "extra"]))
