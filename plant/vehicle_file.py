@@ -25,7 +25,6 @@ from slipbench.plant.units import to_si
 AnyBlock = TypeVar("AnyBlock", bound=Block)
 TOP = ("name", "description", "gears", "effects", "channels", *BLOCK_NAMES)
 LARGEST = 4_000_000  # bytes of a vehicle file
-LARGEST_NUMBER = 1e300
 QUANTITY = ("value", "unit", "plus_minus")
 
 
@@ -220,7 +219,7 @@ class _Reader:
         value, unit = entry[key], entry["unit"]
         if isinstance(value, bool) or not isinstance(value, (int, float)):
             raise self.trouble(f"{key} is not a number", f"{path}.{key}", "a number", value)
-        if not abs(value) <= LARGEST_NUMBER:  # nan and inf too; a larger integer is no float
+        if not abs(value) <= _LARGEST:  # nan and inf too; a larger integer is no float
             raise self.trouble(f"{key} is not finite", f"{path}.{key}", "a finite number", value)
         try:
             return to_si(value, str(unit), si)
@@ -263,4 +262,5 @@ class _Reader:
 
 
 _NOMINAL = Motorcycle()
+_LARGEST = 1e300  # of a number in the file; larger integers are no floats
 _RATIO = Parameter("ratio", "1", "overall ratio of a gear", 1.0, 40.0, 8.75, 8.75, False)
