@@ -46,15 +46,19 @@ def fuzz(
     folder: Path,
     jobs: int,
     told: Callable[[Ended], None] = lambda _: None,
+    lines: list[Line] = LINES,
 ) -> list[Ended]:
-    """Run the cases of these numbers, `jobs` at once; returns how each ended, in their order."""
+    """Run the cases of these numbers, `jobs` at once; returns how each ended, in their order.
+
+    lines: the valid command lines that the cases are made of; the first cases are these lines.
+    """
     materials = folder / "valid"
     if not materials.exists():
         make_materials(materials, command)
     waiting, running, ended = iter(cases), list[Running](), list[Ended]()
     while True:
         for number in _next(waiting, jobs - len(running)):
-            running.append(start(_case(number, seed, materials, folder), number))
+            running.append(start(_case(number, seed, materials, folder, lines), number))
         if not running:
             return sorted(ended, key=lambda end: end.running.number)
         for one in running[:]:
@@ -69,10 +73,10 @@ def _next(numbers: Iterator[int], most: int) -> Iterator[int]:
     return (number for _, number in zip(range(most), numbers, strict=False))
 
 
-def _case(number: int, seed: int, materials: Path, folder: Path) -> Case:
+def _case(number: int, seed: int, materials: Path, folder: Path, lines: list[Line]) -> Case:
     place = folder / f"case{number:05d}"
     place.mkdir()
-    return draw(number, Random(f"{seed}:{number}"), materials, place)
+    return draw(number, Random(f"{seed}:{number}"), materials, place, lines)
 
 
 def command(argv: list[str], folder: Path) -> None:
@@ -110,13 +114,14 @@ def main() -> int:
     parser.add_argument("cases", type=int)
     parser.add_argument("seed", type=int)
     parser.add_argument("--only", type=int, help="only the case of this number")
+    parser.add_argument("--first", type=int, default=0, help="number of the first case")
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1)
     parser.add_argument("--keep", type=Path, help="folder for the failed cases, kept")
     given = parser.parse_args()
     warm_up()
     print(f"seed {given.seed}, {given.cases} cases, {len(LINES)} valid command lines", flush=True)
     folder = given.keep or Path(tempfile.mkdtemp(prefix="fuzz"))
-    numbers = range(given.cases) if given.only is None else [given.only]
+    numbers = range(given.first, given.cases) if given.only is None else [given.only]
 
     def told(end: Ended) -> None:
         if end.wrong:

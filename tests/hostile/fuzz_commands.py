@@ -122,22 +122,28 @@ LINES = [
 ]
 
 
-def draw(number: int, rng: Random, materials: Path, folder: Path) -> Case:
+SLOW = ("identify", "model", "design", "vehicle", "explain-fleet")
+QUICK = [
+    line
+    for line in LINES
+    if line.interrupt_after is None and not line.argv.startswith((*SLOW, "export run --format mf4"))
+]
+
+
+def draw(number: int, rng: Random, materials: Path, folder: Path, lines: list[Line]) -> Case:
     """Make case `number` in `folder`: the first ones are the valid lines, unchanged."""
-    line = LINES[number] if number < len(LINES) else _chosen(rng)
+    unchanged = number < len(lines)
+    weights = [line.weight for line in lines]
+    line = lines[number] if unchanged else rng.choices(lines, weights)[0]
     argv = line.argv.split()
     named = [word.partition("=")[2] or word.partition("@")[0] for word in argv]
     reads = [word for word in named if (materials / word).exists()]
     link_materials(materials, folder, tuple(dict.fromkeys([*reads, *line.files])))
     case = Case(argv, line, folder, dict(line.out), ())
-    if number < len(LINES):
+    if unchanged:
         return case
     changes = [rng.choices(*zip(*CHANGES, strict=True))[0] for _ in range(rng.choice([1, 1, 1, 2]))]
     return Case(argv, line, folder, case.out, tuple(change(case, rng) for change in changes))
-
-
-def _chosen(rng: Random) -> Line:
-    return rng.choices(LINES, [line.weight for line in LINES])[0]
 
 
 def _change_a_file(case: Case, rng: Random) -> str:

@@ -63,9 +63,9 @@ def make_materials(folder: Path, command: Command) -> None:
     shutil.copy(MODELS / "coupled_drives.toml", folder / "model.toml")
     (folder / "table_roles.toml").write_text(IMPORTED_ROLES)
     (folder / "fleet.toml").write_text(FLEET)
-    _write_trial(folder / "trial.toml", SWEEP, "1 s")
+    _write_trial(folder / "trial.toml", SWEEP, "200 ms")
     _write_trial(folder / "long_trial.toml", SWEEP, "6 s")
-    _write_trial(folder / "slip_trial.toml", STEPS, "1 s")
+    _write_trial(folder / "slip_trial.toml", STEPS, "200 ms")
     _write_tables(folder)
     command(["trial", "long_trial.toml", "--out", "run", "--dbc", "motorbike.dbc"], folder)
     imported = ["import", "main.csv", "--roles", "table_roles.toml", "--out", "table_run"]
@@ -80,7 +80,8 @@ def _write_trial(path: Path, example: str, duration: str) -> None:
         ("../controllers/throttle.toml", "controller.toml"),
         ('duration = "30 s"', f'duration = "{duration}"'),
         ('duration = "8 s"', f'duration = "{duration}"'),
-        ('presses_button_after = "5 s"', 'presses_button_after = "2 s"'),
+        ('presses_button_after = "5 s"', 'presses_button_after = "500 ms"'),
+        ('steady_for = "500 ms"', 'steady_for = "100 ms"'),
     ):
         text = text.replace(old, new)
     path.write_text(f'settling = "200 ms"\n{text}', encoding="utf-8")
