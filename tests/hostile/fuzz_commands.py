@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from random import Random
 
-from tests.hostile.fuzz_materials import LOG_ENDINGS, link_materials
+from tests.hostile.fuzz_materials import LOG_ENDINGS, exists, link_materials
 from tests.hostile.fuzz_mutations import damaged_file, hostile_input, hostile_output, hostile_value
 
 
@@ -137,7 +137,7 @@ def draw(number: int, rng: Random, materials: Path, folder: Path, lines: list[Li
     line = lines[number] if unchanged else rng.choices(lines, weights)[0]
     argv = line.argv.split()
     named = [word.partition("=")[2] or word.partition("@")[0] for word in argv]
-    reads = [word for word in named if (materials / word).exists()]
+    reads = [word for word in named if exists(materials / word)]
     link_materials(materials, folder, tuple(dict.fromkeys([*reads, *line.files])))
     case = Case(argv, line, folder, dict(line.out), ())
     if unchanged:
@@ -164,7 +164,7 @@ def _change_a_file(case: Case, rng: Random) -> str:
 
 def _change_an_input_path(case: Case, rng: Random) -> str:
     """Put something that cannot be read in the place of a path: a word, or a file of a folder."""
-    places = [n for n, word in enumerate(case.argv) if (case.folder / word).exists()]
+    places = [n for n, word in enumerate(case.argv) if exists(case.folder / word)]
     if not places:
         return "nothing"
     at = rng.choice(places)
@@ -213,7 +213,7 @@ def _change_an_option(case: Case, rng: Random) -> str:
             case.argv.insert(at, rng.choice(["--nonsense", "--help", "-h", "--", "extra"]))
             return "a word too many"
     old = case.argv[at + 1 : at + 2]
-    if not old or old[0] in case.line.out or (case.folder / old[0]).exists() or old == ["new"]:
+    if not old or old[0] in case.line.out or exists(case.folder / old[0]) or old == ["new"]:
         return _change_an_output_path(case, rng)
     text = str(hostile_value(rng, old[0])).replace("\0", "")[:100_000]
     case.argv[at + 1] = text

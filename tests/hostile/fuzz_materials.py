@@ -130,3 +130,12 @@ def link_materials(source: Path, target: Path, names: tuple[str, ...]) -> None:
             else:
                 with contextlib.suppress(FileExistsError):
                     os.link(path, new)
+
+
+def exists(path: Path) -> bool:
+    """Whether there is a file or a folder of this name; False for names that cannot be."""
+    try:
+        path.stat()
+    except (OSError, ValueError):
+        return False
+    return True

@@ -22,6 +22,7 @@ from pathlib import Path
 
 from slipbench.command import main
 from tests.hostile.fuzz_commands import Case
+from tests.hostile.fuzz_materials import exists
 
 CPU = 60  # s of processor for a case
 WALL = 120.0  # s in all, for what waits without working; the machine may be loaded
@@ -180,10 +181,10 @@ def _wrong_for_status(running: Running, status: int, err: str, out: str) -> Iter
 def _missing(case: Case) -> Iterable[str]:
     for name, proof in case.out.items():
         path = case.folder / name / proof if proof else case.folder / name
-        if path.is_dir():
+        if exists(path) and path.is_dir():
             if not any(path.iterdir()):
                 yield name
-        elif not path.exists() or path.stat().st_size == 0:
+        elif not exists(path) or path.stat().st_size == 0:
             yield str(path.relative_to(case.folder))
 
 

@@ -1,5 +1,9 @@
 """What is wrong with an input is one readable message, whatever the input was."""
 
+import errno
+import re
+from pathlib import Path
+
 import pytest
 
 from slipbench import command
@@ -69,4 +73,23 @@ def test_another_system_error_is_none_of_the_users(monkeypatch):
 
     monkeypatch.setattr(command, "app", broken)
     with pytest.raises(SystemError):
+        command.main()
+
+
+def test_what_the_system_refuses_is_a_message(monkeypatch, capsys):
+    monkeypatch.setattr(command, "app", lambda: (Path("/x\x1b") / ("y" * 300)).stat())
+    with pytest.raises(SystemExit) as end:
+        command.main()
+    assert end.value.code == 2
+    assert re.fullmatch(
+        r"slipbench: /x\\x1b/y+\.\.\. .*File name too long\n", capsys.readouterr().err
+    )
+
+
+def test_a_fault_of_ours_is_no_message(monkeypatch):
+    def broken():
+        raise OSError(errno.EBADF, "Bad file descriptor")
+
+    monkeypatch.setattr(command, "app", broken)
+    with pytest.raises(OSError, match="Bad file descriptor"):
         command.main()
