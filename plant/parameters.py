@@ -115,10 +115,9 @@ def _parameters(block: type[Block]) -> tuple[Parameter, ...]:
 def check(described: Parameter, value: object, owner: str) -> None:
     """Raise ParameterError unless the value is a number inside the parameter's range."""
     numeric = isinstance(value, (int, float)) and not isinstance(value, bool)
-    number = float(value) if isinstance(value, (int, float)) else math.nan
-    whole = not described.whole or number == math.floor(number)
+    number = value if isinstance(value, (int, float)) else math.nan
     inside = described.low <= number <= described.high or number == described.absent
-    if numeric and inside and whole:
+    if numeric and inside and not (described.whole and number != math.floor(number)):
         return
     kind = "a whole number" if described.whole else "a number"
     raise ParameterError(

@@ -53,6 +53,10 @@ def load_vehicle(path: str | Path) -> Vehicle:
         raise VehicleFileError(
             "cannot be read", str(path), "a TOML file", str(trouble), "correct the file or its path"
         ) from trouble
+    except RecursionError as trouble:
+        raise VehicleFileError(
+            "nested too deeply", str(path), "tables and lists", "a deep nest", "correct the file"
+        ) from trouble
     return _Reader(path.name).vehicle(tree)
 
 
@@ -139,7 +143,7 @@ class _Reader:
         self, entry: dict[str, Any], number: int, channels: Mapping[str, ChannelTiming]
     ) -> Any:
         where, name = f"effects[{number}]", entry["name"]
-        if name not in BY_NAME:
+        if not isinstance(name, str) or name not in BY_NAME:
             raise VehicleFileError(
                 "no such effect",
                 f"{self.file}: {where}.name",
@@ -215,6 +219,8 @@ class _Reader:
         value, unit = entry[key], entry["unit"]
         if isinstance(value, bool) or not isinstance(value, (int, float)):
             raise self.trouble(f"{key} is not a number", f"{path}.{key}", "a number", value)
+        if not abs(value) <= _LARGEST:  # nan and inf too; a larger integer is no float
+            raise self.trouble(f"{key} is not finite", f"{path}.{key}", "a finite number", value)
         try:
             return to_si(value, str(unit), si)
         except ValueError as trouble:
@@ -256,4 +262,5 @@ class _Reader:
 
 
 _NOMINAL = Motorcycle()
+_LARGEST = 1e300  # of a number in the file; larger integers are no floats
 _RATIO = Parameter("ratio", "1", "overall ratio of a gear", 1.0, 40.0, 8.75, 8.75, False)

@@ -18,4 +18,11 @@ class InputError(Exception):
     def _message(self) -> str:
         head = f"{self.where}: {self.what}" if self.where else self.what
         parts = [("expected", self.expected), ("found", self.found), ("remedy", self.remedy)]
-        return head + "".join(f"\n  {name}: {text}" for name, text in parts if text)
+        lines = [f"\n  {name}: {readable(text, 500)}" for name, text in parts if text]
+        return readable(head, 2000) + "".join(lines)
+
+
+def readable(text: str, longest: int) -> str:
+    """Text for a terminal: control characters escaped, and at most `longest` characters of it."""
+    shown = "".join(c if c.isprintable() or c == "\n" else ascii(c)[1:-1] for c in text[:longest])
+    return shown if len(text) <= longest else f"{shown}... ({len(text):,} characters)"

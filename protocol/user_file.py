@@ -5,6 +5,7 @@ file is opened first and examined then, without waiting, so that a name cannot c
 in between.
 """
 
+import io
 import os
 import stat
 from pathlib import Path
@@ -23,7 +24,7 @@ _KINDS = {
 }
 
 
-def open_user_file(path: Path) -> BinaryIO:
+def open_user_file(path: Path) -> io.BufferedReader:
     """Regular file at `path`, opened for reading bytes.
 
     Raises InputError where there is none: a missing file, a folder, a device, a FIFO, a loop of
@@ -38,10 +39,10 @@ def open_user_file(path: Path) -> BinaryIO:
         if kind:
             raise _not_a_file(path, kind) from cause
         raise InputError("cannot be read", where=_shown(path), found=str(cause)) from cause
-    kind = stat.S_IFMT(os.fstat(descriptor).st_mode)
-    if kind != stat.S_IFREG:
+    mode = stat.S_IFMT(os.fstat(descriptor).st_mode)
+    if mode != stat.S_IFREG:
         os.close(descriptor)
-        raise _not_a_file(path, _KINDS.get(kind, "no regular file"))
+        raise _not_a_file(path, _KINDS.get(mode, "no regular file"))
     return os.fdopen(descriptor, "rb")
 
 

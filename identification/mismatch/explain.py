@@ -42,7 +42,10 @@ def known_so_far(so_far: Analysis, say: Say = lambda _: None) -> bool:
     """
     try:
         analyse(so_far, say=say)
-    except KeyboardInterrupt:
+    except (KeyboardInterrupt, SystemError) as fault:
+        # Ctrl-C at a call into compiled code arrives as the cause of a SystemError.
+        if not isinstance(fault.__cause__ or fault, KeyboardInterrupt):
+            raise
         return False
     except InputError:
         if so_far.done == 0:

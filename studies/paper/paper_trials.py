@@ -14,10 +14,11 @@ from typing import Any
 
 import tomli_w
 
-from slipbench.protocol.configuration import load_toml
+from slipbench.protocol.configuration import load_toml, read_toml
 from slipbench.protocol.errors import InputError
 from slipbench.protocol.recording.recording import Recording
 from slipbench.protocol.recording.run_folder import read
+from slipbench.protocol.trial_file import TrialFile
 
 TOGETHER = 2  # trials that run at once
 
@@ -79,8 +80,9 @@ def _recorded(
 def _ride(trial: PaperTrial, folder: Path, trial_files: Path) -> None:
     """Write the trial's file and run it in a program of its own."""
     file = folder / f"{trial.name}.toml"
+    text = tomli_w.dumps(_changed(trial, trial_files))
     file.parent.mkdir(parents=True, exist_ok=True)
-    file.write_text(tomli_w.dumps(_changed(trial, trial_files)))
+    file.write_text(text, encoding="utf-8")
     command = [sys.executable, "-m", "slipbench", "trial", str(file)]
     ended = subprocess.run(
         [*command, "--out", str(folder / trial.name)], capture_output=True, text=True, check=False
@@ -95,6 +97,7 @@ def _ride(trial: PaperTrial, folder: Path, trial_files: Path) -> None:
 
 def _changed(trial: PaperTrial, trial_files: Path) -> dict[str, Any]:
     source = trial_files / f"{trial.base}.toml"
+    read_toml(source, TrialFile)
     data = load_toml(source)
     data["name"] = trial.name
     data["vehicle"] = str((source.parent / data["vehicle"]).resolve())

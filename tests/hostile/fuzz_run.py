@@ -1,0 +1,205 @@
+"""Run one case in a forked process with limits, and judge how it ended.
+
+A case ends well in one of these ways:
+
+- status 0, and everything that the command line promises is there and not empty;
+- status 2, one message, and no file or folder left behind;
+- status 3 or 130 for a trial that tripped, or an analysis that Ctrl-C ended.
+
+Everything else is a failure: a traceback anywhere, another status, death by a signal, more than
+60 s of processor or 120 s in all, more than 2 GB of memory, a message that nobody can read.
+"""
+
+import os
+import re
+import resource
+import signal
+import sys
+import time
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+from slipbench.command import main
+from tests.hostile.fuzz_commands import Case
+from tests.hostile.fuzz_materials import exists
+
+CPU = 60  # s of processor for a case
+WALL = 120.0  # s in all, for what waits without working; the machine may be loaded
+MEMORY = 2 << 30  # bytes
+LONGEST = 4000  # characters of a message
+USAGE = re.compile(r"Usage: |^slipbench: \S", re.MULTILINE)
+CHANGED_BY_INTERRUPT = (1, 130)
+
+
+@dataclass
+class Running:
+    """A case in its process."""
+
+    case: Case
+    number: int
+    pid: int
+    began: float
+    before: frozenset[str]
+    interrupted: bool = False
+
+
+@dataclass(frozen=True)
+class Ended:
+    """How a case ended: its status (negative: a signal), what it cost, and what is wrong."""
+
+    running: Running
+    status: int
+    seconds: float
+    memory: int
+    stderr: str
+    wrong: str
+
+
+def start(case: Case, number: int) -> Running:
+    """Fork a process for the case, with limits, in its folder and in a session of its own."""
+    before = frozenset(_names(case.folder))
+    sys.stdout.flush()
+    pid = os.fork()
+    if pid == 0:
+        _in_the_child(case)
+    return Running(case, number, pid, time.monotonic(), before)
+
+
+def _in_the_child(case: Case) -> None:
+    status = 70
+    try:
+        os.setsid()
+        os.chdir(case.folder)
+        _redirect(case.folder)
+        resource.setrlimit(resource.RLIMIT_CPU, (CPU, CPU + 1))
+        limit = _address_space() + MEMORY
+        resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
+        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+        sys.argv = ["slipbench", *case.argv]
+        try:
+            main()
+            status = 0
+        except SystemExit as end:
+            status = end.code if isinstance(end.code, int) else 1 if end.code else 0
+        except BaseException:
+            import traceback
+
+            traceback.print_exc()
+            status = 1
+        sys.stdout.flush()
+        sys.stderr.flush()
+    finally:
+        os._exit(status)
+
+
+def _redirect(folder: Path) -> None:
+    quiet = os.open(os.devnull, os.O_RDONLY)
+    os.dup2(quiet, 0)
+    for number, path in ((1, output(folder, "stdout")), (2, output(folder, "stderr"))):
+        target = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600)
+        os.dup2(target, number)
+
+
+def output(folder: Path, name: str) -> Path:
+    """Return where a case's output is kept: beside its folder."""
+    return folder.with_name(f"{folder.name}.{name}")
+
+
+def _address_space() -> int:
+    pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[0])
+    return pages * resource.getpagesize()
+
+
+def step(running: Running) -> Ended | None:
+    """Look after a running case; returns how it ended once it has."""
+    elapsed = time.monotonic() - running.began
+    after = running.case.line.interrupt_after
+    if after is not None and elapsed > after and not running.interrupted:
+        os.kill(running.pid, signal.SIGINT)
+        running.interrupted = True
+    if elapsed > WALL:
+        os.killpg(running.pid, signal.SIGKILL)
+    pid, status, usage = os.wait4(running.pid, os.WNOHANG)
+    if pid == 0:
+        return None
+    _end_what_it_started(running.pid)
+    return _judged(running, os.waitstatus_to_exitcode(status), usage)
+
+
+def _end_what_it_started(group: int) -> None:
+    try:
+        os.killpg(group, signal.SIGKILL)
+    except ProcessLookupError:
+        return
+
+
+def _judged(running: Running, status: int, usage: resource.struct_rusage) -> Ended:
+    folder = running.case.folder
+    err = output(folder, "stderr").read_text(encoding="utf-8", errors="replace")
+    out = output(folder, "stdout").read_text(encoding="utf-8", errors="replace")
+    elapsed = time.monotonic() - running.began
+    memory = usage.ru_maxrss * 1024
+    wrong = next(_wrong(running, status, err, out, elapsed, memory), "")
+    return Ended(running, status, elapsed, memory, err, wrong)
+
+
+def _wrong(
+    running: Running, status: int, err: str, out: str, elapsed: float, memory: int
+) -> Iterable[str]:
+    if status == -signal.SIGXCPU or elapsed > WALL:
+        yield f"hang: no end within {CPU} s of processor or {WALL:g} s"
+    if "Traceback (most recent" in err:
+        yield f"traceback: {_last_of_traceback(err)}"
+    if status < 0:
+        yield f"died of signal {-status}"
+    if memory > MEMORY:
+        yield f"memory: {memory / 2**30:.2f} GB"
+    if len(err) > LONGEST and status == 2:
+        yield f"a message of {len(err)} characters"
+    yield from _wrong_for_status(running, status, err, out)
+
+
+def _wrong_for_status(running: Running, status: int, err: str, out: str) -> Iterable[str]:
+    case = running.case
+    if status == 0:
+        if "Usage:" not in out:
+            yield from (f"status 0, but nothing in {n}" for n in _missing(case))
+    elif status == 2:
+        if not USAGE.search(err):
+            yield "status 2 without a message"
+        left = sorted(set(_names(case.folder)) - running.before)
+        if left:
+            yield f"status 2 leaves behind {', '.join(left[:3])}"
+    elif status == 3:
+        if case.argv[0] not in ("trial", "paper"):
+            yield "status 3"
+    elif not (running.interrupted and status in CHANGED_BY_INTERRUPT):
+        yield f"status {status}"
+
+
+def _missing(case: Case) -> Iterable[str]:
+    for name, proof in case.out.items():
+        path = case.folder / name / proof if proof else case.folder / name
+        if exists(path) and path.is_dir():
+            if not any(path.iterdir()):
+                yield name
+        elif not exists(path) or path.stat().st_size == 0:
+            yield str(path.relative_to(case.folder))
+
+
+def _names(folder: Path) -> Iterable[str]:
+    return (str(path.relative_to(folder)) for path in folder.rglob("*"))
+
+
+def _last_of_traceback(err: str) -> str:
+    """Return the exception and the place in our code where it arose."""
+    lines = err[err.rindex("Traceback (most recent") :].splitlines()
+    ours = [line.strip() for line in lines if re.search(r'File ".*/slipbench/', line)]
+    ends = [line for line in lines[1:] if line and not line.startswith(" ")]
+    place = (
+        re.sub(r'File ".*/slipbench/(.*?)", line (\d+), in (\w+)', r"\1:\2 \3", ours[-1:][0])
+        if ours
+        else ""
+    )
+    return f"{ends[0][:160] if ends else '?'} ({place})"

@@ -1,0 +1,95 @@
+"""What is wrong with an input is one readable message, whatever the input was."""
+
+import errno
+import re
+from pathlib import Path
+
+import pytest
+
+from slipbench import command
+from slipbench.identification.mismatch import explain
+from slipbench.plant.blocks import Encoder
+from slipbench.plant.errors import ParameterError, VehicleFileError
+from slipbench.plant.vehicle_file import load_vehicle
+from slipbench.protocol.errors import InputError
+from tests.paths import DEMONSTRATION
+
+
+@pytest.mark.parametrize("teeth", [float("nan"), float("inf"), -float("inf"), 10**400, 16.5, True])
+def test_encoder_teeth_are_a_finite_whole_number(teeth):
+    with pytest.raises(ParameterError, match="a whole number from"):
+        Encoder(teeth=teeth)
+
+
+@pytest.mark.parametrize("value", ["nan", "inf", "1" + "0" * 400, "1e999", "true", '"16"', "[16]"])
+@pytest.mark.parametrize("key", ["value", "plus_minus"])
+def test_every_number_of_a_vehicle_file_is_finite(tmp_path, key, value):
+    other = "plus_minus" if key == "value" else "value"
+    entry = f'teeth = {{ {other} = 16, {key} = {value}, unit = "1" }}'
+    text = DEMONSTRATION.read_text().replace('teeth = { value = 16, unit = "1" }', entry, 1)
+    (tmp_path / "vehicle.toml").write_text(text)
+    with pytest.raises(VehicleFileError, match=r"rear_encoder\.teeth"):
+        load_vehicle(tmp_path / "vehicle.toml")
+
+
+@pytest.mark.parametrize(
+    "text", ["a = " + "[" * 3000, "a = " + "{a=" * 3000, "[[effects]]\nname = []"]
+)
+def test_a_vehicle_file_that_is_none_is_refused(tmp_path, text):
+    (tmp_path / "vehicle.toml").write_text(text)
+    with pytest.raises(VehicleFileError):
+        load_vehicle(tmp_path / "vehicle.toml")
+
+
+def test_a_message_has_no_control_characters_and_an_end():
+    message = str(InputError("x" * 9000, where="a\0b\x1b[2J", found="y" * 9000, remedy="é °\nnext"))
+    assert len(message) < 4000
+    assert all(c.isprintable() or c == "\n" for c in message)
+    assert "a\\x00b\\x1b[2J" in message
+    assert "remedy: é °\nnext" in message
+
+
+def interrupted_in_compiled_code(*_, **__):
+    """Raise what numba raises when Ctrl-C comes at a call into compiled code."""
+    raise SystemError("returned a result with an exception set") from KeyboardInterrupt()
+
+
+def test_ctrl_c_in_compiled_code_ends_a_command_as_everywhere(monkeypatch, capsys):
+    monkeypatch.setattr(command, "app", interrupted_in_compiled_code)
+    with pytest.raises(SystemExit) as end:
+        command.main()
+    assert end.value.code == 130
+    assert capsys.readouterr().err == "Aborted!\n"
+
+
+def test_ctrl_c_in_compiled_code_keeps_what_explain_has(monkeypatch):
+    monkeypatch.setattr(explain, "analyse", interrupted_in_compiled_code)
+    assert explain.known_so_far(None) is False
+
+
+def test_another_system_error_is_none_of_the_users(monkeypatch):
+    def broken():
+        raise SystemError("broken")
+
+    monkeypatch.setattr(command, "app", broken)
+    with pytest.raises(SystemError):
+        command.main()
+
+
+def test_what_the_system_refuses_is_a_message(monkeypatch, capsys):
+    monkeypatch.setattr(command, "app", lambda: (Path("/x\x1b") / ("y" * 300)).stat())
+    with pytest.raises(SystemExit) as end:
+        command.main()
+    assert end.value.code == 2
+    assert re.fullmatch(
+        r"slipbench: /x\\x1b/y+\.\.\. .*File name too long\n", capsys.readouterr().err
+    )
+
+
+def test_a_fault_of_ours_is_no_message(monkeypatch):
+    def broken():
+        raise OSError(errno.EBADF, "Bad file descriptor")
+
+    monkeypatch.setattr(command, "app", broken)
+    with pytest.raises(OSError, match="Bad file descriptor"):
+        command.main()
