@@ -10,6 +10,7 @@ import signal
 import time
 from collections.abc import Iterable
 from contextlib import ExitStack
+from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
 from pathlib import Path
 from typing import BinaryIO
@@ -108,16 +109,32 @@ def open_log(path: Path) -> BinaryIO:
     return path.open("xb", buffering=0)
 
 
-def start_recorder(ring_name: str, folder: Path, bus: str, table: TickTable) -> BaseProcess:
-    """Start the recorder as a process of its own: it shares no interpreter with the loop."""
+def start_recorder(
+    ring_name: str, folder: Path, bus: str, table: TickTable, pipe: Connection | None = None
+) -> BaseProcess:
+    """Start the recorder as a process of its own: it shares no interpreter with the loop.
+
+    `pipe` is the watched end of `process_pipe`: the kernel closes it when the recorder ends.
+    """
     process = multiprocessing.get_context("spawn").Process(
-        target=_record, args=(ring_name, folder, bus, table, os.getpid()), name="slipbench recorder"
+        target=_record,
+        args=(ring_name, folder, bus, table, os.getpid(), pipe),
+        name="slipbench recorder",
     )
     process.start()
+    if pipe is not None:
+        pipe.close()
     return process
 
 
-def _record(ring_name: str, folder: Path, bus: str, table: TickTable, parent: int) -> None:
+def _record(
+    ring_name: str,
+    folder: Path,
+    bus: str,
+    table: TickTable,
+    parent: int,
+    _pipe: Connection | None = None,
+) -> None:
     """Follow the ring until it is closed, or until nobody is left who would fill it.
 
     The operator's Ctrl-C, or the terminal's end, reaches every process of the terminal: it ends the
