@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import BinaryIO
 
 from slipbench.bench.loop.interrupts import asking
+from slipbench.bench.loop.realtime_process import run_before_ordinary_processes
 from slipbench.bench.loop.ring import (
     BIT_RATE_SWITCH,
     ERROR,
@@ -142,6 +143,7 @@ def _record(
     """
     for number in asking():
         signal.signal(number, signal.SIG_IGN)
+    run_before_ordinary_processes()
     memory, ring = attach_shared(ring_name)
     with ExitStack() as files:
         log, ticks = (files.enter_context(open_log(folder / name)) for name in (FRAMES, TICKS))
