@@ -94,11 +94,11 @@ def trial(
     from slipbench.bench.trials.outcome import in_short, invalid
     from slipbench.bench.trials.preparation import prepare
     from slipbench.bench.trials.run import run_trial
-    from slipbench.bench.vehicle.live_vehicle import riding_beside
+    from slipbench.bench.vehicle.live_vehicle import VehicleProcess, riding_beside
 
     prepared = prepare(file, database)
     address: BusAddress | None = None
-    beside: AbstractContextManager[None] = nullcontext()
+    beside: AbstractContextManager[VehicleProcess | None] = nullcontext()
     if interface is not None:
         address = BusAddress(interface, channel, bitrate, fd)
     elif real_time:
@@ -107,7 +107,7 @@ def trial(
     folder = out or _next_folder(Path("runs"), prepared.trial.name)
     console = Console(stderr=True)
     bar = Progress(console=console, disable=not console.is_terminal, transient=True)
-    with beside, bar:
+    with beside as process, bar:
         task = bar.add_task(prepared.trial.name, total=_expected_duration(prepared.trial))
         outcome = run_trial(
             prepared,
@@ -115,6 +115,7 @@ def trial(
             address,
             progress=lambda seconds: bar.update(task, completed=seconds),
             phases=lambda phase: _tell(console, f"{prepared.trial.name}: {_words(phase.name)}"),
+            vehicle=process,
         )
     for note in in_short(outcome.notes):
         console.print(f"note: {note}")

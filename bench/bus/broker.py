@@ -40,6 +40,8 @@ from slipbench.bench.loop.realtime_process import undisturbed
 from slipbench.protocol.errors import InputError
 
 LINGER = 1.0  # s after the last node has left
+MOST_MEMBERS = 256  # connections; `select`, which waits for microseconds, takes descriptors to 1023
+FULL = f"the bus is full: {MOST_MEMBERS} nodes are on it"
 BACKLOG = 1 << 16  # records that wait for a node that does not read; what comes then is lost
 
 
@@ -49,6 +51,12 @@ def address(channel: str) -> bytes:
     if len(name) > 108:
         raise ValueError(f"the name of the channel is longer than {108 - len(name)} bytes")
     return name
+
+
+def user_of_peer(link: socket.socket) -> int:
+    """User id of the process at the other end of a connected local socket (SO_PEERCRED)."""
+    _, user, _ = struct.unpack("3i", link.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, 12))
+    return int(user)
 
 
 class Member:
@@ -94,6 +102,7 @@ class Broker:
         self._members: dict[int, Member] = {}
         self._of_node: dict[Node, Member] = {}
         self._wire: Wire | None = None
+        self._spare = os.open(os.devnull, os.O_RDONLY)
 
     def serve(self) -> None:
         """Keep the bus running until everybody has left."""
@@ -104,7 +113,10 @@ class Broker:
                 if number in self._members:
                     self._members[number].flush()
             for number in readable:
-                self._read(number)
+                if number == self._listener.fileno():
+                    self._accept()
+                elif number in self._members:  # it may have been closed to make room meanwhile
+                    self._read(number)
             self._advance()
             now = time.monotonic_ns()
             if self._members:
@@ -124,10 +136,7 @@ class Broker:
         return readable, writable
 
     def _read(self, number: int) -> None:
-        """Take in all that one member has said, or a new member."""
-        if number == self._listener.fileno():
-            self._accept()
-            return
+        """Read all records that one member has sent."""
         member = self._members[number]
         try:
             while packet := received(member.link):
@@ -139,13 +148,44 @@ class Broker:
         self._leave(number, member)
 
     def _accept(self) -> None:
-        link, _ = self._listener.accept()
-        _, user, _ = struct.unpack("3i", link.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, 12))
-        if user != os.getuid():
+        """Accept a connection of this user; where there is no room, instead of the oldest idle one.
+
+        A connection is idle until it says hello.
+        """
+        try:
+            link, _ = self._listener.accept()
+        except BlockingIOError:
+            return  # it has gone again
+        except OSError:  # no descriptor is left
+            if not self._close_idle():
+                self._turn_away()
+            return
+        if user_of_peer(link) != os.getuid():
             link.close()
             return
         link.setblocking(False)
+        if len(self._members) >= MOST_MEMBERS and not self._close_idle():
+            Member(link).tell(packed(Kind.REFUSED, FULL.encode()))
+            link.close()
+            return
         self._members[link.fileno()] = Member(link)
+
+    def _close_idle(self) -> bool:
+        """Close the oldest connection that has not said hello; False: there is none."""
+        idle = next((pair for pair in self._members.items() if pair[1].node is None), None)
+        if idle is not None:
+            self._leave(*idle)
+        return idle is not None
+
+    def _turn_away(self) -> None:
+        """Accept and close a connection with the spare descriptor: it would wait for ever."""
+        os.close(self._spare)
+        try:
+            self._listener.accept()[0].close()
+        except OSError:
+            pass  # it has gone again
+        finally:
+            self._spare = os.open(os.devnull, os.O_RDONLY)
 
     def _leave(self, number: int, member: Member) -> None:
         del self._members[number]

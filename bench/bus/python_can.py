@@ -13,7 +13,7 @@ from pathlib import Path
 import can
 from can.typechecking import CanFilters
 
-from slipbench.bench.bus.broker import address
+from slipbench.bench.bus.broker import address, user_of_peer
 from slipbench.bench.bus.counters import Confinement
 from slipbench.bench.bus.faults import FaultPlan
 from slipbench.bench.bus.frame import Frame
@@ -267,7 +267,14 @@ def _connected(channel: str) -> socket.socket:
                 raise
             _start_broker(channel)
         else:
-            return link
+            break
+    if (user := user_of_peer(link)) != os.getuid():
+        link.close()
+        raise PermissionError(
+            f"its address is taken by user {user}, and a broker of user {os.getuid()} is expected; "
+            "choose another channel"
+        )
+    return link
 
 
 def _start_broker(channel: str) -> None:
@@ -278,6 +285,7 @@ def _start_broker(channel: str) -> None:
         check=True,
         timeout=PATIENCE,
         env={**os.environ, "PYTHONPATH": path},
+        start_new_session=True,  # Ctrl-C is for whoever opens the bus
         stdin=subprocess.DEVNULL,
         stdout=subprocess.DEVNULL,
         stderr=subprocess.DEVNULL,

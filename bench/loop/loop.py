@@ -1,5 +1,6 @@
 """The periodic loop: deadlines are absolute; each tick is sent, late, refused or skipped."""
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -64,6 +65,27 @@ def never() -> bool:
     return False
 
 
+class _TickHistory:
+    """Arrays for the ticks that run, allocated before the first one."""
+
+    def __init__(self, most: int) -> None:
+        self._number, self._lateness = np.empty(most, np.int64), np.empty(most, np.int64)
+        self._refused = np.zeros(most, np.bool_)
+        self._ran = 0
+
+    def add(self, number: int, lateness: int, refused: bool) -> None:
+        """Append a tick that ran."""
+        self._number[self._ran], self._lateness[self._ran] = number, lateness
+        self._refused[self._ran] = refused
+        self._ran += 1
+
+    def finished(self, period: int, start: int) -> Lateness:
+        """Lateness of the ticks added so far; period, start: ns."""
+        ran = slice(self._ran)
+        columns = (self._number[ran].copy(), self._lateness[ran].copy())
+        return Lateness(*columns, period, start, self._refused[ran].copy())
+
+
 def run_periodic(
     tick: Tick,
     period: int,
@@ -73,17 +95,38 @@ def run_periodic(
     wait: Wait | None = None,
     refused: Callable[[], bool] = never,
 ) -> Lateness:
-    """Call `tick` every `period` ns until it answers False or `most` ticks fell due.
+    """Run `tick` every `period` ns as `run_ticks` does, and return the lateness of every tick.
 
-    A late tick runs at once and is told its own number; ticks that are wholly past are skipped,
-    so the value sent is always the one that is due now. Where `wait` ends early the next tick is
-    due at that moment, and those after it a period apart from there. `refused` tells whether the
-    bus refused what the last tick sent.
+    The arrays for `most` ticks are allocated before the first tick: 17 bytes a tick.
     """
-    numbers, lateness = np.empty(most, np.int64), np.empty(most, np.int64)
-    unsent = np.zeros(most, np.bool_)
+    history = _TickHistory(most)
+
+    def noted(number: int, due: int, late: int, unsent: bool) -> None:
+        history.add(number, late, unsent)
+        note(number, due, late, unsent)
+
+    start = run_ticks(tick, period, clock, most, noted, wait, refused)
+    return history.finished(period, start)
+
+
+def run_ticks(
+    tick: Tick,
+    period: int,
+    clock: Clock,
+    most: float = math.inf,
+    note: Note = unnoted,
+    wait: Wait | None = None,
+    refused: Callable[[], bool] = never,
+) -> int:
+    """Run `tick` every `period` ns until it returns False or `most` ticks fell due; keep nothing.
+
+    A late tick runs at once with its own number; ticks that are wholly past are skipped, so the
+    value sent is always the one that is due now. Where `wait` returns early the next tick is due at
+    that moment, and later ones a period apart from there. `refused` is whether the bus refused what
+    the last tick sent. Returns when tick 0 was due, ns, as `Lateness.start`.
+    """
     start = clock.now_ns() + period
-    number = ran = 0
+    number = 0
     while number < most:
         if wait is None:
             clock.sleep_until_ns(start + number * period)
@@ -95,10 +138,8 @@ def run_periodic(
             late %= period
         due = start + number * period
         goes_on = tick(number, due)
-        numbers[ran], lateness[ran], unsent[ran] = number, late, refused()
         note(number, due, late, refused())
-        ran += 1
         if not goes_on:
             break
         number += 1
-    return Lateness(numbers[:ran].copy(), lateness[:ran].copy(), period, start, unsent[:ran].copy())
+    return start

@@ -20,6 +20,7 @@ from slipbench.bench.loop.button_wait import attentive
 from slipbench.bench.loop.clock import SECOND, SPIN, MonotonicClock
 from slipbench.bench.loop.interrupts import interrupts
 from slipbench.bench.loop.loop import Lateness, Tick, run_periodic
+from slipbench.bench.loop.process_watch import ProcessWatch
 from slipbench.bench.loop.realtime_process import NO_SPIN, die_with, one_processor, undisturbed
 from slipbench.bench.loop.ring import PHASE, Ring, attach_shared
 from slipbench.bench.loop.ticks import noting
@@ -29,6 +30,7 @@ from slipbench.protocol.codec.messages import Phase
 from slipbench.protocol.database.layout import Database
 from slipbench.protocol.errors import InputError
 
+VEHICLE_ENDED = "the process of the virtual motorcycle has ended"
 PHASES = 1 << 10  # phases that wait for whoever watches; more are only in the report
 
 
@@ -37,6 +39,8 @@ class LoopOrder:
     """What the loop needs.
 
     frames, phases  names of rings in shared memory
+    recorder        pipe whose other end the recorder holds
+    vehicle         pipe whose other end the virtual motorcycle's process holds; None: it has none
     """
 
     plan: Plan
@@ -45,6 +49,8 @@ class LoopOrder:
     address: BusAddress
     frames: str
     phases: str
+    recorder: Connection
+    vehicle: Connection | None = None
 
 
 @dataclass(frozen=True)
@@ -86,7 +92,7 @@ def run_loop(
     stamp = SteadyStamps(clock) if stamps_wall_time(bus) else as_stamped
     gateway = Gateway(order.plan, bus, order.database, frames, order.wheels, stamp)
     period = round(order.plan.trial.command.period * SECOND)
-    tick = _telling(gateway, phases, stop)
+    tick = _watching(order, gateway, frames, _telling(gateway, phases, stop))
     with undisturbed() as refused:
         _forget(bus)
         wait = attentive(gateway, bus, clock)
@@ -123,6 +129,21 @@ def _telling(gateway: Gateway, phases: Ring, stop: threading.Event) -> Tick:
         return goes_on
 
     return tick
+
+
+def _watching(order: LoopOrder, gateway: Gateway, frames: Ring, tick: Tick) -> Tick:
+    """Wrap a tick: a recorder that ended fails the ring, a vehicle that ended stops the trial."""
+    recorder = ProcessWatch(order.recorder)
+    vehicle = None if order.vehicle is None else ProcessWatch(order.vehicle)
+
+    def watched(number: int, due: int) -> bool:
+        if recorder.ended():
+            frames.fail()  # the gateway reads it in this tick, and releases the motorcycle
+        if vehicle is not None and vehicle.ended():
+            gateway.stop(due, VEHICLE_ENDED)
+        return tick(number, due)
+
+    return watched
 
 
 def drain_phases(phases: Ring) -> list[PhaseChange]:

@@ -7,11 +7,13 @@ import ctypes
 import gc
 import os
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
 PRIORITY = 80  # of SCHED_FIFO: above everything but the kernel's own threads
+RECORDER_PRIORITY = 70  # of SCHED_FIFO: below the loop's, above every ordinary process
 LATENCY = Path("/dev/cpu_dma_latency")  # keeps the processor out of deep sleep while it is open
+THREADS = Path("/proc/self/task")
 NO_SPIN = "the last part of each wait is not spun: there is one processor, and others need it"
 CURRENT_AND_FUTURE = 3  # MCL_CURRENT | MCL_FUTURE of <sys/mman.h>
 TIMER_SLACK, DEATH_SIGNAL = 29, 1  # PR_SET_TIMERSLACK, PR_SET_PDEATHSIG of <sys/prctl.h>
@@ -45,6 +47,21 @@ def one_processor() -> bool:
     """
     affinity = getattr(os, "sched_getaffinity", None)
     return (len(affinity(0)) if affinity else os.cpu_count() or 1) == 1
+
+
+def run_before_ordinary_processes() -> None:
+    """Give every thread of this process real-time scheduling below the loop's, where allowed.
+
+    For a process that rests most of the time. Neither its work nor its end waits for ordinary
+    processes then: a process that was killed has ended when each of its threads, those of numpy's
+    libraries as well, has had a processor once more. A refusal is in the record already: the loop
+    asks for the same right.
+    """
+    with suppress(OSError, AttributeError):
+        for thread in THREADS.iterdir():
+            os.sched_setscheduler(
+                int(thread.name), os.SCHED_FIFO, os.sched_param(RECORDER_PRIORITY)
+            )
 
 
 def die_with(number: int) -> None:

@@ -10,11 +10,13 @@ import signal
 import time
 from collections.abc import Iterable
 from contextlib import ExitStack
+from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
 from pathlib import Path
 from typing import BinaryIO
 
 from slipbench.bench.loop.interrupts import asking
+from slipbench.bench.loop.realtime_process import run_before_ordinary_processes
 from slipbench.bench.loop.ring import (
     BIT_RATE_SWITCH,
     ERROR,
@@ -108,16 +110,32 @@ def open_log(path: Path) -> BinaryIO:
     return path.open("xb", buffering=0)
 
 
-def start_recorder(ring_name: str, folder: Path, bus: str, table: TickTable) -> BaseProcess:
-    """Start the recorder as a process of its own: it shares no interpreter with the loop."""
+def start_recorder(
+    ring_name: str, folder: Path, bus: str, table: TickTable, pipe: Connection | None = None
+) -> BaseProcess:
+    """Start the recorder as a process of its own: it shares no interpreter with the loop.
+
+    `pipe` is the watched end of `process_pipe`: the kernel closes it when the recorder ends.
+    """
     process = multiprocessing.get_context("spawn").Process(
-        target=_record, args=(ring_name, folder, bus, table, os.getpid()), name="slipbench recorder"
+        target=_record,
+        args=(ring_name, folder, bus, table, os.getpid(), pipe),
+        name="slipbench recorder",
     )
     process.start()
+    if pipe is not None:
+        pipe.close()
     return process
 
 
-def _record(ring_name: str, folder: Path, bus: str, table: TickTable, parent: int) -> None:
+def _record(
+    ring_name: str,
+    folder: Path,
+    bus: str,
+    table: TickTable,
+    parent: int,
+    _pipe: Connection | None = None,
+) -> None:
     """Follow the ring until it is closed, or until nobody is left who would fill it.
 
     The operator's Ctrl-C, or the terminal's end, reaches every process of the terminal: it ends the
@@ -125,6 +143,7 @@ def _record(ring_name: str, folder: Path, bus: str, table: TickTable, parent: in
     """
     for number in asking():
         signal.signal(number, signal.SIG_IGN)
+    run_before_ordinary_processes()
     memory, ring = attach_shared(ring_name)
     with ExitStack() as files:
         log, ticks = (files.enter_context(open_log(folder / name)) for name in (FRAMES, TICKS))

@@ -9,7 +9,7 @@ import signal
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from multiprocessing.connection import Connection, wait
+from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
 from pathlib import Path
 from types import FrameType
@@ -19,12 +19,14 @@ from slipbench.bench.loop.exit_status import ended
 from slipbench.bench.loop.interrupts import asking
 from slipbench.bench.loop.liveness import Pulse
 from slipbench.bench.loop.loop_process import PHASES, LoopOrder, LoopReport, drain_phases, serve
+from slipbench.bench.loop.process_watch import process_pipe
 from slipbench.bench.loop.recorder import JOIN, start_recorder, what_failed
 from slipbench.bench.loop.ring import Ring, create_shared
 from slipbench.bench.loop.ticks import TICKS, read_ticks, tick_table
 from slipbench.bench.safety.trial import TrialState
 from slipbench.bench.trials.outcome import Outcome
 from slipbench.bench.trials.preparation import Prepared
+from slipbench.bench.vehicle.live_vehicle import VehicleProcess
 from slipbench.bench.vehicle.virtual_motorcycle import wheels_of
 from slipbench.protocol.codec.messages import Phase
 from slipbench.protocol.errors import InputError
@@ -47,8 +49,15 @@ class LiveTrial:
         phases: Ring,
         order: LoopOrder,
         receive_buffer: int | None,
+        recorder: Connection,
+        vehicle: VehicleProcess | None = None,
     ) -> None:
-        """Watch `loop`, which listens at the other end of `pipe`."""
+        """Watch `loop`, which listens at the other end of `pipe`.
+
+        recorder  end of a pipe for the recorder to hold: the loop reads from it whether it lives
+        vehicle   process of the virtual motorcycle, where the trial has one
+        """
+        self._recorder_pipe, self._vehicle = recorder, vehicle
         self.receive_buffer = receive_buffer
         self._loop, self._pipe, self._order = loop, pipe, order
         self._frames, self._phases = frames, phases
@@ -61,18 +70,22 @@ class LiveTrial:
     def run(self, folder: Path, told: Told) -> Outcome:
         """Run the trial, frames and ticks into `folder`; `told` is told each phase as it begins."""
         table = tick_table(self._order.plan.trial)
-        recorder = start_recorder(self._order.frames, folder, self._order.address.name, table)
+        recorder = start_recorder(
+            self._order.frames, folder, self._order.address.name, table, self._recorder_pipe
+        )
         if not _begun(recorder, folder / TICKS):
             self._frames.fail()  # the loop reads it in its first tick, and says so
         self._pipe.send("begin")
         changes = []
-        while self._running(recorder):
+        while self._running():
             for change in drain_phases(self._phases):
                 changes.append(change)
                 self._known = TrialState(change.phase)
                 told(change.phase)
         self._frames.close()
         self._notes += _finish(recorder, self._frames)
+        if self._vehicle is not None and (why := self._vehicle.why_ended()):
+            self._notes.append(f"the virtual motorcycle's process died ({why})")
         if self._report is not None:
             report = self._report
             return Outcome(
@@ -82,14 +95,11 @@ class LiveTrial:
         lateness = read_ticks(folder / TICKS, table.period)
         return Outcome(self._known, tuple(changes), lateness, (died, *self._notes), died)
 
-    def _running(self, recorder: BaseProcess) -> bool:
-        """Wait a moment for the report; a loop or a recorder that died meanwhile is noticed."""
+    def _running(self) -> bool:
+        """Wait a moment for the report; a loop that died meanwhile is noticed."""
         if self._over:
             return False  # what was told with the report has been taken in between
-        lives = recorder.exitcode is None
-        wait([self._pipe, *([recorder.sentinel] if lives else [])], LOOK)
-        if recorder.exitcode is not None:
-            self._frames.fail()  # the loop reads it in its next tick, and hands back
+        self._pipe.poll(LOOK)
         if self._pulse.stands() and not self._pipe.poll():
             self._notes.append(f"the loop's process stood still for {STANDING:g} s and was ended")
             self._loop.kill()
@@ -103,13 +113,16 @@ class LiveTrial:
 
 
 @contextmanager
-def live_trial(prepared: Prepared, address: BusAddress) -> Iterator[LiveTrial]:
+def live_trial(
+    prepared: Prepared, address: BusAddress, vehicle: VehicleProcess | None = None
+) -> Iterator[LiveTrial]:
     """Start the loop's process; raises InputError where it cannot open the bus at `address`.
 
-    A vehicle, virtual or real, is expected on the bus.
+    A vehicle, virtual or real, is expected on the bus; the trial ends with the process `vehicle`.
     """
     spawning = multiprocessing.get_context("spawn")
     ours, theirs = spawning.Pipe()
+    watching, watched = process_pipe()
     with _ring() as (frames_name, frames), _ring(PHASES) as (phases_name, phases):
         order = LoopOrder(
             prepared.plan,
@@ -118,16 +131,20 @@ def live_trial(prepared: Prepared, address: BusAddress) -> Iterator[LiveTrial]:
             address,
             frames_name,
             phases_name,
+            watching,
+            None if vehicle is None else vehicle.pipe,
         )
         loop = spawning.Process(target=serve, args=(order, theirs), name="slipbench loop")
         loop.start()
         theirs.close()
+        watching.close()
         try:
             with _interrupts_passed_on(loop) as asked:
                 room = _opened(ours, loop, address, asked)
-                yield LiveTrial(loop, ours, frames, phases, order, room)
+                yield LiveTrial(loop, ours, frames, phases, order, room, watched, vehicle)
         finally:
             ours.close()
+            watched.close()
             frames.close()
             loop.join(JOIN)
             if loop.is_alive():

@@ -14,6 +14,7 @@ from slipbench.bench.trials.outcome import Outcome, told
 from slipbench.bench.trials.preparation import Prepared, check_swing
 from slipbench.bench.trials.simulated_trial import BITRATE, BUS, START, run_simulated
 from slipbench.bench.trials.vehicle_roles import roles_text
+from slipbench.bench.vehicle.live_vehicle import VehicleProcess
 from slipbench.bench.vehicle.virtual_motorcycle import opening, wheels_of
 from slipbench.protocol.codec.messages import Phase
 from slipbench.protocol.errors import InputError
@@ -27,11 +28,12 @@ def run_trial(
     address: BusAddress | None,
     progress: Callable[[float], None] = lambda _: None,
     phases: Callable[[Phase], None] = lambda _: None,
+    vehicle: VehicleProcess | None = None,
 ) -> Outcome:
     """Run a trial into `folder`: on the simulated clock, or in real time at `address`.
 
-    `progress` is told the simulated time in s, `phases` each phase of a live trial. Raises
-    InputError, and leaves no folder behind, where the folder exists, the trial does not suit the
+    `progress` is told the simulated time in s, `phases` each phase of a live trial, which ends when
+    the process `vehicle` does. Raises InputError, and leaves no folder behind, where the folder exists, the trial does not suit the
     vehicle, or the bus cannot be opened.
     """
     if address is None:
@@ -39,7 +41,7 @@ def run_trial(
         description = _begin(prepared, folder, address)
         outcome = run_simulated(prepared, folder, progress)
     else:
-        with live_trial(prepared, address) as loop:
+        with live_trial(prepared, address, vehicle) as loop:
             description = _begin(prepared, folder, address, loop.receive_buffer)
             outcome = loop.run(folder, phases)
     return _end(folder, description, outcome, prepared.trial)

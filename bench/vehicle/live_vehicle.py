@@ -6,20 +6,24 @@ import signal
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager, nullcontext
+from dataclasses import dataclass
+from multiprocessing.connection import Connection
+from multiprocessing.process import BaseProcess
 from types import MappingProxyType
 from typing import Any
 
 from slipbench.bench.bus.opening import BusAddress, open_bus, told_when_gone
 from slipbench.bench.loop.clock import MILLISECOND, MonotonicClock
+from slipbench.bench.loop.exit_status import ended
 from slipbench.bench.loop.interrupts import asking, interrupts
-from slipbench.bench.loop.loop import run_periodic
+from slipbench.bench.loop.loop import run_ticks
+from slipbench.bench.loop.process_watch import process_pipe
 from slipbench.bench.loop.realtime_process import die_with, undisturbed
 from slipbench.bench.vehicle.virtual_motorcycle import Ride, VirtualMotorcycle
 from slipbench.protocol.codec.codec import Codec
 from slipbench.protocol.database.layout import Database
 from slipbench.protocol.errors import InputError
 
-A_DAY_AT_THE_TRACK = 8 * 3_600_000  # ms
 LEAVING = 10.0  # s that a vehicle has to leave the bus
 SPIN = 20_000  # ns: a motorcycle may be late by that much; the processor is the bench's
 
@@ -50,20 +54,35 @@ def ride_until(
             return motorcycle.tick(number, due) and not over()
 
         with calm():
-            run_periodic(tick, MILLISECOND, MonotonicClock(SPIN), most=A_DAY_AT_THE_TRACK)
+            run_ticks(tick, MILLISECOND, MonotonicClock(SPIN))
         return motorcycle
 
 
+@dataclass(frozen=True)
+class VehicleProcess:
+    """A process in which the virtual motorcycle rides. pipe: closed by the kernel when it ends."""
+
+    process: BaseProcess
+    pipe: Connection
+
+    def why_ended(self) -> str:
+        """How the process died, in words; empty where it lives or ended as it was asked to."""
+        return ended(self.process)
+
+
 @contextmanager
-def riding_beside(ride: Ride, database: Database, address: BusAddress) -> Iterator[None]:
+def riding_beside(ride: Ride, database: Database, address: BusAddress) -> Iterator[VehicleProcess]:
     """Ride in a process of its own for as long as the block lasts, on a bus that it shares."""
+    watching, watched = process_pipe()
     process = multiprocessing.get_context("spawn").Process(
-        target=_ride_on, args=(ride, database, address), name="slipbench vehicle"
+        target=_ride_on, args=(ride, database, address, watched), name="slipbench vehicle"
     )
     process.start()
+    watched.close()
     try:
-        yield
+        yield VehicleProcess(process, watching)
     finally:
+        watching.close()
         process.terminate()
         process.join(LEAVING)
         if process.is_alive():  # stopped, or hanging: it holds nothing that would be lost
@@ -71,7 +90,7 @@ def riding_beside(ride: Ride, database: Database, address: BusAddress) -> Iterat
             process.join()
 
 
-def _ride_on(ride: Ride, database: Database, address: BusAddress) -> None:
+def _ride_on(ride: Ride, database: Database, address: BusAddress, _pipe: Connection) -> None:
     """Ride until asked to end; what the terminal says is the trial's, which hands back to it."""
     die_with(signal.SIGTERM)
     over = threading.Event()

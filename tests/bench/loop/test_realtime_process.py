@@ -6,7 +6,14 @@ import os
 
 import pytest
 
-from slipbench.bench.loop.realtime_process import _CLAIMS, one_processor, undisturbed
+from slipbench.bench.loop.realtime_process import (
+    _CLAIMS,
+    RECORDER_PRIORITY,
+    THREADS,
+    one_processor,
+    run_before_ordinary_processes,
+    undisturbed,
+)
 
 needs_linux = pytest.mark.skipif(
     not hasattr(os, "sched_setaffinity"), reason="this system does not bind processes to processors"
@@ -50,3 +57,27 @@ def test_what_was_claimed_is_given_back() -> None:
         said = any("SCHED_FIFO" in words for words in refused)
         assert (os.sched_getscheduler(0) == os.SCHED_FIFO) != said
     assert os.sched_getscheduler(0) == before
+
+
+def _priorities_of_all_threads() -> tuple[list[tuple[int, int]], list[str]]:
+    import numpy as np
+
+    np.linalg.solve(np.eye(300), np.ones(300))  # its library has threads of its own from here on
+    with undisturbed() as refused:
+        pass
+    run_before_ordinary_processes()
+    threads = [int(thread.name) for thread in THREADS.iterdir()]
+    return [
+        (os.sched_getscheduler(thread), os.sched_getparam(thread).sched_priority)
+        for thread in threads
+    ], list(refused)
+
+
+@needs_linux
+def test_no_thread_of_the_recorder_waits_for_ordinary_processes() -> None:
+    """A process that was killed ends with the last of its threads: 400 ms later under load."""
+    with multiprocessing.get_context("spawn").Pool(1) as pool:
+        priorities, refused = pool.apply(_priorities_of_all_threads)
+    allowed = not any("SCHED_FIFO" in words for words in refused)
+    expected = (os.SCHED_FIFO, RECORDER_PRIORITY) if allowed else (os.SCHED_OTHER, 0)
+    assert set(priorities) == {expected}

@@ -27,8 +27,8 @@ from tests.bench.trials.test_whole_trial import prepared
 def ridden(the_trial, folder, told=lambda _: None):
     """A trial on a virtual bus, with the virtual motorcycle in a process of its own."""
     address = BusAddress("slipbench", f"{folder.parent.name}-{os.getpid()}")
-    with riding_beside(the_trial.ride, the_trial.database, address):
-        return run_trial(the_trial, folder, address, phases=told)
+    with riding_beside(the_trial.ride, the_trial.database, address) as vehicle:
+        return run_trial(the_trial, folder, address, phases=told, vehicle=vehicle)
 
 
 def test_a_trial_in_real_time_is_recorded_whole(tmp_path):
