@@ -32,6 +32,7 @@ from typing import Any
 from slipbench.identification.mismatch.fit.floor import LackOfFit
 from slipbench.identification.mismatch.fit.held_out import Error
 from slipbench.identification.mismatch.naming.interval import Estimate
+from slipbench.identification.mismatch.simulation.written_units import SI, WrittenUnits
 
 
 @dataclass(frozen=True)
@@ -88,7 +89,7 @@ class FoundCurve:
 
 @dataclass(frozen=True)
 class Verdict:
-    """Result of an analysis; see the head of this file."""
+    """Result of an analysis, SI; see the head of this file. written: units in which it is read."""
 
     mismatch: bool | None
     p_value: float | None
@@ -109,11 +110,13 @@ class Verdict:
     left_out: tuple[str, ...] = ()
     complete: bool = True
     failure: str = ""
+    written: WrittenUnits = SI
 
 
 def as_tree(verdict: Verdict) -> dict[str, Any]:
     """Return the verdict as verdict.json tells it."""
     tree = asdict(verdict)
+    del tree["written"]
     tree["mismatch"] = {"found": verdict.mismatch, "p_value": tree.pop("p_value")}
     tree["unknown"] = {"found": verdict.unknown, "shape": tree.pop("shape")}
     for effect in tree["effects"]:
