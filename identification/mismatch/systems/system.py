@@ -166,7 +166,7 @@ class ModelSystem(System):
             shown = self.simulate(record, Chain({DRIVE: ()}, ()), DRIVE, q, {})
         except PlantError as fault:
             raise InputError(
-                "the model file cannot be simulated with its own numbers",
+                "the model file cannot be simulated with its nominal parameters",
                 where=f"{self.where} on {recording.folder}",
                 found=str(fault),
                 remedy="check the parameters and the equations",

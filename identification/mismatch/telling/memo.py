@@ -6,7 +6,13 @@ from math import floor, log10, pi
 
 from slipbench.identification.mismatch.fit.held_out import Error
 from slipbench.identification.mismatch.naming.interval import Estimate
-from slipbench.identification.mismatch.simulation.along import OVER, SCALE, kind_of, quantity_of
+from slipbench.identification.mismatch.simulation.along import (
+    OVER,
+    PAST,
+    SCALE,
+    kind_of,
+    quantity_of,
+)
 from slipbench.identification.mismatch.simulation.written_units import WrittenUnits
 from slipbench.identification.mismatch.telling.verdict import (
     FoundEffect,
@@ -68,6 +74,7 @@ def along(regressor: str) -> str:
     kind, quantity = kind_of(regressor), quantity_of(regressor)
     if kind == SCALE:
         return f" as a share of the {scaled_by(regressor)}, along the {quantity}"
+    kind = "history of " if kind == PAST else kind
     return f" along the {kind}{'the ' if kind else ''}{quantity}" if regressor else ""
 
 

@@ -1,7 +1,7 @@
-"""What an analysis says in the end, as data: the content of verdict.json.
+"""Result of an analysis as data: the content of verdict.json.
 
 mismatch     {found, p_value}: whether simulation and recordings differ, and the family-wise p;
-             null where the analysis ended before it could tell
+             null where the analysis ended before a conclusion
 location     {block, injection, regressor, band, region, along, direction, shape, gain, ...}
              or null
 effects      [{name, subject, block, gain, trace, parameters: [{name, value, unit, interval}]}],
