@@ -1,4 +1,4 @@
-"""A vehicle is written as a vehicle file in SI that reads back as the same vehicle."""
+"""Write a vehicle file: a new one in SI, or an existing one with new numbers."""
 
 from pathlib import Path
 from typing import Any
@@ -7,16 +7,45 @@ import tomli_w
 
 from slipbench.plant.channels import CHANNEL_UNITS, DEFAULT_CHANNELS, ChannelTiming
 from slipbench.plant.parameters import Block
+from slipbench.plant.toml_text import edited, is_quantity
+from slipbench.plant.units import to_si
 from slipbench.plant.vehicle_file import Vehicle
 
 
 def save_vehicle(vehicle: Vehicle, path: str | Path) -> None:
-    """Write the vehicle to a TOML file."""
+    """Write a vehicle file in SI, which reads back as the same vehicle. Raises OSError."""
     Path(path).write_text(tomli_w.dumps(vehicle_tree(vehicle)), encoding="utf-8")
 
 
+def edited_vehicle(text: str, before: Vehicle, after: Vehicle) -> str:
+    """Return the text of a vehicle file with what differs between two vehicles.
+
+    text: the file of `before`. Comments, order and units stay; new numbers have nine digits.
+    """
+    return edited(text, _changes(vehicle_tree(before), vehicle_tree(after)), _linear)
+
+
+def _linear(unit: str, to: str) -> tuple[float, float]:
+    offset = to_si(0.0, unit, to)
+    return to_si(1.0, unit, to) - offset, offset
+
+
+def _changes(before: dict[str, Any], after: dict[str, Any]) -> dict[str, Any]:
+    """What a tree has anew or otherwise than before; quantities and tables of lists as a whole."""
+    found: dict[str, Any] = {}
+    for key, value in after.items():
+        old = before.get(key)
+        if isinstance(value, list):
+            found[key] = [table for table in value if table not in (old or ())]
+        elif isinstance(value, dict) and isinstance(old, dict) and not is_quantity(value):
+            found[key] = _changes(old, value)
+        elif value != old:
+            found[key] = value
+    return {key: value for key, value in found.items() if value not in ({}, [])}
+
+
 def vehicle_tree(vehicle: Vehicle) -> dict[str, Any]:
-    """Return the vehicle as the tree of its file."""
+    """Tree of a vehicle file in SI."""
     bike, known = vehicle.motorcycle, vehicle.plus_minus
     tree: dict[str, Any] = {"name": vehicle.name, "description": vehicle.description}
     tree["gears"] = {

@@ -20,7 +20,7 @@ EVEN = 0.3
 
 
 def shape_in_words(curve: Curve, unit: str = "") -> str:
-    """Say what a curve looks like: what the recordings tell beyond its straight line, if much.
+    """Shape of a curve in words: its deviation from a straight line, where that is large.
 
     unit: of the quantity along which it acts.
     """
@@ -30,7 +30,7 @@ def shape_in_words(curve: Curve, unit: str = "") -> str:
     if curve.kind == HYSTERESIS:
         return _hysteresis(z, f, unit)
     if curve.regressor == ANGLE:
-        return f"periodic in the wheel's angle, strongest at order {_order(f)}"
+        return f"periodic in the wheel angle, largest at order {_order(f)}"
     if curve.kind == SCALE:
         return _gain(z, f, unit)
     if z[0] < 0.0 < z[-1] and min(-z[0], z[-1]) > 0.2 * max(-z[0], z[-1]):
@@ -40,7 +40,7 @@ def shape_in_words(curve: Curve, unit: str = "") -> str:
 
 def _slope_or_bump(z: Floats, f: Floats, unit: str) -> str:
     if not _bent(z, f):
-        return "in proportion to it"
+        return "linear"
     line = np.polynomial.Polynomial.fit(z, f, 1)
     return _bump(z, f - line(z), unit)
 
@@ -48,7 +48,7 @@ def _slope_or_bump(z: Floats, f: Floats, unit: str) -> str:
 def _gain(z: Floats, f: Floats, unit: str) -> str:
     """Say how what it scales counts for more or less; a sign of z is nothing to a gain."""
     if np.ptp(f) < EVEN * np.max(np.abs(f)):
-        return "a gain that is the same throughout"
+        return "a constant gain"
     return _slope_or_bump(z, f, unit)
 
 
@@ -57,7 +57,7 @@ def _memory(times: Floats, values: Floats) -> str:
     time = np.geomspace(0.3 * times[times > 0.0].min(), times.max(), 200)
     moved = np.abs(step_response(times, values, time) - values[times == 0.0].sum())
     settled = float(time[np.argmax(moved >= (1.0 - np.exp(-1.0)) * moved.max())])
-    return f"an answer with a memory: most of it comes within {settled:.2g} s"
+    return f"a dynamic response: 63 % of it within {settled:.2g} s"
 
 
 def _hysteresis(widths: Floats, values: Floats, unit: str) -> str:
@@ -66,7 +66,7 @@ def _hysteresis(widths: Floats, values: Floats, unit: str) -> str:
     height = np.abs(values * widths)[stops]
     width = float(widths[stops][int(np.argmax(height))])
     way = _told(2.0 * width, unit)
-    return f"a hysteresis, as of play or dry friction: after a turn it takes {way}"
+    return f"a hysteresis, as of backlash or dry friction: width after a reversal {way}"
 
 
 def _about_zero(curve: Curve, unit: str) -> str:
@@ -76,20 +76,20 @@ def _about_zero(curve: Curve, unit: str) -> str:
     y = curve(x) - curve(np.zeros(1))
     odd, even = 0.5 * (y - y[::-1]), 0.5 * (y + y[::-1])
     if np.ptp(even) > 1.5 * np.ptp(odd):
-        return "the same for both signs, growing with its size"
+        return "even: the same for both signs"
     inner = (np.interp(0.25 * reach, x, odd)) / 0.25
     outer = (odd[-1] - np.interp(0.75 * reach, x, odd)) / 0.25
-    both = "" if np.ptp(even) < ONE_SIDED * np.ptp(odd) else ", and different for the two signs"
+    both = "" if np.ptp(even) < ONE_SIDED * np.ptp(odd) else ", different for the two signs"
     if abs(inner) < 0.4 * abs(outer):
-        return "a dead zone: hardly any effect near zero" + both
+        return "a dead zone around zero" + both
     if abs(outer) < 0.25 * abs(inner):
-        return "a step at zero that then stays level, as of friction or a limit" + both
+        return "a step at zero, constant beyond, as of dry friction or saturation" + both
     if _bent(z, f):
         return f"a kink about {_told(_kink(z, f), unit)}" + both
     if both:
         return "a different slope for each sign"
     late = "rate" in curve.regressor or "acceleration" in curve.regressor
-    return "in proportion to it" + (", as a lag is" if late else "")
+    return "linear" + (", as of a lag" if late else "")
 
 
 def _told(value: float, unit: str) -> str:
@@ -115,4 +115,4 @@ def _bump(z: Floats, bent: Floats, unit: str) -> str:
     top = int(np.argmax(np.abs(bent - np.median(bent))))
     if 0 < top < z.size - 1:
         return f"a local bump or dip about {_told(float(z[top]), unit)}"
-    return "bent, strongest at the end of its range"
+    return "nonlinear, largest at the end of its range"

@@ -24,5 +24,5 @@ def _check_ratio(name: str, gear: int, told: float, shown: float) -> None:
             where=name,
             expected=f"{told:.3g} crank turns per wheel turn in gear {gear}",
             found=f"{shown:.3g}",
-            remedy="give the vehicle file of this vehicle, or mend its gears",
+            remedy="give the vehicle file of this vehicle, or correct its gear ratios",
         )

@@ -73,9 +73,9 @@ def prepare(recording: Recording, vehicle: Vehicle) -> Record:
     bins = int((rows * STEP - LEAD_IN - OVERHANG) / BIN)
     if bins < 100:
         raise InputError(
-            "the recording is too short to judge a simulation by",
+            "the recording is too short",
             where=str(recording.folder),
-            expected="2 s and more in which all channels are there",
+            expected="at least 2 s in which all channels are recorded",
             found=f"{end - start:.2f} s",
         )
     grid = Grid(rows, LEAD_IN, bins, BIN, STEP, parts=PARTS)
@@ -100,7 +100,7 @@ def without_dead(recording: Recording) -> Recording:
         if c.value.size and role.endswith(("teeth", "speed"))
     )
     dead = {
-        role: f"it tells {recording.channels[role].value[0]:.6g} throughout ({c.origin})"
+        role: f"constant at {recording.channels[role].value[0]:.6g} ({c.origin})"
         for role, c in recording.channels.items()
         if moved and role in SPEEDS and c.value.size and np.ptp(c.value) == 0.0
     }
@@ -113,7 +113,7 @@ def _window(data: Aligned, base: Dataset) -> tuple[float, float]:
     used = [t for role, t in data.time.items() if role in (*LINEAR, "rear_teeth", "front_teeth")]
     if not used:
         raise InputError(
-            "no channel that a simulation could be judged by",
+            "no channel that can be compared with the simulation",
             where=str(data.recording.folder),
             expected=", ".join((*LINEAR, "rear_teeth", "front_teeth")),
             found="; ".join(f"{r}: {w}" for r, w in data.absent.items())

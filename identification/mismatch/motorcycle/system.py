@@ -1,5 +1,6 @@
 """The motorcycle of a vehicle file as a system that the engine explains."""
 
+import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -25,23 +26,30 @@ from slipbench.identification.mismatch.simulation.place import Injection
 from slipbench.identification.mismatch.simulation.record import Record
 from slipbench.identification.mismatch.simulation.system import System
 from slipbench.identification.mismatch.simulation.turn import Turn
+from slipbench.identification.mismatch.simulation.written_units import SI, WrittenUnits
 from slipbench.plant.effects.effect import Effect
 from slipbench.plant.effects.free_curve import free_curve
 from slipbench.plant.effects.library import LIBRARY
 from slipbench.plant.errors import PlantError
 from slipbench.plant.signals import Floats, Inputs
 from slipbench.plant.vehicle_file import Vehicle, load_vehicle
-from slipbench.plant.vehicle_writer import vehicle_tree
+from slipbench.plant.vehicle_writer import edited_vehicle, vehicle_tree
 from slipbench.protocol.errors import InputError
 from slipbench.protocol.recording.recording import Recording
+
+IMPROVED = "Calibrated on recordings, with the effects found there"
 
 
 @dataclass(frozen=True, eq=False)
 class MotorcycleSystem(System):
-    """A vehicle of a vehicle file. finer: steps of integration in a row."""
+    """A vehicle of a vehicle file. finer: steps of integration in a row.
+
+    source: text of the file and the vehicle that it describes; None for a vehicle without a file.
+    """
 
     vehicle: Vehicle
     finer: int = FINER
+    source: tuple[str, Vehicle] | None = None
 
     units = UNITS
     operating = "engine speed"
@@ -53,7 +61,8 @@ class MotorcycleSystem(System):
     def load(cls, path: Path) -> Self:
         """Load a vehicle file; its faults are a user's mistake like any other."""
         try:
-            return cls(load_vehicle(path))
+            vehicle = load_vehicle(path)
+            return cls(vehicle, source=(path.read_text(encoding="utf-8"), vehicle))
         except PlantError as fault:
             raise InputError(str(fault)) from fault
 
@@ -94,13 +103,20 @@ class MotorcycleSystem(System):
             self.vehicle,
             name=f"{self.vehicle.name} improved",
             plus_minus=plus_minus,
-            description="Re-calibrated on recordings, with the effects found there",
+            description=self.vehicle.description or IMPROVED,
         )
         return replace(self, vehicle=vehicle)
 
     def text(self) -> str:
         """Return the vehicle file."""
-        return tomli_w.dumps(vehicle_tree(self.vehicle))
+        if self.source is None:
+            return tomli_w.dumps(vehicle_tree(self.vehicle))
+        return edited_vehicle(*self.source, self.vehicle)
+
+    @property
+    def written(self) -> WrittenUnits:
+        """Units of the vehicle file."""
+        return WrittenUnits.of_tree(tomllib.loads(self.source[0])) if self.source else SI
 
     def prepare(self, recording: Recording) -> Record:
         """Make a recording ready."""

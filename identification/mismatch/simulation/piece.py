@@ -35,7 +35,7 @@ class Piece:
             start, end = 0.0, 0.0
         if not colon or not start < end:
             raise InputError(
-                f"{span!r} is no piece of a recording",
+                f"{span!r} is not a segment of a recording",
                 where=str(path),
                 expected="seconds since its start, as in run@0:60, run@60: or run@:60",
             )

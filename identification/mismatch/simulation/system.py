@@ -16,6 +16,7 @@ from slipbench.identification.mismatch.simulation.place import Injection
 from slipbench.identification.mismatch.simulation.record import Record
 from slipbench.identification.mismatch.simulation.sensor import Columns
 from slipbench.identification.mismatch.simulation.turn import Turn
+from slipbench.identification.mismatch.simulation.written_units import SI, WrittenUnits
 from slipbench.plant.effects.effect import Effect
 from slipbench.plant.signals import Floats
 from slipbench.protocol.recording.recording import Recording
@@ -71,6 +72,11 @@ class System(ABC):
     @abstractmethod
     def text(self) -> str:
         """Return the file that tells it."""
+
+    @property
+    def written(self) -> WrittenUnits:
+        """Units in which its file is written."""
+        return SI
 
     # What the recordings are to it.
 

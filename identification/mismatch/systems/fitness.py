@@ -18,7 +18,7 @@ from slipbench.protocol.recording.recording import Recording
 GAP = 10.0
 """Usual distances of two samples, and periods of the model file, beyond which they are a gap."""
 
-FREE = "every input is constant: only the response to the initial state is judged"
+FREE = "every input is constant: only the response to the initial state is analysed"
 
 
 def usable(recording: Recording, file: ModelFile) -> Recording:
@@ -59,7 +59,7 @@ def _check_unit(recording: Recording, told: Input | Output) -> None:
         return
     if channel.unit != told.size.si_unit:
         raise InputError(
-            f"the recording tells {told.role} in another unit than the model file",
+            f"the unit of {told.role} in the recording is another than in the model file",
             where=str(recording.folder),
             expected=told.size.si_unit,
             found=channel.unit,
@@ -96,7 +96,7 @@ def window(data: Aligned, file: ModelFile) -> tuple[float, float, tuple[str, ...
     pieces.append((begun, end))
     best = max(pieces, key=lambda piece: piece[1] - piece[0])
     where = ", ".join(f"{last:.3g} to {first:.3g} s" for last, first in gaps)
-    cut = (f"inputs have gaps ({where}): {best[0]:.3g} to {best[1]:.3g} s is judged",)
+    cut = (f"inputs have gaps ({where}): {best[0]:.3g} to {best[1]:.3g} s is analysed",)
     rest = (FREE,) if _inputs_rest(data.recording, file) else ()
     return *best, (*(cut if gaps else ()), *rest)
 

@@ -142,9 +142,9 @@ class ModelFile(Section):
         for part in (self.parameters, self.inputs, self.states, self.seams, self.outputs):
             for name in part:
                 if not name.isidentifier():
-                    raise ValueError(f"{name!r} is no name: letters, digits and _ only")
+                    raise ValueError(f"{name!r} is not a valid name: letters, digits and _ only")
                 if name in seen:
-                    raise ValueError(f"{name!r} is told twice, or is a function's name")
+                    raise ValueError(f"{name!r} is defined twice, or is the name of a function")
                 seen.add(name)
         return self
 

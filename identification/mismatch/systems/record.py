@@ -85,21 +85,20 @@ def realigned(record: Record, recording: Recording, file: ModelFile, simulated: 
             )
             if abs(alike) < ALIKE:
                 left_out.append(
-                    f"{role}: its clock {channel.clock!r} has nothing in common with the"
-                    f" recording's, and nothing in it resembles the simulation (correlation at"
-                    f" most {abs(alike):.2f})"
+                    f"{role}: its clock {channel.clock!r} cannot be aligned: no channel is on both"
+                    f" clocks, and the correlation with the simulation is at most {abs(alike):.2f}"
                 )
                 del sensors[name]
                 continue
             sensors[name] = _sensor(data, file, name, start, record.grid)
             notes.append(
                 f"the clock {channel.clock!r} of {name.replace('_', ' ')} is"
-                f" {start - record.start:.3f} s ahead of the recording's: there its correlation"
-                f" with the simulation is {alike:.4f}"
+                f" {start - record.start:.3f} s ahead of the recording's: at this offset its"
+                f" correlation with the simulation is {alike:.4f}"
             )
     if not sensors:
         raise InputError(
-            "no output of the model file can be laid beside the simulation",
+            "no output of the model file can be aligned with the simulation",
             where=str(recording.folder),
             found="; ".join(left_out),
             remedy="record a channel of each clock on both, or check the model file",
@@ -111,11 +110,11 @@ def _check_inputs(data: Aligned, file: ModelFile) -> None:
     for name, told in file.inputs.items():
         if not data.has(told.role):
             raise InputError(
-                f"the input {name!r} was not recorded, so nothing drives the system",
+                f"the input {name!r} was not recorded",
                 where=str(data.recording.folder),
                 expected=f"the role {told.role}",
                 found=data.absent.get(told.role, ", ".join(data.time)),
-                remedy="check the role map, or cut the model file where it was recorded",
+                remedy="check the role map, or use a recorded signal as the input of the model file",
             )
 
 
@@ -140,7 +139,7 @@ def _grid(data: Aligned, file: ModelFile, length: float, where: str) -> Grid:
             where=where,
             expected=f"{LEAST} bins of {width:.3g} s up to {MOST_ROWS} rows",
             found=f"{length:.3g} s in rows of {step:.3g} s",
-            remedy="give a longer piece" if bins < LEAST else "give a piece, as in run@0:60",
+            remedy="give a longer segment" if bins < LEAST else "give a segment, as in run@0:60",
         )
     # A quarter of a bin apart from the instants of regular samples, so that each has its own.
     return Grid(rows, 1.25 * width, int(bins), width, step, file.stretch or STRETCH * width)

@@ -16,6 +16,7 @@ from slipbench.identification.mismatch.simulation.coordinates import (
 from slipbench.identification.mismatch.simulation.place import Injection
 from slipbench.identification.mismatch.simulation.record import Record
 from slipbench.identification.mismatch.simulation.system import System
+from slipbench.identification.mismatch.simulation.written_units import WrittenUnits
 from slipbench.identification.mismatch.systems import placing
 from slipbench.identification.mismatch.systems.effects.seam_effect import OUTPUT, SeamEffect
 from slipbench.identification.mismatch.systems.equations import Equations, equations
@@ -36,6 +37,7 @@ BINS_PER_LAG = 60
 """Least bins of a recording for each lag of its noise model."""
 MEMORY = 1 / 3
 """Of the noise models, in stretches: errors that far apart have little in common."""
+IMPROVED = "Calibrated on recordings, with the effects found there"
 PUSH = 0.1
 """Size of a push worth trying, in the usual magnitude of its place."""
 
@@ -45,6 +47,7 @@ class ModelSystem(System):
     """A system of a model file.
 
     values: of its parameters, SI, in the file's order. acting: effects. known: 95 % half widths.
+    source: text of the file.
     """
 
     file: ModelFile
@@ -54,6 +57,7 @@ class ModelSystem(System):
     acting: tuple[Effect, ...] = ()
     known: Mapping[str, float] = field(default_factory=dict)
     read: placing.Read | None = None
+    source: str = ""
 
     bends = 4
     farthest = 3.0  # beyond lies not another value of a parameter but physics that is missing
@@ -62,7 +66,9 @@ class ModelSystem(System):
     @classmethod
     def load(cls, path: Path) -> Self:
         """Load a model file. Raises InputError."""
-        return cls.of(load_model_file(path), path.name)
+        return replace(
+            cls.of(load_model_file(path), path.name), source=path.read_text(encoding="utf-8")
+        )
 
     @classmethod
     def of(cls, file: ModelFile, where: str) -> Self:
@@ -131,7 +137,7 @@ class ModelSystem(System):
 
     def believed(self, plus_minus: Mapping[str, float]) -> Self:
         """Return it under an improved one's name."""
-        told = "Re-calibrated on recordings, with the effects found there"
+        told = self.file.description or IMPROVED
         file = self.file.model_copy(
             update={"name": f"{self.file.name} improved", "description": told}
         )
@@ -140,7 +146,15 @@ class ModelSystem(System):
     def text(self) -> str:
         """Return the model file."""
         effects = tuple(e for e in self.acting if isinstance(e, SeamEffect))
-        return as_text(self.file, self.values, effects, self.known)
+        return as_text(self.source, self.file, self.values, effects, self.known, self.written)
+
+    @property
+    def written(self) -> WrittenUnits:
+        """Units of the model file."""
+        parts = (self.file.inputs, self.file.states, self.file.seams, self.file.outputs)
+        sizes = {_word(name): told.size for part in parts for name, told in part.items()}
+        own = {name: (size.si_unit, size.unit) for name, size in sizes.items()}
+        return WrittenUnits.of_tree(self.file.model_dump(), own)
 
     def prepare(self, recording: Recording) -> Record:
         """Make a recording ready."""
@@ -152,7 +166,7 @@ class ModelSystem(System):
             shown = self.simulate(record, Chain({DRIVE: ()}, ()), DRIVE, q, {})
         except PlantError as fault:
             raise InputError(
-                "the model file cannot be simulated with its own numbers",
+                "the model file cannot be simulated with its nominal parameters",
                 where=f"{self.where} on {recording.folder}",
                 found=str(fault),
                 remedy="check the parameters and the equations",

@@ -57,8 +57,8 @@ def without_patterns(recording: Recording, file: ModelFile) -> tuple[Recording, 
         if pattern is not None:
             channels[told.role] = replace(channel, value=value)
             notes.append(
-                f"once every {pattern.roll:.3f} m {name.replace('_', ' ')} swings by"
-                f" {100 * abs(pattern.swing):.2g} % of itself, a wheel's own pattern, taken out"
+                f"{name.replace('_', ' ')} varies once every {pattern.roll:.3f} m by"
+                f" {100 * abs(pattern.swing):.2g} %: a pattern of the wheel, removed"
             )
     return replace(recording, channels=channels), tuple(notes)
 

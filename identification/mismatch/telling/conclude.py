@@ -20,7 +20,13 @@ from slipbench.identification.mismatch.fit.floor import lack_of_fit
 from slipbench.identification.mismatch.fit.scatter import FAMILY
 from slipbench.identification.mismatch.naming.interval import estimates
 from slipbench.identification.mismatch.naming.naming import Named
-from slipbench.identification.mismatch.simulation.along import quantity_of
+from slipbench.identification.mismatch.simulation.along import (
+    ANGLE,
+    HYSTERESIS,
+    PAST,
+    SCALE,
+    quantity_of,
+)
 from slipbench.identification.mismatch.simulation.system import System
 from slipbench.identification.mismatch.telling.improved import not_told
 from slipbench.identification.mismatch.telling.verdict import (
@@ -39,7 +45,12 @@ def verdict(a: Analysis) -> Verdict:
     """
     for conclude in (_full,) * (a.named is not None) + (_early,):
         try:
-            return replace(conclude(a), failure=a.failure, complete=a.complete and not a.failure)
+            return replace(
+                conclude(a),
+                failure=a.failure,
+                complete=a.complete and not a.failure,
+                written=a.system.written,
+            )
         except Exception as fault:  # what was found before must not be lost with it
             a.failure = a.failure or described("conclusion", fault)
     return Verdict(None, None, left_out=_left_out(a), complete=False, failure=a.failure)
@@ -119,7 +130,25 @@ def _location(a: Analysis, c: Curve | None, when: Circumstance | None = None) ->
 
 
 def _shape(a: Analysis, curve: Curve) -> str:
-    return shape_in_words(curve, a.system.units.get(quantity_of(curve.regressor), ""))
+    read, unit = in_written_units(curve, a.system)
+    return shape_in_words(read, unit)
+
+
+def in_written_units(curve: Curve, system: System) -> tuple[Curve, str]:
+    """Curve in the units of the system's file, and the unit of its quantity."""
+    quantity = quantity_of(curve.regressor)
+    x, unit = system.written.factor(system.units.get(quantity, ""), quantity)
+    y, of_values = system.written.factor(curve.unit, curve.place)
+    if curve.kind == PAST:
+        return replace(curve, values=y / x * curve.values, unit=of_values), unit
+    if curve.kind == HYSTERESIS:
+        scaled = replace(curve, knots=x * curve.knots, values=y / x * curve.values)
+        return replace(scaled, unit=of_values), unit
+    if curve.kind == SCALE:
+        return replace(curve, knots=x * curve.knots), unit
+    if curve.regressor == ANGLE:
+        return replace(curve, values=y * curve.values, unit=of_values), "rad"
+    return replace(curve, knots=x * curve.knots, values=y * curve.values, unit=of_values), unit
 
 
 def _place(a: Analysis, left: Sequence[Curve], doubt: bool) -> Location | None:

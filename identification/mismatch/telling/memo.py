@@ -1,10 +1,19 @@
 """The verdict in sentences and lines of text."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 from math import floor, log10, pi
 
 from slipbench.identification.mismatch.fit.held_out import Error
-from slipbench.identification.mismatch.simulation.along import OVER, SCALE, kind_of, quantity_of
+from slipbench.identification.mismatch.naming.interval import Estimate
+from slipbench.identification.mismatch.simulation.along import (
+    OVER,
+    PAST,
+    SCALE,
+    kind_of,
+    quantity_of,
+)
+from slipbench.identification.mismatch.simulation.written_units import WrittenUnits
 from slipbench.identification.mismatch.telling.verdict import (
     FoundEffect,
     Location,
@@ -30,7 +39,7 @@ def sentence(verdict: Verdict) -> str:
     if not verdict.effects:
         place = f" at {where.injection}{along(where.regressor)}" if where else ""
         return f"Mismatch detected{place}; the effect is not identified yet."
-    found = "; ".join(_effect(e) for e in verdict.effects)
+    found = "; ".join(_effect(e, verdict) for e in verdict.effects)
     return f"{found[0].upper()}{found[1:]} that the simulation lacks.{_proof(verdict)}"
 
 
@@ -65,6 +74,7 @@ def along(regressor: str) -> str:
     kind, quantity = kind_of(regressor), quantity_of(regressor)
     if kind == SCALE:
         return f" as a share of the {scaled_by(regressor)}, along the {quantity}"
+    kind = "history of " if kind == PAST else kind
     return f" along the {kind}{'the ' if kind else ''}{quantity}" if regressor else ""
 
 
@@ -73,8 +83,28 @@ def scaled_by(regressor: str) -> str:
     return regressor.removeprefix(SCALE).partition(OVER)[0]
 
 
-def _effect(effect: FoundEffect) -> str:
-    p = effect.parameters[0]
+def shown(p: Estimate, effect: FoundEffect, verdict: Verdict) -> Estimate:
+    """Parameter in the unit of the file; in SI if the file says nothing."""
+    quantities = [name.replace("_", " ") for name in effect.subject.split("/")]
+    factor, unit = verdict.written.factor(p.unit, *quantities)
+    return Estimate(p.name, unit, factor * p.value, factor * p.low, factor * p.high)
+
+
+def shown_error(e: Error, verdict: Verdict) -> Error:
+    """Errors of an output in the unit of the file; in SI if the file says nothing."""
+    factor, unit = verdict.written.factor(e.unit, e.output.replace("_", " "))
+    return replace(
+        e,
+        unit=unit,
+        nominal=factor * e.nominal,
+        calibrated=factor * e.calibrated,
+        improved=factor * e.improved,
+        floor=factor * e.floor,
+    )
+
+
+def _effect(effect: FoundEffect, verdict: Verdict) -> str:
+    p = shown(effect.parameters[0], effect, verdict)
     factor, unit = SCALED.get(p.unit, (1.0, p.unit))
     size = f"{with_spread(p.value * factor, 0.5 * (p.high - p.low) * factor)} {unit}".rstrip()
     where = (effect.subject or effect.block).replace("_", " ")
@@ -93,6 +123,7 @@ def _proof(verdict: Verdict) -> str:
     best = headline_error(verdict)
     if best is None:
         return ""
+    best = shown_error(best, verdict)
     goes = "falls" if best.improved < best.nominal else "does not fall: it goes"
     return (
         f" The held-out RMS error of {best.output.replace('_', ' ')} {goes} from {best.nominal:.2g}"
@@ -111,7 +142,7 @@ def lines(verdict: Verdict) -> list[str]:
     early = [said] if (said := early_end(verdict)) else []
     chances = f"  family-wise p-value  {chance(verdict)}"
     return [*early, sentence(verdict), "", chances, *_evidence(verdict), *_limits(verdict)] + [
-        _error(e) for e in verdict.held_out
+        _error(shown_error(e, verdict)) for e in verdict.held_out
     ]
 
 
@@ -124,9 +155,9 @@ def _evidence(verdict: Verdict) -> Iterator[str]:
             f" held out {where.confirmed:.0f} nats"
         )
     if where and where.band and where.region:
-        yield (f"  when           {circumstances(where)}")
+        yield (f"  when           {circumstances(where, verdict.written)}")
     for effect in verdict.effects:
-        for p in effect.parameters:
+        for p in (shown(p, effect, verdict) for p in effect.parameters):
             yield f"  {effect.name}.{p.name} = {p.value:.5g} [{p.low:.5g}, {p.high:.5g}] {p.unit}"
         yield f"    trace: {effect.trace}"
     for found, behind in verdict.rivals.items():
@@ -134,20 +165,21 @@ def _evidence(verdict: Verdict) -> Iterator[str]:
         yield f"  competing explanations of {found}: {others or 'none'}"
 
 
-def circumstances(where: Location) -> str:
+def circumstances(where: Location, written: WrittenUnits) -> str:
     """Say in which band and region it acts, and in which direction."""
     if not where.band or not where.region:
         return ""
     low, high = where.band
-    return f"{low:.3g} to {high:.3g} Hz, {_region(where)}, {_DIRECTIONS[where.direction]}"
+    return f"{low:.3g} to {high:.3g} Hz, {_region(where, written)}, {_DIRECTIONS[where.direction]}"
 
 
-def _region(where: Location) -> str:
+def _region(where: Location, written: WrittenUnits) -> str:
     low, high = where.region or (0.0, 0.0)
-    if where.along_unit == "rad/s":
+    factor, unit = written.factor(where.along_unit, where.along)
+    if unit == "rad/s":
         low, high = 30 / pi * low, 30 / pi * high
         return f"{where.along} {low:.0f} to {high:.0f} rpm"
-    return f"{where.along} {low:.4g} to {high:.4g} {where.along_unit}"
+    return f"{where.along} {factor * low:.4g} to {factor * high:.4g} {unit}"
 
 
 def _limits(verdict: Verdict) -> Iterator[str]:

@@ -14,6 +14,8 @@ from slipbench.identification.mismatch.telling.memo import (
     early_end,
     left_out,
     sentence,
+    shown,
+    shown_error,
 )
 from slipbench.identification.mismatch.telling.pictures import curve_svg, proof_svg
 from slipbench.identification.mismatch.telling.verdict import Verdict
@@ -36,6 +38,8 @@ def memo_page(a: Analysis, verdict: Verdict) -> str:
         "words": lambda s: s.replace("_", " "),
         "short": lambda x: f"{x:.4g}",
         "along": along,
+        "in_file_unit": lambda p, e: shown(p, e, verdict),
+        "error_in_file_unit": lambda e: shown_error(e, verdict),
     }
     style = files("slipbench.identification.report") / "report.css"
     page = files("slipbench.identification.mismatch.telling") / "memo.html"
@@ -46,16 +50,16 @@ def memo_page(a: Analysis, verdict: Verdict) -> str:
         held_out=[r.name for r in a.held_out.records] if a.held_out else [],
         sentence=sentence(verdict),
         verdict=verdict,
-        when=circumstances(verdict.location) if verdict.location else "",
+        when=circumstances(verdict.location, verdict.written) if verdict.location else "",
         early=early_end(verdict),
         p_value=chance(verdict),
-        curve=_figure(
-            lambda: curve_svg(certain[0], a.free.curve if a.free else None, a.system.units)
-        )
+        curve=_figure(lambda: curve_svg(certain[0], a.free.curve if a.free else None, a.system))
         if certain and verdict.location
         else "",
         curves=certain[1 : 1 + SHOWN],
-        proof=_figure(lambda: proof_svg(a.proof, verdict.headline)) if a.proof else "",
+        proof=_figure(lambda: proof_svg(a.proof, verdict.headline, verdict.written))
+        if a.proof
+        else "",
         open=list(_open(a, verdict)),
     )
 

@@ -1,6 +1,6 @@
 """The figures of the memo: the located curve, and held-out residuals before and after."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -17,6 +17,9 @@ from slipbench.identification.mismatch.simulation.along import (
     quantity_of,
     step_response,
 )
+from slipbench.identification.mismatch.simulation.system import System
+from slipbench.identification.mismatch.simulation.written_units import SI, WrittenUnits
+from slipbench.identification.mismatch.telling.conclude import in_written_units
 from slipbench.identification.report import drawing as d
 from slipbench.plant.signals import Floats
 
@@ -25,8 +28,8 @@ SOON = 0.01
 LOOKS = ((d.ORANGE, "calibrated"), (d.BLUE, "improved"))
 
 
-def curve_svg(located: Curve, inside: Curve | None, units: Mapping[str, str]) -> str:
-    """Draw what a place asks for along its quantity. units: of quantities, by name.
+def curve_svg(located: Curve, inside: Curve | None, system: System) -> str:
+    """Draw estimated curves along their quantities, in the units of the system's file.
 
     inside: what stands in the simulation: in the same panel where it is of one place and quantity.
     """
@@ -35,12 +38,13 @@ def curve_svg(located: Curve, inside: Curve | None, units: Mapping[str, str]) ->
     apart = inside is not None and not _of_one_kind(located, inside)
     with d.style():
         figure, panels = d.side_by_side(2, 3.0) if apart else d.panels(1, 2.8)
-        for curve, colour, label in both:
-            axes = panels[-1] if curve is inside else panels[0]
+        for si, colour, label in both:
+            axes = panels[-1] if si is inside else panels[0]
+            curve, unit = in_written_units(si, system)
             axes.axhline(0.0, color=d.MUTED, lw=0.8)
             axes.plot(*_points(curve), color=colour, marker="o", ms=4, label=label)
             d.legend(axes, 2)
-            _label(axes, curve, units)
+            _label(axes, curve, unit)
         return d.svg(figure, "located")
 
 
@@ -48,9 +52,8 @@ def _of_one_kind(one: Curve, other: Curve) -> bool:
     return (one.place, one.regressor) == (other.place, other.regressor)
 
 
-def _label(axes: Axes, curve: Curve, units: Mapping[str, str]) -> None:
+def _label(axes: Axes, curve: Curve, unit: str) -> None:
     quantity = quantity_of(curve.regressor)
-    unit = units.get(quantity, "")
     if curve.kind == PAST:
         axes.set_xscale("symlog", linthresh=SOON)
         axes.set(
@@ -81,12 +84,14 @@ def _points(curve: Curve) -> tuple[Floats, Floats]:
     return curve.knots, step_response(curve.knots, curve.values, curve.knots)
 
 
-def proof_svg(runs: Sequence[Fit], output: str) -> str:
+def proof_svg(runs: Sequence[Fit], output: str, written: WrittenUnits = SI) -> str:
     """Draw residuals of one output before and after: in time, frequency and orders of the wheel.
 
     runs: on held-out recordings: the file's system, re-calibrated, with what was found.
     """
     chain = runs[0].model.chain
+    si = runs[0].model.records[0].sensors[output].unit
+    scale = written.factor(si, output.replace("_", " "))
     b = next(i for i, k in enumerate(chain.blocks) if output in k.outputs)
     j = chain.blocks[b].outputs.index(output)
     pattern = next((i for i, k in enumerate(chain.blocks) if not k.order), None)
@@ -95,28 +100,31 @@ def proof_svg(runs: Sequence[Fit], output: str) -> str:
         figure, panels = d.side_by_side(len(domains) + (pattern is not None), 3.2)
         for fit, (colour, label) in zip(runs[1:], LOOKS, strict=True):
             for axes, draw in zip(panels, domains, strict=False):
-                draw(axes, fit, b, j, colour, label)
+                draw(axes, fit, b, j, scale, colour, label)
             if pattern is not None:
                 _orders(panels[-1], fit, b if not chain.blocks[b].order else pattern, colour, label)
         d.legend(panels[0], 2)
         return d.svg(figure, "held_out")
 
 
-def _time(axes: Axes, fit: Fit, b: int, j: int, colour: str, label: str) -> None:
-    record = fit.model.records[0]
-    unit = record.sensors[fit.model.chain.blocks[b].outputs[j]].unit
-    rest = fit.rest[b][0][:, j]
+def _time(
+    axes: Axes, fit: Fit, b: int, j: int, scale: tuple[float, str], colour: str, label: str
+) -> None:
+    record, (factor, unit) = fit.model.records[0], scale
+    rest = factor * fit.rest[b][0][:, j]
     d.line(axes, record.grid.centre[: rest.size], rest, color=colour, label=label, lw=0.9)
     axes.set(xlabel="time / s", ylabel=f"measured minus simulated / {unit}")
 
 
-def _frequency(axes: Axes, fit: Fit, b: int, j: int, colour: str, label: str) -> None:
+def _frequency(
+    axes: Axes, fit: Fit, b: int, j: int, scale: tuple[float, str], colour: str, label: str
+) -> None:
     """Draw the mean spectrum over all recordings, as long as the shortest."""
-    unit = fit.model.records[0].sensors[fit.model.chain.blocks[b].outputs[j]].unit
+    factor, unit = scale
     width = fit.model.records[0].grid.width
     length = min(len(r) for r in fit.rest[b])
     window = np.hanning(length)[:, None]
-    pieces = np.stack([r[:length, j] for r in fit.rest[b]], axis=1)
+    pieces = factor * np.stack([r[:length, j] for r in fit.rest[b]], axis=1)
     lines = np.abs(np.fft.rfft(pieces * window, axis=0)) * 2.0 / window.sum()
     mean = np.sqrt(np.mean(lines**2, axis=1))
     grid = np.fft.rfftfreq(length, width)

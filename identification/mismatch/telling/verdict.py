@@ -1,7 +1,7 @@
-"""What an analysis says in the end, as data: the content of verdict.json.
+"""Result of an analysis as data: the content of verdict.json.
 
 mismatch     {found, p_value}: whether simulation and recordings differ, and the family-wise p;
-             null where the analysis ended before it could tell
+             null where the analysis ended before a conclusion
 location     {block, injection, regressor, band, region, along, direction, shape, gain, ...}
              or null
 effects      [{name, subject, block, gain, trace, parameters: [{name, value, unit, interval}]}],
@@ -32,6 +32,7 @@ from typing import Any
 from slipbench.identification.mismatch.fit.floor import LackOfFit
 from slipbench.identification.mismatch.fit.held_out import Error
 from slipbench.identification.mismatch.naming.interval import Estimate
+from slipbench.identification.mismatch.simulation.written_units import SI, WrittenUnits
 from slipbench.protocol.extras import optional_library
 from slipbench.protocol.notebook import card
 
@@ -90,7 +91,7 @@ class FoundCurve:
 
 @dataclass(frozen=True)
 class Verdict:
-    """Result of an analysis; see the head of this file."""
+    """Result of an analysis, SI; see the head of this file. written: units in which it is read."""
 
     mismatch: bool | None
     p_value: float | None
@@ -111,6 +112,7 @@ class Verdict:
     left_out: tuple[str, ...] = ()
     complete: bool = True
     failure: str = ""
+    written: WrittenUnits = SI
 
     def to_pandas(self) -> Any:
         """A pandas.DataFrame of the effects' parameters: value and 95 % interval, in SI.
@@ -136,6 +138,7 @@ class Verdict:
 def as_tree(verdict: Verdict) -> dict[str, Any]:
     """Return the verdict as verdict.json tells it."""
     tree = asdict(verdict)
+    del tree["written"]
     tree["mismatch"] = {"found": verdict.mismatch, "p_value": tree.pop("p_value")}
     tree["unknown"] = {"found": verdict.unknown, "shape": tree.pop("shape")}
     for effect in tree["effects"]:

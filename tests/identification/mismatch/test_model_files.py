@@ -137,7 +137,7 @@ def test_pieces_of_one_run_meet_where_they_share_time():
     first, second, whole = (Piece.of(Path(f"run{p}")) for p in ("@0:60", "@60:", ""))
     assert not first.meets(second)
     assert first.meets(whole)
-    with pytest.raises(InputError, match="no piece"):
+    with pytest.raises(InputError, match="not a segment"):
         Piece.of(Path("run@60:0"))
 
 

@@ -11,7 +11,7 @@ from slipbench.identification.mismatch.simulation.along import HYSTERESIS, KINDS
 
 Z = np.linspace(-1.0, 1.0, 9)
 SHAPES = {
-    "in proportion to it": 2.0 * Z,
+    "linear": 2.0 * Z,
     "a dead zone": np.sign(Z) * np.maximum(np.abs(Z) - 0.5, 0.0),
     "a step at zero": np.tanh(10.0 * Z),
     "the same for both signs": Z**2,
@@ -41,8 +41,8 @@ def test_a_bump_is_told_off_its_straight_line_with_the_unit_of_its_place(slope):
 @pytest.mark.parametrize(
     ("values", "said"),
     [
-        (3.0 + 0.2 * Z, "a gain that is the same throughout"),
-        (0.5 * Z, "in proportion to it"),
+        (3.0 + 0.2 * Z, "a constant gain"),
+        (0.5 * Z, "linear"),
         (np.abs(Z) < 0.1, "a local bump or dip about"),
     ],
 )
@@ -73,5 +73,5 @@ def test_a_hysteresis_tells_the_way_that_a_turn_takes():
     widths = np.array((0.0, 0.01, 0.05, 0.2))
     values = np.array((1.0, 0.1, 300.0, 0.1))
     told = shape_in_words(curve(values, widths, "hysteresis of twist"), "rad")
-    assert told.endswith("after a turn it takes 0.1 rad")
+    assert told.endswith("width after a reversal 0.1 rad")
     assert shape_in_words(curve(values, widths, "hysteresis of slip"), "1").endswith("0.1")
