@@ -7,8 +7,8 @@ in between.
 
 import os
 import stat
+from io import BufferedReader
 from pathlib import Path
-from typing import BinaryIO
 
 from slipbench.protocol.errors import InputError
 
@@ -23,7 +23,7 @@ _KINDS = {
 }
 
 
-def open_user_file(path: Path) -> BinaryIO:
+def open_user_file(path: Path) -> BufferedReader:
     """Regular file at `path`, opened for reading bytes.
 
     Raises InputError where there is none: a missing file, a folder, a device, a FIFO, a loop of
@@ -34,14 +34,13 @@ def open_user_file(path: Path) -> BinaryIO:
     except FileNotFoundError as cause:
         raise InputError("no such file", where=str(path), remedy="check the path") from cause
     except (OSError, ValueError) as cause:  # ValueError: a NUL character in the name
-        kind = _kind_at(path)
-        if kind:
+        if kind := _kind_at(path):
             raise _not_a_file(path, kind) from cause
         raise InputError("cannot be read", where=_shown(path), found=str(cause)) from cause
-    kind = stat.S_IFMT(os.fstat(descriptor).st_mode)
-    if kind != stat.S_IFREG:
+    mode = stat.S_IFMT(os.fstat(descriptor).st_mode)
+    if mode != stat.S_IFREG:
         os.close(descriptor)
-        raise _not_a_file(path, _KINDS.get(kind, "no regular file"))
+        raise _not_a_file(path, _KINDS.get(mode, "no regular file"))
     return os.fdopen(descriptor, "rb")
 
 
@@ -60,7 +59,7 @@ def read_user_file(path: Path, largest: int) -> bytes:
     return content
 
 
-def read_at_most(file: BinaryIO, largest: int) -> bytes | None:
+def read_at_most(file: BufferedReader, largest: int) -> bytes | None:
     """Rest of an open file, read piece by piece; None where it is longer than `largest` bytes.
 
     Raises InputError where the system cannot read it (a damaged disk, files of /proc).
