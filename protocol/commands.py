@@ -18,7 +18,9 @@ Logs = Annotated[
         metavar="LOG", help="candump, ASC, BLF, TRC, GVRET or MF4; recognized by content."
     ),
 ]
-OneDatabase = Annotated[Path, typer.Option("--dbc", help="The vehicle's CAN database.")]
+OneDatabase = Annotated[
+    Path, typer.Option("--dbc", help="The vehicle's CAN database: DBC, ARXML, KCD or SYM.")
+]
 
 
 def register(app: typer.Typer) -> None:
