@@ -15,13 +15,15 @@ if TYPE_CHECKING:
 
 Logs = Annotated[
     list[Path],
-    typer.Argument(metavar="LOG", help="candump, ASC, BLF, TRC or MF4; told by content."),
+    typer.Argument(
+        metavar="LOG", help="candump, ASC, BLF, TRC, GVRET or MF4; recognized by content."
+    ),
 ]
 OneDatabase = Annotated[
     Path,
     typer.Option(
         "--dbc",
-        help="The vehicle's CAN database.",
+        help="The vehicle's CAN database: DBC, ARXML, KCD or SYM.",
         metavar="FILE",
         parser=file_of("database"),
         autocompletion=completion_of("database"),
@@ -137,7 +139,8 @@ def import_(
 ) -> None:
     """Import a capture as a recording that `slipbench identify` reads.
 
-    LOG is a log of frames (candump, Vector ASC and BLF, PCAN TRC, python-can CSV, ASAM MF4), or a
+    LOG is a log of frames (candump, Vector ASC and BLF, PCAN TRC, python-can CSV, GVRET CSV, ASAM
+    MF4), or a
     table in place of one (CSV, MoTeC i2's CSV export, Parquet, MF4 of decoded channels). All frames
     are kept, those with unknown identifiers as well, with the database, the role map and the side
     tables in one new folder; the frames are decoded afresh whenever it is read. What the role map

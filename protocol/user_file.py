@@ -5,11 +5,10 @@ file is opened first and examined then, without waiting, so that a name cannot c
 in between.
 """
 
-import io
 import os
 import stat
+from io import BufferedReader
 from pathlib import Path
-from typing import BinaryIO
 
 from slipbench.protocol.errors import InputError
 
@@ -24,7 +23,7 @@ _KINDS = {
 }
 
 
-def open_user_file(path: Path) -> io.BufferedReader:
+def open_user_file(path: Path) -> BufferedReader:
     """Regular file at `path`, opened for reading bytes.
 
     Raises InputError where there is none: a missing file, a folder, a device, a FIFO, a loop of
@@ -35,8 +34,7 @@ def open_user_file(path: Path) -> io.BufferedReader:
     except FileNotFoundError as cause:
         raise InputError("no such file", where=str(path), remedy="check the path") from cause
     except (OSError, ValueError) as cause:  # ValueError: a NUL character in the name
-        kind = _kind_at(path)
-        if kind:
+        if kind := _kind_at(path):
             raise _not_a_file(path, kind) from cause
         raise InputError("cannot be read", where=_shown(path), found=str(cause)) from cause
     mode = stat.S_IFMT(os.fstat(descriptor).st_mode)
@@ -61,7 +59,7 @@ def read_user_file(path: Path, largest: int) -> bytes:
     return content
 
 
-def read_at_most(file: BinaryIO, largest: int) -> bytes | None:
+def read_at_most(file: BufferedReader, largest: int) -> bytes | None:
     """Rest of an open file, read piece by piece; None where it is longer than `largest` bytes.
 
     Raises InputError where the system cannot read it (a damaged disk, files of /proc).

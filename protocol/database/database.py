@@ -1,4 +1,4 @@
-"""A CAN database is read from a DBC file, once, into frozen data; only this file knows cantools."""
+"""A CAN database is read from its file, once, into frozen data; only this file knows cantools."""
 
 import hashlib
 from pathlib import Path
@@ -16,21 +16,26 @@ from slipbench.protocol.errors import InputError
 from slipbench.protocol.user_file import read_user_file
 
 LARGEST = 1 << 26  # bytes; the largest databases of the field have some 10 MB
+HEAD = 4096  # characters, in which the format shows
 
 
 def load_database(path: Path) -> Database:
-    """Read a DBC file. Raises InputError naming the file, the message, the signal, the remedy.
+    """Read a CAN database: DBC, ARXML (AUTOSAR), KCD (Kayak) or SYM (PEAK), by its content.
+
+    Raises InputError naming the file, the message, the signal, the remedy. Container messages of
+    ARXML stay out: their frames count as unknown.
 
     A file that is merely sloppy loads: characters outside UTF-8 (Windows' cp1252 is the custom),
     no declared ranges or senders, signals under no message, more than 8 bytes without the CAN FD
     mark. What would decode to wrong values does not: overlaps, bits outside, doubled identifiers.
     """
     content = read_user_file(path, LARGEST)
-    parsed = _parse(_text(content), path)
+    text = _text(content)
+    parsed = _parse(text, database_format(text), path)
     database = Database(
         origin=str(path),
         sha256=hashlib.sha256(content).hexdigest(),
-        messages=tuple(describe(message) for message in parsed.messages),
+        messages=tuple(describe(each) for each in parsed.messages if not each.is_container),
         nodes=tuple(node.name for node in parsed.nodes),
     )
     check(database)
@@ -44,26 +49,38 @@ def _text(content: bytes) -> str:
         return content.decode("cp1252", errors="replace")
 
 
-def _parse(text: str, path: Path) -> CantoolsDatabase:
+def database_format(text: str) -> str:
+    """Format of a database by its content: "arxml", "kcd", "sym", else "dbc"."""
+    head = text[:HEAD].lstrip()
+    if head.startswith("<"):
+        return "kcd" if "<NetworkDefinition" in head else "arxml"
+    return "sym" if head.startswith("FormatVersion=") else "dbc"
+
+
+def _parse(text: str, form: str, path: Path) -> CantoolsDatabase:
     try:
         # Not strict: `check` finds overlaps and misfits itself, to name them all with a remedy.
-        parsed = cantools.database.load_string(text, database_format="dbc", strict=False)
+        parsed = cantools.database.load_string(text, database_format=form, strict=False)
     except Exception as cause:  # cantools raises KeyError, ValueError and others on broken files
-        raise _unusable(path, f"{type(cause).__name__}: {cause}") from cause
+        raise _unusable(path, form, f"{type(cause).__name__}: {cause}") from cause
     if not isinstance(parsed, CantoolsDatabase) or not parsed.messages:
-        raise _unusable(path, "no message")
-    lost = list(breaks(text, {each.name: len(each.signals) for each in parsed.messages}))
+        raise _unusable(path, form, "no message")
+    lost = (
+        []
+        if form != "dbc"
+        else list(breaks(text, {each.name: len(each.signals) for each in parsed.messages}))
+    )
     if lost:
-        raise _unusable(path, "; ".join(lost))
+        raise _unusable(path, form, "; ".join(lost))
     return parsed
 
 
-def _unusable(path: Path, found: str) -> InputError:
+def _unusable(path: Path, form: str, found: str) -> InputError:
     return InputError(
-        "not a usable DBC file",
+        f"not a usable {form.upper()} file",
         where=str(path),
-        found=found,
-        remedy="mend that line, or give the right file",
+        found=found[:1000],
+        remedy="correct that line, or give the right file (DBC, ARXML, KCD or SYM)",
     )
 
 

@@ -1,6 +1,7 @@
 """A recording as ASAM MDF 4: raw frames as a bus log (ASAM's bus logging standard) and signals.
 
-Signals are called MESSAGE.SIGNAL, for a name such as "time" is a message's and MDF's own as well.
+Signals are called MESSAGE.SIGNAL, for a name such as "time" is a message's and MDF's own as well;
+the plain name SIGNAL is their display name, by which readers find them too.
 The times of an MDF file are doubles, s since its start. That is put on the whole microsecond before
 the first frame, so that a nanosecond survives in a recording of a day.
 """
@@ -129,6 +130,7 @@ def _append_page(
                 unit=column.signal.unit,
                 comment=column.signal.comment,
                 source=source,
+                display_names={column.signal.name: "display"},
             )
             for column in columns
         ]

@@ -62,6 +62,10 @@ def open_log(path: Path, progress: Progress = quiet) -> LogText:
         from slipbench.protocol.logs.through_python_can import python_can_pieces
 
         text.pieces = python_can_pieces(path, name, text.warnings, progress)
+    elif form.reader == "gvret":
+        from slipbench.protocol.logs.gvret import gvret_pieces
+
+        text.pieces = gvret_pieces(path, text.warnings, progress)
     elif form.reader == "asammdf":
         from slipbench.protocol.logs.through_asammdf import mdf_pieces
 
@@ -87,7 +91,7 @@ def _unknown(path: Path) -> InputError:
     return InputError(
         "not a log of frames that is known here",
         where=str(path),
-        expected="candump text, Vector ASC or BLF, PCAN TRC, python-can CSV, ASAM MF4",
+        expected="candump text, Vector ASC or BLF, PCAN TRC, python-can or GVRET CSV, ASAM MF4",
         found=first,
         remedy="convert it with the program that wrote it, or with SavvyCAN",
     )

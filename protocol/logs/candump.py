@@ -19,8 +19,13 @@ PIECE = 8_000_000  # bytes read at once: some 170 000 lines
 LONGEST = 2 * PIECE  # bytes of a line: the padding of a torn end; memory stays bounded
 
 
-def candump_pieces(path: Path, progress: Progress = quiet, size: int = PIECE) -> Iterator[bytes]:
-    """Read the file in pieces that end at a line's end (all but the last)."""
+def candump_pieces(
+    path: Path, progress: Progress = quiet, size: int = PIECE, expected: str = EXPECTED
+) -> Iterator[bytes]:
+    """Pieces of a text file, of about `size` bytes; each but the last ends at a line's end.
+
+    Raises InputError, which names the `expected` form of a line, for a file without line ends.
+    """
     done, rest = 0, b""
     with open_user_file(path) as file:
         total = max(os.fstat(file.fileno()).st_size, 1)
@@ -34,7 +39,7 @@ def candump_pieces(path: Path, progress: Progress = quiet, size: int = PIECE) ->
                 raise InputError(
                     "this is no text of lines",
                     where=str(path),
-                    expected=EXPECTED,
+                    expected=expected,
                     found=f"no line end in {len(rest):,} bytes",
                     remedy="is it a log, and whole?",
                 )

@@ -64,10 +64,9 @@ FORMATS = {
         f"open it in SavvyCAN and {_CONVERT}",
     ),
     "gvret": Format(
-        "a GVRET log (SavvyCAN)",
-        "",
+        "GVRET CSV (SavvyCAN)",
+        "gvret",
         _starts(rb"(?:Time Stamp,ID,Extended|\d+,[0-9a-f]{8},(?:true|false),)"),
-        f"open it in SavvyCAN and {_CONVERT}",
     ),
     "carbus": Format(
         "a CAR BUS Analyzer trace", "", _starts(rb"@ TEXT @"), f"open it in SavvyCAN and {_CONVERT}"

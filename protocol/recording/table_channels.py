@@ -38,6 +38,7 @@ class TableLog:
             found.time[0] + self._rules(source).time_offset
             for source in self.roles.roles.values()
             if source.column and (source.table or MAIN) in self.tables
+            if not self._lacking(source)
             if (found := self._read(source)).time.size
         ]
         return float(min(times, default=0.0))
@@ -48,6 +49,8 @@ class TableLog:
         if name not in self.tables:
             what = "no table stands in place of the log" if name == MAIN else f"no table {name!r}"
             raise Missing(f"{what} was given (--table {name}=FILE)")
+        if lacking := self._lacking(source):
+            raise Missing(lacking)
         found = self._read(source)
         if source.valid:
             found = self._only_valid(found, source)
@@ -68,6 +71,16 @@ class TableLog:
     def _read(self, source: Source) -> Samples:
         table = self.tables[source.table or MAIN]
         return samples(table, source.column, source.time_column, self._rules(source))
+
+    def _lacking(self, source: Source) -> str:
+        """Why the table has no samples of a role: a column that it lacks; empty if it has all."""
+        for name in (source.column, source.valid):
+            try:
+                if name:
+                    self.tables[source.table or MAIN].find(name)
+            except InputError as cause:
+                return f"{cause.what}; {cause.remedy}"
+        return ""
 
     def _only_valid(self, found: Samples, source: Source) -> Samples:
         table = self.tables[source.table or MAIN]

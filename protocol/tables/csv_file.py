@@ -1,5 +1,6 @@
 """Read a CSV file into a Table, the numbers by pyarrow, all at once."""
 
+import csv
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,19 @@ LARGEST = 1 << 28  # bytes; the text, its lines and the numbers take some eight 
 
 def read_csv(path: Path) -> Table:
     """Read a CSV file. Raises InputError where no table can be seen in it."""
-    lines = _lines(path)
+    try:
+        return _read(path, _lines(path))
+    except csv.Error as cause:  # a cell of more than 128 KiB
+        raise InputError(
+            "this file is not a table",
+            where=str(path),
+            expected="rows of numbers",
+            found=str(cause),
+            remedy="check that it is the right file; is a quotation mark missing in it?",
+        ) from cause
+
+
+def _read(path: Path, lines: list[str]) -> Table:
     layout = find_layout(lines[:LINES])
     if layout is None:
         raise InputError(
@@ -76,14 +89,14 @@ def _odd_row(where: str, number: int, line: str, cells: int, layout: Layout) -> 
 
 def _parse(text: str, layout: Layout, where: str) -> Any:
     pa = optional_library("pyarrow")
-    csv = optional_library("pyarrow.csv")
+    arrow_csv = optional_library("pyarrow.csv")
 
     try:
-        return csv.read_csv(
+        return arrow_csv.read_csv(
             pa.py_buffer(text.encode("utf-8")),
-            csv.ReadOptions(column_names=list(layout.names)),
-            csv.ParseOptions(delimiter=layout.delimiter),
-            csv.ConvertOptions(
+            arrow_csv.ReadOptions(column_names=list(layout.names)),
+            arrow_csv.ParseOptions(delimiter=layout.delimiter),
+            arrow_csv.ConvertOptions(
                 null_values=sorted(EMPTY), strings_can_be_null=True, decimal_point=layout.decimal
             ),
         )

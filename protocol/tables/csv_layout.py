@@ -14,6 +14,8 @@ from slipbench.protocol.units import linear
 
 LINES = 200  # looked at
 _COMMENT = re.compile(r"^\s*(?:#|%|//)\s*")
+_MOTEC = re.compile(r'\s*"?Format"?[,;]\s*"?MoTeC CSV File', re.IGNORECASE)
+_UNIT_LIKE = re.compile(r"[^\s]{1,4}|[^\s]*[/^*%°µ·²³.][^\s]*|\w{1,12}")
 _NUMBER = re.compile(r"[+-]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][+-]?\d+)?")
 _DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+(?:[eE][+-]?\d+)?")
 _MOMENT = re.compile(r"(?:\d{4}-\d{2}-\d{2}[T ])?\d{1,2}:\d{2}(?::\d{2}(?:[.,]\d*)?)?(?:Z|[+-].*)?")
@@ -42,7 +44,7 @@ def find_layout(lines: list[str]) -> Layout | None:
         return None
     width = max(len(row) for row in rows[first:])
     above = _titles(lines[:first], delimiter, width)
-    titles, units = _names_and_units(above, width)
+    titles, units = _names_and_units(above, width, motec=bool(_MOTEC.match(lines[0])))
     decimal = "," if delimiter != "," and _has_decimal_comma(rows[first:]) else "."
     return Layout(delimiter, decimal, _unique(titles), units, first)
 
@@ -105,13 +107,25 @@ def _titles(lines: list[str], delimiter: str, width: int) -> list[list[str]]:
     return found
 
 
-def _names_and_units(above: list[list[str]], width: int) -> tuple[list[str], tuple[str, ...]]:
+def _names_and_units(
+    above: list[list[str]], width: int, *, motec: bool
+) -> tuple[list[str], tuple[str, ...]]:
     if not above:
         return [f"column {number}" for number in range(1, width + 1)], ("",) * width
-    if len(above) == 2 and all(_is_unit(cell) for cell in above[1]):
+    if len(above) == 2 and (motec or _are_units(above[1])):
         return above[0], tuple(cell.strip("()[]") for cell in above[1])
     pairs = [split_unit(title) for title in above[-1]]
     return [name for name, _ in pairs], tuple(unit for _, unit in pairs)
+
+
+def _are_units(row: list[str]) -> bool:
+    """Whether a row holds units: most cells are known units, and the others look like units.
+
+    A logger has units of its own, such as MoTeC's LA for lambda; no name of a column is that short.
+    """
+    filled = [cell.strip("()[]") for cell in row if cell]
+    known = sum(map(_is_unit, filled))
+    return 2 * known >= len(filled) and all(_UNIT_LIKE.fullmatch(cell) for cell in filled)
 
 
 def _is_unit(cell: str) -> bool:

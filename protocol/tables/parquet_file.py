@@ -5,11 +5,15 @@ which column, stand in the metadata of the columns under "unit" and "clock".
 """
 
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 from slipbench.protocol.errors import InputError
 from slipbench.protocol.extras import optional_library
 from slipbench.protocol.tables.table import Table, split_unit
+from slipbench.protocol.user_file import open_user_file
+
+MOST_CELLS = 100_000_000  # values: 0.8 GB of doubles
+MOST_BYTES = 1 << 30
 
 
 def read_parquet(path: Path) -> Table:
@@ -17,15 +21,16 @@ def read_parquet(path: Path) -> Table:
     pa = optional_library("pyarrow")
     parquet = optional_library("pyarrow.parquet")
 
-    try:
-        data = parquet.read_table(path)
-    except (pa.ArrowException, OSError) as cause:
-        raise InputError(
-            "not a Parquet file that can be read",
-            where=str(path),
-            found=str(cause)[:200],
-            remedy="was it written to its end? write it anew",
-        ) from cause
+    with open_user_file(path) as file:
+        try:
+            data = _columns(file, str(path))
+        except (pa.ArrowException, OSError) as cause:
+            raise InputError(
+                "not a Parquet file that can be read",
+                where=str(path),
+                found=str(cause)[:200],
+                remedy="was it written to its end? write it again",
+            ) from cause
     titles = [split_unit(name) for name in data.column_names]
     names = [name for name, _ in titles]
     if len(set(names)) < len(names):
@@ -38,6 +43,51 @@ def read_parquet(path: Path) -> Table:
         clocks |= {name: metadata[b"clock"].decode()} if b"clock" in metadata else {}
     where = (data.schema.metadata or {}).get(b"source", str(path).encode()).decode()
     return Table(where, data.rename_columns([name for name, _ in titles]), units, clocks)
+
+
+def _columns(file: BinaryIO, where: str) -> Any:
+    """Flat columns of a Parquet file as an Arrow table; lists and records hold no samples.
+
+    A small file can unpack to any size: repeated values are packed to a few bytes. Raises
+    InputError where the content is larger than a table of samples, before it is unpacked.
+    """
+    pa = optional_library("pyarrow")
+    parquet = optional_library("pyarrow.parquet")
+
+    packed = parquet.ParquetFile(file)
+    every = packed.schema_arrow
+    schema = pa.schema([one for one in every if not one.type.num_fields], every.metadata)
+    count, groups = packed.metadata.num_rows, range(packed.metadata.num_row_groups)
+    unpacked = sum(packed.metadata.row_group(n).total_byte_size for n in groups)
+    if count * len(schema) > MOST_CELLS or unpacked > MOST_BYTES:
+        found = f"{count:,} rows of {len(schema)} columns, {unpacked:,} bytes"
+        raise _too_large(where, found)
+    texts = [one.name for one in schema if pa.types.is_string(one.type)]
+    data = parquet.ParquetFile(file, read_dictionary=texts).read(columns=schema.names)
+    if (size := sum(_text_size(data[name]) for name in texts)) > MOST_BYTES:
+        raise _too_large(where, f"{size:,} bytes of text")
+    return data.cast(schema)
+
+
+def _text_size(column: Any) -> int:
+    """Bytes of a column of dictionary-encoded text once it is expanded."""
+    from pyarrow import compute
+
+    total = 0
+    for chunk in column.chunks:
+        lengths = compute.binary_length(chunk.dictionary)
+        total += compute.sum(lengths.take(chunk.indices).cast("int64")).as_py() or 0
+    return total
+
+
+def _too_large(where: str, found: str) -> InputError:
+    return InputError(
+        "the table is too large to be read at once",
+        where=where,
+        expected=f"at most {MOST_CELLS:,} values, and {MOST_BYTES:,} bytes unpacked",
+        found=found,
+        remedy="write only the columns or the laps that you need",
+    )
 
 
 def write_parquet(table: Table, path: Path) -> None:

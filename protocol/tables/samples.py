@@ -94,11 +94,9 @@ def _numbers(table: Table, name: str) -> FloatArray:
 
 def _text_among_numbers(table: Table, name: str, column: Any) -> InputError:
     texts = column.to_pylist()
-    row = next(
-        row
-        for row, text in enumerate(texts)
-        if text is not None and not _is_float(text.replace(",", "."))
-    )
+    filled = [row for row, text in enumerate(texts) if text is not None]
+    odd = [row for row in filled if not _is_float(texts[row])]
+    row = (odd or filled or [0])[0]  # pyarrow reads fewer numbers than Python, 1_000 for one
     return InputError(
         f"column {name!r} holds text",
         where=f"{table.where}: data row {row + 1}",

@@ -34,14 +34,18 @@ class Table:
         return list(self.data.column_names)
 
     def find(self, wanted: str) -> str:
-        """Give the column called `wanted`, with or without its unit; else an InputError."""
+        """Name of the column called `wanted`: with or without its unit, or behind "MESSAGE.".
+
+        Raises InputError where there is none.
+        """
         bare = split_unit(wanted)[0]
         for name in (wanted, bare):
             if name in self.names:
                 return name
-        same = [name for name in self.names if name.casefold() == bare.casefold()]
-        if len(same) == 1:
-            return same[0]
+        for plain in (str.casefold, _without_message):
+            same = [name for name in self.names if plain(name) == bare.casefold()]
+            if len(same) == 1:
+                return same[0]
         near = difflib.get_close_matches(bare, self.names, n=1, cutoff=0.4)
         raise InputError(
             f"the table has no column {wanted!r}",
@@ -57,3 +61,8 @@ def split_unit(title: str) -> tuple[str, str]:
     if match and match[1].strip():
         return match[1].strip(), match[2]
     return title.strip(), ""
+
+
+def _without_message(name: str) -> str:
+    """Name of a signal, in small letters, without the message before it: "ID_140.RPM" -> "rpm"."""
+    return name.rpartition(".")[2].casefold()

@@ -39,6 +39,21 @@ def seconds(column: Any, name: str, unit: str, where: str) -> FloatArray:
     """
     pa = optional_library("pyarrow")
 
+    try:
+        return _seconds(column, name, unit, where)
+    except (pa.ArrowInvalid, pa.ArrowNotImplementedError) as cause:
+        raise InputError(
+            f"the time column {name!r} cannot be read",
+            where=where,
+            expected="numbers, or times from 1678 to 2262",
+            found=f"{column.type}: {str(cause)[:200]}",
+            remedy="export the time in seconds, or name another time_column in the role map",
+        ) from cause
+
+
+def _seconds(column: Any, name: str, unit: str, where: str) -> FloatArray:
+    import pyarrow as pa
+
     kind = column.type
     if pa.types.is_timestamp(kind):
         return _filled(column.cast(pa.timestamp("ns"))) * 1e-9

@@ -233,7 +233,6 @@ def test_other_logs_read(file):
     [
         ("BusMasterLog.log", "BUSMASTER"),
         ("CRTD_Log.txt", "CRTD"),
-        ("GVRET_Log.csv", "GVRET"),
         ("CarBusAnalyzer.trc", "CAR BUS Analyzer"),
         ("ASAP2_Demo_V171.mf4", "43 decoded channels"),
     ],

@@ -176,7 +176,6 @@ def test_a_truncated_blf_keeps_what_is_whole_and_says_so(tmp_path):
 HEADS = {
     "busmaster": b"***BUSMASTER Ver 2.4.0***\n***PROTOCOL CAN***\n",
     "crtd": b"166.064000 CXX GVRET-PC Reverse Engineering Tool Output V138\n",
-    "gvret": b"Time Stamp,ID,Extended,Bus,LEN,D1,D2\n166064000,0000021A,false,0,1,FE,\n",
     "carbus": b"@ TEXT @ 2 @ 64 @ 0 @ 55 @ 10078 @ 00:00:10.078 @\r46,016\t1\n",
     "candump-screen": b"  vcan0  123   [8]  11 22 33 44 55 66 77 88\n",
     "motec-ld": b"\x40\x00\x00\x00\x00\x00\x00\x00binary",

@@ -282,3 +282,17 @@ def test_a_full_disk_leaves_nothing(folder, monkeypatch):
     with pytest.raises(InputError, match="No space left"):
         bring(folder)
     assert not (folder / "run").exists()
+
+
+def test_a_table_without_an_optional_column_lists_the_role_as_missing(folder):
+    """As a log without one of the messages does: the other roles are imported."""
+    (folder / "t.csv").write_text("time (s),speed (km/h),flag\n0,36,1\n1,37,0\n2,38,1\n")
+    (folder / "r.toml").write_text(
+        'title = "t"\n[roles.vehicle_speed]\ncolumn = "speed"\nvalid = "flag"\n'
+        '[roles.lean_angle]\ncolumn = "lean"\n'
+        '[roles.engine_speed]\ncolumn = "speed"\nvalid = "flags"\nunit = "rpm"\n'
+    )
+    recording = bring(folder, log="t.csv", roles="r.toml", database=None)
+    assert recording.channels["vehicle_speed"].value == pytest.approx([36 / 3.6, 38 / 3.6])
+    assert "no column 'lean'" in recording.missing["lean_angle"]
+    assert "did you mean 'flag'" in recording.missing["engine_speed"]

@@ -221,3 +221,81 @@ def test_parquet_of_others(tmp_path):
     path.write_bytes(path.read_bytes()[:-20])
     with pytest.raises(InputError, match="Parquet"):
         read_table(path)
+
+
+@pytest.mark.parametrize("unit", ["LA", "", "kPa/s", "%"])
+def test_an_unknown_unit_in_a_row_of_units_stays_a_unit(tmp_path, unit):
+    """MoTeC's LA, for lambda, is in no library of units; the names are in the row above."""
+    text = MOTEC.replace('"Ground Speed"', '"Lambda"').replace('"km/h"', f'"{unit}"')
+    for form in (text, "Time,Engine RPM,Lambda\ns,rpm," + unit + "\n0,1000,36\n0.02,1001,37\n"):
+        table = table_of(tmp_path, form)
+        assert table.names[:3] == ["Time", "Engine RPM", "Lambda"]
+        assert table.units.get("Lambda", "") == unit
+        assert table.units["Engine RPM"] == "rpm"
+
+
+def test_a_row_of_names_below_a_title_is_no_row_of_units(tmp_path):
+    table = table_of(tmp_path, "a,b,c\nt,Throttle position,s\n0,1,2\n1,2,3\n")
+    assert table.names == ["t", "Throttle position", "s"]
+
+
+def test_a_cell_of_more_than_128_kib_is_an_error(tmp_path):
+    """Python's csv module raises an exception of its own for it."""
+    for text in ("a,b\n1," + "x" * 140_000 + "\n1,2\n", "a," + "x" * 140_000 + "\n1,2\n1,2\n"):
+        with pytest.raises(InputError, match="not a table"):
+            table_of(tmp_path, text)
+
+
+HARD = ["1_000", "0x1F", "١", "1e", "infinity", "1,5,5", "true-ish", "", "nan", "12:00", "-"]
+
+
+@pytest.mark.parametrize("cell", HARD)
+@pytest.mark.parametrize("column", ["t", "v"])
+def test_a_column_without_numbers_is_no_samples_or_an_error(tmp_path, cell, column):
+    cells = {"t": "0", "v": "1"} | {column: f'"{cell}"'}
+    text = "t,v,n\n" + f"{cells['t']},{cells['v']},7\n" * 5
+    for whole in (text, text + "0,1,8\n"):
+        try:
+            found = samples(table_of(tmp_path, whole), "v", "", ANY)
+        except InputError:
+            continue
+        assert np.isfinite(found.value).all()
+
+
+KINDS = [
+    pa.array([True, False]),
+    pa.array([b"x", b"y"]),
+    pa.array(["0", "x"], pa.large_string()),
+    pa.array(["0", "x"]).dictionary_encode(),
+    pa.array([0, 1], pa.date32()),
+    pa.array([-(2**52), 2**52], pa.timestamp("s")),
+    pa.array([0, 1], pa.duration("s")),
+    pa.array([None, None], pa.null()),
+    pa.array([[1], [2]]),
+    pa.array([{"a": 1}, {"a": 2}]),
+]
+
+
+@pytest.mark.parametrize("kind", KINDS, ids=lambda kind: str(kind.type))
+@pytest.mark.parametrize("column", ["t", "v"])
+def test_a_column_of_any_type_is_read_or_an_error(tmp_path, kind, column):
+    columns = {"t": pa.array([0.0, 1.0]), "v": pa.array([1.0, 2.0])} | {column: kind}
+    parquet.write_table(pa.table(columns), tmp_path / "x.parquet")
+    try:
+        found = samples(read_table(tmp_path / "x.parquet"), "v", "t", ANY)
+    except InputError:
+        return
+    assert np.isfinite(found.time).all()
+
+
+@pytest.mark.parametrize("limit", ["MOST_CELLS", "MOST_BYTES"])
+def test_a_table_larger_than_a_limit_is_refused_before_it_is_unpacked(tmp_path, monkeypatch, limit):
+    path = tmp_path / "x.parquet"
+    parquet.write_table(pa.table({"t": np.arange(1000.0), "v": ["x" * 500] * 1000}), path)
+    read_table(path)
+    assert path.stat().st_size < 30_000
+    monkeypatch.setattr(f"slipbench.protocol.tables.parquet_file.{limit}", 1999 * 100)
+    if limit == "MOST_CELLS":
+        monkeypatch.setattr("slipbench.protocol.tables.parquet_file.MOST_CELLS", 1999)
+    with pytest.raises(InputError, match="too large to be read"):
+        read_table(path)

@@ -1,0 +1,73 @@
+"""A database as AUTOSAR 4 system description, as far as frames and signals go."""
+
+HEAD = """<?xml version="1.0" encoding="utf-8"?>
+<AUTOSAR xmlns="http://autosar.org/schema/r4.0"><AR-PACKAGES><AR-PACKAGE>
+<SHORT-NAME>P</SHORT-NAME><ELEMENTS>
+<CAN-CLUSTER><SHORT-NAME>Can</SHORT-NAME><CAN-CLUSTER-VARIANTS><CAN-CLUSTER-CONDITIONAL>
+<BAUDRATE>500000</BAUDRATE><PHYSICAL-CHANNELS><CAN-PHYSICAL-CHANNEL><SHORT-NAME>C</SHORT-NAME>
+<FRAME-TRIGGERINGS>"""
+TRIGGER = """<CAN-FRAME-TRIGGERING><SHORT-NAME>T_{name}</SHORT-NAME>
+<FRAME-REF DEST="CAN-FRAME">/P/{name}</FRAME-REF>
+<CAN-ADDRESSING-MODE>{mode}</CAN-ADDRESSING-MODE><IDENTIFIER>{identifier}</IDENTIFIER>
+</CAN-FRAME-TRIGGERING>"""
+MIDDLE = """</FRAME-TRIGGERINGS></CAN-PHYSICAL-CHANNEL></PHYSICAL-CHANNELS>
+</CAN-CLUSTER-CONDITIONAL></CAN-CLUSTER-VARIANTS></CAN-CLUSTER>"""
+FRAME = """<CAN-FRAME><SHORT-NAME>{name}</SHORT-NAME><FRAME-LENGTH>{length}</FRAME-LENGTH>
+<PDU-TO-FRAME-MAPPINGS><PDU-TO-FRAME-MAPPING><SHORT-NAME>M_{name}</SHORT-NAME>
+<PACKING-BYTE-ORDER>MOST-SIGNIFICANT-BYTE-LAST</PACKING-BYTE-ORDER>
+<PDU-REF DEST="I-SIGNAL-I-PDU">/P/Pdu_{name}</PDU-REF><START-POSITION>0</START-POSITION>
+</PDU-TO-FRAME-MAPPING></PDU-TO-FRAME-MAPPINGS></CAN-FRAME>
+<I-SIGNAL-I-PDU><SHORT-NAME>Pdu_{name}</SHORT-NAME><LENGTH>{length}</LENGTH>
+<I-SIGNAL-TO-PDU-MAPPINGS>{mappings}</I-SIGNAL-TO-PDU-MAPPINGS></I-SIGNAL-I-PDU>"""
+MAPPING = """<I-SIGNAL-TO-I-PDU-MAPPING><SHORT-NAME>M_{name}</SHORT-NAME>
+<I-SIGNAL-REF DEST="I-SIGNAL">/P/{name}</I-SIGNAL-REF>
+<PACKING-BYTE-ORDER>MOST-SIGNIFICANT-BYTE-{order}</PACKING-BYTE-ORDER>
+<START-POSITION>{start}</START-POSITION></I-SIGNAL-TO-I-PDU-MAPPING>"""
+SIGNAL = """<I-SIGNAL><SHORT-NAME>{name}</SHORT-NAME><LENGTH>{length}</LENGTH>
+<NETWORK-REPRESENTATION-PROPS><SW-DATA-DEF-PROPS-VARIANTS><SW-DATA-DEF-PROPS-CONDITIONAL>
+<BASE-TYPE-REF DEST="SW-BASE-TYPE">/P/Base{sign}</BASE-TYPE-REF>
+</SW-DATA-DEF-PROPS-CONDITIONAL></SW-DATA-DEF-PROPS-VARIANTS></NETWORK-REPRESENTATION-PROPS>
+<SYSTEM-SIGNAL-REF DEST="SYSTEM-SIGNAL">/P/Sys_{name}</SYSTEM-SIGNAL-REF></I-SIGNAL>
+<SYSTEM-SIGNAL><SHORT-NAME>Sys_{name}</SHORT-NAME>
+<PHYSICAL-PROPS><SW-DATA-DEF-PROPS-VARIANTS><SW-DATA-DEF-PROPS-CONDITIONAL>
+<COMPU-METHOD-REF DEST="COMPU-METHOD">/P/Cm_{name}</COMPU-METHOD-REF>
+<UNIT-REF DEST="UNIT">/P/Unit_{name}</UNIT-REF>
+</SW-DATA-DEF-PROPS-CONDITIONAL></SW-DATA-DEF-PROPS-VARIANTS></PHYSICAL-PROPS></SYSTEM-SIGNAL>
+<COMPU-METHOD><SHORT-NAME>Cm_{name}</SHORT-NAME><CATEGORY>LINEAR</CATEGORY>
+<UNIT-REF DEST="UNIT">/P/Unit_{name}</UNIT-REF><COMPU-INTERNAL-TO-PHYS><COMPU-SCALES>
+<COMPU-SCALE><COMPU-RATIONAL-COEFFS><COMPU-NUMERATOR><V>{offset}</V><V>{scale}</V>
+</COMPU-NUMERATOR><COMPU-DENOMINATOR><V>1</V></COMPU-DENOMINATOR></COMPU-RATIONAL-COEFFS>
+</COMPU-SCALE></COMPU-SCALES></COMPU-INTERNAL-TO-PHYS></COMPU-METHOD>
+<UNIT><SHORT-NAME>Unit_{name}</SHORT-NAME><DISPLAY-NAME>{unit}</DISPLAY-NAME></UNIT>"""
+TAIL = """<SW-BASE-TYPE><SHORT-NAME>BaseU</SHORT-NAME>
+<BASE-TYPE-ENCODING>NONE</BASE-TYPE-ENCODING></SW-BASE-TYPE>
+<SW-BASE-TYPE><SHORT-NAME>BaseS</SHORT-NAME>
+<BASE-TYPE-ENCODING>2C</BASE-TYPE-ENCODING></SW-BASE-TYPE>
+</ELEMENTS></AR-PACKAGE></AR-PACKAGES></AUTOSAR>"""
+
+
+def arxml_of(database):
+    """Text of the ARXML file of a `Database`."""
+    parts = [HEAD]
+    for message in database.messages:
+        mode = "EXTENDED" if message.extended else "STANDARD"
+        parts.append(TRIGGER.format(name=message.name, mode=mode, identifier=message.identifier))
+    parts.append(MIDDLE)
+    for message in database.messages:
+        mappings = "".join(
+            MAPPING.format(name=s.name, start=s.start, order="LAST" if s.little_endian else "FIRST")
+            for s in message.signals
+        )
+        parts.append(FRAME.format(name=message.name, length=message.length, mappings=mappings))
+        parts += [
+            SIGNAL.format(
+                name=s.name,
+                length=s.length,
+                sign="S" if s.signed else "U",
+                scale=s.scale,
+                offset=s.offset,
+                unit=s.unit,
+            )
+            for s in message.signals
+        ]
+    return "\n".join([*parts, TAIL])
