@@ -39,6 +39,8 @@ class Case:
 TRIAL = ("vehicle.toml", "controller.toml")
 
 LINES = [
+    Line("init new", out={"new": "my_trial.toml"}, weight=0.3),
+    Line("doctor", weight=0.1),
     Line("trial trial.toml --out new --dbc motorbike.dbc", TRIAL, {"new": "frames.log"}, 4),
     Line("trial slip_trial.toml --out new", TRIAL, {"new": "frames.log"}, 2),
     Line("trial trial.toml --out new --interface virtual --channel v0", TRIAL, {}, 0.3, 4.0),
