@@ -39,7 +39,7 @@ class Case:
 TRIAL = ("vehicle.toml", "controller.toml")
 
 LINES = [
-    Line("init new", out={"new": "my_trial.toml"}, weight=0.3),
+    Line("init new", out={"new": "README.md"}, weight=0.3),
     Line("doctor", weight=0.1),
     Line("trial trial.toml --out new --dbc motorbike.dbc", TRIAL, {"new": "frames.log"}, 4),
     Line("trial slip_trial.toml --out new", TRIAL, {"new": "frames.log"}, 2),

@@ -6,8 +6,10 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
+from typer.testing import CliRunner
 
 from slipbench import command
+from slipbench.identification.fleet import fleet
 from slipbench.identification.mismatch import explain
 from slipbench.plant.blocks import Encoder
 from slipbench.plant.errors import ParameterError, VehicleFileError
@@ -103,3 +105,14 @@ def test_a_value_that_a_list_lacks_is_named():
     """The place of a missing value lies beyond the end of what the file has."""
     with pytest.raises(InputError, match="prefilter"):
         parse({"prefilter": [[1.0, 2.0]]}, ControllerFile, "controller.toml")
+
+
+def test_a_fleet_with_an_analysis_that_could_not_be_done_is_no_success(tmp_path, monkeypatch):
+    entry = '[[analyses]]\nname = "first"\nvehicle = "missing.toml"\ntraining = ["missing"]\n'
+    (tmp_path / "fleet.toml").write_text(entry)
+    rows = [{"name": "first", "trouble": "no such file"}]
+    monkeypatch.setattr(fleet, "explain_fleet", lambda *_: rows)
+    line = ["explain-fleet", str(tmp_path / "fleet.toml"), "--out", str(tmp_path / "out")]
+    end = CliRunner().invoke(command.app, line)
+    assert end.exit_code == 3
+    assert "first: no such file" in end.output
