@@ -101,11 +101,18 @@ def _written_path(location: tuple[Any, ...], data: Any) -> str:
     """Name a key as the file has it: without the tags that pydantic adds for unions."""
     written = []
     for part in location[:-1]:
-        inner = data[part] if isinstance(data, list | tuple) else (data or {}).get(part)
+        inner = _inner(data, part)
         if inner is not None:
             written.append(str(part))
             data = inner
     return ".".join([*written, str(location[-1])]) if location else ""
+
+
+def _inner(data: Any, part: Any) -> Any:
+    """What the data have at one part of a path; None where they lack it."""
+    if isinstance(data, list | tuple):
+        return data[part] if isinstance(part, int) and part < len(data) else None
+    return data.get(part) if isinstance(data, dict) else None
 
 
 def _known_keys(model: type[BaseModel], path: tuple[Any, ...]) -> list[str]:

@@ -9,6 +9,8 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 EXAMPLE = "Example: slipbench explain-fleet season.toml --out season --scheduler tcp://host:8786"
 
+FAILED = 3  # exit status where an analysis could not be done
+
 
 def register(app: typer.Typer) -> None:
     """Add `explain-fleet` to the one command."""
@@ -29,6 +31,8 @@ def explain_fleet_command(
     """Explain a season or a fleet: `slipbench explain` for every vehicle of a file, side by side.
 
     What has a verdict already is not done again.
+
+    Exit status: 0 all analysed, 2 invalid input (see message), 3 an analysis could not be done.
     """
     from slipbench.identification.cluster import Workers
     from slipbench.identification.fleet.fleet import TABLE, explain_fleet
@@ -52,3 +56,5 @@ def explain_fleet_command(
     for row in rows:
         typer.echo(f"{row['name']}: {row.get('sentence') or row.get('trouble')}")
     typer.echo(f"written: {out / TABLE}")
+    if any("trouble" in row for row in rows):
+        raise typer.Exit(FAILED)

@@ -7,7 +7,7 @@ from typing import Any
 
 from slipbench.identification.cluster import Workers, done_by
 from slipbench.identification.fleet.fleet_file import Entry
-from slipbench.identification.mismatch.explain import analyse
+from slipbench.identification.mismatch.explain import known_so_far
 from slipbench.identification.mismatch.runs import open_analysis
 from slipbench.identification.mismatch.telling.conclude import verdict
 from slipbench.identification.mismatch.telling.memo import sentence
@@ -46,11 +46,10 @@ def explain_one(entry: Entry, folder: str) -> Row:
     """Do one analysis into a folder of its own; returns its row."""
     place = Path(folder)
     try:
-        analysis = analyse(
-            open_analysis(
-                Path(entry.vehicle), [*map(Path, entry.training)], [*map(Path, entry.held_out)]
-            )
+        analysis = open_analysis(
+            Path(entry.vehicle), [*map(Path, entry.training)], [*map(Path, entry.held_out)]
         )
+        known_so_far(analysis)
     except InputError as fault:
         return {"trouble": str(fault)}
     found = verdict(analysis)
@@ -69,6 +68,8 @@ def _there(folder: Path) -> Row | None:
 
 
 def _row(tree: Mapping[str, Any]) -> Row:
+    if tree.get("failure"):
+        return {"trouble": f"the analysis failed in {tree['failure']}"}
     return {
         "mismatch": tree["mismatch"]["found"],
         "sentence": tree["sentence"],

@@ -59,9 +59,9 @@ def explain_command(
     from slipbench.identification.mismatch.telling.output import prepare_places, write_outputs
 
     console = Console(stderr=True)
-    prepare_places(json_path, report_folder)
     with console.status("Reading recordings") as progress:
         analysis = open_analysis(vehicle, training, held_out or [])
+        prepare_places(json_path, report_folder)  # after the input, which may be invalid
 
         def say(words: str) -> None:
             progress.update(words)

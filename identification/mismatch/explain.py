@@ -42,17 +42,16 @@ def known_so_far(so_far: Analysis, say: Say = lambda _: None) -> bool:
     """
     try:
         analyse(so_far, say=say)
-    except (KeyboardInterrupt, SystemError) as fault:
-        # Ctrl-C at a call into compiled code arrives as the cause of a SystemError.
-        if not isinstance(fault.__cause__ or fault, KeyboardInterrupt):
-            raise
+    except KeyboardInterrupt:
         return False
     except InputError:
         if so_far.done == 0:
             raise
         so_far.failure = _failure(so_far)
-    except Exception:  # an engineer waits for what was found, whatever a later step meets
-        so_far.failure = _failure(so_far)
+    except Exception as fault:  # an engineer waits for what was found, whatever a later step meets
+        # Ctrl-C at a call into compiled code arrives as the cause of a SystemError.
+        if not isinstance(fault.__cause__, KeyboardInterrupt):
+            so_far.failure = _failure(so_far)
     return so_far.complete
 
 

@@ -1,7 +1,6 @@
 """The command `slipbench`: it joins the sub-commands of the packages."""
 
 import errno
-import os
 import sys
 
 import typer
@@ -67,7 +66,7 @@ def main() -> None:
     except OSError as fault:
         if fault.errno not in REFUSED:
             raise
-        name = f"{readable(os.fsdecode(fault.filename), 200)}: " if fault.filename else ""
+        name = f"{readable(str(fault.filename), 200)}: " if fault.filename else ""
         sys.stderr.write(f"slipbench: {name}the operating system refuses: {fault.strerror}\n")
         sys.exit(2)
     except SystemError as fault:

@@ -39,6 +39,8 @@ class Case:
 TRIAL = ("vehicle.toml", "controller.toml")
 
 LINES = [
+    Line("init new", out={"new": "README.md"}, weight=0.3),
+    Line("doctor", weight=0.1),
     Line("trial trial.toml --out new --dbc motorbike.dbc", TRIAL, {"new": "frames.log"}, 4),
     Line("trial slip_trial.toml --out new", TRIAL, {"new": "frames.log"}, 2),
     Line("trial trial.toml --out new --interface virtual --channel v0", TRIAL, {}, 0.3, 4.0),
@@ -215,6 +217,7 @@ def _change_an_option(case: Case, rng: Random) -> str:
     old = case.argv[at + 1 : at + 2]
     if not old or old[0] in case.line.out or exists(case.folder / old[0]) or old == ["new"]:
         return _change_an_output_path(case, rng)
+    case.out.pop(old[0], None)
     text = str(hostile_value(rng, old[0])).replace("\0", "")[:100_000]
     case.argv[at + 1] = text
     return f"{case.argv[at]} {text[:40]!r}"

@@ -172,7 +172,7 @@ def _wrong_for_status(running: Running, status: int, err: str, out: str) -> Iter
         if left:
             yield f"status 2 leaves behind {', '.join(left[:3])}"
     elif status == 3:
-        if case.argv[0] not in ("trial", "paper"):
+        if case.argv[0] not in ("trial", "paper", "explain-fleet"):
             yield "status 3"
     elif not (running.interrupted and status in CHANGED_BY_INTERRUPT):
         yield f"status {status}"

@@ -3,14 +3,19 @@
 import errno
 import re
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
+from typer.testing import CliRunner
 
 from slipbench import command
+from slipbench.identification.fleet import fleet
 from slipbench.identification.mismatch import explain
 from slipbench.plant.blocks import Encoder
 from slipbench.plant.errors import ParameterError, VehicleFileError
 from slipbench.plant.vehicle_file import load_vehicle
+from slipbench.protocol.configuration import parse
+from slipbench.protocol.controller_file import ControllerFile
 from slipbench.protocol.errors import InputError
 from tests.paths import DEMONSTRATION
 
@@ -64,7 +69,9 @@ def test_ctrl_c_in_compiled_code_ends_a_command_as_everywhere(monkeypatch, capsy
 
 def test_ctrl_c_in_compiled_code_keeps_what_explain_has(monkeypatch):
     monkeypatch.setattr(explain, "analyse", interrupted_in_compiled_code)
-    assert explain.known_so_far(None) is False
+    so_far = SimpleNamespace(done=1, complete=False, failure="")
+    assert explain.known_so_far(so_far) is False
+    assert so_far.failure == ""
 
 
 def test_another_system_error_is_none_of_the_users(monkeypatch):
@@ -77,13 +84,12 @@ def test_another_system_error_is_none_of_the_users(monkeypatch):
 
 
 def test_what_the_system_refuses_is_a_message(monkeypatch, capsys):
-    monkeypatch.setattr(command, "app", lambda: (Path("/x\x1b") / ("y" * 300)).stat())
+    monkeypatch.setattr(command, "app", lambda: Path("\x1b" * 300).stat())
     with pytest.raises(SystemExit) as end:
         command.main()
     assert end.value.code == 2
-    assert re.fullmatch(
-        r"slipbench: /x\\x1b/y+\.\.\. .*File name too long\n", capsys.readouterr().err
-    )
+    said = capsys.readouterr().err
+    assert re.fullmatch(r"slipbench: (\\x1b)+\.\.\. .*: File name too long\n", said)
 
 
 def test_a_fault_of_ours_is_no_message(monkeypatch):
@@ -93,3 +99,20 @@ def test_a_fault_of_ours_is_no_message(monkeypatch):
     monkeypatch.setattr(command, "app", broken)
     with pytest.raises(OSError, match="Bad file descriptor"):
         command.main()
+
+
+def test_a_value_that_a_list_lacks_is_named():
+    """The place of a missing value lies beyond the end of what the file has."""
+    with pytest.raises(InputError, match="prefilter"):
+        parse({"prefilter": [[1.0, 2.0]]}, ControllerFile, "controller.toml")
+
+
+def test_a_fleet_with_an_analysis_that_could_not_be_done_is_no_success(tmp_path, monkeypatch):
+    entry = '[[analyses]]\nname = "first"\nvehicle = "missing.toml"\ntraining = ["missing"]\n'
+    (tmp_path / "fleet.toml").write_text(entry)
+    rows = [{"name": "first", "trouble": "no such file"}]
+    monkeypatch.setattr(fleet, "explain_fleet", lambda *_: rows)
+    line = ["explain-fleet", str(tmp_path / "fleet.toml"), "--out", str(tmp_path / "out")]
+    end = CliRunner().invoke(command.app, line)
+    assert end.exit_code == 3
+    assert "first: no such file" in end.output

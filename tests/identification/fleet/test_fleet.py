@@ -76,3 +76,13 @@ def test_a_mismatch_without_a_name_is_told_as_such() -> None:
 def test_a_trouble_of_several_lines_is_one_cell() -> None:
     text = table([{"name": "x", "trouble": str(InputError("a | b", found="c", remedy="d"))}])
     assert text.splitlines()[2] == r"| x | not judged | | a \| b; found: c; remedy: d |"
+
+
+def test_an_analysis_that_failed_is_told_as_trouble(tmp_path: Path) -> None:
+    """Its verdict holds what was found before, and the failure; the others go on."""
+    for name, tree in (("one", DONE), ("two", {**DONE, "failure": "calibration: ValueError"})):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / VERDICT).write_text(json.dumps(tree), encoding="utf-8")
+    one, two = explain_fleet(read_fleet(written(tmp_path)), tmp_path, Workers(1))
+    assert "trouble" not in one
+    assert two == {"name": "two", "trouble": "the analysis failed in calibration: ValueError"}
