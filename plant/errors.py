@@ -25,7 +25,7 @@ class VehicleFileError(PlantError):
 
 
 def nearest(word: str, known: Iterable[str]) -> str:
-    """Return the remedy for a misspelt word: the known one nearest to it, or all of them."""
+    """The remedy for a misspelt word: the known one nearest to it, or all of them."""
     known = sorted(known)
     match = get_close_matches(word, known, n=1, cutoff=0.5)
     return f"did you mean '{match[0]}'?" if match else f"known are: {', '.join(known)}"

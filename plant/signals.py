@@ -79,7 +79,10 @@ class Inputs:
 
     @classmethod
     def held(cls, rows: int = 1, **columns: float | Floats) -> Self:
-        """Return `rows` rows at rest, the given columns filled with a number or an array."""
+        """Inputs at rest, `rows` rows; the named columns hold a number or an array, shape (rows,).
+
+        Raises TypeError for a name that is no input.
+        """
         unknown = set(columns) - set(cls.names)
         if unknown:
             raise TypeError(f"no input {sorted(unknown)}; inputs are {cls.names}")
@@ -126,5 +129,5 @@ class Outputs:
     optical_speed = Column("m/s", "speed in the optical sensor, after its own dynamics")
 
     def __getitem__(self, name: str) -> Floats:
-        """Return a column by name; effects' states are named '<effect>.<state>'."""
+        """A column by name; effects' states are named '<effect>.<state>'."""
         return self.table[:, (*self.names, *self.effect_states).index(name)]

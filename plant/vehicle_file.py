@@ -42,7 +42,7 @@ class Vehicle:
 
 
 def load_vehicle(path: str | Path) -> Vehicle:
-    """Return the vehicle that the file tells. Raises VehicleFileError, which names the cure."""
+    """The vehicle that the file tells. Raises VehicleFileError, which names the cure."""
     path = Path(path)
     try:
         tree = tomllib.loads(path.read_text(encoding="utf-8"))

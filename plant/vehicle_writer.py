@@ -16,7 +16,7 @@ def save_vehicle(vehicle: Vehicle, path: str | Path) -> None:
 
 
 def vehicle_tree(vehicle: Vehicle) -> dict[str, Any]:
-    """Return the vehicle as the tree of its file."""
+    """The vehicle as the tree of its file."""
     bike, known = vehicle.motorcycle, vehicle.plus_minus
     tree: dict[str, Any] = {"name": vehicle.name, "description": vehicle.description}
     tree["gears"] = {

@@ -62,7 +62,7 @@ class Row:
 
     @property
     def better(self) -> bool:
-        """Tell whether it beats the first model beyond doubt."""
+        """Whether it beats the first model beyond doubt."""
         return self.interval[1] < 1
 
 
@@ -103,7 +103,10 @@ def compare(rivals: Sequence[Rival], runs: Sequence[Experiment]) -> tuple[Row, .
 
 
 def nrmse(run: Experiment, predicted: FloatArray) -> float:
-    """Root mean square error over the root mean square of the slip, trends taken off."""
+    """Normalized root mean square error of a predicted slip, trends removed; dimensionless.
+
+    predicted: slip, shape (n,), over the whole run.
+    """
     e, y = left(run, predicted), without_trend(run.y, run.part)
     return float(np.sqrt(np.mean(e**2) / np.mean(y**2)))
 
@@ -114,7 +117,7 @@ def left(run: Experiment, predicted: FloatArray) -> FloatArray:
 
 
 def without_trend(y: FloatArray, part: slice) -> FloatArray:
-    """Take a slow polynomial off the stretch of the excitation."""
+    """Remove a slow polynomial from y, shape (n,). Returns the samples of `part`, in the unit of y."""
     slow, _ = np.linalg.qr(np.vander(np.linspace(-1, 1, part.stop - part.start), TREND))
     return np.asarray(y[part] - slow @ (slow.T @ y[part]))
 

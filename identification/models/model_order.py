@@ -108,7 +108,7 @@ def choose_order(
 
 
 def doubted(choice: OrderChoice[RationalFit]) -> RationalFit:
-    """Give the fit of least description length, with the doubt about its order.
+    """The fit of least description length, with the doubt about its order.
 
     Half the difference in description length is near the logarithm of the odds of two orders
     (Schwarz 1978).
@@ -126,7 +126,7 @@ def doubted(choice: OrderChoice[RationalFit]) -> RationalFit:
 
 
 def resolved(of: RationalModel, lines: Lines) -> bool:
-    """Tell whether every resonance inside the band is as wide as the spacing of the lines."""
+    """Whether every resonance inside the band is as wide as the spacing of the lines."""
     spacing = float(np.median(np.diff(lines.frequency)))
     swinging = of.poles[np.abs(of.poles.imag) > np.abs(of.poles.real)]
     inside = np.abs(swinging) <= 2 * np.pi * lines.frequency[-1]

@@ -179,7 +179,7 @@ class _Problem:
     rate: float
 
     def left(self, x: FloatArray) -> FloatArray:
-        """Give what the model leaves, (runs * n,)."""
+        """What the model leaves, (runs * n,)."""
         with np.errstate(all="ignore"):
             error = answer(x, self.order, self.u, self.rate) - self.target
         return np.asarray(np.nan_to_num(error, nan=1e6, posinf=1e6, neginf=-1e6).ravel())

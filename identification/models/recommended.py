@@ -38,7 +38,7 @@ class Recommended:
 
     @property
     def adequate(self) -> bool:
-        """Tell whether what the model leaves may be noise alone."""
+        """Whether what the model leaves may be noise alone."""
         return self.fit.adequate >= REJECTED
 
     @property

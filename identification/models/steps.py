@@ -122,7 +122,10 @@ def mean_levels(
 
 
 def pooled(parts: Sequence[Steps]) -> Steps:
-    """Put the steps of several like trials together; the shortest sets the length."""
+    """Pool the steps of several like trials; the shortest sets the length.
+
+    Raises ValueError where rates or starts differ.
+    """
     start = max(part.time[0] for part in parts)
     count = min(part.time.size for part in parts)
     if any(part.rate != parts[0].rate or part.time[0] != start for part in parts):

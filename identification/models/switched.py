@@ -66,7 +66,7 @@ class SwitchedModel:
     def to_control(
         self, mode: int = 0, names: tuple[str, str] = ("u", "y")
     ) -> "control.StateSpace":
-        """Give one direction, without its delay, as a python-control object with named signals."""
+        """One direction, without its delay, as a python-control object with named signals."""
         import control
 
         a, b, c = observability_form(*polynomials(self, mode))
@@ -81,7 +81,7 @@ def as_linear(model: SwitchedModel) -> SwitchedModel:
 
 
 def polynomials(model: SwitchedModel, mode: int) -> tuple[FloatArray, FloatArray]:
-    """Numerator and monic denominator of one direction, highest power first."""
+    """Numerator and monic denominator of one mode in s (rad/s), highest power first, shape (k,)."""
     side = model.directions[mode]
     scale = 1.0 / side.pole
     denominator = np.array([1.0, scale])
@@ -110,14 +110,20 @@ def observability_form(
 
 
 def opening(command: FloatArray) -> IntArray:
-    """Mode of each sample: 0 while the command rises, 1 while it falls; rest keeps the last one."""
+    """Mode of each sample of a command, shape (n,): 0 while it rises, 1 while it falls.
+
+    A constant command keeps the last mode.
+    """
     change = np.diff(command, prepend=command[0])
     sign = np.where(np.abs(change) > STILL * np.ptp(command), np.sign(change), 0.0)
     return mode_of(sign)
 
 
 def mode_of(signal: FloatArray) -> IntArray:
-    """Mode of each sample from a signal's sign: 0 where positive, 1 where negative; zero keeps."""
+    """Mode of each sample from the sign of a signal, shape (n,): 0 positive, 1 negative.
+
+    Zero keeps the last mode.
+    """
     at = np.maximum.accumulate(np.where(signal != 0, np.arange(signal.size), 0))
     return np.asarray(signal[at] < 0, dtype=np.int64)
 

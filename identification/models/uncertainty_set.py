@@ -60,7 +60,7 @@ class Weight:
         return value
 
     def to_control(self) -> "control.TransferFunction":
-        """Give the weight as a python-control object, rad/s."""
+        """The weight as a python-control object, rad/s."""
         import control
 
         whole = control.tf([self.gain], [1.0])
@@ -85,7 +85,7 @@ class UncertaintySet:
     members: dict[str, ComplexArray]
 
     def survives(self, loop: ComplexArray) -> bool:
-        """Tell whether a stable nominal loop stays stable for all of the set: |W T| < 1.
+        """Whether a stable nominal loop stays stable for all of the set: |W T| < 1.
 
         loop: (n,) loop gain C G_0 at `frequency`; T = L / (1 + L).
         """
@@ -93,7 +93,7 @@ class UncertaintySet:
         return bool(np.all(np.abs(self.weight.response(self.frequency) * complementary) < 1))
 
     def to_control(self) -> tuple["control.StateSpace", float, "control.TransferFunction"]:
-        """Give nominal model without delay, its delay in s, and the weight."""
+        """Nominal model without delay, its delay in s, and the weight."""
         return self.nominal.to_state_space(), self.nominal.delay, self.weight.to_control()
 
 

@@ -135,7 +135,7 @@ def tracking_bandwidth(
 
 
 def first_fall(frequency: FloatArray, size: FloatArray) -> float:
-    """Return where a gain first falls through -3 dB, Hz; NaN where it does not."""
+    """Where a gain first falls through -3 dB, Hz; NaN where it does not."""
     below = np.flatnonzero(size < HALF)
     if not below.size or below[0] == 0:
         return math.nan
@@ -143,6 +143,6 @@ def first_fall(frequency: FloatArray, size: FloatArray) -> float:
 
 
 def between(frequency: FloatArray, size: FloatArray, k: int) -> float:
-    """Return where a gain goes through -3 dB between its values k and k + 1, Hz."""
+    """Where a gain goes through -3 dB between its values k and k + 1, Hz."""
     share = (HALF - size[k]) / (size[k + 1] - size[k])
     return float(frequency[k] + share * (frequency[k + 1] - frequency[k]))

@@ -70,7 +70,7 @@ class KnownPath:
     doubt: float = 0.0
 
     def response(self, frequency: FloatArray) -> ComplexArray:
-        """Give the complex response at frequencies in Hz, (n,)."""
+        """The complex response at frequencies in Hz, (n,)."""
         s = 2j * np.pi * frequency
         value = np.exp(-s * self.delay)
         for lead in self.leads:

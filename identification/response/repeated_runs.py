@@ -18,7 +18,7 @@ ALIKE = 0.01  # of its swing, by which the input may differ from run to run
 
 
 def repeats(u: FloatArray) -> bool:
-    """Tell whether every run has the same input. u: (runs, n)."""
+    """Whether every run has the same input. u: shape (runs, n)."""
     return len(u) >= FEWEST and bool(np.max(np.ptp(u, axis=0)) <= ALIKE * np.ptp(u))
 
 

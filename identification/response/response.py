@@ -47,7 +47,7 @@ class FrequencyResponse:
 
     @property
     def gain(self) -> FloatArray:
-        """Amplitude of the output per amplitude of the input."""
+        """Gain, shape (n,), in `unit`."""
         return np.asarray(np.hypot(self.value.real, self.value.imag))
 
     @property
@@ -68,12 +68,12 @@ class FrequencyResponse:
 
     @property
     def believed(self) -> BoolArray:
-        """Lines with enough coherence and a band that is narrow beside the gain."""
+        """Reliable lines, shape (n,): enough coherence, a 95 % interval below half the gain."""
         narrow = self.gain_band <= WIDEST_BAND * self.gain
         return np.asarray((self.coherence >= BELIEVED) & narrow)
 
     def to_control(self) -> "control.FrequencyResponseData":
-        """Give the believed lines as a python-control object; frequencies become rad/s."""
+        """The believed lines as a python-control object; frequencies become rad/s."""
         import control
 
         lines = self.believed

@@ -57,7 +57,7 @@ def trial_window(base: Dataset) -> TrialWindow | NoExcitation:
 
 
 def tripped(base: Dataset) -> tuple[TripReason, float]:
-    """Tell whether, when (s) and why the trial tripped."""
+    """Time (s) and reason of the trip, if the trial tripped."""
     reason = base.get("trip_reason")
     if reason is None:
         return TripReason.NONE, float("nan")

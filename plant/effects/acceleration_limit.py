@@ -36,7 +36,7 @@ from slipbench.plant.parameters import parameter
 
 
 def limit_acceleration(servo_acceleration: float, limit: float) -> float:
-    """Return the acceleration of the plate [1/s^2], no more than the limit."""
+    """The acceleration of the plate [1/s^2], no more than the limit."""
     return min(max(servo_acceleration, -limit), limit)
 
 

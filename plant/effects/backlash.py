@@ -40,7 +40,7 @@ from slipbench.plant.parameters import parameter
 def dead_zone(
     spring_twist: float, spring_rate: float, slack: float, softness: float
 ) -> tuple[float, float]:
-    """Return twist beyond the gap [rad] and the rate that the damper feels [rad/s]."""
+    """Twist beyond the gap [rad] and the rate that the damper feels [rad/s]."""
     half = 0.5 * slack
     beyond = max(spring_twist - half, 0.0) + min(spring_twist + half, 0.0)
     if slack > 0.0:

@@ -47,7 +47,7 @@ def roll_over_corners(
     teeth: float,
     phase: float,
 ) -> tuple[float, float]:
-    """Return twist [rad] and rate [rad/s] that the driveline feels."""
+    """Twist [rad] and rate [rad/s] that the driveline feels."""
     angle = teeth * rear_angle + phase
     lead, rate = ripple / teeth * math.sin(angle), ripple * rear_speed * math.cos(angle)
     return spring_twist + lead, spring_rate + rate

@@ -52,5 +52,5 @@ class DirectionBlindCounter(Effect):
     )
 
     def tell(self, memory: Floats, time: Floats, value: Floats) -> tuple[Floats, Floats]:
-        """Return the memory, unused, and the values without their sign."""
+        """Memory, unused, and values without their sign, shape (n,); time in s."""
         return memory, value + self.blindness * (np.abs(value) - value)

@@ -60,11 +60,11 @@ class Eccentricity(Effect):
 
     @classmethod
     def candidates(cls) -> tuple[Self, ...]:
-        """Return the effect at its typical size for either wheel."""
+        """The effect at its typical size for either wheel."""
         return tuple(cls(encoder=encoder) for encoder in ENCODERS)
 
     def tooth_offsets(self, teeth: int) -> NDArray[np.float64]:
-        """Return how much later than even every tooth passes [rad], shape (teeth,)."""
+        """How much later than even every tooth passes [rad], shape (teeth,)."""
         place = 2 * np.pi / teeth * np.arange(teeth)
         offsets: NDArray[np.float64] = np.cos(self.order * place + self.phase)
         return self.run_out / self.order * offsets

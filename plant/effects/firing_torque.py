@@ -49,7 +49,7 @@ def fire(
     cylinders: float,
     phase: float,
 ) -> float:
-    """Return the torque [N m] at this angle of the crank."""
+    """The torque [N m] at this angle of the crank."""
     swing = share * math.sin(0.5 * cylinders * crank_angle + phase)
     swing += spread * math.sin(0.5 * crank_angle + phase)
     return engine_torque + (engine_torque + friction_torque) * swing

@@ -42,7 +42,7 @@ def cross_the_gap(
     play: float,
     step: float,
 ) -> tuple[float, float]:
-    """Return acceleration [1/s^2] towards what arrives, and the rate of the flank [1/s]."""
+    """Acceleration [1/s^2] towards what arrives, and the rate of the flank [1/s]."""
     half = 0.5 * play
     arriving = min(max(flank, throttle_command - half), throttle_command + half)
     missing = throttle_servo_natural_frequency**2 * (arriving - throttle_command)

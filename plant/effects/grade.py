@@ -45,7 +45,7 @@ def climb(
     length: float,
     rounding: float,
 ) -> float:
-    """Return the force against the motion [N]."""
+    """The force against the motion [N]."""
     begun = math.tanh((distance - place) / rounding)
     ended = math.tanh((distance - place - length) / rounding)
     return drag_force + 9.80665 * body_mass * slope * 0.5 * (begun - ended)

@@ -37,7 +37,7 @@ from slipbench.plant.parameters import parameter
 def trail(
     optical_speed: float, seen: float, time_constant: float, step: float
 ) -> tuple[float, float]:
-    """Return the speed that is told [m/s] and its rate [m/s^2]."""
+    """The speed that is told [m/s] and its rate [m/s^2]."""
     told = optical_speed if time_constant <= 0.0 else seen
     return told, (optical_speed - seen) / max(time_constant, 0.5 * step)
 

@@ -59,9 +59,9 @@ class Quantiser(Effect):
 
     @classmethod
     def candidates(cls) -> tuple[Self, ...]:
-        """Return the effect of eight bits on every channel that may have it."""
+        """The effect of eight bits on every channel that may have it."""
         return tuple(cls(channel, quantum) for channel, quantum in EIGHT_BITS.items())
 
     def tell(self, memory: Floats, time: Floats, value: Floats) -> tuple[Floats, Floats]:
-        """Return the memory, unused, and the values in whole steps."""
+        """Memory, unused, and values rounded to the quantum, shape (n,); time in s."""
         return memory, quantised(value, self.quantum)

@@ -38,7 +38,7 @@ from slipbench.plant.parameters import parameter
 def limit_push(
     servo_acceleration: float, throttle_rate: float, stall_acceleration: float, no_load_speed: float
 ) -> float:
-    """Return the acceleration [1/s^2] that the voltage left over by the back-EMF allows."""
+    """The acceleration [1/s^2] that the voltage left over by the back-EMF allows."""
     x = throttle_rate / no_load_speed
     opening = stall_acceleration * max(1.0 - x, 0.02)
     closing = stall_acceleration * max(1.0 + x, 0.02)

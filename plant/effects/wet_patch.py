@@ -40,7 +40,7 @@ from slipbench.plant.parameters import parameter
 def moisten(
     rear_grip: float, distance: float, loss: float, place: float, length: float, rounding: float
 ) -> float:
-    """Return the friction coefficient at this place."""
+    """The friction coefficient at this place."""
     begun = math.tanh((distance - place) / rounding)
     ended = math.tanh((distance - place - length) / rounding)
     return rear_grip * (1.0 - loss * 0.5 * (begun - ended))
