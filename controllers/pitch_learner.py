@@ -1,4 +1,4 @@
-"""The gaps between teeth learnt while riding, tooth by tooth, for a controller.
+"""Tooth-pitch errors estimated online, tooth by tooth, for a controller.
 
 The same estimate as identification makes of a whole recording, recursively: with each tooth the
 interval of one turn ago is freed of what is slow and moves its gap's estimate, the less the more

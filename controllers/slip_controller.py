@@ -1,4 +1,4 @@
-"""A slip controller as a bench runs it: from wanted and seen slip to throttle and spark.
+"""A slip controller as a bench runs it: from requested and measured slip to throttle and spark.
 
 Throttle and spark are told as offsets from where they rested at the start, in SI. One interface for
 throttle, spark and mixed control; `from_tree` makes any of them from the numbers of a file.
@@ -26,7 +26,7 @@ from slipbench.controllers.two_actuators import TwoActuators, reach
 
 @dataclass(frozen=True, slots=True)
 class SlipState:
-    """law: state of the law; reference: slip asked for last; passed: state of the prefilter;
+    """law: state of the law; reference: last requested slip; passed: state of the prefilter;
     throttle, spark: given last."""
 
     law: Any

@@ -41,9 +41,9 @@ class ChannelTiming(Block):
     """
 
     clock: str = field(default="ecu")
-    period: float = parameter(10e-3, "s", 0.0, 10.0, "between samples; 0 tells every event")
+    period: float = parameter(10e-3, "s", 0.0, 10.0, "between samples; 0 sends every event")
     latency: float = parameter(2e-3, "s", 0.0, 1.0, "from the moment it holds for to the wire")
-    quantum: float = parameter(0.0, "", 0.0, 1e3, "smallest step that is told; 0 tells all")
+    quantum: float = parameter(0.0, "", 0.0, 1e3, "smallest step that is sent; 0: no rounding")
     noise: float = parameter(0.0, "", 0.0, 1e3, "standard deviation of white noise")
     clock_offset: float = parameter(0.0, "s", -1e3, 1e3, "of its clock at the start")
     clock_drift: float = parameter(0.0, "1", -1e-3, 1e-3, "gain of its clock")
@@ -82,7 +82,7 @@ def sample(
     between the given times the value is interpolated. Raises ValueError for a channel of events.
     """
     if timing.period == 0.0:
-        raise ValueError("a period of 0 tells every event; such a channel is not sampled")
+        raise ValueError("a period of 0 sends every event; such a channel is not sampled")
     first = np.ceil((time[0] - start) / timing.period - 1e-9)
     last = np.floor((time[-1] - start) / timing.period + 1e-9)
     at = start + timing.period * np.arange(first, last + 1)

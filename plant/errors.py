@@ -1,4 +1,4 @@
-"""Trouble that a user can mend is told in five parts: what, where, expected, found, remedy."""
+"""An error in a user's file, in five parts: what, where, expected, found, remedy."""
 
 from collections.abc import Iterable
 from difflib import get_close_matches

@@ -42,7 +42,7 @@ def linearise(
     inputs: tuple[str, ...] = INPUTS,
     outputs: tuple[str, ...] = OUTPUTS,
 ) -> LinearModel:
-    """The motorcycle as it answers small changes about a steady state in this gear."""
+    """The motorcycle as it responds to small changes about a steady state in this gear."""
     simulation = Simulation(motorcycle)
     state, throttle = equilibrium(simulation, gear, engine_speed)
     x = simulation.states(state)

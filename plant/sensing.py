@@ -1,4 +1,4 @@
-"""What a sensor tells is not what there is: effects between a quantity and its frames.
+"""Sensor effects: what acts between a physical quantity and its frames.
 
 Two kinds act here, found by what they can do. One changes values: before the sensor is sampled
 (`stage` "signal": a lag, a scale) or in its frames (`stage` "frame": a word length, a stale value).
@@ -23,13 +23,13 @@ Memories = tuple[Floats, ...]
 
 @runtime_checkable
 class Tells(Protocol):
-    """An effect that changes what one channel tells. stage: "signal" or "frame"."""
+    """An effect that changes the values of one channel. stage: "signal" or "frame"."""
 
     channel: str
     stage: str
 
     def tell(self, memory: Floats, time: Floats, value: Floats) -> tuple[Floats, Floats]:
-        """The memory after these samples, and what is told instead of them.
+        """The memory after these samples, and the values that are sent instead.
 
         memory: empty at first. time: s, increasing, shape (n,), n >= 1; value: shape (n,).
         """

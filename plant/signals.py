@@ -32,7 +32,7 @@ class Column:
 
 
 FREE = float("nan")
-MEASURED = "value that this state is led to by the end of the row, along a line; NaN leaves it free"
+MEASURED = "prescribed value of this state at the end of the row; linear before; NaN: free"
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,7 +52,7 @@ class Inputs:
     names: ClassVar[list[str]] = []
     table: Floats
 
-    throttle_command = Column("1", "opening asked of the servo, 0 to 1")
+    throttle_command = Column("1", "opening requested from the servo, 0 to 1")
     spark = Column("rad", "spark advance beyond the map")
     gear = Column("1", "gear, from 1; 0 is neutral", 1.0)
     clutch = Column("1", "share of the clutch's capacity, 0 pulled to 1 released", 1.0)

@@ -26,7 +26,7 @@ CHANCE = 15.0
 
 @dataclass(frozen=True)
 class Renewals:
-    """late: what is told less what there is, where a frame was not renewed, (k,).
+    """late: sent value less what there is, where a frame was not renewed, (k,).
 
     share: of the frames that were not renewed while the value moved.
     """

@@ -78,13 +78,13 @@ class Actuator:
 
     @property
     def highest(self) -> float:
-        """Upper end of the believed band, Hz; no frequency above it is given."""
+        """Upper end of the reliable band, Hz; no frequency above it is given."""
         band = believed_band(self.response)
         return band[1] if band else 0.0
 
     @property
     def bandwidth(self) -> float:
-        """Usable bandwidth, Hz; NaN where the believed band ends before."""
+        """Usable bandwidth, Hz; NaN where the reliable band ends before."""
         return self.lags_by(180 - MARGIN)
 
     @property
@@ -150,7 +150,7 @@ def actuator(
     if band is None or band[0] > LOW * cutoff or band[1] < cutoff:
         seen = f"{band[0]:.1f} to {band[1]:.1f} Hz" if band else "nothing"
         return NoComparison(
-            f"from {response.input} {seen} is believed, "
+            f"from {response.input} {seen} is reliable, "
             f"{LOW * cutoff:g} to {cutoff:g} Hz are needed"
         )
     choice = choose_order(lines, all_pole())

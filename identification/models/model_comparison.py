@@ -1,10 +1,10 @@
-"""Which model of the slip predicts sweeps that it has not seen: linear, switched, scheduled.
+"""Which model of the slip predicts held-out sweeps: linear, switched, scheduled.
 
 Every model gets the echoed command and, where it switches, a measured signal; none of them the
-slip. Errors in time: root mean square of what is left over that of the slip, a slow trend apart.
+slip. Errors in time: root mean square of the residual over that of the slip, a slow trend apart.
 Errors in frequency: first three harmonics along the phase of the sweep, of prediction and of
 measurement, by the same estimator, over the first harmonic. Ratios of errors carry intervals by a
-bootstrap over stretches of 1 s, the same stretches for both models.
+bootstrap over segments of 1 s, the same segments for both models.
 
     rivals = rivals_from(steps, runs_of_steps)           # linear, by u', by torque rate, by twist
     rows = compare(rivals, sweeps)                       # tuple[Row, ...]
@@ -123,7 +123,7 @@ def without_trend(y: FloatArray, part: slice) -> FloatArray:
 
 
 def _blocks(e: FloatArray, rate: float) -> FloatArray:
-    """Sum of squares in each stretch."""
+    """Sum of squares in each segment."""
     edges = np.arange(0, e.size, max(1, round(BLOCK * rate)))
     return np.asarray(np.add.reduceat(e**2, edges))
 

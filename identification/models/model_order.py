@@ -1,4 +1,4 @@
-"""How many poles and zeros a response supports: every order that it cannot tell from the best.
+"""How many poles and zeros a response supports: every order that fits as well as the best.
 
     choice = choose_order(lines)
     choice.best.fit.model                          # least AIC
@@ -73,7 +73,7 @@ class OrderChoice(Generic[Fit]):
 
 
 def orders(most_poles: int = 6, most_zeros: int = 3, least_poles: int = 2) -> tuple[Order, ...]:
-    """Orders to try: strictly proper ones, for no inertia answers at once."""
+    """Orders to try: strictly proper ones, for no inertia responds at once."""
     return tuple(
         Order(poles, zeros)
         for poles in range(least_poles, most_poles + 1)

@@ -196,7 +196,7 @@ def _bounds(order: Order, longest: float) -> tuple[FloatArray, FloatArray]:
 def _sure(
     found: optimize.OptimizeResult, samples: int, independent: int
 ) -> tuple[float, FloatArray]:
-    """Root mean square of what is left, and the covariance that follows from it."""
+    """Root mean square of the residual, and the covariance that follows from it."""
     error = float(np.sqrt(2 * found.cost / samples))
     J = np.asarray(found.jac)
     scale = np.sqrt(np.sum(J**2, axis=0)) + 1e-300

@@ -77,10 +77,10 @@ class RationalModel:
         return np.asarray(self.gain * above / below * np.exp(-s * self.delay))
 
     def simulate(self, u: FloatArray, rate: float) -> FloatArray:
-        """Answer to an input held between its samples, from rest at u[0].
+        """Response to an input held between its samples, from rest at u[0].
 
         u: (n,), at `rate` Hz. Returns (n,), exact at the samples; the delay may be any part of a
-        sample. Where the function has a steady state the answer begins in it.
+        sample. Where the function has a steady state the response begins in it.
         """
         A, B, C, D, pace = _normal_form(self)
         late = int(self.delay * rate + 1e-9)  # whole samples in the delay

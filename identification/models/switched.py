@@ -1,4 +1,4 @@
-"""Slip answers differently while the throttle opens and while it closes: a switched linear system.
+"""Slip responds differently while the throttle opens and while it closes: a switched linear system.
 
 Corno and Savaresi 2009, equation 5: x' = A_i x + B_i u(t - tau), y = x_1; i is the sign of the
 reference's derivative. The state is kept at the switch, in observability canonical form: it holds
@@ -131,7 +131,7 @@ def mode_of(signal: FloatArray) -> IntArray:
 def simulate(
     model: SwitchedModel, u: FloatArray, mode: IntArray, rate: float, lag: float | None = None
 ) -> FloatArray:
-    """Answer of a model that starts at rest. u: (n,) change of the input; mode: (n,); rate: Hz.
+    """Response of a model that starts at rest. u: (n,) change of the input; mode: (n,); rate: Hz.
 
     lag: s by which the mode is late; None: as late as the input, by the pure delay. The input is
     taken as straight between samples.

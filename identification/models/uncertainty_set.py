@@ -113,7 +113,7 @@ def uncertainty_set(nominal: RationalModel, members: Sequence[Member]) -> Uncert
     known = [member.response.frequency[member.response.believed] for member in members]
     for member, frequency in zip(members, known, strict=True):
         if frequency.size < FEWEST:
-            return NoSet(f"{member.name}: {frequency.size} lines are believed, {FEWEST} are needed")
+            return NoSet(f"{member.name}: {frequency.size} lines are reliable, {FEWEST} are needed")
     low, high = min(f[0] for f in known), max(f[-1] for f in known)
     frequency = np.geomspace(low, high, POINTS)
     bound = np.nanmax([_distance(nominal, m.response, frequency) for m in members], axis=0)

@@ -1,4 +1,4 @@
-"""From a recording to what it tells: the one function that joins the analyses."""
+"""Identification of a recording: all analyses, joined in one function."""
 
 from dataclasses import dataclass
 from typing import Any

@@ -81,7 +81,7 @@ class KnownPath:
 
 
 def without(lines: Lines, path: KnownPath) -> Lines:
-    """Take a known path off a response; what is left is to be fitted."""
+    """Take a known path off a response; the residual is to be fitted."""
     known = path.response(lines.frequency)
     return replace(lines, value=lines.value / known, deviation=lines.deviation / np.abs(known))
 
@@ -96,7 +96,7 @@ class NoRational:
 def independent_lines(
     response: FrequencyResponse, low: float = 0.0, high: float = float("inf")
 ) -> Lines | NoRational:
-    """Take the believed lines between low and high (Hz) that share no noise.
+    """Take the reliable lines between low and high (Hz) that share no noise.
 
     The first and last stride are left out where windows overlap: there they are cut off.
     """
@@ -108,7 +108,7 @@ def independent_lines(
     if chosen.size < FEWEST:
         return NoRational(
             f"{chosen.size} independent lines of the response from {response.input} to "
-            f"{response.output} are believed, at least {FEWEST} are needed"
+            f"{response.output} are reliable, at least {FEWEST} are needed"
         )
     return Lines(
         response.input,

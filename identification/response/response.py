@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     import control
 
 ComplexArray = npt.NDArray[np.complex128]
-BELIEVED = 0.8  # coherence from which a line is believed
-WIDEST_BAND = 0.5  # of the gain; a line that is less certain is not believed
+BELIEVED = 0.8  # coherence from which a line is reliable
+WIDEST_BAND = 0.5  # of the gain; a line that is less certain is not reliable
 
 
 @dataclass(frozen=True)
@@ -52,7 +52,7 @@ class FrequencyResponse:
 
     @property
     def phase(self) -> FloatArray:
-        """Phase in rad, unwrapped over the believed lines."""
+        """Phase in rad, unwrapped over the reliable lines."""
         return unwrapped(self.value, self.believed)
 
     @property
@@ -73,7 +73,7 @@ class FrequencyResponse:
         return np.asarray((self.coherence >= BELIEVED) & narrow)
 
     def to_control(self) -> "control.FrequencyResponseData":
-        """The believed lines as a python-control object; frequencies become rad/s."""
+        """The reliable lines as a python-control object; frequencies become rad/s."""
         import control
 
         lines = self.believed
@@ -148,7 +148,7 @@ def _unit_of(role: str) -> str:
 
 
 def believed_band(response: FrequencyResponse) -> tuple[float, float] | None:
-    """Widest band without a line of too little coherence, Hz; None where no line is believed."""
+    """Widest band without a line of too little coherence, Hz; None where no line is reliable."""
     edges = np.flatnonzero(np.diff(np.concatenate(([0], response.believed.astype(int), [0]))))
     if not edges.size:
         return None
@@ -159,7 +159,7 @@ def believed_band(response: FrequencyResponse) -> tuple[float, float] | None:
 
 
 def least_coherence(response: FrequencyResponse) -> float:
-    """Least coherence inside the believed band; over all lines where there is none."""
+    """Least coherence inside the reliable band; over all lines where there is none."""
     band = believed_band(response) or (0.0, np.inf)
     inside = (response.frequency >= band[0]) & (response.frequency <= band[1])
     return float(response.coherence[inside].min())

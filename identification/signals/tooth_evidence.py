@@ -109,7 +109,7 @@ def _lagged(
 
 
 def _spread(kept: IntArray, teeth: int) -> IntArray:
-    """Thin a long recording to whole stretches of 16 turns, evenly spread over it."""
+    """Thin a long recording to whole segments of 16 turns, evenly spread over it."""
     if kept.size <= MOST:
         return kept
     length = 16 * teeth

@@ -1,4 +1,4 @@
-"""Channel lag: a channel is smoothed before it is told.
+"""Channel lag: a channel is low-pass filtered before it is sent.
 
 A device averages its readings so that a display does not flicker. What it tells trails what there
 is, with the corners rounded.
@@ -10,7 +10,7 @@ Equation
 Symbols
 -------
     tau   time_constant   of the smoothing     s   5e-3 to 60e-3 (absent 0)
-    s                     what is told
+    s                     sent value
           channel         which one
 
 Trace

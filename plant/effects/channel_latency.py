@@ -1,4 +1,4 @@
-"""Channel latency: what a channel tells is older than its time stamp.
+"""Channel latency: values of a channel are older than their time stamps.
 
 Between the moment of measuring and the stamp lie filters of fixed delay, a queue, a gateway from
 one bus to another. The whole channel is shifted, with its shape unchanged.
@@ -39,7 +39,7 @@ from slipbench.plant.signals import Floats
 
 @dataclass(frozen=True)
 class ChannelLatency(Effect):
-    """Age of what a channel tells."""
+    """Age of a channel's values."""
 
     name = "channel_latency"
     block = "channel"

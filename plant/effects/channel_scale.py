@@ -1,4 +1,4 @@
-"""Channel scale: a channel is told in another measure than its database says.
+"""Channel scale: a channel is sent in another scale than its database states.
 
 A factor copied wrongly, a sensor of another type, an axis that points backwards: the channel is
 right in shape and wrong by a factor.

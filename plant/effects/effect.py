@@ -65,7 +65,7 @@ class Effect(Block):
 
     @property
     def key(self) -> str:
-        """What tells it from every other effect of a motorcycle: its name and subject."""
+        """Identity among the effects of a motorcycle: its name and subject."""
         return f"{self.name}.{self.subject}" if self.subject else self.name
 
     @classmethod

@@ -113,7 +113,7 @@ def in_the_servo(
     throttle_command: float,
     throttle_servo_natural_frequency: float,
 ) -> float:
-    """The acceleration [1/s^2] with a force that is told as an opening."""
+    """Acceleration [1/s^2] with a force that is given as an opening."""
     if place != 0.0:
         return servo_acceleration
     less = throttle_command - throttle

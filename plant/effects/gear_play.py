@@ -9,7 +9,7 @@ Equation
 
 Symbols
 -------
-    a     play      whole gap                              1   2e-3 to 5e-3 (absent 0)
+    a     play      total gap                              1   2e-3 to 5e-3 (absent 0)
     m     flank     where the flank was left (a state)     1
     c               command that arrives at the plate      1
     th_c            command to the servo                   1

@@ -1,4 +1,4 @@
-"""Grip with wear: every kilometre takes some of the tyre with it.
+"""Grip with wear: the grip falls with every kilometre.
 
 Rubber wears off and hardens. The peak of the curve sinks with the distance ridden and does not come
 back.

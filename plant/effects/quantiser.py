@@ -1,4 +1,4 @@
-"""Quantiser: a channel is told in coarser steps than its database promises.
+"""Quantiser: a channel is sent in coarser steps than its database states.
 
 The number passes through a shorter word somewhere: an eight-bit converter, a byte on an inner bus.
 It keeps its period and loses its fine steps.
@@ -9,7 +9,7 @@ Equation
 
 Symbols
 -------
-    q   quantum   step that is told, in the channel's unit   (absent 0)
+    q   quantum   step that is sent, in the channel's unit   (absent 0)
         channel   which one
 
 Trace
@@ -54,7 +54,7 @@ class Quantiser(Effect):
 
     channel: str = word("engine_speed", "which one")
     quantum: float = parameter(
-        6.0, "", 0.0, 1e6, "step that is told, in the channel's unit", absent=0.0, smallest=1.5
+        6.0, "", 0.0, 1e6, "step that is sent, in the channel's unit", absent=0.0, smallest=1.5
     )
 
     @classmethod

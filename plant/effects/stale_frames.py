@@ -71,7 +71,7 @@ class StaleFrames(Effect):
         return tuple(cls(channel=channel) for channel in cls.shows_in)
 
     def tell(self, memory: Floats, time: Floats, value: Floats) -> tuple[Floats, Floats]:
-        """Memory [frames so far, told value] and the values, some of them repeated."""
+        """Memory [frames so far, sent value] and the values, some of them repeated."""
         before = memory if memory.size else np.array([0.0, value[0]])
         first = int(before[0])
         told = latest(draw(first, len(value), int(self.seed)) >= self.share, before[1], value)

@@ -58,4 +58,4 @@ class VoltageLimit(Effect):
     stall_acceleration: float = parameter(
         300.0, "1/s^2", 20.0, 1e5, "greatest acceleration at rest", absent=inf, smallest=600.0
     )
-    no_load_speed: float = parameter(12.0, "1/s", 1.0, 100.0, "speed without any push left")
+    no_load_speed: float = parameter(12.0, "1/s", 1.0, 100.0, "speed at which no torque remains")
