@@ -14,7 +14,7 @@ from slipbench.identification.models.delay_profile import DelayProfile, NoDelay,
 from slipbench.identification.models.model_order import OrderChoice, choose_order, doubted, ranked
 from slipbench.identification.models.rational_ml import RationalFit
 from slipbench.identification.response.independent_lines import NoRational, independent_lines
-from slipbench.identification.response.response import FrequencyResponse, believed_band
+from slipbench.identification.response.response import FrequencyResponse, reliable_band
 
 REJECTED = 0.01  # probability of so large a chi-square under which a model is rejected
 
@@ -94,7 +94,7 @@ def _doubt(of: Recommended) -> tuple[str, ...]:
 
 
 def _band(response: FrequencyResponse) -> tuple[str, ...]:
-    band = believed_band(response)
+    band = reliable_band(response)
     if band is None:
         return ()
     return (f"The model holds from {band[0]:.2g} to {band[1]:.3g}\u00a0Hz; beyond, it is a guess.",)

@@ -110,7 +110,7 @@ def uncertainty_set(nominal: RationalModel, members: Sequence[Member]) -> Uncert
         return NoSet("the nominal model is not stable")
     if not members:
         return NoSet("no measured response")
-    known = [member.response.frequency[member.response.believed] for member in members]
+    known = [member.response.frequency[member.response.reliable] for member in members]
     for member, frequency in zip(members, known, strict=True):
         if frequency.size < FEWEST:
             return NoSet(f"{member.name}: {frequency.size} lines are reliable, {FEWEST} are needed")
@@ -172,7 +172,7 @@ def _distance(
     nominal: RationalModel, response: FrequencyResponse, frequency: FloatArray
 ) -> FloatArray:
     """|G - G_0| / |G_0| with the 95 % band; the greater of the lines beside each frequency."""
-    lines = response.believed
+    lines = response.reliable
     f, at = response.frequency[lines], nominal.response(response.frequency[lines])
     far = np.abs(response.value[lines] - at) + response.gain_band[lines]
     relative = far / np.abs(at)
@@ -182,7 +182,7 @@ def _distance(
 
 
 def _on(frequency: FloatArray, response: FrequencyResponse) -> ComplexArray:
-    lines = response.believed
+    lines = response.reliable
     f, value = response.frequency[lines], response.value[lines]
     inside = (frequency >= f[0]) & (frequency <= f[-1])
     return np.where(inside, np.interp(frequency, f, value), np.nan + 0j)

@@ -104,7 +104,7 @@ def independent_lines(
     ends = stride if stride > 1 else 0
     chosen = np.arange(ends, n - ends, stride)
     f = response.frequency[chosen]
-    chosen = chosen[response.believed[chosen] & (f >= low) & (f <= high)]
+    chosen = chosen[response.reliable[chosen] & (f >= low) & (f <= high)]
     if chosen.size < FEWEST:
         return NoRational(
             f"{chosen.size} independent lines of the response from {response.input} to "

@@ -29,7 +29,7 @@ class NoResonance:
 
 def resonance(response: FrequencyResponse) -> Resonance | NoResonance:
     """Find the highest gain inside the band and check that it stands out of the error bands."""
-    lines = response.believed
+    lines = response.reliable
     if np.count_nonzero(lines) < 5:
         return NoResonance("too few lines have enough coherence")
     frequency, gain = response.frequency[lines], response.gain[lines]
@@ -54,7 +54,7 @@ def low_frequency_delay(response: FrequencyResponse) -> float:
     It includes bus, servo, intake and driveline. Raises ValueError where fewer than three lines
     are reliable.
     """
-    lines = response.believed
+    lines = response.reliable
     frequency, phase = response.frequency[lines], response.phase[lines]
     if frequency.size < 3:
         raise ValueError("fewer than three lines have enough coherence")
