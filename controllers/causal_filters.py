@@ -51,7 +51,7 @@ class LowPass:
         return tuple(float(x) for x in signal.sosfilt_zi(self.coefficients).ravel())
 
     def initial(self, value: float = 0.0) -> Delays:
-        """Give the state after `value` has been there for ever."""
+        """The state after `value` has been there for ever."""
         return tuple(value * x for x in self.rest)
 
     def update(self, state: Delays, value: float) -> tuple[float, Delays]:

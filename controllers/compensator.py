@@ -50,7 +50,7 @@ class Compensator:
     def update(
         self, state: CompensatorState, reference: float, measurement: float, dt: float
     ) -> tuple[float, CompensatorState]:
-        """Return the command for the next `dt` seconds; a longer step is run as several."""
+        """The command for the next `dt` seconds; a longer step is run as several."""
         error = reference - measurement
         if not math.isfinite(error):
             return state.command, state

@@ -26,7 +26,7 @@ class Governor:
             raise ValueError("the governor needs the gain from command to slip, not 0")
 
     def update(self, last: float, target: float, command: float, dt: float) -> float:
-        """Return the next reference. last: the one before; command: the actuator's now.
+        """The next reference. last: the one before; command: the actuator's now.
 
         The step r - last will ask for (r - last) / gain beyond the present command.
         """

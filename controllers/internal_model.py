@@ -59,7 +59,7 @@ class InternalModel:
     def update(
         self, state: ModelState, reference: float, measurement: float, dt: float
     ) -> tuple[float, ModelState]:
-        """Return the command for the next `dt` seconds; a longer step is run as several.
+        """The command for the next `dt` seconds; a longer step is run as several.
 
         While the measurement is unknown the command is held, and the model goes on.
         """

@@ -32,7 +32,7 @@ class Law(Protocol[State]):
     def update(
         self, state: State, reference: float, measurement: float, dt: float
     ) -> tuple[float, State]:
-        """Return the command for the next `dt` seconds, and the state after it."""
+        """The command for the next `dt` seconds, and the state after it."""
         ...
 
     def given(self, state: State, command: float, dt: float) -> State:

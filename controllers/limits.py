@@ -17,15 +17,15 @@ class Range:
             raise ValueError(f"no command lies in {self.low:g} .. {self.high:g} at {self.rate:g}/s")
 
     def nearest(self, wanted: float) -> float:
-        """Return the allowed value nearest to `wanted`."""
+        """The allowed value nearest to `wanted`."""
         return min(max(wanted, self.low), self.high)
 
     def withstands(self, push: float, last: float) -> bool:
-        """Tell whether `last` stands at the bound that a push, whatever its size, points to."""
+        """Whether `last` stands at the bound that a push, whatever its size, points to."""
         return (push > 0.0 and last >= self.high) or (push < 0.0 and last <= self.low)
 
     def towards(self, wanted: float, last: float, dt: float) -> float:
-        """Return the allowed value nearest to `wanted` that can be reached from `last` in `dt`.
+        """The allowed value nearest to `wanted` that can be reached from `last` in `dt`.
 
         A last value outside the bounds comes back at the given rate, not by a jump.
         """

@@ -28,7 +28,7 @@ class Linear:
     D: float
 
     def rest(self, u: float) -> Floats:
-        """Return the state after `u` has been there for ever."""
+        """Steady state under a constant input `u`, shape (n,)."""
         return np.asarray(self._rest_of_one * u)
 
     @cached_property
@@ -49,7 +49,7 @@ class Linear:
 
 
 def in_series(sections: Sequence[Sequence[float]]) -> Linear:
-    """Return sections (b0, b1, b2, a1, a2), the first one first, as one system."""
+    """Sections (b0, b1, b2, a1, a2), the first one first, as one system."""
     whole = Linear(np.zeros((0, 0)), np.zeros(0), np.zeros(0), 1.0)
     for b0, b1, b2, a1, a2 in sections:
         if b2 == 0.0 and a2 == 0.0:
@@ -62,7 +62,7 @@ def in_series(sections: Sequence[Sequence[float]]) -> Linear:
 
 
 def _after(a: Linear, b: Linear) -> Linear:
-    """Return b driven by a."""
+    """B driven by a."""
     upper = np.hstack((a.A, np.zeros((a.B.size, b.B.size))))
     lower = np.hstack((np.outer(b.B, a.C), b.A))
     return Linear(

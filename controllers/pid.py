@@ -50,7 +50,7 @@ class Pid:
     def update(
         self, state: PidState, reference: float, measurement: float, dt: float
     ) -> tuple[float, PidState]:
-        """Return the command for the next `dt` seconds, and the state after it."""
+        """The command for the next `dt` seconds, and the state after it."""
         if not math.isfinite(measurement + reference):
             return state.command, replace(state, slope=0.0)
         slope = self._slope(state, measurement, dt)
@@ -75,7 +75,7 @@ class Pid:
         return (self.filter_time * state.slope - self.derivative * moved) / whole
 
     def between(self, other: "Pid", share: float) -> "Pid":
-        """Return the controller at a share of the way to another one: gain scheduling."""
+        """The controller at a share of the way to another one: gain scheduling."""
         if share <= 0.0:
             return self
         at = (1.0 - share, share)

@@ -1,4 +1,4 @@
-"""The gaps between teeth learnt while riding, tooth by tooth, for a controller.
+"""Tooth-pitch errors estimated online, tooth by tooth, for a controller.
 
 The same estimate as identification makes of a whole recording, recursively: with each tooth the
 interval of one turn ago is freed of what is slow and moves its gap's estimate, the less the more
@@ -140,7 +140,10 @@ def _quick(teeth: int) -> Numbers:
 
 @cache
 def quick(teeth: int) -> FloatArray:
-    """(1 - M)^2 with M the centred mean over one turn: 1 at every order, 0 at zero frequency."""
+    """Kernel of (1 - M)^2, M the centred mean over a revolution; dimensionless, read-only.
+
+    Gain 1 at every wheel order, 0 at zero frequency. Shape (2 n - 1,), n = `teeth`, made odd.
+    """
     mean = np.ones(teeth) / teeth
     if teeth % 2 == 0:
         mean = np.convolve(mean, [0.5, 0.5])

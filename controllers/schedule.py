@@ -24,7 +24,7 @@ class Schedule:
             raise ValueError("a schedule needs controllers at increasing speeds")
 
     def at(self, speed: float) -> Pid:
-        """Return the controller for a speed, m/s; for an unknown speed the first."""
+        """The controller for a speed, m/s; for an unknown speed the first."""
         speeds = [s for s, _ in self.designs]
         place = bisect_right(speeds, speed)
         if place in (0, len(speeds)):

@@ -1,4 +1,4 @@
-"""A slip controller as a bench runs it: from wanted and seen slip to throttle and spark.
+"""A slip controller as a bench runs it: from requested and measured slip to throttle and spark.
 
 Throttle and spark are told as offsets from where they rested at the start, in SI. One interface for
 throttle, spark and mixed control; `from_tree` makes any of them from the numbers of a file.
@@ -26,7 +26,7 @@ from slipbench.controllers.two_actuators import TwoActuators, reach
 
 @dataclass(frozen=True, slots=True)
 class SlipState:
-    """law: state of the law; reference: slip asked for last; passed: state of the prefilter;
+    """law: state of the law; reference: last requested slip; passed: state of the prefilter;
     throttle, spark: given last."""
 
     law: Any
@@ -66,7 +66,7 @@ class SlipController:
     def update(
         self, state: SlipState, target: float, slip: float, speed: float, dt: float
     ) -> tuple[float, float, SlipState]:
-        """Return the offsets of throttle and spark for the next `dt` s, and the state after."""
+        """The offsets of throttle and spark for the next `dt` s, and the state after."""
         if not math.isfinite(state.reference):
             return state.throttle, state.spark, self.start(state.throttle, state.spark, slip, speed)
         reference = self._governed(state, target, dt)
@@ -81,7 +81,7 @@ class SlipController:
         return throttle, spark, SlipState(law, reference, passed, throttle, spark)
 
     def _passed(self, state: SlipState, reference: float) -> tuple[float, Any]:
-        """Return the reference behind the prefilter, and the state of that.
+        """The reference behind the prefilter, and the state of that.
 
         A prefilter swings a target in so that the slip does not swing. A change of which a limit
         gives nothing goes past it: swinging back, it would ask for less than the target.
@@ -94,7 +94,7 @@ class SlipController:
         return float(p.C @ x) + p.D * reference, p.A @ x + p.B * reference
 
     def _in_vain(self, state: SlipState, change: float) -> bool:
-        """Tell whether a change of the target only pushes further into a limit."""
+        """Whether a change of the target only pushes further into a limit."""
         by_throttle = self.both is not None or self._moves_throttle
         law = self.law if self.both is None else self.both.throttle
         now = state.throttle if by_throttle else state.spark

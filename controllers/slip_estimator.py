@@ -111,7 +111,7 @@ class SlipEstimator:
         )
 
     def slip(self, state: EstimatorState, now: float) -> Slip:
-        """Say the slip at `now`, where wheel and speed are known and drive can explain it."""
+        """Slip at `now`, where wheel and vehicle speed are known and the drive can explain it."""
         speed, source = self._speed(state, now)
         rear = self._still(state.rear, now) * self.rear_radius
         value = rear / speed - 1.0 if speed > SLOWEST else math.nan

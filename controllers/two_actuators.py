@@ -84,7 +84,7 @@ class TwoActuators:
     def update(
         self, state: TwoState, reference: float, measurement: float, dt: float
     ) -> tuple[float, float, TwoState]:
-        """Return throttle deviation, spark offset, and the state after them.
+        """Throttle deviation, spark offset, and the state after them.
 
         A longer step than the laws' own is run as several. While the slip is unknown both commands
         are held, and the models go on.
@@ -149,6 +149,6 @@ def _settled(system: Linear, _: Floats, u: float) -> Floats:
 
 
 def reach(spark: Range, throttle: Range, exchange: float) -> Range:
-    """Return what spark and throttle give together, in spark, rad."""
+    """What spark and throttle give together, in spark, rad."""
     ends = [throttle.low / exchange, throttle.high / exchange]
     return Range(spark.low + min(ends), spark.high + max(ends), spark.rate)

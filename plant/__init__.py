@@ -1,4 +1,4 @@
-"""The motorcycle as equations, and the library of effects that a simulation may have left out.
+"""The motorcycle as equations, and the library of effects that a simulation may lack.
 
     vehicle = load_vehicle(builtin_vehicle("demonstration"))        # vehicle_file
     simulation = Simulation(vehicle.motorcycle)                      # simulation

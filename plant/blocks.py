@@ -47,7 +47,7 @@ class Engine(Block):
         7.5e-3, "N m s/rad", 0.0, 0.05, "growth of the friction with crank speed"
     )
     opening_scale: float = parameter(0.22, "1", 0.02, 1.0, "opening that fills 63 %")
-    torque_scale: float = parameter(1.0, "1", 0.3, 2.0, "factor on the whole torque")
+    torque_scale: float = parameter(1.0, "1", 0.3, 2.0, "factor on the total torque")
     spark_gain: float = parameter(
         0.012 * 180 / pi, "1/rad", 0.0, 3.0, "relative torque per spark advance"
     )

@@ -41,9 +41,9 @@ class ChannelTiming(Block):
     """
 
     clock: str = field(default="ecu")
-    period: float = parameter(10e-3, "s", 0.0, 10.0, "between samples; 0 tells every event")
+    period: float = parameter(10e-3, "s", 0.0, 10.0, "between samples; 0 sends every event")
     latency: float = parameter(2e-3, "s", 0.0, 1.0, "from the moment it holds for to the wire")
-    quantum: float = parameter(0.0, "", 0.0, 1e3, "smallest step that is told; 0 tells all")
+    quantum: float = parameter(0.0, "", 0.0, 1e3, "smallest step that is sent; 0: no rounding")
     noise: float = parameter(0.0, "", 0.0, 1e3, "standard deviation of white noise")
     clock_offset: float = parameter(0.0, "s", -1e3, 1e3, "of its clock at the start")
     clock_drift: float = parameter(0.0, "1", -1e-3, 1e-3, "gain of its clock")
@@ -76,13 +76,13 @@ DEFAULT_CHANNELS: Mapping[str, ChannelTiming] = MappingProxyType(
 def sample(
     time: Floats, values: Floats, timing: ChannelTiming, start: float = 0.0
 ) -> tuple[Floats, Floats]:
-    """Return sampling times [s, true time] and quantised values, no noise, no latency.
+    """Sampling times [s, true time] and quantised values, no noise, no latency.
 
     time: increasing, shape (n,). Samples fall at start + k period within [time[0], time[-1]];
     between the given times the value is interpolated. Raises ValueError for a channel of events.
     """
     if timing.period == 0.0:
-        raise ValueError("a period of 0 tells every event; such a channel is not sampled")
+        raise ValueError("a period of 0 sends every event; such a channel is not sampled")
     first = np.ceil((time[0] - start) / timing.period - 1e-9)
     last = np.floor((time[-1] - start) / timing.period + 1e-9)
     at = start + timing.period * np.arange(first, last + 1)
@@ -91,14 +91,14 @@ def sample(
 
 
 def quantised(values: Floats, quantum: float) -> Floats:
-    """Return the values rounded to whole quanta; a quantum of 0 leaves them."""
+    """Values rounded to multiples of a quantum in their unit, shape (n,); 0 leaves them."""
     return np.asarray(np.round(values / quantum) * quantum) if quantum > 0.0 else values
 
 
 def told_of_noisy(
     values: Floats, quantum: float, noise: float, phase: float = 0.0, least: float = 0.2
 ) -> Floats:
-    """Mean of what is told of values that carry noise and are rounded to phase + n quantum.
+    """Mean of noisy values after rounding to phase + n quantum, shape (n,), in the unit of `values`.
 
     E[round(x)] = x + sum (-1)^k q / (pi k) exp(-2 (pi k s / q)^2) sin(2 pi k x / q): Widrow and
     Kollar, Quantization Noise (2008), chapter 4. least: share of a quantum that noise is taken as
@@ -120,6 +120,6 @@ def told_of_noisy(
 
 
 def latest(fresh: NDArray[np.bool_], last: float, values: Floats) -> Floats:
-    """Return for each place the newest fresh value up to there; `last` before the first one."""
+    """Newest fresh value at each sample, shape (n,); `last` before the first fresh one."""
     place = np.maximum.accumulate(np.where(fresh, np.arange(1, len(values) + 1), 0))
     return np.concatenate([[last], values])[place]

@@ -31,7 +31,10 @@ from numba import njit
 
 
 def cache_folder() -> Path:
-    """Return the folder for compiled kernels, made if it was not there."""
+    """Folder for compiled kernels; it is made where it is missing.
+
+    Raises OSError where it cannot be made.
+    """
     default = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "slipbench"
     folder = Path(os.environ.get("SLIPBENCH_CACHE") or default)
     try:
@@ -45,7 +48,7 @@ def cache_folder() -> Path:
 
 
 def text_of(function: Callable[..., Any], name: str | None = None) -> str:
-    """Return a function's text, bare of docstring and annotations, under another name if given."""
+    """A function's text, bare of docstring and annotations, under another name if given."""
     tree = ast.parse(textwrap.dedent(inspect.getsource(function))).body[0]
     assert isinstance(tree, ast.FunctionDef), f"{function!r} is not a plain function"
     if ast.get_docstring(tree) is not None:
@@ -63,17 +66,17 @@ FLAGS = "error_model='numpy', fastmath={'arcp', 'contract'}"
 
 
 def inlined(text: str) -> str:
-    """Return the text of a function that the compiler merges into its callers."""
+    """The text of a function that the compiler merges into its callers."""
     return f"@njit(forceinline=True, {FLAGS})\n{text}\n"
 
 
 def entry(text: str, signature: str) -> str:
-    """Return the text of a function that Python calls, compiled for one signature and kept."""
+    """The text of a function that Python calls, compiled for one signature and kept."""
     return f"@njit({signature!r}, {FLAGS}, cache=True)\n{text}\n"
 
 
 def load(text: str) -> ModuleType:
-    """Return the module that the text makes, from the cache if it was compiled before."""
+    """The module that the text makes, from the cache if it was compiled before."""
     made_by = f"{numba.__version__} {platform.python_version()} {platform.machine()}"
     fingerprint = hashlib.sha256(f"{made_by}\n{text}".encode()).hexdigest()[:20]
     name = f"slipbench_{fingerprint}"

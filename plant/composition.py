@@ -42,7 +42,7 @@ SERVO = EQUATIONS[: EQUATIONS.index(air_delay)]
 def compose(
     effects: tuple[EffectClass, ...], equations: tuple[Callable[..., Any], ...] = EQUATIONS
 ) -> ModuleType:
-    """Return the compiled kernel: a module with `advance` and `evaluate`.
+    """The compiled kernel: a module with `advance` and `evaluate`.
 
     equations: the first of `EQUATIONS`; states whose rates come later stand still.
     """
@@ -52,7 +52,7 @@ def compose(
 def kernel_text(
     effects: tuple[EffectClass, ...], equations: tuple[Callable[..., Any], ...] = EQUATIONS
 ) -> str:
-    """Return the whole text of the kernel for these effects, nominal equations first."""
+    """The whole text of the kernel for these effects, nominal equations first."""
     order = layout(effects)
     outputs = len(Outputs.names) + len(order.effect_states)
     constants = [
@@ -75,7 +75,7 @@ def kernel_text(
 
 
 def rates_text(order: Layout, equations: Sequence[Callable[..., Any]]) -> str:
-    """Return the text of `rates`: every equation, each followed by the effects at its seam."""
+    """The text of `rates`: every equation, each followed by the effects at its seam."""
     known = _Names(order)
     signature = "x, u, led, throttle_command, spark, p, step, count, stage, history, history_rate"
     lines = [f"def rates({signature}):"]
@@ -144,19 +144,19 @@ class _Names:
         self._known.update(names)
 
     def has(self, name: str) -> bool:
-        """Tell whether a quantity is known."""
+        """Whether a quantity is known."""
         return name in self._known
 
     def place(self, parameter: str) -> int:
-        """Return the place of a parameter."""
+        """The place of a parameter."""
         return self._parameters[parameter]
 
     def state(self, effect: EffectClass, name: str) -> int:
-        """Return the place of an effect's state."""
+        """The place of an effect's state."""
         return self._states[f"{effect.name}.{name}"]
 
     def arguments(self, function: Callable[..., Any], effect: EffectClass | None) -> str:
-        """Return the text of the arguments for a call of the function."""
+        """The text of the arguments for a call of the function."""
         return ", ".join(
             self._text(name, effect) for name in inspect.signature(function).parameters
         )

@@ -33,7 +33,7 @@ class Misplaces(Protocol):
     encoder: str
 
     def tooth_offsets(self, teeth: int) -> Floats:
-        """Return how much later than even every tooth passes [rad], shape (teeth,)."""
+        """How much later than even every tooth passes [rad], shape (teeth,)."""
         ...
 
 
@@ -61,7 +61,10 @@ class Teeth:
 def toothed_disc(
     encoder: Encoder, effects: Iterable[Effect] = (), wheel: str = "rear_encoder"
 ) -> ToothedDisc:
-    """Return the disc of a wheel, with those effects that misplace its teeth."""
+    """Toothed disc of a wheel, with the effects that displace its teeth.
+
+    Raises ParameterError where a tooth would pass its neighbour.
+    """
     teeth = int(encoder.teeth)
     angles: Floats = 2 * np.pi / teeth * np.arange(teeth, dtype=np.float64)
     for effect in effects:
@@ -80,14 +83,14 @@ def toothed_disc(
 
 
 def begin(time: float, angle: float, speed: float) -> Floats:
-    """Return the encoder's state: the wheel stands here and now, no tooth has passed yet."""
+    """Encoder state [time s, angle rad, speed rad/s], shape (3,), before the first tooth."""
     return np.array([time, angle, speed])
 
 
 def passing_teeth(
     disc: ToothedDisc, state: Floats, time: Floats, angle: Floats, speed: Floats | None = None
 ) -> tuple[Floats, Teeth]:
-    """Return the state after the trajectory, and the teeth that passed since the given state.
+    """The state after the trajectory, and the teeth that passed since the given state.
 
     time: s, increasing, later than the state's; angle: rad, cumulative; speed: rad/s, all of shape
     (n,). Between two times the angle is the cubic through positions and speeds; without speed it
@@ -107,13 +110,13 @@ def _compiled() -> ModuleType:
 
 
 def tooth_angle(number: int, angles: Floats) -> float:
-    """Return where the tooth with this running number stands [rad]."""
+    """Where the tooth with this running number stands [rad]."""
     turn = math.floor(number / len(angles))
     return float(angles[number - turn * len(angles)] + 2.0 * math.pi * turn)
 
 
 def teeth_below(angle: float, angles: Floats) -> int:
-    """Return the running number of the first tooth beyond the angle."""
+    """Running number of the first tooth beyond an angle (rad). angles: of the teeth, rad, (n,)."""
     number = math.floor(angle * len(angles) / (2.0 * math.pi)) + 1
     while tooth_angle(number, angles) <= angle:
         number += 1
@@ -123,7 +126,7 @@ def teeth_below(angle: float, angles: Floats) -> int:
 
 
 def share_of_interval(target: float, a: float, b: float, slope_a: float, slope_b: float) -> float:
-    """Return the share of an interval at which the cubic from a to b reaches the target."""
+    """The share of an interval at which the cubic from a to b reaches the target."""
     low, high = 0.0, 1.0
     s = (target - a) / (b - a)
     direction = 1.0 if b > a else -1.0
@@ -147,7 +150,10 @@ def share_of_interval(target: float, a: float, b: float, slope_a: float, slope_b
 def passages(
     state: Floats, time: Floats, angle: Floats, speed: Floats, angles: Floats, resolution: float
 ) -> tuple[Integers, Integers, Integers]:
-    """Return ticks, running numbers and directions of all teeth that pass."""
+    """Timer ticks, running numbers and directions of all teeth that pass, shape (m,) each.
+
+    time: s; angle: rad; speed: rad/s, shape (n,) each; angles: of the teeth, rad; resolution: s.
+    """
     total = 0
     count = teeth_below(state[1], angles)
     for i in range(len(time)):

@@ -48,7 +48,7 @@ def arriving(
     history: NDArray[np.float64],
     history_rate: NDArray[np.float64],
 ) -> float:
-    """Throttle, one air delay ago: the cubic through the kept positions and rates.
+    """Throttle opening (0..1) one air delay (s) ago: the cubic through past positions and rates.
 
     The present is `stage` steps after kept sample `count`. Delays shorter than that lie in the
     step under way and use its own throttle. Without any history there is no delay.

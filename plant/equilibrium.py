@@ -21,7 +21,7 @@ TURNS, PHASES = 2, 61
 
 
 def equilibrium(simulation: Simulation, gear: int, engine_speed: float) -> tuple[Floats, float]:
-    """Return the steady state at a crank speed [rad/s] and the command (0..1) that holds it.
+    """Steady state at a crank speed (rad/s), shape (size,), and the command (0..1) that holds it.
 
     Raises ValueError where none does.
     """
@@ -30,7 +30,10 @@ def equilibrium(simulation: Simulation, gear: int, engine_speed: float) -> tuple
 
 
 def steady_state(simulation: Simulation, gear: int, engine_speed: float) -> tuple[Floats, float]:
-    """Return the states and the command that hold the speed. Raises ValueError if none does."""
+    """States, shape (n,), and throttle command (0..1) that hold a crank speed (rad/s).
+
+    Raises ValueError where none does.
+    """
     states = simulation.layout.states
     nominal = _guess(simulation, gear, engine_speed)
     extra, kept = _effect_states(simulation)
@@ -59,7 +62,10 @@ def steady_state(simulation: Simulation, gear: int, engine_speed: float) -> tupl
 
 
 def mean_instant(simulation: Simulation, x: Floats, row: Floats) -> tuple[Floats, Floats]:
-    """Return rates and outputs at states x; where effects go with an angle, their mean."""
+    """Rates, shape (n,), and outputs, shape (outputs,), at states x, in SI.
+
+    The mean over the angles where an effect depends on an angle. row: of inputs.
+    """
     if not any(effect.periodic for effect in simulation.motorcycle.effects):
         dx, out = simulation.instant(x, row)
         return dx, out.table[0]
@@ -75,7 +81,7 @@ def mean_instant(simulation: Simulation, x: Floats, row: Floats) -> tuple[Floats
 
 
 def _effect_states(simulation: Simulation) -> tuple[dict[str, float], dict[str, str]]:
-    """Return guesses for the effects' states that are sought, and the origin of the others."""
+    """Guesses for the effects' states that are sought, and the origin of the others."""
     starts = {
         f"{effect.name}.{state}": start
         for effect in simulation.motorcycle.effects
@@ -86,12 +92,12 @@ def _effect_states(simulation: Simulation) -> tuple[dict[str, float], dict[str, 
 
 
 def _inside(opening: float) -> float:
-    """Return how far an opening lies inside 0 to 1; negative outside."""
+    """How far an opening lies inside 0 to 1; negative outside."""
     return min(opening, 1.0 - opening)
 
 
 def _guess(simulation: Simulation, gear: int, engine_speed: float) -> Floats:
-    """Return a first try at the unknowns."""
+    """A first try at the unknowns."""
     bike = simulation.motorcycle
     rear_speed = engine_speed / bike.gears[gear - 1]
     speed = rear_speed * bike.rear_wheel.radius
@@ -101,7 +107,7 @@ def _guess(simulation: Simulation, gear: int, engine_speed: float) -> Floats:
 
 
 def _polished(residual: Callable[[Floats], Floats], z: Floats) -> Floats:
-    """Return z after two Newton steps, which take the residual down to rounding."""
+    """Z after two Newton steps, which take the residual down to rounding."""
     for _ in range(2):
         r = residual(z)
         columns = [(residual(z + d) - r) / 1e-7 for d in 1e-7 * np.eye(len(z))]

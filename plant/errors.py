@@ -1,4 +1,4 @@
-"""Trouble that a user can mend is told in five parts: what, where, expected, found, remedy."""
+"""An error in a user's file, in five parts: what, where, expected, found, remedy."""
 
 from collections.abc import Iterable
 from difflib import get_close_matches
@@ -25,7 +25,7 @@ class VehicleFileError(PlantError):
 
 
 def nearest(word: str, known: Iterable[str]) -> str:
-    """Return the remedy for a misspelt word: the known one nearest to it, or all of them."""
+    """The remedy for a misspelt word: the known one nearest to it, or all of them."""
     known = sorted(known)
     match = get_close_matches(word, known, n=1, cutoff=0.5)
     return f"did you mean '{match[0]}'?" if match else f"known are: {', '.join(known)}"

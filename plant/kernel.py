@@ -37,66 +37,71 @@ def rates(
     history: Floats,
     history_rate: Floats,
 ) -> tuple[Numbers, Numbers]:
-    """Return rates of x, and outputs. Written later.
+    """Rates of the states x, and outputs, in SI. Generated for each set of effects.
 
-    led: slopes of the states that a recording leads, NaN for free ones. command, spark: those that
-    act now.
+    led: slopes of the states that a recording prescribes, NaN for free ones. command, spark: those
+    that act now. history, history_rate: rings of throttle positions and rates, shape (ring,).
     """
     raise NotImplementedError
 
 
 def along(x: Numbers, h: float, k: Numbers) -> Numbers:
-    """Return x + h k. Written later, like the next ones, for the number of states."""
+    """States x + h k. Generated for the number of states, as are the functions below."""
     raise NotImplementedError
 
 
 def past_middle(x: Numbers, h: float, k1: Numbers, k2: Numbers) -> Numbers:
-    """Return x + h (2 k2 - k1)."""
+    """States x + h (2 k2 - k1)."""
     raise NotImplementedError
 
 
 def mean_rate(k1: Numbers, k2: Numbers, k3: Numbers) -> Numbers:
-    """Return (k1 + 4 k2 + k3) / 6."""
+    """Mean rate (k1 + 4 k2 + k3) / 6."""
     raise NotImplementedError
 
 
 def with_throttle(x: Numbers, position: float, rate: float) -> Numbers:
-    """Return the states with another position and rate of the throttle plate."""
+    """States with another position and rate of the throttle plate."""
     raise NotImplementedError
 
 
 def read_states(x: Floats) -> Numbers:
-    """Return the states as numbers."""
+    """States as numbers. x: shape (states,)."""
     raise NotImplementedError
 
 
 def read_parameters(p: Floats) -> Numbers:
-    """Return the parameters as numbers."""
+    """Parameters as numbers. p: shape (parameters,)."""
     raise NotImplementedError
 
 
 def read_inputs(row: Floats, ratio: float, clutch: float) -> Numbers:
-    """Return a row of inputs as numbers, with the overall ratio for the gear."""
+    """A row of inputs, shape (inputs,), as numbers, with the overall ratio for the gear."""
     raise NotImplementedError
 
 
 def slopes(row: Floats, x: Numbers, duration: float) -> Numbers:
-    """Return the slopes that lead measured states to the row's values; NaN for free ones."""
+    """Slopes that take prescribed states to the row's values, shape (inputs,); NaN for free states.
+
+    duration: s.
+    """
     raise NotImplementedError
 
 
 def write(row: Floats, numbers: Numbers) -> None:
-    """Write numbers into a row."""
+    """Write numbers into a row, shape (n,)."""
     raise NotImplementedError
 
 
 def write_states(x: Floats, numbers: Numbers) -> None:
-    """Write the states into an array."""
+    """Write the states into x, shape (states,)."""
     raise NotImplementedError
 
 
 def held_value(ring: Floats, count: int, delay_steps: float) -> tuple[float, float]:
-    """Return mean over step `count` of a held command, `delay_steps` ago, and its tilt.
+    """Mean of a delayed, held command over step `count`, and its rise over the step.
+
+    ring: past commands, shape (2^k,); delay_steps: delay in steps.
 
     A straight line of this mean and this rise over the step has the area and the first moment of
     the jump, wherever in the step the jump falls.
@@ -110,7 +115,10 @@ def held_value(ring: Floats, count: int, delay_steps: float) -> tuple[float, flo
 
 
 def transmission(row: Floats, ratios: Floats) -> tuple[float, float]:
-    """Return overall ratio and share of the clutch; neutral opens the clutch; no gear: BAD_GEAR."""
+    """Overall ratio and clutch engagement (0..1); neutral opens the clutch; no such gear: BAD_GEAR.
+
+    row: inputs, shape (inputs,); ratios: of the gears, shape (gears,).
+    """
     gear = int(row[GEAR])
     if gear < 0 or gear > len(ratios):
         return BAD_GEAR, 0.0
@@ -118,10 +126,10 @@ def transmission(row: Floats, ratios: Floats) -> tuple[float, float]:
 
 
 def off_the_stop(position: float, rate: float, push: float, step: float) -> tuple[float, float]:
-    """Return position and rate of a plate that ran past a stop in this step; it does not bounce.
+    """Position and rate of a plate that passed a stop in this step; the impact is inelastic.
 
-    push: its acceleration at rest on the stop. It met the stop some time ago, lost its speed there
-    and, where it is pushed inwards, has been coming off since.
+    push: its acceleration at rest on the stop. The plate loses its speed at the stop and, where the
+    acceleration points inwards, leaves it from then on.
     """
     edge = 0.0 if position < 0.0 else 1.0
     since = min((position - edge) / rate, step) if rate * (position - edge) > 0.0 else 0.0
@@ -143,10 +151,11 @@ def advance(
     shown: Integers,
     out: Floats,
 ) -> Floats:
-    """Return the state after all rows of the table; fill out, one row per `every` steps.
+    """State after all rows of the table, shape (size,); fills `out`, one row per `every` steps.
 
-    delays: of throttle command and spark, in steps. shown: which outputs go into the columns of
-    out. A first entry of -1 in the returned state tells of a gear that does not exist.
+    table: inputs, shape (rows, inputs); step: s; delays: of throttle command and spark, in steps;
+    shown: which outputs go into the columns of out, shape (samples, shown). The first entry of the
+    returned state is -1 where a gear does not exist.
     """
     new = state.copy()
     ring = (len(state) - HEADER - states) // RINGS
@@ -213,7 +222,10 @@ def advance(
 
 
 def evaluate(x: Floats, y: Floats, parameters: Floats, row: Floats, step: float) -> Floats:
-    """Return the rates at x without any delay, and fill the outputs y. row: gear as ratio."""
+    """Rates at x without any delay, shape (states,), in SI; fills the outputs y.
+
+    row: inputs, with the overall ratio for the gear.
+    """
     nothing = np.empty(0)
     u = read_inputs(row, row[GEAR], row[CLUTCH])
     led = slopes(row, read_states(x), 1.0)

@@ -14,7 +14,7 @@ HELD = ("gear_ratio", *(name for name in Inputs.names if name not in ELSEWHERE))
 
 
 def tuple_texts(order: Layout) -> list[str]:
-    """Return the texts of the kernel's small functions, written out for the number of states."""
+    """The texts of the kernel's small functions, written out for the number of states."""
     n, outputs = len(order.states), len(Outputs.names) + len(order.effect_states)
     return [
         _tuple_text("along(x, h, k)", "x[{0}] + h * k[{0}]", n),

@@ -15,7 +15,7 @@ EffectClass = type[Effect]
 
 
 def moving(effects: Iterable[EffectClass]) -> tuple[EffectClass, ...]:
-    """Return those that act in the equations of motion, each once; the others act in a sensor."""
+    """Effects that act in the equations of motion, each once; the others act in a sensor."""
     return tuple(dict.fromkeys(effect for effect in effects if effect.hooks))
 
 
@@ -36,7 +36,10 @@ class Layout:
         return self.states[len(RATES) :]
 
     def pack(self, motorcycle: Motorcycle) -> Floats:
-        """Return the motorcycle's numbers in the kernel's order; absent effects are off."""
+        """The motorcycle's parameters in SI in the kernel's order, shape (parameters,).
+
+        Absent effects have the values at which they do nothing.
+        """
         present = {type(effect): effect for effect in motorcycle.effects}
         values = [value for _, block in motorcycle.blocks() for value in block.values()]
         for effect in self.effects:
@@ -50,7 +53,7 @@ class Layout:
 
 @cache
 def layout(effects: tuple[EffectClass, ...]) -> Layout:
-    """Return the layout of the kernel for these effects."""
+    """The layout of the kernel for these effects."""
     parameters = [
         f"{name}_{p.name}" for name, block in Motorcycle().blocks() for p in block.parameters()
     ]
@@ -64,7 +67,7 @@ def layout(effects: tuple[EffectClass, ...]) -> Layout:
 
 @cache
 def seams(effects: tuple[EffectClass, ...]) -> tuple[str, ...]:
-    """Return the seams at which any of these effects acts."""
+    """The seams at which any of these effects acts."""
     return tuple(sorted({hook.seam for effect in effects for hook in effect.hooks}))
 
 

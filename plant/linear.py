@@ -42,7 +42,7 @@ def linearise(
     inputs: tuple[str, ...] = INPUTS,
     outputs: tuple[str, ...] = OUTPUTS,
 ) -> LinearModel:
-    """Return the motorcycle as it answers small changes about a steady state in this gear."""
+    """The motorcycle as it responds to small changes about a steady state in this gear."""
     simulation = Simulation(motorcycle)
     state, throttle = equilibrium(simulation, gear, engine_speed)
     x = simulation.states(state)
@@ -84,7 +84,7 @@ def _evaluated(simulation: Simulation, x: Floats, u: Floats) -> tuple[Floats, Fl
 def _jacobian(
     f: Callable[[Floats], tuple[Floats, Floats]], z: Floats, columns: list[int]
 ) -> tuple[Floats, Floats]:
-    """Return derivatives of rates and of outputs by z[columns], central differences."""
+    """Derivatives of rates and of outputs by z[columns], central differences."""
     rates, outputs = [], []
     for i in columns:
         h = 1e-6 * max(abs(z[i]), 1e-2)

@@ -26,7 +26,7 @@ class Parameter:
 
     @property
     def sized(self) -> bool:
-        """Return whether this parameter is a size of its effect, rather than its shape."""
+        """Whether this parameter is a size of its effect, rather than its shape."""
         return self.smallest is not None
 
 
@@ -83,12 +83,12 @@ class Block:
 
     @classmethod
     def parameters(cls) -> tuple[Parameter, ...]:
-        """Return the description of every parameter, in the order of the fields."""
+        """The description of every parameter, in the order of the fields."""
         return _parameters(cls)
 
     @classmethod
     def words(cls) -> Mapping[str, tuple[str, ...]]:
-        """Return the fields that are words, with the choices of each; none: any word."""
+        """The fields that are words, with the choices of each; none: any word."""
         return {f.name: f.metadata["choices"] for f in fields(cls) if "word" in f.metadata}
 
     def values(self) -> Iterator[float]:
@@ -106,7 +106,7 @@ _KNOWN: dict[type[Block], tuple[Parameter, ...]] = {}
 
 
 def _parameters(block: type[Block]) -> tuple[Parameter, ...]:
-    """Return the descriptions, gathered once a class: fits make very many blocks."""
+    """The descriptions, gathered once a class: fits make very many blocks."""
     if block not in _KNOWN:
         _KNOWN[block] = tuple(_described(f) for f in fields(block) if "unit" in f.metadata)
     return _KNOWN[block]

@@ -1,4 +1,4 @@
-"""What a sensor tells is not what there is: effects between a quantity and its frames.
+"""Sensor effects: what acts between a physical quantity and its frames.
 
 Two kinds act here, found by what they can do. One changes values: before the sensor is sampled
 (`stage` "signal": a lag, a scale) or in its frames (`stage` "frame": a word length, a stale value).
@@ -23,13 +23,13 @@ Memories = tuple[Floats, ...]
 
 @runtime_checkable
 class Tells(Protocol):
-    """An effect that changes what one channel tells. stage: "signal" or "frame"."""
+    """An effect that changes the values of one channel. stage: "signal" or "frame"."""
 
     channel: str
     stage: str
 
     def tell(self, memory: Floats, time: Floats, value: Floats) -> tuple[Floats, Floats]:
-        """Return the memory after these samples, and what is told instead of them.
+        """The memory after these samples, and the values that are sent instead.
 
         memory: empty at first. time: s, increasing, shape (n,), n >= 1; value: shape (n,).
         """
@@ -43,12 +43,12 @@ class Misdates(Protocol):
     clock: str
 
     def clock_error(self, time: float) -> float:
-        """Return by how much the clock is ahead at a true time [s]."""
+        """Error of the clock in s at a true time in s, positive where it is ahead."""
         ...
 
 
 def telling(effects: Iterable[Effect], channel: str, *stages: str) -> tuple[Tells, ...]:
-    """Return the effects that act on a channel, stage by stage, in their given order."""
+    """Effects that act on a channel, stage by stage, in their given order."""
     acting = [
         e for e in effects if hasattr(e, "tell") and isinstance(e, Tells) and e.channel == channel
     ]
@@ -58,7 +58,10 @@ def telling(effects: Iterable[Effect], channel: str, *stages: str) -> tuple[Tell
 def tell(
     effects: tuple[Tells, ...], memories: Memories, time: Floats, value: Floats
 ) -> tuple[Memories, Floats]:
-    """Return the memories after these samples, and what is told. Memories: `()` at first."""
+    """Memories after these samples, and the reported values, shape (n,).
+
+    memories: `()` at first; time: s, shape (n,); value: in the channel's unit, shape (n,).
+    """
     new = []
     for i, effect in enumerate(effects):
         memory = memories[i] if memories else np.empty(0)
@@ -68,7 +71,7 @@ def tell(
 
 
 def clock_of(effects: Iterable[Effect], timing: ChannelTiming) -> tuple[float, float]:
-    """Return offset [s] and drift [1] of a channel's clock, the effects on it included."""
+    """Offset (s) and drift (1) of a channel's clock, the effects on it included."""
     offset, drift = timing.clock_offset, timing.clock_drift
     for effect in effects:
         if isinstance(effect, Misdates) and effect.clock == timing.clock:
@@ -85,9 +88,9 @@ def tell_channel(
     value: Floats,
     start: float = 0.0,
 ) -> tuple[Floats, Floats]:
-    """Return stamps on the channel's own clock [s] and the values of its frames, without noise.
+    """Time stamps on the channel's own clock (s) and values of its frames, without noise.
 
-    time: true time, s, increasing, shape (n,); value: what there is, shape (n,); samples fall at
+    time: true time, s, increasing, shape (n,); value: true value, shape (n,); samples fall at
     start + k period. Raises ValueError for a channel of events, such as teeth.
     """
     effects = tuple(effects)

@@ -32,7 +32,7 @@ class Column:
 
 
 FREE = float("nan")
-MEASURED = "value that this state is led to by the end of the row, along a line; NaN leaves it free"
+MEASURED = "prescribed value of this state at the end of the row; linear before; NaN: free"
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,7 +52,7 @@ class Inputs:
     names: ClassVar[list[str]] = []
     table: Floats
 
-    throttle_command = Column("1", "opening asked of the servo, 0 to 1")
+    throttle_command = Column("1", "opening requested from the servo, 0 to 1")
     spark = Column("rad", "spark advance beyond the map")
     gear = Column("1", "gear, from 1; 0 is neutral", 1.0)
     clutch = Column("1", "share of the clutch's capacity, 0 pulled to 1 released", 1.0)
@@ -79,7 +79,10 @@ class Inputs:
 
     @classmethod
     def held(cls, rows: int = 1, **columns: float | Floats) -> Self:
-        """Return `rows` rows at rest, the given columns filled with a number or an array."""
+        """Inputs at rest, `rows` rows; the named columns hold a number or an array, shape (rows,).
+
+        Raises TypeError for a name that is no input.
+        """
         unknown = set(columns) - set(cls.names)
         if unknown:
             raise TypeError(f"no input {sorted(unknown)}; inputs are {cls.names}")
@@ -126,5 +129,5 @@ class Outputs:
     optical_speed = Column("m/s", "speed in the optical sensor, after its own dynamics")
 
     def __getitem__(self, name: str) -> Floats:
-        """Return a column by name; effects' states are named '<effect>.<state>'."""
+        """A column by name; effects' states are named '<effect>.<state>'."""
         return self.table[:, (*self.names, *self.effect_states).index(name)]

@@ -68,12 +68,12 @@ class Simulation:
 
     @property
     def ring(self) -> int:
-        """Length of the kept history, a power of two of steps."""
+        """Length of the history in steps, a power of two."""
         states: int = len(self.layout.states)
         return (self.size - HEADER - states) // RINGS
 
     def advance(self, state: Floats, inputs: Inputs) -> tuple[Floats, Outputs]:
-        """Return the state after all rows of the inputs, and what happened on the way.
+        """State after all rows of the inputs, shape (size,), and the outputs on the way.
 
         The given state is not changed. Raises ValueError for a gear that does not exist and for a
         state that another kind of simulation has made.
@@ -84,9 +84,9 @@ class Simulation:
         return new, Outputs(out, self.layout.effect_states)
 
     def courses(self, state: Floats, inputs: Inputs, names: Sequence[str]) -> dict[str, Floats]:
-        """Return some outputs only, by name, (samples,) each. Raises like `advance`.
+        """Some outputs by name, shape (samples,) each, in SI. Raises as `advance` does.
 
-        Much less is written than by `advance`, and each course lies in one piece.
+        Less is written than by `advance`, and each time series is contiguous.
         """
         every = (*Outputs.names, *self.layout.effect_states)
         out = np.empty((len(names), self._samples(inputs)))
@@ -97,7 +97,7 @@ class Simulation:
         return len(inputs.table) * self.steps_per_row // self.every
 
     def _run(self, state: Floats, inputs: Inputs, shown: NDArray[np.int64], out: Floats) -> Floats:
-        """Return the state after all rows; fill the outputs `shown` into the columns of out."""
+        """The state after all rows; fill the outputs `shown` into the columns of out."""
         table = inputs.table
         if len(state) != self.size:
             raise ValueError(
@@ -127,27 +127,27 @@ class Simulation:
     def state(
         self, *, throttle_command: float = 0.0, spark: float = 0.0, **states: float
     ) -> Floats:
-        """Return a state at time zero: named states, the others zero, commands held until now."""
+        """State at time zero, shape (size,): named states in SI, the others zero, constant commands."""
         x = np.zeros(len(self.layout.states))
         for name, value in states.items():
             x[self.layout.states.index(name)] = value
         return self.pack(x, throttle_command, spark)
 
     def pack(self, x: Floats, throttle_command: float, spark: float) -> Floats:
-        """Return the state array for states x, with a history of constant commands and throttle."""
+        """State array, shape (size,), for states x with a history of constant commands and throttle."""
         past = np.repeat([x[0], x[1], throttle_command, spark], self.ring)
         return np.concatenate([[0.0], x, past])
 
     def states(self, state: Floats) -> Floats:
-        """Return all states as numbers, in the order of `layout.states`."""
+        """All states in SI in the order of `layout.states`, shape (states,)."""
         return state[HEADER : HEADER + len(self.layout.states)].copy()
 
     def value(self, state: Floats, name: str) -> float:
-        """Return one named state, such as 'rear_angle' or 'relaxation_length.force'."""
+        """One named state in SI, such as 'rear_angle' or 'relaxation_length.force'."""
         return float(state[HEADER + self.layout.states.index(name)])
 
     def instant(self, x: Floats, row: Floats) -> tuple[Floats, Outputs]:
-        """Return the rates of states x, and the outputs, as if nothing had a pure delay.
+        """Rates of states x, shape (states,), and the outputs, without any dead time; SI.
 
         row: one row of inputs, as `Inputs.table[0]`, but with the overall ratio for the gear.
         """
@@ -157,7 +157,7 @@ class Simulation:
         return dx, Outputs(out, names)
 
     def row(self, gear: int, throttle: float) -> Floats:
-        """Return a row of inputs for `instant`: a gear and a throttle command, the rest at rest."""
+        """A row of inputs for `instant`, shape (inputs,): a gear and a throttle command (0..1)."""
         ratio = self.motorcycle.gears[gear - 1]
         only: Floats = Inputs.held(gear=ratio, throttle_command=throttle).table[0]
         return only

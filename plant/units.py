@@ -19,7 +19,7 @@ def _registry() -> Any:
 
 
 def to_si(value: float, unit: str, si: str) -> float:
-    """Return the value in the SI unit. Raises ValueError, in words, where that has no meaning.
+    """The value in the SI unit. Raises ValueError, in words, where that has no meaning.
 
     Hz is refused for an angular speed: pint takes both for 1/s, so that 12 Hz would silently become
     12 rad/s. Write turn/s, rpm or rad/s.

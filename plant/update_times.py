@@ -26,7 +26,7 @@ CHANCE = 15.0
 
 @dataclass(frozen=True)
 class Renewals:
-    """late: what is told less what there is, where a frame was not renewed, (k,).
+    """late: sent value less what there is, where a frame was not renewed, (k,).
 
     share: of the frames that were not renewed while the value moved.
     """
@@ -36,7 +36,7 @@ class Renewals:
 
 
 def renewals(value: Floats, again: Floats, step: float) -> Renewals | None:
-    """Tell which frames were not renewed; None where so few are that it may be chance.
+    """Which frames were not renewed; None where so few are that it may be chance.
 
     value: what there is at the frames, (k,); again: 1 where a frame repeats the one before it;
     step: less than this is no movement. What moves slowly moves from frame to frame by less, and
@@ -53,7 +53,7 @@ def renewals(value: Floats, again: Floats, step: float) -> Renewals | None:
 
 
 def rhythm(again: Floats) -> float:
-    """Return frames from one renewal to the next, 0 where they come by chance or always.
+    """Frames from one renewal to the next, 0 where they come by chance or always.
 
     again: 1 where a frame repeats the one before it, (k,).
     """
@@ -70,7 +70,7 @@ def rhythm(again: Floats) -> float:
 
 
 def _less_than_two(apart: np.ndarray) -> bool:
-    """Tell whether a rhythm renews before two frames are over, from frames between renewals.
+    """Whether a rhythm renews before two frames are over, from frames between renewals.
 
     A little less than two leaves a few neighbours and a little more a few gaps of three; both are
     the same line.
@@ -81,7 +81,7 @@ def _less_than_two(apart: np.ndarray) -> bool:
 
 
 def _strongest(fresh: np.ndarray, low: float, high: float, mirrored: bool = False) -> float:
-    """Return the hold of the strongest line between two frequencies per frame, 0 where it is weak.
+    """The hold of the strongest line between two frequencies per frame, 0 where it is weak.
 
     In a rhythm a renewal is late by up to a frame, which leaves sinc(1 / hold) of its line.
     """

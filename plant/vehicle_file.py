@@ -1,7 +1,8 @@
-"""A vehicle file tells one motorcycle: its numbers and units, how well they are known, its effects.
+"""A vehicle file describes one motorcycle: parameters, units, how well they are
+known, effects.
 
 TOML. A parameter is `{ value = 245, unit = "kg", plus_minus = 5 }`; plus_minus is the half width of
-what is believed with 95 %. Blocks are tables, gears are `[gears]` with keys 1, 2, ...; effects are
+what is reliable with 95 %. Blocks are tables, gears are `[gears]` with keys 1, 2, ...; effects are
 `[[effects]]` with a `name`; `[channels.<name>]` tells how a channel is sampled. What is left out
 keeps the default of its block; what is misspelt is an error.
 """
@@ -45,7 +46,7 @@ class Vehicle:
 
 
 def load_vehicle(path: str | Path) -> Vehicle:
-    """Return the vehicle that the file tells. Raises VehicleFileError, which names the cure."""
+    """The vehicle that the file describes. Raises VehicleFileError, which names the remedy."""
     path = Path(path)
     try:
         tree = tomllib.loads(_text(path))

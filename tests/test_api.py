@@ -127,7 +127,7 @@ def test_a_response_keeps_gain_phase_and_frequency(found: Identification) -> Non
     assert np.allclose(rebuilt, response.value)
     assert np.array_equal(frame.index, response.frequency)
     control = response.to_control()
-    assert np.allclose(control.omega, 2 * np.pi * response.frequency[response.believed])
+    assert np.allclose(control.omega, 2 * np.pi * response.frequency[response.reliable])
 
 
 def test_a_response_keeps_its_complex_values_in_xarray(found: Identification) -> None:

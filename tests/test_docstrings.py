@@ -1,19 +1,63 @@
 """Every public function states its arrays' shapes or units, and the errors that it raises."""
 
+import inspect
 from pathlib import Path
+from typing import Any
 
 import pytest
 
-from tests.docstring_rules import PACKAGES, faults
+import slipbench
+from slipbench.bench.trials.outcome import Outcome
+from slipbench.identification.models.rational_model import RationalModel
+from slipbench.identification.models.study import Study
+from slipbench.identification.response.identify import Identification
+from slipbench.identification.response.response import FrequencyResponse
+from slipbench.protocol.logs.decoded_log import DecodedLog
+from slipbench.protocol.recording.channel import Channel
+from tests.docstring_rules import PACKAGES, faults, functions
 from tests.paths import ROOT
 
 # Directories whose docstrings are complete. The list ends as PACKAGES and "src/slipbench".
-CLEAN: tuple[str, ...] = ()
+CLEAN: tuple[str, ...] = (
+    "controllers",
+    "identification/models",
+    "identification/response",
+    "identification/signals",
+    "plant",
+    "src/slipbench",
+)
 
 
 @pytest.mark.parametrize("directory", CLEAN)
 def test_public_functions_state_shapes_units_and_errors(directory: str) -> None:
     assert faults(ROOT, directory) == []
+
+
+def test_what_the_public_interface_reaches_states_it_too() -> None:
+    """Functions, classes and the methods of classes in `slipbench.__all__`, wherever they are."""
+    reached = {getattr(slipbench, name) for name in slipbench.__all__}
+    reached |= {
+        Outcome,
+        Identification,
+        FrequencyResponse,
+        Study,
+        RationalModel,
+        DecodedLog,
+        Channel,
+    }
+    owners = {(path_of(each), each.__name__) for each in reached}
+    found = [
+        fault
+        for function in functions(ROOT, *(path for path, _ in owners))
+        if (function.path, function.name.partition(".")[0]) in owners
+        for fault in function.faults()
+    ]
+    assert found == []
+
+
+def path_of(public: Any) -> str:
+    """Path of the module that defines a public name, relative to the repository."""
+    return Path(inspect.getfile(public)).resolve().relative_to(ROOT).as_posix()
 
 
 HEAD = "import numpy as np\nimport numpy.typing as npt\nFloats = npt.NDArray[np.float64]\n"

@@ -176,6 +176,6 @@ def _swing(limits: Limits, actuator: str) -> float:
 
 def _gain(answer: FrequencyResponse) -> float:
     """Slip per command where the answer is slow: the believed lines of the lowest octave."""
-    f, believed = answer.frequency, answer.believed
-    lowest = believed & (f <= 2 * f[believed][0])
+    f, reliable = answer.frequency, answer.reliable
+    lowest = reliable & (f <= 2 * f[reliable][0])
     return float(np.mean(answer.value[lowest].real))

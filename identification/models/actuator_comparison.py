@@ -21,7 +21,7 @@ from slipbench.identification.models.delay_profile import NoDelay, delay_profile
 from slipbench.identification.models.model_order import OrderChoice, all_pole, choose_order
 from slipbench.identification.models.rational_ml import RationalFit, refit
 from slipbench.identification.response.independent_lines import NoRational, independent_lines
-from slipbench.identification.response.response import FrequencyResponse, believed_band
+from slipbench.identification.response.response import FrequencyResponse, reliable_band
 from slipbench.protocol.recording.channel import FloatArray
 
 CUTOFF = 10.0  # Hz, w_c / 2 pi: the servo's stated bandwidth
@@ -78,13 +78,13 @@ class Actuator:
 
     @property
     def highest(self) -> float:
-        """Upper end of the believed band, Hz; no frequency above it is given."""
-        band = believed_band(self.response)
+        """Upper end of the reliable band, Hz; no frequency above it is given."""
+        band = reliable_band(self.response)
         return band[1] if band else 0.0
 
     @property
     def bandwidth(self) -> float:
-        """Usable bandwidth, Hz; NaN where the believed band ends before."""
+        """Usable bandwidth, Hz; NaN where the reliable band ends before."""
         return self.lags_by(180 - MARGIN)
 
     @property
@@ -146,11 +146,11 @@ def actuator(
     lines = independent_lines(response)
     if isinstance(lines, NoRational):
         return NoComparison(lines.reason)
-    band = believed_band(response)
+    band = reliable_band(response)
     if band is None or band[0] > LOW * cutoff or band[1] < cutoff:
         seen = f"{band[0]:.1f} to {band[1]:.1f} Hz" if band else "nothing"
         return NoComparison(
-            f"from {response.input} {seen} is believed, "
+            f"from {response.input} {seen} is reliable, "
             f"{LOW * cutoff:g} to {cutoff:g} Hz are needed"
         )
     choice = choose_order(lines, all_pole())

@@ -40,7 +40,10 @@ class Experiment:
     signal: Mapping[str, FloatArray]
 
     def mode(self, name: str) -> IntArray:
-        """Mode of each sample: the sign of a signal. Raises KeyError where it was not measured."""
+        """Mode of each sample by the sign of a signal, shape (n,): 0 positive, 1 negative.
+
+        Raises KeyError where the signal was not measured.
+        """
         signal = self.signal[name]
         return mode_of(np.where(np.abs(signal) > STILL * np.ptp(signal), signal, 0.0))
 

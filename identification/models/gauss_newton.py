@@ -58,7 +58,7 @@ def minimise(
 
 
 def _promised(step: FloatArray, residual: FloatArray, jacobian: FloatArray) -> float:
-    """Give the fall of the cost that a step has if the residuals are straight along it."""
+    """The fall of the cost that a step has if the residuals are straight along it."""
     along = jacobian @ step
     return -float(along @ (2 * residual + along))
 
@@ -66,7 +66,7 @@ def _promised(step: FloatArray, residual: FloatArray, jacobian: FloatArray) -> f
 def free(
     gradient: FloatArray, x: FloatArray, low: FloatArray, high: FloatArray
 ) -> "np.ndarray[tuple[int], np.dtype[np.bool_]]":
-    """Tell which parameters may move: those that no bound holds against the descent."""
+    """Mask of the parameters that no active bound holds, shape (p,), as are all arguments."""
     return np.asarray(~(((x <= low) & (gradient >= 0)) | ((x >= high) & (gradient <= 0))))
 
 

@@ -1,4 +1,4 @@
-"""How well a model predicts runs that it has not seen."""
+"""How well a model predicts held-out runs."""
 
 from dataclasses import dataclass
 
@@ -11,7 +11,7 @@ from slipbench.protocol.recording.channel import FloatArray
 
 @dataclass(frozen=True)
 class HeldOut:
-    """One run against the model's answer to its input.
+    """One run against the model's response to its input.
 
     name                      of the run
     time, measured, predicted (n,): s, and the output
@@ -38,7 +38,7 @@ class Rest:
 def held_out(
     model: RationalModel, name: str, u: FloatArray, y: FloatArray, rate: float, rest: Rest
 ) -> HeldOut:
-    """Let a model answer u, (n,) at `rate` Hz, from rest; nothing of y is used."""
+    """Response of a model to u, (n,) at `rate` Hz, from rest; nothing of y is used."""
     given = np.concatenate(([rest.u], u))
     predicted = model.simulate(given - rest.u, rate)[1:] + rest.y
     error = float(np.sqrt(np.mean((y - predicted) ** 2)))

@@ -1,10 +1,10 @@
-"""Which model of the slip predicts sweeps that it has not seen: linear, switched, scheduled.
+"""Which model of the slip predicts held-out sweeps: linear, switched, scheduled.
 
 Every model gets the echoed command and, where it switches, a measured signal; none of them the
-slip. Errors in time: root mean square of what is left over that of the slip, a slow trend apart.
+slip. Errors in time: root mean square of the residual over that of the slip, a slow trend apart.
 Errors in frequency: first three harmonics along the phase of the sweep, of prediction and of
 measurement, by the same estimator, over the first harmonic. Ratios of errors carry intervals by a
-bootstrap over stretches of 1 s, the same stretches for both models.
+bootstrap over segments of 1 s, the same segments for both models.
 
     rivals = rivals_from(steps, runs_of_steps)           # linear, by u', by torque rate, by twist
     rows = compare(rivals, sweeps)                       # tuple[Row, ...]
@@ -62,7 +62,7 @@ class Row:
 
     @property
     def better(self) -> bool:
-        """Tell whether it beats the first model beyond doubt."""
+        """Whether it beats the first model beyond doubt."""
         return self.interval[1] < 1
 
 
@@ -103,7 +103,10 @@ def compare(rivals: Sequence[Rival], runs: Sequence[Experiment]) -> tuple[Row, .
 
 
 def nrmse(run: Experiment, predicted: FloatArray) -> float:
-    """Root mean square error over the root mean square of the slip, trends taken off."""
+    """Normalized root mean square error of a predicted slip, trends removed; dimensionless.
+
+    predicted: slip, shape (n,), over the whole run.
+    """
     e, y = left(run, predicted), without_trend(run.y, run.part)
     return float(np.sqrt(np.mean(e**2) / np.mean(y**2)))
 
@@ -114,13 +117,13 @@ def left(run: Experiment, predicted: FloatArray) -> FloatArray:
 
 
 def without_trend(y: FloatArray, part: slice) -> FloatArray:
-    """Take a slow polynomial off the stretch of the excitation."""
+    """Remove a slow polynomial from y, shape (n,). Returns the samples of `part`, in the unit of y."""
     slow, _ = np.linalg.qr(np.vander(np.linspace(-1, 1, part.stop - part.start), TREND))
     return np.asarray(y[part] - slow @ (slow.T @ y[part]))
 
 
 def _blocks(e: FloatArray, rate: float) -> FloatArray:
-    """Sum of squares in each stretch."""
+    """Sum of squares in each segment."""
     edges = np.arange(0, e.size, max(1, round(BLOCK * rate)))
     return np.asarray(np.add.reduceat(e**2, edges))
 

@@ -1,4 +1,4 @@
-"""How many poles and zeros a response supports: every order that it cannot tell from the best.
+"""How many poles and zeros a response supports: every order that fits as well as the best.
 
     choice = choose_order(lines)
     choice.best.fit.model                          # least AIC
@@ -73,7 +73,7 @@ class OrderChoice(Generic[Fit]):
 
 
 def orders(most_poles: int = 6, most_zeros: int = 3, least_poles: int = 2) -> tuple[Order, ...]:
-    """Orders to try: strictly proper ones, for no inertia answers at once."""
+    """Orders to try: strictly proper ones, for no inertia responds at once."""
     return tuple(
         Order(poles, zeros)
         for poles in range(least_poles, most_poles + 1)
@@ -108,7 +108,7 @@ def choose_order(
 
 
 def doubted(choice: OrderChoice[RationalFit]) -> RationalFit:
-    """Give the fit of least description length, with the doubt about its order.
+    """The fit of least description length, with the doubt about its order.
 
     Half the difference in description length is near the logarithm of the odds of two orders
     (Schwarz 1978).
@@ -126,7 +126,7 @@ def doubted(choice: OrderChoice[RationalFit]) -> RationalFit:
 
 
 def resolved(of: RationalModel, lines: Lines) -> bool:
-    """Tell whether every resonance inside the band is as wide as the spacing of the lines."""
+    """Whether every resonance inside the band is as wide as the spacing of the lines."""
     spacing = float(np.median(np.diff(lines.frequency)))
     swinging = of.poles[np.abs(of.poles.imag) > np.abs(of.poles.real)]
     inside = np.abs(swinging) <= 2 * np.pi * lines.frequency[-1]

@@ -179,7 +179,7 @@ class _Problem:
     rate: float
 
     def left(self, x: FloatArray) -> FloatArray:
-        """Give what the model leaves, (runs * n,)."""
+        """What the model leaves, (runs * n,)."""
         with np.errstate(all="ignore"):
             error = answer(x, self.order, self.u, self.rate) - self.target
         return np.asarray(np.nan_to_num(error, nan=1e6, posinf=1e6, neginf=-1e6).ravel())
@@ -196,7 +196,7 @@ def _bounds(order: Order, longest: float) -> tuple[FloatArray, FloatArray]:
 def _sure(
     found: optimize.OptimizeResult, samples: int, independent: int
 ) -> tuple[float, FloatArray]:
-    """Root mean square of what is left, and the covariance that follows from it."""
+    """Root mean square of the residual, and the covariance that follows from it."""
     error = float(np.sqrt(2 * found.cost / samples))
     J = np.asarray(found.jac)
     scale = np.sqrt(np.sum(J**2, axis=0)) + 1e-300

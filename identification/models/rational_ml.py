@@ -49,7 +49,7 @@ class Mode:
 
     @property
     def single(self) -> bool:
-        """Tell a real pole, whose damping is no finding, from a pair."""
+        """A real pole, whose damping is no finding, from a pair."""
         return self.damping_deviation == 0
 
 
@@ -108,7 +108,7 @@ class RationalFit:
         return tuple(_doubted(mode, others) for mode in own)
 
     def response(self, frequency: FloatArray) -> ComplexArray:
-        """Give what a measurement at `frequency` (Hz, in the band) would show, drift included."""
+        """What a measurement at `frequency` (Hz, in the band) would show, drift included."""
         return drifting(self.x, _laplace(frequency, self.pace), self.order)[0]
 
     def band(self, frequency: FloatArray) -> FloatArray:
@@ -158,7 +158,10 @@ def refit(of: RationalFit, delay: float) -> RationalFit:
 def fitted(
     lines: Lines, order: Order, at: Minimum, low: FloatArray, high: FloatArray
 ) -> RationalFit:
-    """Say how sure a minimum is: errors beyond those of the deviations widen the covariance."""
+    """Fit with its covariance; residuals beyond the stated deviations widen it.
+
+    low, high: bounds of the parameters, shape (p,). A parameter at its bound has no variance.
+    """
     moves = (at.x > low) & (at.x < high)
     freedom = 2 * lines.frequency.size - int(np.count_nonzero(moves))
     fit = RationalFit(
@@ -174,7 +177,7 @@ def fitted(
 
 
 def drifting(x: FloatArray, s: ComplexArray, order: Order) -> tuple[ComplexArray, ComplexArray]:
-    """Give G (n,) behind what drifts, and its derivatives (n, p). x: of `evaluate`, then drift."""
+    """G (n,) behind what drifts, and its derivatives (n, p). x: of `evaluate`, then drift."""
     R, slopes = evaluate(x[:-1], s, order)
     slow = 1 + x[-1] / s
     return R * slow, np.column_stack((slopes * slow[:, None], R / s))
@@ -282,7 +285,7 @@ def _quadratic(rows: FloatArray, covariance: FloatArray) -> FloatArray:
 
 
 def with_path(fit: RationalFit, path: KnownPath) -> RationalModel:
-    """Give the model of a response that had a known path taken off it."""
+    """The model of a response that had a known path taken off it."""
     found = fit.model
     poles = np.concatenate((found.poles, [-1 / lag for lag in path.lags]))
     zeros = np.concatenate((found.zeros, [-1 / lead for lead in path.leads]))

@@ -41,7 +41,7 @@ class RationalModel:
 
     @property
     def stable(self) -> bool:
-        """Tell whether every pole lies in the left half plane."""
+        """Whether every pole lies in the left half plane."""
         return bool(np.all(self.poles.real < 0))
 
     @property
@@ -51,17 +51,17 @@ class RationalModel:
 
     @property
     def minimum_phase(self) -> bool:
-        """Tell whether the function without its delay has no zero in the right half plane."""
+        """Whether the function without its delay has no zero in the right half plane."""
         return not self.right_zeros.size
 
     @property
     def numerator(self) -> FloatArray:
-        """Coefficients of the powers of s, highest first."""
+        """Coefficients of the numerator in s (rad/s), highest power first, shape (zeros + 1,)."""
         return np.asarray(self.gain * np.poly(self.zeros).real)
 
     @property
     def denominator(self) -> FloatArray:
-        """Coefficients of the powers of s, highest first, the first one 1."""
+        """Coefficients of the monic denominator in s (rad/s), highest power first, shape (poles + 1,)."""
         return np.asarray(np.atleast_1d(np.poly(self.poles).real))
 
     @property
@@ -70,17 +70,17 @@ class RationalModel:
         return replace(self, delay=0.0)
 
     def response(self, frequency: FloatArray) -> ComplexArray:
-        """Give the complex response at frequencies in Hz, (n,)."""
+        """The complex response at frequencies in Hz, (n,)."""
         s = 2j * np.pi * np.asarray(frequency, dtype=np.float64)
         above = np.prod(s[:, None] - self.zeros, axis=1)
         below = np.prod(s[:, None] - self.poles, axis=1)
         return np.asarray(self.gain * above / below * np.exp(-s * self.delay))
 
     def simulate(self, u: FloatArray, rate: float) -> FloatArray:
-        """Answer to an input held between its samples, from rest at u[0].
+        """Response to an input held between its samples, from rest at u[0].
 
         u: (n,), at `rate` Hz. Returns (n,), exact at the samples; the delay may be any part of a
-        sample. Where the function has a steady state the answer begins in it.
+        sample. Where the function has a steady state the response begins in it.
         """
         A, B, C, D, pace = _normal_form(self)
         late = int(self.delay * rate + 1e-9)  # whole samples in the delay
@@ -98,7 +98,7 @@ class RationalModel:
         return np.asarray(states @ C + direct + steady * u[0])
 
     def to_control(self, pade: int = 0) -> "control.TransferFunction":
-        """Give a python-control transfer function, s in rad/s, signals named by role.
+        """A python-control transfer function, s in rad/s, signals named by role.
 
         pade: order of the all-pass that stands for the delay; 0 leaves the delay out: it is in
         `self.delay`, and python-control has no place for it in continuous time.
@@ -127,7 +127,7 @@ class RationalModel:
         )
 
     def to_state_space(self) -> "control.StateSpace":
-        """Give a python-control state space without the delay, signals named by role."""
+        """A python-control state space without the delay, signals named by role."""
         import control
 
         A, B, C, D, pace = _normal_form(self)

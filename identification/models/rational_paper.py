@@ -88,7 +88,7 @@ def paper_fit(
 def equation_error(
     x: FloatArray, s: ComplexArray, order: Order
 ) -> tuple[ComplexArray, ComplexArray]:
-    """Give N / D (n,) and its derivatives (n, p). x: a_1 .. a_n of D = 1 + ..., then b_0 .. b_m."""
+    """N / D (n,) and its derivatives (n, p). x: a_1 .. a_n of D = 1 + ..., then b_0 .. b_m."""
     n = order.poles
     powers = s[:, None] ** np.arange(max(n, order.zeros) + 1)
     above, below = powers[:, : order.zeros + 1], powers[:, 1 : n + 1]

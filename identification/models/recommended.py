@@ -14,7 +14,7 @@ from slipbench.identification.models.delay_profile import DelayProfile, NoDelay,
 from slipbench.identification.models.model_order import OrderChoice, choose_order, doubted, ranked
 from slipbench.identification.models.rational_ml import RationalFit
 from slipbench.identification.response.independent_lines import NoRational, independent_lines
-from slipbench.identification.response.response import FrequencyResponse, believed_band
+from slipbench.identification.response.response import FrequencyResponse, reliable_band
 
 REJECTED = 0.01  # probability of so large a chi-square under which a model is rejected
 
@@ -26,7 +26,7 @@ class Recommended:
     response  that it was fitted to
     choice    every order that was tried, the least AIC first
     fit       the one that is recommended
-    delay     with its interval, over all orders that the data do not tell apart
+    delay     with its interval, over all orders that the data do not distinguish
     chain     whether zeros were not needed
     """
 
@@ -38,7 +38,7 @@ class Recommended:
 
     @property
     def adequate(self) -> bool:
-        """Tell whether what the model leaves may be noise alone."""
+        """Whether what the model leaves may be noise alone."""
         return self.fit.adequate >= REJECTED
 
     @property
@@ -63,19 +63,19 @@ def recommended(response: FrequencyResponse) -> Recommended | NoRational:
 def _form(of: Recommended) -> tuple[str, ...]:
     if of.chain:
         return (
-            "The delay is told on the premise that the path is a chain of lags and springs: a zero "
-            "would buy any delay, and the lines do not ask for one.",
+            "The dead time is estimated without zeros, for lags and springs in series: zeros and dead "
+            "time are confounded in this band, and the data need no zero.",
         )
     zeros = of.fit.model.right_zeros
     right = f", {zeros.size} of them on the right" if zeros.size else ""
-    return (f"No chain without zeros describes the lines; {of.fit.order}{right}.",)
+    return (f"A model without zeros does not fit the data; {of.fit.order}{right}.",)
 
 
 def _misfit(of: Recommended) -> tuple[str, ...]:
     if of.adequate:
         return ()
     return (
-        f"The lines reject the model: chi-square is {of.fit.chi_square_ratio:.1f} times its "
+        f"The residual test rejects the model: chi-square is {of.fit.chi_square_ratio:.1f} times its "
         "degrees of freedom. Its intervals are widened by as much; curvature, an order above those "
         "tried or noise that changed in the trial may be the cause.",
     )
@@ -83,18 +83,18 @@ def _misfit(of: Recommended) -> tuple[str, ...]:
 
 def _doubt(of: Recommended) -> tuple[str, ...]:
     if isinstance(of.delay, NoDelay):
-        return (f"No delay is told: {of.delay.reason}.",)
+        return (f"No dead time is given: {of.delay.reason}.",)
     reach = 1 / of.fit.lines.frequency[-1]
     if of.delay.high - of.delay.low > reach / 10:
         return (
-            "Orders that the lines do not tell apart ask for other delays: a lag short beside the "
-            "band looks like delay. A wider band narrows the interval.",
+            "Other plausible model orders have other dead times: a pole well above the band cannot be "
+            "told from dead time. A wider band narrows the interval.",
         )
     return ()
 
 
 def _band(response: FrequencyResponse) -> tuple[str, ...]:
-    band = believed_band(response)
+    band = reliable_band(response)
     if band is None:
         return ()
     return (f"The model holds from {band[0]:.2g} to {band[1]:.3g}\u00a0Hz; beyond, it is a guess.",)

@@ -17,7 +17,7 @@ ROUNDS = 6
 def first_guess(
     s: ComplexArray, value: ComplexArray, weight: FloatArray, order: Order, delay: float
 ) -> FloatArray:
-    """Give the parameters of `stable_rational` for a delay that is taken as known.
+    """The parameters of `stable_rational` for a delay that is taken as known.
 
     s: (n,) in the normalised unit; value: (n,); weight: (n,) of the error, 1 / deviation.
     """

@@ -7,7 +7,7 @@ resonance and the pure delay, does not know the speed. One gear: another gear is
     fit = fit_scheduled([Trial(speed, response) for ...])     # ScheduledFit or NoSchedule
     fit.at(48.0)                                              # a linear model, SwitchedModel
     fit.parameter("frequency 1", 48.0)                        # value, half width of 95 %
-    leave_one_out(trials)                                     # errors at speeds it has not seen
+    leave_one_out(trials)                                     # errors at held-out speeds
 """
 
 from collections.abc import Sequence
@@ -144,7 +144,7 @@ def leave_one_out(trials: Sequence[Trial]) -> tuple[LeftOutSpeed, ...] | NoSched
 
 
 def _error(fit: ScheduledFit, trial: Trial) -> float:
-    lines = trial.response.believed
+    lines = trial.response.reliable
     value = trial.response.value[lines]
     told = fit.at(trial.speed).response(trial.response.frequency[lines])
     return float(np.sqrt(np.sum(np.abs(told - value) ** 2) / np.sum(np.abs(value) ** 2)))

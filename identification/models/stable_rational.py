@@ -40,7 +40,7 @@ class Order:
 
 
 def evaluate(x: FloatArray, s: ComplexArray, order: Order) -> tuple[ComplexArray, ComplexArray]:
-    """Give G (n,) and its derivatives (n, p). x: delay, denominator's theta, numerator's b."""
+    """G (n,) and its derivatives (n, p). x: delay, denominator's theta, numerator's b."""
     n = order.poles
     pairs = n // 2
     a = np.exp(x[1 : 1 + n])
@@ -81,7 +81,10 @@ def model(x: FloatArray, order: Order, pace: float, names: tuple[str, str]) -> R
 
 
 def parameters(delay: float, below: FloatArray, above: FloatArray, order: Order) -> FloatArray:
-    """Turn polynomials (lowest power first, below[0] = 1) into parameters, poles made stable."""
+    """Parameters of a fit from polynomials, poles reflected into the left half plane; shape (p,).
+
+    delay: s. below, above: denominator and numerator, lowest power of s first, below[0] = 1.
+    """
     poles = np.roots(below[::-1])
     poles = -np.abs(poles.real) + 1j * poles.imag
     poles = np.concatenate((poles, np.full(max(order.poles - poles.size, 0), -30.0)))

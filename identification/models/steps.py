@@ -23,7 +23,7 @@ from slipbench.protocol.recording.channel import FloatArray
 BEFORE = 0.10  # s kept before a step
 FEWEST = 4  # steps in each direction; fewer have no scatter to judge by
 MOVED = 0.01  # of the swing: less is rest
-SHORTEST = 0.30  # s between two steps, so that the answer to one is over at the next
+SHORTEST = 0.30  # s between two steps, so that the response to one is over at the next
 
 
 @dataclass(frozen=True)
@@ -38,12 +38,12 @@ class Bundle:
 
     @property
     def mean(self) -> FloatArray:
-        """Mean answer, (n,)."""
+        """Mean response, (n,)."""
         return np.asarray(self.output.mean(axis=0))
 
     @property
     def deviation(self) -> FloatArray:
-        """Standard deviation of the mean answer, (n,), from the scatter between steps."""
+        """Standard deviation of the mean response, (n,), from the scatter between steps."""
         spread = self.output.std(axis=0, ddof=1)
         return np.asarray(spread / np.sqrt(len(self.output)))
 
@@ -89,7 +89,7 @@ def steps_of(found: Identification, output: str = "slip") -> Steps | NoSteps:
 
 
 def step_responses(u: FloatArray, y: FloatArray, rate: float) -> Steps | NoSteps:
-    """Cut opening and closing steps out of a square wave's command and the answer.
+    """Cut opening and closing steps out of a square wave's command and the response.
 
     u, y: (n,) without unknown samples; rate: Hz. Only swings over the whole height count, so that
     the first step from the middle and the last back to it are left out.
@@ -122,7 +122,10 @@ def mean_levels(
 
 
 def pooled(parts: Sequence[Steps]) -> Steps:
-    """Put the steps of several like trials together; the shortest sets the length."""
+    """Pool the steps of several like trials; the shortest sets the length.
+
+    Raises ValueError where rates or starts differ.
+    """
     start = max(part.time[0] for part in parts)
     count = min(part.time.size for part in parts)
     if any(part.rate != parts[0].rate or part.time[0] != start for part in parts):
@@ -157,7 +160,7 @@ def _middle(above: FloatArray, start: int, stop: int) -> float:
 
 
 def _bundle(u: FloatArray, y: FloatArray, at: FloatArray, time: FloatArray, rate: float) -> Bundle:
-    """Read command and answer about every full step, relative to before it began to move."""
+    """Read command and response about every full step, relative to before it began to move."""
     inputs, outputs = _cut(u, y, at, time, rate)
     moved = np.abs(inputs - inputs[:, :1]) > MOVED * np.ptp(inputs, axis=1, keepdims=True)
     rest = slice(max(int(np.argmax(moved.any(axis=0))) - 1, 1))
@@ -167,7 +170,7 @@ def _bundle(u: FloatArray, y: FloatArray, at: FloatArray, time: FloatArray, rate
 def _cut(
     u: FloatArray, y: FloatArray, at: FloatArray, time: FloatArray, rate: float
 ) -> tuple[FloatArray, FloatArray]:
-    """Command and answer about every step over the whole height, (steps, n) each."""
+    """Command and response about every step over the whole height, (steps, n) each."""
     index = np.arange(u.size)
     places = at[:, None] + time * rate
     places = places[(places[:, 0] >= 0) & (places[:, -1] <= u.size - 1)]

@@ -1,4 +1,4 @@
-"""Slip answers differently while the throttle opens and while it closes: a switched linear system.
+"""Slip responds differently while the throttle opens and while it closes: a switched linear system.
 
 Corno and Savaresi 2009, equation 5: x' = A_i x + B_i u(t - tau), y = x_1; i is the sign of the
 reference's derivative. The state is kept at the switch, in observability canonical form: it holds
@@ -66,7 +66,7 @@ class SwitchedModel:
     def to_control(
         self, mode: int = 0, names: tuple[str, str] = ("u", "y")
     ) -> "control.StateSpace":
-        """Give one direction, without its delay, as a python-control object with named signals."""
+        """One direction, without its delay, as a python-control object with named signals."""
         import control
 
         a, b, c = observability_form(*polynomials(self, mode))
@@ -81,7 +81,7 @@ def as_linear(model: SwitchedModel) -> SwitchedModel:
 
 
 def polynomials(model: SwitchedModel, mode: int) -> tuple[FloatArray, FloatArray]:
-    """Numerator and monic denominator of one direction, highest power first."""
+    """Numerator and monic denominator of one mode in s (rad/s), highest power first, shape (k,)."""
     side = model.directions[mode]
     scale = 1.0 / side.pole
     denominator = np.array([1.0, scale])
@@ -110,14 +110,20 @@ def observability_form(
 
 
 def opening(command: FloatArray) -> IntArray:
-    """Mode of each sample: 0 while the command rises, 1 while it falls; rest keeps the last one."""
+    """Mode of each sample of a command, shape (n,): 0 while it rises, 1 while it falls.
+
+    A constant command keeps the last mode.
+    """
     change = np.diff(command, prepend=command[0])
     sign = np.where(np.abs(change) > STILL * np.ptp(command), np.sign(change), 0.0)
     return mode_of(sign)
 
 
 def mode_of(signal: FloatArray) -> IntArray:
-    """Mode of each sample from a signal's sign: 0 where positive, 1 where negative; zero keeps."""
+    """Mode of each sample from the sign of a signal, shape (n,): 0 positive, 1 negative.
+
+    Zero keeps the last mode.
+    """
     at = np.maximum.accumulate(np.where(signal != 0, np.arange(signal.size), 0))
     return np.asarray(signal[at] < 0, dtype=np.int64)
 
@@ -125,7 +131,7 @@ def mode_of(signal: FloatArray) -> IntArray:
 def simulate(
     model: SwitchedModel, u: FloatArray, mode: IntArray, rate: float, lag: float | None = None
 ) -> FloatArray:
-    """Answer of a model that starts at rest. u: (n,) change of the input; mode: (n,); rate: Hz.
+    """Response of a model that starts at rest. u: (n,) change of the input; mode: (n,); rate: Hz.
 
     lag: s by which the mode is late; None: as late as the input, by the pure delay. The input is
     taken as straight between samples.

@@ -37,7 +37,7 @@ class SwitchedFit:
     names       of the parameters: "opening.gain", "closing.pole", "frequency 1", "delay" ...
     value       (p,) SI: output per input, s, rad/s, 1; covariance: (p, p) of them
     quantile    two-sided 95 % quantile that belongs to it
-    error       root mean square of what is left of the mean steps, over that of the steps
+    error       root mean square of the residual of the mean steps, over that of the steps
     criterion   BIC with the scatter's own variance, to compare numbers of resonances
     """
 
@@ -57,7 +57,7 @@ class SwitchedFit:
     def difference(self, name: str) -> tuple[float, float]:
         """Closing minus opening, and the half width of its interval.
 
-        name: "gain", "pole", "zero", or "lag": pole less zero, by how much an answer is later.
+        name: "gain", "pole", "zero", or "lag": pole less zero, by how much a response is later.
         """
         parts = {"pole": 1.0, "zero": -1.0} if name == "lag" else {name: 1.0}
         weight = np.zeros(len(self.names))

@@ -65,7 +65,7 @@ class TableStudy:
         if np.isfinite(self.noise) and left > 1.5 * self.noise / np.sqrt(len(self.runs)):
             said.append(
                 f"It leaves {left:.3g} rms of the runs' mean, where {self.noise:.3g} is the noise "
-                f"of one run: what is left is curvature or a higher order, not noise. The "
+                f"of one run: the residual is curvature or a higher order, not noise. The "
                 "intervals count all of it as noise."
             )
         far = [
@@ -124,7 +124,7 @@ def table_study(runs: list[TableRun], unseen: list[TableRun], names: tuple[str, 
         raise InputError(
             f"{still!r} stands still in every run",
             where=", ".join(run.name for run in runs),
-            expected="an excitation and an answer",
+            expected="an excitation and a response",
             remedy="choose other columns or runs",
         )
     rest = Rest(float(np.mean(u[:, 0])), float(np.mean(y[:, 0])))

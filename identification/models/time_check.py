@@ -1,10 +1,10 @@
-"""A model found in frequency, checked in time: short stretches of the sweep, figure 7 of the paper.
+"""A model found in frequency, checked in time: short segments of the sweep, figure 7 of the paper.
 
 The model answers the measured input; what it gives and what was measured are compared where the
 sweep passed some frequency, over a few periods, both without their mean and slope there.
 
-    stretches = time_check(model, u, y, rate, frequency, at=(3.5, 5.0, 9.0))
-    [(s.frequency, s.fit) for s in stretches]      # Hz, %
+    segments = time_check(model, u, y, rate, frequency, at=(3.5, 5.0, 9.0))
+    [(s.frequency, s.fit) for s in segments]      # Hz, %
 """
 
 from dataclasses import dataclass
@@ -49,7 +49,7 @@ def time_check(
     at: tuple[float, ...],
     periods: float = PERIODS,
 ) -> tuple[Stretch | NoStretch, ...]:
-    """Compare the model's answer to u with y where the sweep passed each frequency of `at` (Hz).
+    """Compare the model's response to u with y where the sweep passed each frequency of `at` (Hz).
 
     u, y: (n,), at `rate` Hz, without unknown samples, from rest. frequency: (n,) Hz, the sweep's at
     every sample, NaN where nothing was excited.

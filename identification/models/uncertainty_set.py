@@ -60,7 +60,7 @@ class Weight:
         return value
 
     def to_control(self) -> "control.TransferFunction":
-        """Give the weight as a python-control object, rad/s."""
+        """The weight as a python-control object, rad/s."""
         import control
 
         whole = control.tf([self.gain], [1.0])
@@ -85,7 +85,7 @@ class UncertaintySet:
     members: dict[str, ComplexArray]
 
     def survives(self, loop: ComplexArray) -> bool:
-        """Tell whether a stable nominal loop stays stable for all of the set: |W T| < 1.
+        """Whether a stable nominal loop stays stable for all of the set: |W T| < 1.
 
         loop: (n,) loop gain C G_0 at `frequency`; T = L / (1 + L).
         """
@@ -93,7 +93,7 @@ class UncertaintySet:
         return bool(np.all(np.abs(self.weight.response(self.frequency) * complementary) < 1))
 
     def to_control(self) -> tuple["control.StateSpace", float, "control.TransferFunction"]:
-        """Give nominal model without delay, its delay in s, and the weight."""
+        """Nominal model without delay, its delay in s, and the weight."""
         return self.nominal.to_state_space(), self.nominal.delay, self.weight.to_control()
 
 
@@ -110,10 +110,10 @@ def uncertainty_set(nominal: RationalModel, members: Sequence[Member]) -> Uncert
         return NoSet("the nominal model is not stable")
     if not members:
         return NoSet("no measured response")
-    known = [member.response.frequency[member.response.believed] for member in members]
+    known = [member.response.frequency[member.response.reliable] for member in members]
     for member, frequency in zip(members, known, strict=True):
         if frequency.size < FEWEST:
-            return NoSet(f"{member.name}: {frequency.size} lines are believed, {FEWEST} are needed")
+            return NoSet(f"{member.name}: {frequency.size} lines are reliable, {FEWEST} are needed")
     low, high = min(f[0] for f in known), max(f[-1] for f in known)
     frequency = np.geomspace(low, high, POINTS)
     bound = np.nanmax([_distance(nominal, m.response, frequency) for m in members], axis=0)
@@ -172,7 +172,7 @@ def _distance(
     nominal: RationalModel, response: FrequencyResponse, frequency: FloatArray
 ) -> FloatArray:
     """|G - G_0| / |G_0| with the 95 % band; the greater of the lines beside each frequency."""
-    lines = response.believed
+    lines = response.reliable
     f, at = response.frequency[lines], nominal.response(response.frequency[lines])
     far = np.abs(response.value[lines] - at) + response.gain_band[lines]
     relative = far / np.abs(at)
@@ -182,7 +182,7 @@ def _distance(
 
 
 def _on(frequency: FloatArray, response: FrequencyResponse) -> ComplexArray:
-    lines = response.believed
+    lines = response.reliable
     f, value = response.frequency[lines], response.value[lines]
     inside = (frequency >= f[0]) & (frequency <= f[-1])
     return np.where(inside, np.interp(frequency, f, value), np.nan + 0j)

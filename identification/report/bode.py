@@ -8,7 +8,7 @@ from matplotlib.ticker import MultipleLocator
 from slipbench.identification.report import drawing as d
 from slipbench.identification.report.words import decibel, gain_unit, name
 from slipbench.identification.response.resonance import NoResonance, Resonance
-from slipbench.identification.response.response import BELIEVED, FrequencyResponse
+from slipbench.identification.response.response import RELIABLE_COHERENCE, FrequencyResponse
 from slipbench.protocol.recording.channel import FloatArray
 
 
@@ -48,7 +48,7 @@ def _phase(axes: Axes, of: FrequencyResponse, colour: str) -> None:
 
 
 def _credible(of: FrequencyResponse, value: FloatArray) -> FloatArray:
-    return np.where(of.believed, value, np.nan)
+    return np.where(of.reliable, value, np.nan)
 
 
 def _mark(axes: Axes, peak: Resonance, factor: float) -> None:
@@ -67,21 +67,21 @@ def _mark(axes: Axes, peak: Resonance, factor: float) -> None:
 
 
 def _format_axes(axes: list[Axes], found: list[FrequencyResponse], unit: str) -> None:
-    believed = [r.gain[r.believed] for r in found if r.believed.any()]
+    reliable = [r.gain[r.reliable] for r in found if r.reliable.any()]
     factor = gain_unit(found[0].input, found[0].output)[0]
     axes[0].set(xscale="log", yscale="log", ylabel=f"gain / ({unit})")
-    if believed:
-        low, high = min(g.min() for g in believed), max(g.max() for g in believed)
+    if reliable:
+        low, high = min(g.min() for g in reliable), max(g.max() for g in reliable)
         room = max(1.6, 2.5 * np.sqrt(low / high))
         axes[0].set_ylim(low * factor / room, high * factor * room)
     d.legend(axes[0], 2)
     axes[1].set_ylabel("phase / °")
-    phases = [np.degrees(r.phase[r.believed]) for r in found if r.believed.any()]
+    phases = [np.degrees(r.phase[r.reliable]) for r in found if r.reliable.any()]
     if phases:
         low, high = min(p.min() for p in phases), max(p.max() for p in phases)
         axes[1].set_ylim(low - 25, high + 25)
         axes[1].yaxis.set_major_locator(MultipleLocator(45 if high - low < 360 else 90))
-    axes[2].axhline(BELIEVED, color=d.MUTED, lw=0.9, ls=(0, (4, 3)))
+    axes[2].axhline(RELIABLE_COHERENCE, color=d.MUTED, lw=0.9, ls=(0, (4, 3)))
     axes[2].set(ylabel="coherence", ylim=(0, 1.05), xlabel="frequency / Hz")
     d.plain_decades(axes[0], axes[2])
     axes[2].set_xlim(found[0].frequency[0], found[0].frequency[-1])

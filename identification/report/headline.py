@@ -9,10 +9,9 @@ from slipbench.identification.report.words import decibel, gain_unit, name
 from slipbench.identification.response.identify import Identification, slip_range
 from slipbench.identification.response.resonance import Resonance
 from slipbench.identification.response.response import (
-    BELIEVED,
     FrequencyResponse,
-    believed_band,
     least_coherence,
+    reliable_band,
 )
 from slipbench.identification.signals.motion import Motion
 from slipbench.identification.signals.trial_window import NoExcitation, TrialWindow, trip_in_words
@@ -64,9 +63,9 @@ def _response(main: FrequencyResponse, found: Identification) -> str:
 def coherence(main: FrequencyResponse) -> str:
     """Coherence between input and slip, and in which band."""
     low, high = main.frequency[0], main.frequency[-1]
-    band = believed_band(main)
+    band = reliable_band(main)
     if band is None:
-        return f"coherence is under {BELIEVED:g} from {low:.2g} to {high:.3g}\u00a0Hz"
+        return f"coherence is under {RELIABLE_COHERENCE:g} from {low:.2g} to {high:.3g}\u00a0Hz"
     least = np.floor(100 * least_coherence(main)) / 100
     said = f"coherence is at least {least:.2f} from {band[0]:.2g} to {band[1]:.3g}\u00a0Hz"
     whole = band[1] - band[0] > MOST * (high - low)

@@ -11,8 +11,8 @@ from slipbench.identification.response.identify import Identification, slip_rang
 from slipbench.identification.response.resonance import Resonance, low_frequency_delay
 from slipbench.identification.response.response import (
     FrequencyResponse,
-    believed_band,
     least_coherence,
+    reliable_band,
 )
 from slipbench.identification.signals.clocks import ClockFit, Unaligned
 from slipbench.identification.signals.motion import Motion
@@ -30,7 +30,7 @@ def key_figures(found: Identification, study: Study) -> dict[str, Any]:
         "trial": _trial(found),
         "slip": _slip(found),
         "resonance": _resonance(found),
-        "believed_band": found.main and believed_band(found.main),
+        "reliable_band": found.main and reliable_band(found.main),
         "coherence_min": found.main and _rounded(least_coherence(found.main)),
         "delays": delays(found),
         "clocks": {name: _clock(fit) for name, fit in found.data.clocks.items()},
@@ -56,7 +56,7 @@ def delays(found: Identification) -> dict[str, float]:
         speed = float(np.nanmean(driven)) if np.isfinite(driven).any() else 0.0
         if speed > 0:
             known["encoder"] = tooth_interval(speed, moved.axle.radius, moved.axle.teeth_per_turn)
-    if found.main is not None and np.count_nonzero(found.main.believed) >= 3:
+    if found.main is not None and np.count_nonzero(found.main.reliable) >= 3:
         known["input_to_slip"] = low_frequency_delay(found.main)
     return {key: _rounded(value) for key, value in known.items()}
 
@@ -64,9 +64,9 @@ def delays(found: Identification) -> dict[str, float]:
 def servo_bandwidth(found: Identification) -> float | None:
     """Bandwidth of the throttle servo (-3 dB), Hz; None where it lies outside the band."""
     servo = next((r for r in found.responses if r.output == "throttle_position"), None)
-    if servo is None or not servo.believed.any():
+    if servo is None or not servo.reliable.any():
         return None
-    gain, frequency = servo.gain[servo.believed], servo.frequency[servo.believed]
+    gain, frequency = servo.gain[servo.reliable], servo.frequency[servo.reliable]
     below = np.flatnonzero(gain < gain[: max(3, gain.size // 20)].mean() / np.sqrt(2))
     return float(frequency[below[0]]) if below.size else None
 

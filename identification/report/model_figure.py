@@ -7,7 +7,7 @@ from slipbench.identification.models.recommended import Recommended
 from slipbench.identification.report import drawing as d
 from slipbench.identification.report.words import gain_unit, name
 from slipbench.identification.response.describing_function import DescribingFunction
-from slipbench.identification.response.response import believed_band
+from slipbench.identification.response.response import reliable_band
 
 POINTS = 300
 KNOWN = 1.0  # largest ratio of 95 % half width to value; wider ones are faded
@@ -21,7 +21,7 @@ def model_figure(found: tuple[Recommended, ...]) -> Figure | None:
     factor, unit = gain_unit(found[0].response.input, found[0].response.output)
     for one, colour in zip(found, (d.BLUE, d.ORANGE, d.GREEN), strict=False):
         lines, fit = one.fit.lines, one.fit
-        low, high = believed_band(one.response) or (lines.frequency[0], lines.frequency[-1])
+        low, high = reliable_band(one.response) or (lines.frequency[0], lines.frequency[-1])
         f = np.geomspace(low, high, POINTS)
         value, band = fit.response(f), fit.band(f)
         gain = np.abs(value)

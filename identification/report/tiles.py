@@ -8,7 +8,7 @@ from slipbench.identification.report.key_figures import delays
 from slipbench.identification.report.words import decibel, gain_unit, milliseconds, name
 from slipbench.identification.response.identify import Identification, slip_range
 from slipbench.identification.response.resonance import Resonance
-from slipbench.identification.response.response import believed_band, least_coherence
+from slipbench.identification.response.response import least_coherence, reliable_band
 from slipbench.identification.signals.trial_window import TrialWindow
 from slipbench.protocol.codec.faults import Fault
 from slipbench.protocol.recording.recording import Recording
@@ -36,7 +36,7 @@ def tiles(found: Identification, study: Study) -> list[Tile]:
         made.append(Tile("Resonance", f"{peak.frequency:.2f} Hz", low))
         made.append(Tile("Peak", f"{decibel(peak.peak):+.1f} dB", "above the DC gain"))
     if main:
-        first, last = believed_band(main) or (main.frequency[0], main.frequency[-1])
+        first, last = reliable_band(main) or (main.frequency[0], main.frequency[-1])
         band = f"minimum from {first:.2g} to {last:.3g}\u00a0Hz"
         made.append(Tile("Coherence", f"{least_coherence(main):.3f}", band))
     if span:

@@ -1,1 +1,1 @@
-"""Nonparametric answers: spectra, frequency responses, harmonics."""
+"""Nonparametric estimates: spectra, frequency responses, harmonics."""

@@ -1,4 +1,4 @@
-"""Best linear approximation under random-phase odd multisines, noise and distortion told apart.
+"""Best linear approximation under random-phase odd multisines, noise and distortion separated.
 
 A nonlinear system answers a random-phase multisine like a linear one, plus distortion that looks
 like noise but repeats with every period and changes with every realisation of the phases:
@@ -9,7 +9,7 @@ What differs between periods is noise; what differs between realisations is nois
 (the robust method). Where only odd lines are excited and some of those are left free, even lines
 show even distortion and free odd ones odd distortion (the fast method, one realisation is enough).
 Between the lines of a record of P whole periods there is only noise and the transient of its ends;
-the transient is smooth and taken off with a local parabola, and what is left is the noise
+the transient is smooth and taken off with a local parabola, and the residual is the noise
 (Pintelon and Schoukens, System Identification: A Frequency Domain Approach, 2nd ed., chapters 4
 and 7).
 
@@ -205,7 +205,7 @@ def _unexplained(
 
 
 def _level(rest: ComplexArray, noise: FloatArray, free: BoolArray, period: float) -> Level:
-    """Root mean square of what is left at free lines, over realisations that leave them free."""
+    """Root mean square of the residual at free lines, over realisations that leave them free."""
     lines = np.flatnonzero(free.any(axis=0))
     power, by_noise = (
         np.sum(np.where(free, x, 0.0), axis=0)[lines] / free.sum(axis=0)[lines]

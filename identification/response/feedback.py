@@ -1,10 +1,10 @@
-"""Whether the input follows the output: a closed loop, in which no response can be told.
+"""Whether the input follows the output: a closed loop, in which no response can be identified.
 
 Beside its excitation, an input holds what else moved it. In an open loop the noise of the output
 knows nothing of that; in a closed one it is what caused it, and G = Y / U tends to -1 / C where the
-noise rules (Ljung, System Identification, 2nd ed., section 13.4). So what is left of the input
-without its excitation is compared with what is left of the output without its answer to the input:
-the greatest correlation over lags, against that of the same two shifted by long, random times.
+noise rules (Ljung, System Identification, 2nd ed., section 13.4). So the input
+without its excitation is compared with the output without its response to the input: the greatest
+correlation over lags, against that of the same two shifted by long, random times.
 """
 
 from dataclasses import dataclass
@@ -16,7 +16,7 @@ from slipbench.identification.response.response import FrequencyResponse
 from slipbench.identification.response.swept_run import SweptRun, swept_run
 from slipbench.protocol.recording.channel import FloatArray
 
-LONGEST = 0.5  # s, within which a rider or a controller answers
+LONGEST = 0.5  # s, within which a rider or a controller responds
 SHARE = 0.01  # of the input's power; less than this cannot bend a response by a percent
 SHIFTS, SEED = 200, 1
 BEYOND = 1.5  # times the greatest of the shifted correlations
@@ -40,8 +40,8 @@ class Feedback:
         return (
             f"the input follows the output: {100 * self.share:.0f} % of its power is not the "
             f"excitation and correlates with the output's noise ({self.correlation:.2f} at a lag "
-            f"of {1e3 * self.lag:.0f} ms). In a closed loop the response cannot be told; open it, "
-            "or identify from the loop's reference"
+            f"of {1e3 * self.lag:.0f} ms). In a closed loop the response cannot be identified; "
+            "open it, or identify from the loop's reference"
         )
 
 
@@ -70,7 +70,7 @@ def feedback(
 
 
 def _unexplained(run: SweptRun, response: FrequencyResponse) -> FloatArray:
-    """What the output keeps without its answer to the input inside the band, (n,)."""
+    """What the output keeps without its response to the input inside the band, (n,)."""
     f = np.fft.rfftfreq(run.y.size, 1 / run.rate)
     inside = (f >= response.frequency[0]) & (f <= response.frequency[-1])
     value = np.interp(f, response.frequency, response.value.real) + 1j * np.interp(

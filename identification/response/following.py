@@ -1,7 +1,7 @@
 """How well the slip followed its target in a trial under slip control.
 
 In a closed loop no response of the motorcycle can be told, but the loop itself can be judged: by
-its steps, by how far up it follows a sweep, and by what is left between slip and target.
+its steps, by how far up it follows a sweep, and by the residual between slip and target.
 """
 
 import math
@@ -38,7 +38,7 @@ class StepMeasures:
 
 @dataclass(frozen=True, eq=False)
 class Following:
-    """target: slip asked for, slip: as measured, both over the excitation, (n,); error: root mean
+    """target: requested slip, slip: as measured, both over the excitation, (n,); error: root mean
     square of their difference; steps: None where the target did not step; bandwidth: Hz to which
     the slip followed a sweep (-3 dB), NaN where the target was no sweep."""
 
@@ -135,7 +135,7 @@ def tracking_bandwidth(
 
 
 def first_fall(frequency: FloatArray, size: FloatArray) -> float:
-    """Return where a gain first falls through -3 dB, Hz; NaN where it does not."""
+    """Where a gain first falls through -3 dB, Hz; NaN where it does not."""
     below = np.flatnonzero(size < HALF)
     if not below.size or below[0] == 0:
         return math.nan
@@ -143,6 +143,6 @@ def first_fall(frequency: FloatArray, size: FloatArray) -> float:
 
 
 def between(frequency: FloatArray, size: FloatArray, k: int) -> float:
-    """Return where a gain goes through -3 dB between its values k and k + 1, Hz."""
+    """Where a gain goes through -3 dB between its values k and k + 1, Hz."""
     share = (HALF - size[k]) / (size[k + 1] - size[k])
     return float(frequency[k] + share * (frequency[k + 1] - frequency[k]))

@@ -31,6 +31,6 @@ def identified(recording: Recording) -> Identification:
             where=str(recording.folder),
             expected="a phase EXCITING in trial_phase",
             found=found.window.reason,
-            remedy="mend the cause of the trip and repeat the trial",
+            remedy="fix the cause of the trip and repeat the trial",
         )
     return found

@@ -1,4 +1,4 @@
-"""From a recording to what it tells: the one function that joins the analyses."""
+"""Identification of a recording: all analyses, joined in one function."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -127,7 +127,7 @@ def _responses(
 
 
 def slip_range(found: Identification) -> tuple[float, float] | None:
-    """Give the 0.5 and 99.5 percentiles of slip, in the trial where there was one, else overall."""
+    """The 0.5 and 99.5 percentiles of slip, in the trial where there was one, else overall."""
     if isinstance(found.motion, NoMotion) or found.motion.slip.kind != "slip":
         return None
     window = found.window

@@ -70,7 +70,7 @@ class KnownPath:
     doubt: float = 0.0
 
     def response(self, frequency: FloatArray) -> ComplexArray:
-        """Give the complex response at frequencies in Hz, (n,)."""
+        """The complex response at frequencies in Hz, (n,)."""
         s = 2j * np.pi * frequency
         value = np.exp(-s * self.delay)
         for lead in self.leads:
@@ -81,7 +81,7 @@ class KnownPath:
 
 
 def without(lines: Lines, path: KnownPath) -> Lines:
-    """Take a known path off a response; what is left is to be fitted."""
+    """Take a known path off a response; the residual is to be fitted."""
     known = path.response(lines.frequency)
     return replace(lines, value=lines.value / known, deviation=lines.deviation / np.abs(known))
 
@@ -96,7 +96,7 @@ class NoRational:
 def independent_lines(
     response: FrequencyResponse, low: float = 0.0, high: float = float("inf")
 ) -> Lines | NoRational:
-    """Take the believed lines between low and high (Hz) that share no noise.
+    """Take the reliable lines between low and high (Hz) that share no noise.
 
     The first and last stride are left out where windows overlap: there they are cut off.
     """
@@ -104,11 +104,11 @@ def independent_lines(
     ends = stride if stride > 1 else 0
     chosen = np.arange(ends, n - ends, stride)
     f = response.frequency[chosen]
-    chosen = chosen[response.believed[chosen] & (f >= low) & (f <= high)]
+    chosen = chosen[response.reliable[chosen] & (f >= low) & (f <= high)]
     if chosen.size < FEWEST:
         return NoRational(
             f"{chosen.size} independent lines of the response from {response.input} to "
-            f"{response.output} are believed, at least {FEWEST} are needed"
+            f"{response.output} are reliable, at least {FEWEST} are needed"
         )
     return Lines(
         response.input,

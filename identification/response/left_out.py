@@ -1,4 +1,4 @@
-"""What a recording does not carry is said: which analysis, why, and which roles it lacks."""
+"""Analyses that a recording does not support: which, why, and the roles that are missing."""
 
 from dataclasses import dataclass
 
@@ -15,7 +15,7 @@ Tried = tuple[FrequencyResponse | NoResponse, ...]
 
 @dataclass(frozen=True)
 class LeftOut:
-    """An analysis that this recording does not carry, why, and the roles that it lacks."""
+    """An analysis that this recording does not support, why, and the roles that it lacks."""
 
     analysis: str
     reason: str
@@ -62,7 +62,7 @@ def _without_response(
     if isinstance(window, NoExcitation):
         return [LeftOut(name, window.reason, (*window.roles, *roles))]
     if isinstance(moved, NoMotion):
-        return [LeftOut(name, "there is no slip to answer", (*moved.roles, *roles))]
+        return [LeftOut(name, "no slip was measured", (*moved.roles, *roles))]
     return []
 
 

@@ -25,7 +25,7 @@ def periodic_response(
     """Estimate the response of y to u at harmonics of 1 / period.
 
     u, y: (n,), from the start of the excitation to its end, without unknown samples; rate: Hz;
-    period: s; harmonics: whole numbers. The first period is left out: there the answer settles.
+    period: s; harmonics: whole numbers. The first period is left out: there the response settles.
     Raises ValueError where there are fewer than three periods.
     """
     count = int(np.floor(u.size / (rate * period) + 1e-6))
@@ -65,7 +65,7 @@ def _lines(
 def _drift(parts: FloatArray) -> FloatArray:
     """Drift over one period, the same for all: from the means of whole periods.
 
-    A straight line through each period would take a part of the answer with it.
+    A straight line through each period would take a part of the response with it.
     """
     means = parts.mean(axis=1)
     slope = np.polyfit(np.arange(means.size), means, 1)[0] if means.size > 1 else 0.0

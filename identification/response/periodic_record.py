@@ -85,7 +85,7 @@ def _harmonics(y: ComplexArray, periods: int) -> tuple[ComplexArray, FloatArray]
 def periodic_record_of(
     found: Identification, given: str | None = None, taken: str = "slip"
 ) -> PeriodicRecord | NoSweep:
-    """Cut the multisine out of a recording whose trial file tells its period."""
+    """Cut the multisine out of a recording whose trial file gives its period."""
     trial = found.recording.trial
     if trial is None or not isinstance(trial.excitation, Multisine):
         return NoSweep("the recording has no trial file with a multisine")

@@ -60,7 +60,7 @@ def with_quiet_reference(
         value=np.where(better, alone.value - felt * value, of.value),
         deviation=np.where(better, quiet, of.deviation),
         coherence=np.where(better, of.coherence / (of.coherence + noise), of.coherence),
-        method=f"{of.method}, the reference's noise taken off",
+        method=f"{of.method}, corrected for reference-sensor noise",
     )
 
 

@@ -1,7 +1,7 @@
 """Frequency response from runs that repeat one excitation, each begun at rest.
 
 What differs between the runs is noise, and its deviation follows from their scatter. A run that is
-cut off while its answer still rings leaks; so each is continued by the free decay that a model
+cut off while its response still rings leaks; so each is continued by the free decay that a model
 gives, and then the quotient of the spectra is the response (Pintelon and Schoukens, System
 Identification: A Frequency Domain Approach, 2nd ed., section 2.5).
 """
@@ -18,7 +18,7 @@ ALIKE = 0.01  # of its swing, by which the input may differ from run to run
 
 
 def repeats(u: FloatArray) -> bool:
-    """Tell whether every run has the same input. u: (runs, n)."""
+    """Whether every run has the same input. u: shape (runs, n)."""
     return len(u) >= FEWEST and bool(np.max(np.ptp(u, axis=0)) <= ALIKE * np.ptp(u))
 
 

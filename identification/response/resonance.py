@@ -29,7 +29,7 @@ class NoResonance:
 
 def resonance(response: FrequencyResponse) -> Resonance | NoResonance:
     """Find the highest gain inside the band and check that it stands out of the error bands."""
-    lines = response.believed
+    lines = response.reliable
     if np.count_nonzero(lines) < 5:
         return NoResonance("too few lines have enough coherence")
     frequency, gain = response.frequency[lines], response.gain[lines]
@@ -39,9 +39,9 @@ def resonance(response: FrequencyResponse) -> Resonance | NoResonance:
     top = int(np.argmax(gain))
     if top in (0, frequency.size - 1):
         where = "lower" if top == 0 else "upper"
-        return NoResonance(f"the gain is highest at the {where} end of the believed band")
+        return NoResonance(f"the gain is highest at the {where} end of the reliable band")
     if gain[top:].min() > FALLS_TO * gain[top]:
-        return NoResonance("the gain does not fall again inside the believed band")
+        return NoResonance("the gain does not fall again inside the reliable band")
     if gain[top] - band[top] <= low_gain + float(np.median(band[low])):
         return NoResonance("the highest gain does not stand out of the confidence band")
     at, height = _summit(frequency, np.log(gain), top)
@@ -49,12 +49,12 @@ def resonance(response: FrequencyResponse) -> Resonance | NoResonance:
 
 
 def low_frequency_delay(response: FrequencyResponse) -> float:
-    """Delay that the phase slope shows over the lower half of the believed band, s.
+    """Delay that the phase slope shows over the lower half of the reliable band, s.
 
-    All that makes the answer late is in it: bus, servo, intake, driveline. Raises ValueError where
-    fewer than three lines are believed.
+    It includes bus, servo, intake and driveline. Raises ValueError where fewer than three lines
+    are reliable.
     """
-    lines = response.believed
+    lines = response.reliable
     frequency, phase = response.frequency[lines], response.phase[lines]
     if frequency.size < 3:
         raise ValueError("fewer than three lines have enough coherence")

@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     import control
 
 ComplexArray = npt.NDArray[np.complex128]
-BELIEVED = 0.8  # coherence from which a line is believed
-WIDEST_BAND = 0.5  # of the gain; a line that is less certain is not believed
+RELIABLE_COHERENCE = 0.8  # coherence from which a line is reliable
+WIDEST_BAND = 0.5  # of the gain; a line that is less certain is not reliable
 
 
 @dataclass(frozen=True)
@@ -47,13 +47,13 @@ class FrequencyResponse:
 
     @property
     def gain(self) -> FloatArray:
-        """Amplitude of the output per amplitude of the input."""
+        """Gain, shape (n,), in `unit`."""
         return np.asarray(np.hypot(self.value.real, self.value.imag))
 
     @property
     def phase(self) -> FloatArray:
-        """Phase in rad, unwrapped over the believed lines."""
-        return unwrapped(self.value, self.believed)
+        """Phase in rad, unwrapped over the reliable lines."""
+        return unwrapped(self.value, self.reliable)
 
     @property
     def gain_band(self) -> FloatArray:
@@ -67,16 +67,16 @@ class FrequencyResponse:
         return np.where(ratio < 1, np.arcsin(np.minimum(ratio, 1)), np.pi)
 
     @property
-    def believed(self) -> BoolArray:
-        """Lines with enough coherence and a band that is narrow beside the gain."""
+    def reliable(self) -> BoolArray:
+        """Reliable lines, shape (n,): enough coherence, a 95 % interval below half the gain."""
         narrow = self.gain_band <= WIDEST_BAND * self.gain
-        return np.asarray((self.coherence >= BELIEVED) & narrow)
+        return np.asarray((self.coherence >= RELIABLE_COHERENCE) & narrow)
 
     def to_control(self) -> "control.FrequencyResponseData":
-        """Give the believed lines as a python-control object; frequencies become rad/s."""
+        """The reliable lines as a python-control object; frequencies become rad/s."""
         import control
 
-        lines = self.believed
+        lines = self.reliable
         return control.FrequencyResponseData(
             self.value[lines],
             2 * np.pi * self.frequency[lines],
@@ -104,7 +104,7 @@ class FrequencyResponse:
                 "phase": self.phase,
                 "phase_half_width": self.phase_band,
                 "coherence": self.coherence,
-                "reliable": self.believed,
+                "reliable": self.reliable,
             },
             index=pandas.Index(self.frequency, name="frequency"),
         )
@@ -147,9 +147,9 @@ def _unit_of(role: str) -> str:
     return ROLES[role].unit if role in ROLES else "1"
 
 
-def believed_band(response: FrequencyResponse) -> tuple[float, float] | None:
-    """Widest band without a line of too little coherence, Hz; None where no line is believed."""
-    edges = np.flatnonzero(np.diff(np.concatenate(([0], response.believed.astype(int), [0]))))
+def reliable_band(response: FrequencyResponse) -> tuple[float, float] | None:
+    """Widest band without a line of too little coherence, Hz; None where no line is reliable."""
+    edges = np.flatnonzero(np.diff(np.concatenate(([0], response.reliable.astype(int), [0]))))
     if not edges.size:
         return None
     starts, ends = edges[::2], edges[1::2] - 1
@@ -159,8 +159,8 @@ def believed_band(response: FrequencyResponse) -> tuple[float, float] | None:
 
 
 def least_coherence(response: FrequencyResponse) -> float:
-    """Least coherence inside the believed band; over all lines where there is none."""
-    band = believed_band(response) or (0.0, np.inf)
+    """Least coherence inside the reliable band; over all lines where there is none."""
+    band = reliable_band(response) or (0.0, np.inf)
     inside = (response.frequency >= band[0]) & (response.frequency <= band[1])
     return float(response.coherence[inside].min())
 

@@ -26,7 +26,7 @@ INPUTS = {
     "throttle": ("throttle_command", "throttle_position"),
     "spark": ("spark_command", "spark_advance"),
 }
-CONTROLLED = "the trial ran under slip control: in a closed loop the response cannot be told"
+CONTROLLED = "the trial ran under slip control: in a closed loop the response cannot be identified"
 STILL = 1e-6  # an input that moves less than this did not excite
 
 

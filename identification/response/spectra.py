@@ -1,4 +1,4 @@
-"""Spectra of the rear wheel, the engine and the suspension over one stretch of a recording."""
+"""Spectra of the rear wheel, the engine and the suspension over one segment of a recording."""
 
 import numpy as np
 
@@ -15,7 +15,7 @@ SOURCES = {"engine_speed": "rad/s", "rear_suspension_travel": "m"}
 def spectra(
     data: Aligned, base: Dataset, moved: Motion | NoMotion, window: TrialWindow | NoExcitation
 ) -> tuple[Spectrum, ...]:
-    """Spectra of the excited stretch, else of the steadiest one, each as far as it was sampled."""
+    """Spectra of the excited segment, else of the steadiest one, each as far as it was sampled."""
     speed = moved.raw if isinstance(moved, Motion) else base.get("engine_speed")
     if speed is None:
         return ()

@@ -37,7 +37,10 @@ def swept_run_of(
 def signals_of(
     found: Identification, given: str | None = None, taken: str = "slip"
 ) -> tuple[tuple[FloatArray, ...], tuple[str, ...]] | NoSweep:
-    """Input, output and excited command during the excitation, and their roles."""
+    """Input, output and excited command during the excitation, shape (n,) each in SI, and their roles.
+
+    given, taken: roles of input and output; by default the excited command and slip.
+    """
     if isinstance(found.window, NoExcitation):
         return NoSweep(found.window.reason)
     actuator = excited_actuator(found.recording.trial, found.base, found.window)
@@ -53,7 +56,7 @@ def signals_of(
 
 
 def _part(found: Identification, name: str) -> FloatArray | NoSweep:
-    """Give a signal during the excitation, or why it cannot be had."""
+    """A signal during the excitation, or why it cannot be had."""
     assert not isinstance(found.window, NoExcitation)
     if name == "slip":
         if isinstance(found.motion, NoMotion):

@@ -24,11 +24,11 @@ class Aligned:
     absent: Mapping[str, str]
 
     def has(self, role: str) -> bool:
-        """Tell whether a role has samples that can be used."""
+        """Whether a role has samples that can be used."""
         return role in self.time
 
     def samples(self, role: str) -> Samples:
-        """Give the samples of a role, times on the bus clock."""
+        """The samples of a role, times on the bus clock."""
         channel = self.recording.channels[role]
         return sampled(self.time[role], channel.value, channel.origin)
 

@@ -44,7 +44,7 @@ class ClockFit:
         return 1.0 / self.rate - 1.0
 
     def to_bus(self, device: FloatArray) -> FloatArray:
-        """Turn device times into bus times."""
+        """Bus times (s) of device times (s), shape (n,)."""
         return self.offset + self.rate * device
 
 

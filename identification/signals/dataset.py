@@ -32,7 +32,7 @@ class Dataset:
     signals: Mapping[str, FloatArray]
 
     def get(self, role: str) -> FloatArray | None:
-        """Give a signal, or None where the recording has none."""
+        """Signal of a role in SI, shape (n,); None where the recording has none."""
         return self.signals.get(role)
 
 

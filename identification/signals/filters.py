@@ -15,7 +15,10 @@ from slipbench.protocol.recording.channel import FloatArray
 
 
 def low_pass(value: FloatArray, rate: float, cutoff: float) -> FloatArray:
-    """Fourth-order Butterworth run forwards and backwards: no phase, unknown samples stay NaN."""
+    """Low-pass filtered signal without phase, shape (n,): Butterworth, fourth order, both directions.
+
+    rate, cutoff: Hz. Unknown samples stay NaN.
+    """
     known = np.isfinite(value)
     if cutoff >= 0.45 * rate or np.count_nonzero(known) < 16:
         return value
@@ -49,7 +52,10 @@ def rolling_line(
 def notch(
     value: FloatArray, frequency: FloatArray, rate: float, order: int = 1, width: float = WIDTH
 ) -> FloatArray:
-    """Take the line of one wheel order off; everything else stays, unknown samples stay NaN."""
+    """Signal without the line of one wheel order, shape (n,); unknown samples stay NaN.
+
+    frequency: of the wheel, Hz, shape (n,); rate, width: Hz.
+    """
     line = rolling_line(value, frequency, rate, order, width)
     return np.where(np.isfinite(value), value - line, np.nan)
 
@@ -62,7 +68,7 @@ def line_reduction(before: FloatArray, after: FloatArray, angle: FloatArray) -> 
 
 
 def bridged(value: FloatArray) -> FloatArray:
-    """Fill unknown samples by straight lines, for a filter's or a transform's sake only."""
+    """Signal with unknown samples interpolated linearly, shape (n,), for filters and transforms."""
     known = np.isfinite(value)
     if known.all() or not known.any():
         return np.nan_to_num(value) if not known.any() else value

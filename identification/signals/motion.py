@@ -113,7 +113,7 @@ def _without_line(move: Motion, data: Aligned, base: Dataset) -> Motion:
 def notched(
     value: FloatArray, frequency: FloatArray, rate: float, orders: tuple[int, ...]
 ) -> FloatArray:
-    """Take several wheel orders off, one after the other."""
+    """Signal without several wheel orders, shape (n,). frequency: of the wheel, Hz, shape (n,)."""
     for order in orders:
         value = notch(value, frequency, rate, order)
     return value

@@ -27,7 +27,7 @@ class Samples:
     origin: str = ""
 
     def scaled(self, factor: float) -> "Samples":
-        """Give the same samples in another unit."""
+        """The same samples in another unit."""
         return Samples(self.time, self.value * factor, self.gap, self.origin)
 
 

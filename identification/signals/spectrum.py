@@ -16,13 +16,13 @@ LOWEST = 0.3  # Hz; slower is drift
 
 @dataclass(frozen=True)
 class Spectrum:
-    """Amplitude spectrum of a stretch.
+    """Amplitude spectrum of a segment.
 
     frequency  (n,) Hz
     amplitude  (n,) amplitude of a sine that would give this height, unit of the signal
-    orders     (k,) Hz, mean frequency of the wheel's orders 1, 2, .. k in the stretch
-    width      Hz by which the first order moved in the stretch
-    start      s, where the stretch begins; it lasts `length` s
+    orders     (k,) Hz, mean frequency of the wheel's orders 1, 2, .. k in the segment
+    width      Hz by which the first order moved in the segment
+    start      s, where the segment begins; it lasts `length` s
     """
 
     role: str
@@ -44,7 +44,7 @@ def spectrum(
     wheel: FloatArray | None,
     reach: float = np.inf,
 ) -> Spectrum | None:
-    """Welch spectrum of one signal over `stretch`; None where too much of it is unknown.
+    """Welch spectrum of one signal over `segment`; None where too much of it is unknown.
 
     value: (n,) in `unit`; rate: Hz; wheel: (n,) Hz; reach: Hz, nothing above it is given.
     """
@@ -73,7 +73,7 @@ def spectrum(
 
 
 def steadiest(speed: FloatArray, rate: float, length: float = STRETCH) -> slice | None:
-    """Find the stretch in which a speed changes least while the vehicle moves. speed: m/s."""
+    """Find the segment in which a speed changes least while the vehicle moves. speed: m/s."""
     wanted = min(round(length * rate), speed.size)
     known = np.flatnonzero(np.isfinite(speed))
     if known.size < wanted // 2 or wanted < 64:

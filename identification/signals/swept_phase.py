@@ -40,12 +40,12 @@ class NoSweep:
 
 
 def linear(x: FloatArray, start: float, stop: float) -> tuple[FloatArray, FloatArray]:
-    """Cycles per unit duration, and frequency, at share x of a linear sweep."""
+    """Cycles per unit duration (Hz) and frequency (Hz) at share x of a linear sweep, shape (n,)."""
     return start * x + (stop - start) * x**2 / 2, start + (stop - start) * x
 
 
 def logarithmic(x: FloatArray, start: float, stop: float) -> tuple[FloatArray, FloatArray]:
-    """Cycles per unit duration, and frequency, at share x of a logarithmic sweep."""
+    """Cycles per unit duration (Hz) and frequency (Hz) at share x of a logarithmic sweep, shape (n,)."""
     growth = np.log(stop / start)
     frequency: FloatArray = start * np.exp(growth * x)
     if abs(growth) < 1e-9:

@@ -99,15 +99,19 @@ def tooth_interval(
 
 
 def delay(speed: FloatArray, radius: float, teeth_per_turn: int) -> FloatArray:
-    """Mean age of the speed that an encoder shows: half an interval measured, half held. s."""
+    """Mean delay of an encoder's speed in s, shape (n,): half an interval measured, half held.
+
+    speed: peripheral, m/s, shape (n,); radius: m.
+    """
     return tooth_interval(speed, radius, teeth_per_turn)
 
 
 def error_bound(
     speed: FloatArray, radius: float, teeth_per_turn: int, timer: float = TIMER
 ) -> FloatArray:
-    """Largest relative error of a speed from two times that are each known to `timer`.
+    """Bound on the relative error of a speed from two tooth times, dimensionless, shape (n,).
 
+    speed: peripheral, m/s, shape (n,); radius: m; timer: resolution of the times, s.
     Both ends may be off by half a step: abs(dw / w) <= dt / (TT - dt), about dt / TT.
     """
     interval = tooth_interval(speed, radius, teeth_per_turn)

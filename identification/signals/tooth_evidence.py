@@ -48,7 +48,10 @@ class Evidence:
 def evidence(
     time: FloatArray, count: FloatArray, teeth: int, answers: Sequence[Answers] = ()
 ) -> Evidence:
-    """Take the slow part off, and leave out what is near lost teeth or a standstill."""
+    """Fast part of the log speed at each tooth, without samples near lost teeth or a standstill.
+
+    time: s, shape (n,); count: running count of teeth, shape (n,); teeth: per revolution.
+    """
     interval, step = np.diff(time), np.diff(count)
     good = (step == 1) & (interval > 0) & (interval < STANDING_AFTER)
     speed = -np.log(np.where(good, interval, 1.0))
@@ -68,14 +71,14 @@ def evidence(
 
 
 def filtered(value: FloatArray, kernel: FloatArray) -> FloatArray:
-    """Convolve, centred, as long as `value`; zero where the kernel does not fit."""
+    """Centred convolution without the mean, shape (n,); zero where the kernel does not fit."""
     if value.size < kernel.size:
         return np.zeros_like(value)
     return np.asarray(signal.fftconvolve(value - value.mean(), kernel, mode="same"))
 
 
 def _whole(good: npt.NDArray[np.bool_], size: int) -> npt.NDArray[np.bool_]:
-    """Tell where every interval under the kernel is known."""
+    """Where every interval under the kernel is known."""
     if good.size < size:
         return np.zeros(good.size, np.bool_)
     lost = np.concatenate(([0], np.cumsum(~good)))
@@ -106,7 +109,7 @@ def _lagged(
 
 
 def _spread(kept: IntArray, teeth: int) -> IntArray:
-    """Thin a long recording to whole stretches of 16 turns, evenly spread over it."""
+    """Thin a long recording to whole segments of 16 turns, evenly spread over it."""
     if kept.size <= MOST:
         return kept
     length = 16 * teeth

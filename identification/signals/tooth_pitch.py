@@ -36,7 +36,7 @@ LEAST_TURNS = 20
 MOST_DEVIATION = 2e-3  # of a pitch, standard error above which a correction would add noise
 ROUNDS = 5  # of reweighting; the estimates then move by less than a hundredth of their error
 OUTLIER = 3.0  # deviations from which a tooth interval loses weight (Huber)
-CROOKED = 0.1  # share of the answer to an input that is not believed to be linear
+CROOKED = 0.1  # share of the response to an input that is assumed to be nonlinear
 BATCHES = 24
 
 
@@ -86,7 +86,7 @@ def learn_pitch(
 ) -> ToothPitch | NoToothPitch:
     """Learn the gaps from tooth times. time: s, (n,); count: running, lost teeth as steps, (n,).
 
-    answers: what was done to the vehicle meanwhile, so that its answer is not taken for a tooth.
+    answers: what was done to the vehicle meanwhile, so that its response is not taken for a tooth.
     """
     if teeth < 2:
         return NoToothPitch(f"{teeth} tooth in a turn: there is nothing to compare")
@@ -116,7 +116,7 @@ def order_of_gaps(gaps: FloatArray, order: int) -> float:
 
 
 def _fitted(seen: Evidence, teeth: int) -> ToothPitch:
-    """Weighted least squares; the weights follow what is left, turn by turn."""
+    """Weighted least squares; the weights follow the residual, turn by turn."""
     weight = np.ones(seen.value.size)
     prior = _prior(seen)
     for _ in range(ROUNDS):
@@ -145,7 +145,7 @@ def _pitch(level: FloatArray, cov: FloatArray, seen: Evidence, weight: FloatArra
 
 
 def _normal(seen: Evidence, weight: FloatArray, teeth: int) -> tuple[FloatArray, FloatArray]:
-    """Weighted normal equations of N levels and the taps of the answer."""
+    """Weighted normal equations of N levels and the taps of the response."""
     size = teeth + seen.answer.shape[1]
     normal, moment = np.zeros((size, size)), np.zeros(size)
     normal[range(teeth), range(teeth)] = np.bincount(seen.tooth, weight, teeth)
@@ -160,7 +160,7 @@ def _normal(seen: Evidence, weight: FloatArray, teeth: int) -> tuple[FloatArray,
 
 
 def _prior(seen: Evidence) -> FloatArray:
-    """What is believed of the taps beforehand: each alone might explain all of the motion."""
+    """Prior of the taps: each alone might explain all of the motion."""
     share = np.var(seen.answer, axis=0)
     size = max(float(np.var(seen.value)), 1e-16)
     return np.diag(share / size)

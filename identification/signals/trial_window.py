@@ -17,8 +17,8 @@ class TrialWindow:
     """Where in the time base a trial excited.
 
     exciting  slice of the time base in which the phase was EXCITING
-    record    the same with up to 2 s before it and after it, so that the answer to what was
-              before and the answer that still fades are inside
+    record    the same with up to 2 s before it and after it, so that the response to what was
+              before and the response that still fades are inside
     trip      why it ended early; NONE where it did not
     trip_time s, when; NaN where it did not trip
     """
@@ -39,7 +39,7 @@ class NoExcitation:
 
 
 def trial_window(base: Dataset) -> TrialWindow | NoExcitation:
-    """Find the longest stretch of phase EXCITING."""
+    """Find the longest segment of phase EXCITING."""
     phase = base.get("trial_phase")
     if phase is None:
         return NoExcitation("no trial phase and so no excitation was recorded", ("trial_phase",))
@@ -57,7 +57,7 @@ def trial_window(base: Dataset) -> TrialWindow | NoExcitation:
 
 
 def tripped(base: Dataset) -> tuple[TripReason, float]:
-    """Tell whether, when (s) and why the trial tripped."""
+    """Time (s) and reason of the trip, if the trial tripped."""
     reason = base.get("trip_reason")
     if reason is None:
         return TripReason.NONE, float("nan")
@@ -107,7 +107,7 @@ def _longest(active: BoolArray) -> slice | None:
 
 
 def _with_margin(run: slice, base: Dataset, cut: bool) -> slice:
-    """Widen a stretch; not beyond a trip, after which anything may happen."""
+    """Widen a segment; not beyond a trip, after which anything may happen."""
     margin = round(MARGIN * base.rate)
     stop = run.stop if cut else min(run.stop + margin, base.time.size)
     return slice(max(run.start - margin, 0), stop)

@@ -13,7 +13,7 @@ FALLBACKS = (("throttle_command", "throttle_position"), ("spark_command", "spark
 
 
 def pitch_of(axle: AxleSpeed, data: Aligned, base: Dataset) -> ToothPitch | NoToothPitch:
-    """Learn the gaps between an axle's teeth; the answer to throttle and spark is kept apart."""
+    """Learn the gaps between an axle's teeth; the response to throttle and spark is kept apart."""
     if axle.teeth_per_turn is None:
         return NoToothPitch(f"the {axle.axle} wheel was not timed tooth by tooth")
     role = f"{axle.axle}_teeth"
@@ -30,7 +30,7 @@ def with_true_teeth(axle: AxleSpeed, pitch: ToothPitch, data: Aligned) -> AxleSp
     turning = speed_from_teeth(
         data.time[role], count, axle.teeth_per_turn, axle.parts[0].origin, pitch.gaps
     )
-    method = f"{axle.method}, gaps between teeth learnt from {pitch.turns:.0f} turns"
+    method = f"{axle.method}, tooth-pitch errors compensated, from {pitch.turns:.0f} turns"
     return replace(axle, parts=(turning.scaled(axle.radius),), method=method)
 
 

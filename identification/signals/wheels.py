@@ -40,7 +40,7 @@ class NoAxleSpeed:
 
 
 def axle_speed(data: Aligned, axle: str) -> AxleSpeed | NoAxleSpeed:
-    """Give the speed of "rear" or "front", from the finest source that the recording has."""
+    """The speed of "rear" or "front", from the finest source that the recording has."""
     refusals: list[str] = []
     for source in (_from_teeth, _from_speed, _from_left_and_right, _from_counter):
         found = source(data, axle)

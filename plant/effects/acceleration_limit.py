@@ -1,4 +1,4 @@
-"""Acceleration limit: the servo's current is limited, and with it the push on the plate.
+"""Acceleration limit: the servo's current is limited, and with it the torque on the plate.
 
 The power stage protects itself and the motor by a greatest current. Torque follows current, so
 that however large the error, the plate cannot gain speed faster than that.
@@ -36,7 +36,7 @@ from slipbench.plant.parameters import parameter
 
 
 def limit_acceleration(servo_acceleration: float, limit: float) -> float:
-    """Return the acceleration of the plate [1/s^2], no more than the limit."""
+    """The acceleration of the plate [1/s^2], no more than the limit."""
     return min(max(servo_acceleration, -limit), limit)
 
 

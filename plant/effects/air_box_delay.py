@@ -37,7 +37,7 @@ from slipbench.plant.parameters import parameter
 
 
 def longer(air_delay: float, delay: float) -> float:
-    """Return the whole delay of the air path [s]."""
+    """Total delay of the air path [s]."""
     return air_delay + delay
 
 

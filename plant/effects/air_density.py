@@ -47,7 +47,7 @@ def thin(
     warming: float,
     warming_time: float,
 ) -> float:
-    """Return the full-load torque [N m] in this air."""
+    """The full-load torque [N m] in this air."""
     drawn = air_temperature + warming * (1.0 - math.exp(-time / warming_time))
     return full_torque * (1.0 + pressure) * math.pow(298.15 / max(drawn, 150.0), exponent)
 

@@ -37,7 +37,7 @@ from slipbench.plant.parameters import parameter
 def slower_when_closing(
     filling_time: float, arriving: float, air: float, asymmetry: float
 ) -> float:
-    """Return the time constant [s] that holds at this moment."""
+    """The time constant [s] that holds at this moment."""
     return filling_time * (1.0 + asymmetry) if arriving < air else filling_time
 
 

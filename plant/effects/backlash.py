@@ -12,7 +12,7 @@ Equation
 
 Symbols
 -------
-    a   slack      whole gap, as an angle of the rear wheel     rad   4e-3 to 15e-3 (absent 0)
+    a   slack      total gap, as an angle of the rear wheel     rad   4e-3 to 15e-3 (absent 0)
     s   softness   share of the gap over which damping engages  1     0.2
 
 Trace
@@ -40,7 +40,7 @@ from slipbench.plant.parameters import parameter
 def dead_zone(
     spring_twist: float, spring_rate: float, slack: float, softness: float
 ) -> tuple[float, float]:
-    """Return twist beyond the gap [rad] and the rate that the damper feels [rad/s]."""
+    """Twist beyond the gap [rad] and the rate that the damper feels [rad/s]."""
     half = 0.5 * slack
     beyond = max(spring_twist - half, 0.0) + min(spring_twist + half, 0.0)
     if slack > 0.0:
@@ -59,6 +59,6 @@ class Backlash(Effect):
     hooks = (Hook("spring_motion", dead_zone),)
 
     slack: float = parameter(
-        8e-3, "rad", 0.0, 0.1, "whole gap at the rear wheel", absent=0.0, smallest=2e-3
+        8e-3, "rad", 0.0, 0.1, "total gap at the rear wheel", absent=0.0, smallest=2e-3
     )
     softness: float = parameter(0.2, "1", 0.02, 1.0, "share of the gap to engage the damper")

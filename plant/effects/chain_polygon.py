@@ -9,7 +9,7 @@ Equation
 
 Symbols
 -------
-    e      ripple   relative swing of the chain's speed   1     1e-3 to 5e-3 (absent 0)
+    e      ripple   relative amplitude of the chain's speed   1     1e-3 to 5e-3 (absent 0)
     z      teeth    of the sprocket                       1     40 to 45
     phase  phase    where the first tooth stands          rad   0
     psi             angle of the rear wheel               rad
@@ -47,7 +47,7 @@ def roll_over_corners(
     teeth: float,
     phase: float,
 ) -> tuple[float, float]:
-    """Return twist [rad] and rate [rad/s] that the driveline feels."""
+    """Twist [rad] and rate [rad/s] that the driveline feels."""
     angle = teeth * rear_angle + phase
     lead, rate = ripple / teeth * math.sin(angle), ripple * rear_speed * math.cos(angle)
     return spring_twist + lead, spring_rate + rate
@@ -65,7 +65,7 @@ class ChainPolygon(Effect):
     hooks = (Hook("spring_motion", roll_over_corners),)
 
     ripple: float = parameter(
-        3e-3, "1", 0.0, 0.05, "relative swing of the chain's speed", absent=0.0, smallest=1e-3
+        3e-3, "1", 0.0, 0.05, "relative amplitude of the chain's speed", absent=0.0, smallest=1e-3
     )
     teeth: float = parameter(42, "1", 8, 80, "of the sprocket", whole=True)
     phase: float = parameter(0.0, "rad", -math.pi, math.pi, "where the first tooth stands")

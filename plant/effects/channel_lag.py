@@ -1,4 +1,4 @@
-"""Channel lag: a channel is smoothed before it is told.
+"""Channel lag: a channel is low-pass filtered before it is sent.
 
 A device averages its readings so that a display does not flicker. What it tells trails what there
 is, with the corners rounded.
@@ -10,7 +10,7 @@ Equation
 Symbols
 -------
     tau   time_constant   of the smoothing     s   5e-3 to 60e-3 (absent 0)
-    s                     what is told
+    s                     sent value
           channel         which one
 
 Trace
@@ -42,7 +42,10 @@ from slipbench.plant.signals import Floats
 
 
 def trail(memory: Floats, time: Floats, value: Floats, time_constant: float) -> Floats:
-    """Return what is told; memory: time, value and told value of the sample before."""
+    """Lagged values, shape (n,). memory: time, value and output of the previous sample.
+
+    time: s, shape (n,); value: shape (n,); time_constant: s.
+    """
     told = np.empty(len(value))
     t, v, s = memory[0], memory[1], memory[2]
     for i in range(len(value)):
@@ -77,11 +80,11 @@ class ChannelLag(Effect):
 
     @classmethod
     def candidates(cls) -> tuple[Self, ...]:
-        """Return the effect at its typical size on every channel that may have it."""
+        """The effect at its typical size on every channel that may have it."""
         return tuple(cls(channel=channel) for channel in cls.shows_in)
 
     def tell(self, memory: Floats, time: Floats, value: Floats) -> tuple[Floats, Floats]:
-        """Return memory [time, value, told] and the smoothed values; at first nothing trails."""
+        """Memory [time, value, output] and lagged values, shape (n,); time in s. No lag at the start."""
         if self.time_constant <= 0.0:
             return memory, value
         before = memory if memory.size else np.array([time[0], value[0], value[0]])

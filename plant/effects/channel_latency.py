@@ -1,4 +1,4 @@
-"""Channel latency: what a channel tells is older than its time stamp.
+"""Channel latency: values of a channel are older than their time stamps.
 
 Between the moment of measuring and the stamp lie filters of fixed delay, a queue, a gateway from
 one bus to another. The whole channel is shifted, with its shape unchanged.
@@ -39,7 +39,7 @@ from slipbench.plant.signals import Floats
 
 @dataclass(frozen=True)
 class ChannelLatency(Effect):
-    """Age of what a channel tells."""
+    """Age of a channel's values."""
 
     name = "channel_latency"
     block = "channel"
@@ -63,11 +63,11 @@ class ChannelLatency(Effect):
 
     @classmethod
     def candidates(cls) -> tuple[Self, ...]:
-        """Return the effect at its typical size on every channel that may have it."""
+        """The effect at its typical size on every channel that may have it."""
         return tuple(cls(channel=channel) for channel in cls.shows_in)
 
     def tell(self, memory: Floats, time: Floats, value: Floats) -> tuple[Floats, Floats]:
-        """Return memory [rows of past times and values] and the values of a latency ago."""
+        """Memory (past times and values, shape (2, k)) and delayed values, shape (n,); time in s."""
         past = np.hstack([memory.reshape(2, -1), [time, value]])
         told = np.interp(time - self.latency, past[0], past[1]) if self.latency > 0.0 else value
         needed = np.searchsorted(past[0], time[-1] - self.latency, side="right") - 1

@@ -1,4 +1,4 @@
-"""Channel scale: a channel is told in another measure than its database says.
+"""Channel scale: a channel is sent in another scale than its database states.
 
 A factor copied wrongly, a sensor of another type, an axis that points backwards: the channel is
 right in shape and wrong by a factor.
@@ -51,9 +51,9 @@ class ChannelScale(Effect):
 
     @classmethod
     def candidates(cls) -> tuple[Self, ...]:
-        """Return the effect at its typical size on every channel that may have it."""
+        """The effect at its typical size on every channel that may have it."""
         return tuple(cls(channel=channel) for channel in cls.shows_in)
 
     def tell(self, memory: Floats, time: Floats, value: Floats) -> tuple[Floats, Floats]:
-        """Return the memory, unused, and the values by the wrong factor."""
+        """Memory, unused, and values times the wrong scale factor, shape (n,); time in s."""
         return memory, (1.0 + self.error) * value

@@ -49,9 +49,9 @@ class ClockOffset(Effect):
 
     @classmethod
     def candidates(cls) -> tuple[Self, ...]:
-        """Return the effect at its typical size on each clock of the default channels."""
+        """The effect at its typical size on each clock of the default channels."""
         return tuple(cls(clock=clock) for clock in ("optical", "encoder"))
 
     def clock_error(self, time: float) -> float:
-        """Return by how much the clock is ahead [s]."""
+        """Error of the clock in s, positive where it is ahead."""
         return self.offset

@@ -37,7 +37,7 @@ from slipbench.plant.parameters import parameter
 def pump(
     friction_torque: float, engine_speed: float, charge: float, pumping: float, opening: float
 ) -> float:
-    """Return the friction [N m] with the work of pumping."""
+    """The friction [N m] with the work of pumping."""
     vacuum = math.exp(-max(charge, 0.0) / opening)
     return friction_torque + pumping * 1e-3 * engine_speed * vacuum
 

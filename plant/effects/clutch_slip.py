@@ -35,7 +35,7 @@ from slipbench.plant.parameters import parameter
 
 
 def let_slip(clutch_capacity: float, clutch: float, gear_ratio: float, capacity: float) -> float:
-    """Return the greatest torque that the clutch passes, at the wheel [N m]."""
+    """The greatest torque that the clutch passes, at the wheel [N m]."""
     worn = capacity * gear_ratio * clutch if clutch > 0.0 else 0.0
     return min(clutch_capacity, worn)
 

@@ -40,7 +40,7 @@ from slipbench.plant.parameters import parameter
 def compress(
     engine_torque: float, crank_angle: float, swing: float, cylinders: float, phase: float
 ) -> float:
-    """Return the torque [N m] at this angle of the crank."""
+    """The torque [N m] at this angle of the crank."""
     return engine_torque + swing * math.sin(0.5 * cylinders * crank_angle + phase)
 
 

@@ -35,7 +35,7 @@ from slipbench.plant.parameters import parameter
 
 
 def wait_for_the_stroke(air_delay: float, engine_speed: float, turns: float) -> float:
-    """Return the whole delay of the air path [s]."""
+    """Total delay of the air path [s]."""
     return air_delay + turns * 2.0 * math.pi / max(engine_speed, 30.0)
 
 

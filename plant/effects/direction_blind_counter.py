@@ -1,4 +1,4 @@
-"""Direction-blind counter: pulses are counted, but nobody knows which way the shaft turned.
+"""Direction-blind counter: pulses are counted, but the direction of rotation is not measured.
 
 One pickup on one toothed disc gives the same pulses forwards and backwards. What is told is the
 size of the speed.
@@ -9,7 +9,7 @@ Equation
 
 Symbols
 -------
-    b   blindness   1 tells the size only   1   1 (absent 0)
+    b   blindness   1 sends the magnitude only   1   1 (absent 0)
         channel     which one
 
 Trace
@@ -38,7 +38,7 @@ from slipbench.plant.signals import Floats
 
 @dataclass(frozen=True)
 class DirectionBlindCounter(Effect):
-    """A speed told without its sign."""
+    """A speed measured without its sign."""
 
     name = "direction_blind_counter"
     block = "channel"
@@ -48,9 +48,9 @@ class DirectionBlindCounter(Effect):
 
     channel: str = word("engine_speed", "which one")
     blindness: float = parameter(
-        1.0, "1", 0.0, 1.0, "1 tells the size only", absent=0.0, smallest=0.5
+        1.0, "1", 0.0, 1.0, "1 sends the magnitude only", absent=0.0, smallest=0.5
     )
 
     def tell(self, memory: Floats, time: Floats, value: Floats) -> tuple[Floats, Floats]:
-        """Return the memory, unused, and the values without their sign."""
+        """Memory, unused, and values without their sign, shape (n,); time in s."""
         return memory, value + self.blindness * (np.abs(value) - value)

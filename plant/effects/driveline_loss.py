@@ -36,7 +36,7 @@ from slipbench.plant.parameters import parameter
 
 
 def lose(wheel_torque: float, rear_speed: float, loss: float) -> float:
-    """Return the torque that arrives at the wheel [N m]."""
+    """The torque that arrives at the wheel [N m]."""
     return wheel_torque - loss * abs(wheel_torque) * min(max(rear_speed, -1.0), 1.0)
 
 

@@ -5,12 +5,12 @@ the wheel turns evenly. Off-centre gives once per turn, a disc bent to a saddle 
 
 Equation
 --------
-    the told speed is w (1 + e sin(n psi + phase));   psi_j += (e / n) cos(n psi_j + phase)
+    the measured speed is w (1 + e sin(n psi + phase));   psi_j += (e / n) cos(n psi_j + phase)
 
 Symbols
 -------
-    e      run_out   relative swing of the speed     1     1e-3 to 3e-2 (absent 0)
-    n      order     swings in a turn                1     1
+    e      run_out   relative amplitude of the speed     1     1e-3 to 3e-2 (absent 0)
+    n      order     periods in a turn                1     1
     phase  phase     where it is fastest             rad   0
     psi_j            place of tooth j                rad
            encoder   rear_encoder or front_encoder
@@ -53,18 +53,18 @@ class Eccentricity(Effect):
 
     encoder: str = word("rear_encoder", "whose disc it is", ENCODERS)
     run_out: float = parameter(
-        5e-3, "1", 0.0, 0.2, "relative swing of the speed", absent=0.0, smallest=1e-3
+        5e-3, "1", 0.0, 0.2, "relative amplitude of the speed", absent=0.0, smallest=1e-3
     )
-    order: float = parameter(1, "1", 1, 64, "swings in a turn", whole=True)
+    order: float = parameter(1, "1", 1, 64, "periods in a turn", whole=True)
     phase: float = parameter(0.0, "rad", -math.pi, math.pi, "where it is fastest")
 
     @classmethod
     def candidates(cls) -> tuple[Self, ...]:
-        """Return the effect at its typical size for either wheel."""
+        """The effect at its typical size for either wheel."""
         return tuple(cls(encoder=encoder) for encoder in ENCODERS)
 
     def tooth_offsets(self, teeth: int) -> NDArray[np.float64]:
-        """Return how much later than even every tooth passes [rad], shape (teeth,)."""
+        """How much later than even every tooth passes [rad], shape (teeth,)."""
         place = 2 * np.pi / teeth * np.arange(teeth)
         offsets: NDArray[np.float64] = np.cos(self.order * place + self.phase)
         return self.run_out / self.order * offsets

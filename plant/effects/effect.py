@@ -60,17 +60,17 @@ class Effect(Block):
 
     @property
     def subject(self) -> str:
-        """Return the channel, clock or wheel that it acts on; empty where there is no choice."""
+        """The channel, clock or wheel that it acts on; empty where there is no choice."""
         return "/".join(getattr(self, name) for name in self.words())
 
     @property
     def key(self) -> str:
-        """Return what tells it from every other effect of a motorcycle: its name and subject."""
+        """Identity among the effects of a motorcycle: its name and subject."""
         return f"{self.name}.{self.subject}" if self.subject else self.name
 
     @classmethod
     def candidates(cls) -> tuple[Self, ...]:
-        """Return the effect at its typical size, once for every subject that may have it."""
+        """The effect at its typical size, once for every subject that may have it."""
         return (cls(),)
 
     def smallest(self) -> Self:
@@ -84,12 +84,12 @@ class Effect(Block):
 
     @classmethod
     def absent(cls) -> Self:
-        """Return the effect at the size at which it vanishes, on its first subject."""
+        """The effect at the size at which it vanishes, on its first subject."""
         return cls(**{p.name: p.absent for p in cls.parameters()})
 
     @classmethod
     def page(cls) -> Mapping[str, str]:
-        """Return the sections of the effect's page by heading; 'Physics' is the opening."""
+        """The sections of the effect's page by heading; 'Physics' is the opening."""
         text = inspect.cleandoc(sys.modules[cls.__module__].__doc__ or "")
         title, _, rest = text.partition("\n")
         sections = {"Title": title.strip()}

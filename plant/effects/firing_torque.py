@@ -1,4 +1,4 @@
-"""Firing torque: every power stroke is a push, and no two cylinders push alike.
+"""Firing torque: torque pulses at every power stroke, different in each cylinder.
 
 The torque of the gas swings about its mean with the order of firing: two pushes a turn on a
 four-cylinder four-stroke. Where one cylinder burns better than the others, half the crank's order
@@ -10,8 +10,8 @@ Equation
 
 Symbols
 -------
-    a      share      swing at the order of firing over mean torque  1     0.5 to 2 (absent 0)
-    b      spread     swing once in two turns, over mean torque      1     0.02 to 0.1 (absent 0)
+    a      share      amplitude at firing order over mean torque  1     0.5 to 2 (absent 0)
+    b      spread     amplitude once in two turns, over mean torque  1     0.02 to 0.1 (absent 0)
     N      cylinders  of the engine, evenly spread                 1     4
     phase  phase      where they fall                                rad   0
     psi               angle of the crank                             rad
@@ -49,7 +49,7 @@ def fire(
     cylinders: float,
     phase: float,
 ) -> float:
-    """Return the torque [N m] at this angle of the crank."""
+    """The torque [N m] at this angle of the crank."""
     swing = share * math.sin(0.5 * cylinders * crank_angle + phase)
     swing += spread * math.sin(0.5 * crank_angle + phase)
     return engine_torque + (engine_torque + friction_torque) * swing
@@ -68,10 +68,10 @@ class FiringTorque(Effect):
     hooks = (Hook("engine_torque", fire),)
 
     share: float = parameter(
-        1.0, "1", 0.0, 5.0, "swing at the order of firing", absent=0.0, smallest=0.3
+        1.0, "1", 0.0, 5.0, "amplitude at firing order", absent=0.0, smallest=0.3
     )
     spread: float = parameter(
-        0.05, "1", 0.0, 1.0, "swing once in two turns", absent=0.0, smallest=0.015
+        0.05, "1", 0.0, 1.0, "amplitude once in two turns", absent=0.0, smallest=0.015
     )
-    cylinders: float = parameter(4, "1", 1, 12, "pushes in two turns of the crank", whole=True)
+    cylinders: float = parameter(4, "1", 1, 12, "power strokes in two crank turns", whole=True)
     phase: float = parameter(0.0, "rad", -math.pi, math.pi, "where they fall")

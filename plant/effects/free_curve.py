@@ -71,7 +71,7 @@ SERVO_QUANTITIES = (
 
 
 def broken_line(z: float, knots: tuple[float, ...], values: tuple[float, ...]) -> float:
-    """Return f(z)."""
+    """F(z)."""
     if z <= knots[0]:
         return values[0]
     for i in range(1, len(knots)):
@@ -82,7 +82,7 @@ def broken_line(z: float, knots: tuple[float, ...], values: tuple[float, ...]) -
 
 
 def quantity(along: float, seen: tuple[float, ...]) -> float:
-    """Return the quantity z. seen: the first of QUANTITIES as they are, then what they need."""
+    """The quantity z. seen: the first of QUANTITIES as they are, then what they need."""
     i = int(along)
     if i < 6:
         return seen[i]
@@ -113,7 +113,7 @@ def in_the_servo(
     throttle_command: float,
     throttle_servo_natural_frequency: float,
 ) -> float:
-    """Return the acceleration [1/s^2] with a force that is told as an opening."""
+    """Acceleration [1/s^2] with a force that is given as an opening."""
     if place != 0.0:
         return servo_acceleration
     less = throttle_command - throttle
@@ -130,7 +130,7 @@ def at_the_crank(
     values: tuple[float, ...],
     seen: tuple[float, ...],
 ) -> float:
-    """Return the torque at the crank [N m]."""
+    """The torque at the crank [N m]."""
     if place != 1.0:
         return engine_torque
     return engine_torque + broken_line(quantity(along, seen), knots, values)
@@ -144,7 +144,7 @@ def in_the_spring(
     values: tuple[float, ...],
     seen: tuple[float, ...],
 ) -> float:
-    """Return the torque of the driveline's spring [N m]."""
+    """The torque of the driveline's spring [N m]."""
     if place != 2.0:
         return spring_torque
     return spring_torque + broken_line(quantity(along, seen), knots, values)
@@ -158,7 +158,7 @@ def at_the_wheel(
     values: tuple[float, ...],
     seen: tuple[float, ...],
 ) -> float:
-    """Return the torque at the rear wheel [N m]."""
+    """The torque at the rear wheel [N m]."""
     if place != 3.0:
         return wheel_torque
     return wheel_torque + broken_line(quantity(along, seen), knots, values)
@@ -172,7 +172,7 @@ def in_the_contact(
     values: tuple[float, ...],
     seen: tuple[float, ...],
 ) -> float:
-    """Return the force of the rear tyre [N]."""
+    """The force of the rear tyre [N]."""
     if place != 4.0:
         return tyre_force
     return tyre_force + broken_line(quantity(along, seen), knots, values)
@@ -186,7 +186,7 @@ def on_the_road(
     values: tuple[float, ...],
     seen: tuple[float, ...],
 ) -> float:
-    """Return the drag [N] less what pushes."""
+    """The drag [N] less what pushes."""
     if place != 5.0:
         return drag_force
     return drag_force - broken_line(quantity(along, seen), knots, values)
@@ -281,7 +281,7 @@ class FreeCurve(Effect):
 
     @property
     def where(self) -> tuple[str, str]:
-        """Return place and quantity in words."""
+        """Place and quantity in words."""
         words = SERVO_QUANTITIES if self.place == 0.0 else QUANTITIES
         return PLACES[int(self.place)], words[int(self.along)]
 
@@ -306,7 +306,7 @@ CURVES = (FreeCurve, SecondCurve, ThirdCurve)
 def free_curve(
     place: str, quantity: str, knots: tuple[float, ...], values: tuple[float, ...], number: int = 0
 ) -> FreeCurve | None:
-    """Return the curve with KNOTS knots (SI); None where the simulation does not know of these.
+    """The curve with KNOTS knots (SI); None where the simulation does not know of these.
 
     number: which of CURVES.
     """

@@ -38,7 +38,7 @@ from slipbench.plant.parameters import parameter
 
 
 def wet_the_wall(charge: float, film: float, share: float, time: float) -> tuple[float, float]:
-    """Return the charge that burns, and the rate of the film [1/s]."""
+    """The charge that burns, and the rate of the film [1/s]."""
     return (1.0 - share) * charge + share * film, (charge - film) / time
 
 

@@ -9,7 +9,7 @@ Equation
 
 Symbols
 -------
-    a     play      whole gap                              1   2e-3 to 5e-3 (absent 0)
+    a     play      total gap                              1   2e-3 to 5e-3 (absent 0)
     m     flank     where the flank was left (a state)     1
     c               command that arrives at the plate      1
     th_c            command to the servo                   1
@@ -42,7 +42,7 @@ def cross_the_gap(
     play: float,
     step: float,
 ) -> tuple[float, float]:
-    """Return acceleration [1/s^2] towards what arrives, and the rate of the flank [1/s]."""
+    """Acceleration [1/s^2] towards what arrives, and the rate of the flank [1/s]."""
     half = 0.5 * play
     arriving = min(max(flank, throttle_command - half), throttle_command + half)
     missing = throttle_servo_natural_frequency**2 * (arriving - throttle_command)

@@ -1,4 +1,4 @@
-"""Grade: on a stretch of the road the way goes up or down.
+"""Grade: a section of the road rises or falls.
 
 No test track is level. One per cent of slope weighs as much as a light wind, and it is always at
 the same place.
@@ -9,9 +9,9 @@ Equation
 
 Symbols
 -------
-    i     slope    of the stretch, positive is up     1   -0.02 to 0.02 (absent 0)
+    i     slope    of the section, positive is up     1   -0.02 to 0.02 (absent 0)
     s_0   place    where it begins                    m   50
-    l     length   of the stretch                     m   200
+    l     length   of the section                     m   200
     b     rounding of its ends                        m   10
     s              distance since the start           m
 
@@ -21,7 +21,7 @@ A steady force, 25 N for one per cent, at the same place in every run, whatever 
 
 Confused with
 -------------
-Drag and wind (not bound to a place): ride the stretch in both directions.
+Drag and wind (not bound to a place): ride the section in both directions.
 
 Reference
 ---------
@@ -45,7 +45,7 @@ def climb(
     length: float,
     rounding: float,
 ) -> float:
-    """Return the force against the motion [N]."""
+    """The force against the motion [N]."""
     begun = math.tanh((distance - place) / rounding)
     ended = math.tanh((distance - place - length) / rounding)
     return drag_force + 9.80665 * body_mass * slope * 0.5 * (begun - ended)
@@ -53,7 +53,7 @@ def climb(
 
 @dataclass(frozen=True)
 class Grade(Effect):
-    """Slope of the road on one stretch."""
+    """Slope of the road on one section."""
 
     name = "grade"
     block = "road"
@@ -62,8 +62,8 @@ class Grade(Effect):
     hooks = (Hook("drag_force", climb),)
 
     slope: float = parameter(
-        0.01, "1", -0.3, 0.3, "of the stretch, positive is up", absent=0.0, smallest=0.003
+        0.01, "1", -0.3, 0.3, "of the section, positive is up", absent=0.0, smallest=0.003
     )
     place: float = parameter(50.0, "m", -1e4, 1e5, "where it begins", sought=(0.0, 400.0, 50.0))
-    length: float = parameter(200.0, "m", 0.0, 1e5, "of the stretch")
+    length: float = parameter(200.0, "m", 0.0, 1e5, "of the section")
     rounding: float = parameter(10.0, "m", 0.5, 1e3, "of its ends")

@@ -37,14 +37,14 @@ from slipbench.plant.parameters import parameter
 
 
 def soften(rear_grip: float, warmth: float, sensitivity: float) -> float:
-    """Return the friction coefficient of the warm tyre."""
+    """The friction coefficient of the warm tyre."""
     return rear_grip * min(max(1.0 + sensitivity * warmth, 0.3), 1.7)
 
 
 def heat(
     tyre_force: float, slip: float, speed: float, warmth: float, heating: float, cooling: float
 ) -> tuple[float, float]:
-    """Return the force [N] and the rate of the warmth [K/s]."""
+    """The force [N] and the rate of the warmth [K/s]."""
     power = abs(tyre_force * slip * speed)
     return tyre_force, (heating * power - warmth) / cooling
 

@@ -1,4 +1,4 @@
-"""Grip with wear: every kilometre takes some of the tyre with it.
+"""Grip with wear: the grip falls with every kilometre.
 
 Rubber wears off and hardens. The peak of the curve sinks with the distance ridden and does not come
 back.
@@ -33,7 +33,7 @@ from slipbench.plant.parameters import parameter
 
 
 def wear_off(rear_grip: float, distance: float, wear: float) -> float:
-    """Return the friction coefficient after this distance."""
+    """The friction coefficient after this distance."""
     return rear_grip * min(max(1.0 - wear * distance, 0.3), 1.0)
 
 

@@ -35,7 +35,7 @@ from slipbench.plant.parameters import parameter
 
 
 def harden(spring_torque: float, spring_twist: float, hardening: float) -> float:
-    """Return the elastic torque [N m]."""
+    """The elastic torque [N m]."""
     return spring_torque * (1.0 + hardening * min(spring_twist * spring_twist, 0.04))
 
 

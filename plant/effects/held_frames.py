@@ -55,11 +55,11 @@ class HeldFrames(Effect):
 
     @classmethod
     def candidates(cls) -> tuple[Self, ...]:
-        """Return the effect at its typical size on every channel that may have it."""
+        """The effect at its typical size on every channel that may have it."""
         return tuple(cls(channel=channel) for channel in cls.shows_in)
 
     def tell(self, memory: Floats, time: Floats, value: Floats) -> tuple[Floats, Floats]:
-        """Return memory [slot, told value] and the values as last renewed."""
+        """Memory [slot, last value] and values as last updated, shape (n,); time in s."""
         if self.hold <= 0.0:
             return memory, value
         slot = np.floor(time / self.hold + 1e-6)
@@ -68,9 +68,9 @@ class HeldFrames(Effect):
         return np.array([slot[-1], told[-1]]), told
 
     def told_again(self, known: Renewals, rhythm: float, time: Floats, value: Floats) -> Floats:
-        """Return what is told where it is known which frames were not renewed.
+        """Values where it is known which frames were repeated, shape (n,); time in s.
 
-        The error grows with the hold; by chance it is none of this effect's.
+        The error is proportional to the hold; frames repeated at random times are not this effect.
         """
         if not rhythm:
             return value

@@ -59,7 +59,7 @@ NAMES = (
 
 
 def _effect(name: str) -> type[Effect]:
-    """Return the effect of a file: its class has the file's name, in capitals."""
+    """The effect of a file: its class has the file's name, in capitals."""
     page = import_module(f"slipbench.plant.effects.{name}")
     effect: type[Effect] = getattr(page, name.title().replace("_", ""))
     return effect

@@ -36,13 +36,13 @@ from slipbench.plant.parameters import parameter
 
 
 def press(rear_load: float, felt: float, body_mass: float, height: float) -> float:
-    """Return the load on the rear tyre [N]."""
+    """The load on the rear tyre [N]."""
     moved = rear_load + body_mass * height * felt
     return min(max(moved, 0.0), max(rear_load, 9.80665 * body_mass))
 
 
 def settle(acceleration: float, felt: float, settling: float) -> tuple[float, float]:
-    """Return the acceleration [m/s^2] and the rate of the felt one [m/s^3]."""
+    """The acceleration [m/s^2] and the rate of the felt one [m/s^3]."""
     return acceleration, (acceleration - felt) / settling
 
 

@@ -35,7 +35,7 @@ from slipbench.plant.parameters import parameter
 
 
 def look_aside(optical_speed: float, acceleration: float, angle: float, pitch: float) -> float:
-    """Return the part of the speed along the sensor's axis [m/s]."""
+    """The part of the speed along the sensor's axis [m/s]."""
     return optical_speed * math.cos(angle + pitch * acceleration)
 
 

@@ -1,4 +1,4 @@
-"""Optical lag: the speed sensor averages the road's texture before it tells a speed.
+"""Optical lag: the speed sensor averages the road's texture before it sends a speed.
 
 The sensor counts a grating frequency over a window and smooths it. What it tells is the speed of a
 moment ago, with the corners rounded.
@@ -10,7 +10,7 @@ Equation
 Symbols
 -------
     tau   time_constant   lag of the sensor            s     10e-3 to 60e-3 (absent 0)
-    s     seen            what it tells (a state)      m/s
+    s     seen            sensor output (a state)      m/s
     v                     true speed                   m/s
 
 Trace
@@ -37,7 +37,7 @@ from slipbench.plant.parameters import parameter
 def trail(
     optical_speed: float, seen: float, time_constant: float, step: float
 ) -> tuple[float, float]:
-    """Return the speed that is told [m/s] and its rate [m/s^2]."""
+    """Measured speed [m/s] and its rate [m/s^2]."""
     told = optical_speed if time_constant <= 0.0 else seen
     return told, (optical_speed - seen) / max(time_constant, 0.5 * step)
 

@@ -37,7 +37,7 @@ from slipbench.plant.parameters import parameter
 
 
 def scale(optical_speed: float, error: float) -> float:
-    """Return the speed that is told [m/s]."""
+    """Measured speed [m/s]."""
     return optical_speed * (1.0 + error)
 
 

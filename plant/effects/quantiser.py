@@ -1,4 +1,4 @@
-"""Quantiser: a channel is told in coarser steps than its database promises.
+"""Quantiser: a channel is sent in coarser steps than its database states.
 
 The number passes through a shorter word somewhere: an eight-bit converter, a byte on an inner bus.
 It keeps its period and loses its fine steps.
@@ -9,7 +9,7 @@ Equation
 
 Symbols
 -------
-    q   quantum   step that is told, in the channel's unit   (absent 0)
+    q   quantum   step that is sent, in the channel's unit   (absent 0)
         channel   which one
 
 Trace
@@ -54,14 +54,14 @@ class Quantiser(Effect):
 
     channel: str = word("engine_speed", "which one")
     quantum: float = parameter(
-        6.0, "", 0.0, 1e6, "step that is told, in the channel's unit", absent=0.0, smallest=1.5
+        6.0, "", 0.0, 1e6, "step that is sent, in the channel's unit", absent=0.0, smallest=1.5
     )
 
     @classmethod
     def candidates(cls) -> tuple[Self, ...]:
-        """Return the effect of eight bits on every channel that may have it."""
+        """The effect of eight bits on every channel that may have it."""
         return tuple(cls(channel, quantum) for channel, quantum in EIGHT_BITS.items())
 
     def tell(self, memory: Floats, time: Floats, value: Floats) -> tuple[Floats, Floats]:
-        """Return the memory, unused, and the values in whole steps."""
+        """Memory, unused, and values rounded to the quantum, shape (n,); time in s."""
         return memory, quantised(value, self.quantum)

@@ -35,12 +35,12 @@ from slipbench.plant.parameters import parameter
 
 
 def grow(rear_radius: float, speed: float, growth: float) -> float:
-    """Return the rear rolling radius [m]."""
+    """The rear rolling radius [m]."""
     return rear_radius * (1.0 + growth * speed * speed)
 
 
 def grow_in_front(front_radius: float, speed: float, front_growth: float) -> float:
-    """Return the front rolling radius [m]."""
+    """The front rolling radius [m]."""
     return front_radius * (1.0 + front_growth * speed * speed)
 
 

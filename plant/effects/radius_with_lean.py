@@ -37,12 +37,12 @@ from slipbench.plant.parameters import parameter
 
 
 def lean_over(rear_radius: float, lean: float, crown: float) -> float:
-    """Return the rear rolling radius [m]."""
+    """The rear rolling radius [m]."""
     return max(rear_radius - crown * (1.0 - math.cos(lean)), 0.5 * rear_radius)
 
 
 def lean_over_in_front(front_radius: float, lean: float, front_crown: float) -> float:
-    """Return the front rolling radius [m]."""
+    """The front rolling radius [m]."""
     return max(front_radius - front_crown * (1.0 - math.cos(lean)), 0.5 * front_radius)
 
 

@@ -39,7 +39,7 @@ from slipbench.plant.parameters import parameter
 def relax(
     tyre_force: float, force: float, speed: float, length: float, tyre_low_speed: float, step: float
 ) -> tuple[float, float]:
-    """Return the force that acts [N] and its rate [N/s]."""
+    """The force that acts [N] and its rate [N/s]."""
     rolled = max(abs(speed), tyre_low_speed)
     rate = 2.0 / step if length * 2.0 < rolled * step else rolled / length
     acting = tyre_force if length <= 0.0 else force

@@ -45,7 +45,7 @@ def swing_along(
     frequency: float,
     damping: float,
 ) -> tuple[float, float, float]:
-    """Return the charge, and rates of the swing [1/s] and of its rate [1/s^2]."""
+    """The charge, and rates of the swing [1/s] and of its rate [1/s^2]."""
     push = frequency * (frequency * (air - swing) - 2.0 * damping * swing_rate)
     return charge + share * (swing - air), swing_rate, push
 

@@ -36,7 +36,7 @@ from slipbench.plant.parameters import parameter
 
 
 def open_ramps(driveline_torque: float, gear_ratio: float, back_torque: float) -> float:
-    """Return the torque of the driveline [N m], braking no more than the ramps allow."""
+    """The torque of the driveline [N m], braking no more than the ramps allow."""
     return max(driveline_torque, -back_torque * gear_ratio)
 
 

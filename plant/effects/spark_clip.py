@@ -33,7 +33,7 @@ from slipbench.plant.parameters import parameter
 
 
 def clip(spark_factor: float, spark: float, engine_spark_gain: float, limit: float) -> float:
-    """Return the factor on the torque, of the offset within the limit."""
+    """The factor on the torque, of the offset within the limit."""
     return spark_factor + engine_spark_gain * (min(max(spark, -limit), limit) - spark)
 
 

@@ -36,7 +36,7 @@ from slipbench.plant.parameters import parameter
 
 
 def bend(spark_factor: float, spark: float, curvature: float) -> float:
-    """Return the factor on the torque; it does not change its sign."""
+    """The factor on the torque; it does not change its sign."""
     return max(spark_factor - curvature * spark * spark, min(spark_factor, 0.0))
 
 

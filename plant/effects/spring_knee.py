@@ -43,7 +43,7 @@ def push_home(
     stiffness: float,
     home: float,
 ) -> float:
-    """Return the acceleration [1/s^2] with the opening spring's share."""
+    """The acceleration [1/s^2] with the opening spring's share."""
     below = max(home - throttle, 0.0)
     return servo_acceleration + throttle_servo_natural_frequency**2 * stiffness * below
 

@@ -39,7 +39,7 @@ from slipbench.plant.parameters import parameter
 def press_by_swing(
     rear_load: float, settling: float, body_mass: float, share: float, frequency: float
 ) -> float:
-    """Return the load on the rear tyre [N]."""
+    """The load on the rear tyre [N]."""
     moved = rear_load + share * settling / frequency
     return min(max(moved, 0.0), max(rear_load, 9.80665 * body_mass))
 
@@ -47,7 +47,7 @@ def press_by_swing(
 def swing(
     tyre_force: float, settled: float, settling: float, frequency: float, damping: float
 ) -> tuple[float, float, float]:
-    """Return the force [N], and rates of what has settled [N/s] and of its rate [N/s^2]."""
+    """The force [N], and rates of what has settled [N/s] and of its rate [N/s^2]."""
     push = frequency * (frequency * (tyre_force - settled) - 2.0 * damping * settling)
     return tyre_force, settling, push
 

@@ -40,7 +40,7 @@ from slipbench.plant.update_times import Renewals
 
 
 def draw(first: int, count: int, seed: int) -> Floats:
-    """Return numbers from 0 to 1 that depend on place and seed alone (splitmix64)."""
+    """Pseudo-random numbers in 0..1, shape (count,), from index and seed alone (splitmix64)."""
     with np.errstate(over="ignore"):
         z = np.arange(first, first + count).astype(np.uint64) + np.uint64(seed << 32)
         z = (z + np.uint64(1)) * np.uint64(0x9E3779B97F4A7C15)
@@ -67,19 +67,19 @@ class StaleFrames(Effect):
 
     @classmethod
     def candidates(cls) -> tuple[Self, ...]:
-        """Return the effect at its typical size on every channel that may have it."""
+        """The effect at its typical size on every channel that may have it."""
         return tuple(cls(channel=channel) for channel in cls.shows_in)
 
     def tell(self, memory: Floats, time: Floats, value: Floats) -> tuple[Floats, Floats]:
-        """Return memory [frames so far, told value] and the values, some of them repeated."""
+        """Memory [frames so far, sent value] and the values, some of them repeated."""
         before = memory if memory.size else np.array([0.0, value[0]])
         first = int(before[0])
         told = latest(draw(first, len(value), int(self.seed)) >= self.share, before[1], value)
         return np.array([first + len(value), told[-1]]), told
 
     def told_again(self, known: Renewals, rhythm: float, time: Floats, value: Floats) -> Floats:
-        """Return the mean of what is told where it is known which frames were not renewed.
+        """Mean values where it is known which frames were repeated, shape (n,); time in s.
 
-        As many of them are stale as the share asks for; in a rhythm none is.
+        The expected share of them is stale; frames repeated periodically are not stale.
         """
         return value + known.late * (0.0 if rhythm else self.share / known.share)

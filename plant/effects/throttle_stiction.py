@@ -54,7 +54,7 @@ def stick(
     presliding: float,
     step: float,
 ) -> tuple[float, float]:
-    """Return the acceleration [1/s^2] less that of the dry friction, and the bristles' rate."""
+    """The acceleration [1/s^2] less that of the dry friction, and the bristles' rate."""
     bent = min(max(bristle + throttle_rate * step / presliding, -1.0), 1.0)
     x = throttle_rate / stribeck_speed
     friction = width * (1.0 + (breakaway - 1.0) * math.exp(-x * x))

@@ -63,11 +63,11 @@ class ToothMisplacement(Effect):
 
     @classmethod
     def candidates(cls) -> tuple[Self, ...]:
-        """Return the effect at its typical size for either wheel."""
+        """The effect at its typical size for either wheel."""
         return tuple(cls(encoder=encoder) for encoder in ENCODERS)
 
     def tooth_offsets(self, teeth: int) -> NDArray[np.float64]:
-        """Return how much later than even every tooth passes [rad], shape (teeth,)."""
+        """How much later than even every tooth passes [rad], shape (teeth,)."""
         offsets = np.zeros(teeth)
         offsets[int(self.tooth) % teeth] = self.displacement / self.pitch_radius
         return offsets

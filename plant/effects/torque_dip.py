@@ -39,7 +39,7 @@ from slipbench.plant.parameters import parameter
 def dip(
     engine_torque: float, engine_speed: float, depth: float, centre: float, width: float
 ) -> float:
-    """Return the torque [N m] less the dip at this speed."""
+    """The torque [N m] less the dip at this speed."""
     x = (engine_speed - centre) / width
     return engine_torque - depth * math.exp(-0.5 * x * x)
 

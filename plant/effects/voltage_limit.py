@@ -38,7 +38,7 @@ from slipbench.plant.parameters import parameter
 def limit_push(
     servo_acceleration: float, throttle_rate: float, stall_acceleration: float, no_load_speed: float
 ) -> float:
-    """Return the acceleration [1/s^2] that the voltage left over by the back-EMF allows."""
+    """The acceleration [1/s^2] that the voltage left over by the back-EMF allows."""
     x = throttle_rate / no_load_speed
     opening = stall_acceleration * max(1.0 - x, 0.02)
     closing = stall_acceleration * max(1.0 + x, 0.02)
@@ -58,4 +58,4 @@ class VoltageLimit(Effect):
     stall_acceleration: float = parameter(
         300.0, "1/s^2", 20.0, 1e5, "greatest acceleration at rest", absent=inf, smallest=600.0
     )
-    no_load_speed: float = parameter(12.0, "1/s", 1.0, 100.0, "speed without any push left")
+    no_load_speed: float = parameter(12.0, "1/s", 1.0, 100.0, "speed at which no torque remains")

@@ -1,4 +1,4 @@
-"""Wet patch: on one stretch of the road the tyre finds less grip.
+"""Wet patch: on one section of the road the tyre finds less grip.
 
 Water, dust or fresh bitumen change the friction at a place. The stiffness of the tyre is that of
 its rubber and stays; the peak of the curve sinks.
@@ -9,9 +9,9 @@ Equation
 
 Symbols
 -------
-    d     loss     of grip on the stretch        1   0.1 to 0.6 (absent 0)
+    d     loss     of grip on the section        1   0.1 to 0.6 (absent 0)
     s_0   place    where it begins               m   50
-    l     length   of the stretch                m   20
+    l     length   of the section                m   20
     b     rounding of its ends                   m   1
     s              distance since the start      m
 
@@ -40,7 +40,7 @@ from slipbench.plant.parameters import parameter
 def moisten(
     rear_grip: float, distance: float, loss: float, place: float, length: float, rounding: float
 ) -> float:
-    """Return the friction coefficient at this place."""
+    """The friction coefficient at this place."""
     begun = math.tanh((distance - place) / rounding)
     ended = math.tanh((distance - place - length) / rounding)
     return rear_grip * (1.0 - loss * 0.5 * (begun - ended))
@@ -48,7 +48,7 @@ def moisten(
 
 @dataclass(frozen=True)
 class WetPatch(Effect):
-    """Less grip on one stretch of the road."""
+    """Less grip on one section of the road."""
 
     name = "wet_patch"
     block = "road"
@@ -57,8 +57,8 @@ class WetPatch(Effect):
     hooks = (Hook("rear_grip", moisten),)
 
     loss: float = parameter(
-        0.4, "1", -1.0, 0.95, "of grip on the stretch", absent=0.0, smallest=0.1
+        0.4, "1", -1.0, 0.95, "of grip on the section", absent=0.0, smallest=0.1
     )
     place: float = parameter(50.0, "m", -1e4, 1e5, "where it begins", sought=(0.0, 400.0, 10.0))
-    length: float = parameter(20.0, "m", 0.0, 1e5, "of the stretch")
+    length: float = parameter(20.0, "m", 0.0, 1e5, "of the section")
     rounding: float = parameter(1.0, "m", 0.1, 1e3, "of its ends")

@@ -48,7 +48,7 @@ def blow(
     gust: float,
     gust_period: float,
 ) -> float:
-    """Return the force against the motion [N]."""
+    """The force against the motion [N]."""
     through = speed + head_wind + gust * math.sin(2.0 * math.pi * time / gust_period)
     more = through * abs(through) - speed * abs(speed)
     return drag_force + 0.5 * body_air_density * body_drag_area * more

@@ -7,7 +7,7 @@ FOLDER = Path(str(files(__name__)))
 
 
 def builtin_vehicle(name: str) -> Path:
-    """Return the path of a vehicle file of this folder: 'nominal' or 'demonstration'."""
+    """The path of a vehicle file of this folder: 'nominal' or 'demonstration'."""
     return FOLDER / f"{name}.toml"
 
 

@@ -19,7 +19,6 @@ MOST_BYTES = 1 << 30
 def read_parquet(path: Path) -> Table:
     """Read a Parquet file; units come from the columns' metadata or stand behind their names."""
     pa = optional_library("pyarrow")
-    parquet = optional_library("pyarrow.parquet")
 
     with open_user_file(path) as file:
         try:

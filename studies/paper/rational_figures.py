@@ -143,7 +143,7 @@ def _profile(panel: Axes, profile: DelayProfile) -> None:
 
 
 def _fine(response: FrequencyResponse) -> FloatArray:
-    f = response.frequency[response.believed]
+    f = response.frequency[response.reliable]
     return np.geomspace(f[0], f[-1], 300)
 
 

@@ -188,7 +188,7 @@ def actuators_figure(found: Comparison) -> Figure:
 def _actuator(
     axes: list[Axes], one: Actuator, cutoff: float, colour: str, mark: str, name: str
 ) -> None:
-    lines = one.response.believed
+    lines = one.response.reliable
     f, value = one.response.frequency[lines], one.response.value[lines]
     fit = one.phase(f)
     free = np.degrees(np.angle(value * np.exp(2j * np.pi * f * one.delay.value)))

@@ -107,7 +107,7 @@ def test_more_phase_margin_leaves_less_bandwidth():
 def test_a_band_that_does_not_reach_the_cutoff_is_refused_in_words():
     found = compare_actuators(response("throttle", 0.014, top=8.0), response("spark", 0.004))
     assert isinstance(found, NoComparison)
-    assert "believed" in found.reason
+    assert "reliable" in found.reason
     claims = actuator_claims(found)
     assert not any(claim.holds for claim in claims)
 

@@ -144,7 +144,7 @@ def test_too_few_lines_are_refused_in_words():
     )
     got = independent_lines(found)
     assert isinstance(got, NoRational)
-    assert "believed" in got.reason
+    assert "reliable" in got.reason
 
 
 def test_what_drifts_below_the_band_is_found_and_does_not_move_the_mode():

@@ -91,8 +91,8 @@ def test_a_transient_is_not_taken_for_noise():
 
 def test_it_becomes_a_frequency_response():
     response = found(CUBE).to_response()
-    assert response.believed.any()
-    assert response.to_control().omega.size == np.count_nonzero(response.believed)
+    assert response.reliable.any()
+    assert response.to_control().omega.size == np.count_nonzero(response.reliable)
 
 
 def test_what_cannot_be_had_is_refused_in_words():
