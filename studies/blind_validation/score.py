@@ -189,7 +189,7 @@ def _curve(result: Mapping[str, Any]) -> float:
     curve = result.get("curve")
     if not curve or curve["possible"] <= VISIBLE:
         return math.nan
-    return curve["confirmed"] / curve["possible"]
+    return float(curve["confirmed"] / curve["possible"])
 
 
 def _formula(result: Mapping[str, Any]) -> float:
