@@ -28,17 +28,17 @@ def register(app: typer.Typer) -> None:
 
 
 def identify_command(
-    run: Annotated[Path, typer.Argument(help="Run folder: of a trial or of an imported log.")],
+    run: Annotated[Path, typer.Argument(help="Run folder of a trial or of an imported log.")],
     out: Annotated[
-        Path | None, typer.Option(help="Where to write the report; by default the run folder.")
+        Path | None, typer.Option(help="Folder for the report; default: the run folder.")
     ] = None,
     figures: Annotated[
-        Path | None, typer.Option(help="Also write every figure as PNG into this folder.")
+        Path | None, typer.Option(help="Folder for every figure as PNG; default: none.")
     ] = None,
 ) -> None:
-    """Identify a recording: slip, its response to throttle or spark, and a report.
+    """Identify a recording: slip, frequency response to throttle or spark, parametric model.
 
-    Writes report.html, which needs nothing but a browser, and identification.json.
+    Writes report.html (self-contained) and identification.json.
     """
     from slipbench.identification.response.from_folder import identified
     from slipbench.protocol.recording.run_folder import read
@@ -49,9 +49,9 @@ def identify_command(
         recording = read(run)
         progress.update("identifying")
         found = identified(recording)
-        progress.update("modelling")
+        progress.update("fitting models")
         study = studied(found)
-        progress.update("drawing")
+        progress.update("drawing figures")
         written = write_report(found, study, out or run, figures)
     for line in summary(found, study):
         typer.echo(line)
@@ -60,19 +60,19 @@ def identify_command(
 
 def model_command(
     tables: Annotated[
-        list[Path], typer.Argument(metavar="TABLE...", help="Runs to fit; each begins at rest.")
+        list[Path], typer.Argument(metavar="TABLE...", help="Training runs; each starts at rest.")
     ],
-    input: Annotated[str, typer.Option(help="Column of the input.")],
-    output: Annotated[str, typer.Option(help="Column of the output.")],
-    out: Annotated[Path, typer.Option(help="Where to write model.html and model.json.")],
+    input: Annotated[str, typer.Option(help="Name of the input column.")],
+    output: Annotated[str, typer.Option(help="Name of the output column.")],
+    out: Annotated[Path, typer.Option(help="Folder for model.html and model.json.")],
     held_out: Annotated[
-        list[Path] | None, typer.Option(help="A run to predict; may be repeated.")
+        list[Path] | None, typer.Option(help="Held-out run for validation; may be repeated.")
     ] = None,
 ) -> None:
-    """Model any input and output that were recorded in tables, and predict runs it has not seen.
+    """Fit a transfer function with dead time to tables of one input and one output; validate it.
 
-    Frequency response where at least three runs repeat one excitation, a rational model with delay
-    either way. TABLE: CSV, columns of text, Parquet or MF4, with a column of time.
+    With at least three runs of the same excitation also the frequency response. TABLE: CSV, text columns,
+    Parquet or MF4, with a time column.
     """
     from slipbench.identification.models.table_study import read_run as read_columns
     from slipbench.identification.models.table_study import table_study
@@ -82,14 +82,14 @@ def model_command(
     with console.status("reading") as progress:
         runs = [read_columns(path, input, output) for path in tables]
         unseen = [read_columns(path, input, output) for path in held_out or []]
-        progress.update("modelling")
+        progress.update("fitting models")
         study = table_study(runs, unseen, (input.strip("$\\"), output.strip("$\\")))
-        progress.update("drawing")
+        progress.update("drawing figures")
         made = {"model.html": page(study), "model.json": _json(figures(study))}
     path = _written(out, made)
     typer.echo(headline(study))
     for name, role, fit, error in rows(study):
-        typer.echo(f"  {name:<22} {role:<8} fit {fit:>7}   rms error {error}")
+        typer.echo(f"  {name:<22} {role:<8} NRMSE fit {fit:>7}   rms error {error}")
     typer.echo(f"report: {path}")
 
 
@@ -98,7 +98,7 @@ def _json(tree: object) -> str:
 
 
 def _written(out: Path, made: dict[str, str]) -> Path:
-    """Write files into a folder and give the first one's path. Raises InputError."""
+    """Path of the first of the files, written into a folder. Raises InputError."""
     try:
         out.mkdir(parents=True, exist_ok=True)
         for name, text in made.items():
@@ -114,14 +114,17 @@ def _written(out: Path, made: dict[str, str]) -> Path:
 
 
 def studied(found: "Identification") -> "Study":
-    """Model what was identified."""
+    """Models of an identified recording."""
     from slipbench.identification.models.study import study_of
 
     return study_of(found)
 
 
 def write_report(found: "Identification", study: "Study", out: Path, figures: Path | None) -> Path:
-    """Write report.html, identification.json and, if asked, the figures. Raises InputError."""
+    """Path of report.html; also writes identification.json and, on request, the figures.
+
+    Raises InputError where a file cannot be written.
+    """
     from slipbench.identification.report.key_figures import key_figures
     from slipbench.identification.report.report import draw, report, write_figures
 
@@ -145,18 +148,18 @@ def write_report(found: "Identification", study: "Study", out: Path, figures: Pa
 
 
 def summary(found: "Identification", study: "Study") -> list[str]:
-    """Give the key figures as lines for a terminal, each with what it stands on."""
+    """Key figures as lines for a terminal."""
     from slipbench.identification.report.headline import headline
     from slipbench.identification.report.tiles import tiles
 
     lines = [headline(found), ""]
     lines += [f"  {t.label:<22} {t.value:<15} {t.note}" for t in tiles(found, study)]
-    left = [f"  left out: {item}" for item in (*found.left_out, *study.left_out)]
-    return [*lines, *left, ""]
+    skipped = [f"  not performed: {item}" for item in (*found.left_out, *study.left_out)]
+    return [*lines, *skipped, ""]
 
 
 def _plain(tree: object) -> object:
-    """Turn what is not a number into null: JSON has no NaN."""
+    """Tree with NaN and infinity replaced by None, because JSON has neither."""
     if isinstance(tree, dict):
         return {key: _plain(value) for key, value in tree.items()}
     if isinstance(tree, list):

@@ -1,1 +1,1 @@
-"""Closed loops rehearsed on the simulated motorcycle, sensors and delays included."""
+"""Closed-loop simulation of slip control on the motorcycle model, with sensors and delays."""

@@ -18,16 +18,16 @@ def register(app: typer.Typer) -> None:
     app.command("compare", epilog=EXAMPLE)(compare_command)
 
 
-def one_of_each_name(given: Iterable[Path]) -> list[Path]:
-    """Return the files that are given, those of folders in order. Raises InputError."""
+def one_of_each_name(paths: Iterable[Path]) -> list[Path]:
+    """Controller files, folders expanded in order. Raises InputError for two of one name."""
     from slipbench.protocol.errors import InputError
 
     found: dict[str, Path] = {}
-    for path in given:
+    for path in paths:
         files = sorted(path.glob("*.toml")) if path.is_dir() else [path]
         if not files:
             raise InputError(
-                "a folder without controllers",
+                "no controller files in this folder",
                 where=str(path),
                 expected="*.toml",
                 found="none",
@@ -37,9 +37,9 @@ def one_of_each_name(given: Iterable[Path]) -> list[Path]:
             other = found.setdefault(file.stem, file)
             if other != file:
                 raise InputError(
-                    "two controllers of one name",
+                    "two controller files with the same name",
                     where=str(file),
-                    expected="a name for each, since the page tells them by name",
+                    expected="unique file names, which identify the controllers on the page",
                     found=str(other),
                     remedy="rename one of the files",
                 )
@@ -56,19 +56,21 @@ def compare_command(
             autocompletion=completion_of("controller"),
         ),
     ],
-    page: Annotated[Path, typer.Option(help="Where to write the page; figures beside it.")],
+    page: Annotated[Path, typer.Option(help="Page to write (Markdown); figures go to its folder.")],
     vehicle: Annotated[
         Path,
         typer.Option(
-            help="Vehicle file to ride.",
+            help="Vehicle file to simulate.",
             metavar="FILE",
             parser=file_of("vehicle"),
             autocompletion=completion_of("vehicle"),
         ),
     ] = DEMONSTRATION,
-    bandwidth: Annotated[float, typer.Option(help="w_c of the throttle servo, Hz.")] = 10.0,
+    bandwidth: Annotated[
+        float, typer.Option(help="Bandwidth w_c of the throttle servo, Hz.")
+    ] = 10.0,
 ) -> None:
-    """Ride the same scenarios open loop and with each controller, and compare."""
+    """Compare slip controllers in closed-loop simulation: the same scenarios for each, and open loop."""
     from slipbench.identification.closed_loop_simulation.compare import compare
     from slipbench.identification.closed_loop_simulation.page import write_page
     from slipbench.plant.errors import VehicleFileError

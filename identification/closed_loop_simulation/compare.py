@@ -1,7 +1,7 @@
-"""Open loop, throttle, spark and mixed side by side: the same scenarios, one table.
+"""Comparison of controllers in closed-loop simulation: the same scenarios for each.
 
-Where the rider drives hard, a controller may only take away: its limits end at the rider's wish.
-Steps and tracking of the target are free both ways.
+In scenarios with high throttle a controller may only reduce torque: its upper limit is the rider's
+command. In setpoint steps and tracking it may act in both directions.
 """
 
 from collections.abc import Callable, Mapping
@@ -11,7 +11,7 @@ import numpy as np
 
 from slipbench.controllers.slip_controller import SlipController, from_tree
 from slipbench.identification.closed_loop_simulation.measures import (
-    calm,
+    decays,
     error,
     mean_retard,
     time_lost,
@@ -40,14 +40,22 @@ from slipbench.plant.signals import Inputs
 from slipbench.plant.simulation import Simulation
 from slipbench.protocol.controller_file import ControllerFile
 
-HARD = 0.10  # opening that the rider adds to cruising
-OVER = 0.20  # that a dry tyre cannot carry at its target slip
-WET = 0.06  # that a wet one cannot carry, and a controller's range can take away
-TARGETS = (0.015, 0.02, 0.025, 0.03, 0.04, 0.05, 0.06)  # slip, of which the quickest is the best
-STEPS = 21.0  # s, a step each
+HARD = 0.10  # throttle opening that the rider adds to cruising
+OVER = 0.20  # opening that exceeds the grip of a dry tyre at the slip setpoint
+WET = 0.06  # opening that exceeds the grip of a wet tyre, within the range of a controller
+TARGETS = (
+    0.015,
+    0.02,
+    0.025,
+    0.03,
+    0.04,
+    0.05,
+    0.06,
+)  # constant slips; the fastest one is the reference
+STEPS = 21.0  # s, one step per second
 SEEDS = (1, 2, 3, 4, 5)  # of the optical sensor's noise, for steps and tracking
-CAUGHT = 0.03  # slip at which a controller takes away
-SHARE = 0.2  # of a parameter, either way
+CAUGHT = 0.03  # slip above which a controller reduces torque
+SHARE = 0.2  # relative change of a parameter, both signs
 PARAMETERS = (
     ("engine", "torque_scale"),
     ("engine", "inertia"),
@@ -64,30 +72,30 @@ Progress = Callable[[str], None]
 
 @dataclass(frozen=True)
 class Compared:
-    """What one controller does; NaN where it is not asked (open loop follows no target)."""
+    """Results of one controller; NaN where not applicable (open loop tracks no setpoint)."""
 
     name: str
     bandwidth: float  # Hz, mean over the seeds
-    reach: tuple[float, float]  # Hz, least and greatest of them
+    bandwidths: tuple[float, float]  # Hz, minimum and maximum over the seeds
     overshoot: float
     settling: float  # s
-    noise: float  # of a step
+    noise: float  # share of the step height
     peaks: Mapping[str, float]  # slip, by scenario
-    lost: float  # s, rolling on on the wet road, behind the best constant slip
+    lost: float  # s behind the best constant slip, wet road
     retard: Mapping[str, float]  # rad, mean, by scenario
     errors: Mapping[str, float]  # slip, by scenario
-    parameters: tuple[int, int]  # stable, tried
+    parameters: tuple[int, int]  # stable, simulated
     effects: tuple[int, int]
     unstable: tuple[str, ...]
 
 
 def controllers_of(files: Mapping[str, ControllerFile]) -> dict[str, SlipController | None]:
-    """Make controllers from their files, open loop first."""
+    """Controllers by name; None for open loop, which is first."""
     return {"open loop": None} | {n: from_tree(f.model_dump()) for n, f in files.items()}
 
 
-def taking_away(file: ControllerFile) -> SlipController:
-    """Return the controller that may only close the throttle and retard the spark."""
+def reducing_only(file: ControllerFile) -> SlipController:
+    """Controller that may only close the throttle and retard the spark."""
     tree = file.model_dump()
     tree["limits"]["high"] = 0.0
     if tree.get("mixed"):
@@ -97,9 +105,9 @@ def taking_away(file: ControllerFile) -> SlipController:
 
 
 def compare(
-    motorcycle: Motorcycle, files: Mapping[str, ControllerFile], say: Progress = lambda _: None
+    motorcycle: Motorcycle, files: Mapping[str, ControllerFile], report: Progress = lambda _: None
 ) -> tuple[list[Compared], dict[str, dict[str, Ridden]]]:
-    """Ride every scenario with every controller. Returns figures, and rides by scenario."""
+    """Results by controller, and simulated rides by scenario and controller."""
     base = resting_slip(motorcycle)
     hard = [
         wet_patch(CAUGHT, HARD),
@@ -108,21 +116,21 @@ def compare(
         launch(CAUGHT, OVER),
         wet_road(CAUGHT, WET),
     ]
-    following = [slip_step(base, duration=STEPS), tracking(base)]
+    tracked = [slip_step(base, duration=STEPS), tracking(base)]
     rides: dict[str, dict[str, Ridden]] = {}
-    for scenario in (*following, *hard):
+    for scenario in (*tracked, *hard):
         rides[scenario.name] = {}
         for name, controller in controllers_of(files).items():
-            if controller is None and scenario in following:
-                continue  # nobody follows
-            say(f"{scenario.name}: {name}")
+            if controller is None and scenario in tracked:
+                continue  # no tracking in open loop
+            report(f"{scenario.name}: {name}")
             if controller is not None and scenario in hard:
-                controller = taking_away(files[name])
+                controller = reducing_only(files[name])
             rides[scenario.name][name] = ride(motorcycle, scenario, controller)
-    seeds = {s.name: _seeded(motorcycle, s, files, rides[s.name], say) for s in following}
-    best = quickest(motorcycle, files, say)
+    seeds = {s.name: _seeded(motorcycle, s, files, rides[s.name], report) for s in tracked}
+    best = fastest(motorcycle, files, report)
     found = [
-        _compared(motorcycle, name, files.get(name), rides, seeds, best, say)
+        _compared(motorcycle, name, files.get(name), rides, seeds, best, report)
         for name in controllers_of(files)
     ]
     return found, rides
@@ -133,29 +141,31 @@ def _seeded(
     scenario: Scenario,
     files: Mapping[str, ControllerFile],
     first: Mapping[str, Ridden],
-    say: Progress,
+    report: Progress,
 ) -> dict[str, list[Ridden]]:
-    """Ride a scenario again with other noise. first: the rides of the first seed."""
+    """Rides of a scenario with other noise seeds, by controller. first: those of the first seed."""
     found = {name: [first[name]] for name in files}
     for name, file in files.items():
         for seed in SEEDS[1:]:
-            say(f"{scenario.name}, seed {seed}: {name}")
+            report(f"{scenario.name}, seed {seed}: {name}")
             found[name].append(ride(motorcycle, scenario, from_tree(file.model_dump()), seed))
     return found
 
 
-def quickest(motorcycle: Motorcycle, files: Mapping[str, ControllerFile], say: Progress) -> Ridden:
-    """Ride the wet road at one constant slip after the other, with every controller."""
+def fastest(
+    motorcycle: Motorcycle, files: Mapping[str, ControllerFile], report: Progress
+) -> Ridden:
+    """Fastest ride on the wet road over all constant slip setpoints and controllers."""
     rides = []
     for name, file in files.items():
         for target in TARGETS:
-            say(f"wet road, {100 * target:g} %: {name}")
-            rides.append(ride(motorcycle, wet_road(target, WET), taking_away(file)))
+            report(f"wet road, {100 * target:g} %: {name}")
+            rides.append(ride(motorcycle, wet_road(target, WET), reducing_only(file)))
     return max(rides, key=lambda r: float(r.distance[-1]))
 
 
 def resting_slip(motorcycle: Motorcycle, scenario: Scenario | None = None) -> float:
-    """Slip of the steady ride."""
+    """Slip in steady state at the operating point of a scenario."""
     at = scenario or slip_step(0.0)
     simulation = Simulation(motorcycle)
     state, rest = equilibrium(simulation, at.gear, at.engine_speed)
@@ -170,26 +180,26 @@ def _compared(
     rides: Mapping[str, Mapping[str, Ridden]],
     seeds: Mapping[str, Mapping[str, list[Ridden]]],
     best: Ridden,
-    say: Progress,
+    report: Progress,
 ) -> Compared:
     nan = float("nan")
     mine = {scenario: by_name[name] for scenario, by_name in rides.items() if name in by_name}
     retard = {scenario: mean_retard(r) for scenario, r in mine.items()}
-    reached, step = [nan], StepMeasures(nan, nan, nan)
+    bandwidths, step = [nan], StepMeasures(nan, nan, nan)
     if file:
         steps, swept = seeds["slip step"][name], seeds["slip tracking"][name]
         target, slip = (
             np.concatenate([getattr(r, of) for r in steps]) for of in ("target", "slip")
         )
         step = step_measures(target, slip, TICK) or step
-        reached = [tracking_bandwidth(r.target, r.slip, 1 / TICK) for r in swept]
+        bandwidths = [tracking_bandwidth(r.target, r.slip, 1 / TICK) for r in swept]
         retard |= {s: float(np.mean([mean_retard(r) for r in seeds[s][name]])) for s in seeds}
-    good, tried, bad = _robust(_varied(motorcycle), file, say)
-    kept, missing, worse = _robust(_with_effects(motorcycle), file, say)
+    good, tried, bad = _robust(_varied(motorcycle), file, report)
+    kept, missing, worse = _robust(_with_effects(motorcycle), file, report)
     return Compared(
         name,
-        float(np.mean(reached)),
-        (min(reached), max(reached)),
+        float(np.mean(bandwidths)),
+        (min(bandwidths), max(bandwidths)),
         step.overshoot,
         step.settling,
         step.noise,
@@ -204,14 +214,14 @@ def _compared(
 
 
 def _robust(
-    motorcycles: Mapping[str, Motorcycle], file: ControllerFile | None, say: Progress
+    motorcycles: Mapping[str, Motorcycle], file: ControllerFile | None, report: Progress
 ) -> tuple[int, int, tuple[str, ...]]:
-    """Count the motorcycles on which steps of the target stay calm."""
+    """Stable, simulated, and names of the unstable motorcycle variants for setpoint steps."""
     if file is None:
         return 0, 0, ()
     bad, tried = [], 0
     for name, motorcycle in motorcycles.items():
-        say(f"{file.name}: {name}")
+        report(f"{file.name}: {name}")
         try:
             ridden = ride(
                 motorcycle,
@@ -220,9 +230,9 @@ def _robust(
                 warm_up=2.5,
             )
         except (PlantError, ValueError):
-            continue  # such a motorcycle cannot hold the operating point at all
+            continue  # this variant has no equilibrium at the operating point
         tried += 1
-        if not calm(ridden.slip[np.isfinite(ridden.slip)]):
+        if not decays(ridden.slip[np.isfinite(ridden.slip)]):
             bad.append(name)
     return tried - len(bad), tried, tuple(bad)
 
@@ -230,15 +240,15 @@ def _robust(
 def _varied(motorcycle: Motorcycle) -> dict[str, Motorcycle]:
     found = {}
     for owner, name in PARAMETERS:
-        block = getattr(motorcycle, owner)
+        component = getattr(motorcycle, owner)
         for factor in (1.0 - SHARE, 1.0 + SHARE):
-            changed = replace(block, **{name: getattr(block, name) * factor})
+            changed = replace(component, **{name: getattr(component, name) * factor})
             found[f"{owner}.{name} x {factor:g}"] = replace(motorcycle, **{owner: changed})
     return found
 
 
 def _with_effects(motorcycle: Motorcycle) -> dict[str, Motorcycle]:
-    """Every effect of the library that the motorcycle lacks, at its typical size."""
+    """Variants with each effect of the library that the motorcycle lacks, at typical magnitude."""
     has = {type(effect) for effect in motorcycle.effects}
     found = {}
     for kind in (k for k in LIBRARY if k not in has):

@@ -1,4 +1,4 @@
-"""Figures of the comparison: what the slip does, and what it costs."""
+"""Figures of the comparison: slip, throttle and spark over time."""
 
 from collections.abc import Mapping
 
@@ -13,7 +13,7 @@ SHOWN = 6.0  # s at most
 
 
 def scenario_figure(rides: Mapping[str, Ridden]) -> Figure:
-    """Draw slip, throttle and spark of all controllers in one scenario."""
+    """Figure of slip, throttle and spark of all controllers in one scenario."""
     shown = slice(0, round(SHOWN / TICK))
     with d.style():
         figure, axes = d.panels(3, 6.0, [2.0, 1.0, 1.0])
@@ -37,7 +37,7 @@ def scenario_figure(rides: Mapping[str, Ridden]) -> Figure:
             color=d.INK,
             lw=0.8,
             ls="--",
-            label="target",
+            label="setpoint",
         )
         axes[0].set(ylabel="slip / %")
         axes[1].set(ylabel="throttle / %")

@@ -1,4 +1,4 @@
-"""The page that compares controllers, as Markdown with figures beside it."""
+"""Page of the controller comparison, Markdown with figures."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -31,7 +31,7 @@ def write_page(
     folder.mkdir(parents=True, exist_ok=True)
     for name in SHOWN:
         d.png(scenario_figure(rides[name]), folder / f"control_{name.replace(' ', '_')}.png")
-    parts = [_head(command), _following(found, bandwidth), _hard(found), _robust(found)]
+    parts = [_head(command), _tracking(found, bandwidth), _hard(found), _robust(found)]
     parts += [
         f"## {name.capitalize()}\n\n![{name}](figures/control_{name.replace(' ', '_')}.png)"
         for name in SHOWN
@@ -42,25 +42,25 @@ def write_page(
 def _head(command: str) -> str:
     return (
         "# Controllers compared\n\n"
-        f"Made by `{command}`. The demonstration motorcycle is ridden in simulation with its "
-        "teeth, told three at a time as on the bus, the optical sensor with its noise every 4 ms, "
-        "and a controller every millisecond; the controllers come from `slipbench design` on "
-        "recorded sweeps. Where the rider drives hard a controller may only take away, above a "
-        f"slip of {100 * CAUGHT:g} %: on the wet patch (half of the grip for 20 m) and the crest "
-        f"(half of the load for 15 m) with {100 * HARD:g} % of opening beyond cruising, rolling on "
-        f"within 0.3 s and launching in second gear from 26 m/s with {100 * OVER:g} %, and on a "
-        f"road with half of the grip with {100 * WET:g} %."
+        f"Made by `{command}`: closed-loop simulation of the demonstration motorcycle. Encoder teeth "
+        "are sent three per frame as on the bus, the optical sensor sends a noisy sample every 4 ms, "
+        "and the controller runs every millisecond. The controllers come from `slipbench design` on "
+        "recorded sweeps. In the scenarios with high throttle a controller may only reduce torque, "
+        f"above a slip of {100 * CAUGHT:g} %: wet patch (half the grip for 20 m) and crest "
+        f"(half the load for 15 m) with {100 * HARD:g} % throttle above cruising; rolling on "
+        f"(within 0.3 s) and launch (second gear, from 26 m/s) with {100 * OVER:g} %; wet road "
+        f"(half the grip) with {100 * WET:g} %."
     )
 
 
-def _following(found: Sequence[Compared], bandwidth: float) -> str:
+def _tracking(found: Sequence[Compared], bandwidth: float) -> str:
     rows = [
         (
             _shown(c),
-            f"{c.bandwidth:.1f} ({c.reach[0]:.1f} to {c.reach[1]:.1f})",
+            f"{c.bandwidth:.1f} ({c.bandwidths[0]:.1f} to {c.bandwidths[1]:.1f})",
             f"{c.bandwidth / bandwidth:.2f}",
             f"{100 * c.overshoot:.0f}",
-            f"{1e3 * c.settling:.0f}" if math.isfinite(c.settling) else "never",
+            f"{1e3 * c.settling:.0f}" if math.isfinite(c.settling) else "did not settle",
             f"{100 * c.noise:.0f}",
             _degrees(c.retard["slip step"]),
             _degrees(c.retard["slip tracking"]),
@@ -70,43 +70,44 @@ def _following(found: Sequence[Compared], bandwidth: float) -> str:
     ]
     head = (
         "controller",
-        "follows to / Hz",
-        "of w_c",
+        "tracking bandwidth / Hz",
+        "relative to w_c",
         "overshoot / %",
-        "settling / ms",
-        "noise / % of a step",
+        "settling time / ms",
+        "noise / % of the step",
         "mean retard, steps / deg",
         "mean retard, sweep / deg",
     )
     return (
-        "## Following a target\n\nSteps of 0.12 % of slip, which nine degrees of spark just make: "
-        f"the mean of {10 * len(SEEDS)} up and of as many down, the worse of the two; noise is how "
-        "far one step is from that mean. A sweep of the target tells how far the slip follows "
-        f"(-3 dB). {len(SEEDS)} rides of either, each with another noise of the sensors: the mean, "
-        "and of the bandwidth the least and the greatest.\n\n" + _table(head, rows) + _spent(found)
+        "## Setpoint tracking\n\nSteps of 0.12 % slip, the largest that nine degrees of spark "
+        f"achieve. Overshoot and settling time: of the mean of {10 * len(SEEDS)} upward and as many "
+        "downward steps, the larger of the two. Noise: deviation of single steps from that mean. "
+        "Tracking bandwidth (-3 dB): from a sweep of the setpoint. Each test is simulated "
+        f"{len(SEEDS)} times with different sensor noise: mean, for the bandwidth with minimum and "
+        "maximum.\n\n" + _table(head, rows) + _spent(found)
     )
 
 
 def _spent(found: Sequence[Compared]) -> str:
-    """Say what share of the spark's retard a mixed controller spends."""
+    """Sentence on the spark retard of mixed control relative to spark control."""
     retard = {c.name: c.retard for c in found}
     if not {"spark", "mixed"} <= retard.keys():
         return ""
-    told = ", ".join(
-        f"{100 * retard['mixed'][s] / retard['spark'][s]:.1f} % in {named}"
+    shares = ", ".join(
+        f"{100 * retard['mixed'][s] / retard['spark'][s]:.1f} % ({named})"
         for s, named in (
             ("slip step", "steps"),
-            ("slip tracking", "the sweep"),
-            ("wet patch", "the wet patch"),
-            ("crest", "the crest"),
-            ("launch", "the launch"),
-            ("wet road", "the wet road"),
+            ("slip tracking", "sweep"),
+            ("wet patch", "wet patch"),
+            ("crest", "crest"),
+            ("launch", "launch"),
+            ("wet road", "wet road"),
         )
         if retard["spark"][s] > 0.0
     )
     return (
-        f"\n\nOf the spark's mean retard, mixed control spends {told}. Through the spark alone a "
-        "slip below that at rest is a retard that stays."
+        f"\n\nMean retard of mixed control relative to spark control: {shares}. With the spark alone, a "
+        "setpoint below the steady-state slip needs a permanent retard."
     )
 
 
@@ -133,10 +134,10 @@ def _hard(found: Sequence[Compared]) -> str:
         "mean retard, wet road / deg",
     )
     return (
-        "## Driving hard\n\n"
+        "## High throttle\n\n"
         + _table(head, rows)
-        + "\n\nTime lost: on the wet road in 4 s, behind "
-        "the quickest of seven constant slips that any of the controllers held."
+        + "\n\nTime lost: on the wet road within 4 s, relative to the fastest of seven constant slip "
+        "setpoints over all controllers."
     )
 
 
@@ -153,9 +154,9 @@ def _robust(found: Sequence[Compared]) -> str:
     ]
     head = (
         "controller",
-        "stable at +-20 % of a parameter",
-        "stable with an unknown effect",
-        "not calm with",
+        "stable with a parameter changed by ±20 %",
+        "stable with an unmodelled effect",
+        "unstable with",
     )
     return "## Robustness\n\n" + _table(head, rows)
 

@@ -1,8 +1,8 @@
-"""One ride under slip control: the simulated motorcycle, its teeth, and a controller, every 1 ms.
+"""Closed-loop simulation of one ride: motorcycle, encoders and controller, every 1 ms.
 
-An encoder tells its teeth three at a time, or what it has after 5 ms; the optical sensor speaks
-every 4 ms, with its noise. A tick sees what was told, and its command acts from the next tick on.
-That is how it goes over CAN.
+As on CAN, an encoder sends three teeth per frame, or fewer after 5 ms; the optical sensor sends a
+noisy sample every 4 ms. A tick uses the frames received so far, and its command acts from the next
+tick on.
 """
 
 from dataclasses import dataclass
@@ -20,20 +20,20 @@ from slipbench.plant.signals import Floats, Inputs, Outputs
 from slipbench.plant.simulation import Simulation
 
 TICK = 0.001  # s
-WARM_UP = 5.0  # s: leaves 0.001 % of slip of the gaps; 2 s leave 0.03 %
+WARM_UP = 5.0  # s; slip error from tooth-pitch errors is then 0.001 % (0.03 % after 2 s)
 OPTICAL = DEFAULT_CHANNELS["optical_speed"]
 TOGETHER = 3  # teeth in a frame
-WAIT = 0.005  # s, after which a frame is sent with fewer
+WAIT = 0.005  # s, after which a frame with fewer teeth is sent
 
 
 @dataclass(frozen=True, eq=False)
 class Ridden:
-    """time: s since control began; slip: true; seen: as estimated; target; throttle, spark: offsets
-    from rest; speed: m/s; distance: m. All (n,)."""
+    """time: s since control began; slip: true; estimated: slip as the controller has it; target;
+    throttle, spark: offsets from rest; speed: m/s; distance: m. All of shape (n,)."""
 
     time: Floats
     slip: Floats
-    seen: Floats
+    estimated: Floats
     target: Floats
     throttle: Floats
     spark: Floats
@@ -42,7 +42,7 @@ class Ridden:
 
 
 class _Wheels:
-    """Teeth as they pass, taken in by the estimator."""
+    """Encoders and optical sensor, and the slip estimator that receives their frames."""
 
     def __init__(self, motorcycle: Motorcycle, estimator: SlipEstimator, seed: int) -> None:
         self._random = np.random.default_rng(seed)
@@ -55,18 +55,18 @@ class _Wheels:
         }
         self._pickups: dict[str, Floats] = {}
         self._waiting: dict[str, list[tuple[float, float]]] = {"rear": [], "front": []}
-        self._told_at = {"rear": 0.0, "front": 0.0}
+        self._sent_at = {"rear": 0.0, "front": 0.0}
         self._next_optical = 0.0
 
-    def take_in(self, out: Outputs, learning: bool) -> EstimatorState:
+    def receive(self, out: Outputs, learning: bool) -> EstimatorState:
         for side in ("rear", "front"):
             self._turn(side, out, learning)
         now = float(out.time[-1])
         if now >= self._next_optical:
             self._next_optical = now + OPTICAL.period - 1e-9
-            told = float(out.optical_speed[-1]) + OPTICAL.noise * self._random.standard_normal()
-            told = OPTICAL.quantum * round(told / OPTICAL.quantum)
-            self._state = self._estimator.optical(self._state, now, told)
+            speed = float(out.optical_speed[-1]) + OPTICAL.noise * self._random.standard_normal()
+            speed = OPTICAL.quantum * round(speed / OPTICAL.quantum)
+            self._state = self._estimator.optical(self._state, now, speed)
         return self._state
 
     def _turn(self, side: str, out: Outputs, learning: bool) -> None:
@@ -82,16 +82,16 @@ class _Wheels:
             (float(tick) * disc.resolution, float(number))
             for tick, number in zip(teeth.ticks, teeth.numbers, strict=True)
         ]
-        self._tell(side, float(out.time[-1]), learning)
+        self._send(side, float(out.time[-1]), learning)
 
-    def _tell(self, side: str, now: float, learning: bool) -> None:
+    def _send(self, side: str, now: float, learning: bool) -> None:
         waiting = self._waiting[side]
-        if len(waiting) < TOGETHER and now - self._told_at[side] < WAIT:
+        if len(waiting) < TOGETHER and now - self._sent_at[side] < WAIT:
             return
         take = self._estimator.rear_tooth if side == "rear" else self._estimator.front_tooth
         for time, number in waiting:
             self._state = take(self._state, time, number, learning)
-        self._told_at[side] = now
+        self._sent_at[side] = now
         waiting.clear()
 
 
@@ -102,9 +102,9 @@ def ride(
     seed: int = 1,
     warm_up: float = WARM_UP,
 ) -> Ridden:
-    """Ride a scenario; without a controller throttle and spark stay where they rest.
+    """Simulated ride of a scenario; without a controller throttle and spark stay constant.
 
-    seed: of the optical sensor's noise; warm_up: s in which the gaps between teeth are learnt.
+    seed: of the noise of the optical sensor; warm_up: s, in which tooth-pitch errors are learned.
     """
     simulation = Simulation(motorcycle)
     state, rest = equilibrium(simulation, scenario.gear, scenario.engine_speed)
@@ -122,27 +122,27 @@ def ride(
     for k in range(warm + ticks):
         t = (k - warm) * TICK
         if k >= warm:
-            place = rows[k - warm - 1, 7] if k > warm else 0.0
-            inputs.grip[0], inputs.load[0] = scenario.grip(place), scenario.load(place)
+            position = rows[k - warm - 1, 7] if k > warm else 0.0
+            inputs.grip[0], inputs.load[0] = scenario.grip(position), scenario.load(position)
             inputs.throttle_command[0] = min(max(rest + scenario.throttle(t) + throttle, 0.0), 1.0)
             inputs.spark[0] = spark
         state, out = simulation.advance(state, inputs)
-        known = wheels.take_in(out, learning=k < warm)
-        seen = estimator.slip(known, float(out.time[-1]))
+        known = wheels.receive(out, learning=k < warm)
+        measured = estimator.slip(known, float(out.time[-1]))
         if k < warm:
             began = float(out.distance[-1])
             continue
         target = scenario.target(t)
         if controller is not None:
             if control is None:
-                control = controller.start(0.0, 0.0, seen.value, seen.speed)
+                control = controller.start(0.0, 0.0, measured.value, measured.speed)
             throttle, spark, control = controller.update(
-                control, target, seen.value, seen.speed, TICK
+                control, target, measured.value, measured.speed, TICK
             )
         rows[k - warm] = (
             t,
             out.slip[-1],
-            seen.value,
+            measured.value,
             target,
             throttle,
             spark,

@@ -1,7 +1,7 @@
-"""One PID for each speed, and the reserves of what lies between two speeds.
+"""Gain-scheduled PID over speed, with margins between the design speeds.
 
-Between two designs the gains lie on a straight line (`controllers.schedule`). Nobody measured a
-motorcycle there: so the gains halfway must keep the reserves on the paths of both neighbours.
+The gains are interpolated linearly between two designs (`controllers.schedule`). No recording
+exists there, so the gains halfway must meet the margins on the paths of both neighbours.
 """
 
 from collections.abc import Sequence
@@ -9,11 +9,11 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 from slipbench.identification.design.gains import Gains
-from slipbench.identification.design.problem import Answering, Problem
+from slipbench.identification.design.problem import LinearController, Problem
 from slipbench.identification.design.widest import Designed, NoDesign, pid
 
-LEFT = 0.1  # of each reserve, for what lies between two speeds
-ALIKE = 1.0  # m/s: runs whose speeds differ by less are of one speed
+RESERVE = 0.1  # of each margin, kept for the speeds between two designs
+SIMILAR = 1.0  # m/s: runs whose speeds differ by less count as one speed
 
 
 @dataclass(frozen=True)
@@ -24,15 +24,15 @@ class Scheduled:
 
 
 def scheduled(problems: Sequence[tuple[float, Problem]], most: int = 60) -> Scheduled | NoDesign:
-    """Design for every speed, and look between them. problems: (speed in m/s, problem)."""
+    """Designs for every speed, checked halfway between. problems: (speed in m/s, problem)."""
     ordered = sorted(problems, key=lambda p: p[0])
     for (low, _), (high, _) in pairwise(ordered):
-        if high - low < ALIKE:
-            return NoDesign(f"two runs were ridden at {low:.1f} m/s; a schedule needs one a speed")
+        if high - low < SIMILAR:
+            return NoDesign(f"two runs at {low:.1f} m/s; a gain schedule needs one run per speed")
     found: list[tuple[float, Problem, Designed]] = []
     for speed, problem in ordered:
-        asked = problem.required.with_reserve(LEFT)
-        design = pid(replace(problem, required=asked), most)
+        required = problem.required.with_reserve(RESERVE)
+        design = pid(replace(problem, required=required), most)
         if isinstance(design, NoDesign):
             return NoDesign(f"at {speed:.1f} m/s: {design.reason}")
         found.append((speed, problem, design))
@@ -40,14 +40,14 @@ def scheduled(problems: Sequence[tuple[float, Problem]], most: int = 60) -> Sche
         middle = halfway(one.controller, other.controller)
         if not (before.met(middle.response) and after.met(middle.response)):
             return NoDesign(
-                f"gains halfway between {low:.1f} and {high:.1f} m/s do not keep the reserves at "
-                "both; record a run between them"
+                f"the interpolated gains halfway between {low:.1f} and {high:.1f} m/s do not meet the "
+                "margins at both speeds; record a run between them"
             )
     return Scheduled(tuple((speed, design) for speed, _, design in found))
 
 
-def halfway(a: Answering, b: Answering) -> Gains:
-    """Return the PID that a schedule runs halfway between two speeds."""
+def halfway(a: LinearController, b: LinearController) -> Gains:
+    """PID halfway between two designs, as the gain schedule interpolates it."""
     assert isinstance(a, Gains)
     assert isinstance(b, Gains)
     return replace(

@@ -31,27 +31,39 @@ def register(app: typer.Typer) -> None:
 
 
 def design_command(
-    runs: Annotated[list[File], typer.Argument(help="Run folders, the nominal one first.")],
-    actuator: Annotated[str, typer.Option(help="throttle, spark or mixed.")],
-    out: Annotated[File, typer.Option(help="Controller file to write.")],
+    runs: Annotated[
+        list[File], typer.Argument(help="Run folders; the first is the nominal operating point.")
+    ],
+    actuator: Annotated[str, typer.Option(help="Actuator: throttle, spark or mixed.")],
+    out: Annotated[File, typer.Option(help="Controller file to write (TOML).")],
     law: Annotated[
         str,
-        typer.Option(help="pid, internal_model, the better one of these, or h_infinity (slycot)."),
+        typer.Option(
+            help="Control law: pid, internal_model, best (the better of the two) or h_infinity (needs slycot)."
+        ),
     ] = "best",
     report: Annotated[
-        File | None, typer.Option(help="Folder for the report: Nyquist plot, margins, steps.")
+        File | None,
+        typer.Option(help="Folder for the report: Nyquist plot, margins, step responses."),
     ] = None,
-    gain_margin: Annotated[float, typer.Option(help="Least gain margin, dB.", min=0.0)] = 6.0,
-    phase_margin: Annotated[float, typer.Option(help="Least phase margin, deg.", min=0.0)] = 40.0,
-    sensitivity: Annotated[float, typer.Option(help="Greatest sensitivity peak.", min=1.01)] = 2.0,
-    period: Annotated[float, typer.Option(help="Command period, ms.", min=0.1)] = 1.0,
+    gain_margin: Annotated[float, typer.Option(help="Minimum gain margin, dB.", min=0.0)] = 6.0,
+    phase_margin: Annotated[float, typer.Option(help="Minimum phase margin, deg.", min=0.0)] = 40.0,
+    sensitivity: Annotated[
+        float, typer.Option(help="Maximum sensitivity peak M_s.", min=1.01)
+    ] = 2.0,
+    period: Annotated[
+        float, typer.Option(help="Sample time of the controller, ms.", min=0.1)
+    ] = 1.0,
     schedule: Annotated[
-        bool, typer.Option("--schedule", help="A PID for the speed of each run, not one for all.")
+        bool,
+        typer.Option(
+            "--schedule", help="Gain-scheduled PID: one set of gains for the speed of each run."
+        ),
     ] = False,
 ) -> None:
-    """Design a slip controller on recorded trials, as wide as its reserves allow.
+    """Design a slip controller from recorded trials: maximum bandwidth within the stated margins.
 
-    All runs of one actuator are members of the set that it must be stable for, margins kept.
+    All runs of one actuator form the uncertainty set: the loop is stable, with the stated margins, for each of them.
     """
     from math import radians
 
@@ -63,11 +75,11 @@ def design_command(
 
     if actuator not in ACTUATORS or law not in LAWS:
         raise InputError(
-            f"no such controller: {actuator}, {law}",
+            f"unknown actuator or control law: {actuator}, {law}",
             expected=", ".join((*ACTUATORS, *LAWS)),
             remedy="choose --actuator and --law from these",
         )
-    _fits(actuator, law, schedule)
+    _check_options(actuator, law, schedule)
     required = Requirements(10 ** (gain_margin / 20), radians(phase_margin), sensitivity)
     with Console(stderr=True).status("") as progress:
         progress.update("identifying")
@@ -84,12 +96,14 @@ def design_command(
             file = controller_file(path, designed, tuple((v, d.controller) for v, d in rows))
         write_controller(file, out)
         page = (
-            write_report(path, designed, report, _beside(path, law, actuator)) if report else None
+            write_report(path, designed, report, _alternatives(path, law, actuator))
+            if report
+            else None
         )
-    for name in _told(designed):
+    for name in _listed(designed):
         m = designed.margins[name]
         typer.echo(_line(name, m.bandwidth, m.gain, m.phase, m.sensitivity))
-    typer.echo(f"slip follows its target up to {file.designed['bandwidth_hz']:.1f} Hz (-3 dB)")
+    typer.echo(f"tracking bandwidth of slip: {file.designed['bandwidth_hz']:.1f} Hz (-3 dB)")
     typer.echo(f"controller: {out}")
     if page:
         typer.echo(f"report: {page}")
@@ -103,7 +117,7 @@ def _path(actuator: str, runs: "list[Identification]", required: object, period:
     path = path_of(actuator, runs, required, period * 1e-3)
     if isinstance(path, NoPath):
         raise InputError(
-            f"no controller through the {actuator}",
+            f"no controller can be designed for the {actuator}",
             found=path.reason,
             remedy=f"record a trial that excites the {actuator}",
         )
@@ -113,7 +127,7 @@ def _path(actuator: str, runs: "list[Identification]", required: object, period:
 def _by_speed(
     actuator: str, runs: "list[Identification]", required: object, period: float
 ) -> "tuple[tuple[float, Designed], ...]":
-    """Design for the speed of each run that excited the actuator, the slowest first."""
+    """Designs for the speed of each run that excited the actuator, slowest first."""
     from slipbench.identification.design.by_speed import scheduled
     from slipbench.identification.design.from_runs import Path, path_of
     from slipbench.identification.design.problem import Requirements
@@ -122,7 +136,7 @@ def _by_speed(
     assert isinstance(required, Requirements)
     if actuator == "mixed":
         raise InputError(
-            "a mixed controller has no schedule",
+            "a mixed controller cannot be gain-scheduled",
             found="--schedule --actuator mixed",
             expected="throttle or spark",
             remedy="leave out --schedule",
@@ -131,7 +145,7 @@ def _by_speed(
     found = scheduled([(p.speed, p.problem) for p in paths if isinstance(p, Path)])
     if isinstance(found, NoDesign):
         raise InputError(
-            "no schedule keeps these reserves",
+            "no gain schedule meets the stability margins",
             found=found.reason,
             remedy="leave out --schedule, or choose other runs",
         )
@@ -145,14 +159,14 @@ def _mixture(slow: "Path", fast: "Path") -> "Mixture":
     found = mixture(slow, fast)
     if isinstance(found, NoDesign):
         raise InputError(
-            "the spark cannot help the throttle",
+            "mixed control has no advantage over the throttle alone",
             found=found.reason,
-            remedy="design a controller through the throttle or the spark alone",
+            remedy="design a controller for the throttle or the spark alone",
         )
     return found
 
 
-def _ways() -> "dict[str, Callable[[Problem], Designed | NoDesign]]":
+def _laws() -> "dict[str, Callable[[Problem], Designed | NoDesign]]":
     from slipbench.identification.design import widest
     from slipbench.identification.design.h_infinity import h_infinity
 
@@ -164,34 +178,36 @@ def _ways() -> "dict[str, Callable[[Problem], Designed | NoDesign]]":
     }
 
 
-def _beside(path: "Path", law: str, actuator: str) -> "dict[str, Designed | NoDesign]":
-    """Design by every other law on the same problem, for the report."""
+def _alternatives(path: "Path", law: str, actuator: str) -> "dict[str, Designed | NoDesign]":
+    """Designs with every other control law for the same problem, for comparison in the report."""
     own = "" if actuator == "mixed" else law
-    return {name: way(path.problem) for name, way in _ways().items() if name not in (own, "best")}
+    return {
+        name: design(path.problem) for name, design in _laws().items() if name not in (own, "best")
+    }
 
 
-def _fits(actuator: str, law: str, schedule: bool) -> None:
-    """Refuse what does not go together, or is not installed."""
+def _check_options(actuator: str, law: str, schedule: bool) -> None:
+    """Check that the options can be combined and are installed. Raises InputError."""
     from slipbench.identification.design.h_infinity import INSTALL
     from slipbench.identification.design.mixed_sensitivity import available
 
     if actuator == "mixed" and law not in ("best", "internal_model"):
         raise InputError(
-            "mixed control is by internal models",
+            "mixed control is available with internal models only",
             found=f"--law {law}",
             expected="best or internal_model",
             remedy="leave out --law",
         )
     if schedule and law not in ("best", "pid"):
         raise InputError(
-            "a schedule is of PID controllers",
+            "gain scheduling is available for PID only",
             found=f"--law {law}",
             expected="best or pid",
             remedy="leave out --law or --schedule",
         )
     if law == "h_infinity" and not available():
         raise InputError(
-            "an H-infinity design needs SLICOT",
+            "H-infinity design needs SLICOT",
             found="no module slycot",
             remedy=f"{INSTALL}, or choose another --law",
         )
@@ -200,18 +216,18 @@ def _fits(actuator: str, law: str, schedule: bool) -> None:
 def _designed(path: "Path", law: str) -> "Designed":
     from slipbench.identification.design.widest import NoDesign
 
-    found = _ways()[law](path.problem)
+    found = _laws()[law](path.problem)
     if isinstance(found, NoDesign):
         raise InputError(
-            "no controller keeps these reserves",
+            "no controller meets the stability margins",
             found=found.reason,
-            remedy="ask for less margin, or design for fewer operating points",
+            remedy="reduce the required margins, or use fewer operating points",
         )
     return found
 
 
-def _told(designed: "Designed") -> list[str]:
-    """Name the nominal loop and all others; of many only the one nearest to its end."""
+def _listed(designed: "Designed") -> list[str]:
+    """Names of the loops to print: nominal and up to eight others, else the one of highest M_s."""
     others = [name for name in designed.margins if name != "nominal"]
     worst = sorted(others, key=lambda name: -designed.margins[name].sensitivity)
     return ["nominal", *(others if len(others) <= 8 else worst[:1])]
@@ -220,8 +236,8 @@ def _told(designed: "Designed") -> list[str]:
 def _line(name: str, bandwidth: float, gain: float, phase: float, peak: float) -> str:
     from math import degrees, isfinite, log10
 
-    reach = f"to {bandwidth:.1f} Hz" if isfinite(bandwidth) else "beyond what was measured"
+    bound = f"bandwidth {bandwidth:.1f} Hz" if isfinite(bandwidth) else "above the measured band"
     return (
-        f"{name}: |T| {reach}, gain margin {20 * log10(gain):.1f} dB, "
+        f"{name}: {bound} (|T|), gain margin {20 * log10(gain):.1f} dB, "
         f"phase margin {degrees(phase):.0f} deg, M_s {peak:.2f}"
     )

@@ -1,4 +1,4 @@
-"""Figures of a design: Nyquist plot with the forbidden disc, sensitivities, steps over the set."""
+"""Figures of a design: Nyquist plot, sensitivities, setpoint steps."""
 
 from collections.abc import Iterator
 
@@ -17,7 +17,7 @@ LASTING = 0.6  # s
 
 
 def nyquist(path: Path, designed: Designed) -> Figure:
-    """Draw the loop gain of all members, and the disc that M_s keeps free."""
+    """Nyquist plot of all members with the disc that the limit of M_s excludes."""
     with d.style():
         figure, (axes,) = d.side_by_side(1, 5.2)
         angle = np.linspace(0, 2 * np.pi, 200)
@@ -34,7 +34,7 @@ def nyquist(path: Path, designed: Designed) -> Figure:
 
 
 def sensitivities(path: Path, designed: Designed) -> Figure:
-    """Draw |S| and |T| against frequency."""
+    """Figure of |S| and |T| over frequency."""
     with d.style():
         figure, axes = d.panels(2, 5.2)
         for (name, (f, loop)), color in zip(
@@ -51,7 +51,7 @@ def sensitivities(path: Path, designed: Designed) -> Figure:
 
 
 def steps(path: Path, designed: Designed) -> Figure:
-    """Draw slip after a step of its target, over the set."""
+    """Figure of slip after a setpoint step, for all members."""
     time = np.arange(0.0, LASTING, 0.002)
     with d.style():
         figure, (axes,) = d.panels(1, 3.2)
@@ -59,7 +59,7 @@ def steps(path: Path, designed: Designed) -> Figure:
         for (name, y), color in zip(found.items(), _colours(), strict=False):
             axes.plot(time, y, color=color, label=name)
         axes.axhline(1.0, color=d.MUTED, lw=0.8)
-        axes.set(xlabel="time / s", ylabel="slip / step of target")
+        axes.set(xlabel="time / s", ylabel="slip / step height")
         d.legend(axes, 3)
     return figure
 

@@ -1,6 +1,6 @@
-"""From recorded trials to a design problem: the path to slip, its set, and what the loop adds.
+"""Design problem from recorded trials: path to slip, uncertainty set, additional loop delay.
 
-The nominal model is of the first run; every run of the same actuator is a member of the set.
+The nominal model is that of the first run; every run of the same actuator is a member of the set.
 """
 
 from collections.abc import Sequence
@@ -29,13 +29,13 @@ from slipbench.identification.signals.trial_window import NoExcitation
 from slipbench.protocol.recording.channel import FloatArray
 from slipbench.protocol.trial_file import Limits
 
-ON_THE_WAY = 0.0003  # s, a status frame and a command frame on a bus that is half full
-QUICK = 40.0  # Hz; what slip does above it is noise to a controller
+TRANSMISSION = 0.0003  # s, a status frame and a command frame on a bus that is half full
+NOISE_BAND = 40.0  # Hz; slip above this frequency counts as noise
 
 
 @dataclass(frozen=True)
 class Path:
-    """What runs of one actuator say. speed: m/s, mean; gain: slip per command at low frequency."""
+    """Design data of one actuator. speed: m/s, mean; gain: slip per command at low frequency."""
 
     actuator: str
     problem: Problem
@@ -55,10 +55,10 @@ class NoPath:
 def path_of(
     actuator: str, runs: Sequence[Identification], required: Requirements, period: float
 ) -> Path | NoPath:
-    """Join the runs that excited an actuator; the first one is the nominal motorcycle."""
-    used = [(run, answer) for run in runs if (answer := _answer(run, actuator)) is not None]
+    """Design data from the runs that excited an actuator; the first run is nominal. period: s."""
+    used = [(run, frf) for run in runs if (frf := _response(run, actuator)) is not None]
     if not used:
-        return NoPath(f"no run answers how slip follows the {actuator} command")
+        return NoPath(f"no run contains a frequency response from the {actuator} command to slip")
     nominal = used[0][0]
     lines = independent_lines(used[0][1])
     if isinstance(lines, NoRational):
@@ -69,7 +69,7 @@ def path_of(
         return NoPath(around.reason)
     trial = nominal.recording.trial
     if trial is None:
-        return NoPath("the first run has no trial file, and so no limits to keep to")
+        return NoPath("the first run has no trial file, which defines the limits of the controller")
     speed = _speed(nominal)
     problem = Problem(
         model,
@@ -77,27 +77,27 @@ def path_of(
         _extra(nominal, speed, period),
         period,
         _noise(nominal, speed),
-        _swing(trial.limits, actuator),
+        _half_range(trial.limits, actuator),
         required,
-        _told(nominal, speed, period),
+        _sample_interval(nominal, speed, period),
     )
     names = tuple(run.recording.folder.name for run, _ in used)
     return Path(actuator, problem, speed, _gain(used[0][1]), names, trial.limits)
 
 
-def _answer(run: Identification, actuator: str) -> FrequencyResponse | None:
+def _response(run: Identification, actuator: str) -> FrequencyResponse | None:
     if isinstance(run.window, NoExcitation):
         return None
     if excited_actuator(run.recording.trial, run.base, run.window) != actuator:
         return None
-    wanted = (f"{actuator}_command", "slip")
-    return next((r for r in run.responses if (r.input, r.output) == wanted), None)
+    path = (f"{actuator}_command", "slip")
+    return next((r for r in run.responses if (r.input, r.output) == path), None)
 
 
 def _set(
     model: RationalModel, used: Sequence[tuple[Identification, FrequencyResponse]]
 ) -> UncertaintySet | NoSet:
-    members = [Member(run.recording.folder.name, answer) for run, answer in used]
+    members = [Member(run.recording.folder.name, frf) for run, frf in used]
     return uncertainty_set(model, members)
 
 
@@ -108,36 +108,36 @@ def _speed(run: Identification) -> float:
 
 
 def _extra(run: Identification, speed: float, period: float) -> float:
-    """Delay that the loop adds, s: age of the tooth speed, the command's frame, half a tick.
+    """Delay that the loop adds, s: age of the tooth speed, command frame, half a tick.
 
-    The identification sees a tooth speed at the middle of its interval. A controller has it when
-    the frame that tells it has come, and holds it until the next one: how old it is then, on
-    average, the recording's arrivals tell.
+    The identification assigns a tooth speed to the middle of its interval. The controller receives
+    it with the frame that reports it and holds it until the next one. The mean age follows from the
+    arrival times in the recording.
     """
     age = mean_age(run)
-    return (_interval(run, speed) if age is None else age) + ON_THE_WAY + 0.5 * period
+    return (_interval(run, speed) if age is None else age) + TRANSMISSION + 0.5 * period
 
 
-def _told(run: Identification, speed: float, period: float) -> float:
-    """Time from one told slip to the next, s; no less than a period."""
-    told = _tellings(run)
-    lasts = _interval(run, speed) if told is None else float(np.mean(np.diff(told[0])))
+def _sample_interval(run: Identification, speed: float, period: float) -> float:
+    """Time from one slip sample to the next, s; at least a period."""
+    reported = _reported_speeds(run)
+    lasts = _interval(run, speed) if reported is None else float(np.mean(np.diff(reported[0])))
     return max(lasts, period)
 
 
 def mean_age(run: Identification) -> float | None:
     """Mean age of the newest tooth speed at the bench, s; None where arrivals were not recorded."""
-    told = _tellings(run)
-    if told is None:
+    reported = _reported_speeds(run)
+    if reported is None:
         return None
-    heard, of = told
-    lasts = np.diff(heard)
-    age = heard[:-1] - of[:-1] + 0.5 * lasts
+    arrival, measured = reported
+    lasts = np.diff(arrival)
+    age = arrival[:-1] - measured[:-1] + 0.5 * lasts
     return float(np.sum(age * lasts) / np.sum(lasts))
 
 
-def _tellings(run: Identification) -> tuple[FloatArray, FloatArray] | None:
-    """When a tooth speed was told, and of when it is (s); of teeth told together, the last."""
+def _reported_speeds(run: Identification) -> tuple[FloatArray, FloatArray] | None:
+    """Arrival and measurement time of each tooth speed, s, shape (n,); last tooth of each frame."""
     channel = run.recording.channels.get("rear_teeth")
     if channel is None or channel.arrival is None or channel.time.size < 3:
         return None
@@ -148,7 +148,7 @@ def _tellings(run: Identification) -> tuple[FloatArray, FloatArray] | None:
 
 
 def _interval(run: Identification, speed: float) -> float:
-    """Time from tooth to tooth, s; nothing for a wheel speed that came as such."""
+    """Time from tooth to tooth, s; 0 for a wheel speed that is sent as a speed."""
     assert not isinstance(run.motion, NoMotion)
     axle = run.motion.axle
     if not (axle.teeth_per_turn and axle.radius):
@@ -157,25 +157,23 @@ def _interval(run: Identification, speed: float) -> float:
 
 
 def _noise(run: Identification, speed: float) -> float:
-    """Deviation of a slip sample: what the recording shows above `QUICK`, and no less than the
-    encoder's timer makes.
-    """
+    """Standard deviation of a slip sample above `NOISE_BAND`; at least that of the encoder timer."""
     assert not isinstance(run.motion, NoMotion)
     slip = bridged(run.motion.slip.ratio)
-    left = slip - low_pass(slip, run.base.rate, QUICK)
+    residual = slip - low_pass(slip, run.base.rate, NOISE_BAND)
     interval = _interval(run, speed)
     timer = TIMER / np.sqrt(6.0) / interval if interval else 0.0
-    return float(max(np.std(left[np.isfinite(left)]), timer))
+    return float(max(np.std(residual[np.isfinite(residual)]), timer))
 
 
-def _swing(limits: Limits, actuator: str) -> float:
+def _half_range(limits: Limits, actuator: str) -> float:
     if actuator == "throttle":
         return limits.throttle_deviation
     return 0.5 * (limits.spark[1] - limits.spark[0])
 
 
-def _gain(answer: FrequencyResponse) -> float:
-    """Slip per command where the answer is slow: the believed lines of the lowest octave."""
-    f, reliable = answer.frequency, answer.reliable
+def _gain(response: FrequencyResponse) -> float:
+    """Low-frequency gain, slip per command: mean of the reliable bins of the lowest octave."""
+    f, reliable = response.frequency, response.reliable
     lowest = reliable & (f <= 2 * f[reliable][0])
-    return float(np.mean(answer.value[lowest].real))
+    return float(np.mean(response.value[lowest].real))

@@ -1,4 +1,4 @@
-"""A PID as its design sees it: gains, and what they answer at frequencies."""
+"""PID gains and their frequency response, for the design."""
 
 from dataclasses import dataclass
 
@@ -22,20 +22,20 @@ class Gains:
     reference_weight: float = 1.0
 
     def response(self, frequency: FloatArray) -> ComplexArray:
-        """From error to command, complex, at frequencies in Hz, as `Pid` computes it."""
+        """Frequency response from error to command, complex, of `Pid`. frequency: Hz, shape (n,)."""
         z = np.exp(2j * np.pi * np.asarray(frequency) * self.period)
         whole = self.filter_time + self.period
         slope = self.derivative * (1 - 1 / z) / (whole - self.filter_time / z)
         return np.asarray(self.proportional + self.integral * self.period / (z - 1) + slope)
 
     def reference_response(self, frequency: FloatArray) -> ComplexArray:
-        """From reference to command, the loop open: no derivative of the reference."""
+        """Open-loop response from reference to command; no derivative of the reference."""
         z = np.exp(2j * np.pi * np.asarray(frequency) * self.period)
         weighted = self.reference_weight * self.proportional
         return np.asarray(weighted + self.integral * self.period / (z - 1))
 
     def controller(self, limits: Range) -> Pid:
-        """Return the controller, its command inside limits."""
+        """Controller with its command limited."""
         track = max(2 * np.sqrt(abs(self.derivative / self.integral)), 0.02)
         return Pid(
             self.proportional,

@@ -1,9 +1,9 @@
-"""What a feedback loop will do, from its loop gain at frequencies: margins, peaks, bandwidths.
+"""Margins, sensitivity peaks and bandwidths of a feedback loop from its loop gain.
 
 L = C G, S = 1 / (1 + L), T = L S. Gain and phase margin, sensitivity peak M_s = max |S| and the
 complementary peak M_t = max |T| as in Skogestad and Postlethwaite, Multivariable Feedback Control
 (2005), sections 2.4 and 2.5. Bandwidth is where |T| first falls through -3 dB;
-rejection is where |S| first rises through -3 dB: disturbances slower than that are held.
+rejection is where |S| first rises through -3 dB: slower disturbances are attenuated.
 """
 
 from dataclasses import dataclass
@@ -18,7 +18,7 @@ from slipbench.protocol.recording.channel import FloatArray
 @dataclass(frozen=True)
 class Margins:
     """gain: factor; phase: rad; sensitivity, complementary: M_s and M_t; crossover, bandwidth,
-    rejection: Hz, NaN where the frequencies do not reach; delay: s that the loop can bear."""
+    rejection: Hz, NaN outside the frequencies given; delay: delay margin, s."""
 
     gain: float
     phase: float
@@ -31,7 +31,7 @@ class Margins:
 
 
 def margins(frequency: FloatArray, loop: ComplexArray) -> Margins:
-    """Read the margins off a loop gain. frequency: Hz, (n,), increasing; loop: (n,)."""
+    """Margins of a loop gain. frequency: Hz, shape (n,), increasing; loop: complex, shape (n,)."""
     sensitivity = 1.0 / (1.0 + loop)
     closed = loop * sensitivity
     phase, crossover, delay = _phase(frequency, loop)
@@ -48,17 +48,17 @@ def margins(frequency: FloatArray, loop: ComplexArray) -> Margins:
 
 
 def encircled(loop: ComplexArray) -> int:
-    """Count how often a loop gain runs round -1: 0 where a stable path with a stable or
-    integrating controller is stable in closed loop (Nyquist).
+    """Encirclements of -1 by a loop gain (Nyquist criterion).
 
-    loop: from well below to well above the bandwidth, finely enough that no turn is missed.
+    0: a stable path with a stable or integrating controller is stable in closed loop. loop:
+    complex, shape (n,), from well below to well above the bandwidth, dense enough to unwrap.
     """
     turned = np.unwrap(np.angle(1.0 + loop))
     return round(float(turned[-1] - np.angle(1.0 + loop[-1])) / (2 * np.pi))
 
 
 def _gain(loop: ComplexArray) -> float:
-    """Least factor that brings a crossing of the negative real axis onto -1."""
+    """Gain margin: smallest factor that moves a crossing of the negative real axis onto -1."""
     across = (loop.imag[:-1] * loop.imag[1:] <= 0.0) & (loop.imag[:-1] != loop.imag[1:])
     k = np.flatnonzero(across)
     share = loop.imag[k] / (loop.imag[k] - loop.imag[k + 1])
@@ -68,7 +68,7 @@ def _gain(loop: ComplexArray) -> float:
 
 
 def _phase(frequency: FloatArray, loop: ComplexArray) -> tuple[float, float, float]:
-    """Phase margin (rad), the highest crossover (Hz), and the delay margin (s)."""
+    """Phase margin (rad), highest crossover frequency (Hz) and delay margin (s)."""
     size = np.log(np.abs(loop))
     k = np.flatnonzero(size[:-1] * size[1:] < 0.0)
     if not k.size:
@@ -76,7 +76,7 @@ def _phase(frequency: FloatArray, loop: ComplexArray) -> tuple[float, float, flo
     share = size[k] / (size[k] - size[k + 1])
     at = frequency[k] + share * (frequency[k + 1] - frequency[k])
     turned = loop[k] + share * (loop[k + 1] - loop[k])
-    ahead = np.mod(np.angle(-turned), 2 * np.pi)  # how far it may turn back before it is at -1
+    ahead = np.mod(np.angle(-turned), 2 * np.pi)  # phase lag until it reaches -1
     phase = np.minimum(ahead, 2 * np.pi - ahead)
     return float(phase.min()), float(at[-1]), float(np.min(ahead / (2 * np.pi * at)))
 

@@ -1,18 +1,17 @@
-"""H-infinity: the controller that keeps weighted sensitivities smallest, then made small itself.
+"""H-infinity mixed-sensitivity synthesis with order reduction.
 
     min_C max_w | W_S S ; W_u C S ; W T |,   S = 1 / (1 + C G), T = 1 - S
 
-W_S asks for rejection up to a corner and S below M_s beyond it; W_u grows where sensor noise would
-shake the command; W bounds the uncertainty set, so that the synthesis sees what the loop must be
-stable for. G is the nominal model, its delay, the loop's and half a hold as an all-pass.
-Corners are raised until a measured member's margin, the set's |W T| or the noise says no: the same
-conditions as for every other law, on the controller that will run (Skogestad and Postlethwaite
-2005, sections 2.8, 9.3 and 11.5).
+W_S requires rejection up to a corner frequency and |S| below M_s above it; W_u limits the command
+noise; W bounds the uncertainty set. G is the nominal model with its dead time, the loop delay and
+half a sample as an all-pass. The corner is raised until a margin of a measured member, the robust
+stability of the set or the command noise reaches its limit: the same conditions as for every other
+law, checked on the discrete controller (Skogestad and Postlethwaite 2005, sections 2.8, 9.3, 11.5).
 
-What the synthesis gives has the order of all of these together. Its integrator is set apart (the
-weight's pole beside 0 is taken for one), the rest reduced by balanced residualisation to the least
-order that costs nothing, and discretised by Tustin's rule. python-control calls SLICOT through
-slycot for both; `available` tells whether it is installed.
+The synthesis returns the order of plant and weights together. Its integrator is separated (the pole
+of the weight near 0 counts as one), the remainder is reduced by balanced residualisation to the
+lowest sufficient order and discretised by Tustin's rule. python-control calls SLICOT through slycot
+for both; `available` returns whether it is installed.
 """
 
 import warnings
@@ -26,7 +25,7 @@ from slipbench.controllers.compensator import Compensator
 from slipbench.controllers.limits import Range
 from slipbench.controllers.linear import in_series
 from slipbench.identification.design.problem import Problem
-from slipbench.identification.design.sampled import answer, sections
+from slipbench.identification.design.sampled import sections, sections_response
 from slipbench.identification.models.uncertainty_set import UncertaintySet
 from slipbench.identification.response.response import ComplexArray
 from slipbench.protocol.recording.channel import FloatArray
@@ -36,14 +35,14 @@ if TYPE_CHECKING:
 
 PADE = 4  # order of the all-pass
 AT_REST = 1e-3  # pole of W_S over its corner: the integrator that the synthesis may not have
-FADE = 8.0  # Hz, beyond which nobody asks for T
-FORGETS = 5.0  # 1/s: whatever a limit left in the controller is a third of it after 0.2 s
-FALL = 20.0  # weights that rise are flat again so many times beyond their corner
+FADE = 8.0  # Hz, above which |T| is not required
+FORGETS = 5.0  # 1/s, slowest allowed pole of the remainder: its state decays to a third in 0.2 s
+FALL = 20.0  # ratio of the upper to the lower corner of a rising weight
 
 
 @dataclass(frozen=True)
 class Synthesis:
-    """integral: K_i, 1/s; shaping: sections of the rest, at steps of `period` s; order: of both."""
+    """integral: K_i, 1/s; shaping: sections of the remainder, at steps of `period` s; order: of both."""
 
     integral: float
     shaping: tuple[tuple[float, ...], ...]
@@ -51,37 +50,39 @@ class Synthesis:
     order: int
 
     def response(self, frequency: FloatArray) -> ComplexArray:
-        """From error to command, complex, at frequencies in Hz, as `Compensator` computes it."""
+        """Frequency response from error to command, complex, of `Compensator`. frequency: Hz, (n,)."""
         z = np.exp(2j * np.pi * np.asarray(frequency) * self.period)
-        return np.asarray(answer(self.shaping, z) + self.integral * self.period / (z - 1))
+        return np.asarray(
+            sections_response(self.shaping, z) + self.integral * self.period / (z - 1)
+        )
 
     def reference_response(self, frequency: FloatArray) -> ComplexArray:
-        """From reference to command, the loop open: the same as from the error."""
+        """Open-loop response from reference to command: the same as from the error."""
         return self.response(frequency)
 
     def controller(self, limits: Range) -> Compensator:
-        """Return the controller, its command inside limits."""
+        """Controller with its command limited."""
         shaping = in_series(self.shaping)
         return Compensator(self.integral, shaping, self.period, limits, self.tracking_time)
 
     @property
     def tracking_time(self) -> float:
-        """Time in which the integral does what the rest does at once, s, as a PI's T_i."""
-        steady = float(np.real(answer(self.shaping, np.ones(1, complex))[0]))
+        """Tracking time of the anti-windup, s: integral time T_i of the equivalent PI."""
+        steady = float(np.real(sections_response(self.shaping, np.ones(1, complex))[0]))
         return max(abs(steady / self.integral), 0.02)
 
 
 def available() -> bool:
-    """Tell whether python-control finds SLICOT."""
+    """Whether python-control finds SLICOT."""
     import control
 
     return bool(control.slycot_check())
 
 
 @dataclass(frozen=True)
-class Wishes:
-    """corner: of W_S, Hz; peak: what S may rise to; effort: |C S| over its steady value at low
-    frequency that costs as much as that peak; quiet: corner of W_u, Hz."""
+class WeightParameters:
+    """corner: of W_S, Hz; peak: limit of |S|; effort: weight of |C S| relative to its steady value at
+    low frequency; quiet: corner of W_u, Hz."""
 
     corner: float
     peak: float
@@ -89,8 +90,8 @@ class Wishes:
     quiet: float
 
 
-def synthesis(problem: Problem, wishes: Wishes) -> "control.StateSpace | None":
-    """Return the optimal controller of full order in continuous time; None where SLICOT finds none.
+def synthesis(problem: Problem, weights: WeightParameters) -> "control.StateSpace | None":
+    """Optimal continuous-time controller of full order; None where SLICOT finds none.
 
     Needs slycot, see `available`.
     """
@@ -100,14 +101,14 @@ def synthesis(problem: Problem, wishes: Wishes) -> "control.StateSpace | None":
     try:
         with warnings.catch_warnings():  # of python-control's own calls
             warnings.simplefilter("ignore", FutureWarning)
-            found, _, _ = control.mixsyn(plant, *_weights(problem, wishes))
+            found, _, _ = control.mixsyn(plant, *_weights(problem, weights))
     except (control.ControlArgument, ValueError, ArithmeticError, linalg.LinAlgError):
         return None
     return found / steady
 
 
 def _plant(problem: Problem) -> "tuple[control.StateSpace, float]":
-    """Return the path with gain 1 at rest, and that gain."""
+    """Path normalised to DC gain 1, and its DC gain."""
     import control
 
     model = problem.model
@@ -116,25 +117,24 @@ def _plant(problem: Problem) -> "tuple[control.StateSpace, float]":
     return model.to_state_space() * control.tf2ss(*late) / steady, steady
 
 
-def _weights(problem: Problem, wishes: Wishes) -> "tuple[Any, Any, Any]":
+def _weights(problem: Problem, weights: WeightParameters) -> "tuple[Any, Any, Any]":
     import control
 
-    w = 2 * np.pi * wishes.corner
-    sensitivity = control.tf([1 / wishes.peak, w], [1.0, AT_REST * w])
-    n = 2 * np.pi * wishes.quiet
-    effort = wishes.effort * control.tf([1 / n, 1.0], [1 / (FALL * n), 1.0])
+    w = 2 * np.pi * weights.corner
+    sensitivity = control.tf([1 / weights.peak, w], [1.0, AT_REST * w])
+    n = 2 * np.pi * weights.quiet
+    effort = weights.effort * control.tf([1 / n, 1.0], [1 / (FALL * n), 1.0])
     level, w = _envelope(problem.around)
     closed = level * control.tf([1 / w, 1.0], [1 / (FALL * w), 1.0])
     return control.tf2ss(sensitivity), control.tf2ss(effort), control.tf2ss(closed)
 
 
 def _envelope(around: UncertaintySet | None) -> tuple[float, float]:
-    """Bound the set's weight by one of first order that rises, the nearest above; level, rad/s.
+    """Level and corner (rad/s) of the nearest first-order rising weight above that of the set.
 
-    The humps of the weight itself are what a wide band at a slow line makes of it: a synthesis
-    that is shown them puts a nearly undamped pair of poles of its own there, or an unstable one.
-    T must fall beyond `FADE` in any case: for a narrow set it would be held up there by a pair of
-    poles that rings for a second after every limit.
+    The weight of the set has humps where a bin has a wide interval. A synthesis with these humps
+    places a nearly undamped or unstable pole pair there. |T| must fall above `FADE` in any case: for
+    a narrow set a lightly damped pole pair would otherwise ring for a second after each limit.
     """
     if around is None:
         return 1.0, 2 * np.pi * FADE
@@ -150,35 +150,35 @@ def _envelope(around: UncertaintySet | None) -> tuple[float, float]:
 def reduced(
     full: "control.StateSpace", order: int, corner: float, period: float
 ) -> Synthesis | None:
-    """Set the integrator apart, reduce the rest to an order, discretise.
+    """Discrete controller of reduced order with its integrator separated.
 
-    corner: of W_S, Hz. None where the rest would run away at a limit, or ring long after it.
+    corner: of W_S, Hz; period: s. None where the remainder is unstable or decays too slowly.
     """
     import control
 
-    parted = _parted(full, AT_REST * 2 * np.pi * corner)
-    if parted is None:
+    separated = _separated(full, AT_REST * 2 * np.pi * corner)
+    if separated is None:
         return None
-    integral, rest = parted
+    integral, rest = separated
     if np.any(rest.poles().real > -FORGETS):
         return None
-    with warnings.catch_warnings():  # an order above the least is taken for the least
+    with warnings.catch_warnings():  # for orders above the minimal one
         warnings.simplefilter("ignore")
         small = control.balred(rest, min(order - 1, rest.nstates), method="matchdc")
     held = control.sample_system(small, period, "tustin")
     zeros, poles = held.zeros().astype(complex), held.poles().astype(complex)
     if np.any(np.abs(poles) > np.exp(-FORGETS * period)):
         return None
-    at = np.exp(2j * np.pi * 5.0 * period)  # 5 Hz: a rest may be 0 at rest
+    at = np.exp(2j * np.pi * 5.0 * period)  # 5 Hz: the remainder may have DC gain 0
     ratio = np.prod(at - zeros) / np.prod(at - poles)
     gain = float(np.real(held(at) / ratio))
     return Synthesis(integral, sections(zeros, poles, gain), period, poles.size + 1)
 
 
-def _parted(
+def _separated(
     full: "control.StateSpace", slowest: float
 ) -> "tuple[float, control.StateSpace] | None":
-    """Part a system at its pole beside -slowest (rad/s): its residue, and what is left."""
+    """Residue of the pole near -slowest (rad/s), and the remaining system; None without it."""
     import control
 
     near = min(full.poles(), key=lambda p: abs(p + slowest))

@@ -1,13 +1,12 @@
-"""The second degree of freedom: what a target is passed through before the loop follows it.
+"""Prefilter of the setpoint (second degree of freedom).
 
     P(s) = (s^2 / w_1^2 + 2 z_1 s / w_1 + 1) / (s^2 / w_2^2 + 2 z_2 s / w_2 + 1)
 
-The loop is made for reserves and disturbances, the prefilter for the target: the least integral of
-the absolute error after a step, over the set, while no motorcycle of it overshoots, and while the
-command keeps inside its range for a target that moves by a share of what the actuator can give
-(Skogestad and Postlethwaite 2005, section 2.6.2; Horowitz 1963). It costs no reserve, since it lies
-outside the loop, and no sensor noise passes through it. A search for the greatest bandwidth alone
-found prefilters whose answer sagged to -3 dB between rest and that bandwidth.
+The loop is designed for margins and disturbance rejection, the prefilter for tracking: minimum
+integral of the absolute error after a step over the uncertainty set, with limited overshoot for
+every member and limited command effort (Skogestad and Postlethwaite 2005, section 2.6.2; Horowitz
+1963). It lies outside the loop, so it changes no margin and passes no sensor noise. Maximum
+bandwidth as the only criterion gave prefilters whose response fell to -3 dB below that bandwidth.
 """
 
 from dataclasses import dataclass
@@ -16,14 +15,14 @@ from functools import cached_property
 import numpy as np
 from scipy import optimize, signal
 
-from slipbench.identification.design.problem import Answering, Problem
-from slipbench.identification.design.sampled import answer, held
+from slipbench.identification.design.problem import LinearController, Problem
+from slipbench.identification.design.sampled import held, sections_response
 from slipbench.identification.design.steps import paths
 from slipbench.identification.response.response import ComplexArray
 from slipbench.protocol.recording.channel import FloatArray
 
-OVERSHOOT = 0.05  # of a step, over the set
-EFFORT = 4.0  # peak of the command's answer over its steady one
+OVERSHOOT = 0.05  # limit over the set, of the step height
+EFFORT = 4.0  # limit of the peak of the command response over its steady value
 FREQUENCIES = ((2.0, 20.0), (2.0, 25.0))  # Hz, of zeros and poles
 DAMPINGS = ((0.2, 2.0), (0.6, 2.0))
 SEED = 1
@@ -47,8 +46,10 @@ class Prefilter:
         return (float(b[0]), float(b[1]), float(b[2]), float(a[1]), float(a[2]))
 
     def response(self, frequency: FloatArray) -> ComplexArray:
-        """Complex value at frequencies in Hz."""
-        return answer((self.section,), np.exp(2j * np.pi * np.asarray(frequency) * self.period))
+        """Frequency response, complex. frequency: Hz, shape (n,)."""
+        return sections_response(
+            (self.section,), np.exp(2j * np.pi * np.asarray(frequency) * self.period)
+        )
 
 
 def _quadratic(frequency: float, damping: float) -> list[float]:
@@ -56,16 +57,16 @@ def _quadratic(frequency: float, damping: float) -> list[float]:
     return [1 / w**2, 2 * damping / w, 1.0]
 
 
-def quickest(problem: Problem, law: Answering) -> Prefilter:
-    """Find the prefilter with which the slowest motorcycle of the set is soonest at its target."""
-    judge = _Judge(problem, law)
+def quickest(problem: Problem, law: LinearController) -> Prefilter:
+    """Prefilter with the smallest worst-case tracking error over the uncertainty set."""
+    criterion = _PrefilterCost(problem, law)
 
     def made(x: FloatArray) -> Prefilter:
         f1, z1, f2, z2 = (float(e) for e in np.exp(x))
         return Prefilter((f1, z1), (f2, z2), problem.period)
 
     def cost(x: FloatArray) -> float:
-        return judge.cost(made(x))
+        return criterion.cost(made(x))
 
     bounds = optimize.Bounds(*np.log([FREQUENCIES[0], DAMPINGS[0], FREQUENCIES[1], DAMPINGS[1]]).T)
     found = optimize.differential_evolution(
@@ -80,25 +81,27 @@ def quickest(problem: Problem, law: Answering) -> Prefilter:
     return made(found.x)
 
 
-class _Judge:
-    """All that stays the same while prefilters are tried."""
+class _PrefilterCost:
+    """Cost of a prefilter; everything that does not depend on the prefilter is computed once."""
 
-    def __init__(self, problem: Problem, law: Answering) -> None:
+    def __init__(self, problem: Problem, law: LinearController) -> None:
         f = np.arange(FINE, TOP, FINE)
-        asked, loop = law.reference_response(f), law.response(f)
+        reference, loop = law.reference_response(f), law.response(f)
         self._f = f
-        ways = paths(problem, f)
-        self._closed = {name: asked * way / (1 + loop * way) for name, way in ways.items()}
-        self._command = asked / (1 + loop * ways["nominal"])
+        by_member = paths(problem, f)
+        self._closed = {
+            name: reference * path / (1 + loop * path) for name, path in by_member.items()
+        }
+        self._command = reference / (1 + loop * by_member["nominal"])
         time = np.arange(0.0, LASTING, 0.004)
         w = 2 * np.pi * f
         self._in_time = (2 / np.pi) * np.sin(np.outer(time, w)) / w * (2 * np.pi * FINE)
         self._slow = (2 / np.pi) * time * (np.pi * FINE)
         self._at_tick = held(f, problem.period)
 
-    def cost(self, tried: Prefilter) -> float:
-        """Logarithm of the worst error, and what every broken condition costs."""
-        passed = tried.response(self._f)
+    def cost(self, candidate: Prefilter) -> float:
+        """Logarithm of the worst-case error plus penalties for violated limits."""
+        passed = candidate.response(self._f)
         steps = [self._step(passed * closed) for closed in self._closed.values()]
         error = max(float(np.mean(np.abs(1.0 - y))) for y in steps)
         over = max(float(y.max()) for y in steps) - 1.0

@@ -1,7 +1,7 @@
-"""What a slip controller is to be designed for, and what it must leave in reserve.
+"""Design problem of a slip controller: path, uncertainty set, and required margins.
 
-The path from command to the slip that the controller sees: an identified model, how far the
-motorcycle may be from it, and the delay that the loop adds to what the identification saw.
+The path leads from the command to the slip that the controller measures: an identified model, its
+uncertainty set, and the delay that the loop adds to the identified path.
 """
 
 import math
@@ -18,13 +18,13 @@ from slipbench.identification.models.uncertainty_set import UncertaintySet
 from slipbench.identification.response.response import ComplexArray
 from slipbench.protocol.recording.channel import FloatArray
 
-TOP = 100.0  # Hz, to which the nominal loop is looked at
+TOP = 100.0  # Hz, highest frequency at which the nominal loop is evaluated
 Command = Callable[[FloatArray], ComplexArray]
 """From error to command, complex, at frequencies in Hz."""
 
 
-class Answering(Protocol):
-    """What every designed controller tells: its answers at frequencies in Hz, (n,), complex."""
+class LinearController(Protocol):
+    """Frequency responses of a designed controller. frequency: Hz, shape (n,); returns complex."""
 
     def response(self, frequency: FloatArray) -> ComplexArray:
         """From error to command."""
@@ -37,8 +37,8 @@ class Answering(Protocol):
 
 @dataclass(frozen=True)
 class Requirements:
-    """gain: factor; phase: rad; sensitivity: M_s; noise: largest share of half the command's range
-    that sensor noise may shake it by, one standard deviation."""
+    """gain: factor; phase: rad; sensitivity: M_s; noise: largest standard deviation of the
+    command due to sensor noise, as a share of half the command range."""
 
     gain: float = 2.0
     phase: float = math.radians(40.0)
@@ -46,7 +46,7 @@ class Requirements:
     noise: float = 0.05
 
     def with_reserve(self, share: float) -> "Requirements":
-        """Ask for more of each margin, by a share of it."""
+        """Requirements with each margin tightened by a share of it."""
         return replace(
             self,
             gain=self.gain * (1 + share),
@@ -55,7 +55,7 @@ class Requirements:
         )
 
     def met(self, found: Margins) -> bool:
-        """Tell whether a loop keeps these reserves."""
+        """Whether a loop meets these requirements."""
         return (
             found.gain >= self.gain
             and found.phase >= self.phase
@@ -65,26 +65,26 @@ class Requirements:
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """model: the nominal path; around: its set, None where only the model is known; extra: s of
-    delay that the loop adds; period: s; noise: deviation of a slip sample; swing: half the
-    command's range; told: s from one slip sample to the next, for which each is held."""
+    """model: the nominal path; around: its set, None where only the model is known; extra:
+    delay that the loop adds, s; period: s; noise: standard deviation of a slip sample; half_range:
+    half the command range; sample_interval: time from one slip sample to the next, s."""
 
     model: RationalModel
     around: UncertaintySet | None
     extra: float
     period: float
     noise: float
-    swing: float
+    half_range: float
     required: Requirements = Requirements()
-    told: float = 0.001
+    sample_interval: float = 0.001
 
     @property
     def frequency(self) -> FloatArray:
-        """Hz, at which the nominal loop is judged."""
+        """Frequencies at which the nominal loop is evaluated, Hz, shape (n,)."""
         return np.geomspace(0.02, TOP, 1200)
 
     def path(self, frequency: FloatArray, model: ComplexArray | None = None) -> ComplexArray:
-        """Answer of the seen slip to the computed command; `model` in place of the nominal one."""
+        """Response from computed command to measured slip; `model` replaces the nominal one."""
         f = np.asarray(frequency)
         value = self.model.response(f) if model is None else model
         return np.asarray(value * held(f, self.period) * np.exp(-2j * np.pi * f * self.extra))
@@ -95,7 +95,7 @@ class Problem:
         return margins(f, command(f) * self.path(f))
 
     def loops(self, command: Command) -> dict[str, Margins]:
-        """Margins of the nominal loop, and of every member in the band where it was measured."""
+        """Margins of the nominal loop, and of every member over its measured band, by name."""
         found = {"nominal": self.nominal(command)}
         for name, values in (self.around.members if self.around else {}).items():
             assert self.around is not None
@@ -106,27 +106,26 @@ class Problem:
         return found
 
     def robust(self, command: Command) -> float:
-        """Greatest |W T| over the set's band: below 1 the loop is stable for the whole set."""
+        """Largest |W T| over the band of the set; below 1 the loop is stable for the whole set."""
         if self.around is None:
             return 0.0
         f = self.around.frequency
         loop = command(f) * self.path(f)
         return float(np.max(np.abs(self.around.weight.response(f) * loop / (1 + loop))))
 
-    def shaken(self, command: Command) -> float:
-        """Deviation of the command for the sensor's noise, the loop closed.
+    def command_noise(self, command: Command) -> float:
+        """Standard deviation of the command due to sensor noise in closed loop, command unit.
 
-        A sample is held until the next one: its noise lies below the rate of the samples, where a
-        controller answers most.
+        A sample is held until the next one, so its noise is concentrated below the sample rate.
         """
         f = np.linspace(0.25, 0.5 / self.period, 2000)
-        answer = command(f)
-        answer /= 1 + answer * self.path(f)
-        density = 2 * self.told * np.sinc(f * self.told) ** 2
-        return float(self.noise * np.sqrt(np.trapezoid(np.abs(answer) ** 2 * density, f)))
+        response = command(f)
+        response /= 1 + response * self.path(f)
+        density = 2 * self.sample_interval * np.sinc(f * self.sample_interval) ** 2
+        return float(self.noise * np.sqrt(np.trapezoid(np.abs(response) ** 2 * density, f)))
 
     def met(self, command: Command) -> bool:
-        """Tell whether all members keep the required reserves, and the set is stable."""
+        """Whether all members meet the requirements and the set is robustly stable."""
         return (
             not self.encircled(command)
             and self.robust(command) < 1.0
@@ -134,5 +133,5 @@ class Problem:
         )
 
     def encircled(self, command: Command) -> int:
-        """Count how often the nominal loop runs round -1: 0 where it is stable."""
+        """Encirclements of -1 by the nominal loop; 0 if it is stable."""
         return encircled(command(self.frequency) * self.path(self.frequency))

@@ -1,4 +1,4 @@
-"""The page about a designed controller."""
+"""Report of a designed controller: design.html."""
 
 from collections.abc import Mapping
 from importlib.resources import files
@@ -16,34 +16,49 @@ from slipbench.identification.design.mixed_sensitivity import Synthesis
 from slipbench.identification.design.widest import Designed, NoDesign
 from slipbench.identification.report import drawing as d
 
-HEAD = ("loop", "|T| to / Hz", "|S| held to / Hz", "gain margin / dB", "phase margin / deg", "M_s")
+HEAD = (
+    "loop",
+    "bandwidth |T| / Hz",
+    "bandwidth |S| / Hz",
+    "gain margin / dB",
+    "phase margin / deg",
+    "M_s",
+)
 LAWS = (
     "law",
-    "target followed to / Hz",
-    "|T| to / Hz",
-    "|S| held to / Hz",
+    "tracking bandwidth / Hz",
+    "bandwidth |T| / Hz",
+    "bandwidth |S| / Hz",
     "gain margin / dB",
     "phase margin / deg",
     "M_s",
     "M_t",
     "|W T|",
-    "noise of the command",
+    "command noise",
 )
 FIGURES = (
-    ("Nyquist plot", "Loop gain of every member; the disc is what M_s keeps free.", nyquist),
+    (
+        "Nyquist plot",
+        "Loop gain of every member of the uncertainty set; shaded: disc excluded by the limit of M_s.",
+        nyquist,
+    ),
     (
         "Sensitivity",
-        "|S| below 1 holds disturbances off; |T| near 1 follows the target.",
+        "|S| below 1: disturbances are attenuated; |T| near 1: the setpoint is tracked.",
         sensitivities,
     ),
-    ("Steps of the target", "Slip over the set after a step of its target.", steps),
+    (
+        "Setpoint step",
+        "Slip after a setpoint step, for every member of the uncertainty set.",
+        steps,
+    ),
 )
 
 
 def write_report(
-    path: Path, designed: Designed, out: File, beside: Mapping[str, Designed | NoDesign]
+    path: Path, designed: Designed, out: File, alternatives: Mapping[str, Designed | NoDesign]
 ) -> File:
-    """Write design.html into `out`. beside: what other laws reach. Returns the page's path."""
+    """Path of the report design.html, written into `out`. alternatives: designs with other laws."""
     out.mkdir(parents=True, exist_ok=True)
     environment = jinja2.Environment(
         autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
@@ -64,8 +79,8 @@ def write_report(
             robust=_robust(designed),
             pairs=_pairs(path, designed),
             laws_head=LAWS,
-            laws=[_law_row(f"{_name(designed)}, this one", designed)]
-            + [_law_row(name.replace("_", " "), d) for name, d in beside.items()],
+            laws=[_law_row(f"{_name(designed)} (this design)", designed)]
+            + [_law_row(name.replace("_", " "), d) for name, d in alternatives.items()],
             figures=[(n, c, Markup(d.svg(f(path, designed), n))) for n, c, f in FIGURES],
         ),
         encoding="utf-8",
@@ -75,10 +90,12 @@ def write_report(
 
 def _headline(path: Path, designed: Designed) -> str:
     worst = max(m.sensitivity for m in designed.margins.values())
-    through = "throttle and the spark" if isinstance(designed.controller, Joint) else path.actuator
+    actuators = (
+        "throttle and the spark" if isinstance(designed.controller, Joint) else path.actuator
+    )
     return (
-        f"Through the {through}, slip follows its target up to {designed.bandwidth:.1f} Hz, "
-        f"with a sensitivity peak of {worst:.2f} over {len(designed.margins)} loops."
+        f"Slip control with the {actuators}: tracking bandwidth {designed.bandwidth:.1f} Hz, "
+        f"largest sensitivity peak M_s {worst:.2f} over {len(designed.margins)} loops."
     )
 
 
@@ -97,7 +114,7 @@ def _rows(designed: Designed) -> list[tuple[str, ...]]:
 
 
 def _law_row(name: str, found: Designed | NoDesign) -> tuple[str, ...]:
-    """Say the worst over all members, and where the nominal loop reaches."""
+    """Row of worst margins over all members and bandwidths of the nominal loop."""
     if isinstance(found, NoDesign):
         return (name, found.reason, *("" for _ in LAWS[2:]))
     every, nominal = found.margins.values(), found.margins["nominal"]
@@ -125,13 +142,13 @@ def _name(designed: Designed) -> str:
 
 
 def _hertz(frequency: float) -> str:
-    return f"{frequency:.2f}" if np.isfinite(frequency) else "beyond what was measured"
+    return f"{frequency:.2f}" if np.isfinite(frequency) else "above the measured band"
 
 
 def _robust(designed: Designed) -> str:
     return (
-        f"Greatest |W T| over the set: {designed.robust:.2f}; below 1 the loop is stable for "
-        "every motorcycle inside the weight."
+        f"Robust stability: max |W T| = {designed.robust:.2f}; below 1 the loop is stable for the "
+        "whole uncertainty set."
     )
 
 
@@ -141,8 +158,11 @@ def _pairs(path: Path, designed: Designed) -> list[tuple[str, str]]:
         ("Runs", ", ".join(path.names)),
         ("Speed", f"{path.speed:.1f} m/s"),
         ("Law", _name(designed)),
-        ("Delay of the model", f"{1e3 * problem.model.delay:.1f} ms"),
-        ("Delay that the loop adds", f"{1e3 * problem.extra:.1f} ms: teeth, frames, half a tick"),
-        ("Noise of a slip sample", f"{1e2 * problem.noise:.4f} %"),
-        ("Noise of the command", f"{designed.noise:.2g} of {problem.swing:.2g}"),
+        ("Dead time of the model", f"{1e3 * problem.model.delay:.1f} ms"),
+        ("Additional loop delay", f"{1e3 * problem.extra:.1f} ms: encoder, frames, half a tick"),
+        ("Slip noise, standard deviation", f"{1e2 * problem.noise:.4f} %"),
+        (
+            "Command noise, standard deviation",
+            f"{designed.noise:.2g} (half range: {problem.half_range:.2g})",
+        ),
     ]

@@ -1,7 +1,7 @@
-"""An identified model as the controller's computer sees it: sampled, held, late.
+"""Discrete-time form of an identified model with zero-order hold and delay.
 
-The command is held for one period; what comes on top of the model's own delay (age of the tooth
-speeds, frames on their way, waiting for the next tick) is counted once, in `extra`.
+The command is held for one period. The delay in addition to the dead time of the model (age of the
+tooth speeds, transmission of frames, wait for the next tick) is counted once, in `extra`.
 """
 
 from collections.abc import Sequence
@@ -14,7 +14,7 @@ from slipbench.identification.models.rational_model import RationalModel
 from slipbench.identification.response.response import ComplexArray
 from slipbench.protocol.recording.channel import FloatArray
 
-FAR = 1e3  # a zero as far out as that is one at infinity
+FAR = 1e3  # magnitude above which a zero counts as infinite
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,7 +28,7 @@ class Sampled:
     period: float
 
     def response(self, frequency: FloatArray) -> ComplexArray:
-        """Complex value at frequencies in Hz, delay included."""
+        """Frequency response with delay, complex. frequency: Hz, shape (n,)."""
         z = np.exp(2j * np.pi * np.asarray(frequency) * self.period)
         above = np.prod(z[:, None] - self.zeros, axis=1)
         below = np.prod(z[:, None] - self.poles, axis=1)
@@ -36,14 +36,14 @@ class Sampled:
 
     @property
     def steady(self) -> float:
-        """Answer to 1 in the steady state."""
+        """DC gain."""
         return float(np.real(self.gain * np.prod(1 - self.zeros) / np.prod(1 - self.poles)))
 
 
 def sampled(model: RationalModel, extra: float, period: float) -> Sampled:
-    """Sample a model whose input is held over `period` s; extra: delay on top of its own, s.
+    """Zero-order-hold equivalent of a model. period: s; extra: additional delay, s.
 
-    Exact but for the part of a period that is left of the delay, which is rounded.
+    Exact except that the delay is rounded to whole periods.
     """
     space = model.to_state_space()
     A, B, C, D, _ = signal.cont2discrete((space.A, space.B, space.C, space.D), period)
@@ -56,7 +56,7 @@ def sampled(model: RationalModel, extra: float, period: float) -> Sampled:
 
 
 def _zeros(A: FloatArray, B: FloatArray, C: FloatArray, D: FloatArray) -> ComplexArray:
-    """Return the finite zeros: where the system's pencil loses rank."""
+    """Finite transmission zeros: generalised eigenvalues of the system pencil."""
     n = len(A)
     pencil = np.block([[A, B], [C, D]])
     at = linalg.eigvals(pencil, np.diag([1.0] * n + [0.0]))
@@ -64,13 +64,13 @@ def _zeros(A: FloatArray, B: FloatArray, C: FloatArray, D: FloatArray) -> Comple
 
 
 def held(frequency: FloatArray, period: float) -> ComplexArray:
-    """Response of a zero-order hold at frequencies in Hz."""
+    """Frequency response of a zero-order hold. frequency: Hz, shape (n,); period: s."""
     f = np.asarray(frequency)
     return np.asarray(np.sinc(f * period) * np.exp(-1j * np.pi * f * period))
 
 
-def answer(rows: Sequence[Sequence[float]], z: ComplexArray) -> ComplexArray:
-    """Return what sections in series answer at points z of the plane, (k,)."""
+def sections_response(rows: Sequence[Sequence[float]], z: ComplexArray) -> ComplexArray:
+    """Response of second-order sections in series. z: complex, shape (k,); returns shape (k,)."""
     found = np.ones(z.shape, dtype=complex)
     for b0, b1, b2, a1, a2 in rows:
         found *= (b0 * z * z + b1 * z + b2) / (z * z + a1 * z + a2)
@@ -80,13 +80,13 @@ def answer(rows: Sequence[Sequence[float]], z: ComplexArray) -> ComplexArray:
 def sections(
     zeros: ComplexArray, poles: ComplexArray, gain: float
 ) -> tuple[tuple[float, ...], ...]:
-    """Return gain prod(z - zeros) / prod(z - poles) as sections (b0, b1, b2, a1, a2) in series."""
+    """Second-order sections (b0, b1, b2, a1, a2) of gain prod(z - zeros) / prod(z - poles)."""
     if not poles.size:
         return ((gain, 0.0, 0.0, 0.0, 0.0),)
     rows = signal.zpk2sos(zeros, poles, gain)  # type: ignore[arg-type]
     late = poles.size - zeros.size
-    for row in rows:  # scipy adds zeros at the origin until there are as many as poles: take them
-        while late and row[2] == 0.0:  # back, each one a period of delay
+    for row in rows:  # scipy adds zeros at the origin up to the number of poles; remove them, since
+        while late and row[2] == 0.0:  # each one cancels a period of delay
             row[:3] = 0.0, row[0], row[1]
             late -= 1
     return tuple(tuple(float(x) for x in (*row[:3], *row[4:])) for row in rows)

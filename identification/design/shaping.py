@@ -1,8 +1,8 @@
-"""Internal model control for an identified model: one number to choose, the bandwidth.
+"""Internal model control for an identified model, with the bandwidth as the only parameter.
 
-G = G_- G_+: G_- is what can be inverted by something stable and smooth; G_+ has the delay, zeros
-outside the unit circle (mirrored in G_-, so that G_+ turns without growing) and zeros that would
-make the command ring (real and negative: what sampling makes), both with gain 1 at rest.
+G = G_- G_+: G_- has a stable, well-damped inverse; G_+ has the delay, the zeros outside the unit
+circle (mirrored in G_-, so that G_+ is all-pass) and the zeros that would make the command ring
+(real and negative, from sampling). G_+ has DC gain 1.
 Q = F / G_-, F = ((1 - f) / (z - f))^n z^k. (Morari and Zafiriou 1989, chapters 4 and 8.)
 """
 
@@ -14,7 +14,7 @@ import numpy as np
 from slipbench.controllers.internal_model import InternalModel
 from slipbench.controllers.limits import Range
 from slipbench.controllers.linear import in_series
-from slipbench.identification.design.sampled import Sampled, answer, sections
+from slipbench.identification.design.sampled import Sampled, sections, sections_response
 from slipbench.identification.response.response import ComplexArray
 from slipbench.protocol.recording.channel import FloatArray
 
@@ -29,33 +29,35 @@ class Shape:
     period: float
 
     def controller(self, limits: Range) -> InternalModel:
-        """Return the controller, its command inside limits."""
+        """Controller with its command limited."""
         model, inverse = in_series(self.model), in_series(self.inverse)
         return InternalModel(model, inverse, self.delay, self.period, limits)
 
     def response(self, frequency: FloatArray) -> ComplexArray:
-        """C = Q / (1 - Q G z^-d) at frequencies in Hz: from error to command."""
+        """Frequency response from error to command, C = Q / (1 - Q G z^-d). frequency: Hz, (n,)."""
         q, g = self.inverse_response(frequency), self.model_response(frequency)
         return np.asarray(q / (1 - q * g))
 
     def inverse_response(self, frequency: FloatArray) -> ComplexArray:
-        """Q at frequencies in Hz."""
-        return answer(self.inverse, np.exp(2j * np.pi * np.asarray(frequency) * self.period))
+        """Frequency response of Q. frequency: Hz, shape (n,)."""
+        return sections_response(
+            self.inverse, np.exp(2j * np.pi * np.asarray(frequency) * self.period)
+        )
 
     def model_response(self, frequency: FloatArray) -> ComplexArray:
-        """G with its delay at frequencies in Hz."""
+        """Frequency response of G with its delay. frequency: Hz, shape (n,)."""
         z = np.exp(2j * np.pi * np.asarray(frequency) * self.period)
-        return np.asarray(answer(self.model, z) * z**-self.delay)
+        return np.asarray(sections_response(self.model, z) * z**-self.delay)
 
     def reference_response(self, frequency: FloatArray) -> ComplexArray:
-        """From reference to command, the loop open: the same as from the error."""
+        """Open-loop response from reference to command: the same as from the error."""
         return self.response(frequency)
 
 
 def shaped(plant: Sampled, bandwidth: float, extra_order: int = 1) -> Shape:
-    """Design a controller. bandwidth: of the filter, Hz (each of its lags at that corner).
+    """Internal model controller. bandwidth: corner frequency of each lag of the filter, Hz.
 
-    extra_order: lags beyond what makes Q proper; one keeps sensor noise out of the command.
+    extra_order: lags beyond those that make Q proper; one attenuates sensor noise.
     """
     model = sections(plant.zeros, plant.poles, plant.gain)
     inverse = sections(*_inverse(plant, bandwidth, extra_order))

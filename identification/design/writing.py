@@ -1,4 +1,4 @@
-"""A designed controller as the file that a trial runs."""
+"""Controller file of a design, as a trial uses it."""
 
 from collections.abc import Sequence
 
@@ -9,7 +9,7 @@ from slipbench.identification.design.from_runs import Path
 from slipbench.identification.design.gains import Gains
 from slipbench.identification.design.mixed import Joint, Mixture
 from slipbench.identification.design.mixed_sensitivity import Synthesis
-from slipbench.identification.design.problem import Answering
+from slipbench.identification.design.problem import LinearController
 from slipbench.identification.design.shaping import Shape
 from slipbench.identification.design.widest import Designed
 from slipbench.protocol.controller_file import (
@@ -26,14 +26,14 @@ from slipbench.protocol.controller_file import (
 )
 from slipbench.protocol.trial_file import Limits
 
-SHARE = 0.9  # of a limit of the safety gate that a controller uses: it must never trip it
+SHARE = 0.9  # of the safety gate's limits that a controller may use, so that it never trips
 FASTEST_SLIP = 0.5  # 1/s, of the reference
 
 
 def controller_file(
-    path: Path, designed: Designed, schedule: tuple[tuple[float, Answering], ...] = ()
+    path: Path, designed: Designed, schedule: tuple[tuple[float, LinearController], ...] = ()
 ) -> ControllerFile:
-    """Write one actuator's controller down."""
+    """Controller file of a design for one actuator. schedule: (speed in m/s, PID)."""
     return ControllerFile(
         name=f"{path.actuator}_slip",
         actuator="throttle" if path.actuator == "throttle" else "spark",
@@ -45,12 +45,12 @@ def controller_file(
         ),
         governor=_governor(path),
         prefilter=(designed.prefilter.section,),
-        designed=_promise(path, designed),
+        designed=_figures(path, designed),
     )
 
 
 def mixed_file(spark: Path, found: Mixture, throttle: Path) -> ControllerFile:
-    """Write the mixed controller down: internal models of both, and the dead zone."""
+    """Controller file of a mixed design: internal models of both actuators and the dead zone."""
     whole = controller_file(spark, found.designed)
     mixed = Mixed(
         law=_sections(found.joint.throttle),
@@ -61,23 +61,23 @@ def mixed_file(spark: Path, found: Mixture, throttle: Path) -> ControllerFile:
         exchange=found.joint.exchange,
     )
     names = ", ".join((*throttle.names, *spark.names))
-    promise = whole.designed | {"runs": names}
+    figures = whole.designed | {"runs": names}
     return whole.model_copy(
-        update={"name": "mixed_slip", "actuator": "mixed", "mixed": mixed, "designed": promise}
+        update={"name": "mixed_slip", "actuator": "mixed", "mixed": mixed, "designed": figures}
     )
 
 
 def bounds(limits: Limits, actuator: str) -> Bounds:
-    """Keep inside the safety gate's limits for an actuator, about its rest."""
+    """Command limits of an actuator relative to its rest position, inside the safety gate's."""
     if actuator == "throttle":
-        reach = SHARE * limits.throttle_deviation
-        return Bounds(low=-reach, high=reach, rate=SHARE * limits.throttle_rate)
+        half_range = SHARE * limits.throttle_deviation
+        return Bounds(low=-half_range, high=half_range, rate=SHARE * limits.throttle_rate)
     low, high = (SHARE * b for b in limits.spark)
     return Bounds(low=low, high=high, rate=SHARE * limits.spark_rate)
 
 
 def range_of(bounds: Bounds) -> Range:
-    """Return bounds as a control law takes them."""
+    """Bounds in the form that a control law takes."""
     return Range(bounds.low, bounds.high, bounds.rate)
 
 
@@ -108,14 +108,14 @@ def _rows(sections: Sequence[Sequence[float]]) -> tuple[SectionRow, ...]:
 
 
 def _pid(gains: Gains) -> PidGains:
-    told = gains.controller(Range(-1.0, 1.0))
+    pid = gains.controller(Range(-1.0, 1.0))
     return PidGains(
-        proportional=told.proportional,
-        integral=told.integral,
-        derivative=told.derivative,
-        filter_time=told.filter_time,
-        tracking_time=told.tracking_time,
-        reference_weight=told.reference_weight,
+        proportional=pid.proportional,
+        integral=pid.integral,
+        derivative=pid.derivative,
+        filter_time=pid.filter_time,
+        tracking_time=pid.tracking_time,
+        reference_weight=pid.reference_weight,
     )
 
 
@@ -124,14 +124,14 @@ def _governor(path: Path) -> GovernorTable:
     return GovernorTable(slip=slip, gain=path.gain)
 
 
-def _promise(path: Path, designed: Designed) -> dict[str, float | str]:
+def _figures(path: Path, designed: Designed) -> dict[str, float | str]:
     worst = designed.margins.values()
     nominal = designed.margins["nominal"]
     return {
         "runs": ", ".join(path.names),
         "speed": path.speed,
         "delay": path.problem.model.delay,
-        "delay_of_the_loop": path.problem.extra,
+        "loop_delay": path.problem.extra,
         "bandwidth_hz": designed.bandwidth,
         "complementary_hz": nominal.bandwidth,
         "rejection_hz": nominal.rejection,
@@ -139,5 +139,5 @@ def _promise(path: Path, designed: Designed) -> dict[str, float | str]:
         "phase_margin_deg": float(np.degrees(min(m.phase for m in worst))),
         "sensitivity_peak": max(m.sensitivity for m in worst),
         "robust_stability": designed.robust,
-        "noise_of_the_command": designed.noise,
+        "command_noise": designed.noise,
     }

@@ -66,6 +66,11 @@ def _mark(axes: Axes, peak: Resonance, factor: float) -> None:
     )
 
 
+def _phase_step(span: float) -> float:
+    """Tick distance of the phase axis, degrees. span: of the phase, degrees."""
+    return 15.0 if span < 90 else 45.0 if span < 360 else 90.0
+
+
 def _format_axes(axes: list[Axes], found: list[FrequencyResponse], unit: str) -> None:
     reliable = [r.gain[r.reliable] for r in found if r.reliable.any()]
     factor = gain_unit(found[0].input, found[0].output)[0]
@@ -80,7 +85,7 @@ def _format_axes(axes: list[Axes], found: list[FrequencyResponse], unit: str) ->
     if phases:
         low, high = min(p.min() for p in phases), max(p.max() for p in phases)
         axes[1].set_ylim(low - 25, high + 25)
-        axes[1].yaxis.set_major_locator(MultipleLocator(45 if high - low < 360 else 90))
+        axes[1].yaxis.set_major_locator(MultipleLocator(_phase_step(high - low)))
     axes[2].axhline(RELIABLE_COHERENCE, color=d.MUTED, lw=0.9, ls=(0, (4, 3)))
     axes[2].set(ylabel="coherence", ylim=(0, 1.05), xlabel="frequency / Hz")
     d.plain_decades(axes[0], axes[2])

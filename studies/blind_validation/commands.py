@@ -18,29 +18,37 @@ def register(app: typer.Typer) -> None:
 
 
 def prove_command(
-    cases: Annotated[int, typer.Option(min=1, help="How many sealed cases; half miss nothing.")],
-    seed: Annotated[int, typer.Option(min=0, help="Everything follows from it.")],
-    out: Annotated[Path, typer.Option(help="Folder of answers and results.")] = Path("proof"),
+    cases: Annotated[
+        int, typer.Option(min=1, help="Number of hidden cases; in half of them nothing is missing.")
+    ],
+    seed: Annotated[int, typer.Option(min=0, help="Random seed of the study.")],
+    out: Annotated[Path, typer.Option(help="Folder for ground truth and results.")] = Path(
+        "validation"
+    ),
     workers: Annotated[
-        int | None, typer.Option(min=1, help="Local processes; by default one a processor.")
+        int | None,
+        typer.Option(min=1, help="Number of local processes; default: one per processor."),
     ] = None,
     scheduler: Annotated[
-        str | None, typer.Option(help="Address of a dask cluster that exists, tcp://host:8786.")
+        str | None, typer.Option(help="Address of a running dask cluster, tcp://host:8786.")
     ] = None,
     page_path: Annotated[
-        Path | None, typer.Option("--page", help="Write the page here, figures beside it.")
+        Path | None,
+        typer.Option("--page", help="Page to write (Markdown); figures go to its folder."),
     ] = None,
     score_only: Annotated[
-        bool, typer.Option("--score-only", help="Unseal and score what is done; analyse nothing.")
+        bool, typer.Option("--score-only", help="Score the existing results; run no analysis.")
     ] = False,
     observe: Annotated[
         bool,
-        typer.Option("--observe-again", help="Judge anew what there was to see; analyse nothing."),
+        typer.Option(
+            "--observe-again", help="Recompute the ideal observer for all results; run no analysis."
+        ),
     ] = False,
 ) -> None:
-    """Prove it on sealed cases: draw, seal, analyse, unseal, score.
+    """Blind validation: generate hidden cases, analyse, score.
 
-    Interrupted, the same command goes on where it stopped.
+    After an interruption the same command continues the study.
     """
     from slipbench.identification.cluster import Workers
     from slipbench.studies.blind_validation.publish import publish
@@ -63,14 +71,14 @@ def prove_command(
             TimeRemainingColumn(),
         )
         with Progress(*columns, console=console) as progress:
-            task = progress.add_task("sealed cases", total=cases)
+            task = progress.add_task("hidden cases", total=cases)
             try:
                 work = observe_again if observe else run_study
                 results = work(
                     study, lambda done, of: progress.update(task, completed=done, total=of)
                 )
             except KeyboardInterrupt:
-                console.print("interrupted; the same command goes on where this one stopped")
+                console.print("interrupted; the same command continues the study")
                 raise typer.Exit(130) from None
     for line in publish(study, results, page_path or out / "blind_validation.md"):
         typer.echo(line)

@@ -1,7 +1,7 @@
-"""Answers are drawn and sealed before anything is analysed: their SHA-256 lies open beside them.
+"""Ground truth of the hidden cases, stored with its fingerprint before the first analysis.
 
-answers.sealed   the answers, packed so that nobody reads them by accident
-answers.sha256   fingerprint of the unpacked answers, written first
+answers.sealed   ground truth, compressed so that it is not read by accident
+answers.sha256   SHA-256 of the uncompressed ground truth, written first
 """
 
 import base64
@@ -15,43 +15,47 @@ from typing import Any
 
 from slipbench.protocol.errors import InputError
 
-SEALED, FINGERPRINT = "answers.sealed", "answers.sha256"
+GROUND_TRUTH, FINGERPRINT = "answers.sealed", "answers.sha256"
 
 
-def seal(answers: Sequence[dict[str, Any]], folder: Path) -> str:
-    """Seal answers into a folder; where the same ones are sealed already, nothing changes.
+def store_ground_truth(answers: Sequence[dict[str, Any]], folder: Path) -> str:
+    """Fingerprint (SHA-256) of the ground truth, stored in a folder.
 
-    Returns their fingerprint. Raises InputError where other answers lie there.
+    Raises InputError where the folder contains the ground truth of another study.
     """
     plain = json.dumps(list(answers), sort_keys=True).encode()
     found = hashlib.sha256(plain).hexdigest()
-    place = folder / FINGERPRINT
-    if place.exists() and place.read_text(encoding="ascii").strip() != found:
+    path = folder / FINGERPRINT
+    if path.exists() and path.read_text(encoding="ascii").strip() != found:
         raise InputError(
-            "another study lies there, with other answers",
-            where=str(place),
+            "the folder contains the ground truth of another study",
+            where=str(path),
             expected=found,
-            found=place.read_text(encoding="ascii").strip(),
-            remedy="give another folder with --out, or the same --cases and --seed",
+            found=path.read_text(encoding="ascii").strip(),
+            remedy="choose another folder with --out, or use the same --cases and --seed",
         )
-    write_whole(place, found + "\n")
-    write_whole(folder / SEALED, base64.b85encode(zlib.compress(plain, 9)).decode() + "\n")
+    write_whole(path, found + "\n")
+    write_whole(folder / GROUND_TRUTH, base64.b85encode(zlib.compress(plain, 9)).decode() + "\n")
     return found
 
 
-def unseal(folder: Path) -> list[dict[str, Any]]:
-    """Return the answers. Raises InputError where they are not those that were sealed."""
+def ground_truth(folder: Path) -> list[dict[str, Any]]:
+    """Ground truth of a study. Raises InputError where it is missing or was changed."""
     try:
-        plain = zlib.decompress(base64.b85decode((folder / SEALED).read_text("ascii").strip()))
-        told = (folder / FINGERPRINT).read_text("ascii").strip()
+        plain = zlib.decompress(
+            base64.b85decode((folder / GROUND_TRUTH).read_text("ascii").strip())
+        )
+        expected = (folder / FINGERPRINT).read_text("ascii").strip()
     except (OSError, ValueError, zlib.error) as fault:
-        raise InputError("no sealed answers", where=str(folder), found=str(fault)) from fault
-    found = hashlib.sha256(plain).hexdigest()
-    if found != told:
         raise InputError(
-            "the seal is broken: these are not the answers that were sealed",
+            "ground truth not found or not readable", where=str(folder), found=str(fault)
+        ) from fault
+    found = hashlib.sha256(plain).hexdigest()
+    if found != expected:
+        raise InputError(
+            "the ground truth was changed after it was stored: its fingerprint differs",
             where=str(folder),
-            expected=told,
+            expected=expected,
             found=found,
             remedy="run the study again in another folder",
         )
@@ -60,7 +64,7 @@ def unseal(folder: Path) -> list[dict[str, Any]]:
 
 
 def write_whole(path: Path, text: str) -> None:
-    """Write a file whole or not at all."""
+    """Write a file atomically."""
     draft = path.with_name(path.name + ".part")
     with draft.open("w", encoding="utf-8") as file:
         file.write(text)

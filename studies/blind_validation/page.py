@@ -1,4 +1,4 @@
-"""The page of the proof: the table, the figures, what fell short, and how to repeat it."""
+"""Page of the blind validation: rates, figures, misses, method and command."""
 
 import math
 import textwrap
@@ -11,46 +11,46 @@ import numpy as np
 
 from slipbench.studies.blind_validation.counting import Figure, figures
 from slipbench.studies.blind_validation.generator.fault_types import LIBRARY, OUTSIDE
-from slipbench.studies.blind_validation.score import NOBODY_SEES, VISIBLE, Judged, misses
+from slipbench.studies.blind_validation.score import NOT_VISIBLE, VISIBLE, ScoredCase, misses
 from slipbench.studies.blind_validation.shortfalls import every_curve, every_interval, every_miss
 
 METHOD = """
-Every motorcycle is drawn anew from the range of its class. Its vehicle file errs in every number by
-a normal error whose 95 % half width it tells. Four trials to learn from and three held out, of 12 s
-each: sweeps, multisines, blips, coasting, spark. Wind, undulation, bumps, scatter of combustion,
-noise, quanta, jitter and tolerance of the teeth, drifting clocks and a bus with arbitration are in
-every recording and in no model. What is missing follows formulas of its own where the literature
-has others: LuGre's bristles for stiction, a tyre that relaxes in its slip, a gap that cannot pull,
-Dahl's friction. Recordings go over the database into run folders, which are read as any others are.
-The answers are drawn first, and their SHA-256 is written before the first analysis. Of a miss it is
-said how much of the true gain the library's formula reaches, started at the truth, where that is
-less than 70 %: there the library means another physics by that name, or calibration has gone where
-no fit finds back from.
+Every motorcycle is drawn at random from the range of its class. Every parameter of its vehicle file
+has a normally distributed error, whose 95 % half width the file states. Each case has four training
+trials and three held-out trials of 12 s: sweeps, multisines, blips, coasting, spark. Wind,
+undulation, bumps, combustion variation, sensor noise, quantization, jitter, tooth-pitch tolerance,
+clock drift and a bus with arbitration are in every recording and in no model. Hidden effects have
+their own formulas where the literature has several: LuGre bristles for stiction, a tyre with
+relaxation in slip, a backlash that cannot pull, Dahl friction. The recordings pass through the
+database into run folders, which are read as any others. The ground truth is generated first, and its
+SHA-256 is stored before the first analysis. A miss lists the share of the true gain that the formula
+of the library reaches from the true parameters, where it is below 70 %: there the library describes
+a different effect by that name, or calibration has left the region of convergence.
 """
 
 
 @dataclass(frozen=True)
-class Made:
-    """How the study was made.
+class Provenance:
+    """Provenance of a study.
 
-    figures: folder of the figures, as the page links them. observed: source text with which what
-    there was to see was judged anew after the study; empty where it was not.
+    figures: folder of the figures relative to the page. observed: fingerprint of the source code with
+    which the ideal observer was recomputed after the study; empty where it was not.
     """
 
     command: str
     fingerprint: str
     source: str
-    wanted: int
+    requested: int
     figures: str
     observed: str = ""
 
 
-def page(cases: Sequence[Judged], made: Made) -> str:
-    """Return the text of docs/blind_validation.md."""
+def page(cases: Sequence[ScoredCase], made: Provenance) -> str:
+    """Text of docs/blind_validation.md."""
     counted = figures(cases)
     return "\n".join(
         [
-            "# The proof",
+            "# Blind validation",
             "",
             *_opening(cases, made),
             "",
@@ -58,15 +58,15 @@ def page(cases: Sequence[Judged], made: Made) -> str:
             "",
             *_goals(counted),
             "",
-            f"![Every share with its interval]({made.figures}/validation_rates.png)",
+            f"![Every rate with its 95 % interval]({made.figures}/validation_rates.png)",
             "",
-            "## What there was to see",
+            "## Visibility of the hidden effects",
             "",
             *_visible(cases),
             "",
             f"![Outcome over visibility]({made.figures}/validation_visibility.png)",
             "",
-            "## Kind by kind",
+            "## Results by effect",
             "",
             *_kinds(cases),
             "",
@@ -74,23 +74,23 @@ def page(cases: Sequence[Judged], made: Made) -> str:
             "",
             *_confusion(cases),
             "",
-            "## Every miss",
+            "## Misses",
             "",
             *every_miss(cases),
             "",
-            "## Every interval that misses the truth",
+            "## Intervals that do not contain the truth",
             "",
             *every_interval(cases),
             "",
-            "## Every free curve below its goal",
+            "## Free curves below their goal",
             "",
             *every_curve(cases),
             "",
-            "## How it is made",
+            "## Method",
             "",
             *_method(),
             "",
-            "## Repeat it",
+            "## Command",
             "",
             *_repeat(made),
             "",
@@ -98,27 +98,30 @@ def page(cases: Sequence[Judged], made: Made) -> str:
     )
 
 
-def _opening(cases: Sequence[Judged], made: Made) -> list[str]:
-    sorts = Counter(c.sort for c in cases)
-    told = ", ".join(f"{count} {sort}" for sort, count in sorts.most_common())
+def _opening(cases: Sequence[ScoredCase], made: Provenance) -> list[str]:
+    categories = Counter(c.category for c in cases)
+    counts = ", ".join(f"{count} {name}" for name, count in categories.most_common())
     tyres = sum(c.tyre != "magic formula" for c in cases)
-    left = made.wanted - len(cases)
+    remaining = made.requested - len(cases)
     lines = textwrap.wrap(
-        "Sealed cases out of a generator with its own equations, step, integrator and disturbances,"
-        f" analysed by `slipbench explain`: {len(cases)} cases ({told}); in {tyres} of them the"
-        " tyre follows another formula than the simulation's. This page is made by the command at"
-        " its end.",
+        "Hidden cases from a generator with its own equations, step size, integrator and disturbances,"
+        f" analysed by `slipbench explain`: {len(cases)} cases ({counts}); in {tyres} of them the"
+        " tyre formula differs from that of the simulation. The command at the end of this page"
+        " creates it.",
         95,
     )
     if failed := [c for c in cases if c.failed]:
-        lines += ["", f"**In {len(failed)} cases the engine failed; they count as missed.**"]
-    if left:
-        lines += ["", f"**The study is not complete: {left} of {made.wanted} cases are open.**"]
+        lines += ["", f"**In {len(failed)} cases the analysis failed; they count as missed.**"]
+    if remaining:
+        lines += [
+            "",
+            f"**The study is not complete: {remaining} of {made.requested} cases are open.**",
+        ]
     return lines
 
 
 def _goals(counted: Iterable[Figure]) -> list[str]:
-    lines = ["| | counted | 95 % interval | goal | |", "|---|---|---|---|---|"]
+    lines = ["| | result | 95 % interval | goal | |", "|---|---|---|---|---|"]
     for r in counted:
         low, high = r.interval
         interval = f"{low:.1f} to {high:.1f} %" if r.total else ""
@@ -127,61 +130,64 @@ def _goals(counted: Iterable[Figure]) -> list[str]:
 
 
 def _goal(rate: Figure) -> str:
-    if not rate.wanted:
-        return "none set"
+    if not rate.has_goal:
+        return "no goal"
     if rate.low and math.isfinite(rate.high):
         return f"{rate.low:g} to {rate.high:g} %"
     return f"at least {rate.low:g} %" if rate.low else f"at most {rate.high:g} %"
 
 
 def _met(rate: Figure) -> str:
-    return {True: "met", False: "**not met**", None: "open" if rate.wanted else ""}[rate.met]
+    return {True: "met", False: "**not met**", None: "open" if rate.has_goal else ""}[rate.met]
 
 
-def _visible(cases: Iterable[Judged]) -> list[str]:
+def _visible(cases: Iterable[ScoredCase]) -> list[str]:
     with_truth = [c for c in cases if c.truth and not c.failed]
-    seen = sum(c.expected is True for c in with_truth)
-    nobody = sum(c.expected is False for c in with_truth)
+    visible = sum(c.expected is True for c in with_truth)
+    not_visible = sum(c.expected is False for c in with_truth)
     return textwrap.wrap(
-        f"Of {len(with_truth)} cases in which something is missing, somebody who knows it gains"
-        f" {VISIBLE:g} nats and more in {seen}, and less than {NOBODY_SEES:g} in {nobody}: there"
-        " calibration hides it, or the trials do not excite it. The former count in the table"
-        " above; to claim the latter counts as a false alarm. Between the two nothing is counted.",
+        f"Of {len(with_truth)} cases with a hidden effect, the ideal observer, who knows the ground"
+        f" truth, gains at least {VISIBLE:g} nats in {visible} (visible) and less than"
+        f" {NOT_VISIBLE:g} nats in {not_visible} (not visible: calibration compensates the effect, or"
+        " the trials do not excite it). Visible cases count in the table above; an alarm in a case"
+        " that is not visible counts as a false alarm. Cases in between are not scored.",
         95,
     )
 
 
-def _kinds(cases: Sequence[Judged]) -> list[str]:
+def _kinds(cases: Sequence[ScoredCase]) -> list[str]:
     lines = [
-        "| missing | cases | visible | alarm | place right | named |",
+        "| hidden effect | cases | visible | detected | injection point correct | named |",
         "|---|---|---|---|---|---|",
     ]
     for kind in (*LIBRARY, *OUTSIDE):
         chosen = [c for c in cases if len(c.truth) == 1 and c.truth[0].split(".")[0] == kind.name]
         if not chosen:
             continue
-        seen = [c for c in chosen if c.seen]
-        named = f"{sum(c.named for c in seen)}" if kind.inside else "in no library"
+        visible = [c for c in chosen if c.visible]
+        named = f"{sum(c.named for c in visible)}" if kind.inside else "not in the library"
         lines.append(
-            f"| {kind.name.replace('_', ' ')} | {len(chosen)} | {len(seen)} |"
-            f" {sum(c.alarm for c in seen)} | {sum(c.located for c in seen)} | {named} |"
+            f"| {kind.name.replace('_', ' ')} | {len(chosen)} | {len(visible)} |"
+            f" {sum(c.alarm for c in visible)} | {sum(c.located for c in visible)} | {named} |"
         )
     return lines
 
 
-def _confusion(cases: Sequence[Judged]) -> list[str]:
-    """What was said of every visible single effect that was not named rightly."""
-    said: dict[str, Counter[str]] = {}
+def _confusion(cases: Sequence[ScoredCase]) -> list[str]:
+    """Table of the verdicts for visible single effects that were not named correctly."""
+    verdicts: dict[str, Counter[str]] = {}
     for c in cases:
-        if len(c.truth) == 1 and c.seen and not c.named:
-            claim = " + ".join(c.said) or ("no name, a free curve" if c.unknown else "nothing")
-            said.setdefault(c.truth[0], Counter())[claim] += 1
-    if not said:
-        return ["Every visible single effect was named."]
-    lines = ["| missing | said instead |", "|---|---|"]
-    for truth, claims in sorted(said.items()):
-        told = "; ".join(f"{claim} ({n})" for claim, n in claims.most_common())
-        lines.append(f"| {truth} | {told} |".replace("_", " "))
+        if len(c.truth) == 1 and c.visible and not c.named:
+            claim = " + ".join(c.reported) or (
+                "no name, free curve" if c.unknown else "no mismatch"
+            )
+            verdicts.setdefault(c.truth[0], Counter())[claim] += 1
+    if not verdicts:
+        return ["Every visible single effect was named correctly."]
+    lines = ["| hidden effect | verdict |", "|---|---|"]
+    for truth, claims in sorted(verdicts.items()):
+        row = "; ".join(f"{claim} ({n})" for claim, n in claims.most_common())
+        lines.append(f"| {truth} | {row} |".replace("_", " "))
     return lines
 
 
@@ -189,41 +195,40 @@ def _method() -> list[str]:
     return textwrap.wrap(METHOD.strip(), 95)
 
 
-def _repeat(made: Made) -> list[str]:
+def _repeat(made: Provenance) -> list[str]:
     return [
         "```",
         made.command,
         "```",
         "",
-        f"Sealed answers: `{made.fingerprint}` (SHA-256).",
-        f"Source text that decides the results: `{made.source[:16]}`.",
-        "The table is the same for any number of workers, and after any interruption: the same",
-        "command goes on where it stopped.",
+        f"Ground truth: `{made.fingerprint}` (SHA-256).",
+        f"Source code that determines the results: `{made.source[:16]}`.",
+        "The results do not depend on the number of workers. After an interruption the same command",
+        "continues the study.",
         *_observed(made),
     ]
 
 
-def _observed(made: Made) -> list[str]:
+def _observed(made: Provenance) -> list[str]:
     if not made.observed:
         return []
-    told = textwrap.wrap(
-        "What there was to see was judged anew after the study, with a corrected observer (source"
-        f" text `{made.observed[:16]}`), by the same command with `--observe-again`. No verdict"
-        " changed by it.",
+    lines = textwrap.wrap(
+        "The ideal observer was recomputed after the study with corrected source code"
+        f" (`{made.observed[:16]}`), by the same command with `--observe-again`. No verdict changed.",
         95,
     )
-    return ["", *told]
+    return ["", *lines]
 
 
-def seconds(cases: Iterable[Judged]) -> str:
-    """Tell how long an analysis took here; that is the machine's, and not on the page."""
+def seconds(cases: Iterable[ScoredCase]) -> str:
+    """Processor time of an analysis as text; it depends on the machine and is not on the page."""
     found = np.array([c.seconds for c in cases if not c.failed])
     if not found.size:
         return "no analysis"
     middle, most = np.median(found), found.max()
-    return f"{middle:.1f} s of processor time an analysis (median), {most:.1f} at most"
+    return f"processor time per analysis: median {middle:.1f} s, maximum {most:.1f} s"
 
 
-def headline(results: Sequence[Mapping[str, Any]], cases: Sequence[Judged]) -> str:
-    """Say it in a line."""
+def headline(results: Sequence[Mapping[str, Any]], cases: Sequence[ScoredCase]) -> str:
+    """Summary in a line."""
     return f"{len(results)} cases, {len(misses(cases))} misses; {seconds(cases)}"

@@ -1,4 +1,4 @@
-"""Unseal, score, and write the page."""
+"""Score a study and write its page."""
 
 import os
 from collections.abc import Iterator, Sequence
@@ -6,19 +6,19 @@ from pathlib import Path
 
 from slipbench.studies.blind_validation.counting import figures
 from slipbench.studies.blind_validation.figures import draw_figures
-from slipbench.studies.blind_validation.hidden_cases import FINGERPRINT, unseal, write_whole
-from slipbench.studies.blind_validation.page import Made, headline, page
-from slipbench.studies.blind_validation.score import judged
+from slipbench.studies.blind_validation.hidden_cases import FINGERPRINT, ground_truth, write_whole
+from slipbench.studies.blind_validation.page import Provenance, headline, page
+from slipbench.studies.blind_validation.score import scored
 from slipbench.studies.blind_validation.study import Result, Study, source_fingerprint
 
 
 def publish(study: Study, results: Sequence[Result], path: Path) -> Iterator[str]:
-    """Write the page and its figures; yields what to say."""
-    cases = judged(unseal(study.folder), results)
+    """Write the page and its figures; yields lines for the terminal."""
+    cases = scored(ground_truth(study.folder), results)
     counted = figures(cases)
     drawn = path.parent / "figures"
     draw_figures(cases, counted, drawn)
-    made = Made(
+    made = Provenance(
         f"slipbench prove --cases {study.cases} --seed {study.seed}",
         (study.folder / FINGERPRINT).read_text("ascii").strip(),
         results[0]["source"] if results else source_fingerprint(),
@@ -33,4 +33,4 @@ def publish(study: Study, results: Sequence[Result], path: Path) -> Iterator[str
             low, high = one.interval
             verdict = {True: ", met", False: ", NOT MET", None: ""}[one.met]
             yield f"{one.text}: {one.shown} ({low:.0f} to {high:.0f}){verdict}"
-    yield f"written: {path}"
+    yield f"page: {path}"

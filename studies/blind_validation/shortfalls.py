@@ -1,56 +1,67 @@
-"""What fell short in a study, case by case: misses, intervals, free curves."""
+"""Tables of misses, intervals without the truth, and weak free curves, by case."""
 
 import math
 from collections.abc import Iterable, Sequence
 
-from slipbench.studies.blind_validation.score import Judged, misses, what_is_wrong
+from slipbench.studies.blind_validation.score import ScoredCase, misses, what_is_wrong
 
-WANTED = 0.9
-"""Share of the true physics' held-out gain that a free curve should have."""
+GOAL = 0.9
+"""Goal of a free curve: share of the held-out improvement of the true effect."""
 
 
-def every_miss(cases: Iterable[Judged]) -> list[str]:
-    """Lines of a table of everything that was claimed wrongly or not at all."""
+def every_miss(cases: Iterable[ScoredCase]) -> list[str]:
+    """Lines of the table of wrong and missing statements."""
     lines = [
         _row(
             c.case,
-            c.sort,
+            c.category,
             ", ".join(c.truth) or "nothing",
             f"{c.nats:.0f}" if math.isfinite(c.nats) else "",
             what_is_wrong(c),
-            ", ".join(c.said) or "no name",
-            c.place or "none",
+            ", ".join(c.reported) or "no name",
+            c.injection_point or "none",
         )
         for c in misses(cases)
     ]
-    return _table(("case", "sort", "missing", "nats", "what is wrong", "said", "place"), lines)
+    return _table(
+        (
+            "case",
+            "category",
+            "hidden effect",
+            "nats",
+            "error",
+            "reported effect",
+            "injection point",
+        ),
+        lines,
+    )
 
 
-def every_interval(cases: Iterable[Judged]) -> list[str]:
-    """Lines of a table of every 95 % interval that does not hold the truth; SI."""
+def every_interval(cases: Iterable[ScoredCase]) -> list[str]:
+    """Lines of the table of 95 % intervals that do not contain the truth; SI."""
     lines = [
         _row(
             c.case,
-            told.effect,
-            told.parameter,
-            f"{told.truth:.4g}",
-            f"{told.low:.4g} to {told.high:.4g}",
+            estimate.effect,
+            estimate.parameter,
+            f"{estimate.truth:.4g}",
+            f"{estimate.low:.4g} to {estimate.high:.4g}",
         )
         for c in cases
-        for told in c.numbers
-        if not told.holds
+        for estimate in c.numbers
+        if not estimate.holds
     ]
     return _table(("case", "effect", "parameter", "truth", "interval"), lines)
 
 
-def every_curve(cases: Iterable[Judged]) -> list[str]:
-    """Lines of a table of every free curve that gains too little, the worst first."""
-    short = [c for c in cases if c.seen and c.curve < WANTED]
+def every_curve(cases: Iterable[ScoredCase]) -> list[str]:
+    """Lines of the table of free curves below their goal, worst first."""
+    short = [c for c in cases if c.visible and c.curve < GOAL]
     lines = [
         _row(c.case, ", ".join(c.truth), f"{100 * c.curve:.0f} %")
         for c in sorted(short, key=lambda c: c.curve)
     ]
-    return _table(("case", "missing", "share of the true gain"), lines)
+    return _table(("case", "hidden effect", "share of the true improvement"), lines)
 
 
 def _table(heads: Sequence[str], lines: Sequence[str]) -> list[str]:

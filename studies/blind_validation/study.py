@@ -1,7 +1,6 @@
-"""All cases of a study, on as many workers as there are; what is done stays done.
+"""Run all cases of a study in parallel; finished cases are kept.
 
-Every case is a function of seed and number alone, so that the results do not depend on who worked
-it out, or when.
+Every case is a function of seed and number alone, so the results do not depend on the workers.
 """
 
 import hashlib
@@ -15,7 +14,7 @@ from typing import Any
 from slipbench.identification.cluster import ALL_PROCESSORS, Workers, done_by
 from slipbench.protocol.errors import InputError
 from slipbench.studies.blind_validation.generator.case import answer, draw_case
-from slipbench.studies.blind_validation.hidden_cases import seal, write_whole
+from slipbench.studies.blind_validation.hidden_cases import store_ground_truth, write_whole
 from slipbench.studies.blind_validation.one_case import observe, run_case
 
 JUDGED = (
@@ -25,7 +24,7 @@ JUDGED = (
     "plant",
     "protocol",
 )
-"""Folders whose text decides a result."""
+"""Folders whose source determines a result."""
 AFTERWARDS = frozenset(
     {
         "page.py",
@@ -43,15 +42,15 @@ AFTERWARDS = frozenset(
         "pictures.py",
     }
 )
-"""Files of these names only order the work, or count and show what came of it."""
+"""Files that only distribute the work, or count and show results."""
 ELSEWHERE = "systems"
-"""Folder of what is no motorcycle; no case of a proof meets it."""
+"""Folder for systems other than motorcycles; no hidden case uses it."""
 Result = dict[str, Any]
 
 
 @dataclass(frozen=True)
 class Study:
-    """What is asked for. scheduler: address of a cluster that is there, else local processes."""
+    """Number of cases, seed, folder and workers of a study."""
 
     cases: int
     seed: int
@@ -61,96 +60,98 @@ class Study:
 
 def run_study(
     study: Study,
-    told: Callable[[int, int], None] = lambda *_: None,
+    progress: Callable[[int, int], None] = lambda *_: None,
     work: Callable[[int, int], Result] = run_case,
 ) -> list[Result]:
-    """Seal, then work out every case that is not done yet; returns all results by number.
+    """Results of all cases by number; stores the ground truth, then runs the missing cases.
 
-    told: how many cases are done, of how many. work: what is done with seed and number. Raises
-    InputError where the folder holds results of another study or of other source text.
+    progress: called with finished and total cases. work: runs a case from seed and number. Raises
+    InputError where the folder holds results of another study or of other source code.
     """
     study.folder.mkdir(parents=True, exist_ok=True)
-    sealed = seal([answer(draw_case(study.seed, n)) for n in range(study.cases)], study.folder)
-    mark = {"answers": sealed, "source": source_fingerprint()}
+    fingerprint = store_ground_truth(
+        [answer(draw_case(study.seed, n)) for n in range(study.cases)], study.folder
+    )
+    mark = {"answers": fingerprint, "source": source_fingerprint()}
     done = dict(_done(study, mark))
-    left = [n for n in range(study.cases) if n not in done]
-    told(len(done), study.cases)
-    if left:
-        jobs = {f"case-{study.seed}-{n}": (study.seed, n) for n in left}
+    missing = [n for n in range(study.cases) if n not in done]
+    progress(len(done), study.cases)
+    if missing:
+        jobs = {f"case-{study.seed}-{n}": (study.seed, n) for n in missing}
         for _, result in done_by(study.workers, work, jobs):
             done[result["case"]] = _keep(study, {**mark, **result})
-            told(len(done), study.cases)
+            progress(len(done), study.cases)
     return [done[n] for n in sorted(done)]
 
 
-def place_of(folder: Path, number: int) -> Path:
-    """Where the result of a case lies."""
+def result_path(folder: Path, number: int) -> Path:
+    """Path of the result of a case."""
     return folder / "results" / f"case-{number:04d}.json"
 
 
 def _keep(study: Study, result: Result) -> Result:
-    path = place_of(study.folder, result["case"])
+    path = result_path(study.folder, result["case"])
     path.parent.mkdir(exist_ok=True)
     write_whole(path, json.dumps(result, indent=1) + "\n")
     return result
 
 
 def results_so_far(study: Study) -> list[Result]:
-    """Return what is done, whatever source text it was done with."""
+    """Existing results, of any version of the source code."""
     return [result for _, result in _done(study, {})]
 
 
 def _done(study: Study, mark: dict[str, str]) -> Iterator[tuple[int, Result]]:
-    """Results that are there. Raises InputError where they are not of this study and text."""
+    """Existing results. Raises InputError where they belong to another study or source code."""
     for number in range(study.cases):
-        path = place_of(study.folder, number)
+        path = result_path(study.folder, number)
         if not path.exists():
             continue
         result = json.loads(path.read_text(encoding="utf-8"))
         for key, value in mark.items():
             if result[key] != value:
                 raise InputError(
-                    f"a result of other {key} lies there",
+                    f"the folder contains a result of another study or version ({key} differs)",
                     where=str(path),
                     expected=value,
                     found=str(result[key]),
-                    remedy="give another folder with --out: results of two versions do not mix",
+                    remedy="choose another folder with --out: results of two versions cannot be combined",
                 )
         yield number, result
 
 
 def observe_again(
     study: Study,
-    told: Callable[[int, int], None] = lambda *_: None,
+    progress: Callable[[int, int], None] = lambda *_: None,
     work: Callable[[int, int], Result] = observe,
 ) -> list[Result]:
-    """Judge anew what there was to see in every case that is done; verdicts stay as they are.
+    """Results with the ideal observer recomputed; verdicts are unchanged.
 
-    For when the judge was wrong, not the analysis. Every result then tells by "observed" with which
-    source text. Returns all results.
+    For corrections of the observer. The field "observed" of each result then holds the fingerprint
+    of the source code. progress: called with finished and total cases.
     """
     source = source_fingerprint()
     done = {r["case"]: r for r in results_so_far(study)}
-    left = [n for n, r in done.items() if "failed" not in r and r.get("observed") != source]
-    told(len(done) - len(left), len(done))
-    jobs = {f"observe-{study.seed}-{n}": (study.seed, n) for n in left}
-    for name, seen in done_by(study.workers, work, jobs) if left else ():
+    open_cases = [n for n, r in done.items() if "failed" not in r and r.get("observed") != source]
+    progress(len(done) - len(open_cases), len(done))
+    jobs = {f"observe-{study.seed}-{n}": (study.seed, n) for n in open_cases}
+    for name, observed in done_by(study.workers, work, jobs) if open_cases else ():
         number = int(name.rpartition("-")[2])
-        done[number] = _keep(study, _observed(done[number], seen, source))
-        left.remove(number)
-        told(len(done) - len(left), len(done))
+        done[number] = _keep(study, _observed(done[number], observed, source))
+        open_cases.remove(number)
+        progress(len(done) - len(open_cases), len(done))
     return [done[n] for n in sorted(done)]
 
 
-def _observed(result: Result, seen: Result, source: str) -> Result:
-    new = {**result, "ideal": seen["ideal"], "observed": source}
-    if "curve" in result and math.isfinite(seen.get("possible", math.nan)):
-        new["curve"] = {**result["curve"], "possible": seen["possible"]}
+def _observed(result: Result, observed: Result, source: str) -> Result:
+    new = {**result, "ideal": observed["ideal"], "observed": source}
+    if "curve" in result and math.isfinite(observed.get("possible", math.nan)):
+        new["curve"] = {**result["curve"], "possible": observed["possible"]}
     return new
 
 
 def source_fingerprint(root: Path = Path(__file__).parents[2]) -> str:
-    """Fingerprint of all source text that decides a result."""
+    """Fingerprint of all source code that determines a result."""
     digest = hashlib.sha256()
     for folder in JUDGED:
         for path in sorted((root / folder).rglob("*.py")):

@@ -22,5 +22,5 @@ def test_a_folder_without_controllers_says_how_to_make_one(tmp_path):
 def test_of_two_with_one_name_none_is_lost(tmp_path):
     (tmp_path / "other").mkdir()
     one, two = tmp_path / "a.toml", tmp_path / "other" / "a.toml"
-    with pytest.raises(InputError, match="two controllers of one name"):
+    with pytest.raises(InputError, match="two controller files with the same name"):
         one_of_each_name([one, two])

@@ -25,7 +25,7 @@ def problem(gain: float) -> Problem:
         gain * 2700.0,
         0.01,
     )
-    return Problem(model, None, 0.005, 0.001, 1e-5, 0.05, told=0.005)
+    return Problem(model, None, 0.005, 0.001, 1e-5, 0.05, sample_interval=0.005)
 
 
 @pytest.fixture(autouse=True)
@@ -59,4 +59,4 @@ def test_speeds_that_are_too_unlike_need_a_run_between_them():
 def test_two_runs_of_one_speed_are_refused():
     found = scheduled([(50.0, problem(0.16)), (50.4, problem(0.17))])
     assert isinstance(found, NoDesign)
-    assert "one a speed" in found.reason
+    assert "one run per speed" in found.reason

@@ -15,7 +15,12 @@ from slipbench.controllers.linear import in_series
 from slipbench.controllers.slip_controller import from_tree
 from slipbench.identification.design import commands, h_infinity, mixed_sensitivity
 from slipbench.identification.design.h_infinity import INSTALL
-from slipbench.identification.design.mixed_sensitivity import Wishes, available, reduced, synthesis
+from slipbench.identification.design.mixed_sensitivity import (
+    WeightParameters,
+    available,
+    reduced,
+    synthesis,
+)
 from slipbench.identification.design.steps import step_response
 from slipbench.identification.design.widest import Designed, NoDesign, allowed
 from slipbench.identification.models.uncertainty_set import UncertaintySet, Weight
@@ -23,7 +28,7 @@ from slipbench.protocol.errors import InputError
 from tests.identification.design.test_loop_design import FREE, PATH, PERIOD, problem, simulated
 
 needs_slycot = pytest.mark.skipif(not available(), reason=f"no slycot: {INSTALL}")
-WISHES = Wishes(1.5, 2.0, 1.0, 20.0)
+WEIGHTS = WeightParameters(1.5, 2.0, 1.0, 20.0)
 F = np.geomspace(0.1, 40.0, 200)
 
 
@@ -54,8 +59,8 @@ def test_taking_the_integrator_out_and_sampling_changes_nothing_that_a_loop_sees
     The integrator's pole was not quite 0 before, and sampling moves a sharp pair of poles a little.
     """
     monkeypatch.setattr(mixed_sensitivity, "FORGETS", 0.0)  # of any controller, slow ones too
-    full = synthesis(problem(), WISHES)
-    ours = reduced(full, full.nstates - 1, WISHES.corner, PERIOD)
+    full = synthesis(problem(), WEIGHTS)
+    ours = reduced(full, full.nstates - 1, WEIGHTS.corner, PERIOD)
     exact = full(2j * np.pi * F)
     np.testing.assert_allclose(ours.response(F), exact, rtol=0.04)
 
@@ -65,14 +70,14 @@ def test_taking_the_integrator_out_and_sampling_changes_nothing_that_a_loop_sees
 def test_a_lower_order_is_as_near_as_balancing_promises(order, monkeypatch):
     """No further than twice the sum of the Hankel singular values left out (Glover 1984)."""
     monkeypatch.setattr(mixed_sensitivity, "FORGETS", 0.0)
-    full = synthesis(problem(), WISHES)
-    slow = mixed_sensitivity.AT_REST * 2 * np.pi * WISHES.corner
-    _, rest = mixed_sensitivity._parted(full, slow)
+    full = synthesis(problem(), WEIGHTS)
+    slow = mixed_sensitivity.AT_REST * 2 * np.pi * WEIGHTS.corner
+    _, rest = mixed_sensitivity._separated(full, slow)
     left_out = 2 * np.sum(hankel(rest)[order - 1 :])
     s = 2j * np.pi * F
-    small = reduced(full, order, WISHES.corner, PERIOD)
+    small = reduced(full, order, WEIGHTS.corner, PERIOD)
     whole = small.response(F) - small.integral * PERIOD / (np.exp(s * PERIOD) - 1)
-    sampled = reduced(full, full.nstates - 1, WISHES.corner, PERIOD)
+    sampled = reduced(full, full.nstates - 1, WEIGHTS.corner, PERIOD)
     exact = sampled.response(F) - sampled.integral * PERIOD / (np.exp(s * PERIOD) - 1)
     rounding = 1e-5 * np.max(np.abs(exact))  # beside a pole that SLICOT put at 3e8 rad/s
     assert np.max(np.abs(whole - exact)) <= 1.05 * left_out + rounding
@@ -81,11 +86,11 @@ def test_a_lower_order_is_as_near_as_balancing_promises(order, monkeypatch):
 @needs_slycot
 def test_a_design_keeps_the_reserves_and_every_condition_on_what_will_run():
     found = designed()
-    m, asked = found.margins["nominal"], problem().required
+    m, required = found.margins["nominal"], problem().required
     assert allowed(problem(), found.controller)
-    assert m.gain >= asked.gain
-    assert m.phase >= asked.phase
-    assert m.sensitivity <= asked.sensitivity
+    assert m.gain >= required.gain
+    assert m.phase >= required.phase
+    assert m.sensitivity <= required.sensitivity
     assert found.controller.order <= 11  # of path, delay and weights together
 
 
@@ -93,9 +98,11 @@ def test_a_design_keeps_the_reserves_and_every_condition_on_what_will_run():
 def test_what_is_promised_in_frequency_comes_in_time():
     found, time = designed(), np.arange(0, 1.0, PERIOD)
     passed = in_series((found.prefilter.section,))
-    told = step_response(problem(), found.controller, time, found.prefilter.response)["nominal"]
+    predicted = step_response(problem(), found.controller, time, found.prefilter.response)[
+        "nominal"
+    ]
     lived = simulated(found.controller.controller(FREE), 1.0, passed=passed)
-    assert np.max(np.abs(told - lived)) < 0.01
+    assert np.max(np.abs(predicted - lived)) < 0.01
 
 
 @needs_slycot

@@ -15,10 +15,10 @@ from slipbench.identification.design.loop import encircled, margins
 from slipbench.identification.design.mixed import later
 from slipbench.identification.design.prefilter import OVERSHOOT
 from slipbench.identification.design.problem import Problem, Requirements
-from slipbench.identification.design.sampled import answer, sampled, sections
+from slipbench.identification.design.sampled import sampled, sections, sections_response
 from slipbench.identification.design.shaping import shaped
 from slipbench.identification.design.steps import step_response
-from slipbench.identification.design.widest import ALIKE, Designed, better, internal_model
+from slipbench.identification.design.widest import SIMILAR, Designed, better, internal_model
 from slipbench.identification.models.rational_model import RationalModel
 
 PERIOD = 0.001
@@ -107,12 +107,12 @@ def test_what_is_promised_in_frequency_comes_in_time(design):
 
 @pytest.mark.parametrize("design", [internal_model, pid])
 def test_a_design_keeps_the_reserves_that_were_asked_for(design):
-    asked = Requirements(gain=2.0, phase=np.radians(40), sensitivity=2.0)
+    required = Requirements(gain=2.0, phase=np.radians(40), sensitivity=2.0)
     found = designed(design)
     m = found.margins["nominal"]
-    assert m.gain >= asked.gain
-    assert m.phase >= asked.phase
-    assert m.sensitivity <= asked.sensitivity
+    assert m.gain >= required.gain
+    assert m.phase >= required.phase
+    assert m.sensitivity <= required.sensitivity
     assert found.bandwidth > (7.0 if design is internal_model else 3.0)
     for factor in (0.85 * m.gain, 1.15 * m.gain):
         scaled = RationalModel(
@@ -172,7 +172,7 @@ def test_the_better_law_is_closed_furthest_up_or_as_far_and_holds_more_off():
     found = [designed(d).margins["nominal"] for d in (internal_model, pid)]
     chosen = better(*(designed(d) for d in (internal_model, pid)))
     assert isinstance(chosen, Designed)
-    alike = [m for m in found if m.bandwidth * ALIKE >= max(m.bandwidth for m in found)]
+    alike = [m for m in found if m.bandwidth * SIMILAR >= max(m.bandwidth for m in found)]
     assert chosen.margins["nominal"] in alike
     assert chosen.margins["nominal"].rejection == max(m.rejection for m in alike)
 
@@ -192,14 +192,14 @@ def test_the_throttle_acts_as_the_spark_through_its_model():
     z = np.exp(2j * np.pi * f * PERIOD)
     ratio = PATH.response(f) / spark.response(f)
     ratio /= (PATH.response(np.zeros(1)) / spark.response(np.zeros(1)))[0]
-    np.testing.assert_allclose(answer(through, z) * z**-delay, ratio, atol=0.01)
+    np.testing.assert_allclose(sections_response(through, z) * z**-delay, ratio, atol=0.01)
 
 
 def test_sensor_noise_that_is_held_shakes_the_command_as_it_is_told():
     """Against the loop in time: a first-order path, noise drawn anew every 5 ms."""
     print("seed 4")
     slow = RationalModel("a", "slip", np.zeros(0, complex), np.array([-30.0]), 30.0, 0.004)
-    told = Problem(slow, None, 0.0, PERIOD, 1.0, 0.05, told=0.005)
+    told = Problem(slow, None, 0.0, PERIOD, 1.0, 0.05, sample_interval=0.005)
     gains = Gains(1.0, 20.0, 0.01, 0.005, PERIOD)
     noise = np.repeat(np.random.default_rng(4).standard_normal(8000), 5)
     law, x, line, commands = gains.controller(FREE), 0.0, [0.0] * 4, []
@@ -209,4 +209,4 @@ def test_sensor_noise_that_is_held_shakes_the_command_as_it_is_told():
         line.append(command)
         x = a * x + (1 - a) * line.pop(0)
         commands.append(command)
-    assert told.shaken(gains.response) == pytest.approx(np.std(commands), rel=0.05)
+    assert told.command_noise(gains.response) == pytest.approx(np.std(commands), rel=0.05)

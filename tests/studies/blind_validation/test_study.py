@@ -1,4 +1,4 @@
-"""A study is sealed, goes on where it stopped, and counts rightly."""
+"""The ground truth is fixed before the analysis, an interrupted study continues, rates are exact."""
 
 import json
 import math
@@ -6,19 +6,27 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+import typer
 from distributed import LocalCluster
+from typer.testing import CliRunner
 
 from slipbench.identification.cluster import Workers
 from slipbench.protocol.errors import InputError
+from slipbench.studies.blind_validation.commands import register
 from slipbench.studies.blind_validation.counting import figures, middle, share
-from slipbench.studies.blind_validation.hidden_cases import FINGERPRINT, SEALED, seal, unseal
-from slipbench.studies.blind_validation.page import Made, page
-from slipbench.studies.blind_validation.score import Judged, judged, what_is_wrong
+from slipbench.studies.blind_validation.hidden_cases import (
+    FINGERPRINT,
+    GROUND_TRUTH,
+    ground_truth,
+    store_ground_truth,
+)
+from slipbench.studies.blind_validation.page import Provenance, page
+from slipbench.studies.blind_validation.score import ScoredCase, scored, what_is_wrong
 from slipbench.studies.blind_validation.shortfalls import every_curve, every_interval, every_miss
 from slipbench.studies.blind_validation.study import (
     Study,
     observe_again,
-    place_of,
+    result_path,
     results_so_far,
     run_study,
     source_fingerprint,
@@ -87,9 +95,9 @@ FOUND = verdict(
 )
 
 
-def only(*pairs: tuple[dict, dict]) -> list[Judged]:
+def only(*pairs: tuple[dict, dict]) -> list[ScoredCase]:
     answers, results = zip(*pairs, strict=True)
-    return judged(answers, results)
+    return scored(answers, results)
 
 
 def test_a_true_name_with_its_place_and_interval_is_all_right() -> None:
@@ -129,7 +137,7 @@ def test_what_nobody_can_see_is_no_miss_and_to_claim_it_is() -> None:
     truth = answer(0, "small", hidden("backlash", slack=2e-3))
     quiet, loud = (only((truth, result(0, told, [3.0])))[0] for told in (verdict(), FOUND))
     assert what_is_wrong(quiet) == ""
-    assert what_is_wrong(loud) == "alarm on what nobody can see"
+    assert what_is_wrong(loud) == "alarm, effect not visible"
 
 
 def test_an_alarm_where_nothing_is_missing_is_a_false_one() -> None:
@@ -150,14 +158,14 @@ def test_what_the_named_things_explain_as_well_is_not_to_be_seen() -> None:
     truth = answer(0, "pair", hidden("backlash", slack=8e-3), hidden("driveline_loss", loss=0.04))
     nearly = {**result(0, FOUND, [90.0, 90.0]), "ideal": {"gain": 103.0, "each": [90.0, 90.0]}}
     (one,) = only((truth, nearly))
-    assert (one.seen, one.named) == (("backlash",), True)
+    assert (one.visible, one.named) == (("backlash",), True)
     (missed,) = only((truth, {**nearly, "ideal": {"gain": 150.0, "each": [90.0, 90.0]}}))
-    assert (missed.seen, missed.named) == (("backlash", "driveline_loss"), False)
+    assert (missed.visible, missed.named) == (("backlash", "driveline_loss"), False)
 
 
 def test_a_name_for_what_is_in_no_library_is_a_miss() -> None:
     truth = answer(0, "outside", hidden("spark_lag", time_constant=0.02))
-    assert "no library" in what_is_wrong(only((truth, result(0, FOUND, [90.0])))[0])
+    assert "not in the library" in what_is_wrong(only((truth, result(0, FOUND, [90.0])))[0])
 
 
 @pytest.mark.parametrize(
@@ -181,25 +189,25 @@ def test_the_page_tells_every_goal_and_every_miss() -> None:
     nothing = answer(0, "nothing"), result(0, FOUND, [])
     backlash = answer(1, "moderate", hidden("backlash", slack=8e-3)), result(1, FOUND, [90.0])
     cases = only(nothing, backlash)
-    text = page(cases, Made("slipbench prove", "f" * 64, "0" * 64, 4, "figures"))
+    text = page(cases, Provenance("slipbench prove", "f" * 64, "0" * 64, 4, "figures"))
     assert "not met" in text
     assert "false alarm" in text
     assert "2 of 4 cases are open" in text
 
 
 def test_a_broken_seal_is_found(tmp_path: Path) -> None:
-    seal([answer(0, "nothing")], tmp_path)
-    assert unseal(tmp_path) == [answer(0, "nothing")]
+    store_ground_truth([answer(0, "nothing")], tmp_path)
+    assert ground_truth(tmp_path) == [answer(0, "nothing")]
     (tmp_path / FINGERPRINT).write_text("0" * 64)
-    with pytest.raises(InputError, match="seal is broken"):
-        unseal(tmp_path)
+    with pytest.raises(InputError, match="ground truth was changed"):
+        ground_truth(tmp_path)
 
 
 def test_other_answers_do_not_replace_those_that_were_sealed(tmp_path: Path) -> None:
-    seal([answer(0, "nothing")], tmp_path)
+    store_ground_truth([answer(0, "nothing")], tmp_path)
     with pytest.raises(InputError, match="another study"):
-        seal([answer(1, "nothing")], tmp_path)
-    assert (tmp_path / SEALED).exists()
+        store_ground_truth([answer(1, "nothing")], tmp_path)
+    assert (tmp_path / GROUND_TRUTH).exists()
 
 
 @pytest.fixture(scope="module", params=[1, 2], ids=["one worker", "two workers"])
@@ -218,18 +226,18 @@ def test_a_study_goes_on_where_it_stopped(tmp_path: Path, scheduler: str) -> Non
     study = Study(5, 3, tmp_path, Workers(scheduler=scheduler))
     first = run_study(study, work=square)
     assert [r["value"] for r in first] == [3 * n * n for n in range(5)]
-    place_of(tmp_path, 2).unlink()
-    untouched = place_of(tmp_path, 3).stat().st_mtime_ns
+    result_path(tmp_path, 2).unlink()
+    untouched = result_path(tmp_path, 3).stat().st_mtime_ns
     assert run_study(study, work=square) == first == results_so_far(study)
-    assert place_of(tmp_path, 3).stat().st_mtime_ns == untouched
+    assert result_path(tmp_path, 3).stat().st_mtime_ns == untouched
 
 
 def test_results_of_other_source_text_do_not_mix(tmp_path: Path, scheduler: str) -> None:
     study = Study(2, 3, tmp_path, Workers(scheduler=scheduler))
     run_study(study, work=square)
-    path = place_of(tmp_path, 1)
+    path = result_path(tmp_path, 1)
     path.write_text(json.dumps({**json.loads(path.read_text()), "source": "another"}))
-    with pytest.raises(InputError, match="other source"):
+    with pytest.raises(InputError, match="source differs"):
         run_study(study, work=square)
 
 
@@ -248,15 +256,15 @@ def test_to_observe_again_changes_no_verdict(tmp_path: Path, scheduler: str) -> 
     study = Study(2, 3, tmp_path, Workers(scheduler=scheduler))
     for number in range(2):
         old = {**result(number, FOUND, [3.0]), "curve": {"confirmed": 20.0, "possible": -9.0}}
-        place_of(tmp_path, number).parent.mkdir(exist_ok=True)
-        place_of(tmp_path, number).write_text(json.dumps(old))
+        result_path(tmp_path, number).parent.mkdir(exist_ok=True)
+        result_path(tmp_path, number).write_text(json.dumps(old))
     for new in observe_again(study, work=seen_again):
         assert new["verdict"] == FOUND
         assert new["ideal"]["gain"] == 50.0
         assert new["curve"] == {"confirmed": 20.0, "possible": 40.0}
-    untouched = place_of(tmp_path, 0).stat().st_mtime_ns
+    untouched = result_path(tmp_path, 0).stat().st_mtime_ns
     observe_again(study, work=seen_again)
-    assert place_of(tmp_path, 0).stat().st_mtime_ns == untouched
+    assert result_path(tmp_path, 0).stat().st_mtime_ns == untouched
 
 
 def test_only_what_decides_a_result_changes_the_fingerprint(tmp_path):
@@ -271,3 +279,12 @@ def test_only_what_decides_a_result_changes_the_fingerprint(tmp_path):
         path.write_text("a = 2\n", encoding="utf-8")
         assert (source_fingerprint(tmp_path) != first) == (name == "engine.py")
         path.write_text("a = 1\n", encoding="utf-8")
+
+
+def test_the_command_is_described_in_the_words_of_the_field() -> None:
+    app = typer.Typer()
+    app.callback()(lambda: None)
+    register(app)
+    text = " ".join(CliRunner().invoke(app, ["prove", "--help"], terminal_width=200).output.split())
+    assert "Blind validation: generate hidden cases, analyse, score." in text
+    assert [word for word in ("seal", "secret", "proof") if word in text.lower()] == []
