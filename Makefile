@@ -5,6 +5,8 @@
 # make paper    set up, then Corno and Savaresi's findings, claim by claim
 # make prove    set up, then the proof on sealed cases: hours; goes on where it was stopped
 # make mutants  set up, then coverage and mutants of the safety gate
+# make fuzz     set up, then 2 000 random commands and files: no traceback, no hang
+# make pythons  a fast part of the suite on each Python from 3.11 on that the machine has
 # make million  set up, then a million random frame sequences through it (half an hour of processor)
 # make faults   set up, then docs/fault_matrix.md, and the same on a real kernel's bus (minutes)
 # make bench    set up, then every benchmark
@@ -98,6 +100,16 @@ mutants: setup
 
 million: setup
 	$(IN)/python -m tests.bench.safety.sequences
+
+# A grammar over every command and file; the seed is the second number.
+.PHONY: fuzz
+fuzz: setup
+	$(IN)/python -m tests.hostile.fuzz 2000 1
+
+# Environments below build/, one for each interpreter.
+.PHONY: pythons
+pythons:
+	.ci/on-each-python
 
 faults: setup
 	$(IN)/python -m tests.faults.matrix

@@ -128,3 +128,19 @@ def test_without_dask_jobs_in_parallel_name_its_extra(monkeypatch: pytest.Monkey
     monkeypatch.setitem(sys.modules, "distributed", None)
     with pytest.raises(InputError, match=r"pip install 'slipbench\[cluster\]'"):
         list(done_by(ALL_PROCESSORS, abs, {"one": (1,)}))
+
+
+IMPORT_ALL = """
+import pkgutil, sys
+sys.modules.update(dict.fromkeys({hidden}))
+import slipbench
+for module in pkgutil.walk_packages(slipbench.__path__, "slipbench."):
+    if not module.name.endswith("__main__"):
+        __import__(module.name)
+"""
+
+
+def test_every_module_can_be_imported_without_any_extra() -> None:
+    code = IMPORT_ALL.format(hidden=sorted(EXTRA_OF))
+    done = subprocess.run([sys.executable, "-c", code], text=True, capture_output=True, check=False)
+    assert done.returncode == 0, done.stderr
