@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
+from rich.markup import escape
 from rich.progress import Progress
 
 from slipbench import dbc
 from slipbench.bench.replay.replay_controls import FASTEST
 from slipbench.protocol.errors import InputError
 from slipbench.protocol.shipped_files import completion_of, file_of
-from slipbench.protocol.trial_file import TrialFile
 
 if TYPE_CHECKING:
     from slipbench.bench.replay.replay_process import Report, RunningReplay
@@ -93,6 +93,7 @@ def trial(
     from slipbench.bench.bus.opening import BusAddress
     from slipbench.bench.trials.outcome import in_short, invalid
     from slipbench.bench.trials.preparation import prepare
+    from slipbench.bench.trials.progress import script_duration
     from slipbench.bench.trials.run import run_trial
     from slipbench.bench.vehicle.live_vehicle import VehicleProcess, riding_beside
 
@@ -108,7 +109,7 @@ def trial(
     console = Console(stderr=True)
     bar = Progress(console=console, disable=not console.is_terminal, transient=True)
     with beside as process, bar:
-        task = bar.add_task(prepared.trial.name, total=_expected_duration(prepared.trial))
+        task = bar.add_task(prepared.trial.name, total=script_duration(prepared.trial))
         outcome = run_trial(
             prepared,
             folder,
@@ -164,6 +165,10 @@ def vehicle(
             prepared.ride,
             prepared.database,
             address,
+            ready=lambda: typer.echo(
+                f"{prepared.ride.vehicle.name} rides on {interface}, channel {channel}, "
+                f"at {bitrate} bit/s; Ctrl-C ends the ride"
+            ),
         )
     for when in motorcycle.taken_back:
         typer.echo(f"authority taken back {when:.3f} s into the ride: the bench was silent")
@@ -219,10 +224,17 @@ def replay(
         log, interface, tuple(channel or ["can0"]), tuple(bus or []), only, without, bitrate, fd
     )
     with running_replay(order, speed, passes) as running:
+        if start * 1e9 > running.ready.span:
+            raise InputError(
+                "--start is beyond the last frame",
+                where=str(log),
+                expected=f"at most {running.ready.span * 1e-9:g} s",
+                found=f"{start:g} s",
+            )
         if start:
             running.controls.seek(round(start * 1e9))
         done = _watch(running, log.name)
-        table = timing(running.ready, done, speed)
+        table = timing(running.ready, done)
     typer.echo(told(table))
     if report is not None:
         write(table, report)
@@ -239,16 +251,24 @@ def _watch(running: "RunningReplay", name: str) -> "Report":
     from slipbench.bench.loop.interrupts import interrupts
     from slipbench.bench.replay.replay_keys import HELP, keys, pressed, steer
     from slipbench.bench.replay.replay_process import ENDING
+    from slipbench.bench.replay.replay_report import position
 
     console = Console(stderr=True)
     ready, controls = running.ready, running.controls
     bar = Progress(console=console, disable=not console.is_terminal, transient=True)
+    name = escape(name)
     stop, deadline = threading.Event(), math.inf
     with interrupts(stop), keys() as listening, bar:
-        task = bar.add_task(f"{name}  {HELP}" if listening else name, total=ready.frames)
+        if listening:
+            console.print(HELP)
+        task = bar.add_task(name, total=ready.frames)
         running.begin()
         while (done := running.report(within=0.05)) is None:
-            bar.update(task, completed=controls.following)
+            bar.update(
+                task,
+                completed=controls.following,
+                description=f"{name}: {position(controls, ready.span)}",
+            )
             for key in pressed() if listening else ():
                 steer(controls, key)
             if stop.is_set():
@@ -268,11 +288,6 @@ def _next_folder(parent: Path, name: str) -> Path:
     taken = {path.name for path in parent.glob(f"{name}-*")}
     number = next(n for n in count(1) if f"{name}-{n:03d}" not in taken)
     return parent / f"{name}-{number:03d}"
-
-
-def _expected_duration(trial: TrialFile) -> float:
-    waiting = trial.operating_point.steady_for + trial.rider.presses_button_after
-    return waiting + trial.excitation.duration + trial.settling + trial.hand_back + 1.0
 
 
 def _words(phase: str) -> str:

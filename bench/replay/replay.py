@@ -25,12 +25,14 @@ class Replayed:
     sent      frames sent in all, those of every pass counted
     refused   frames that a bus took only at a second try, its queue being full
     passes    times that the whole log went by
+    speeds    each speed, times as fast as recorded, with the place in the log (ns) where it began
     """
 
     lateness: npt.NDArray[np.int64]
     sent: int
     refused: int
     passes: int
+    speeds: tuple[tuple[int, float], ...] = ()
 
     @property
     def known(self) -> npt.NDArray[np.int64]:
@@ -63,7 +65,8 @@ class _Player:
         self._sent = self._refused = self._passes = 0
         self._next = 0
         self._place, self._moment = 0.0, clock.now_ns()  # ns in the log, ns on the clock
-        self._speed, self._seen = controls.speed, controls.changes
+        self._speed, self._seen = controls.speed, 0  # changes made before the start hold as well
+        self._speeds = [(0, self._speed)]
 
     def play(self) -> Replayed:
         """Play until the last pass is over or somebody stops it."""
@@ -78,7 +81,9 @@ class _Player:
             self._next += 1
             self._sent += 1
             self._controls.tell(self._sent, self._next, int(self._times[self._next - 1]))
-        return Replayed(self._lateness, self._sent, self._refused, self._passes)
+        return Replayed(
+            self._lateness, self._sent, self._refused, self._passes, tuple(self._speeds)
+        )
 
     def _due(self, place: float) -> int:
         """Moment at which `place` is reached, rounded up: never early."""
@@ -107,7 +112,10 @@ class _Player:
         if (target := self._controls.take_seek()) is not None:
             self._place = float(target)
             self._next = int(np.searchsorted(self._times, target))
-        self._speed, self._moment = self._controls.speed, self._clock.now_ns()
+        self._moment = self._clock.now_ns()
+        if self._speed != self._controls.speed:
+            self._speed = self._controls.speed
+            self._speeds.append((int(self._place), self._speed))
 
     def _more(self) -> bool:
         """Tell whether a frame is left; after the last one the next pass begins, if there is one.

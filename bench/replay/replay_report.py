@@ -6,20 +6,32 @@ from typing import Any
 import numpy as np
 import tomli_w
 
+from slipbench.bench.replay.replay_controls import Controls
 from slipbench.bench.replay.replay_process import Ready, Report
 from slipbench.protocol.errors import InputError
 
 QUANTILES = {"p50": 50.0, "p99": 99.0, "p99_9": 99.9, "max": 100.0}
 
 
-def timing(ready: Ready, report: Report, speed: float) -> dict[str, Any]:
-    """Lay a replay's timing out as a table; times in s."""
+def position(controls: Controls, span: int) -> str:
+    """Position, speed and pause of a running replay, for its line on the terminal.
+
+    span: ns from the log's first frame to its last.
+    """
+    paused = ", paused" if controls.paused else ""
+    return f"{controls.place * 1e-9:.1f} s of {span * 1e-9:.1f} s, speed {controls.speed:g}{paused}"
+
+
+def timing(ready: Ready, report: Report) -> dict[str, Any]:
+    """Table of a replay's timing; times in s, speeds with the positions from which they held."""
     known = report.replayed.known
     return {
         "frames": ready.frames,
         "sent": report.replayed.sent,
         "passes": report.replayed.passes,
-        "speed": speed,
+        "speeds": [
+            {"from": place * 1e-9, "speed": speed} for place, speed in report.replayed.speeds
+        ],
         "recorded_duration": ready.span * 1e-9,
         "took": report.took * 1e-9,
         "queue_full": report.replayed.refused,
@@ -41,12 +53,23 @@ def told(table: dict[str, Any]) -> str:
     )
     lines = [
         f"{table['sent']} frames replayed of a log of {table['frames']}, in {table['took']:.3f} s "
-        f"(recorded in {table['recorded_duration']:.3f} s, speed {table['speed']:g})",
+        f"(recorded in {table['recorded_duration']:.3f} s, speed {_speeds(table['speeds'])})",
         f"lateness {lateness.replace('p99_9', 'p99.9')}" if lateness else "nothing was sent",
     ]
     if table["queue_full"]:
         lines.append(f"{table['queue_full']} frames waited for a bus whose queue was full")
     return "\n".join([*lines, *table["refused"], *table["warnings"]])
+
+
+def _speeds(changes: list[dict[str, float]]) -> str:
+    """Speeds in words: "1" or "1, from 12.3 s on 2"."""
+    first, *later = changes
+    return ", ".join(
+        [
+            f"{first['speed']:g}",
+            *(f"from {change['from']:.1f} s on {change['speed']:g}" for change in later),
+        ]
+    )
 
 
 def write(table: dict[str, Any], path: Path) -> None:

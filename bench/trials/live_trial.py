@@ -12,6 +12,7 @@ from contextlib import contextmanager
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
 from pathlib import Path
+from time import monotonic
 from types import FrameType
 
 from slipbench.bench.bus.opening import BusAddress
@@ -26,6 +27,7 @@ from slipbench.bench.loop.ticks import TICKS, read_ticks, tick_table
 from slipbench.bench.safety.trial import TrialState
 from slipbench.bench.trials.outcome import Outcome
 from slipbench.bench.trials.preparation import Prepared
+from slipbench.bench.trials.progress import script_time
 from slipbench.bench.vehicle.live_vehicle import VehicleProcess
 from slipbench.bench.vehicle.virtual_motorcycle import wheels_of
 from slipbench.protocol.codec.messages import Phase
@@ -67,9 +69,15 @@ class LiveTrial:
         self._known = TrialState()
         self._notes: list[str] = []
 
-    def run(self, folder: Path, told: Told) -> Outcome:
-        """Run the trial, frames and ticks into `folder`; `told` is told each phase as it begins."""
-        table = tick_table(self._order.plan.trial)
+    def run(
+        self, folder: Path, told: Told, progress: Callable[[float], None] = lambda _: None
+    ) -> Outcome:
+        """Run the trial, frames and ticks into `folder`; `told` is told each phase as it begins.
+
+        `progress` is told, ten times a second, how many seconds of the trial's script are over.
+        """
+        trial, since = self._order.plan.trial, monotonic()
+        table = tick_table(trial)
         recorder = start_recorder(
             self._order.frames, folder, self._order.address.name, table, self._recorder_pipe
         )
@@ -80,8 +88,9 @@ class LiveTrial:
         while self._running():
             for change in drain_phases(self._phases):
                 changes.append(change)
-                self._known = TrialState(change.phase)
+                self._known, since = TrialState(change.phase), monotonic()
                 told(change.phase)
+            progress(script_time(trial, self._known.phase, monotonic() - since))
         self._frames.close()
         self._notes += _finish(recorder, self._frames)
         if self._vehicle is not None and (why := self._vehicle.why_ended()):

@@ -32,7 +32,7 @@ def run_trial(
 ) -> Outcome:
     """Run a trial into `folder`: on the simulated clock, or in real time at `address`.
 
-    `progress` is told the simulated time in s, `phases` each phase of a live trial, which ends when
+    `progress` is told the seconds of the trial's script that are over, `phases` each phase of a live trial, which ends when
     the process `vehicle` does. Raises InputError, and leaves no folder behind, where the folder exists, the trial does not suit the
     vehicle, or the bus cannot be opened.
     """
@@ -43,7 +43,7 @@ def run_trial(
     else:
         with live_trial(prepared, address, vehicle) as loop:
             description = _begin(prepared, folder, address, loop.receive_buffer)
-            outcome = loop.run(folder, phases)
+            outcome = loop.run(folder, phases, progress)
     return _end(folder, description, outcome, prepared.trial)
 
 

@@ -42,8 +42,11 @@ def ride_until(
     database: Database,
     address: BusAddress,
     calm: Callable[[], AbstractContextManager[object]] = nullcontext,
+    ready: Callable[[], None] = lambda: None,
 ) -> VirtualMotorcycle:
     """Ride on the bus until `over` says so, in `calm`; returns the motorcycle as it then is.
+
+    `ready` is called once the bus is open and the motorcycle about to ride.
 
     Raises InputError where the bus cannot be opened, or is gone meanwhile.
     """
@@ -53,6 +56,7 @@ def ride_until(
         def tick(number: int, due: int) -> bool:
             return motorcycle.tick(number, due) and not over()
 
+        ready()
         with calm():
             run_ticks(tick, MILLISECOND, MonotonicClock(SPIN))
         return motorcycle

@@ -17,8 +17,8 @@ from slipbench.bench.loop.clock import MILLISECOND, SECOND, SimulatedClock
 from slipbench.bench.replay.replay import NEVER, replay
 from slipbench.bench.replay.replay_controls import Controls
 from slipbench.bench.replay.replay_keys import steer
-from slipbench.bench.replay.replay_process import ReplayOrder, running_replay
-from slipbench.bench.replay.replay_report import timing, told
+from slipbench.bench.replay.replay_process import Ready, ReplayOrder, Report, running_replay
+from slipbench.bench.replay.replay_report import position, timing, told
 from slipbench.bench.replay.replay_selection import (
     channels_by_bus,
     select_buses,
@@ -144,8 +144,48 @@ def test_a_seek_goes_on_with_the_first_frame_there_forwards_and_back():
 
 
 def test_another_speed_holds_from_where_it_was_asked_for():
-    sent, _ = steered([0, 1000, 2000], (1000, lambda controls: controls.go_at(2.0)))
+    sent, done = steered([0, 1000, 2000], (1000, lambda controls: controls.go_at(2.0)))
     assert sent[2][0] == pytest.approx(1500, abs=25)
+    (begin, first), (place, second) = done.speeds
+    assert (begin, first, second) == (0, 1.0, 2.0)
+    assert place == pytest.approx(1000 * MILLISECOND, abs=25 * MILLISECOND)
+
+
+@given(st.lists(st.tuples(st.integers(1, 1900), st.sampled_from([0.5, 1.0, 2.0])), max_size=5))
+@settings(deadline=None)
+def test_the_report_tells_the_speeds_that_held(changes):
+    """From the speeds and their places alone follows when the last frame was sent."""
+    actions = [(t, lambda controls, s=s: controls.go_at(s)) for t, s in changes]
+    sent, done = steered([0, 1000, 2000], *actions)
+    places = [place for place, _ in done.speeds] + [2000 * MILLISECOND]
+    took = sum(
+        (end - begin) / speed
+        for begin, end, (_, speed) in zip(places, places[1:], done.speeds, strict=False)
+    )
+    assert sent[-1][0] == pytest.approx(took / MILLISECOND, abs=0.1)
+    ready = Ready(3, 2000 * MILLISECOND, {}, ())
+    table = timing(ready, Report(done, int(took), ()))
+    text = told(table)
+    assert f"speed {done.speeds[0][1]:g}" in text
+    assert text.count("s on ") == len(done.speeds) - 1
+
+
+@given(st.integers(0, 100))
+def test_a_replay_that_starts_later_begins_with_the_first_frame_there(start):
+    controls = Controls.local()
+    controls.seek(start * MILLISECOND)
+    sent, done = played(log_of(range(0, 101, 10), range(11)), controls)
+    assert [identifier for _, identifier, _ in sent] == [n for n in range(11) if n * 10 >= start]
+    assert done.sent == len(sent)
+
+
+def test_the_line_of_a_replay_shows_position_speed_and_pause():
+    controls = Controls.local(2.0)
+    controls.tell(7, 7, 1500 * MILLISECOND)
+    assert position(controls, 60 * SECOND) == "1.5 s of 60.0 s, speed 2"
+    controls.go_at(0.5)
+    controls.pause()
+    assert position(controls, 60 * SECOND) == "1.5 s of 60.0 s, speed 0.5, paused"
 
 
 def test_an_endless_replay_ends_when_it_is_stopped():
@@ -263,7 +303,8 @@ def test_the_real_time_process_replays_and_reports(tmp_path):
     assert report.replayed.sent == 263
     assert np.all(report.replayed.lateness >= 0)
     assert report.took >= 149 * MILLISECOND
-    table = timing(running.ready, report, 2.0)
+    table = timing(running.ready, report)
+    assert table["speeds"] == [{"from": 0.0, "speed": 2.0}]
     assert table["lateness"]["p50"] <= table["lateness"]["max"]
     assert "263 frames replayed" in told(table)
 

@@ -15,6 +15,7 @@ from slipbench.bench.bus.opening import BusAddress, open_bus
 from slipbench.bench.loop.realtime_process import NO_SPIN
 from slipbench.bench.loop.ticks import read_ticks
 from slipbench.bench.trials.live_trial import _opened
+from slipbench.bench.trials.progress import script_duration
 from slipbench.bench.trials.run import run_trial
 from slipbench.bench.vehicle.live_vehicle import riding_beside
 from slipbench.protocol.codec.messages import Phase, TripReason
@@ -24,17 +25,21 @@ from slipbench.protocol.recording.run_folder import read
 from tests.bench.trials.test_whole_trial import prepared
 
 
-def ridden(the_trial, folder, told=lambda _: None):
+def ridden(the_trial, folder, told=lambda _: None, progress=lambda _: None):
     """A trial on a virtual bus, with the virtual motorcycle in a process of its own."""
     address = BusAddress("slipbench", f"{folder.parent.name}-{os.getpid()}")
     with riding_beside(the_trial.ride, the_trial.database, address) as vehicle:
-        return run_trial(the_trial, folder, address, phases=told, vehicle=vehicle)
+        return run_trial(the_trial, folder, address, progress, told, vehicle)
 
 
 def test_a_trial_in_real_time_is_recorded_whole(tmp_path):
     """On a machine that stalls it may trip, which is right; what it recorded must be whole."""
     phases: list[Phase] = []
-    outcome = ridden(prepared(excitation__duration="1 s"), tmp_path / "run", phases.append)
+    shown: list[float] = []
+    the_trial = prepared(excitation__duration="1 s")
+    outcome = ridden(the_trial, tmp_path / "run", phases.append, shown.append)
+    assert shown == sorted(shown)
+    assert shown[-1] == script_duration(the_trial.trial)
     recording_ = read(tmp_path / "run")
     sent = read_log(tmp_path / "run" / "frames.log").frames
     commands = int(np.sum((sent.identifier == 0x10) & sent.sent))
