@@ -9,6 +9,7 @@ from rich.console import Console
 
 from slipbench.identification.mismatch import commands as explain_commands
 from slipbench.protocol.errors import InputError
+from slipbench.protocol.output_folders import make_folders
 
 if TYPE_CHECKING:  # the analyses take seconds to import; --help should not
     from slipbench.identification.models.study import Study
@@ -100,7 +101,7 @@ def _json(tree: object) -> str:
 def _written(out: Path, made: dict[str, str]) -> Path:
     """Path of the first of the files, written into a folder. Raises InputError."""
     try:
-        out.mkdir(parents=True, exist_ok=True)
+        make_folders(out)
         for name, text in made.items():
             (out / name).write_text(text, encoding="utf-8")
     except OSError as fault:
@@ -130,7 +131,7 @@ def write_report(found: "Identification", study: "Study", out: Path, figures: Pa
 
     drawn = draw(found, study)
     try:
-        out.mkdir(parents=True, exist_ok=True)
+        make_folders(out, *([] if figures is None else [figures]))
         numbers = json.dumps(_plain(key_figures(found, study)), indent=2, allow_nan=False)
         (out / "identification.json").write_text(numbers + "\n", encoding="utf-8")
         path = out / "report.html"

@@ -2,15 +2,19 @@
 
 import csv
 from collections.abc import Mapping
+from io import StringIO
 from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
 
 from slipbench.identification.report import drawing as d
+from slipbench.protocol.errors import InputError
 from slipbench.protocol.recording.channel import FloatArray
 from slipbench.protocol.recording.recording import Recording
+from slipbench.protocol.user_file import read_user_file
 
+LARGEST = 1 << 28  # bytes of ticks.csv: three hours have a third of it
 LIMIT = 60.0  # %, worst-case bus load allowed for the database
 
 
@@ -45,13 +49,24 @@ def lateness(recording: Recording) -> Figure | None:
 
 
 def late_ticks(recording: Recording) -> FloatArray | None:
-    """Lateness of every late tick, s, shape (n,); None where it was not recorded."""
+    """Lateness of every late tick, s, shape (n,); None where it was not recorded.
+
+    Raises InputError where the file is damaged.
+    """
     path = recording.folder / "ticks.csv"
     if not path.is_file():
         return None
-    with path.open(encoding="utf-8", newline="") as file:
-        recorded = [row.get("lateness_ns") for row in csv.DictReader(file)]
-    return np.array([float(lateness) * 1e-9 for lateness in recorded if lateness])
+    try:
+        rows = csv.DictReader(StringIO(read_user_file(path, LARGEST).decode("utf-8"), newline=""))
+        recorded = [row.get("lateness_ns") for row in rows]
+        return np.array([float(lateness) * 1e-9 for lateness in recorded if lateness])
+    except (csv.Error, ValueError) as fault:
+        raise InputError(
+            "the file of tick lateness is damaged",
+            where=str(path),
+            found=str(fault),
+            remedy="restore it, or remove it: the report then has no lateness",
+        ) from fault
 
 
 def _curve(of: Mapping[str, Any]) -> tuple[FloatArray, FloatArray] | None:

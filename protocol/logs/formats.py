@@ -104,7 +104,10 @@ def looks_like(head: bytes) -> str | None:
 def read_head(path: Path) -> bytes:
     """First bytes of a file, at most HEAD. Raises InputError for a missing or an empty file."""
     with open_user_file(path) as file:
-        head = file.read(HEAD)
+        try:
+            head = file.read(HEAD)
+        except OSError as cause:  # a damaged disk, files of /proc
+            raise InputError("cannot be read", where=str(path), found=str(cause)) from cause
     if not head.strip(b"\0\r\n\t \xef\xbb\xbf"):
         what = "the file is empty" if not head else "the file holds nothing but blanks or NUL bytes"
         raise InputError(

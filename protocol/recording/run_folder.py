@@ -63,10 +63,13 @@ def create(path: Path) -> Path:
 
 
 def write_description(folder: Path, description: Mapping[str, Any]) -> None:
-    """Write run.toml, whole or not at all; it may be written again as more is known."""
+    """Write run.toml, whole or not at all; it may be written again as more is known.
+
+    Bytes of a file name that are no text become question marks.
+    """
     draft = folder / (DESCRIPTION + ".part")
     with draft.open("wb") as file:
-        tomli_w.dump(dict(description), file)
+        file.write(tomli_w.dumps(dict(description)).encode("utf-8", "replace"))
         file.flush()
         os.fsync(file.fileno())
     draft.replace(folder / DESCRIPTION)

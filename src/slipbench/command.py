@@ -2,6 +2,7 @@
 
 import errno
 import sys
+from io import TextIOWrapper
 
 import typer
 
@@ -58,6 +59,9 @@ for part in PARTS:
 
 def main() -> None:
     """Run the command; invalid input ends in one message and status 2."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, TextIOWrapper):  # a path may have bytes that are no text
+            stream.reconfigure(errors="backslashreplace")
     try:
         app()
     except InputError as fault:

@@ -206,6 +206,8 @@ def _change_an_option(case: Case, rng: Random) -> str:
     at = rng.choice(places)
     match rng.randrange(8):
         case 0:
+            for word in case.argv[at : at + 2]:
+                case.out.pop(word, None)
             del case.argv[at : at + 2]
             return "an option is missing"
         case 1:

@@ -248,7 +248,10 @@ def hostile_input(rng: Random, folder: Path, name: str) -> str:
 
 
 def hostile_output(rng: Random, folder: Path, name: str) -> str:
-    """Return a path in the place of `name` that should be written; always below `folder`."""
+    """Return a path in the place of `name` that should be written; always below `folder`.
+
+    No FIFO: to wait for its reader is what a writer should do.
+    """
     suffix = Path(name).suffix
     (folder / "there").write_bytes(b"kept")
     match rng.randrange(10):
@@ -259,9 +262,6 @@ def hostile_output(rng: Random, folder: Path, name: str) -> str:
         case 1:
             (folder / f"loop_out{suffix}").symlink_to(f"loop_out{suffix}")
             return f"loop_out{suffix}{rng.choice(['', '/x'])}"
-        case 2:
-            os.mkfifo(folder / f"fifo_out{suffix}")
-            return f"fifo_out{suffix}"
     return rng.choice(
         [
             "there",

@@ -29,6 +29,10 @@ WALL = 120.0  # s in all, for what waits without working; the machine may be loa
 MEMORY = 2 << 30  # bytes
 LONGEST = 4000  # characters of a message
 USAGE = re.compile(r"Usage: |^slipbench: \S", re.MULTILINE)
+# Ctrl-C in a callback of LLVM, which Python prints and ignores.
+SWALLOWED = re.compile(
+    r"Exception ignored on calling ctypes callback.*?\nKeyboardInterrupt: ?\n", re.DOTALL
+)
 CHANGED_BY_INTERRUPT = (1, 130)
 
 
@@ -99,6 +103,8 @@ def _redirect(folder: Path) -> None:
     for number, path in ((1, output(folder, "stdout")), (2, output(folder, "stderr"))):
         target = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600)
         os.dup2(target, number)
+    sys.stdout = open(1, "w", encoding="utf-8", closefd=False)  # noqa: SIM115 - a descriptor
+    sys.stderr = open(2, "w", encoding="utf-8", errors="backslashreplace", closefd=False)  # noqa: SIM115 - a descriptor
 
 
 def output(folder: Path, name: str) -> Path:
@@ -137,6 +143,7 @@ def _end_what_it_started(group: int) -> None:
 def _judged(running: Running, status: int, usage: resource.struct_rusage) -> Ended:
     folder = running.case.folder
     err = output(folder, "stderr").read_text(encoding="utf-8", errors="replace")
+    err = SWALLOWED.sub("", err)
     out = output(folder, "stdout").read_text(encoding="utf-8", errors="replace")
     elapsed = time.monotonic() - running.began
     memory = usage.ru_maxrss * 1024

@@ -1,7 +1,10 @@
 """What is wrong with an input is one readable message, whatever the input was."""
 
 import errno
+import os
 import re
+import sys
+from io import BytesIO, TextIOWrapper
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -11,12 +14,14 @@ from typer.testing import CliRunner
 from slipbench import command
 from slipbench.identification.fleet import fleet
 from slipbench.identification.mismatch import explain
+from slipbench.identification.report.operation import late_ticks
 from slipbench.plant.blocks import Encoder
 from slipbench.plant.errors import ParameterError, VehicleFileError
 from slipbench.plant.vehicle_file import load_vehicle
-from slipbench.protocol.configuration import parse
+from slipbench.protocol.configuration import load_toml, parse
 from slipbench.protocol.controller_file import ControllerFile
 from slipbench.protocol.errors import InputError
+from slipbench.protocol.recording.run_folder import DESCRIPTION, write_description
 from tests.paths import DEMONSTRATION
 
 
@@ -116,3 +121,26 @@ def test_a_fleet_with_an_analysis_that_could_not_be_done_is_no_success(tmp_path,
     end = CliRunner().invoke(command.app, line)
     assert end.exit_code == 3
     assert "first: no such file" in end.output
+
+
+def test_a_path_that_is_no_text_is_printed(monkeypatch):
+    written = BytesIO()
+    monkeypatch.setattr(sys, "stdout", TextIOWrapper(written, encoding="ascii"))
+    monkeypatch.setattr(command, "app", lambda: print(os.fsdecode(b"out\xff"), "90 °"))
+    command.main()
+    sys.stdout.flush()
+    assert written.getvalue() == b"out\\udcff 90 \\xb0\n"
+
+
+@pytest.mark.parametrize(
+    "ticks", [b"lateness_ns\n" + b"9" * 200_000, b"lateness_ns\nx", b"lateness_ns\n\xff"]
+)
+def test_a_damaged_file_of_tick_lateness_is_named(tmp_path, ticks):
+    (tmp_path / "ticks.csv").write_bytes(ticks)
+    with pytest.raises(InputError, match=r"ticks\.csv: the file of tick lateness is damaged"):
+        late_ticks(SimpleNamespace(folder=tmp_path))
+
+
+def test_a_recording_may_have_a_name_that_is_no_text(tmp_path):
+    write_description(tmp_path, {"run": {"name": os.fsdecode(b"out\xff")}})
+    assert load_toml(tmp_path / DESCRIPTION) == {"run": {"name": "out?"}}

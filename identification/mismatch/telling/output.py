@@ -3,7 +3,7 @@
 import os
 from collections.abc import Callable, Iterator
 from dataclasses import replace
-from errno import EACCES
+from errno import EISDIR
 from pathlib import Path
 
 import tomli_w
@@ -13,17 +13,17 @@ from slipbench.identification.mismatch.telling.improved import improved_system
 from slipbench.identification.mismatch.telling.memo_page import memo_page
 from slipbench.identification.mismatch.telling.verdict import Verdict, as_json
 from slipbench.protocol.errors import InputError
+from slipbench.protocol.output_folders import make_folders
 from slipbench.protocol.shipped_files import is_shipped
 
 
 def prepare_places(json_path: Path | None, folder: Path | None) -> None:
     """Make the output folders before the analysis. Raises InputError where that fails."""
     try:
-        for place in (json_path.parent if json_path else None, folder):
-            if place is not None:
-                place.mkdir(parents=True, exist_ok=True)
-                if not os.access(place, os.W_OK):
-                    raise PermissionError(EACCES, os.strerror(EACCES), str(place))
+        if json_path is not None and json_path.is_dir():
+            raise IsADirectoryError(EISDIR, os.strerror(EISDIR), str(json_path))
+        places = (json_path.parent if json_path else None, folder)
+        make_folders(*(place for place in places if place is not None))
     except OSError as fault:
         raise _refused(fault) from fault
 
