@@ -9,6 +9,7 @@ from slipbench.identification.report.words import decibel, gain_unit, name
 from slipbench.identification.response.identify import Identification, slip_range
 from slipbench.identification.response.resonance import Resonance
 from slipbench.identification.response.response import (
+    RELIABLE_COHERENCE,
     FrequencyResponse,
     least_coherence,
     reliable_band,
