@@ -95,7 +95,7 @@ def quantised(values: Floats, quantum: float) -> Floats:
     return np.asarray(np.round(values / quantum) * quantum) if quantum > 0.0 else values
 
 
-def told_of_noisy(
+def mean_quantised(
     values: Floats, quantum: float, noise: float, phase: float = 0.0, least: float = 0.2
 ) -> Floats:
     """Mean of noisy values after rounding to phase + n quantum, shape (n,), in the unit of `values`.

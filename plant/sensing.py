@@ -5,8 +5,8 @@ Two kinds act here, found by what they can do. One changes values: before the se
 The other changes a clock. Each is a pure function with an explicit memory, so that a bench that
 lives sample by sample and an analysis of a whole recording get the same.
 
-    memories, value = tell(telling(effects, "engine_speed", "signal"), memories, time, value)
-    stamp, value = tell_channel(effects, "engine_speed", timing, time, value)
+    memories, value = measure(sensor_effects(effects, "engine_speed", "signal"), memories, time, value)
+    stamp, value = measure_channel(effects, "engine_speed", timing, time, value)
 """
 
 from collections.abc import Iterable
@@ -22,13 +22,13 @@ Memories = tuple[Floats, ...]
 
 
 @runtime_checkable
-class Tells(Protocol):
+class SensorEffect(Protocol):
     """An effect that changes the values of one channel. stage: "signal" or "frame"."""
 
     channel: str
     stage: str
 
-    def tell(self, memory: Floats, time: Floats, value: Floats) -> tuple[Floats, Floats]:
+    def measure(self, memory: Floats, time: Floats, value: Floats) -> tuple[Floats, Floats]:
         """The memory after these samples, and the values that are sent instead.
 
         memory: empty at first. time: s, increasing, shape (n,), n >= 1; value: shape (n,).
@@ -47,16 +47,20 @@ class Misdates(Protocol):
         ...
 
 
-def telling(effects: Iterable[Effect], channel: str, *stages: str) -> tuple[Tells, ...]:
+def sensor_effects(
+    effects: Iterable[Effect], channel: str, *stages: str
+) -> tuple[SensorEffect, ...]:
     """Effects that act on a channel, stage by stage, in their given order."""
     acting = [
-        e for e in effects if hasattr(e, "tell") and isinstance(e, Tells) and e.channel == channel
+        e
+        for e in effects
+        if hasattr(e, "measure") and isinstance(e, SensorEffect) and e.channel == channel
     ]
     return tuple(effect for stage in stages for effect in acting if effect.stage == stage)
 
 
-def tell(
-    effects: tuple[Tells, ...], memories: Memories, time: Floats, value: Floats
+def measure(
+    effects: tuple[SensorEffect, ...], memories: Memories, time: Floats, value: Floats
 ) -> tuple[Memories, Floats]:
     """Memories after these samples, and the reported values, shape (n,).
 
@@ -65,7 +69,7 @@ def tell(
     new = []
     for i, effect in enumerate(effects):
         memory = memories[i] if memories else np.empty(0)
-        memory, value = effect.tell(memory, time, value)
+        memory, value = effect.measure(memory, time, value)
         new.append(memory)
     return tuple(new), value
 
@@ -80,7 +84,7 @@ def clock_of(effects: Iterable[Effect], timing: ChannelTiming) -> tuple[float, f
     return offset, drift
 
 
-def tell_channel(
+def measure_channel(
     effects: Iterable[Effect],
     channel: str,
     timing: ChannelTiming,
@@ -94,8 +98,8 @@ def tell_channel(
     start + k period. Raises ValueError for a channel of events, such as teeth.
     """
     effects = tuple(effects)
-    _, seen = tell(telling(effects, channel, "signal"), (), time, value)
+    _, seen = measure(sensor_effects(effects, channel, "signal"), (), time, value)
     at, frames = sample(time, seen, timing, start)
-    _, told = tell(telling(effects, channel, "frame"), (), at, frames)
+    _, told = measure(sensor_effects(effects, channel, "frame"), (), at, frames)
     offset, drift = clock_of(effects, timing)
     return at + offset + drift * at, told

@@ -83,7 +83,9 @@ class Simulation:
         new = self._run(state, inputs, np.arange(len(names)), out)
         return new, Outputs(out, self.layout.effect_states)
 
-    def courses(self, state: Floats, inputs: Inputs, names: Sequence[str]) -> dict[str, Floats]:
+    def trajectories(
+        self, state: Floats, inputs: Inputs, names: Sequence[str]
+    ) -> dict[str, Floats]:
         """Some outputs by name, shape (samples,) each, in SI. Raises as `advance` does.
 
         Less is written than by `advance`, and each time series is contiguous.

@@ -1,4 +1,4 @@
-"""What a recording tells of when a device renewed the value that its frames tell.
+"""Update times: when a device updated the value that its frames carry, as a recording shows it.
 
 A frame that repeats the one before it, while what is measured moves, was not renewed. Such frames
 come by chance (stale frames) or in a rhythm (a device that sends more often than it measures). A

@@ -24,7 +24,14 @@ from slipbench.plant.encoder import ToothedDisc, begin, passing_teeth, toothed_d
 from slipbench.plant.equilibrium import equilibrium
 from slipbench.plant.errors import VehicleFileError
 from slipbench.plant.motorcycle import Motorcycle
-from slipbench.plant.sensing import Memories, Misdates, Tells, clock_of, tell, telling
+from slipbench.plant.sensing import (
+    Memories,
+    Misdates,
+    SensorEffect,
+    clock_of,
+    measure,
+    sensor_effects,
+)
 from slipbench.plant.signals import Floats
 from slipbench.plant.simulation import Inputs, Outputs, Simulation
 from slipbench.plant.vehicle_file import Vehicle, load_vehicle
@@ -85,13 +92,13 @@ class Sensor:
 
     def __init__(self, motorcycle: Motorcycle, channel: str, *stages: str) -> None:
         """Remember nothing yet; act with the effects of these stages."""
-        self._effects = telling(motorcycle.effects, channel, *stages)
+        self._effects = sensor_effects(motorcycle.effects, channel, *stages)
         self._memories: Memories = ()
 
     def follow(self, times: Floats, values: Floats) -> float:
         """Live through these moments (s, true time) and tell the last one's value."""
         if self._effects:
-            self._memories, values = tell(self._effects, self._memories, times, values)
+            self._memories, values = measure(self._effects, self._memories, times, values)
         return float(values[-1])
 
     def tell(self, now: float, value: float) -> float:
@@ -247,8 +254,8 @@ def _check_channels(vehicle: Vehicle) -> None:
     """Refuse effects on what the virtual motorcycle does not tell, or tells without a stamp."""
     clocks = {channel.clock for channel in vehicle.channels.values()}
     for effect in vehicle.motorcycle.effects:
-        known = (*LIVED, *ECHOED) if isinstance(effect, Tells) else tuple(sorted(clocks))
-        if isinstance(effect, (Tells, Misdates)) and effect.subject not in known:
+        known = (*LIVED, *ECHOED) if isinstance(effect, SensorEffect) else tuple(sorted(clocks))
+        if isinstance(effect, (SensorEffect, Misdates)) and effect.subject not in known:
             raise InputError(
                 "the virtual motorcycle has no such channel or clock to act on",
                 where=f"{vehicle.name}: effects.{effect.name}",

@@ -83,7 +83,7 @@ class ChannelLag(Effect):
         """The effect at its typical size on every channel that may have it."""
         return tuple(cls(channel=channel) for channel in cls.shows_in)
 
-    def tell(self, memory: Floats, time: Floats, value: Floats) -> tuple[Floats, Floats]:
+    def measure(self, memory: Floats, time: Floats, value: Floats) -> tuple[Floats, Floats]:
         """Memory [time, value, output] and lagged values, shape (n,); time in s. No lag at the start."""
         if self.time_constant <= 0.0:
             return memory, value

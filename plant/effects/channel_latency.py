@@ -66,7 +66,7 @@ class ChannelLatency(Effect):
         """The effect at its typical size on every channel that may have it."""
         return tuple(cls(channel=channel) for channel in cls.shows_in)
 
-    def tell(self, memory: Floats, time: Floats, value: Floats) -> tuple[Floats, Floats]:
+    def measure(self, memory: Floats, time: Floats, value: Floats) -> tuple[Floats, Floats]:
         """Memory (past times and values, shape (2, k)) and delayed values, shape (n,); time in s."""
         past = np.hstack([memory.reshape(2, -1), [time, value]])
         told = np.interp(time - self.latency, past[0], past[1]) if self.latency > 0.0 else value

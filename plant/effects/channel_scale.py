@@ -54,6 +54,6 @@ class ChannelScale(Effect):
         """The effect at its typical size on every channel that may have it."""
         return tuple(cls(channel=channel) for channel in cls.shows_in)
 
-    def tell(self, memory: Floats, time: Floats, value: Floats) -> tuple[Floats, Floats]:
+    def measure(self, memory: Floats, time: Floats, value: Floats) -> tuple[Floats, Floats]:
         """Memory, unused, and values times the wrong scale factor, shape (n,); time in s."""
         return memory, (1.0 + self.error) * value

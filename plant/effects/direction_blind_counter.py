@@ -51,6 +51,6 @@ class DirectionBlindCounter(Effect):
         1.0, "1", 0.0, 1.0, "1 sends the magnitude only", absent=0.0, smallest=0.5
     )
 
-    def tell(self, memory: Floats, time: Floats, value: Floats) -> tuple[Floats, Floats]:
+    def measure(self, memory: Floats, time: Floats, value: Floats) -> tuple[Floats, Floats]:
         """Memory, unused, and values without their sign, shape (n,); time in s."""
         return memory, value + self.blindness * (np.abs(value) - value)

@@ -58,7 +58,7 @@ class HeldFrames(Effect):
         """The effect at its typical size on every channel that may have it."""
         return tuple(cls(channel=channel) for channel in cls.shows_in)
 
-    def tell(self, memory: Floats, time: Floats, value: Floats) -> tuple[Floats, Floats]:
+    def measure(self, memory: Floats, time: Floats, value: Floats) -> tuple[Floats, Floats]:
         """Memory [slot, last value] and values as last updated, shape (n,); time in s."""
         if self.hold <= 0.0:
             return memory, value
@@ -67,7 +67,7 @@ class HeldFrames(Effect):
         told = latest(np.diff(slot, prepend=before[0]) != 0.0, before[1], value)
         return np.array([slot[-1], told[-1]]), told
 
-    def told_again(self, known: Renewals, rhythm: float, time: Floats, value: Floats) -> Floats:
+    def with_repeats(self, known: Renewals, rhythm: float, time: Floats, value: Floats) -> Floats:
         """Values where it is known which frames were repeated, shape (n,); time in s.
 
         The error is proportional to the hold; frames repeated at random times are not this effect.

@@ -62,6 +62,6 @@ class Quantiser(Effect):
         """The effect of eight bits on every channel that may have it."""
         return tuple(cls(channel, quantum) for channel, quantum in EIGHT_BITS.items())
 
-    def tell(self, memory: Floats, time: Floats, value: Floats) -> tuple[Floats, Floats]:
+    def measure(self, memory: Floats, time: Floats, value: Floats) -> tuple[Floats, Floats]:
         """Memory, unused, and values rounded to the quantum, shape (n,); time in s."""
         return memory, quantised(value, self.quantum)

@@ -70,14 +70,14 @@ class StaleFrames(Effect):
         """The effect at its typical size on every channel that may have it."""
         return tuple(cls(channel=channel) for channel in cls.shows_in)
 
-    def tell(self, memory: Floats, time: Floats, value: Floats) -> tuple[Floats, Floats]:
+    def measure(self, memory: Floats, time: Floats, value: Floats) -> tuple[Floats, Floats]:
         """Memory [frames so far, sent value] and the values, some of them repeated."""
         before = memory if memory.size else np.array([0.0, value[0]])
         first = int(before[0])
         told = latest(draw(first, len(value), int(self.seed)) >= self.share, before[1], value)
         return np.array([first + len(value), told[-1]]), told
 
-    def told_again(self, known: Renewals, rhythm: float, time: Floats, value: Floats) -> Floats:
+    def with_repeats(self, known: Renewals, rhythm: float, time: Floats, value: Floats) -> Floats:
         """Mean values where it is known which frames were repeated, shape (n,); time in s.
 
         The expected share of them is stale; frames repeated periodically are not stale.

@@ -26,7 +26,7 @@ from slipbench.plant.errors import ParameterError
 from slipbench.plant.layout import moving
 from slipbench.plant.motorcycle import BLOCK_NAMES, Motorcycle
 from slipbench.plant.parameters import Parameter
-from slipbench.plant.sensing import Misdates, Tells
+from slipbench.plant.sensing import Misdates, SensorEffect
 from slipbench.plant.signals import Inputs, Outputs
 from slipbench.plant.simulation import Simulation
 
@@ -48,8 +48,8 @@ def rear_ticks(motorcycle: Motorcycle, out: Outputs) -> np.ndarray:
 
 def told_otherwise(effect: Effect) -> float:
     """By how much a sensor with this effect tells something else than what there is."""
-    if isinstance(effect, Tells):
-        return float(np.abs(effect.tell(np.empty(0), WAVE_TIME, WAVE)[1] - WAVE).max())
+    if isinstance(effect, SensorEffect):
+        return float(np.abs(effect.measure(np.empty(0), WAVE_TIME, WAVE)[1] - WAVE).max())
     if isinstance(effect, Misdates):
         return abs(effect.clock_error(10.0))
     return 0.0
@@ -189,7 +189,7 @@ def test_an_effect_acts_at_seams_that_exist_and_belongs_to_a_block(effect):
     governed = [state for hook in effect.hooks for state in hook.governs]
     assert sorted(governed) == sorted(effect.states)
     assert len(effect.starts) == len(effect.states)
-    in_a_sensor = any(isinstance(effect(), kind) for kind in (Tells, Misdates, Misplaces))
+    in_a_sensor = any(isinstance(effect(), kind) for kind in (SensorEffect, Misdates, Misplaces))
     assert bool(effect.hooks) != in_a_sensor
 
 

@@ -26,17 +26,17 @@ from slipbench.plant.effects.optical_scale import OpticalScale
 from slipbench.plant.effects.quantiser import Quantiser
 from slipbench.plant.effects.stale_frames import StaleFrames
 from slipbench.plant.encoder import ToothedDisc, begin, passing_teeth, toothed_disc
-from slipbench.plant.sensing import Tells, clock_of, tell, tell_channel, telling
+from slipbench.plant.sensing import SensorEffect, clock_of, measure, measure_channel, sensor_effects
 from slipbench.plant.update_times import renewals, rhythm
 
-TELLING = [effect for effect in LIBRARY if isinstance(effect(), Tells)]
+TELLING = [effect for effect in LIBRARY if isinstance(effect(), SensorEffect)]
 TIME = np.arange(1, 1501) * 1e-3
 VALUE = 100.0 + 40.0 * np.sin(9 * TIME)
 ENGINE = replace(DEFAULT_CHANNELS["engine_speed"], quantum=0.0)
 
 
 def told(effect: Effect, value: np.ndarray = VALUE, time: np.ndarray = TIME) -> np.ndarray:
-    return tell((effect,), (), time, value)[1]
+    return measure((effect,), (), time, value)[1]
 
 
 @pytest.mark.parametrize("kind", TELLING, ids=lambda e: e.name)
@@ -44,22 +44,22 @@ def told(effect: Effect, value: np.ndarray = VALUE, time: np.ndarray = TIME) -> 
 @given(cuts=st.lists(st.integers(1, 1499), max_size=40, unique=True))
 def test_piece_by_piece_tells_the_same_as_in_one_go(kind, cuts):
     effects = (kind(channel="engine_speed"),)
-    whole = tell(effects, (), TIME, VALUE)[1]
+    whole = measure(effects, (), TIME, VALUE)[1]
     memories, pieces = (), []
     for part in np.split(np.arange(len(TIME)), sorted(cuts)):
-        memories, seen = tell(effects, memories, TIME[part], VALUE[part])
+        memories, seen = measure(effects, memories, TIME[part], VALUE[part])
         pieces.append(seen)
     assert np.concatenate(pieces) == pytest.approx(whole, rel=1e-12)
 
 
 def test_effects_act_on_their_own_channel_signals_before_frames():
     effects = (Quantiser(), ChannelLatency(channel="optical_speed"), ChannelScale())
-    assert telling(effects, "engine_speed", "signal", "frame") == (effects[2], effects[0])
-    assert telling(effects, "throttle_position", "signal", "frame") == ()
+    assert sensor_effects(effects, "engine_speed", "signal", "frame") == (effects[2], effects[0])
+    assert sensor_effects(effects, "throttle_position", "signal", "frame") == ()
 
 
 def test_without_effects_a_channel_is_told_as_it_is_sampled():
-    stamp, value = tell_channel((), "engine_speed", ENGINE, TIME, VALUE)
+    stamp, value = measure_channel((), "engine_speed", ENGINE, TIME, VALUE)
     assert stamp == pytest.approx(np.arange(1, 151) * 10e-3)
     assert value == pytest.approx(np.interp(stamp, TIME, VALUE))
 
@@ -121,11 +121,11 @@ def test_stale_frames_that_are_known_are_told_as_they_were(truth):
     again = again_in(seen)
     known, beat = renewals(value, again, 0.0), rhythm(again)
     assert beat == 0.0
-    as_seen = replace(truth, share=known.share).told_again(known, beat, TIME, value)
+    as_seen = replace(truth, share=known.share).with_repeats(known, beat, TIME, value)
     assert as_seen == pytest.approx(seen)
-    half = replace(truth, share=known.share / 2).told_again(known, beat, TIME, value)
+    half = replace(truth, share=known.share / 2).with_repeats(known, beat, TIME, value)
     assert half == pytest.approx((seen + value) / 2)
-    assert (HeldFrames().told_again(known, beat, TIME, value) == value).all()
+    assert (HeldFrames().with_repeats(known, beat, TIME, value) == value).all()
 
 
 @pytest.mark.parametrize("frames", [1.3, 1.5, 2.0, 2.7, 6.3])
@@ -135,9 +135,9 @@ def test_held_frames_that_are_known_are_told_as_they_were(frames):
     again = again_in(seen)
     known, beat = renewals(value, again, 0.0), rhythm(again)
     assert beat == pytest.approx(frames, rel=0.01)
-    exact = HeldFrames(hold=beat * period).told_again(known, beat, TIME, value)
+    exact = HeldFrames(hold=beat * period).with_repeats(known, beat, TIME, value)
     assert exact == pytest.approx(seen)
-    assert (StaleFrames().told_again(known, beat, TIME, value) == value).all()
+    assert (StaleFrames().with_repeats(known, beat, TIME, value) == value).all()
 
 
 def test_repetition_where_nothing_moves_tells_nothing_of_renewals():
@@ -148,7 +148,7 @@ def test_repetition_where_nothing_moves_tells_nothing_of_renewals():
 
 def test_a_clock_is_ahead_by_its_offset_and_gains_by_its_drift():
     effects = (ClockOffset("ecu", 0.25), ClockDrift("ecu", 1e-4), ClockOffset("optical", 9.0))
-    stamp, value = tell_channel(effects, "engine_speed", ENGINE, TIME, VALUE)
+    stamp, value = measure_channel(effects, "engine_speed", ENGINE, TIME, VALUE)
     true = np.arange(1, 151) * 10e-3
     assert stamp == pytest.approx(true + 0.25 + 1e-4 * true, abs=1e-12)
     assert value == pytest.approx(np.interp(true, TIME, VALUE))

@@ -310,11 +310,11 @@ def test_courses_are_columns_of_all_outputs_and_the_servo_alone_moves_alike() ->
         "throttle_command": 0.1,
     }
     out = whole.advance(whole.state(**start), inputs)[1]
-    some = whole.courses(whole.state(**start), inputs, ("throttle", "rear_angle"))
+    some = whole.trajectories(whole.state(**start), inputs, ("throttle", "rear_angle"))
     assert np.array_equal(some["throttle"], out.throttle)
     assert np.array_equal(some["rear_angle"], out.rear_angle)
     servo = Simulation(bike, 0.5e-3, 2, 2, servo_only=True)
-    alone = servo.courses(servo.state(**start), inputs, ("throttle", "speed"))
+    alone = servo.trajectories(servo.state(**start), inputs, ("throttle", "speed"))
     assert np.allclose(alone["throttle"], out.throttle, rtol=0.0, atol=1e-12)
     assert np.ptp(alone["speed"]) == 0.0
 

@@ -6,7 +6,7 @@ from slipbench.identification.mismatch.simulation.blocks import Block, Chain
 from slipbench.identification.mismatch.simulation.record import Record
 from slipbench.plant.effects.effect import Effect
 from slipbench.plant.equations import EQUATIONS
-from slipbench.plant.sensing import Tells
+from slipbench.plant.sensing import SensorEffect
 from slipbench.plant.signals import Inputs
 
 LEADS = (
@@ -58,17 +58,17 @@ def chain(records: Sequence[Record], order: int = 12) -> Chain:
 
 def changes_simulation(effect: Effect, cut: Chain, drive: str) -> bool:
     """Tell whether a drive is led by what an effect falsifies, where the truth is simulated."""
-    if not hasattr(effect, "tell"):
+    if not hasattr(effect, "measure"):
         return False
-    assert isinstance(effect, Tells)
+    assert isinstance(effect, SensorEffect)
     servo = any(effect.channel in b.outputs for b in cut.blocks if b.drive == "servo")
     return servo and any(source == effect.channel for source, _ in cut.drives[drive])
 
 
 def concerns(effect: Effect, cut: Chain, drive: str) -> bool:
     """Tell whether an effect can change what the outputs of a drive show."""
-    if hasattr(effect, "tell"):
-        assert isinstance(effect, Tells)
+    if hasattr(effect, "measure"):
+        assert isinstance(effect, SensorEffect)
         told = any(effect.channel in b.outputs for b in cut.blocks if b.drive == drive)
         return told or changes_simulation(effect, cut, drive)
     servo = [hook.seam in SERVO_SEAMS for hook in effect.hooks]

@@ -79,7 +79,7 @@ def acts_at(effect: Effect) -> str:
     """Return the name of the place where an effect acts first."""
     if hasattr(effect, "tooth_offsets"):
         return f"{effect.subject.removesuffix('_encoder')} teeth"
-    if hasattr(effect, "tell"):
+    if hasattr(effect, "measure"):
         return f"sensor of {effect.subject.replace('_', ' ')}"
     if not effect.hooks:
         return ""

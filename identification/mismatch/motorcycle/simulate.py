@@ -49,7 +49,7 @@ def shown(
     simulation, state, inputs = _ready(bike, record, chain, drive, q, added, finer, only)
     outputs = [o for block in chain.blocks if block.drive == drive for o in block.outputs]
     wanted = {column for o in outputs for column in record.sensors[o].see}
-    return simulation.courses(state, inputs, sorted(wanted))
+    return simulation.trajectories(state, inputs, sorted(wanted))
 
 
 def _ready(
@@ -103,7 +103,9 @@ def _told_too_much(
         return 0.0
     simulation, state, inputs = _ready(bike, record, chain, "servo", NO_ROAD, {}, finer, True)
     sensor = record.sensors[source]
-    return sensor.error(simulation.courses(state, inputs, sorted(sensor.see)), wrong, record.time)
+    return sensor.error(
+        simulation.trajectories(state, inputs, sorted(sensor.see)), wrong, record.time
+    )
 
 
 _TABLES: WeakKeyDictionary[Record, dict[tuple[tuple[str, str], ...], Floats]] = WeakKeyDictionary()

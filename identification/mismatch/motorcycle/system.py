@@ -159,7 +159,7 @@ class MotorcycleSystem(System):
     def only_told(self, effect: Effect, chain: Chain) -> bool:
         """What the throttle's sensor tells leads the motion."""
         leads = any(blocks.changes_simulation(effect, chain, d) for d in chain.drives)
-        return hasattr(effect, "tell") and not leads
+        return hasattr(effect, "measure") and not leads
 
     def simulate(
         self, record: Record, chain: Chain, drive: str, q: Floats, added: Mapping[str, Floats]

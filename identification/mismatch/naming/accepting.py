@@ -41,7 +41,7 @@ def alike(fit: Fit, one: Dialled, other: Dialled) -> bool:
         return True
     if not (isinstance(one, Candidate) and isinstance(other, Candidate)):
         return False
-    sensed = hasattr(one.kind, "tell") or hasattr(other.kind, "tell")
+    sensed = hasattr(one.kind, "measure") or hasattr(other.kind, "measure")
     system, chain = fit.model.system, fit.model.chain
     return sensed and any(
         sum(len(b.outputs) for b in chain.blocks if b.drive == drive) == 1

@@ -22,9 +22,9 @@ from slipbench.identification.mismatch.simulation.sampling import (
     into_bins,
     known_bins,
 )
-from slipbench.plant.channels import told_of_noisy
+from slipbench.plant.channels import mean_quantised
 from slipbench.plant.effects.effect import Effect
-from slipbench.plant.sensing import Tells, tell, telling
+from slipbench.plant.sensing import SensorEffect, measure, sensor_effects
 from slipbench.plant.update_times import Renewals, renewals, rhythm
 from slipbench.protocol.recording.channel import FloatArray
 
@@ -40,7 +40,7 @@ Integers = npt.NDArray[np.int_]
 class ToldAgain(Protocol):
     """An effect that repeats values in its frames."""
 
-    def told_again(
+    def with_repeats(
         self, known: Renewals, rhythm: float, time: FloatArray, value: FloatArray
     ) -> FloatArray:
         """Return what it tells where it is known which frames were not renewed."""
@@ -135,27 +135,27 @@ class Sensor:
         value = _seen(self.see, out)
         return np.asarray(np.interp(at, self.time, self._told(value, acting) - value))
 
-    def _acting(self, effects: Iterable[Effect]) -> tuple[Tells, ...]:
-        return () if self.time is None else telling(effects, self.name, "signal", "frame")
+    def _acting(self, effects: Iterable[Effect]) -> tuple[SensorEffect, ...]:
+        return () if self.time is None else sensor_effects(effects, self.name, "signal", "frame")
 
-    def _told(self, value: FloatArray, acting: Iterable[Tells]) -> FloatArray:
+    def _told(self, value: FloatArray, acting: Iterable[SensorEffect]) -> FloatArray:
         """Return what is told of the values at the sensor's instants."""
         assert self.time is not None
-        left: tuple[Tells, ...] = ()
+        left: tuple[SensorEffect, ...] = ()
         for effect in acting:
             known = self._as_recorded(effect, value)
             value = value if known is None else known
             left += (effect,) if known is None else ()
-        return tell(left, (), self.time, value)[1]
+        return measure(left, (), self.time, value)[1]
 
-    def _as_recorded(self, effect: Tells, value: FloatArray) -> FloatArray | None:
+    def _as_recorded(self, effect: SensorEffect, value: FloatArray) -> FloatArray | None:
         """Return what an effect makes of values where the recording tells what it did there."""
         if isinstance(effect, Rounds) and self.coarse and self.told is not None:
             return self._rounded(effect.quantum, value, self.told)
         if self.again is None or self.time is None or not isinstance(effect, ToldAgain):
             return None
         known = renewals(value, self.again, MOVED * self.lattice.step)
-        return None if known is None else effect.told_again(known, self.rhythm, self.time, value)
+        return None if known is None else effect.with_repeats(known, self.rhythm, self.time, value)
 
     def _rounded(self, quantum: float, value: FloatArray, told: FloatArray) -> FloatArray:
         """Round values on the recording's own steps, as sharply as that tells what was told.
@@ -165,7 +165,7 @@ class Sensor:
         own = abs(quantum / self.lattice.step - 1.0) < THE_SAME
         step = self.lattice.step if own else quantum
         tried = (
-            told_of_noisy(value, step, max(near * step, self.noise), self.lattice.phase, NEAR[0])
+            mean_quantised(value, step, max(near * step, self.noise), self.lattice.phase, NEAR[0])
             for near in NEAR
         )
         return min(tried, key=lambda shown: float(np.sum(np.diff(told - shown) ** 2)))
@@ -215,7 +215,7 @@ def point_sensor(
     usual = Lattice(promised) if coarse else lattice
 
     def then(values: FloatArray) -> FloatArray:
-        return np.asarray(bins @ told_of_noisy(values, usual.step, noise, usual.phase))
+        return np.asarray(bins @ mean_quantised(values, usual.step, noise, usual.phase))
 
     at_once = sparse.csr_array(bins @ see)
 

@@ -110,7 +110,7 @@ class System(ABC):
 
     def only_told(self, effect: Effect, chain: Chain) -> bool:
         """Tell whether an effect leaves every simulation as it is and changes what sensors tell."""
-        return hasattr(effect, "tell")
+        return hasattr(effect, "measure")
 
     # What it does.
 

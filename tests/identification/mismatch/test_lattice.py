@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from slipbench.identification.mismatch.simulation.lattice import lattice_of
-from slipbench.plant.channels import told_of_noisy
+from slipbench.plant.channels import mean_quantised
 
 seeds = st.integers(0, 2**32 - 1)
 
@@ -58,7 +58,7 @@ def test_the_mean_of_what_is_told_is_that_of_many_draws(noise, phase):
     values = np.linspace(-2.0, 2.0, 41)
     drawn = values[:, None] + noise * rng.standard_normal((41, 40000))
     told = np.round(drawn - phase) + phase
-    expected = told_of_noisy(values, 1.0, noise, phase, least=0.05)
+    expected = mean_quantised(values, 1.0, noise, phase, least=0.05)
     assert expected == pytest.approx(told.mean(axis=1), abs=0.01)
 
 
