@@ -233,7 +233,7 @@ def replay(
         running.begin()
         while (done := running.report(within=1.0)) is None:
             pass
-        return timing(running.ready, done, speed)
+        return timing(running.ready, done)
 
 
 def _folder(run: StrPath | Recording) -> Path:
