@@ -226,6 +226,16 @@ def test_an_outcome_shows_its_phases_and_gives_its_lateness(tmp_path: Path, fold
     assert np.array_equal(frame["lateness"], done.lateness.lateness * 1e-9)
 
 
+@pytest.mark.parametrize(
+    "name", ["load_vehicle", "load_controller", "load_database", "Trial", "read"]
+)
+def test_a_file_that_does_not_exist_is_an_input_error_that_names_it(
+    tmp_path: Path, name: str
+) -> None:
+    with pytest.raises(slipbench.InputError, match=r"nothing\.there"):
+        getattr(slipbench, name)(tmp_path / "nothing.there")
+
+
 def test_text_in_html_is_escaped() -> None:
     evil = "<script>alert('x')</script> & \"quotes\""
     shown = card(evil, [evil], table([evil], [[evil, 1.0]]))

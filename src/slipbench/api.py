@@ -118,10 +118,10 @@ def load_database(file: StrPath = dbc.MOTORBIKE) -> "Database":
 
 
 def load_vehicle(file: StrPath) -> "Vehicle":
-    """Read a vehicle file (TOML). Raises VehicleFileError where it is invalid."""
-    from slipbench.plant.vehicle_file import load_vehicle as load
+    """Read a vehicle file (TOML). Raises InputError where it is invalid."""
+    from slipbench.bench.vehicle.virtual_motorcycle import read_vehicle
 
-    return load(file)
+    return read_vehicle(Path(file))
 
 
 def load_controller(file: StrPath) -> "SlipController":
