@@ -86,16 +86,20 @@ def codec() -> Codec:
 @cache
 def plan(actuator: str) -> Plan:
     """A trial so short that a script lives through all of it."""
-    trial = trial_file(
-        settling=0.004,
-        hand_back=0.008,
-        armed_for_at_most=0.5,
-        ready_within=0.5,
-        operating_point__steady_for=0.003,
-        limits__throttle_rate=20.0,
-        limits__stale=0.004,
+    trial = trial_file()
+    limits = trial.limits.model_copy(update={"throttle_rate": 20.0, "stale": 0.004})
+    point = trial.operating_point.model_copy(update={"steady_for": 0.003})
+    trial = trial.model_copy(
+        update={
+            "settling": 0.004,
+            "hand_back": 0.008,
+            "armed_for_at_most": 0.5,
+            "ready_within": 0.5,
+            "operating_point": point,
+            "limits": limits,
+            "command": Command.model_construct(period=0.001, silence=0.005),
+        }
     )
-    trial = trial.model_copy(update={"command": Command(silence=0.005)})
     amplitude = 0.02 if actuator == "throttle" else 0.03
     table = amplitude * np.sin(2 * np.pi * np.arange(14) / 13)
     return plan_of(trial, Excitation(actuator, table, 0.001))
