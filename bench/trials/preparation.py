@@ -8,6 +8,7 @@ from slipbench.bench.safety.trial import Plan, plan_of
 from slipbench.bench.trials.excitation import plan_excitation
 from slipbench.bench.trials.wire_limits import check_wire
 from slipbench.bench.vehicle.virtual_motorcycle import Ride, read_vehicle
+from slipbench.protocol.codec.codec import Codec
 from slipbench.protocol.configuration import read_toml
 from slipbench.protocol.controller_file import Bounds, ControllerFile
 from slipbench.protocol.database.database import load_database
@@ -46,6 +47,7 @@ def prepare(trial_path: Path, database_path: Path) -> Prepared:
     _check_length(trial, str(trial_path))
     excitation = plan_excitation(trial, str(trial_path))
     database = load_database(database_path)
+    Codec(database)
     check_wire(trial, excitation, database, str(trial_path))
     return Prepared(
         plan_of(trial, excitation, controller),

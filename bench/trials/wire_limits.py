@@ -26,13 +26,18 @@ CARRIED = {
     "operating_point.engine_speed": ("EngineStatus", "engine_speed"),
     "operating_point.gear": ("EngineStatus", "gear"),
 }
+PERIODIC = ("EcuStatus", "ThrottleStatus", "EngineStatus", "RiderControls", "OpticalSpeed")
 ROUNDING = 1e-9  # of the range: a limit that is the signal's own stands in other units
 
 
 def check_wire(trial: TrialFile, excitation: Excitation, database: Database, where: str) -> None:
     """Reject what `database` cannot carry. Raises InputError that names every such value."""
     amplitude = trial.excitation.amplitude
-    faults = [*_beyond(trial, database), *_too_fine(excitation, database, amplitude)]
+    faults = [
+        *_unmonitored(database),
+        *_beyond(trial, database),
+        *_too_fine(excitation, database, amplitude),
+    ]
     if faults:
         raise InputError(
             "; ".join(faults),
@@ -40,6 +45,13 @@ def check_wire(trial: TrialFile, excitation: Excitation, database: Database, whe
             expected=f"what the frames of {database.origin} carry",
             remedy="change the trial, or give the motorcycle's own database with --dbc",
         )
+
+
+def _unmonitored(database: Database) -> Iterator[str]:
+    """Name each periodic status without a cycle time, by which a second sender is found."""
+    for name in PERIODIC:
+        if not database.message(name).cycle_time:
+            yield f"message {name} has no cycle time (attribute GenMsgCycleTime)"
 
 
 def _beyond(trial: TrialFile, database: Database) -> Iterator[str]:

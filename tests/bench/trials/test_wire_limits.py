@@ -88,3 +88,28 @@ def test_a_trial_is_refused_before_anything_is_opened(tmp_path):
 @pytest.mark.parametrize("path", sorted(TRIALS.glob("*.toml")), ids=lambda path: path.stem)
 def test_our_own_trials_are_carried(path):
     prepare(path, dbc.MOTORBIKE)
+
+
+@pytest.mark.parametrize(
+    ("attribute", "words"),
+    [
+        ("GenMsgCycleTime", "message EcuStatus has no cycle time"),
+        ("E2EProfile", "has crc and counter, but no end-to-end protection"),
+    ],
+)
+def test_a_database_that_would_weaken_the_protection_is_refused_before_the_start(
+    tmp_path, attribute, words
+):
+    """Without a cycle time no second sender is found, without a profile no CRC is checked."""
+    lines = dbc.MOTORBIKE.read_text(encoding="utf-8").splitlines()
+    kept = [line for line in lines if attribute not in line]
+    (tmp_path / "other.dbc").write_text("\n".join(kept) + "\n", encoding="utf-8")
+    with pytest.raises(InputError, match=words):
+        prepare(TRIALS / "throttle_sweep.toml", tmp_path / "other.dbc")
+
+
+def test_a_database_without_signal_wraps_is_understood(tmp_path):
+    lines = dbc.MOTORBIKE.read_text(encoding="utf-8").splitlines()
+    kept = [line for line in lines if "SignalWraps" not in line]
+    (tmp_path / "other.dbc").write_text("\n".join(kept) + "\n", encoding="utf-8")
+    prepare(TRIALS / "throttle_sweep.toml", tmp_path / "other.dbc")
