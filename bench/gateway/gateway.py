@@ -7,10 +7,10 @@ import can
 
 from slipbench.bench.gateway.controller_state import ControllerState
 from slipbench.bench.gateway.fail_safe import FailSafe, described
-from slipbench.bench.gateway.sender_monitor import OURS, Senders
+from slipbench.bench.gateway.sender_monitor import OURS, SenderMonitor
 from slipbench.bench.gateway.slip_control import slip_control
 from slipbench.bench.gateway.stamps import Stamp, as_stamped
-from slipbench.bench.gateway.tx_echo import OwnFrames
+from slipbench.bench.gateway.tx_echo import TxEcho
 from slipbench.bench.loop.clock import SECOND
 from slipbench.bench.loop.loop import LAST_TICK, MOST_TICKS
 from slipbench.bench.loop.ring import BIT_RATE_SWITCH, ERROR, EXTENDED, FD, REMOTE, SENT, Ring
@@ -27,7 +27,7 @@ from slipbench.bench.safety.trial import (
     wanted,
 )
 from slipbench.bench.safety.trial import due as waveform_due
-from slipbench.bench.safety.vehicle_monitor import SAFETY, Lookout, Wheels
+from slipbench.bench.safety.vehicle_monitor import SAFETY, VehicleMonitor, Wheels
 from slipbench.bench.safety.vehicle_state import Seen
 from slipbench.protocol.codec import e2e
 from slipbench.protocol.codec.codec import Codec, Sender
@@ -82,12 +82,12 @@ class Gateway:
         self._plan, self._bus, self._codec, self._ring = plan, bus, codec, ring
         self._stamp = stamp
         self._sender = Sender(codec)
-        self._own = OwnFrames()
+        self._own = TxEcho()
         self._controller = ControllerState(bus)
         self._ours = {codec.identifier(name) for name in OURS}
-        self._lookout = Lookout(wheels)
+        self._monitor = VehicleMonitor(wheels)
         self._control = slip_control(plan, wheels, database)
-        self._senders = Senders(_cycles(database))
+        self._senders = SenderMonitor(_cycles(database))
         self._protected = dict.fromkeys(SAFETY, e2e.INITIAL)
         self._last = ActuatorCommand(Authority.NONE, 0.0, 0.0, 0.0)
         self._asked_since = 0.0
@@ -166,7 +166,7 @@ class Gateway:
         behind = not self._listen(now) or self._behind
         self._behind = False
         recording = not (self._full or self._ring.failed)
-        seen = self._lookout.seen(
+        seen = self._monitor.seen(
             now,
             bus_off=self._controller.off() or self._refused_in_a_row >= OFF_THE_BUS,
             recording=recording,
@@ -201,7 +201,7 @@ class Gateway:
         now = due / SECOND
         try:
             self._behind = not self._listen(now)
-            return not self._behind and self._lookout.seen(now).rider.button
+            return not self._behind and self._monitor.seen(now).rider.button
         except Exception as fault:  # as in `tick`, which follows at once
             self.fail(fault, due, "between two ticks")
             return True
@@ -249,16 +249,16 @@ class Gateway:
     def _observe(self, identifier: int, data: bytes, now: float, since: float) -> None:
         decoded = self._codec.decode(identifier, data)
         if isinstance(decoded, FrameFault):
-            self._lookout.fault(decoded.message)
+            self._monitor.fault(decoded.message)
             return
         name = self._codec.name(identifier)
         if name is None:
             return
         self._senders.heard(name, now, self._codec.counter(identifier, data))
         if name in self._protected and not self._in_sequence(name, identifier, data, now):
-            self._lookout.fault(name)
+            self._monitor.fault(name)
             return
-        self._lookout.observe(name, decoded, since)
+        self._monitor.observe(name, decoded, since)
         if self._control:
             self._control.observe(name, decoded, now)
 
@@ -318,7 +318,7 @@ class Gateway:
         if state.phase != self.state.phase:
             self.changes.append(PhaseChange(state.phase, due))
             if state.phase == Phase.EXCITING:
-                self._lookout.start_distance(due / SECOND)
+                self._monitor.start_distance(due / SECOND)
             if state.phase in ENDED:
                 self._ended_at = due / SECOND
         self.state = state

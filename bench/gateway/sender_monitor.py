@@ -39,7 +39,7 @@ class _Turns:
         return self.score >= OUT_OF_TURN
 
 
-class Senders:
+class SenderMonitor:
     """Judges the counters, and counts the frames, of every periodic message."""
 
     def __init__(self, cycles: Mapping[str, float]) -> None:

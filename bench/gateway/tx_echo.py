@@ -11,7 +11,7 @@ PATIENCE = 50  # frames sent without hearing one back: this interface does not e
 WAITING = 2000  # frames; a bus that stalls for two seconds still gives back what was sent
 
 
-class OwnFrames:
+class TxEcho:
     """Frames that were sent and not heard yet, oldest first, each identifier by itself.
 
     A controller sends what is urgent first: frames of different identifiers may overtake.

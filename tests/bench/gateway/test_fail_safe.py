@@ -14,10 +14,10 @@ from slipbench.bench.bus.simulated_bus import SimulatedNode
 from slipbench.bench.gateway import gateway as module
 from slipbench.bench.gateway.controller_state import ControllerState
 from slipbench.bench.gateway.gateway import Gateway
-from slipbench.bench.gateway.sender_monitor import Senders
-from slipbench.bench.gateway.tx_echo import OwnFrames
+from slipbench.bench.gateway.sender_monitor import SenderMonitor
+from slipbench.bench.gateway.tx_echo import TxEcho
 from slipbench.bench.loop.ring import Ring
-from slipbench.bench.safety.vehicle_monitor import Lookout
+from slipbench.bench.safety.vehicle_monitor import VehicleMonitor
 from slipbench.bench.trials.run import run_trial
 from slipbench.bench.vehicle.virtual_motorcycle import VirtualMotorcycle
 from slipbench.protocol.codec.codec import Codec, Sender
@@ -48,12 +48,12 @@ SITES = [
     (Gateway, "_send"),
     (Gateway, "_report"),
     (Gateway, "_put"),
-    (Lookout, "seen"),
-    (Lookout, "observe"),
-    (Senders, "heard"),
+    (VehicleMonitor, "seen"),
+    (VehicleMonitor, "observe"),
+    (SenderMonitor, "heard"),
     (ControllerState, "off"),
-    (OwnFrames, "heard"),
-    (OwnFrames, "sent"),
+    (TxEcho, "heard"),
+    (TxEcho, "sent"),
     (Codec, "decode"),
     (Codec, "counter"),
     (Sender, "encode"),
