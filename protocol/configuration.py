@@ -64,10 +64,10 @@ def load_toml(path: Path) -> dict[str, Any]:
         raise InputError("cannot be read", where=str(path), found=str(cause)) from cause
     except ValueError as cause:  # not TOML, not UTF-8, or a number of thousands of digits
         raise InputError(
-            "not valid TOML", where=str(path), found=str(cause), remedy="mend that line"
+            "not valid TOML", where=str(path), found=str(cause), remedy="correct that line"
         ) from cause
     except RecursionError as cause:
-        raise InputError("nested too deeply", where=str(path), remedy="mend it") from cause
+        raise InputError("nested too deeply", where=str(path), remedy="use fewer levels") from cause
 
 
 def _not_too_deep(text: str) -> str:

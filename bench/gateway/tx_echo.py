@@ -1,4 +1,4 @@
-"""Which frames are our own: on a shared bus only a comparison with what was sent can tell.
+"""Recognise our own frames on a shared bus by comparison with what was sent.
 
 On some interfaces python-can marks as sent all frames of the same machine, on others those of the
 same socket (docs/decisions/own-frames-on-socketcan.md), so every frame that was sent is remembered

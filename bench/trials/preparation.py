@@ -37,7 +37,7 @@ class Prepared:
 
 
 def prepare(trial_path: Path, database_path: Path) -> Prepared:
-    """Read and check a trial; raises InputError for whatever the user must mend."""
+    """Read and check a trial; raises InputError for every input error."""
     trial = read_toml(trial_path, TrialFile)
     vehicle_path = (trial_path.parent / trial.vehicle).resolve()
     controller_path = _controller_path(trial, trial_path)

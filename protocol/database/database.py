@@ -69,7 +69,7 @@ def _unusable(path: Path, found: str) -> InputError:
         "not a usable DBC file",
         where=str(path),
         found=found,
-        remedy="mend that line, or give the right file",
+        remedy="correct that line, or give the right file",
     )
 
 
