@@ -1,8 +1,8 @@
-"""What a user can put right is told in one form: what, where, expected, found, remedy."""
+"""Input errors have one form: what, where, expected, found, remedy."""
 
 
 class InputError(Exception):
-    """Something given to slipbench cannot be used, and the user can mend it.
+    """An input that slipbench cannot use and that the user can correct.
 
     Every command prints the message alone and exits with status 2; nothing else is caught.
     """

@@ -109,7 +109,11 @@ def read(folder: Path, progress: Progress = quiet) -> Recording:
     return Recording(
         folder=folder,
         description={**description, "warnings": list(dict.fromkeys(told))},
-        trial=read_toml(folder / TRIAL, TrialFile) if (folder / TRIAL).exists() else None,
+        trial=(
+            read_toml(folder / TRIAL, TrialFile, recorded=True)
+            if (folder / TRIAL).exists()
+            else None
+        ),
         roles=roles,
         channels=bound.channels,
         missing=bound.missing,
