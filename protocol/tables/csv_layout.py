@@ -1,4 +1,4 @@
-"""Where a CSV file's names, units and numbers stand, told from its first lines.
+"""Find names, units and numbers of a CSV file from its first lines.
 
 Known: any delimiter, a decimal comma, comments and metadata above the names, names in a comment,
 units in brackets behind the names or in a row below them, no names at all, and MoTeC i2's export.
@@ -142,9 +142,9 @@ def _has_decimal_comma(rows: list[list[str]]) -> bool:
 
 def _unique(names: list[str]) -> tuple[str, ...]:
     """Number the columns that share a name; "" is left for the empty last column."""
-    seen: Counter[str] = Counter()
+    count: Counter[str] = Counter()
     unique = []
     for name in names:
-        seen[name] += 1
-        unique.append(f"{name} #{seen[name]}" if seen[name] > 1 else name)
+        count[name] += 1
+        unique.append(f"{name} #{count[name]}" if count[name] > 1 else name)
     return tuple(unique)
