@@ -46,7 +46,7 @@ def find_layout(lines: list[str]) -> Layout | None:
     above = _titles(lines[:first], delimiter, width)
     titles, units = _names_and_units(above, width, motec=bool(_MOTEC.match(lines[0])))
     decimal = "," if delimiter != "," and _has_decimal_comma(rows[first:]) else "."
-    return Layout(delimiter, decimal, _unique(titles), units, first)
+    return Layout(delimiter, decimal, unique_names(titles), units, first)
 
 
 def split(line: str, delimiter: str) -> list[str]:
@@ -140,7 +140,7 @@ def _has_decimal_comma(rows: list[list[str]]) -> bool:
     return any(_DECIMAL_COMMA.fullmatch(cell) for row in rows for cell in row)
 
 
-def _unique(names: list[str]) -> tuple[str, ...]:
+def unique_names(names: list[str]) -> tuple[str, ...]:
     """Number the columns that share a name; "" is left for the empty last column."""
     count: Counter[str] = Counter()
     unique = []

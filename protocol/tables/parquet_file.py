@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any, BinaryIO
 
 from slipbench.protocol.errors import InputError
+from slipbench.protocol.tables.csv_layout import unique_names
 from slipbench.protocol.tables.table import Table, split_unit
 from slipbench.protocol.user_file import open_user_file
 
@@ -32,7 +33,7 @@ def read_parquet(path: Path) -> Table:
     titles = [split_unit(name) for name in data.column_names]
     names = [name for name, _ in titles]
     if len(set(names)) < len(names):
-        titles = [(name, "") for name in data.column_names]
+        titles = [(name, "") for name in unique_names(data.column_names)]
     units = {name: unit for name, unit in titles if unit}
     clocks: dict[str, str] = {}
     for (name, _), column in zip(titles, data.schema, strict=True):
