@@ -10,7 +10,7 @@ class InputError(Exception):
     def __init__(
         self, what: str, *, where: str = "", expected: str = "", found: str = "", remedy: str = ""
     ) -> None:
-        """Compose the message from its parts; empty parts are left out."""
+        """Compose the message from its parts; empty parts are omitted."""
         self.what, self.where, self.expected = what, where, expected
         self.found, self.remedy = found, remedy
         super().__init__(self._message())
