@@ -15,6 +15,7 @@ from rich.markup import escape
 from rich.progress import Progress
 
 from slipbench import dbc
+from slipbench.bench.descriptors import require_descriptors
 from slipbench.bench.replay.replay_controls import FASTEST
 from slipbench.protocol.errors import InputError
 
@@ -73,12 +74,14 @@ def trial(
       slipbench trial examples/trials/spark_sweep.toml --interface socketcan --channel can0
     """
     from slipbench.bench.bus.opening import BusAddress
+    from slipbench.bench.loop.interrupts import interrupted_alike
     from slipbench.bench.trials.outcome import in_short, invalid
     from slipbench.bench.trials.preparation import prepare
     from slipbench.bench.trials.progress import script_duration
     from slipbench.bench.trials.run import run_trial
     from slipbench.bench.vehicle.live_vehicle import VehicleProcess, riding_beside
 
+    require_descriptors()
     prepared = prepare(file, database)
     address: BusAddress | None = None
     beside: AbstractContextManager[VehicleProcess | None] = nullcontext()
@@ -90,7 +93,7 @@ def trial(
     folder = out or _next_folder(Path("runs"), prepared.trial.name)
     console = Console(stderr=True)
     bar = Progress(console=console, disable=not console.is_terminal, transient=True)
-    with beside as process, bar:
+    with interrupted_alike(), beside as process, bar:
         task = bar.add_task(prepared.trial.name, total=script_duration(prepared.trial))
         outcome = run_trial(
             prepared,
@@ -137,6 +140,7 @@ def vehicle(
     from slipbench.bench.trials.preparation import prepare
     from slipbench.bench.vehicle.live_vehicle import ride_until
 
+    require_descriptors()
     prepared = prepare(file, database)
     address = BusAddress(interface, channel, bitrate, fd)
     stop = threading.Event()
@@ -202,6 +206,7 @@ def replay(
     from slipbench.bench.replay.replay_process import ReplayOrder, running_replay
     from slipbench.bench.replay.replay_report import timing, told, write
 
+    require_descriptors()
     order = ReplayOrder(
         log, interface, tuple(channel or ["can0"]), tuple(bus or []), only, without, bitrate, fd
     )
