@@ -63,9 +63,10 @@ def trial(
 
     Without --interface the virtual motorcycle rides on the simulated clock, faster than real time;
     with --real-time alone it rides in a process of its own, on a virtual bus. With --interface
-    the gateway speaks to whatever is on that bus, always in real time. Ctrl-C hands back.
+    the gateway speaks to whatever is on that bus, always in real time. Ctrl-C aborts the trial and
+    returns control to the rider.
 
-    Exit status: 0 done, 2 something given must be mended, 3 the trial tripped.
+    Exit status: 0 done, 2 invalid input (see message), 3 the trial tripped.
 
     Examples:
 
@@ -193,7 +194,7 @@ def replay(
     speed, q and Ctrl-C stop. Order is kept, each frame has a deadline of its own from the recorded
     times, and how late each was is told at the end.
 
-    Exit status: 0 done or stopped, 2 something given must be mended.
+    Exit status: 0 done or stopped, 2 invalid input (see message).
 
     Examples:
 
