@@ -7,6 +7,7 @@ what is reliable with 95 %. Blocks are tables, gears are `[gears]` with keys 1, 
 keeps the default of its block; what is misspelt is an error.
 """
 
+import math
 import os
 import stat
 import tomllib
@@ -211,16 +212,20 @@ class _Reader:
             raise self.trouble("a quantity needs value and unit", path, example, entry)
         self.keys(entry, QUANTITY if key else QUANTITY[:2], path)
         si = unit or described.unit
-        value = self.number(entry, "value", path, si)
+        boundless = math.isinf(described.absent)  # a limit without effect is infinite
+        value = self.number(entry, "value", path, si, boundless=boundless)
         if "plus_minus" in entry and key:
             self.known[key] = abs(self.number(entry, "plus_minus", path, si))
         return value
 
-    def number(self, entry: dict[str, Any], key: str, path: str, si: str) -> float:
+    def number(
+        self, entry: dict[str, Any], key: str, path: str, si: str, *, boundless: bool = False
+    ) -> float:
         value, unit = entry[key], entry["unit"]
         if isinstance(value, bool) or not isinstance(value, (int, float)):
             raise self.trouble(f"{key} is not a number", f"{path}.{key}", "a number", value)
-        if not abs(value) <= _LARGEST:  # nan and inf too; a larger integer is no float
+        infinite = boundless and isinstance(value, float) and math.isinf(value)
+        if not (infinite or abs(value) <= _LARGEST):  # nan too; a larger integer is no float
             raise self.trouble(f"{key} is not finite", f"{path}.{key}", "a finite number", value)
         try:
             return to_si(value, str(unit), si)
