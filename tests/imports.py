@@ -96,6 +96,7 @@ ALLOWED = {
         "bench/loop/clock.py",
         "bench/loop/loop.py",
         "bench/loop/recorder.py",
+        "bench/trials/live_trial.py",
         "bench/commands.py",
         "bench/bus/broker.py",
         "bench/bus/python_can.py",
@@ -119,6 +120,7 @@ ALLOWED = {
         "bench/loop/loop_process.py",
         "bench/replay/replay_process.py",
         "bench/loop/button_wait.py",
+        "bench/loop/process_watch.py",
         "bench/loop/exit_status.py",
     ),
     # Many cases at once.

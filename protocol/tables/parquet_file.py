@@ -74,8 +74,8 @@ def _columns(file: BinaryIO, where: str) -> Any:
 
 def _text_size(column: Any) -> int:
     """Bytes of a column of dictionary-encoded text once it is expanded."""
-    import pyarrow as pa
-    from pyarrow import compute
+    pa = optional_library("pyarrow")
+    compute = optional_library("pyarrow.compute")
 
     total = 0
     for chunk in column.chunks:

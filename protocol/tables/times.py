@@ -52,7 +52,7 @@ def seconds(column: Any, name: str, unit: str, where: str) -> FloatArray:
 
 
 def _seconds(column: Any, name: str, unit: str, where: str) -> FloatArray:
-    import pyarrow as pa
+    pa = optional_library("pyarrow")
 
     kind = column.type
     if pa.types.is_timestamp(kind):

@@ -249,6 +249,28 @@ class World:
         self.judge.hear(frame, self.due * 1e-9)
 
 
+class _Pickler(pickle.Pickler):
+    """Writes the name of a shared object instead of the object. names: by id()."""
+
+    def __init__(self, file: io.BytesIO, names: dict[int, str]) -> None:
+        super().__init__(file, pickle.HIGHEST_PROTOCOL)
+        self._names = names
+
+    def persistent_id(self, item: object) -> str | None:
+        return self._names.get(id(item))
+
+
+class _Unpickler(pickle.Unpickler):
+    """Reads the shared object for each name."""
+
+    def __init__(self, file: io.BytesIO, shared: dict[str, Any]) -> None:
+        super().__init__(file)
+        self._shared = shared
+
+    def persistent_load(self, name: str) -> Any:
+        return self._shared[name]
+
+
 class Beginning:
     """A world to begin from, as often as one likes; what never changes is shared."""
 
@@ -260,15 +282,11 @@ class Beginning:
         }
         names = {id(item): name for name, item in self._shared.items()}
         buffer = io.BytesIO()
-        pickler = pickle.Pickler(buffer, pickle.HIGHEST_PROTOCOL)
-        pickler.persistent_id = lambda item: names.get(id(item))  # type: ignore[method-assign]
-        pickler.dump(world)
+        _Pickler(buffer, names).dump(world)
         self._state = buffer.getvalue()
 
     def world(self) -> World:
-        unpickler = pickle.Unpickler(io.BytesIO(self._state))
-        unpickler.persistent_load = self._shared.__getitem__  # type: ignore[method-assign]
-        world: World = unpickler.load()
+        world: World = _Unpickler(io.BytesIO(self._state), self._shared).load()
         world.ticks = world.frames = 0
         return world
 
