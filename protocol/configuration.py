@@ -97,8 +97,21 @@ def _fault(error: Any, model: type[BaseModel], data: Any) -> str:
         return f"unknown key {path!r}; {hint}"
     if error["type"] == "missing":
         return f"{path} is missing"
-    message = error["msg"].removeprefix("Value error, ")
+    if error["type"] in ("union_tag_invalid", "union_tag_not_found"):
+        return _unknown_variant(error, path)
+    message = error["msg"].removeprefix("Value error, ").replace("Input should be", "must be")
     return f"{path} = {error['input']!r}: {message}" if path else message
+
+
+def _unknown_variant(error: Any, path: str) -> str:
+    """Message for a table whose kind (a key such as `waveform`) is unknown or missing."""
+    key = f"{path}.{error['ctx']['discriminator'].strip(chr(39))}"
+    if error["type"] == "union_tag_not_found":
+        return f"{key} is missing"
+    written, known = error["ctx"]["tag"], error["ctx"]["expected_tags"]
+    near = difflib.get_close_matches(written, re.findall(r"'([^']+)'", known), n=1, cutoff=0.4)
+    hint = f"did you mean {near[0]!r}?" if near else f"known here: {known}"
+    return f"{key} = {written!r}: unknown; {hint}"
 
 
 def _written_path(location: tuple[Any, ...], data: Any) -> str:

@@ -1,4 +1,4 @@
-"""The project keeps its own rules: style, types, imports, versions and documents."""
+"""Rules of the project: style, types, imports and locked versions."""
 
 import re
 import subprocess
@@ -16,10 +16,10 @@ from tests.paths import ROOT
 PROGRAMS = Path(sys.executable).parent
 
 
-def run(*command: str | Path, where: Path = ROOT) -> "subprocess.CompletedProcess[str]":
+def run(*command: str | Path, folder: Path = ROOT) -> "subprocess.CompletedProcess[str]":
     return subprocess.run(
         [PROGRAMS / command[0], *command[1:]],
-        cwd=where,
+        cwd=folder,
         check=False,
         text=True,
         stdout=subprocess.PIPE,
@@ -37,17 +37,17 @@ def run(*command: str | Path, where: Path = ROOT) -> "subprocess.CompletedProces
     ],
     ids=" ".join,
 )
-def test_the_checkers_have_nothing_to_say(command: tuple[str, ...]) -> None:
-    said = run(*command)
-    assert said.returncode == 0, said.stdout
+def test_style_types_and_import_contracts_hold(command: tuple[str, ...]) -> None:
+    result = run(*command)
+    assert result.returncode == 0, result.stdout
 
 
-def test_every_library_is_imported_only_where_it_belongs() -> None:
+def test_each_library_is_imported_only_by_its_packages() -> None:
     assert breaches(ROOT) == []
 
 
 @pytest.mark.parametrize("library", sorted(ALLOWED))
-def test_a_library_in_the_wrong_place_is_found(tmp_path: Path, library: str) -> None:
+def test_a_library_imported_elsewhere_is_reported(tmp_path: Path, library: str) -> None:
     (tmp_path / "controllers").mkdir()
     path = tmp_path / "dbc" / "inner" / "wrong.py"
     path.parent.mkdir(parents=True)
@@ -58,52 +58,64 @@ def test_a_library_in_the_wrong_place_is_found(tmp_path: Path, library: str) -> 
 @pytest.mark.parametrize(
     ("importer", "imported", "contract"),
     [
-        ("bench.loop.loop", "identification", "Users meet only on disk"),
-        ("identification.words", "bench", "Users meet only on disk"),
-        ("identification.signals", "identification.models", "From signals to answers"),
-        ("protocol.codec.codec", "plant", "Users meet only on disk"),
-        ("plant.wheel", "protocol", "Users meet only on disk"),
-        ("controllers.slip", "plant", "Users meet only on disk"),
-        ("protocol.codec.codec", "bench", "Users meet only on disk"),
-        ("dbc.check", "protocol", "Users meet only on disk"),
-        ("identification.words", "dbc", "The database is for those who are on the wire"),
-        ("identification.mismatch.fit", "studies.blind_validation", "Users meet only on disk"),
-        ("identification.mismatch.fit", "identification.mismatch.naming", "From what is simulated"),
+        ("bench.loop.loop", "identification", "Layers: bench and identification"),
+        ("identification.words", "bench", "Layers: bench and identification"),
+        ("identification.signals", "identification.models", "Layers of identification"),
+        ("protocol.codec.codec", "plant", "Layers: bench and identification"),
+        ("plant.wheel", "protocol", "Layers: bench and identification"),
+        ("controllers.slip", "plant", "Layers: bench and identification"),
+        ("protocol.codec.codec", "bench", "Layers: bench and identification"),
+        ("dbc.check", "protocol", "Layers: bench and identification"),
+        ("identification.words", "dbc", "Only the bench and protocol import"),
+        (
+            "identification.mismatch.fit",
+            "studies.blind_validation",
+            "Layers: bench and identification",
+        ),
+        (
+            "identification.mismatch.fit",
+            "identification.mismatch.naming",
+            "Layers of the mismatch analysis",
+        ),
         (
             "identification.mismatch.simulation",
             "identification.mismatch.motorcycle",
-            "From what is simulated",
+            "Layers of the mismatch analysis",
         ),
-        ("studies.blind_validation.generator.ride", "plant", "The proof's generator knows neither"),
+        (
+            "studies.blind_validation.generator.ride",
+            "plant",
+            "The generator of hidden cases imports neither",
+        ),
         (
             "studies.blind_validation.generator.ride",
             "identification.mismatch",
-            "The proof's generator knows neither",
+            "The generator of hidden cases imports neither",
         ),
         ("bench.gateway.gateway", "plant", "In the bench only the virtual motorcycle"),
-        ("bench.safety.permit", "controllers", "The safety gate knows neither"),
-        ("bench.safety.trial", "bench.gateway.slip_control", "The safety gate knows neither"),
-        ("bench.gateway.gateway", "command", "Nobody imports the tests"),
-        ("plant.wheel", "command", "Nobody imports the tests"),
+        ("bench.safety.permit", "controllers", "The safety gate imports neither"),
+        ("bench.safety.trial", "bench.gateway.slip_control", "The safety gate imports neither"),
+        ("bench.gateway.gateway", "command", "No package imports the tests"),
+        ("plant.wheel", "command", "No package imports the tests"),
     ],
 )
-def test_an_import_against_the_contract_breaks_it(
+def test_a_forbidden_import_breaks_its_contract(
     tmp_path: Path, importer: str, imported: str, contract: str
 ) -> None:
-    lay_out(tmp_path, importer, imported)
-    said = run("lint-imports", "--no-cache", where=tmp_path)
-    assert said.returncode == 1, said.stdout
-    assert re.search(rf"{contract}.* BROKEN", said.stdout), said.stdout
+    make_project(tmp_path, importer, imported)
+    result = run("lint-imports", "--no-cache", folder=tmp_path)
+    assert result.returncode == 1, result.stdout
+    assert re.search(rf"{contract}.* BROKEN", result.stdout), result.stdout
 
 
-def test_imports_within_the_contract_keep_it(tmp_path: Path) -> None:
-    lay_out(tmp_path, "bench.vehicle.virtual_motorcycle", "plant")
-    said = run("lint-imports", "--no-cache", where=tmp_path)
-    assert said.returncode == 0, said.stdout
+def test_an_allowed_import_keeps_all_contracts(tmp_path: Path) -> None:
+    make_project(tmp_path, "bench.vehicle.virtual_motorcycle", "plant")
+    result = run("lint-imports", "--no-cache", folder=tmp_path)
+    assert result.returncode == 0, result.stdout
 
 
-def lay_out(root: Path, importer: str, imported: str) -> None:
-    """Make a project of empty modules with our names and contracts, and one import."""
+def make_project(root: Path, importer: str, imported: str) -> None:
+    """Make a project of empty modules with the real names and contracts, and one import."""
     text = (ROOT / "pyproject.toml").read_text(encoding="utf-8")
     contracts = text[text.index("[tool.importlinter]") :]
     (root / "pyproject.toml").write_text(contracts, encoding="utf-8")
@@ -123,9 +135,9 @@ def lay_out(root: Path, importer: str, imported: str) -> None:
 def test_the_lock_satisfies_the_project() -> None:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     extras = project["optional-dependencies"]
-    wanted = [*project["dependencies"], *(one for extra in extras.values() for one in extra)]
+    required = [*project["dependencies"], *(one for extra in extras.values() for one in extra)]
     locked = dict(locked_versions())
-    for requirement in map(Requirement, wanted):
+    for requirement in map(Requirement, required):
         if requirement.name == "slipbench":  # an extra made of extras
             assert requirement.extras < set(extras)
             continue
@@ -134,16 +146,16 @@ def test_the_lock_satisfies_the_project() -> None:
         assert requirement.specifier.contains(version), f"{requirement}, locked {version}"
 
 
-def test_the_lock_names_versions_and_hashes_and_no_place_to_fetch_from() -> None:
+def test_the_lock_holds_versions_and_hashes_and_no_address() -> None:
     text = (ROOT / "requirements.lock").read_text(encoding="utf-8")
     marker = r"( ; [\w .<>=!*'\"()]+)?"  # a library that some Pythons or machines need
     pin, hashed = rf"[a-z0-9.-]+==[\w.+!]+{marker} \\", r"    --hash=sha256:[0-9a-f]{64}( \\)?"
-    strange = [
+    unexpected = [
         line
         for line in text.splitlines()
         if line and not re.fullmatch(rf"{pin}|{hashed}|\s*#.*", line)
     ]
-    assert strange == []
+    assert unexpected == []
 
 
 def locked_versions() -> Iterator[tuple[str, str]]:

@@ -1,4 +1,4 @@
-"""Real recordings in which something is concealed: what is imported, what is explained by what."""
+"""Published recordings: what is imported, and which model file is compared with which recordings."""
 
 from dataclasses import dataclass, field
 
@@ -16,11 +16,11 @@ class Capture:
 
 @dataclass(frozen=True)
 class Case:
-    """One analysis. known: what is known of these recordings from elsewhere.
+    """One analysis. known: what is known about these recordings from other sources.
 
-    model: a file of examples/models, or what another case has improved, as in improved/silverbox.
-    also: pieces that the analysis never meets; errors on them are measured when all is done.
-    twin: a control; the recordings are made, of what the model tells (twin.py).
+    model: a file of examples/models, or the improved model of another case, as in improved/silverbox.
+    also: segments that the analysis does not use; errors on them are measured at the end.
+    surrogate: a control; the recordings are simulated with the model (surrogate.py).
     """
 
     name: str
@@ -30,7 +30,7 @@ class Case:
     held_out: tuple[str, ...]
     known: str
     also: tuple[str, ...] = ()
-    twin: bool = False
+    surrogate: bool = False
 
 
 LINK = (
@@ -75,35 +75,35 @@ CAPTURES = (
 
 
 def _control(name: str, what: str, training: tuple[str, ...], held_out: tuple[str, ...]) -> Case:
-    """Return the control of a recording: its twin, made of what was found in it."""
+    """Control of a case: surrogates of its recordings, simulated with its improved model."""
     return Case(
         f"{name}_control",
-        f"Control, {what}: a twin in which nothing is missing",
+        f"Control, {what}: surrogate in which nothing is missing",
         f"improved/{name}",
         training,
         held_out,
         NOTHING,
-        twin=True,
+        surrogate=True,
     )
 
 
 NOTHING = (
-    "Nothing is missing: the recordings are made by the improved file, driven as the real ones"
-    " were, with what it left of them added in phases drawn anew (benchmarks/real/twin.py)."
+    "Nothing is missing: the recordings are simulated with the improved model and the real inputs;"
+    " its residual is added with random phases (benchmarks/real/surrogate.py)."
 )
 CASES = (
     Case(
         "r1_front_wheel",
-        "Yamaha R1: from the front wheel to the satellites",
+        "Yamaha R1: front wheel speed to GPS speed",
         "front_wheel_and_satellites",
         ("r1@0:209",),
         ("r1@209:",),
-        "The rolling radius shrinks with lean (crown ratio about 0.25) and the GPS is about 0.14 s"
-        " late; with both 0.72 m/s, without 1.51 m/s, sought below 0.75 m/s.",
+        "The rolling radius shrinks with lean (crown ratio about 0.25) and GPS speed is about 0.14 s"
+        " late; with both the error is 0.72 m/s, without 1.51 m/s. Goal: below 0.75 m/s.",
     ),
     Case(
         "r1_engine",
-        "Yamaha R1: from the engine to the rear wheel",
+        "Yamaha R1: engine speed to rear wheel speed",
         "engine_and_rear_wheel",
         ("r1@30:110",),
         ("r1@230:330",),
@@ -111,12 +111,12 @@ CASES = (
     ),
     Case(
         "flexible_link",
-        "Motor with a flexible link, taken as rigid",
+        "Motor with a flexible link, modelled as rigid",
         "rigid_link",
         ("link_swept1-0-10hz", "link_swept2-0-10hz"),
         ("link_swept7-0-10hz", "link_fixed1-5hz", "link_step1"),
-        "Rigid 12.7, 14.5 and 10.2 counts on sweeps, sines and steps; with one elastic mode near"
-        " 2.5 / 3.4 Hz at most 3.8, 1.4 and 2.6 are sought.",
+        "Errors of a rigid model are 12.7, 14.5 and 10.2 counts on sweeps, sines and steps. Goals, with"
+        " one elastic mode near 2.5 / 3.4 Hz: at most 3.8, 1.4 and 2.6.",
     ),
     Case(
         "coupled_drives",
@@ -124,7 +124,7 @@ CASES = (
         "coupled_drives",
         ("drives_prbs1", "drives_prbs2"),
         ("drives_prbs3",),
-        "The pulse counter is blind to direction and the belt is elastic, with a mode near"
+        "The pulse counter does not see the direction, and the belt is elastic, with a mode near"
         " 20 rad/s (Wigren and Schoukens, 2017).",
     ),
     Case(
@@ -137,22 +137,22 @@ CASES = (
     ),
     Case(
         "silverbox",
-        "Silverbox: a spring taken as linear",
+        "Silverbox: spring modelled as linear",
         "silverbox",
         ("silverbox@70:71.5", "silverbox@90:91.5"),
         ("silverbox@110:112",),
-        "The spring hardens with the cube; published models reach about 0.3 mV (Schoukens and"
+        "The spring stiffness has a cubic term; published models reach about 0.3 mV (Schoukens and"
         " Noel, nonlinearbenchmark.org).",
         also=("silverbox@0:65.4",),
     ),
     Case(
         "cascaded_tanks",
-        "Cascaded tanks without an edge",
+        "Cascaded tanks modelled without overflow",
         "cascaded_tanks",
         ("tanks_est",),
         ("tanks_val",),
-        "Both tanks overflow; 0.36 V is sought on the test record, published scores are 0.18 to"
-        " 0.31 V (nonlinearbenchmark.org), of models that were made for it.",
+        "Both tanks overflow. Goal: 0.36 V on the test record; published errors are 0.18 to 0.31 V"
+        " (nonlinearbenchmark.org), of models made for these tanks.",
     ),
     Case(
         "wrx_accelerometer",
@@ -160,7 +160,7 @@ CASES = (
         "accelerometer",
         ("wrx@0:45",),
         ("wrx@45:",),
-        "ACCEL_LONG has the wrong sign in its database (correlation -0.96) and lags 0.15 s.",
+        "ACCEL_LONG has the wrong sign in its database (correlation -0.96) and lags by 0.15 s.",
     ),
     Case(
         "wrx_speed",
@@ -168,16 +168,16 @@ CASES = (
         "speed_of_the_wheels",
         ("wrx@0:45",),
         ("wrx@45:",),
-        "SPEED lags the wheels by 0.11 s.",
+        "SPEED lags behind the wheels by 0.11 s.",
     ),
     Case(
         "wrx_loggers",
-        "Subaru WRX: two loggers of one drive",
+        "Subaru WRX: two loggers on one drive",
         "two_loggers",
         ("wrx@0:45",),
         ("wrx@45:",),
-        "The second logger is 59.94 s off. A drift of about 15 ms a minute was expected; the"
-        " engine speeds do not show it (below).",
+        "The clock of the second logger is ahead by 59.94 s. A drift of about 15 ms per minute was"
+        " expected; the engine speeds do not show it (see below).",
     ),
     _control("r1_front_wheel", "Yamaha R1", ("r1@0:209",), ("r1@209:",)),
     _control(
@@ -195,27 +195,27 @@ CASES = (
     _control("cascaded_tanks", "cascaded tanks", ("tanks_est",), ("tanks_val",)),
     Case(
         "link_again",
-        "Flexible link: the improved file on recordings it never met",
+        "Flexible link: improved model on other recordings",
         "improved/flexible_link",
         ("link_swept3-0-10hz", "link_swept10-0-10hz"),
         ("link_fixed2-5hz", "link_step3"),
-        "What the improved file still lacks.",
+        "Nothing; the question is what the improved model still lacks.",
     ),
     Case(
         "silverbox_again",
-        "Silverbox: the improved file on samples it never met",
+        "Silverbox: improved model on other samples",
         "improved/silverbox",
         ("silverbox@75:76.5", "silverbox@95:96.5"),
         ("silverbox@115:117",),
-        "What the improved file still lacks.",
+        "Nothing; the question is what the improved model still lacks.",
     ),
     Case(
         "tanks_again",
-        "Cascaded tanks: the improved file on a run it never fitted",
+        "Cascaded tanks: improved model on the test run",
         "improved/cascaded_tanks",
         ("tanks_val@0:2000",),
         ("tanks_val@2000:",),
-        "What the improved file still lacks.",
+        "Nothing; the question is what the improved model still lacks.",
     ),
     Case(
         "wrx_control",
@@ -223,51 +223,45 @@ CASES = (
         "left_and_right",
         ("wrx@50:70",),
         ("wrx@70:90",),
-        "On a straight (steering within 5 degrees) the wheels differ by nothing but their radii.",
+        "On a straight (steering within 5 degrees) the wheels differ by their radii only.",
     ),
 )
 
 REMARKS = {
-    "r1_front_wheel": "The 0.75 m/s sought are met, and the crown is the one that is known. What the satellites "
-    "are late by is told as a lag of second order at 4.5 rad/s, not as a delay of 0.14 s.",
-    "flexible_link": "All three goals are met (3.8, 1.4 and 2.6 counts). With the motor held the rest swings "
-    "at 15.9 rad/s, 2.5 Hz; together they peak at 26 rad/s, 4.1 Hz. A drifting clock, which "
-    "an older version named, is refused by the held-out recordings: without that veto it "
-    "would be here. By hand, with a second mode near 16 rad/s, 2.02, 1.06 and 0.60 counts "
-    "were reached. These recordings do not tell whether the delay is of the torque, of the "
-    "drive or of the encoder.",
-    "coupled_drives": "Both known effects are named. What is left is large beside the floor: the gain of these "
-    "drives grows with the amplitude (by least squares on each run alone, with blindness and "
-    "a mode, 1.28, 2.00 and 3.03 at 0.5, 1.0 and 1.5 V), and the held-out run has the "
-    "smallest, so that it is overstated. After the names no name and no free curve tells it "
-    "enough: the noise model takes slow errors for noise, which is a weakness of the engine. "
-    "The share of the mode stands at the end of its range.",
-    "silverbox": "The last row is the benchmark's own test, a noise of growing amplitude, of which nothing "
-    "was met before. Published models, fitted to tens of thousands of samples, reach about "
-    "0.3 mV there; this one was fitted to 1 800 samples at smaller amplitudes.",
-    "cascaded_tanks": "The 0.36 V sought are met, beside published scores of 0.18 to 0.31 V of models made for these "
-    "tanks. Both overflows are known physics. The offset of the pump is not: that the lower tank "
-    "runs out differently from a root is, and models made for it have a part in proportion to the "
-    "level. That part is in the library (linear_loss, added after a square at the sensor had stood "
-    "in for it, at 0.43 V; no number was fitted to the test record, but the choice was made after "
-    "that figure had been seen), and an older version named it here and came to 0.28 V. Beside "
-    "both overflows the training run does not tell the two apart: fitted by hand the loss gains "
-    "250 nats and the offset 246. What the lower tank spills goes nowhere, so of its share nothing "
-    "is told.",
-    "wrx_loggers": "The offset is found to a row when the recordings are read. Drift: against the engine "
-    "speed on the bus the second logger's lies -4, -4, -4, -8, -4 and +16 ms in six pieces of "
-    "15 s; least squares over all of it give 1.6 +- 0.5 ms a minute. So 15 ms a minute are "
-    "not in these engine speeds, and nothing is the right answer. That they would be found is "
-    "tested: with 15 ms a minute put into the logger's clock, the first 45 s tell clock_drift "
-    "2.6e-4 [1.9e-4, 3.4e-4], where 2.5e-4 was put in "
-    "(tests/real/test_explain_recordings.py).",
-    "tanks_again": "The improved file is not complete: most of the error is left where innovations are 0.05 V, "
-    "and the engine says so.",
-    "wrx_control": "Of what was left of the right wheel after the left one, 92 to 94 % lay between 12 and 18 "
-    "Hz: once per turn of a wheel that rolls 1.983 m, each wheel's reading swings by an "
-    "amount of its own. That pattern is taken out on reading (`turn`). What remained, a "
-    "drifting clock, was the noise of the left wheel: the best predictor of the right wheel "
-    "is a smoothed left one. Since the model file tells that noise, nothing is found, as it "
-    "should be.",
+    "r1_front_wheel": "The goal of 0.75 m/s is met, and the identified crown agrees with the known one. The"
+    " delay of GPS speed is identified as a second-order lag at 4.5 rad/s, not as a delay of 0.14 s.",
+    "flexible_link": "All three goals are met (3.8, 1.4 and 2.6 counts). With the motor fixed the link"
+    " oscillates at 15.9 rad/s, 2.5 Hz; together they peak at 26 rad/s, 4.1 Hz. The held-out recordings reject"
+    " a drifting clock. By hand, with a second mode near 16 rad/s, 2.02, 1.06 and 0.60 counts were"
+    " reached. These recordings cannot tell a delay of the torque from one of the drive or of the encoder.",
+    "coupled_drives": "Both known effects are identified. The remaining error is large compared with the noise"
+    " floor: the gain of these drives grows with the amplitude (least squares on each run alone, with"
+    " both effects: 1.28, 2.00 and 3.03 at 0.5, 1.0 and 1.5 V), and the held-out run has the smallest"
+    " amplitude, so its gain is overestimated. No further effect and no free curve is significant, because the"
+    " noise model describes slow errors as noise: a weakness of the method. The share of the mode is"
+    " at the end of its range.",
+    "silverbox": "The last row is the benchmark's own test, noise of growing amplitude, of which the analysis used"
+    " nothing. Published models, fitted to tens of thousands of samples, reach about 0.3 mV there;"
+    " this one was fitted to 1 800 samples at smaller amplitudes.",
+    "cascaded_tanks": "The goal of 0.36 V is met; published models made for these tanks have errors of 0.18 to"
+    " 0.31 V. Both overflows are known physics. The offset of the pump is not: the outflow of the lower tank"
+    " deviates from a square root, and models made for it have a term in proportion to the level. The"
+    " library has that term (linear_loss; it was added after a square at the sensor had taken its place, at 0.43 V;"
+    " no parameter was fitted to the test record, but the choice was made after its error was known)."
+    " Beside both overflows the training run cannot tell the two apart: fitted by hand, the loss gains"
+    " 250 nats and the offset 246. Water that the lower tank spills is not measured, so its share is"
+    " unknown.",
+    "wrx_loggers": "The clock offset is found to one row when the recordings are read. Drift: compared with the"
+    " engine speed on the bus, that of the second logger is at -4, -4, -4, -8, -4 and +16 ms in six segments of"
+    " 15 s; least squares over all of them give 1.6 +- 0.5 ms per minute. So the engine speeds contain no drift of"
+    " 15 ms per minute, and no mismatch is the right result. A test shows that such a drift would be found:"
+    " with 15 ms per minute added to the logger's clock, the first 45 s give clock_drift 2.6e-4"
+    " [1.9e-4, 3.4e-4]; 2.5e-4 was added (tests/real/test_explain_recordings.py).",
+    "tanks_again": "The improved model is incomplete: most of the error remains, where the noise floor is 0.05 V,"
+    " and the analysis reports it.",
+    "wrx_control": "92 to 94 % of the difference between both wheels lies between 12 and 18 Hz: each wheel's speed"
+    " varies once per turn (1.983 m). That pattern is removed on reading (`turn`). The rest is noise of the left"
+    " wheel: the best predictor of the right wheel is a smoothed left wheel, which looks like a drifting"
+    " clock. The model file gives that noise, so no mismatch is detected, which is right.",
 }
-"""What a reader must know to judge a result."""
+"""What a reader needs to know to judge a result."""

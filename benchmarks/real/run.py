@@ -1,8 +1,8 @@
-"""`make real-recordings`: every case by explain's ordinary path, then docs/real_recordings.md.
+"""`make real-recordings`: analyse every case with `explain` and write docs/real_recordings.md.
 
     python -m benchmarks.real.run RECORDINGS [CASE...]
 
-Results of a case stay in build/real/<case>; the page is made of all that are there.
+The results of a case stay in build/real/<case>; the page is made from all results there.
 """
 
 import hashlib
@@ -13,16 +13,17 @@ import time
 from collections.abc import Iterator
 from itertools import count
 from pathlib import Path
+from typing import Any
 
 import matplotlib.pyplot as plt
 import numpy as np
 
 from benchmarks.real.cases import CAPTURES, CASES, REMARKS, Case
-from benchmarks.real.twin import twin
+from benchmarks.real.surrogate import surrogate
 from slipbench.identification.mismatch.analysis import Analysis, accepted, begin
 from slipbench.identification.mismatch.explain import analyse
 from slipbench.identification.mismatch.fit.fitting import Fit
-from slipbench.identification.mismatch.fit.held_out import driven
+from slipbench.identification.mismatch.fit.held_out import REJECTED, driven
 from slipbench.identification.mismatch.runs import open_analysis
 from slipbench.identification.mismatch.simulation.model import Model, models
 from slipbench.identification.mismatch.simulation.piece import Piece
@@ -37,16 +38,14 @@ from slipbench.protocol.recording.import_log import import_capture
 BUILD, DOCS = Path("build/real"), Path("docs")
 TRIALS = Path(__file__).parents[2] / "examples"
 MOST = 400
-"""Samples in a figure."""
-VETO = "contradicted by the held-out recordings"
-"""How the engine says that held-out recordings refused a name."""
+"""Samples shown in a figure."""
 
 
 def main(arguments: list[str]) -> None:
-    """Run the cases that were asked for, all without a word, and write the page."""
-    recordings, wanted = Path(arguments[0]), arguments[1:]
+    """Run the requested cases (default: all) and write the page."""
+    recordings, requested = Path(arguments[0]), arguments[1:]
     for case in CASES:
-        if not wanted or case.name in wanted:
+        if not requested or case.name in requested:
             _import(recordings, case)
             _run(case)
             _page()
@@ -67,23 +66,23 @@ def _import(recordings: Path, case: Case) -> None:
 def _run(case: Case) -> None:
     model = _model(case)
     folders = [[BUILD / "runs" / n for n in names] for names in (case.training, case.held_out)]
-    begun, worked, said = time.monotonic(), time.process_time(), list[str]()
+    started, used, messages = time.monotonic(), time.process_time(), list[str]()
     analysis = _opened(case, model, *folders)
 
     def say(words: str) -> None:
-        print(f"{time.monotonic() - begun:6.1f} s  {case.name}: {words}", flush=True)
-        said.append(words)
+        print(f"{time.monotonic() - started:6.1f} s  {case.name}: {words}", flush=True)
+        messages.append(words)
 
     analyse(analysis, say=say)
-    told = verdict(analysis)
-    tree = as_tree(told)
-    tree["sentence"] = sentence(told)
-    tree["seconds"] = time.monotonic() - begun
-    tree["processor"] = time.process_time() - worked
+    result = verdict(analysis)
+    tree = as_tree(result)
+    tree["sentence"] = sentence(result)
+    tree["seconds"] = time.monotonic() - started
+    tree["processor"] = time.process_time() - used
     tree["code"] = _code()
     records = (analysis.training.records, analysis.held_out.records if analysis.held_out else ())
     tree["notes"] = [note for part in records for r in part for note in r.notes]
-    tree["vetoes"] = [words for words in said if words.startswith(VETO)]
+    tree["vetoes"] = [words for words in messages if words.startswith(REJECTED)]
     tree["by_record"] = [*_by_record(analysis, analysis.held_out), *_also(case, analysis)]
     folder = BUILD / case.name
     folder.mkdir(parents=True, exist_ok=True)
@@ -96,21 +95,24 @@ def _run(case: Case) -> None:
 
 
 def _opened(case: Case, file: Path, *sets: list[Path]) -> Analysis:
-    """Read the recordings, or make their twins, in which nothing is missing."""
-    if not case.twin:
+    """Analysis of the recordings, or of their surrogates in which nothing is missing."""
+    if not case.surrogate:
         return open_analysis(file, *sets)
     system, seeds = ModelSystem.load(file), count(1)
     return begin(
         system,
         *(
-            [system.prepare(twin(system, Piece.of(path).read(), next(seeds))) for path in paths]
+            [
+                system.prepare(surrogate(system, Piece.of(path).read(), next(seeds)))
+                for path in paths
+            ]
             for paths in sets
         ),
     )
 
 
 def _fits(a: Analysis, model: Model) -> Iterator[Fit]:
-    """Nominal, re-calibrated and with what was found, driven by recordings."""
+    """Fits of the nominal, the calibrated and the improved model, driven by the recordings."""
     assert a.base is not None
     assert a.named is not None
     last = a.named.fit
@@ -119,7 +121,7 @@ def _fits(a: Analysis, model: Model) -> Iterator[Fit]:
 
 
 def _also(case: Case, a: Analysis) -> list[dict[str, object]]:
-    """Errors on recordings that the analysis never met, not even to refuse a name."""
+    """Errors on recordings that the analysis did not use, not even for validation."""
     if not case.also:
         return []
     records = [a.system.prepare(Piece.of(BUILD / "runs" / n).read()) for n in case.also]
@@ -137,11 +139,11 @@ def _model(case: Case) -> Path:
 
 
 def _code() -> str:
-    """Return what tells one version of the engine and of the model files from another."""
+    """Fingerprint of the analysis code and the model files: 8 hex digits of SHA-256."""
     root = TRIALS.parent
     sources = [*(root / "identification/mismatch").rglob("*.py"), *(TRIALS / "models").glob("*")]
-    told = hashlib.sha256(b"".join(path.read_bytes() for path in sorted(sources)))
-    return told.hexdigest()[:8]
+    digest = hashlib.sha256(b"".join(path.read_bytes() for path in sorted(sources)))
+    return digest.hexdigest()[:8]
 
 
 def _by_record(a: Analysis, model: Model | None) -> list[dict[str, object]]:
@@ -168,7 +170,7 @@ def _draw(a: Analysis, path: Path) -> None:
     for fit, colour, label in ((fits[0], "C1", "nominal"), (fits[2], "C0", "improved")):
         below.plot(t, fit.rest[0][0][shown, 0], color=colour, lw=0.9, label=label)
     above.set(ylabel=f"{block.name} / {unit}", title=f"held out: {record.name}")
-    below.set(xlabel="time / s", ylabel=f"left over / {unit}")
+    below.set(xlabel="time / s", ylabel=f"residual / {unit}")
     for axes in (above, below):
         axes.legend(loc="upper right", fontsize=8, frameon=False)
     figure.tight_layout()
@@ -177,64 +179,65 @@ def _draw(a: Analysis, path: Path) -> None:
     plt.close(figure)
 
 
-HEAD = """# Real recordings in which something is concealed
+HEAD = """# Hidden physics in published recordings
 
 Made by `make real-recordings`, from recordings that others made and published; they are not part of
-this project. Each was explained by the ordinary path, `slipbench explain --vehicle MODEL RUN...
---held-out RUN...`, with a role map (`examples/roles`) and a model file (`examples/models`), nothing
-else. Errors are root mean squares on the held-out parts, of the model file as it is, of it
-re-calibrated, and of it with the effects that were fitted. "None of the above" means that a free
-curve could still take more than 5 % of what the effects explain (sufficiency.py), and that a curve
-in their place foretells the held-out recordings better: then the names are withdrawn, and the
-fitted effects are shown as what helps, not as what is.
+this project. Each case is one ordinary analysis, `slipbench explain --vehicle MODEL RUN...
+--held-out RUN...`, with a role map (`examples/roles`) and a model file (`examples/models`). Errors
+are RMS errors on the held-out recordings: of the model file as written, of the calibrated model, and
+of the improved model with the fitted effects. "None of the library" means: a free curve would still
+explain more than 5 % of what the effects explain (sufficiency.py), and predicts the held-out
+recordings better. Then the names are withdrawn, and the effects are shown as a fit, not as a cause.
 
-**How far this can be believed.** No effect and no test of significance was fitted to these
-recordings, but they are not sealed: parts of the method and of the model files were changed after
-results on them had been seen, the held-out parts' among them. So "held out" means here that the fit
-did not use them. They have a say in the choice: a name that they contradict is refused (told as a
-veto), and a free curve counts only where they do not contradict it. All else is chosen on the
-training parts. For the method they are development data, and what it would do on recordings that
-nobody has looked at is for `slipbench prove` to tell, not for this page. Changed after a look:
+**How far this can be trusted.** No effect and no significance test was fitted to these recordings,
+but this is no blind validation: parts of the method and of the model files were changed after
+results on them had been seen, results on held-out parts among them. "Held out" means here that the
+fit did not use a recording. Held-out recordings take part in the selection: an effect that they
+contradict is rejected (listed as such), and a free curve counts only where they agree with it. For
+the method these are development data. `slipbench prove` measures what it does on unseen cases.
+Changes after a result had been seen:
 
-- the flexible link was run six times: the noise models of model files were made to forget within a
-  third of a stretch, sensitivities are taken anew where parameters move far, and its model file was
-  given the deviations of its first values;
-- the accelerometer's wheel slope is taken over 0.5 s instead of 0.2 s, its noise is told, and
-  gravity along the road is an unknown that moves slowly;
-- the Silverbox's input runs along cubics between samples, after being held and along lines;
-- the control's piece of the drive was moved to where the road is straight, patterns of the wheels
-  are taken out, the noise of the left wheel and the steering are told;
-- binary and uniform noise of the coupled drives are explained apart, for their gains differ by 2 to
-  3 times; fits begin as the file tells, by plain least squares, and look one step ahead;
-- names were withdrawn where a free curve still found 60 nats; now shares of the mean square count,
-  after Silverbox, drives and tanks had lost names that explained nearly all;
-- where names do not suffice each is exchanged for what explains more (exchange.py), after the
-  tanks' training run had asked for a set of three that no single step led to;
-- names that do not suffice stand where no curve in their place foretells better, after the Yamaha's
-  front wheel had lost the names that take its held-out error from 1.5 to 0.7 m/s for a curve that
-  takes it to 1.3;
-- a loss in proportion to what a store holds came into the library (linear_loss.py), after a square
-  at the tanks' sensor had stood in for it at 0.43 V.
+- flexible link (six runs): noise models of model files forget within a third of a segment;
+  sensitivities are updated where parameters move far; prior deviations of its initial values;
+- accelerometer: the slope of the wheel speed is taken over 0.5 s instead of 0.2 s; noise of that
+  slope; gravity along the road as a slow unknown;
+- Silverbox: cubic interpolation of the input instead of held values or straight lines;
+- front wheels of the WRX: a part of the drive where the road is straight; wheel patterns removed;
+  noise of the left wheel and steering angle in the model file;
+- coupled drives: binary and uniform noise are separate cases, because the gains differ by a factor
+  of 2 to 3; fits start at the parameters of the file, by least squares, with look-ahead;
+- residuals are tested by their share of the mean square (before: 60 nats), after Silverbox, drives
+  and tanks had lost names that explained nearly everything;
+- swap steps (exchange.py), after the training run of the tanks needed a set of three effects that no
+  single step reaches;
+- names that do not suffice stand where no curve in their place predicts better, after the front
+  wheel of the Yamaha had lost names that reduce its held-out error from 1.5 to 0.7 m/s in favour of
+  a curve that reduces it to 1.3;
+- the effect linear_loss (a loss in proportion to the stored quantity), after a square at the sensor
+  of the tanks had taken its place, at 0.43 V.
 
-A version stands for the engine's text and the model files, by their SHA-256; a section stays as it
-is until its case is run again. Seconds are of the processor, and after a stroke of a clock on the
-wall, on a machine that others used too.
+A version is the SHA-256 of the analysis code and the model files; a section stays until its case is
+run again, and sections of several versions may stand side by side. Times are processor time / wall
+time, on a shared machine.
 
 """
 
 
-def _summary(results: dict[str, dict]) -> str:
-    lines = ["| recording | named | held out: as it is -> improved | s |", "|---|---|---|---|"]
+def _summary(results: dict[str, dict[str, Any]]) -> str:
+    lines = [
+        "| recording | identified effects | held-out RMS error: as written -> improved | time, s |",
+        "|---|---|---|---|",
+    ]
     for case in CASES:
-        told = results.get(case.name)
-        if told is None:
-            lines.append(f"| {case.title} | not made anew: see its section | | |")
+        result = results.get(case.name)
+        if result is None:
+            lines.append(f"| {case.title} | not run again: see its section | | |")
             continue
-        named = ", ".join(f"{e['name']} at {e['subject']}" for e in told["effects"])
-        open_end = "none of the above" if told["unknown"]["found"] else "nothing"
-        rows = [r["errors"] for r in told["by_record"]]
+        named = ", ".join(f"{e['name']} at {e['subject']}" for e in result["effects"])
+        open_end = "none of the library" if result["unknown"]["found"] else "no mismatch"
+        rows = [r["errors"] for r in result["by_record"]]
         errors = "; ".join(f"{n:.3g} -> {i:.3g}" for n, _, i in rows)
-        took = f"{told['processor']:.0f} / {told['seconds']:.0f}"
+        took = f"{result['processor']:.0f} / {result['seconds']:.0f}"
         lines.append(f"| {case.title} | {named or open_end} | {errors} | {took} |")
     return "\n".join([*lines, ""])
 
@@ -253,80 +256,84 @@ def _page() -> None:
         if case.name in results:
             parts.append(_section(case, results[case.name]))
         else:
-            bare = f"## {case.title}\n\nKnown: {case.known}\n\nNot run.\n"
+            bare = f"## {case.title}\n\nKnown beforehand: {case.known}\n\nNot run.\n"
             parts.append(before.get(case.title, bare))
     page.write_text("\n".join(parts), encoding="utf-8")
 
 
 def _sections(page: Path) -> dict[str, str]:
-    """Return the sections of a page that stand already, by title; those not made anew are kept."""
+    """Sections of an existing page, by title; a case that was not run keeps its section."""
     text = page.read_text(encoding="utf-8") if page.exists() else ""
     found = (f"## {part.rstrip()}\n" for part in text.split("\n## ")[1:])
     return {part.partition("\n")[0].removeprefix("## "): part for part in found}
 
 
-def _section(case: Case, told: dict) -> str:
-    where = told["location"]
+def _section(case: Case, result: dict[str, Any]) -> str:
+    where = result["location"]
     located = (
-        "nothing"
+        "none"
         if where is None
         else (
-            f"{where['injection']} along {where['regressor']}: {where['shape']}"
-            f" ({where['gain']:.0f} nats, held out {where['confirmed']:.0f})"
+            f"{where['injection']} as a function of {where['regressor']}: {where['shape']}"
+            f" (log-likelihood gain {where['gain']:.0f} nats, held out {where['confirmed']:.0f})"
         )
     )
     lines = [
         f"## {case.title}",
         "",
-        f"Known: {case.known}",
+        f"Known beforehand: {case.known}",
         "",
-        f"> {told['sentence']}",
+        f"> {result['sentence']}",
         "",
-        f"- Model file {_told(case)}; training {', '.join(case.training)};"
-        f" held out {', '.join(case.held_out)}; {told['processor']:.0f} /"
-        f" {told['seconds']:.0f} s; version {told['code']}.",
+        f"- Model file {_model_name(case)}; training {', '.join(case.training)};"
+        f" held out {', '.join(case.held_out)}; time {result['processor']:.0f} /"
+        f" {result['seconds']:.0f} s; version {result['code']}.",
         f"- Located: {located}.",
-        *(f"- Read: {note}." for note in dict.fromkeys(told["notes"])),
-        f"- Named: {_effects(told)}.",
-        *(f"- Held-out veto: {words.removeprefix(VETO)[2:]}." for words in told["vetoes"]),
-        *_unexplained(told),
-        *(f"- Cannot be told apart here: {', '.join(names)}." for names in told["equivalents"]),
+        *(f"- Reading: {note}." for note in dict.fromkeys(result["notes"])),
+        f"- Identified effects: {_effects(result)}.",
+        *(
+            f"- Rejected by the held-out recordings: {words.removeprefix(REJECTED)[2:]}."
+            for words in result["vetoes"]
+        ),
+        *_residual(result),
+        *(f"- Indistinguishable here: {', '.join(names)}." for names in result["equivalents"]),
         "",
-        "| held out | output | nominal | re-calibrated | improved |",
+        "| held out | output | as written | calibrated | improved |",
         "|---|---|---|---|---|",
     ]
-    for row in told["by_record"]:
+    for row in result["by_record"]:
         n, c, i = row["errors"]
         name = row["record"]
         lines.append(f"| {name} | {row['output']} | {n:.4g} | {c:.4g} | {i:.4g} |")
     if case.name in REMARKS:
         lines += ["", REMARKS[case.name]]
     figure = DOCS / "figures" / f"real_{case.name}.png"
-    if told.get("figure", _digest(figure)) == _digest(figure):
+    if result.get("figure", _digest(figure)) == _digest(figure):
         lines += ["", f"![{case.title}](figures/real_{case.name}.png)"]
     lines.append("")
     return "\n".join(lines)
 
 
-def _unexplained(told: dict) -> list[str]:
-    left = told["remains"]
-    if left is None:
+def _residual(result: dict[str, Any]) -> list[str]:
+    residual = result["remains"]
+    if residual is None:
         return []
     return [
-        f"- Stays unexplained: {left['injection']} along {left['regressor']}, {left['shape']};"
-        f" {100 * left['share']:.2g} % of what the names explain, in mean squares."
+        f"- Residual: {residual['injection']} as a function of {residual['regressor']},"
+        f" {residual['shape']}; {100 * residual['share']:.2g} % of the mean square that the effects"
+        " explain."
     ]
 
 
-def _told(case: Case) -> str:
+def _model_name(case: Case) -> str:
     if case.model.startswith("improved/"):
-        return f"of the section on {Path(case.model).name.replace('_', ' ')}, improved"
+        return f"improved in the section on {Path(case.model).name.replace('_', ' ')}"
     return f"`examples/models/{case.model}.toml`"
 
 
-def _effects(told: dict) -> str:
-    if told["unknown"]["found"]:
-        return "none of the above"
+def _effects(result: dict[str, Any]) -> str:
+    if result["unknown"]["found"]:
+        return "none of the library"
     found = [
         f"{e['name']} at {e['subject']} ("
         + ", ".join(
@@ -335,9 +342,9 @@ def _effects(told: dict) -> str:
             for p in e["parameters"]
         )
         + ")"
-        for e in told["effects"]
+        for e in result["effects"]
     ]
-    return "; ".join(found) or "nothing"
+    return "; ".join(found) or "none"
 
 
 if __name__ == "__main__":

@@ -250,3 +250,23 @@ def test_a_recording_of_before_these_bounds_is_still_read():
     limits = parse(data, TrialFile, "trial.toml", recorded=True).limits
     assert (limits.stale, limits.slip, limits.faults) == (15.0, 8.0, 99)
     assert isinstance(limits.stale, Quantity)
+
+
+@pytest.mark.parametrize(
+    ("waveform", "expected"),
+    [
+        (
+            "linear_swep",
+            "excitation.waveform = 'linear_swep': unknown; did you mean 'linear_sweep'?",
+        ),
+        ("triangle_9", "excitation.waveform = 'triangle_9': unknown; known here: 'linear_sweep'"),
+        (None, "excitation.waveform is missing"),
+    ],
+)
+def test_an_unknown_waveform_is_named_with_its_key_and_the_known_ones(waveform, expected):
+    excitation = {key: value for key, value in SWEEP["excitation"].items() if key != "waveform"}
+    if waveform:
+        excitation["waveform"] = waveform
+    with pytest.raises(InputError) as error:
+        parse({**SWEEP, "excitation": excitation}, TrialFile, "trial.toml")
+    assert str(error.value).startswith(f"trial.toml: {expected}")

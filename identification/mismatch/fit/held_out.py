@@ -51,6 +51,10 @@ def carried_over(fit: Fit, model: Model) -> Fit:
     return replace(unbent(settle(start, noises=2)), candidates=fit.candidates)
 
 
+REJECTED = "Rejected by the held-out recordings"
+"""Beginning of the progress message for an effect that they contradict; its name follows."""
+
+
 def contradicted(before: Fit, after: Fit, model: Model) -> bool:
     """Tell whether held-out recordings speak against what `after` has more than `before`.
 

@@ -12,7 +12,7 @@ from dataclasses import replace
 from slipbench.identification.mismatch.fit.calibrate import from_far
 from slipbench.identification.mismatch.fit.candidate import Candidate
 from slipbench.identification.mismatch.fit.fitting import Fit, with_effects
-from slipbench.identification.mismatch.fit.held_out import contradicted
+from slipbench.identification.mismatch.fit.held_out import REJECTED, contradicted
 from slipbench.identification.mismatch.fit.judge import Judge
 from slipbench.identification.mismatch.fit.scatter import FAMILY, SHARE
 from slipbench.identification.mismatch.naming.accepting import ENOUGH
@@ -58,7 +58,7 @@ def _better(
             continue
         if held_out is None or not contradicted(named.base, new, held_out):
             return _renamed(named, new, say)
-        say(f"Rejected by the held-out recordings: {new.candidates[-1].name}")
+        say(f"{REJECTED}: {new.candidates[-1].name}")
     return None
 
 

@@ -11,7 +11,7 @@ from itertools import combinations
 
 from slipbench.identification.mismatch.fit.calibrate import astray, followed
 from slipbench.identification.mismatch.fit.fitting import Fit
-from slipbench.identification.mismatch.fit.held_out import contradicted
+from slipbench.identification.mismatch.fit.held_out import REJECTED, contradicted
 from slipbench.identification.mismatch.fit.judge import Judge
 from slipbench.identification.mismatch.fit.scatter import FAMILY, SHARE
 from slipbench.identification.mismatch.naming.accepting import ENOUGH, passes
@@ -110,7 +110,7 @@ def _first_that_holds(
         if passes(fit, finer, certainty):
             if held_out is None or not contradicted(fit, finer, held_out):
                 return rough, finer
-            say(f"Rejected by the held-out recordings: {rough.candidates[-1].name}")
+            say(f"{REJECTED}: {rough.candidates[-1].name}")
     return None, None
 
 
