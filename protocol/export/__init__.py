@@ -26,7 +26,8 @@ from slipbench.protocol.logs.decode import SortedLog, sort_log
 from slipbench.protocol.logs.decode_file import AT_ONCE, Tally
 from slipbench.protocol.logs.frame_log import FrameLog
 from slipbench.protocol.new_file import new_file, refuse_existing
-from slipbench.protocol.recording.run_folder import DATABASE, FRAMES
+from slipbench.protocol.recording.database_copy import find_database
+from slipbench.protocol.recording.run_folder import FRAMES
 
 ENDINGS = {"mf4": ".mf4", "blf": ".blf", "asc": ".asc", "parquet": "", "mcap": ".mcap"}
 MOST_BUSES = 255  # as many as a byte can number
@@ -81,7 +82,7 @@ def _read(
             expected=FRAMES,
             remedy="give the folder of a recording; one of tables alone is read as it stands",
         )
-    database = load_database(folder / DATABASE)
+    database = load_database(find_database(folder))
     logs = parse_portions(candump_pieces(path, progress), str(path), warnings, at_once)
     return (sort_log(log, database) for log in _that_can_be_exported(logs, path)), database
 

@@ -31,6 +31,7 @@ from slipbench.protocol.logs import Progress, quiet
 from slipbench.protocol.logs.candump import candump_pieces, parse_pieces
 from slipbench.protocol.logs.decode import SortedLog, sort_log
 from slipbench.protocol.recording.channels import Bound, bind, start_of
+from slipbench.protocol.recording.database_copy import find_database
 from slipbench.protocol.recording.log_faults import log_faults
 from slipbench.protocol.recording.recording import BusFault, Recording
 from slipbench.protocol.recording.role_map import RoleMap
@@ -39,7 +40,7 @@ from slipbench.protocol.tables import Table, read_table
 from slipbench.protocol.trial_file import TrialFile
 from slipbench.protocol.user_file import is_folder, open_user_file
 
-DESCRIPTION, FRAMES, DATABASE = "run.toml", "frames.log", "database.dbc"
+DESCRIPTION, FRAMES = "run.toml", "frames.log"
 ROLES, TRIAL, VEHICLE, TABLES = "roles.toml", "trial.toml", "vehicle.toml", "tables"
 
 LONGEST_WAIT = 86_400_000_000_000  # ns; a trial may wait for its first frame, not for days
@@ -156,11 +157,12 @@ def _decoded(
     if not path.exists():
         return None, None
     log = parse_pieces(candump_pieces(path, progress), FRAMES, warnings)
-    database = load_database(folder / DATABASE)
+    copy = find_database(folder)
+    database = load_database(copy)
     stated = _table(description, "run").get("database_sha256")
     if stated and stated != database.sha256:
         warnings.append(
-            f"{DATABASE} is not the one of the recording any more:"
+            f"{copy.name} has changed since the recording:"
             f" sha256 {database.sha256[:12]}, recorded with {str(stated)[:12]}"
         )
     return sort_log(log, database), database

@@ -13,6 +13,7 @@ from slipbench.protocol.database.database import load_database
 from slipbench.protocol.errors import InputError
 from slipbench.protocol.logs.candump_line import format_line
 from slipbench.protocol.recording import run_folder
+from slipbench.protocol.recording.database_copy import DATABASE
 from slipbench.protocol.recording.run_folder import create, read, write_description
 
 ROLES = MOTORBIKE.with_name("motorbike_roles.toml")
@@ -164,7 +165,7 @@ def test_two_senders_of_one_message_are_told(recording):
 
 
 def test_run_folder_names_are_those_of_the_contract():
-    assert (run_folder.FRAMES, run_folder.DATABASE) == ("frames.log", "database.dbc")
+    assert (run_folder.FRAMES, DATABASE) == ("frames.log", "database.dbc")
 
 
 def test_a_folder_that_is_no_recording_is_refused_before_its_tree_is_walked(tmp_path, monkeypatch):
