@@ -25,7 +25,7 @@ from slipbench.protocol.trial_file import TrialFile
 
 @dataclass(frozen=True)
 class BusFault:
-    """Frames of one message that could not be taken at face value."""
+    """Faulty frames of one message."""
 
     message: str
     fault: str  # "lost", "repeated", "wrong CRC", "too short", "unknown identifier", ...
