@@ -24,6 +24,10 @@ CLEAN: tuple[str, ...] = (
     "identification/response",
     "identification/signals",
     "plant",
+    "protocol/export",
+    "protocol/logs",
+    "protocol/recording",
+    "protocol/tables",
     "src/slipbench",
 )
 

@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner, Result
 
+import slipbench
 from slipbench import command, doctor
 from slipbench.bench.trials.preparation import prepare
 from slipbench.init_folder import FOLDERS, init_folder
@@ -99,6 +100,8 @@ def test_a_folder_that_cannot_be_made_is_a_message(tmp_path: Path, name: str) ->
 
 def test_version_is_that_of_the_installed_package() -> None:
     assert run("--version").output == f"slipbench {version('slipbench')}\n"
+    assert slipbench.__version__ == version("slipbench")
+    assert "__version__" in dir(slipbench)
 
 
 def test_doctor_finds_no_error_where_the_tests_run() -> None:

@@ -18,6 +18,7 @@ from slipbench.bench.vehicle.live_vehicle import VehicleProcess
 from slipbench.bench.vehicle.virtual_motorcycle import opening, wheels_of
 from slipbench.protocol.codec.messages import Phase
 from slipbench.protocol.errors import InputError
+from slipbench.protocol.recording.database_copy import copy_database
 from slipbench.protocol.recording.run_folder import create, versions, write_description
 from slipbench.protocol.trial_file import TrialFile
 
@@ -81,7 +82,7 @@ def _keep_inputs(prepared: Prepared, folder: Path) -> None:
     """Copy what the trial was made of, so that the folder alone repeats a judgement."""
     shutil.copyfile(prepared.trial_path, folder / "trial.toml")
     shutil.copyfile(prepared.vehicle_path, folder / "vehicle.toml")
-    shutil.copyfile(prepared.database_path, folder / "database.dbc")
+    copy_database(prepared.database_path, folder)
     if prepared.controller_path:
         shutil.copyfile(prepared.controller_path, folder / "controller.toml")
     (folder / "roles.toml").write_text(

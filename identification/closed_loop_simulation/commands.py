@@ -2,13 +2,16 @@
 
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
 
 from slipbench.plant.vehicles import DEMONSTRATION
 from slipbench.protocol.shipped_files import completion_of, file_of
+
+if TYPE_CHECKING:
+    from slipbench.plant.motorcycle import Motorcycle
 
 EXAMPLE = "Example: slipbench compare examples/controllers/*.toml --page docs/controllers.md"
 
@@ -70,21 +73,29 @@ def compare_command(
         float, typer.Option(help="Bandwidth w_c of the throttle servo, Hz.")
     ] = 10.0,
 ) -> None:
-    """Compare slip controllers in closed-loop simulation: the same scenarios for each, and open loop."""
+    """Compare slip controllers in closed-loop simulation: the same scenarios for each, and open loop.
+
+    Exit status: 0 done, 2 invalid input (see message).
+    """
     from slipbench.identification.closed_loop_simulation.compare import compare
     from slipbench.identification.closed_loop_simulation.page import write_page
-    from slipbench.plant.errors import VehicleFileError
-    from slipbench.plant.vehicle_file import load_vehicle
     from slipbench.protocol.configuration import read_toml
     from slipbench.protocol.controller_file import ControllerFile
-    from slipbench.protocol.errors import InputError
 
     files = {path.stem: read_toml(path, ControllerFile) for path in one_of_each_name(controllers)}
-    try:
-        motorcycle = load_vehicle(vehicle).motorcycle
-    except VehicleFileError as fault:
-        raise InputError(str(fault)) from fault
+    motorcycle = _motorcycle(vehicle)
     with Console(stderr=True).status("") as progress:
         found, rides = compare(motorcycle, files, progress.update)
         write_page(found, rides, page, bandwidth, "make controllers")
     typer.echo(f"page: {page}")
+
+
+def _motorcycle(vehicle: Path) -> "Motorcycle":
+    from slipbench.plant.errors import VehicleFileError
+    from slipbench.plant.vehicle_file import load_vehicle
+    from slipbench.protocol.errors import InputError
+
+    try:
+        return load_vehicle(vehicle).motorcycle
+    except VehicleFileError as fault:
+        raise InputError(str(fault)) from fault

@@ -1,1 +1,1 @@
-"""Controllers designed on identified models, with everything that the loop will add to them."""
+"""Design of slip controllers on identified models, including the delays that the loop adds."""

@@ -29,7 +29,10 @@ class Gains:
         return np.asarray(self.proportional + self.integral * self.period / (z - 1) + slope)
 
     def reference_response(self, frequency: FloatArray) -> ComplexArray:
-        """Open-loop response from reference to command; no derivative of the reference."""
+        """Open-loop response from reference to command, complex, shape (n,). frequency: Hz, shape (n,).
+
+        The reference is not differentiated.
+        """
         z = np.exp(2j * np.pi * np.asarray(frequency) * self.period)
         weighted = self.reference_weight * self.proportional
         return np.asarray(weighted + self.integral * self.period / (z - 1))

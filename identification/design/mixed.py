@@ -58,7 +58,10 @@ class Joint:
         return by_spark + by_throttle * slow / fast
 
     def reference_response(self, frequency: FloatArray) -> ComplexArray:
-        """Open-loop response from setpoint to the equivalent spark command; the throttle tracks."""
+        """Open-loop response from setpoint to the equivalent spark command, complex, shape (n,).
+
+        frequency: Hz, shape (n,). The throttle tracks the setpoint.
+        """
         slow, fast = (p.path(frequency) for p in self.ways)
         own = self.throttle.inverse_response(frequency) * slow
         return np.asarray(own * (1 + self.response(frequency) * fast) / fast)

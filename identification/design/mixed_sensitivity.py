@@ -57,7 +57,7 @@ class Synthesis:
         )
 
     def reference_response(self, frequency: FloatArray) -> ComplexArray:
-        """Open-loop response from reference to command: the same as from the error."""
+        """Open-loop response from reference to command, the same as from the error. Hz, shape (n,)."""
         return self.response(frequency)
 
     def controller(self, limits: Range) -> Compensator:

@@ -27,11 +27,11 @@ class LinearController(Protocol):
     """Frequency responses of a designed controller. frequency: Hz, shape (n,); returns complex."""
 
     def response(self, frequency: FloatArray) -> ComplexArray:
-        """From error to command."""
+        """Response from error to command, complex, shape (n,). frequency: Hz, shape (n,)."""
         ...
 
     def reference_response(self, frequency: FloatArray) -> ComplexArray:
-        """From reference to command, the loop open."""
+        """Open-loop response from reference to command, complex, shape (n,). frequency: Hz, (n,)."""
         ...
 
 
@@ -84,18 +84,24 @@ class Problem:
         return np.geomspace(0.02, TOP, 1200)
 
     def path(self, frequency: FloatArray, model: ComplexArray | None = None) -> ComplexArray:
-        """Response from computed command to measured slip; `model` replaces the nominal one."""
+        """Response from computed command to measured slip, complex, shape (n,). frequency: Hz, (n,).
+
+        model: response of another model at these frequencies, shape (n,), instead of the nominal one.
+        """
         f = np.asarray(frequency)
         value = self.model.response(f) if model is None else model
         return np.asarray(value * held(f, self.period) * np.exp(-2j * np.pi * f * self.extra))
 
     def nominal(self, command: Command) -> Margins:
-        """Margins of the nominal loop."""
+        """Margins of the nominal loop. command: controller's response at frequencies in Hz, (n,)."""
         f = self.frequency
         return margins(f, command(f) * self.path(f))
 
     def loops(self, command: Command) -> dict[str, Margins]:
-        """Margins of the nominal loop, and of every member over its measured band, by name."""
+        """Margins of the nominal loop, and of every member over its measured band, by name.
+
+        command: controller's response at frequencies in Hz, shape (n,).
+        """
         found = {"nominal": self.nominal(command)}
         for name, values in (self.around.members if self.around else {}).items():
             assert self.around is not None
@@ -106,7 +112,10 @@ class Problem:
         return found
 
     def robust(self, command: Command) -> float:
-        """Largest |W T| over the band of the set; below 1 the loop is stable for the whole set."""
+        """Largest |W T| over the band of the set; below 1 the loop is stable for the whole set.
+
+        command: controller's response at frequencies in Hz, shape (n,).
+        """
         if self.around is None:
             return 0.0
         f = self.around.frequency
@@ -116,7 +125,7 @@ class Problem:
     def command_noise(self, command: Command) -> float:
         """Standard deviation of the command due to sensor noise in closed loop, command unit.
 
-        A sample is held until the next one, so its noise is concentrated below the sample rate.
+        command: controller's response at frequencies in Hz, shape (n,). A sample is held until the next one, so its noise is concentrated below the sample rate.
         """
         f = np.linspace(0.25, 0.5 / self.period, 2000)
         response = command(f)
@@ -125,7 +134,10 @@ class Problem:
         return float(self.noise * np.sqrt(np.trapezoid(np.abs(response) ** 2 * density, f)))
 
     def met(self, command: Command) -> bool:
-        """Whether all members meet the requirements and the set is robustly stable."""
+        """Whether all members meet the requirements and the set is robustly stable.
+
+        command: controller's response at frequencies in Hz, shape (n,).
+        """
         return (
             not self.encircled(command)
             and self.robust(command) < 1.0
@@ -133,5 +145,5 @@ class Problem:
         )
 
     def encircled(self, command: Command) -> int:
-        """Encirclements of -1 by the nominal loop; 0 if it is stable."""
+        """Encirclements of -1 by the nominal loop; 0 if it is stable. command: as in `nominal`, (n,)."""
         return encircled(command(self.frequency) * self.path(self.frequency))

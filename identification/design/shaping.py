@@ -50,7 +50,7 @@ class Shape:
         return np.asarray(sections_response(self.model, z) * z**-self.delay)
 
     def reference_response(self, frequency: FloatArray) -> ComplexArray:
-        """Open-loop response from reference to command: the same as from the error."""
+        """Open-loop response from reference to command, the same as from the error. Hz, shape (n,)."""
         return self.response(frequency)
 
 

@@ -44,7 +44,10 @@ def shown(value: FloatArray, si: str) -> FloatArray:
 
 
 def swing(value: FloatArray, si: str) -> FloatArray:
-    """Amplitudes or differences in the display unit (no offset). value: in the unit `si`."""
+    """Amplitudes or differences in the display unit, without offset, shape of `value`.
+
+    value: in the unit `si`, any shape.
+    """
     return value * _SHOWN.get(si, (1.0, 0.0, si))[0]
 
 

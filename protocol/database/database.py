@@ -13,10 +13,10 @@ from slipbench.protocol.database.database_check import check
 from slipbench.protocol.database.database_text import breaks
 from slipbench.protocol.database.layout import Database, Message, Protection, Signal
 from slipbench.protocol.errors import InputError
-from slipbench.protocol.user_file import read_user_file
+from slipbench.protocol.user_file import open_user_file, read_user_file
 
 LARGEST = 1 << 26  # bytes; the largest databases of the field have some 10 MB
-HEAD = 4096  # characters, in which the format shows
+HEAD = 4096  # bytes or characters, in which the format shows
 
 
 def load_database(path: Path) -> Database:
@@ -55,6 +55,12 @@ def database_format(text: str) -> str:
     if head.startswith("<"):
         return "kcd" if "<NetworkDefinition" in head else "arxml"
     return "sym" if head.startswith("FormatVersion=") else "dbc"
+
+
+def file_format(path: Path) -> str:
+    """Format of a database file by its content. Raises InputError where it cannot be read."""
+    with open_user_file(path) as file:
+        return database_format(_text(file.read(HEAD)))
 
 
 def _parse(text: str, form: str, path: Path) -> CantoolsDatabase:

@@ -1,4 +1,4 @@
-"""A recording in the formats that other programs read; made in bulk, after the trial.
+"""Export a recording in the formats that other programs read.
 
 It is read, decoded and written in portions, so that memory does not grow with its length. Each is
 in order of time; a step back in time from one to the next gives a warning.
@@ -26,7 +26,8 @@ from slipbench.protocol.logs.decode import SortedLog, sort_log
 from slipbench.protocol.logs.decode_file import AT_ONCE, Tally
 from slipbench.protocol.logs.frame_log import FrameLog
 from slipbench.protocol.new_file import new_file, refuse_existing
-from slipbench.protocol.recording.run_folder import DATABASE, FRAMES
+from slipbench.protocol.recording.database_copy import find_database
+from slipbench.protocol.recording.run_folder import FRAMES
 
 ENDINGS = {"mf4": ".mf4", "blf": ".blf", "asc": ".asc", "parquet": "", "mcap": ".mcap"}
 MOST_BUSES = 255  # as many as a byte can number
@@ -34,7 +35,7 @@ MOST_BUSES = 255  # as many as a byte can number
 
 @dataclass(frozen=True)
 class Exported:
-    """What was written. frames: raw ones; samples: decoded values, 0 where the format has none."""
+    """Result of an export. frames: raw ones; samples: decoded values, 0 where the format has none."""
 
     path: Path
     frames: int
@@ -49,7 +50,7 @@ def export_run(
     progress: Progress = quiet,
     at_once: float = AT_ONCE,
 ) -> Exported:
-    """Write the recording in `folder` as `form`, a key of ENDINGS, to the new file or folder `out`.
+    """Write the recording in `folder` in the format `form`, a key of ENDINGS; `out` must be new.
 
     Where `out` is None, beside the frames; `at_once` frames or a few more are in memory. Raises
     InputError naming what cannot be used; nothing is left behind then, and nothing is ever
@@ -72,7 +73,7 @@ def export_run(
 def _read(
     folder: Path, warnings: list[str], progress: Progress, at_once: float
 ) -> tuple[Iterator[SortedLog], Database]:
-    """Read frames, portion by portion, sorted by message."""
+    """Portions of frames sorted by message, and the database. Raises InputError without frames."""
     path = folder / FRAMES
     if not os.path.lexists(path):
         raise InputError(
@@ -81,13 +82,13 @@ def _read(
             expected=FRAMES,
             remedy="give the folder of a recording; one of tables alone is read as it stands",
         )
-    database = load_database(folder / DATABASE)
+    database = load_database(find_database(folder))
     logs = parse_portions(candump_pieces(path, progress), str(path), warnings, at_once)
     return (sort_log(log, database) for log in _that_can_be_exported(logs, path)), database
 
 
 def _that_can_be_exported(logs: Iterable[FrameLog], path: Path) -> Iterator[FrameLog]:
-    """Pass the portions on that have frames; raises InputError where there are none at all."""
+    """The same portions. Raises InputError where there are no frames, or too many buses."""
     found = 0
     for log in logs:
         found += len(log)

@@ -1,4 +1,4 @@
-"""A recording as Vector ASC: one line of text a frame, times relative to the file's date.
+"""Export as Vector ASC: one line of text per frame, times relative to the file's date.
 
 The layout is that of python-can's writer, which reads it back in the tests. The date has whole
 milliseconds of the local time zone, as Vector's own files; it is put on the millisecond before the
@@ -25,7 +25,7 @@ HEXADECIMAL = np.array([list(b"%02X " % byte) for byte in range(256)], np.uint8)
 
 
 def write_asc(portions: Iterator[SortedLog], _database: Database, path: Path) -> int:
-    """Write the raw frames; decoded signals have no place in this format."""
+    """Write the raw frames; this format holds no decoded signals."""
     start: int | None = None
     with path.open("wb") as file:
         for log in (portion.log for portion in portions if len(portion.log)):
@@ -47,7 +47,7 @@ def _head(date: str) -> str:
 
 
 def _date(time_ns: int) -> str:
-    """Write a time as Vector does; English names whatever the locale."""
+    """Date as Vector writes it, with English names in every locale."""
     t = datetime.fromtimestamp(time_ns // SECOND)
     day = ("Mon", "Tue", "Wed", "Thu", "Fri", "Sat", "Sun")[t.weekday()]
     month = ("Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct", "Nov", "Dec")[
@@ -58,7 +58,7 @@ def _date(time_ns: int) -> str:
 
 
 def _text(log: FrameLog, start: int) -> memoryview:
-    """Write lines: a stamp, what frames of one kind share, the payload, what they share after it.
+    """Lines of frames: time stamp, text before the payload, payload, text after it.
 
     Arrow joins the columns, and the strings of an array lie one after the other.
     """
@@ -80,7 +80,7 @@ def _text(log: FrameLog, start: int) -> memoryview:
 
 
 def _kinds(log: FrameLog) -> npt.NDArray[np.int64]:
-    """Tell by a number which frames share all but time and payload."""
+    """Number of each frame's kind: frames of one kind differ in time and payload only."""
     kind = log.identifier.astype(np.int64)
     for column, bits in (
         (log.extended, 1),
@@ -95,7 +95,7 @@ def _kinds(log: FrameLog) -> npt.NDArray[np.int64]:
 
 
 def _around(log: FrameLog, row: int) -> tuple[str, str]:
-    """Write what stands before and after the payload of a frame."""
+    """Text before and after the payload of a frame."""
     direction, code = "Tx" if log.sent[row] else "Rx", dlc(log)[row]
     name = f"{log.identifier[row]:X}{'x' if log.extended[row] else ''}"
     if not log.fd[row]:
@@ -110,7 +110,7 @@ def _around(log: FrameLog, row: int) -> tuple[str, str]:
 
 
 def _stamps(since: npt.NDArray[np.int64]) -> Any:
-    """Write times (ns) as seconds, to the microsecond where that is exact, 12 characters wide."""
+    """Times (ns) as text in s, to the microsecond where that is exact, 12 characters wide."""
     pa = optional_library("pyarrow")
     compute = optional_library("pyarrow.compute")
 
@@ -125,7 +125,7 @@ def _stamps(since: npt.NDArray[np.int64]) -> Any:
 
 
 def _payloads(log: FrameLog) -> Any:
-    """Write payloads as hexadecimal bytes with a space between."""
+    """Payloads as text: hexadecimal bytes separated by spaces."""
     pa = optional_library("pyarrow")
 
     digits = HEXADECIMAL[log.data].reshape(len(log), -1)

@@ -1,4 +1,4 @@
-"""A recording as Vector BLF: objects of fixed size in compressed containers, made in bulk.
+"""Export as Vector BLF: objects of fixed size in compressed containers.
 
 The layout is that of python-can's writer (after Tobias Lorenz, Vector BLF), which reads it back in
 the tests. Times are whole nanoseconds since the start, which the file's header gives to the
@@ -56,7 +56,7 @@ FLEXIBLE = np.dtype(
 
 
 def write_blf(portions: Iterator[SortedLog], _database: Database, path: Path) -> int:
-    """Write the raw frames; decoded signals have no place in this format."""
+    """Write the raw frames; this format holds no decoded signals."""
     count = last = unpacked = 0
     start: int | None = None
     rest = b""
@@ -90,7 +90,7 @@ def _write_containers(file: BinaryIO, objects: memoryview) -> int:
 
 
 def _objects(log: FrameLog, start: int) -> bytes:
-    """Lay all frames out one after the other, in their order."""
+    """All frames as BLF objects, in their order."""
     classic, flexible = np.flatnonzero(~log.fd), np.flatnonzero(log.fd)
     if not flexible.size:
         return _records(log, classic, start, CLASSIC).tobytes()
@@ -138,7 +138,7 @@ def _file_header(size: int, unpacked: int, count: int, start: int, end: int) -> 
 
 
 def _system_time(time_ns: int) -> bytes:
-    """Write Windows' SYSTEMTIME; zeros for a time that is no date."""
+    """Windows' SYSTEMTIME as bytes; zeros for a time that is no date."""
     if time_ns < YEAR_1990:
         return bytes(16)
     t = datetime.fromtimestamp(time_ns // 1_000_000_000, UTC)

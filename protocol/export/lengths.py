@@ -1,4 +1,4 @@
-"""How a payload's length is coded on the wire (DLC), for columns of frames."""
+"""Length codes (DLC) and CAN FD flags of columns of frames."""
 
 import numpy as np
 import numpy.typing as npt

@@ -1,4 +1,4 @@
-"""A recording as MCAP: a topic a bus of raw frames, a topic a message of decoded ones, as JSON.
+"""Export as MCAP: one topic per bus of raw frames, one per message of decoded values, as JSON.
 
     /can0/frames         {"id", "extended", "fd", "fd_flags", "sent", "data" (base64)}
     /can0/EngineStatus   {signal: value in the database's unit, ...}; the schema names the units
@@ -55,7 +55,7 @@ def write_mcap(portions: Iterator[SortedLog], database: Database, path: Path) ->
 def _write_piece(
     writer: "Writer", channels: "_Channels", log: FrameLog, database: Database, first: int
 ) -> int:
-    """Write some frames and what they decode to; numbered from `first`."""
+    """Write some frames, numbered from `first`, and their decoded values."""
     decoded, samples = _decoded(sort_log(log, database), len(log))
     write = writer.add_message
     for row, (time, bus, frame) in enumerate(_frames(log)):
@@ -95,7 +95,7 @@ class _Channels:
 
 
 def _frames(log: FrameLog) -> Iterator[tuple[int, int, bytes]]:
-    """Give time, bus and text of every frame."""
+    """Time, bus and text of every frame."""
     payload, width = log.data.tobytes(), log.data.shape[1]
     columns = (
         log.time_ns,
@@ -119,7 +119,7 @@ def _frames(log: FrameLog) -> Iterator[tuple[int, int, bytes]]:
 
 
 def _decoded(sorted_log: SortedLog, count: int) -> tuple[list[tuple[Message, str] | None], int]:
-    """Give each frame's message and its values as JSON, None where not known; and the samples."""
+    """Message and values (JSON) of each frame, None where not known; and the number of samples."""
     found: list[tuple[Message, str] | None] = [None] * count
     samples = 0
     for frames in sorted_log.frames.values():

@@ -1,4 +1,4 @@
-"""A recording as ASAM MDF 4: raw frames as a bus log (ASAM's bus logging standard) and signals.
+"""Export as ASAM MDF 4: raw frames as a bus log (ASAM's bus logging standard) and signals.
 
 Signals are called MESSAGE.SIGNAL, for a name such as "time" is a message's and MDF's own as well;
 the plain name SIGNAL is their display name, by which readers find them too.
@@ -53,7 +53,7 @@ def write_mf4(portions: Iterator[SortedLog], database: Database, path: Path) -> 
 
 
 class _Groups:
-    """The groups of a file, begun when their first samples come and extended from then on."""
+    """Channel groups of a file, created with their first samples and extended afterwards."""
 
     def __init__(self, mdf: Any) -> None:
         self._mdf = mdf

@@ -1,4 +1,4 @@
-"""A recording as a folder of Parquet tables: the raw frames, and one table a message.
+"""Export as a folder of Parquet tables: the raw frames, and one table per message.
 
 frames.parquet    time_ns, bus, identifier, extended, fd, fd_flags, sent, data (binary)
 MESSAGE.parquet   time_ns, bus, and a column a signal, its unit in the column's metadata; null where
@@ -21,7 +21,7 @@ from slipbench.protocol.logs.sample_table import exact_column
 
 
 def write_parquet(portions: Iterator[SortedLog], _database: Database, path: Path) -> int:
-    """Write the folder, a row group a portion; returns the number of decoded samples."""
+    """Write the folder, one row group per portion; returns the number of decoded samples."""
     path.mkdir()
     samples = 0
     with ExitStack() as files:
@@ -37,7 +37,7 @@ def write_parquet(portions: Iterator[SortedLog], _database: Database, path: Path
 
 
 def _append(files: ExitStack, tables: dict[str, Any], path: Path, table: Any) -> None:
-    """Append to a table that is open, or begin it."""
+    """Append to an open table, or create it."""
     parquet = optional_library("pyarrow.parquet")
 
     if path.name not in tables:

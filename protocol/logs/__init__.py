@@ -1,4 +1,4 @@
-"""Logs of raw frames, in the formats that loggers write, become one thing: columns of frames.
+"""Read logs of raw frames, in the formats that loggers write, as columns of frames.
 
 Every log is first candump text: other formats are converted line by line by the libraries that know
 them, and one reader turns the text into columns. So an imported recording keeps, as plain text, the
@@ -13,7 +13,7 @@ from pathlib import Path
 
 from slipbench.protocol.errors import InputError
 from slipbench.protocol.logs.candump import candump_pieces, parse_pieces, parse_portions
-from slipbench.protocol.logs.formats import FORMATS, looks_like, read_head, refuse
+from slipbench.protocol.logs.formats import FORMATS, looks_like, read_head, refusal
 from slipbench.protocol.logs.frame_log import FrameLog
 from slipbench.protocol.logs.reading import LogReading, LogText, Progress, quiet
 
@@ -21,7 +21,7 @@ __all__ = ["LogReading", "LogText", "Progress", "open_log", "quiet", "read_log",
 
 
 def read_log(path: Path, progress: Progress = quiet) -> LogReading:
-    """Read all data frames of a log, in order of time. Raises InputError if there are none."""
+    """All data frames of a log, in order of time. Raises InputError if there are none."""
     text = open_log(path, progress)
     frames = parse_pieces(text.pieces, str(path), text.warnings)
     if not len(frames):
@@ -32,13 +32,13 @@ def read_log(path: Path, progress: Progress = quiet) -> LogReading:
 def read_portions(
     path: Path, at_once: int, progress: Progress = quiet
 ) -> tuple[LogText, Iterator[FrameLog]]:
-    """Read a log in portions of about `at_once` frames: memory does not grow with its length."""
+    """Frames of a log in portions of about `at_once`: memory does not grow with its length."""
     text = open_log(path, progress)
     return text, parse_portions(text.pieces, str(path), text.warnings, at_once)
 
 
 def no_frames(path: Path, form: str, skipped: tuple[tuple[str, int], ...]) -> InputError:
-    """Say that a log has no data frame, and what it has instead."""
+    """Error that a log has no data frame, with what it has instead."""
     beside = ", ".join(f"{count} {name}" for name, count in skipped)
     return InputError(
         "the log holds no data frames",
@@ -50,7 +50,7 @@ def no_frames(path: Path, form: str, skipped: tuple[tuple[str, int], ...]) -> In
 
 
 def open_log(path: Path, progress: Progress = quiet) -> LogText:
-    """Open a log of any format as candump text. Raises InputError if it is none, or unreadable."""
+    """A log of any format as candump text. Raises InputError if it is none, or unreadable."""
     name = looks_like(read_head(path))
     if name is None:
         raise _unknown(path)
@@ -71,7 +71,7 @@ def open_log(path: Path, progress: Progress = quiet) -> LogText:
 
         text.pieces = mdf_pieces(path, text.warnings, progress)
     else:
-        raise refuse(name, path) if form.refused else _a_table(path, form.title)
+        raise refusal(name, path) if form.refused else _a_table(path, form.title)
     return text
 
 

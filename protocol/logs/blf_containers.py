@@ -1,4 +1,4 @@
-"""A BLF file is a row of containers, packed by zlib, which packs a gigabyte into a megabyte.
+"""Check the containers of a BLF file: zlib packs a gigabyte of zeros into a megabyte.
 
 python-can unpacks each as a whole, whatever comes out. So before it reads a file, this unpacks the
 containers bit by bit and throws away what comes out: it only looks whether that ends in time.
@@ -20,7 +20,7 @@ A_CONTAINER, ZLIB = 10, 2
 
 
 def check_containers(path: Path) -> None:
-    """Raise InputError where an object of the BLF file `path` is larger than any logger makes it.
+    """Check a BLF file. Raises InputError where an object is larger than any logger makes it.
 
     Other damage is left to the reader, which names it.
     """
@@ -33,7 +33,7 @@ def check_containers(path: Path) -> None:
 
 
 def _objects(file: BinaryIO) -> Iterator[tuple[int, int, int]]:
-    """Give place, kind and size of every object; the file then stands behind its head."""
+    """Position, kind and size of every object; the file is then read from behind its header."""
     head = file.read(FILE.size)
     at = FILE.unpack(head)[1] if len(head) == FILE.size else 0
     while at:
@@ -48,7 +48,7 @@ def _objects(file: BinaryIO) -> Iterator[tuple[int, int, int]]:
 
 
 def _ends(container: bytes) -> bool:
-    """Tell whether what a container unpacks to is no larger than it may be."""
+    """Whether the unpacked content of a container is no larger than allowed."""
     if len(container) < CONTAINER.size or CONTAINER.unpack_from(container)[0] != ZLIB:
         return True
     return fits(container[CONTAINER.size :], LARGEST)

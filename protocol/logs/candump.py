@@ -80,12 +80,12 @@ def parse_portions(
         parts.append(part)
         if held >= at_once:
             portion = _portion(parts, buses, where, warnings)
-            reached = _told_steps_back(portion, reached, where, warnings)
+            reached = _warn_of_steps_back(portion, reached, where, warnings)
             yield portion
             parts, held = [], 0
     if parts or not lines:
         portion = _portion(parts, buses, where, warnings)
-        _told_steps_back(portion, reached, where, warnings)
+        _warn_of_steps_back(portion, reached, where, warnings)
         yield portion
 
 
@@ -97,7 +97,7 @@ def _portion(
     return _in_order(_join(parts, buses), where, warnings)
 
 
-def _told_steps_back(log: FrameLog, reached: float, where: str, warnings: list[str]) -> float:
+def _warn_of_steps_back(log: FrameLog, reached: float, where: str, warnings: list[str]) -> float:
     """Latest time so far, ns; a warning where this portion begins before `reached`."""
     if not len(log):
         return reached

@@ -42,14 +42,14 @@ def format_line(
     fd_flags: int | None = None,
     sent: bool = False,
 ) -> bytes:
-    """Write one data frame as a line, line end included; `fd_flags` given: a CAN FD frame."""
+    """One data frame as a line, line end included; with `fd_flags`, a CAN FD frame. time_ns: ns."""
     head = f"({stamp(time_ns)}) {bus} {identifier:0{8 if extended else 3}X}#"
     flags = "" if fd_flags is None else f"#{fd_flags:X}"
     return f"{head}{flags}{data.hex().upper()}{' T' if sent else ''}\n".encode("ascii")
 
 
 def stamp(time_ns: int) -> str:
-    """Write a time with six decimals, or with nine where six would lose something."""
+    """A time in ns as text in s: six decimals, or nine where six would lose digits."""
     seconds, fraction = divmod(time_ns, 1_000_000_000)
     if fraction % 1000:
         return f"{seconds}.{fraction:09d}"
@@ -57,7 +57,7 @@ def stamp(time_ns: int) -> str:
 
 
 def format_frames(frames: FrameLog) -> Iterator[bytes]:
-    """Write every frame as a line, in their order."""
+    """Every frame as a line, in their order."""
     flags = np.zeros(len(frames), np.uint8) if frames.fd_flags is None else frames.fd_flags
     payload, width = frames.data.tobytes(), frames.data.shape[1]
     columns = (

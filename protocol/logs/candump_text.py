@@ -1,8 +1,7 @@
-"""Candump text to columns, many lines at once.
+"""Parse candump text into columns, many lines at once.
 
-Lines of one length that differ only in digits share a shape. The first line that is not yet
-understood is read by the regular expression; it gives the shape, and every other line of that shape
-is then read by NumPy. A log has a few dozen shapes, so few lines are ever read one by one.
+Lines of one length that differ only in digits have the same pattern. A regular expression reads the
+first line of each pattern; NumPy reads all others of it. A log has a few dozen patterns.
 """
 
 import re
@@ -30,7 +29,7 @@ _BLANK_LINE = re.compile(rb"\s*")
 
 @dataclass(frozen=True)
 class TextColumns:
-    """The lines of a piece of text, in their order; `kind` says which of them are data frames."""
+    """The n lines of a piece of text, in order; `kind` (BLANK to COMMENT) marks the data frames."""
 
     kind: Bytes
     time_ns: npt.NDArray[np.int64]
@@ -46,7 +45,10 @@ class TextColumns:
 
 
 def parse_text(text: Bytes, buses: list[bytes]) -> TextColumns:
-    """Read whole lines. New bus names are appended to `buses`."""
+    """Columns of whole lines of text. New bus names are appended to `buses`.
+
+    text: characters as bytes, shape (m,). A line that is not candump text is reported as `bad_line`.
+    """
     starts, lengths = _lines(text)
     columns = _empty(len(starts), width=64 if _has_fd(text) else 8)
     bad = [
@@ -58,7 +60,7 @@ def parse_text(text: Bytes, buses: list[bytes]) -> TextColumns:
 
 
 def line_at(text: Bytes, number: int) -> bytes:
-    """Give line `number`, counted from 0, of `text`."""
+    """Line `number`, counted from 0, of `text`: characters as bytes, shape (m,)."""
     starts, lengths = _lines(text)
     return text[starts[number] : starts[number] + lengths[number]].tobytes()
 
@@ -93,7 +95,7 @@ def _empty(count: int, width: int) -> TextColumns:
 def _parse_length(
     text: Bytes, starts: Rows, lengths: Rows, length: int, into: TextColumns, buses: list[bytes]
 ) -> int | None:
-    """Read all lines of one length; returns the first that cannot be read, if any."""
+    """Number of the first line of this length that cannot be read, or None; the others are read."""
     pending = np.flatnonzero(lengths == length)
     if length == 0:
         return None
@@ -101,20 +103,20 @@ def _parse_length(
     digits = _DIGIT[rows]
     while pending.size:
         sample = rows[0].tobytes()
-        shape = _Shape.of(sample, buses)
-        if shape is None:
+        pattern = _Pattern.of(sample, buses)
+        if pattern is None:
             return int(pending[0])
-        alike = shape.matches(rows, digits)
-        shape.fill(digits[alike], pending[alike], into)
-        if alike.all():
+        matching = pattern.matches(rows, digits)
+        pattern.fill(digits[matching], pending[matching], into)
+        if matching.all():
             return None
-        pending, rows, digits = pending[~alike], rows[~alike], digits[~alike]
+        pending, rows, digits = pending[~matching], rows[~matching], digits[~matching]
     return None
 
 
 @dataclass(frozen=True)
-class _Shape:
-    """Where the fields of a line stand; every other character is fixed."""
+class _Pattern:
+    """Positions of the fields in a line; every other character is fixed."""
 
     line: Bytes
     kind: int
@@ -123,24 +125,24 @@ class _Shape:
     fraction: tuple[int, int] = (0, 0)
     identifier: tuple[int, int] = (0, 0)
     payload: tuple[int, int] = (0, 0)
-    fd_flags: int = -1  # of a CAN FD frame; no digit of `matches`: other flags, another shape
+    fd_flags: int = -1  # of a CAN FD frame; no digit of `matches`: other flags, another pattern
     sent: bool = False
 
     @staticmethod
-    def of(line: bytes, buses: list[bytes]) -> "_Shape | None":
-        """Take the shape of one line; None: it is neither a frame, nor blank, nor a comment."""
+    def of(line: bytes, buses: list[bytes]) -> "_Pattern | None":
+        """Pattern of one line; None where it is neither a frame, nor blank, nor a comment."""
         fixed = np.frombuffer(line, np.uint8)
         if _BLANK_LINE.fullmatch(line):
-            return _Shape(fixed, BLANK)
+            return _Pattern(fixed, BLANK)
         if line.startswith(b"#"):
-            return _Shape(fixed, COMMENT)
+            return _Pattern(fixed, COMMENT)
         match = LINE.fullmatch(line)
         if match is None or int(match["seconds"]) > LATEST_SECOND:
             return None
         if match["bus"] not in buses:
             buses.append(match["bus"])
         payload = "fd" if match["fd"] is not None else "classic"
-        return _Shape(
+        return _Pattern(
             fixed,
             REMOTE if match["remote"] else DATA,
             buses.index(match["bus"]),
@@ -153,7 +155,7 @@ class _Shape:
         )
 
     def matches(self, rows: Bytes, digits: Bytes) -> Mask:
-        """Tell which lines have this shape, and digits where this one has fields."""
+        """Whether each line has this pattern, and digits in its fields. rows, digits: (n, length)."""
         if self.kind == COMMENT:
             return np.asarray(rows[:, 0] == ord("#"))
         decimal, hexadecimal = (self.seconds, self.fraction), (self.identifier, self.payload)
@@ -167,7 +169,7 @@ class _Shape:
         return same & self._in_range(digits)
 
     def _in_range(self, digits: Bytes) -> Mask:
-        """A second that 64 bits hold, and at most 7FF where the identifier has three digits."""
+        """Whether 64 bits hold the time, and an identifier of three digits is at most 7FF."""
         fits = np.ones(len(digits), np.bool_)
         if _width(self.seconds) == 10:
             fits &= _number(digits, self.seconds, 10) <= LATEST_SECOND
@@ -176,7 +178,7 @@ class _Shape:
         return fits
 
     def fill(self, digits: Bytes, lines: Rows, into: TextColumns) -> None:
-        """Read the fields of all `lines` that have this shape."""
+        """Read the fields of all `lines` of this pattern into the columns."""
         into.kind[lines] = self.kind
         if self.kind in (BLANK, COMMENT):
             return

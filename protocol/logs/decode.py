@@ -1,4 +1,4 @@
-"""A whole log is decoded at once: frames sorted by message, signals cut out column by column."""
+"""Decode a whole log at once: frames sorted by message, then each signal as a column."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -30,7 +30,7 @@ class Samples:
 
     @cached_property
     def value(self) -> npt.NDArray[Any]:
-        """Physical values in the database's unit."""
+        """Physical values in the database's unit, shape (m,)."""
         return extract.physical(self.signal, self.raw)
 
     @cached_property
@@ -69,15 +69,15 @@ class Frames:
         return int(self.rows.size)
 
     def select(self, keep: npt.NDArray[np.bool_]) -> "Frames":
-        """Keep only some frames."""
+        """The frames where `keep`, shape (n,), is True."""
         return Frames(self.message, self.rows[keep], self.words[keep])
 
     def samples(self, name: str) -> Samples:
-        """Cut one signal out; a multiplexed one only from the frames that hold it."""
+        """Samples of one signal; of a multiplexed one, from the frames that hold it."""
         return _samples(self.message.signal(name), self)
 
     def page(self, multiplexer: str, values: tuple[int, ...]) -> "Frames":
-        """Keep the frames in which `multiplexer` has one of `values`; found once."""
+        """The frames in which `multiplexer` has one of `values`; kept for the next call."""
         key = multiplexer, values
         if key not in self._pages:
             parent = self.samples(multiplexer)
@@ -97,7 +97,7 @@ class Frames:
 
     @cached_property
     def protected(self) -> npt.NDArray[np.bool_]:
-        """Whether each frame's CRC is right, (n,); all True where the message has none."""
+        """Whether each frame's CRC is correct, (n,); all True where the message has none."""
         protection = self.message.protection
         if protection is None:
             return np.ones(len(self), np.bool_)
@@ -120,13 +120,13 @@ class SortedLog:
     unknown: Rows
 
     def unknown_identifiers(self) -> Mapping[int, int]:
-        """Count the frames of each identifier that the database does not know."""
+        """Number of frames by identifier, for identifiers that the database lacks."""
         found, counts = np.unique(self.log.identifier[self.unknown], return_counts=True)
         return dict(zip(found.tolist(), counts.tolist(), strict=True))
 
 
 def sort_log(log: FrameLog, database: Database) -> SortedLog:
-    """Frames of a log by message. Those of several buses are mixed: select a bus before."""
+    """Frames of a log by message. Frames of all buses are mixed: select one bus before."""
     messages = database.messages
     number = _numbers(log, database)
     short = log.length < _lengths(messages)[number]
@@ -149,7 +149,7 @@ def sort_log(log: FrameLog, database: Database) -> SortedLog:
 
 
 def decode(sorted_log: SortedLog) -> Mapping[str, Mapping[str, Samples]]:
-    """Decode everything: by message name and signal name."""
+    """Samples of every signal, by message name and signal name."""
     return {
         name: {signal.name: frames.samples(signal.name) for signal in frames.message.signals}
         for name, frames in sorted_log.frames.items()
@@ -157,7 +157,7 @@ def decode(sorted_log: SortedLog) -> Mapping[str, Mapping[str, Samples]]:
 
 
 def unknown_multiplexers(frames: Frames) -> Mapping[str, int]:
-    """Count, by multiplexer, the frames whose value of it selects nothing the database knows."""
+    """Number of frames by multiplexer whose value selects no signal of the database."""
     return {name: count for name, count in _unknown_multiplexers(frames) if count}
 
 

@@ -1,4 +1,4 @@
-"""A log file to a file of samples, portion by portion: a log may be larger than the memory."""
+"""Decode a log file into a file of samples in portions: a log may be larger than memory."""
 
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
@@ -16,7 +16,7 @@ AT_ONCE = 2_000_000  # frames; they and what is decoded of them take a few hundr
 
 @dataclass
 class Tally:
-    """What the portions of a log held, counted as they go by."""
+    """Counts of what the portions of a log hold."""
 
     frames: int = 0
     first: int = 0  # ns
@@ -27,7 +27,7 @@ class Tally:
     skipped: Counter[str] = field(default_factory=Counter)
 
     def of(self, portions: Iterable[SortedLog]) -> Iterator[SortedLog]:
-        """Pass the portions on, and count them."""
+        """The same portions, counted."""
         for portion in portions:
             log = portion.log
             if len(log):
@@ -66,7 +66,7 @@ def decode_file(
 
 
 def _not_empty(portions: Iterator[FrameLog], path: Path, form: str) -> Iterator[FrameLog]:
-    """Pass the portions on; raises InputError where the first has no frames."""
+    """The same portions. Raises InputError where the first has no frames."""
     for number, log in enumerate(portions):
         if not number and not len(log):
             raise no_frames(path, form, log.skipped)

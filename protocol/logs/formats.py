@@ -1,4 +1,4 @@
-"""Recognize the format of a log by its content; the file name's ending decides only ties."""
+"""Recognize the format of a log by its content; the ending of its name decides ties only."""
 
 import re
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ _TABLE = "export it as CSV or Parquet"
 
 @dataclass(frozen=True)
 class Format:
-    """One kind of file. `refused` says what to do instead of reading it."""
+    """One file format. refused: what to do instead, for a format that is not read."""
 
     title: str
     reader: str  # "candump", "python-can", "asammdf", "table" or ""
@@ -120,7 +120,7 @@ def read_head(path: Path) -> bytes:
     return head
 
 
-def refuse(name: str, path: Path) -> InputError:
+def refusal(name: str, path: Path) -> InputError:
     """Error that names the format of a file and what to convert it to."""
     form = FORMATS[name]
     return InputError(

@@ -1,4 +1,4 @@
-"""A log of CAN frames as columns, so that a whole log can be worked on at once."""
+"""A log of CAN frames as columns, so that a whole log is processed at once."""
 
 from dataclasses import dataclass
 
@@ -40,7 +40,7 @@ class FrameLog:
         return int(self.time_ns.size)
 
     def select(self, rows: npt.NDArray[np.bool_] | npt.NDArray[np.intp]) -> "FrameLog":
-        """Keep only `rows`, in their order."""
+        """The frames at `rows`: indices, shape (m,), in that order, or a mask, shape (n,)."""
         return FrameLog(
             self.time_ns[rows],
             self.bus[rows],

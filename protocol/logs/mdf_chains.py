@@ -1,4 +1,4 @@
-"""Blocks of an ASAM MDF file form linked lists; in a damaged file such a list can be a cycle.
+"""Check the linked lists of blocks in an ASAM MDF file: a damaged file can hold a cycle.
 
 asammdf follows a cycle for ever, and its memory grows. So before it opens a file, this
 walks the chains that it will walk, of MDF 4 (ASAM MDF 4.2, its blocks and links) and of MDF 3. On
@@ -47,7 +47,7 @@ DEFLATED = (0, 1)  # as it is, and transposed before
 
 @dataclass(frozen=True)
 class _Form:
-    """How blocks of one version of the format look."""
+    """Layout of the blocks in one version of the format."""
 
     head: struct.Struct  # up to the links; its first field is the block's kind
     link: struct.Struct
@@ -59,7 +59,7 @@ _THREE = _Form(struct.Struct("<2s2x"), struct.Struct("<I"), CHAINS_3)
 
 
 def check_chains(path: Path) -> None:
-    """Raise InputError where a block of the MDF file `path` is reached twice."""
+    """Check an MDF file. Raises InputError where a block is reached twice."""
     with open_user_file(path) as file:
         form = _form(file.read(FIRST))
         visited: set[int] = set()
@@ -87,12 +87,12 @@ def check_chains(path: Path) -> None:
 
 
 def _form(identification: bytes) -> _Form:
-    """Tell the version by the text that asammdf goes by; what is no MDF at all is its to refuse."""
+    """Layout of the file's version; version 4 where it is no MDF file, which asammdf then reports."""
     return _THREE if identification[VERSION_AT : VERSION_AT + 1] in (b"2", b"3") else _FOUR
 
 
 def _followed(file: BinaryIO, address: int, form: _Form) -> Iterator[int]:
-    """Give the addresses that a block's chains lead to; none where there is no such block."""
+    """Addresses that the links of a block lead to; none where there is no such block."""
     size = form.link.size
     for number in _numbers(file, address, form):
         file.seek(address + form.head.size + number * size)
@@ -105,7 +105,7 @@ def _followed(file: BinaryIO, address: int, form: _Form) -> Iterator[int]:
 
 
 def _numbers(file: BinaryIO, address: int, form: _Form) -> Iterable[int]:
-    """Give the numbers of the links to follow; all of them of a list of data."""
+    """Indices of the links to follow; all links of a data list."""
     kind = _kind(file, address, form)
     if kind not in LISTS:
         return form.chains.get(kind, ())
@@ -115,7 +115,7 @@ def _numbers(file: BinaryIO, address: int, form: _Form) -> Iterable[int]:
 
 
 def _unpacks(file: BinaryIO, address: int, form: _Form) -> bool:
-    """Tell whether a block, where it is a packed one, has a size that a logger gives it."""
+    """Whether a compressed block unpacks to a size that loggers write; True for other blocks."""
     if _kind(file, address, form) != b"##DZ":
         return True
     file.seek(address)
@@ -129,7 +129,7 @@ def _unpacks(file: BinaryIO, address: int, form: _Form) -> bool:
 
 
 def _kind(file: BinaryIO, address: int, form: _Form) -> bytes:
-    """Give the kind of the block at an address; empty where the file has none there."""
+    """Kind of the block at an address; empty where there is none."""
     if not 0 < address < os.fstat(file.fileno()).st_size:
         return b""
     file.seek(address)

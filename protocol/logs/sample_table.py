@@ -1,4 +1,4 @@
-"""Every sample of a log in one long table, as pandas, MATLAB and spreadsheets read it.
+"""Write the samples of a log as one long table, as pandas, MATLAB and spreadsheets read it.
 
 One row a sample: `time` (s since the log's first frame), `time_ns` (as logged), `bus`, `message`,
 `signal`, `value` (in the database's unit), `unit`, `label` (where the database names the value).
@@ -61,7 +61,7 @@ def _no_such_signal(name: str, every: list[tuple[str, str]], origin: str) -> Inp
 def export(
     portions: Iterable[SortedLog], signals: Sequence[tuple[str, str]], out: Path
 ) -> tuple[int, dict[str, int]]:
-    """Write the samples of `signals` to a new file, portion by portion.
+    """Write the samples of `signals` to a new file in portions.
 
     Returns the number of samples, and of those that stand in the column `exact`, by signal.
 
@@ -88,7 +88,7 @@ def export(
 
 
 def _parts(portions: Iterable[SortedLog], signals: Sequence[tuple[str, str]]) -> Iterator[Any]:
-    """Make one table for each signal that has samples in a portion."""
+    """One table for each signal that has samples in a portion."""
     start = None
     for sorted_log in portions:
         if start is None and len(sorted_log.log):

@@ -35,7 +35,7 @@ _OPTIONS: dict[str, Any] = {"process_bus_logging": False}
 
 @contextmanager
 def opened(path: Path) -> Iterator[Any]:
-    """Open an MDF file; whatever asammdf meets in a damaged one becomes an InputError."""
+    """An open MDF file (asammdf.MDF). Raises InputError for every error in a damaged file."""
     asammdf = optional_library("asammdf")
 
     check_chains(path)
@@ -61,7 +61,7 @@ def opened(path: Path) -> Iterator[Any]:
 
 @contextmanager
 def _silent_finalisers() -> Iterator[None]:
-    """Keep asammdf's half-made objects from writing tracebacks when they are collected."""
+    """Suppress the tracebacks of asammdf's incomplete objects when they are collected."""
     before, sys.unraisablehook = sys.unraisablehook, lambda _: None
     try:
         yield
@@ -71,12 +71,15 @@ def _silent_finalisers() -> Iterator[None]:
 
 
 def has_raw_frames(mdf: Any) -> bool:
-    """Tell a bus log from a file of decoded channels."""
+    """Whether the file is a bus log, not one of decoded channels."""
     return _FRAMES in mdf.channels_db
 
 
 def mdf_pieces(path: Path, warnings: list[str], progress: Progress) -> Iterator[bytes]:
-    """Read all raw frames as pieces of candump text, in order of time, some at a time."""
+    """Raw frames of an MDF file as pieces of candump text, in order of time.
+
+    Raises InputError where the file is damaged or holds no raw frames.
+    """
     with opened(path) as mdf:
         if not has_raw_frames(mdf):
             raise InputError(
@@ -117,7 +120,7 @@ def _groups(mdf: Any) -> "list[_Group]":
 
 
 def _merged(groups: "list[_Group]") -> Iterator[FrameLog]:
-    """Join groups, each of which is in order of time: as far at a time as all have been read."""
+    """Frames of several groups in order of time; each group is in order itself."""
     while groups:
         parts = [group.read() for group in groups]
         ends = [
@@ -167,7 +170,7 @@ class _Part:
     data: np.ndarray
 
     def select(self, rows: np.ndarray) -> "_Part":
-        """Keep only some frames."""
+        """The frames where `keep`, shape (n,), is True."""
         return _Part(*(getattr(self, field.name)[rows] for field in fields(self)))
 
 

@@ -1,4 +1,4 @@
-"""Logs that python-can reads: Vector ASC and BLF, PCAN traces, python-can's own CSV.
+"""Read logs by python-can: Vector ASC and BLF, PCAN traces, python-can's own CSV.
 
 Each is turned into candump text, frame by frame, error and remote frames included. A line of a text
 format that gives no frame is either known to hold none (a header, a comment, a bus event; events
@@ -46,7 +46,10 @@ _EVENT = {
 def python_can_pieces(
     path: Path, form: str, warnings: list[str], progress: Progress
 ) -> Iterator[bytes]:
-    """Read the log `path` of the format `form`, a key of FORMATS, as pieces of candump text."""
+    """A log of the format `form`, a key of FORMATS, as pieces of candump text.
+
+    Raises InputError where the file is damaged, or its times are relative.
+    """
     if form == "asc" and _RELATIVE.search(read_head(path)):
         raise InputError(
             "its times are relative, each to the line before",
@@ -68,7 +71,7 @@ def python_can_pieces(
 
 
 def _line(message: "can.Message") -> bytes:
-    """Write one message as python-can gives it; its times are floats, good for a microsecond."""
+    """One message of python-can as a line; its times are floats, exact to a microsecond."""
     time_ns = round(message.timestamp * 1e6) * 1000
     channel = message.channel
     bus = channel if isinstance(channel, str) and not channel.isdigit() else f"can{channel or 0}"
@@ -91,7 +94,7 @@ def _line(message: "can.Message") -> bytes:
 
 
 class _Source:
-    """One file, one python-can reader, and a close look at what the reader leaves out."""
+    """One file with its python-can reader, and a check of the lines that the reader skips."""
 
     def __init__(self, path: Path, form: str, warnings: list[str]) -> None:
         self._path, self._form, self._warnings = path, form, warnings
@@ -101,11 +104,11 @@ class _Source:
         self._frames = 0
 
     def share(self) -> float:
-        """Give the share of the file that is read (a binary file: unknown, 0)."""
+        """Share of the file read so far; 0 for a binary file, where it is unknown."""
         return self._lines.share() if self._lines else 0.0
 
     def messages(self) -> Iterator["can.Message"]:
-        """Yield every message; a fault of the file becomes an InputError that names the line."""
+        """Every message. Raises InputError, naming the line, where the file is damaged."""
         captured = _CapturedWarnings()
         logging.getLogger("can").addHandler(captured)
         try:
@@ -173,7 +176,7 @@ class _Source:
         )
 
     def finish(self) -> None:
-        """Tell what was left out, and whether the file ends before its header says."""
+        """Add warnings for omitted events and for a file that ends too early."""
         if self._events:
             self._warnings.append(
                 f"{self._path}: {self._events} events are no frames and are omitted;"
@@ -186,7 +189,7 @@ class _Source:
             )
 
     def _ends_early(self) -> int:
-        """Count the bytes that a BLF file's header promises and that are not there."""
+        """Number of bytes that the header of a BLF file states and the file lacks."""
         if self._form != "blf":
             return 0
         with open_user_file(self._path) as file:
@@ -195,7 +198,7 @@ class _Source:
 
 
 class _CountedLines:
-    """A text file for python-can's readers that knows which line was read last."""
+    """Text file for python-can's readers that records which line was read last."""
 
     def __init__(self, path: Path) -> None:
         self._raw = open_user_file(path)
@@ -214,16 +217,16 @@ class _CountedLines:
         return self.last
 
     def take(self) -> list[tuple[int, str]]:
-        """Give the lines that were read since the last call."""
+        """Number and text of the lines read since the last call."""
         fresh, self._fresh = self._fresh, []
         return fresh
 
     def share(self) -> float:
-        """Give the share of the file that is read."""
+        """Share of the file read so far."""
         return min(self._raw.tell() / self._size, 1.0)
 
     def read(self, size: int = -1) -> str:
-        """Exist, so that python-can takes this for a file."""
+        """Text of at most `size` characters; python-can accepts no file without this method."""
         return self._text.read(size)
 
     def close(self) -> None:
@@ -239,6 +242,6 @@ class _CapturedWarnings(logging.Handler):
         self.texts: list[str] = []
 
     def emit(self, record: logging.LogRecord) -> None:
-        """Keep the text."""
+        """Keep the text of a warning."""
         if len(self.texts) < 20 and (text := record.getMessage()) not in self.texts:
             self.texts.append(text)

@@ -1,4 +1,4 @@
-"""How much comes out of packed bytes, found out without keeping any of it."""
+"""Size of compressed data after unpacking, found without keeping the data."""
 
 import zlib
 
@@ -7,7 +7,7 @@ AT_ONCE = 1 << 16  # bytes that are unpacked at once
 
 
 def fits(packed: bytes, most: int) -> bool:
-    """Tell whether what zlib unpacks is at most `most` bytes; what it cannot unpack is little."""
+    """Whether zlib unpacks the data to at most `most` bytes; True where it cannot unpack them."""
     total, unpacking = 0, zlib.decompressobj()
     try:
         while packed and total <= most:

@@ -1,4 +1,4 @@
-"""Samples of one role out of the frames of a log, in SI, with the times at which they arrived."""
+"""Samples of one role from the frames of a log, in SI, with their arrival times."""
 
 from dataclasses import dataclass
 
@@ -24,10 +24,10 @@ IntArray = npt.NDArray[np.int64]
 class BusSamples:
     """n samples of one role.
 
-    arrival  (n,) s since the recording's start; None where nothing but the sender's time is known
+    arrival  (n,) s since the recording's start
     value    (n,) in the role's unit
-    device   (n,) s on the sender's own clock, None where the arrival is the time
-    turn     s after which that clock wraps on the wire; None where its turns are known
+    device   (n,) s on the sender's own clock; None where it sends no time
+    turn     s after which that clock wraps on the wire; None where `device` is unwrapped or None
     """
 
     arrival: FloatArray
@@ -38,19 +38,23 @@ class BusSamples:
 
 
 class Missing(Exception):  # noqa: N818 - not an error: the log has nothing of this role
-    """A role has no samples; the text says why."""
+    """A role has no samples; the text states the reason."""
 
 
 @dataclass(frozen=True)
 class BusLog:
-    """A log sorted by message, and where its time begins."""
+    """A log sorted by message. start_ns: time zero of the recording, ns since the log's epoch."""
 
     sorted_log: SortedLog
     database: Database
     start_ns: int
 
     def samples(self, role: str, source: Source, unit: str) -> BusSamples:
-        """Give the samples of a role in `unit`; InputError: a wrong map; Missing: no samples."""
+        """Samples of a role in `unit`.
+
+        Raises InputError where the role map does not suit the database, and Missing where the log
+        has no samples of the role.
+        """
         if source.teeth:
             return self._teeth(source)
         message, signals = find_signals(self.database, role, source)
@@ -65,7 +69,11 @@ class BusLog:
         return BusSamples(self._arrival(rows), value, origin, device, turn)
 
     def frames(self, message: Message, role: str, source: Source) -> Frames:
-        """Give the frames of a message that can be trusted, of the one bus that is meant."""
+        """Valid frames of a message on one bus: correct CRC, not repeated.
+
+        Raises Missing where there are none or where two senders alternate, and InputError where
+        the role map names no bus and the message came on several.
+        """
         frames = self._of_bus(self.sorted_log.frames[message.name], role, source)
         if not len(frames):
             raise Missing(self._why_none(message, source))
@@ -111,7 +119,7 @@ class BusLog:
     def _device(
         self, frames: Frames, rows: Rows, source: Source
     ) -> tuple[FloatArray | None, float | None]:
-        """Unwrap the sender's own clock at the frames `rows`."""
+        """Sender's own clock at the frames `rows`, unwrapped, and its period of wrapping; both s."""
         if not source.time_signal:
             return None, None
         signal = find_signal(frames.message, source.time_signal)
@@ -123,7 +131,7 @@ class BusLog:
         return unwrap_clock(raw, modulo, waited) * np.float64(tick), modulo * tick
 
     def _teeth(self, source: Source) -> BusSamples:
-        """Give time and running count of every tooth of one encoder."""
+        """Time and running count of every tooth of one encoder."""
         message, status = (
             find_message(self.database, name) for name in (source.teeth, source.anchor)
         )
@@ -165,7 +173,7 @@ def _mean(
 
 
 def _known(samples: Samples, source: Source) -> Samples:
-    """Leave out the values that say "not known"."""
+    """Samples without the values that mean "not known"."""
     if not source.unknown:
         return samples
     keep = ~np.isin(samples.value, source.unknown)

@@ -1,4 +1,4 @@
-"""One measured quantity over time, on the clock of whoever measured it."""
+"""One measured quantity over time, on the clock of the device that measured it."""
 
 from dataclasses import dataclass
 from typing import Any

@@ -1,4 +1,4 @@
-"""Frames and tables become channels: one for each role that the recording has samples of."""
+"""Make channels of frames and tables: one for each role that has samples."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -21,7 +21,7 @@ _TWO_SERIES = (
 
 @dataclass(frozen=True)
 class Bound:
-    """What a role map made of a recording.
+    """Channels of a recording, and the roles without samples.
 
     missing  role -> why there are no samples of it
     faults   messages whose values come from two senders, where no counter shows it
@@ -34,7 +34,7 @@ class Bound:
 
 
 def start_of(sorted_log: SortedLog | None, tables: Mapping[str, Table], roles: RoleMap) -> int:
-    """Begin of a recording: its first frame, or the first row of its tables. ns."""
+    """Start of a recording in ns: its first frame, or the first row of its tables."""
     if sorted_log is not None and len(sorted_log.log):
         return int(sorted_log.log.time_ns[0])
     return round(TableLog(tables, roles, None).start() * 1e9)
@@ -47,7 +47,7 @@ def bind(
     roles: RoleMap,
     start_ns: int,
 ) -> Bound:
-    """Bind every role of the map. Raises InputError where the map does not suit what it maps."""
+    """Channels of every role in the map. Raises InputError where the map does not suit the data."""
     missing: dict[str, str] = {}
     warnings: dict[str, None] = {}
     faults: dict[str, BusFault] = {}

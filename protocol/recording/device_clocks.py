@@ -1,4 +1,4 @@
-"""A device's clock wraps at another width in each of its messages; one clock comes of them all."""
+"""Unwrap the clock of a device that wraps at another width in each of its messages."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -28,7 +28,7 @@ def align_clocks(
 
 
 def _lead(samples: BusSamples) -> float:
-    """Time by which arrivals lie beyond the device's own times, s."""
+    """Time by which arrivals are later than the device's own times, s."""
     assert samples.device is not None
     return float(np.median(samples.arrival - samples.device))
 

@@ -13,9 +13,10 @@ from slipbench.protocol.errors import InputError
 from slipbench.protocol.logs import Progress, no_frames, open_log, quiet
 from slipbench.protocol.logs.candump import parse_pieces
 from slipbench.protocol.recording import run_folder
+from slipbench.protocol.recording.database_copy import copy_database
 from slipbench.protocol.recording.recording import Recording
 from slipbench.protocol.recording.role_map import RoleMap
-from slipbench.protocol.recording.run_folder import DATABASE, FRAMES, TABLES
+from slipbench.protocol.recording.run_folder import FRAMES, TABLES
 from slipbench.protocol.recording.table_channels import MAIN
 from slipbench.protocol.tables import is_table, read_table, write_parquet
 
@@ -113,7 +114,7 @@ def _write(
     }
     if capture.database is not None:
         database = load_database(capture.database)
-        shutil.copyfile(capture.database, out / DATABASE)
+        copy_database(capture.database, out)
         description["run"] |= {
             "database": capture.database.name,
             "database_sha256": database.sha256,

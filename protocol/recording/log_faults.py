@@ -1,4 +1,4 @@
-"""Every frame of a log that could not be taken at face value, counted by message and fault."""
+"""Faulty frames of a log, counted by message and fault."""
 
 from collections.abc import Iterator
 
@@ -16,7 +16,7 @@ EVENT = "GenMsgSendType"
 
 
 def log_faults(sorted_log: SortedLog) -> tuple[BusFault, ...]:
-    """Name and count the faults of a log.
+    """Faults of a log with their counts.
 
     unknown identifier  frames that the database does not know, by identifier ("0x123")
     too short           frames shorter than their message

@@ -2,7 +2,7 @@
 
 run.toml        what was done, by which versions, with which database; how late the ticks were
 frames.log      every frame, candump text, append-only (absent where only tables were imported)
-database.dbc    the database as it was (DBC; ARXML, KCD or SYM under this name as well)
+database.dbc    the database as it was; .arxml, .kcd or .sym in another format
 roles.toml      the role map as it was
 trial.toml      the trial as it was (absent for imported recordings)
 vehicle.toml    the vehicle file as it was (absent for imported recordings)
@@ -25,7 +25,7 @@ from slipbench.protocol.trial_file import TrialFile
 
 @dataclass(frozen=True)
 class BusFault:
-    """Frames of one message that could not be taken at face value."""
+    """Faulty frames of one message."""
 
     message: str
     fault: str  # "lost", "repeated", "wrong CRC", "too short", "unknown identifier", ...

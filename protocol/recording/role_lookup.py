@@ -12,11 +12,14 @@ from slipbench.protocol.units import linear
 
 
 def find_signals(database: Database, role: str, source: Source) -> tuple[Message, list[Signal]]:
-    """Find the message of a role, and the signals in it that are averaged."""
+    """Message of a role, and its signals that are averaged.
+
+    Raises InputError where the database lacks one, or they belong to several messages.
+    """
     messages = [find_message(database, name.partition(".")[0]) for name in source.signals]
     if len({message.name for message in messages}) > 1:
         raise InputError(
-            "signals that are averaged must stand in one message",
+            "signals that are averaged must belong to one message",
             where=f"role {role}",
             found=", ".join(source.signals),
             remedy="bind one, or each to a role of its own",
@@ -25,7 +28,7 @@ def find_signals(database: Database, role: str, source: Source) -> tuple[Message
 
 
 def find_message(database: Database, name: str) -> Message:
-    """Look a message up; an InputError names the nearest."""
+    """Message of this name. Raises InputError, naming the nearest, where there is none."""
     if name in database.by_name:
         return database.by_name[name]
     near = difflib.get_close_matches(name, database.by_name, n=1, cutoff=0.4)
@@ -37,7 +40,7 @@ def find_message(database: Database, name: str) -> Message:
 
 
 def find_signal(message: Message, full_name: str) -> Signal:
-    """Look up "Message.signal" in its message."""
+    """Signal called "Message.signal" in its message. Raises InputError where there is none."""
     owner, dot, name = full_name.partition(".")
     if not dot or owner != message.name or name not in message.by_name:
         near = difflib.get_close_matches(name, message.by_name, n=1, cutoff=0.0)
@@ -53,7 +56,11 @@ def find_signal(message: Message, full_name: str) -> Signal:
 def to_si(
     value: npt.NDArray[np.generic], unit: str, role: str, source: Source, target: str
 ) -> npt.NDArray[np.float64]:
-    """Turn values of the database's or the table's unit into `target`, with sign and offset."""
+    """Values in the unit `target`, with the role's sign and offset applied, shape (n,).
+
+    value: shape (n,), in the unit of the role map, else in `unit` of the database or table. Raises
+    InputError where that unit does not convert to `target`.
+    """
     number = np.asarray(value, np.float64)
     stated = unit if source.unit is None else source.unit
     try:

@@ -11,10 +11,10 @@ from slipbench.protocol.units import linear
 
 
 class Source(Section):
-    """Where one role comes from: a signal of the database, a tooth message, or a table column.
+    """Source of one role: a signal of the database, a tooth message, or a table column.
 
     signals       "Message.signal"; several are averaged (a left and a right wheel, say); they must
-                  then stand in one message. A multiplexed signal is named like any other.
+                  then belong to one message. A multiplexed signal is named like any other.
     teeth         "Message": a message of tooth intervals (protocol.codec.messages.ToothIntervals)
     anchor        "Message": with `teeth`, the encoder's status that anchors their times
     table, column a column of a side table (no name: of the table that stands in place of the log);
@@ -63,7 +63,7 @@ class Source(Section):
 
 
 class TableRules(Section):
-    """How the times of one side table are to be read: [tables.gps] in the role map.
+    """Rules for the times of one side table: [tables.gps] in the role map.
 
     time_column    column with the time of all others (else found by its name)
     time_unit      unit of that column where its name does not state it: "ms"
@@ -83,7 +83,7 @@ class TableRules(Section):
 
 
 class Geometry(Section):
-    """What identification must know of a vehicle beside its channels."""
+    """Data of a vehicle that identification needs beside its channels."""
 
     driven_axle: Literal["rear", "front", "both"] = "rear"
     rear_radius: Metres | None = None
@@ -106,7 +106,7 @@ class RoleMap(Section):
     roles: dict[str, Source]
 
     def unit(self, role: str) -> str:
-        """Return the SI unit of a role that this map binds."""
+        """SI unit of a role that this map binds."""
         return self.quantities[role] if role in self.quantities else ROLES[role].unit
 
     @model_validator(mode="after")

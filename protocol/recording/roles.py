@@ -1,11 +1,11 @@
-"""Roles: the names under which channels are known here, whatever a vehicle calls them."""
+"""Roles: the names of channels here, whatever a vehicle calls them."""
 
 from dataclasses import dataclass
 
 
 @dataclass(frozen=True)
 class Role:
-    """What a channel means. `unit` is SI; "count" marks tooth counts."""
+    """Meaning of a channel. `unit` is SI; "count" marks tooth counts."""
 
     name: str
     unit: str

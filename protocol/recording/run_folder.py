@@ -1,4 +1,4 @@
-"""The folder of one recording: made once, never overwritten, read for each analysis.
+"""Folder of one recording: created once, never overwritten, read for each analysis.
 
 Writers (`slipbench import`, the bench while a trial runs) create the folder, put the files of
 `protocol.recording.recording` into it and write the description last. `read` decodes the raw
@@ -31,6 +31,7 @@ from slipbench.protocol.logs import Progress, quiet
 from slipbench.protocol.logs.candump import candump_pieces, parse_pieces
 from slipbench.protocol.logs.decode import SortedLog, sort_log
 from slipbench.protocol.recording.channels import Bound, bind, start_of
+from slipbench.protocol.recording.database_copy import find_database
 from slipbench.protocol.recording.log_faults import log_faults
 from slipbench.protocol.recording.recording import BusFault, Recording
 from slipbench.protocol.recording.role_map import RoleMap
@@ -39,7 +40,7 @@ from slipbench.protocol.tables import Table, read_table
 from slipbench.protocol.trial_file import TrialFile
 from slipbench.protocol.user_file import is_folder, open_user_file
 
-DESCRIPTION, FRAMES, DATABASE = "run.toml", "frames.log", "database.dbc"
+DESCRIPTION, FRAMES = "run.toml", "frames.log"
 ROLES, TRIAL, VEHICLE, TABLES = "roles.toml", "trial.toml", "vehicle.toml", "tables"
 
 LONGEST_WAIT = 86_400_000_000_000  # ns; a trial may wait for its first frame, not for days
@@ -65,7 +66,7 @@ def create(path: Path) -> Path:
 def write_description(folder: Path, description: Mapping[str, Any]) -> None:
     """Write run.toml, whole or not at all; it may be written again as more is known.
 
-    Bytes of a file name that are no text become question marks.
+    Bytes of a file name that are not UTF-8 become question marks.
     """
     draft = folder / (DESCRIPTION + ".part")
     with draft.open("wb") as file:
@@ -87,7 +88,7 @@ def versions() -> dict[str, str]:
 
 
 def sha256(path: Path) -> str:
-    """Fingerprint of a file."""
+    """SHA-256 checksum of a file, hexadecimal. Raises InputError where it cannot be read."""
     with open_user_file(path) as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
@@ -151,16 +152,17 @@ def _leads_below(link: Path, folder: Path) -> bool:
 def _decoded(
     folder: Path, description: Mapping[str, Any], warnings: list[str], progress: Progress
 ) -> tuple[SortedLog | None, Database | None]:
-    """Read the frames and sort them by message; None where there is no log of frames."""
+    """Frames sorted by message, and the database; None where there is no log of frames."""
     path = folder / FRAMES
     if not path.exists():
         return None, None
     log = parse_pieces(candump_pieces(path, progress), FRAMES, warnings)
-    database = load_database(folder / DATABASE)
+    copy = find_database(folder)
+    database = load_database(copy)
     stated = _table(description, "run").get("database_sha256")
     if stated and stated != database.sha256:
         warnings.append(
-            f"{DATABASE} is not the one of the recording any more:"
+            f"{copy.name} has changed since the recording:"
             f" sha256 {database.sha256[:12]}, recorded with {str(stated)[:12]}"
         )
     return sort_log(log, database), database
@@ -212,13 +214,13 @@ def _require_recording(folder: Path) -> None:
 
 def _description(folder: Path, warnings: list[str]) -> dict[str, Any]:
     if os.path.lexists(folder / DESCRIPTION):
-        return _of_the_right_kinds(load_toml(folder / DESCRIPTION), str(folder / DESCRIPTION))
+        return _checked_types(load_toml(folder / DESCRIPTION), str(folder / DESCRIPTION))
     warnings.append(f"there is no {DESCRIPTION}: the recording was not completed")
     return {}
 
 
-def _of_the_right_kinds(description: dict[str, Any], where: str) -> dict[str, Any]:
-    """Refuse a description in which a key that is read here holds another kind of thing."""
+def _checked_types(description: dict[str, Any], where: str) -> dict[str, Any]:
+    """The same description. Raises InputError where a key that is read here has another type."""
     found = {name: description.get(name, {}) for name in ("run", "bus", TABLES)}
     wrong = [f"{name}: a table" for name, what in found.items() if not isinstance(what, dict)]
     if not isinstance(description.get("warnings", []), list):
@@ -231,7 +233,7 @@ def _of_the_right_kinds(description: dict[str, Any], where: str) -> dict[str, An
     ]
     if wrong:
         raise InputError(
-            "a key holds another kind of thing",
+            "a key has a value of the wrong type",
             where=where,
             expected="; ".join(sorted(wrong)),
             remedy="correct it in a copy of the recording",
@@ -241,7 +243,7 @@ def _of_the_right_kinds(description: dict[str, Any], where: str) -> dict[str, An
 
 
 def _tables(folder: Path, description: Mapping[str, Any]) -> dict[str, Table]:
-    """Read the side tables. A name in run.toml that leads out of the folder is refused."""
+    """Side tables by name. Raises InputError for a path in run.toml that leads out of the folder."""
     found = {}
     for name, place in _table(description, TABLES).items():
         path = folder / str(place).replace("\0", "\\0")  # no file has a NUL character in its name
@@ -265,7 +267,7 @@ def _duration(sorted_log: SortedLog | None, bound: Bound, start_ns: int) -> floa
 
 
 def _faults(sorted_log: SortedLog | None, bound: Bound, start_ns: int) -> tuple[BusFault, ...]:
-    """Give all faults in order of time, counted from the recording's start."""
+    """All faults in order of time, counted from the recording's start."""
     if sorted_log is None or not len(sorted_log.log):
         return bound.faults
     before = (int(sorted_log.log.time_ns[0]) - start_ns) * 1e-9

@@ -21,7 +21,7 @@ def counters(frames: Frames) -> npt.NDArray[np.int64]:
 
 
 def repeated(frames: Frames) -> npt.NDArray[np.bool_]:
-    """Find frames whose counter is that of the frame before, (n,); none without protection."""
+    """Whether each frame's counter equals that of the frame before, (n,); False without counter."""
     same = np.zeros(len(frames), np.bool_)
     if frames.message.protection is not None:
         same[1:] = np.diff(counters(frames)) % PERIOD == 0
@@ -29,7 +29,7 @@ def repeated(frames: Frames) -> npt.NDArray[np.bool_]:
 
 
 def interleaved(frames: Frames) -> bool:
-    """Tell two counts that alternate from one: every second frame is the next of its own."""
+    """Whether two counters alternate: every second frame continues the count of its own sender."""
     if frames.message.protection is None or len(frames) < PERIOD:
         return False
     counter = counters(frames)
@@ -38,7 +38,7 @@ def interleaved(frames: Frames) -> bool:
 
 
 def interleaved_messages(sorted_log: SortedLog, start_ns: int) -> Iterator[BusFault]:
-    """Find the protected messages whose counters interleave on one bus."""
+    """A fault for each protected message whose counters interleave on one bus. start_ns: ns."""
     for name, frames in sorted_log.frames.items():
         bus = sorted_log.log.bus[frames.rows]
         for number in np.unique(bus):
@@ -51,7 +51,8 @@ def interleaved_messages(sorted_log: SortedLog, start_ns: int) -> Iterator[BusFa
 def alternates(value: FloatArray) -> bool:
     """Whether two time series alternate: each sample is near the last but one, not the last.
 
-    For messages without a counter. Signals of few levels (a gear, a switch) are not judged.
+    value: samples of one signal in their order, shape (n,), any unit. For messages without
+    a counter. Signals of few levels (a gear, a switch) are not judged.
     """
     if value.size < _FEWEST or np.unique(value[:1000]).size < 5:
         return False

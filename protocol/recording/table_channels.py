@@ -1,4 +1,4 @@
-"""Samples of one role out of a side table, laid onto the recording's time."""
+"""Samples of one role from a side table, on the time axis of the recording."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -18,7 +18,7 @@ MAIN = "main"  # name of the table that stands in place of a log
 
 @dataclass(frozen=True)
 class Span:
-    """When the log's first and last frame came, s since its epoch."""
+    """Times of the log's first and last frame, s since its epoch."""
 
     start: float
     end: float
@@ -33,7 +33,7 @@ class TableLog:
     span: Span | None
 
     def start(self) -> float:
-        """Begin of a recording without frames: the earliest time among the tables, s."""
+        """Start of a recording without frames: the earliest time in the tables, s."""
         times = [
             found.time[0] + self._rules(source).time_offset
             for source in self.roles.roles.values()
@@ -73,7 +73,7 @@ class TableLog:
         return samples(table, source.column, source.time_column, self._rules(source))
 
     def _lacking(self, source: Source) -> str:
-        """Why the table has no samples of a role: a column that it lacks; empty if it has all."""
+        """Reason why the table has no samples of a role: a missing column; empty if it has all."""
         for name in (source.column, source.valid):
             try:
                 if name:
@@ -88,7 +88,7 @@ class TableLog:
         return found.select(np.isin(found.time, flag.time[flag.value != 0]))
 
     def _since(self, start: float, found: Samples, rules: TableRules, name: str) -> FloatArray:
-        """Lay the table's times onto the recording's."""
+        """Times of a table on the time axis of the recording, s."""
         if rules.clock != BUS:
             return found.time  # nobody knows what it was then on the log's clock
         if rules.align == "start" or (self.span is not None and not found.clock):

@@ -1,4 +1,4 @@
-"""Tooth frames become tooth times: what was lost is a step of the count, never a smeared time.
+"""Tooth times from tooth frames: a lost frame is a step of the count, never a wrong time.
 
 A frame reports how many teeth have passed (a wrapping count) and the intervals that end with its last
 tooth. Frames that follow each other without a gap make a run; inside a run every time is exact
@@ -49,7 +49,7 @@ class Teeth:
 
 
 def teeth(frames: Frames, anchors: Frames, time_ns: IntArray) -> Teeth:
-    """Times and counts of all teeth that a log reports. time_ns: of the log's rows.
+    """Times and counts of all teeth that a log reports. time_ns: of the log's n frames, ns, (n,).
 
     Frames with a wrong CRC and repeated frames are left out. Frames of several encoders or buses
     must not be mixed.
@@ -59,7 +59,7 @@ def teeth(frames: Frames, anchors: Frames, time_ns: IntArray) -> Teeth:
 
 
 def lay(frames: ToothFrames, anchors: Anchors) -> Teeth:
-    """Put every tooth at its time."""
+    """Time and count of every tooth, from frames and anchors."""
     frames = frames.select(~_repeated(frames))
     if not frames.count.size:
         nothing = np.zeros(0, np.int64)
@@ -90,7 +90,7 @@ def lay(frames: ToothFrames, anchors: Anchors) -> Teeth:
 def _sure(
     count: IntArray, first: npt.NDArray[np.bool_], anchored: npt.NDArray[np.bool_]
 ) -> npt.NDArray[np.bool_]:
-    """Leave out the tooth from which a run counts where only its time before that is lost.
+    """Mask without the first tooth of a run where only the interval before it is lost.
 
     The run before ended one tooth earlier. Unless both are anchored the interval between them is
     not known, and a count that steps by one would claim that it is.
@@ -101,7 +101,7 @@ def _sure(
 
 
 def _repeated(frames: ToothFrames) -> npt.NDArray[np.bool_]:
-    """Find frames that say again, under the same counter, what the one before said."""
+    """Whether each frame repeats the one before: same counter, same content."""
     same = (np.diff(frames.counter) == 0) & (np.diff(frames.count) == 0)
     same &= (np.diff(frames.intervals, axis=0) == 0).all(axis=1)
     return np.concatenate([np.zeros(min(1, frames.count.size), np.bool_), same])
@@ -110,7 +110,7 @@ def _repeated(frames: ToothFrames) -> npt.NDArray[np.bool_]:
 def _times(
     count: IntArray, elapsed: IntArray, run: IntArray, arrival: IntArray, anchors: Anchors
 ) -> tuple[IntArray, npt.NDArray[np.bool_]]:
-    """Add to the time elapsed in each run the time at which it starts."""
+    """Time of each tooth, us, and whether an anchor gives it."""
     tooth = np.minimum(np.searchsorted(count, anchors.count), count.size - 1)
     hit = np.flatnonzero(count[tooth] == anchors.count)
     start = np.zeros(run[-1] + 1, np.int64)
@@ -131,7 +131,7 @@ def _lay_by_arrival(
     run: IntArray,
     arrival: IntArray,
 ) -> None:
-    """Lay runs without an anchor by the arrival of their first frame, between their neighbours."""
+    """Place runs without an anchor by the arrival of their first frame, between their neighbours."""
     came = arrival // MICROSECOND
     transit = came - time
     if known.any():

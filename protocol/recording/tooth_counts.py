@@ -1,4 +1,4 @@
-"""How many teeth passed in all: the wrapping counts of tooth frames, unwrapped."""
+"""Running count of teeth: the wrapping counts of tooth frames, unwrapped."""
 
 from dataclasses import replace
 
@@ -31,7 +31,7 @@ def absolute_counts(frames: ToothFrames, anchors: Anchors) -> tuple[IntArray, An
 
 
 def _steps(frames: ToothFrames) -> IntArray:
-    """Teeth from each frame's last to the next one's."""
+    """Number of teeth from each frame's last tooth to that of the next frame."""
     reported = np.count_nonzero(frames.intervals, axis=1)[1:]
     missing = (np.diff(frames.count) - reported) % frames.modulo
     follows = (missing == 0) & (np.diff(frames.counter) % PERIOD == 1)
@@ -44,14 +44,14 @@ def _steps(frames: ToothFrames) -> IntArray:
 
 
 def _rate(frames: ToothFrames) -> npt.NDArray[np.float64]:
-    """Teeth per us that each frame reports; 0 where the wheel stands."""
+    """Teeth per us in each frame; 0 where the wheel stands still."""
     reported = np.count_nonzero(frames.intervals, axis=1)
     total = frames.intervals.sum(axis=1)
     return np.asarray(np.divide(reported, total, out=np.zeros(reported.size), where=total > 0))
 
 
 def _at(arrival: IntArray, frames: ToothFrames, count: IntArray) -> npt.NDArray[np.float64]:
-    """Teeth passed at the times `arrival`: between frames evenly, outside at the last speed."""
+    """Count at the times `arrival`: interpolated between frames, extrapolated at the last speed."""
     rate = _rate(frames) / MICROSECOND
     before = np.minimum(arrival - frames.arrival[0], 0) * rate[0]
     after = np.maximum(arrival - frames.arrival[-1], 0) * rate[-1]

@@ -1,4 +1,4 @@
-"""What the encoders' frames say, read column by column."""
+"""Fields of the encoders' frames as columns."""
 
 from dataclasses import dataclass
 
@@ -30,7 +30,7 @@ class ToothFrames:
     modulo: int
 
     def select(self, keep: npt.NDArray[np.bool_]) -> "ToothFrames":
-        """Keep only some frames."""
+        """The frames where `keep`, shape (n,), is True."""
         return ToothFrames(
             self.count[keep],
             self.intervals[keep],
@@ -56,7 +56,7 @@ class Anchors:
 
 
 def tooth_frames(frames: Frames, time_ns: IntArray) -> ToothFrames:
-    """Read the fields of tooth frames."""
+    """Fields of n tooth frames. time_ns: arrival of each frame of the log, ns."""
     layout = frames.samples("layout").raw
     by_layout = {
         kind: sorted(
@@ -80,7 +80,7 @@ def tooth_frames(frames: Frames, time_ns: IntArray) -> ToothFrames:
 
 
 def tooth_anchors(frames: Frames, time_ns: IntArray) -> Anchors:
-    """Read the fields of encoder statuses."""
+    """Fields of encoder status frames, valid CRC only. time_ns: arrival of each frame of the log, ns."""
     good = frames.select(frames.protected)
     arrival = time_ns[good.rows]
     count, time = good.samples("tooth_count"), good.samples("tooth_time")

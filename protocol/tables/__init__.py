@@ -1,4 +1,4 @@
-"""Tables of samples, as loggers and data systems export them.
+"""Read tables of samples, as loggers and data systems export them.
 
 table = read_table(Path("gps.csv"))
 speed = samples(table, "Speed", "", TableRules())   # times in s, values, unit
@@ -7,7 +7,7 @@ speed = samples(table, "Speed", "", TableRules())   # times in s, values, unit
 from pathlib import Path
 
 from slipbench.protocol.errors import InputError
-from slipbench.protocol.logs.formats import FORMATS, looks_like, read_head, refuse
+from slipbench.protocol.logs.formats import FORMATS, looks_like, read_head, refusal
 from slipbench.protocol.tables.csv_file import read_csv
 from slipbench.protocol.tables.parquet_file import read_parquet, write_parquet
 from slipbench.protocol.tables.samples import Samples, samples
@@ -17,7 +17,10 @@ __all__ = ["Samples", "Table", "is_table", "read_table", "samples", "write_parqu
 
 
 def read_table(path: Path) -> Table:
-    """Read CSV (MoTeC i2's export among it), Parquet, or an MDF file of decoded channels."""
+    """Table of a CSV file (also MoTeC i2's), a Parquet file or an MDF file of decoded channels.
+
+    Raises InputError where the file holds no table, is damaged or of another format.
+    """
     form = looks_like(read_head(path))
     if form == "parquet":
         return read_parquet(path)
@@ -28,7 +31,7 @@ def read_table(path: Path) -> Table:
     if form is None or form == "motec-csv":
         return read_csv(path)
     if FORMATS[form].refused:
-        raise refuse(form, path)
+        raise refusal(form, path)
     raise InputError(
         f"this is a log of frames ({FORMATS[form].title}), not a table",
         where=str(path),
@@ -37,7 +40,7 @@ def read_table(path: Path) -> Table:
 
 
 def is_table(path: Path) -> bool:
-    """Tell a table from a log of frames, by content."""
+    """Whether the file is a table, not a log of frames, by content. Raises InputError."""
     form = looks_like(read_head(path))
     if form == "mf4":
         from slipbench.protocol.logs.through_asammdf import has_raw_frames, opened

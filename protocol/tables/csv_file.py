@@ -110,5 +110,5 @@ def _parse(text: str, layout: Layout, where: str) -> Any:
 
 
 def _is_nothing(name: str, column: Any) -> bool:
-    """Tell the empty column that a delimiter at the end of each line makes."""
+    """Whether a column is the empty one that a delimiter at the end of each line makes."""
     return not name.split(" #")[0] and column.null_count == len(column)

@@ -26,7 +26,7 @@ EMPTY = frozenset(
 
 @dataclass(frozen=True)
 class Layout:
-    """How to read a file. `first_row`: index of the line in which the numbers begin."""
+    """Layout of a file. `first_row`: index of the line in which the numbers begin."""
 
     delimiter: str
     decimal: str
@@ -36,7 +36,7 @@ class Layout:
 
 
 def find_layout(lines: list[str]) -> Layout | None:
-    """Work the layout out; None where no line holds numbers."""
+    """Layout of a file; None where no line holds numbers."""
     delimiter = _delimiter(lines)
     rows = [split(line, delimiter) for line in lines]
     first = _first_numbers(rows, lines)
@@ -50,7 +50,7 @@ def find_layout(lines: list[str]) -> Layout | None:
 
 
 def split(line: str, delimiter: str) -> list[str]:
-    """Split one line into its cells, quotes off."""
+    """Cells of one line, without quotes."""
     if delimiter == " ":
         return line.split()
     cells = next(csv.reader([line], delimiter=delimiter, skipinitialspace=True), [])
@@ -58,12 +58,12 @@ def split(line: str, delimiter: str) -> list[str]:
 
 
 def is_number(cell: str) -> bool:
-    """Tell whether a cell holds a number or a moment."""
+    """Whether a cell holds a number, a date or a time."""
     return bool(_NUMBER.fullmatch(cell) or _MOMENT.fullmatch(cell))
 
 
 def _delimiter(lines: list[str]) -> str:
-    """Choose the first delimiter by which the rows of numbers fall into equally many cells."""
+    """First delimiter that divides all rows of numbers into the same number of cells."""
     for delimiter in "\t;,| ":
         rows = [split(line, delimiter) for line in lines if not _COMMENT.match(line)]
         counts = Counter(len(row) for row in rows if row and is_number(row[0]))
@@ -74,7 +74,7 @@ def _delimiter(lines: list[str]) -> str:
 
 
 def _first_numbers(rows: list[list[str]], lines: list[str]) -> int | None:
-    """Find the first row of numbers; most rows after it must be rows of numbers as well."""
+    """Index of the first row of numbers; most rows after it must be rows of numbers as well."""
     widths = Counter(len(row) for row in rows if _holds_numbers(row))
     width = widths.most_common(1)[0][0] if widths else 0
     good = [
@@ -95,7 +95,7 @@ def _holds_numbers(row: list[str]) -> bool:
 
 
 def _titles(lines: list[str], delimiter: str, width: int) -> list[list[str]]:
-    """Give the last rows above the numbers that have as many cells as the numbers."""
+    """Last rows above the numbers that have as many cells as the numbers."""
     rows = [
         split(_COMMENT.sub("", line, count=1), delimiter) for line in lines if line.strip(",; ")
     ]
@@ -141,7 +141,7 @@ def _has_decimal_comma(rows: list[list[str]]) -> bool:
 
 
 def unique_names(names: list[str]) -> tuple[str, ...]:
-    """Number the columns that share a name; "" is left for the empty last column."""
+    """Names of columns, numbered where several share one; "" for the empty last column."""
     count: Counter[str] = Counter()
     unique = []
     for name in names:

@@ -1,4 +1,4 @@
-"""MDF files of decoded channels, as INCA, CANape and data loggers write them."""
+"""Read MDF files of decoded channels, as INCA, CANape and data loggers write them."""
 
 from collections import Counter
 from pathlib import Path
@@ -12,7 +12,7 @@ from slipbench.protocol.tables.table import Table
 
 
 def read_mdf(path: Path) -> Table:
-    """Read every channel that has one value a sample; each group has a time column of its own.
+    """Table of every channel with one value per sample; each group has its own time column.
 
     Groups differ in length, so the shorter columns end in empty cells. Times are s since 1970 where
     the file states its start.
@@ -35,7 +35,7 @@ def read_mdf(path: Path) -> Table:
 
 
 def _group(mdf: Any, index: int) -> tuple[np.ndarray, dict[str, tuple[np.ndarray, str]]]:
-    """Give the times of a group and its channels by name, each with its unit."""
+    """Times of a group, and its channels by name, each with its unit."""
     master = mdf.masters_db.get(index)
     signals: dict[str, tuple[np.ndarray, str]] = {}
     for number, channel in enumerate(mdf.groups[index].channels):

@@ -1,4 +1,4 @@
-"""Tables in Parquet: those that others wrote, and the copies that a recording keeps.
+"""Read and write tables in Parquet: those of other programs, and the copies in a recording.
 
 A copy keeps every column as it was read, text included; units, and which time column belongs to
 which column, stand in the metadata of the columns under "unit" and "clock".
@@ -18,7 +18,10 @@ MOST_BYTES = 1 << 30
 
 
 def read_parquet(path: Path) -> Table:
-    """Read a Parquet file; units come from the columns' metadata or stand behind their names."""
+    """Table of a Parquet file; units from the columns' metadata, or from their names.
+
+    Raises InputError where the file is damaged, or larger than a table of samples.
+    """
     pa = optional_library("pyarrow")
 
     with open_user_file(path) as file:
@@ -97,7 +100,7 @@ def _too_large(where: str, found: str) -> InputError:
 
 
 def write_parquet(table: Table, path: Path) -> None:
-    """Write a table so that `read_parquet` gives the same table again."""
+    """Write a table so that `read_parquet` returns the same table."""
     pa = optional_library("pyarrow")
     parquet = optional_library("pyarrow.parquet")
 

@@ -1,4 +1,4 @@
-"""One column of a table with its times: the samples of a channel, on the table's own clock."""
+"""Samples of one column of a table, on the table's own clock."""
 
 from dataclasses import dataclass, replace
 from typing import Any
@@ -29,7 +29,7 @@ class Samples:
     warnings: tuple[str, ...] = ()
 
     def select(self, keep: npt.NDArray[np.bool_]) -> "Samples":
-        """Keep only some samples."""
+        """The samples where `keep`, shape (n,), is True."""
         return replace(self, time=self.time[keep], value=self.value[keep])
 
 
@@ -59,7 +59,7 @@ def _time(table: Table, name: str, time_column: str, rules: TableRules) -> tuple
 
 
 def _clock(table: Table) -> str:
-    """Find the table's one time column by its name."""
+    """Name of the table's time column. Raises InputError where there is none."""
     found = [name for name in table.names if is_time_name(name)]
     if found:
         return found[0]

@@ -1,4 +1,4 @@
-"""A table as a logger exported it: named columns, units, and which column holds whose time."""
+"""Table as a logger exported it: named columns with units and time columns."""
 
 import difflib
 import re

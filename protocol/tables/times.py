@@ -1,4 +1,4 @@
-"""When each row of a table was measured, in seconds."""
+"""Times of the rows of a table, in s."""
 
 import re
 from typing import Any
@@ -27,15 +27,17 @@ _EPOCHS = ((1e17, "ns"), (1e14, "us"), (1e11, "ms"))
 
 
 def is_time_name(name: str) -> bool:
-    """Tell whether a column is called as time columns are."""
+    """Whether a column has a name that time columns have."""
     return bool(_TIME_NAME.fullmatch(name.strip()))
 
 
 def seconds(column: Any, name: str, unit: str, where: str) -> FloatArray:
-    """Turn a time column into s, NaN where a cell is empty.
+    """Times in s of a time column, shape (n,), NaN where a cell is empty.
 
     Numbers are in `unit`; without one, in the unit of the name, or in ms, us or ns where they are
-    as large as epochs in these units, else in s. Moments ("2024-05-01T12:00:00Z", "12:00:01.5") give s since 1970 or midnight.
+    as large as epochs in these units, else in s. Dates and
+    times of day ("2024-05-01T12:00:00Z", "12:00:01.5") give s since 1970 or midnight. Raises
+    InputError where the column cannot be read as times.
     """
     pa = optional_library("pyarrow")
 
@@ -90,20 +92,20 @@ def _epoch_unit(number: FloatArray) -> str:
 
 
 def _filled(column: Any) -> FloatArray:
-    """Integers as floats with NaN for nothing; 64-bit epochs keep better than a microsecond."""
+    """Integers as floats, NaN for an empty cell; a 64-bit epoch keeps better than a microsecond."""
     valid = np.asarray(column.is_valid().to_numpy(zero_copy_only=False), np.bool_)
     number = np.asarray(column.cast("int64").fill_null(0).to_numpy(zero_copy_only=False), np.int64)
     return np.where(valid, number.astype(np.float64), np.nan)
 
 
 def _past_midnight(time: FloatArray) -> FloatArray:
-    """Times of day go on after midnight."""
+    """Times of day in s, continued after midnight."""
     days = np.cumsum(np.concatenate([[0], np.nan_to_num(np.diff(time)) < -43_200]))
     return time + 86_400.0 * days
 
 
 def _moments(column: Any, name: str, where: str) -> FloatArray:
-    """Read dates and times of day that pyarrow took for text."""
+    """Times in s of dates and times of day that pyarrow read as text."""
     pa = optional_library("pyarrow")
 
     for kind in (pa.timestamp("ns", tz="UTC"), pa.timestamp("ns")):
@@ -127,7 +129,7 @@ def _moments(column: Any, name: str, where: str) -> FloatArray:
 
 
 def _clock_time(text: str | None) -> float:
-    """Turn "12:00:01.5" into s since midnight."""
+    """Time in s since midnight of a text such as "12:00:01.5"; NaN where it is none."""
     match = _CLOCK_TIME.fullmatch(text or "")
     if match is None:
         return float("nan")

@@ -29,6 +29,8 @@ if TYPE_CHECKING:
     from slipbench.protocol.logs.decoded_log import decode
     from slipbench.protocol.recording.recording import Recording
 
+    __version__: str
+
 __all__ = [
     "Codec",
     "InputError",
@@ -61,10 +63,22 @@ _ELSEWHERE = {
 
 
 def __getattr__(name: str) -> Any:
+    if name == "__version__":
+        return _version()
     if name not in __all__:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     return getattr(import_module(f"slipbench.{_ELSEWHERE.get(name, 'api')}"), name)
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__})
+    return sorted({*globals(), *__all__, "__version__"})
+
+
+def _version() -> str:
+    """Version of the installed package; "unknown" where the sources are used without installing."""
+    from importlib import metadata
+
+    try:
+        return metadata.version("slipbench")
+    except metadata.PackageNotFoundError:
+        return "unknown"

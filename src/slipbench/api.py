@@ -188,25 +188,23 @@ def design(
     """Design a slip controller on recorded trials and write it to the controller file `out`.
 
     The first run is the nominal one; the loop keeps its margins for every run of the actuator.
-    gain_margin: dB; phase_margin: deg; sensitivity: greatest peak of S; period: ms. Prints the
-    margins. Raises InputError where no controller keeps them.
+    gain_margin: dB; phase_margin: deg; sensitivity: greatest peak of S; period: ms. The margins of
+    the design are in `designed` of the returned file. Raises InputError where a run cannot be
+    read, the margins are impossible, or no controller keeps them.
     """
-    from slipbench.identification.design.commands import design_command
-    from slipbench.protocol.configuration import read_toml
-    from slipbench.protocol.controller_file import ControllerFile
-
-    design_command(
-        [_folder(run) for run in runs],
-        actuator,
-        Path(out),
-        law,
-        None,
-        gain_margin,
-        phase_margin,
-        sensitivity,
-        period,
+    from slipbench.identification.design.controller_design import (
+        Specification,
+        design_controller,
+        required_margins,
     )
-    return read_toml(Path(out), ControllerFile)
+    from slipbench.protocol.controller_file import write_controller
+
+    required = required_margins(gain_margin, phase_margin, sensitivity)
+    specification = Specification(actuator, required, law, period * 1e-3)
+    specification.check()
+    file = design_controller([identify(run) for run in runs], specification).file
+    write_controller(file, Path(out))
+    return file
 
 
 def replay(

@@ -19,7 +19,8 @@ from slipbench.protocol.database.database import load_database
 from slipbench.protocol.errors import InputError
 from slipbench.protocol.logs import read_log
 from slipbench.protocol.logs.candump import LONGEST
-from slipbench.protocol.recording.run_folder import DATABASE, DESCRIPTION, FRAMES, ROLES, read
+from slipbench.protocol.recording.database_copy import DATABASE
+from slipbench.protocol.recording.run_folder import DESCRIPTION, FRAMES, ROLES, read
 from tests.hostile.damage import damaged, fuzz
 from tests.imports import PACKAGES
 from tests.paths import ROOT

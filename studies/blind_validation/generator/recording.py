@@ -1,6 +1,5 @@
 """A trial of a true motorcycle becomes a run folder like any other."""
 
-import shutil
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -11,8 +10,8 @@ import tomli_w
 from slipbench import dbc
 from slipbench.protocol.configuration import load_toml
 from slipbench.protocol.database.database import load_database
+from slipbench.protocol.recording.database_copy import copy_database
 from slipbench.protocol.recording.run_folder import (
-    DATABASE,
     FRAMES,
     ROLES,
     VEHICLE,
@@ -176,7 +175,7 @@ def write_run(
 
 
 def _describe(folder: Path, trial: Trial, vehicle: dict[str, Any], sha256: str) -> None:
-    shutil.copyfile(dbc.MOTORBIKE, folder / DATABASE)
+    copy_database(dbc.MOTORBIKE, folder)
     roles = load_toml(dbc.MOTORBIKE_ROLES)
     roles["vehicle"] = {
         **roles.get("vehicle", {}),

@@ -10,6 +10,7 @@ from slipbench.dbc import MOTORBIKE
 from slipbench.protocol.database.database import describe, load_database
 from slipbench.protocol.database.layout import Database, Signal
 from slipbench.protocol.errors import InputError
+from slipbench.protocol.recording.database_copy import copy_database, find_database
 from slipbench.protocol.recording.import_log import Capture, import_capture
 from tests.hostile.damage import damaged, fuzz, survives
 from tests.protocol.database.arxml import arxml_of
@@ -99,6 +100,25 @@ def test_a_capture_is_imported_with_it(tmp_path, form):
     capture = Capture(tmp_path / "x.log", tmp_path / "roles.toml", tmp_path / "x.db")
     found = import_capture(capture, tmp_path / "run").channels["engine_speed"].value
     assert found == pytest.approx([1000 * 2 * 3.141592653589793 / 60])
+
+
+@pytest.mark.parametrize("form", ["dbc", "arxml", "kcd", "sym"])
+def test_a_run_folder_keeps_the_database_under_the_ending_of_its_format(tmp_path, form):
+    """Other tools choose their parser by the ending; the name of the original says nothing."""
+    (tmp_path / "x.db").write_text(written(form), encoding="utf-8")
+    copy = copy_database(tmp_path / "x.db", tmp_path)
+    assert copy.name == f"database.{form}"
+    assert find_database(tmp_path) == copy
+    assert cantools.database.load_file(copy, strict=False).messages
+
+
+def test_the_database_of_a_run_folder_is_found_under_any_ending(tmp_path):
+    assert find_database(tmp_path).name == "database.dbc"  # which a message then reports missing
+    (tmp_path / "database.dbc").write_text(written("kcd"), encoding="utf-8")
+    assert meaning(load_database(find_database(tmp_path))) == meaning(described(DBC))
+    (tmp_path / "database.sym").write_text(written("sym"), encoding="utf-8")
+    with pytest.raises(InputError, match="one database"):
+        find_database(tmp_path)
 
 
 @pytest.mark.parametrize("form", ["arxml", "kcd", "sym"])

@@ -13,6 +13,7 @@ from slipbench.protocol.database.database import load_database
 from slipbench.protocol.errors import InputError
 from slipbench.protocol.logs.candump_line import format_line
 from slipbench.protocol.recording import run_folder
+from slipbench.protocol.recording.database_copy import DATABASE
 from slipbench.protocol.recording.run_folder import create, read, write_description
 
 ROLES = MOTORBIKE.with_name("motorbike_roles.toml")
@@ -139,7 +140,10 @@ def test_the_bus_load_is_told_where_the_bit_rate_is_known(recording):
 
 def test_another_database_is_told(recording):
     write_description(recording, {"run": {"database_sha256": "0" * 64}})
-    assert any("not the one" in text for text in read(recording).description["warnings"])
+    assert any(
+        "has changed since the recording" in text
+        for text in read(recording).description["warnings"]
+    )
 
 
 @pytest.mark.parametrize("place", ["../../secret.csv", "/etc/passwd", "tables/../../x.csv"])
@@ -164,7 +168,7 @@ def test_two_senders_of_one_message_are_told(recording):
 
 
 def test_run_folder_names_are_those_of_the_contract():
-    assert (run_folder.FRAMES, run_folder.DATABASE) == ("frames.log", "database.dbc")
+    assert (run_folder.FRAMES, DATABASE) == ("frames.log", "database.dbc")
 
 
 def test_a_folder_that_is_no_recording_is_refused_before_its_tree_is_walked(tmp_path, monkeypatch):
