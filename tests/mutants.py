@@ -119,17 +119,18 @@ def run_mutants(name: str, group: dict[str, list[str]]) -> None:
         if not entry.name.startswith(".") and entry.name not in ("mutants", "pyproject.toml"):
             (folder / entry.name).symlink_to(entry)
     files = [f"src/slipbench/{file}" for file in group["files"]]
+    slow = [f"--deselect={test}" for test in group.get("slow", [])]
     settings = {
         # mutmut does not follow links while it walks: it gets the folders behind them.
         "source_paths": sorted({"/".join(file.split("/")[:3]) for file in files}),
         "only_mutate": files,
         "also_copy": ["src", "tests", *group.get("needs", [])],
         "pytest_add_cli_args_test_selection": group["tests"],
-        "pytest_add_cli_args": ["-p", "no:cacheprovider", "-p", "no:xdist", "-x"],
+        "pytest_add_cli_args": ["-p", "no:cacheprovider", "-p", "no:xdist", "-x", *slow],
     }
     text = (ROOT / "pyproject.toml").read_text(encoding="utf-8")
     section = "\n".join(f"{key} = {json.dumps(value)}" for key, value in settings.items())
-    section += "\ntimeout_constant = 10.0\n"
+    section += "\ntimeout_constant = 10.0\ntrack_dependencies = false\n"
     (folder / "pyproject.toml").write_text(f"{text}\n[tool.mutmut]\n{section}", encoding="utf-8")
     run(folder, "mutmut", "run", "--max-children", WORKERS)
 
