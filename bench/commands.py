@@ -15,6 +15,7 @@ from rich.markup import escape
 from rich.progress import Progress
 
 from slipbench import dbc
+from slipbench.bench.descriptors import require_descriptors
 from slipbench.bench.replay.replay_controls import FASTEST
 from slipbench.protocol.errors import InputError
 from slipbench.protocol.shipped_files import completion_of, file_of
@@ -80,9 +81,10 @@ def trial(
 
     Without --interface the virtual motorcycle rides on the simulated clock, faster than real time;
     with --real-time alone it rides in a process of its own, on a virtual bus. With --interface
-    the gateway speaks to whatever is on that bus, always in real time. Ctrl-C hands back.
+    the gateway speaks to whatever is on that bus, always in real time. Ctrl-C aborts the trial and
+    returns control to the rider.
 
-    Exit status: 0 done, 2 something given must be mended, 3 the trial tripped.
+    Exit status: 0 done, 2 invalid input (see message), 3 the trial tripped.
 
     Examples:
 
@@ -91,12 +93,14 @@ def trial(
       slipbench trial examples/trials/spark_sweep.toml --interface socketcan --channel can0
     """
     from slipbench.bench.bus.opening import BusAddress
+    from slipbench.bench.loop.interrupts import interrupted_alike
     from slipbench.bench.trials.outcome import in_short, invalid
     from slipbench.bench.trials.preparation import prepare
     from slipbench.bench.trials.progress import script_duration
     from slipbench.bench.trials.run import run_trial
     from slipbench.bench.vehicle.live_vehicle import VehicleProcess, riding_beside
 
+    require_descriptors()
     prepared = prepare(file, database)
     address: BusAddress | None = None
     beside: AbstractContextManager[VehicleProcess | None] = nullcontext()
@@ -108,7 +112,7 @@ def trial(
     folder = out or _next_folder(Path("runs"), prepared.trial.name)
     console = Console(stderr=True)
     bar = Progress(console=console, disable=not console.is_terminal, transient=True)
-    with beside as process, bar:
+    with interrupted_alike(), beside as process, bar:
         task = bar.add_task(prepared.trial.name, total=script_duration(prepared.trial))
         outcome = run_trial(
             prepared,
@@ -155,6 +159,7 @@ def vehicle(
     from slipbench.bench.trials.preparation import prepare
     from slipbench.bench.vehicle.live_vehicle import ride_until
 
+    require_descriptors()
     prepared = prepare(file, database)
     address = BusAddress(interface, channel, bitrate, fd)
     stop = threading.Event()
@@ -207,7 +212,7 @@ def replay(
     speed, q and Ctrl-C stop. Order is kept, each frame has a deadline of its own from the recorded
     times, and how late each was is told at the end.
 
-    Exit status: 0 done or stopped, 2 something given must be mended.
+    Exit status: 0 done or stopped, 2 invalid input (see message).
 
     Examples:
 
@@ -220,6 +225,7 @@ def replay(
     from slipbench.bench.replay.replay_process import ReplayOrder, running_replay
     from slipbench.bench.replay.replay_report import timing, told, write
 
+    require_descriptors()
     order = ReplayOrder(
         log, interface, tuple(channel or ["can0"]), tuple(bus or []), only, without, bitrate, fd
     )

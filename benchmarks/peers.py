@@ -133,11 +133,12 @@ def page(seeds: int) -> str:
         "# From samples to a model, beside other packages\n\n"
         f"Written by `make peers` (`benchmarks/peers.py`). {seeds} rides of the linear "
         f"demonstration motorcycle, sweeps of {LASTS:g} s, noise 1, seeds from {FIRST} on; errors "
-        "of the response to throttle from 1 to 11.5 Hz and of the driveline's resonance. All have "
-        "throttle and slip alone; the first row, what a report does, has the two speeds behind the "
-        "slip as well. State-space and ARX packages get 100 Hz, means taken off, and 6 states or "
-        "lags, which a user would have to know; ours finds its order, and alone says how far it "
-        f"may be wrong.\n\n{table}\n"
+        "of the frequency response to the throttle from 1 to 11.5 Hz and of the driveline "
+        "resonance. Every package gets throttle and slip; the first row, as in a report, also uses "
+        "the two speeds from which slip is computed. State-space and ARX packages get data at 100 "
+        "Hz with the mean removed, and 6 states or lags, which a user would have to choose; "
+        "slipbench selects its order, and is the only one that states an uncertainty.\n\n"
+        f"{table}\n"
     )
 
 

@@ -44,10 +44,12 @@ def decode(
     out: Annotated[Path, typer.Option(help="New file, .parquet or .csv.")],
     signals: Annotated[
         str,
-        typer.Option(help='Only these: "Message", "Message.signal" or "signal", commas between.'),
+        typer.Option(
+            help='Only these signals: "Message", "Message.signal" or "signal", separated by commas.'
+        ),
     ] = "",
 ) -> None:
-    """Decode a log: every signal of every message that the database knows, in one long table.
+    """Decode a log to one long table: every signal of every message in the database.
 
     One row a sample, with the columns time (s since the first frame), time_ns (as logged), bus,
     message, signal, value (in the database's unit), unit and label (the value's name, if it has
@@ -57,10 +59,10 @@ def decode(
 
       df = pd.read_parquet("drive.parquet", filters=[("signal", "==", "RPM")])
 
-    Frames that the database does not know, and frames too short for their message, are counted
-    and told. A log that is torn or out of order is read as far as it goes, and told.
+    Frames that are not in the database, and frames shorter than their message, are counted
+    and listed. A log that breaks off or is out of order is read as far as possible, with a warning.
 
-    Exit status: 0 done, 2 something given must be mended.
+    Exit status: 0 done, 2 invalid input (see message).
 
     Examples:
 
@@ -74,9 +76,9 @@ def decode(
     from slipbench.protocol.recording.summary import decoded
 
     known = load_database(database)
-    wanted = chosen(known, [name.strip() for name in signals.split(",") if name.strip()])
-    with _progress(f"decoding {_one(log).name}") as told:
-        text, tally, samples = decode_file(_one(log), known, wanted, out, progress=told)
+    selected = chosen(known, [name.strip() for name in signals.split(",") if name.strip()])
+    with _progress(f"decoding {_one(log).name}") as progress:
+        text, tally, samples = decode_file(_one(log), known, selected, out, progress=progress)
     decoded(text.format, text.warnings, tally, samples, out)
 
 
@@ -89,11 +91,11 @@ def export(
 ) -> None:
     """Write a recording in a format that other programs read.
 
-    MF4, MCAP and Parquet hold the raw frames and every signal decoded; Vector's BLF and ASC have a
-    place for raw frames only. Frames keep their order, bus, direction and time: to the nanosecond
-    in MF4 (up to a day), BLF, MCAP and Parquet; ASC to what the recording has.
+    MF4, MCAP and Parquet hold the raw frames and every decoded signal; Vector's BLF and ASC hold raw
+    frames only. Frames keep their order, bus, direction and time, to the nanosecond in MF4 (up to
+    one day), BLF, MCAP and Parquet; in ASC to the resolution of the recording.
 
-    Exit status: 0 done, 2 something given must be mended (nothing is left behind then).
+    Exit status: 0 done, 2 invalid input (see message); then no file is written.
 
     Examples:
 
@@ -103,8 +105,8 @@ def export(
     """
     from slipbench.protocol.export import export_run
 
-    with _progress(f"writing {form}") as told:
-        done = export_run(run, form, out, told)
+    with _progress(f"writing {form}") as progress:
+        done = export_run(run, form, out, progress)
     for warning in done.warnings:
         typer.echo(f"warning: {warning}", err=True)
     decoded = f" and {done.samples} decoded samples" if done.samples else ""
@@ -116,13 +118,13 @@ def import_(
     roles: Annotated[
         Path,
         typer.Option(
-            help="Role map: which signal means what (TOML).",
+            help="Role map (TOML): which signal has which role.",
             metavar="FILE",
             parser=file_of("role map"),
             autocompletion=completion_of("role map"),
         ),
     ],
-    out: Annotated[Path, typer.Option(help="Run folder to make.")],
+    out: Annotated[Path, typer.Option(help="New run folder.")],
     database: Annotated[
         Path | None,
         typer.Option(
@@ -142,11 +144,11 @@ def import_(
     LOG is a log of frames (candump, Vector ASC and BLF, PCAN TRC, python-can CSV, GVRET CSV, ASAM
     MF4), or a
     table in place of one (CSV, MoTeC i2's CSV export, Parquet, MF4 of decoded channels). All frames
-    are kept, those with unknown identifiers as well, with the database, the role map and the side
-    tables in one new folder; the frames are decoded afresh whenever it is read. What the role map
-    names and the capture lacks is listed with the reason.
+    are kept, also those with unknown identifiers, with the database, the role map and the side
+    tables in one new folder; the frames are decoded again whenever it is read. Roles without samples
+    are listed with the reason.
 
-    Exit status: 0 done, 2 something given must be mended (nothing is left behind then).
+    Exit status: 0 done, 2 invalid input (see message); then no file is written.
 
     Examples:
 
@@ -161,8 +163,8 @@ def import_(
     from slipbench.protocol.recording.summary import imported
 
     capture = Capture(_one(log), roles, database, _named(table or []))
-    with _progress(f"importing {capture.log.name}") as told:
-        recording = import_capture(capture, out, told)
+    with _progress(f"importing {capture.log.name}") as progress:
+        recording = import_capture(capture, out, progress)
     imported(recording)
 
 
@@ -171,7 +173,7 @@ def _one(logs: list[Path]) -> Path:
         raise InputError(
             f"{len(logs)} logs at once",
             where=" ".join(map(str, logs)),
-            expected="one log: the clocks of several cannot be told to agree",
+            expected="one log: nothing shows that the clocks of several logs agree",
             remedy="if one logger wrote them on one clock, join them as candump text first:"
             " sort -m -n -k1.2,1 A.log B.log > both.log",
         )
@@ -179,7 +181,7 @@ def _one(logs: list[Path]) -> Path:
 
 
 def _named(tables: list[str]) -> dict[str, Path]:
-    """Take "gps=gps.csv" apart."""
+    """Tables by name, from texts such as "gps=gps.csv". Raises InputError."""
     found: dict[str, Path] = {}
     for text in tables:
         name, equals, file = text.partition("=")
@@ -195,7 +197,7 @@ def _named(tables: list[str]) -> dict[str, Path]:
 
 @contextmanager
 def _progress(what: str) -> "Iterator[Callable[[float], None]]":
-    """Show a bar on a terminal, nothing elsewhere."""
+    """Progress bar on a terminal; nothing elsewhere."""
     from rich.console import Console
     from rich.progress import Progress
 

@@ -40,10 +40,6 @@ Seconds = Annotated[float, _quantity("s")]
 Hertz = Annotated[float, _quantity("Hz")]
 Metres = Annotated[float, _quantity("m")]
 MetresPerSecond = Annotated[float, _quantity("m/s")]
-Radians = Annotated[float, _quantity("rad")]
-RadiansPerSecond = Annotated[float, _quantity("rad/s")]
-Ratio = Annotated[float, _quantity("")]
-RatioPerSecond = Annotated[float, _quantity("1/s")]
 
 Model = TypeVar("Model", bound=BaseModel)
 
@@ -55,10 +51,10 @@ def load_toml(path: Path) -> dict[str, Any]:
         return tomllib.loads(_not_too_deep(text.decode("utf-8").replace("\r\n", "\n")))
     except ValueError as cause:  # not TOML, not UTF-8, or a number of thousands of digits
         raise InputError(
-            "not valid TOML", where=str(path), found=str(cause), remedy="mend that line"
+            "not valid TOML", where=str(path), found=str(cause), remedy="correct that line"
         ) from cause
     except RecursionError as cause:
-        raise InputError("nested too deeply", where=str(path), remedy="mend it") from cause
+        raise InputError("nested too deeply", where=str(path), remedy="use fewer levels") from cause
 
 
 def _not_too_deep(text: str) -> str:
@@ -70,15 +66,23 @@ def _not_too_deep(text: str) -> str:
     return text
 
 
-def read_toml(path: Path, model: type[Model]) -> Model:
-    """Read a TOML file into `model`; every fault of the file is told at once."""
-    return parse(load_toml(path), model, where=str(path))
+def read_toml(path: Path, model: type[Model], *, recorded: bool = False) -> Model:
+    """Read a TOML file into `model`. Raises InputError that lists every fault of the file.
+
+    recorded: the file belongs to a recording; see `parse`.
+    """
+    return parse(load_toml(path), model, where=str(path), recorded=recorded)
 
 
-def parse(data: dict[str, Any], model: type[Model], where: str) -> Model:
-    """Check plain data against `model`; faults name the key and, for unknown keys, the nearest."""
+def parse(data: dict[str, Any], model: type[Model], where: str, *, recorded: bool = False) -> Model:
+    """Check plain data against `model`.
+
+    recorded: the trial is over, so hard bounds on its limits do not apply (older versions had none,
+    and accepted numbers without a unit as SI). Raises InputError that names the file and every key
+    at fault, and for an unknown key the nearest known one.
+    """
     try:
-        return model.model_validate(data)
+        return model.model_validate(data, context={"recorded": recorded})
     except ValidationError as cause:
         faults = [_fault(error, model, data) for error in cause.errors()]
         raise InputError("; ".join(faults), where=where) from cause
@@ -99,13 +103,13 @@ def _fault(error: Any, model: type[BaseModel], data: Any) -> str:
 
 def _written_path(location: tuple[Any, ...], data: Any) -> str:
     """Name a key as the file has it: without the tags that pydantic adds for unions."""
-    written = []
-    for part in location[:-1]:
+    written = ""
+    for number, part in enumerate(location, 1):
         inner = _inner(data, part)
-        if inner is not None:
-            written.append(str(part))
+        if inner is not None or number == len(location):
+            written += f"[{part}]" if isinstance(data, list | tuple) else f".{part}"
             data = inner
-    return ".".join([*written, str(location[-1])]) if location else ""
+    return written.removeprefix(".")
 
 
 def _inner(data: Any, part: Any) -> Any:

@@ -1,8 +1,8 @@
-"""What a user can put right is told in one form: what, where, expected, found, remedy."""
+"""Input errors have one form: what, where, expected, found, remedy."""
 
 
 class InputError(Exception):
-    """Something given to slipbench cannot be used, and the user can mend it.
+    """An input that slipbench cannot use and that the user can correct.
 
     Every command prints the message alone and exits with status 2; nothing else is caught.
     """
@@ -10,7 +10,7 @@ class InputError(Exception):
     def __init__(
         self, what: str, *, where: str = "", expected: str = "", found: str = "", remedy: str = ""
     ) -> None:
-        """Compose the message from its parts; empty parts are left out."""
+        """Compose the message from its parts; empty parts are omitted."""
         self.what, self.where, self.expected = what, where, expected
         self.found, self.remedy = found, remedy
         super().__init__(self._message())

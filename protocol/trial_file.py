@@ -1,67 +1,127 @@
-"""A trial as its TOML file describes it: what is excited, when, and within which limits."""
+"""A trial file: what is excited, when, and within which limits. Every bound has its reason."""
 
 from typing import Annotated, Literal
 
-from pydantic import Field, field_validator, model_validator
+from pydantic import Field, ValidationInfo, field_validator, model_validator
 
-from slipbench.protocol.configuration import (
-    Hertz,
-    Metres,
-    MetresPerSecond,
-    Radians,
-    RadiansPerSecond,
-    Ratio,
-    RatioPerSecond,
-    Seconds,
-    Section,
-)
+from slipbench.protocol.configuration import Section
+from slipbench.protocol.quantity import Between, shown
 
 RPM = 0.10471975511965977  # rad/s
+MILLISECOND = 0.001  # s, period of the fastest status on the bus
+Seed = Annotated[int, Field(ge=0, le=2**63 - 1)]
+
+
+def _default(value: str) -> float:
+    """Return the field of a quantity with a default, which is checked like a written one."""
+    return Field(default=value, validate_default=True)  # type: ignore[no-any-return]
+
+
+EngineSpeed = Annotated[
+    float,
+    Between(
+        "rpm", "500 rpm", "20000 rpm", "an engine below it stalls and no motorcycle turns faster"
+    ),
+]
+Speed = Annotated[
+    float,
+    Between(
+        "m/s",
+        "3 m/s",
+        "110 m/s",
+        "slip is not known below 3 m/s and no motorcycle on a track is faster than 110 m/s",
+    ),
+]
+Opening = Annotated[
+    float,
+    Between(
+        "",
+        "0.1 %",
+        "99 %",
+        "the throttle's stops are 0 % and 100 %: a limit there could never trip",
+    ),
+]
+SparkOffset = Annotated[
+    float,
+    Between(
+        "rad",
+        "-25 deg",
+        "15 deg",
+        "more retard overheats the exhaust and more advance makes the engine knock",
+    ),
+]
+Frequency = Annotated[
+    float, Between("Hz", "0.001 Hz", "500 Hz", "commands are sent at most every millisecond")
+]
 
 
 class OperatingPoint(Section):
     """Where the rider must hold the motorcycle before the bench arms."""
 
     gear: int = Field(ge=1, le=8)
-    engine_speed: RadiansPerSecond
-    engine_speed_window: RadiansPerSecond = Field(default=300 * RPM, gt=0)
-    steady_for: Seconds = Field(default=0.5, gt=0)
+    engine_speed: EngineSpeed
+    engine_speed_window: Annotated[
+        float, Between("rpm", "0.1 rpm", "1000 rpm", "further off it is another operating point")
+    ] = _default("300 rpm")
+    steady_for: Annotated[
+        float, Between("s", "50 ms", "60 s", "engine speed is sent every 5 ms and must settle")
+    ] = _default("500 ms")
+
+
+# By actuator, the largest amplitude of an excitation. Zero is for a slip target that stands still.
+AMPLITUDES = {
+    "throttle": Between("", "0 %", "25 %", "more is no small signal about an operating point"),
+    "spark": Between("rad", "0 deg", "15 deg", "more advance makes the engine knock"),
+    "slip": Between("", "0 %", "30 %", "a tyre slides from about 10 % to 20 % of slip on"),
+}
 
 
 class _Excitation(Section):
     """What every waveform has: an actuator, an amplitude in its unit, a duration."""
 
     actuator: Literal["throttle", "spark", "slip"]  # slip: the target of a controller
-    amplitude: str | float
-    duration: Seconds = Field(gt=0, le=3600)  # its whole table is made before the bench arms
+    amplitude: float  # throttle, slip: 0..1; spark: rad
+    duration: Annotated[
+        float,
+        Between("s", "100 ms", "3600 s", "less identifies nothing and the loop counts one hour"),
+    ]
+
+    @field_validator("amplitude", mode="plain")
+    @classmethod
+    def _in_its_unit(cls, value: object, info: ValidationInfo) -> float:
+        if "actuator" not in info.data:
+            raise ValueError("excitation.actuator is needed to check it")
+        return AMPLITUDES[info.data["actuator"]].validate(value, info)
 
 
 class Sweep(_Excitation):
     """A sine whose frequency runs from `start` to `stop`."""
 
     waveform: Literal["linear_sweep", "logarithmic_sweep"]
-    start: Hertz = Field(gt=0)
-    stop: Hertz = Field(gt=0)
+    start: Frequency
+    stop: Frequency
 
 
 class Square(_Excitation):
     """A square wave: opening and closing steps about the operating point."""
 
     waveform: Literal["square"]
-    frequency: Hertz = Field(gt=0)
+    frequency: Frequency
 
 
 class Multisine(_Excitation):
     """A random-phase odd multisine: odd harmonics of 1 / `period` between two frequencies.
 
-    With `detection`, one odd line of every four is left free, so that odd distortion shows there.
+    With `detection`, one odd line of every four has no power, so that odd distortion shows there.
     """
 
     waveform: Literal["multisine"]
-    lowest: Hertz = Field(gt=0)
-    highest: Hertz = Field(gt=0)
-    period: Seconds = Field(gt=0)
-    seed: int = 1
+    lowest: Frequency
+    highest: Frequency
+    period: Annotated[
+        float, Between("s", "10 ms", "600 s", "the trial plays at least one whole period")
+    ]
+    seed: Seed = 1
     detection: bool = False
 
 
@@ -69,115 +129,223 @@ Excitation = Annotated[Sweep | Square | Multisine, Field(discriminator="waveform
 
 
 class Command(Section):
-    """How the bench speaks to the actuators."""
+    """How the bench commands the actuators.
 
-    period: Seconds = 0.001
-    silence: Seconds = 0.020  # the devices take authority back after this much silence
+    silence: watchdog timeout of the devices; without a command for that long, they return authority
+    to the rider.
+    """
 
-    @field_validator("period")
+    period: Annotated[
+        float,
+        Between("s", "1 ms", "10 ms", "an actuator that is commanded less often moves in steps"),
+    ] = _default("1 ms")
+    silence: Annotated[
+        float,
+        Between("s", "2 ms", "50 ms", "for that long the last command acts with the bench dead"),
+    ] = _default("20 ms")
+
+    @field_validator("period", mode="after")
     @classmethod
     def _whole_milliseconds(cls, period: float) -> float:
-        ticks = round(period / 0.001)
-        if ticks < 1 or abs(period - ticks * 0.001) > 1e-9:
+        if abs(period - round(period / MILLISECOND) * MILLISECOND) > 1e-9:
             raise ValueError("must be a whole number of milliseconds, 1 ms or more")
-        return ticks * 0.001
+        return period
 
     @model_validator(mode="after")
     def _speaks_often_enough(self) -> "Command":
         if not self.period < self.silence:
             raise ValueError(
-                f"period = {self.period:g} s is not below silence = {self.silence:g} s: the devices"
-                " would take authority back between two commands"
+                f"period = {self.period} is not below silence = {self.silence}: the devices"
+                " would return authority between two commands"
             )
         return self
 
 
 class Limits(Section):
-    """What `permit` lets through, and what trips the trial."""
+    """What `permit` lets through, and what trips the trial.
 
-    throttle: tuple[Ratio, Ratio] = (0.0, 1.0)
-    throttle_deviation: Ratio = Field(gt=0)  # from the operating point, of command and grip
-    throttle_rate: RatioPerSecond = Field(gt=0)
-    spark: tuple[Radians, Radians]  # offset from the map
-    spark_rate: RadiansPerSecond = Field(gt=0)
-    engine_speed: tuple[RadiansPerSecond, RadiansPerSecond]
-    speed: tuple[MetresPerSecond, MetresPerSecond]
-    slip: Ratio = Field(gt=0)  # of the rear wheel, either way
-    front_slip: Ratio = Field(default=0.1, gt=0)  # of the front wheel, which rolls, either way
-    distance: Metres = Field(gt=0)  # from the button on
-    grip_closed: Ratio = 0.02  # the rider lets go below it
-    brake_pressure: Annotated[float, Field(gt=0)] = 2e5  # Pa
-    clutch: Ratio = 0.1
-    stale: Seconds = 0.015  # no frame of a safety-relevant status for this long
-    faults: int = Field(default=3, ge=1)  # consecutive faulty frames of one message that trip
+    throttle            of the command
+    throttle_deviation  from the operating point, of the command and of the rider's grip
+    spark               offset from the map
+    slip, front_slip    of the rear and the front wheel, either sign
+    distance            from the button on
+    grip_closed         below it the rider closes the throttle
+    stale               silence of a safety-relevant status
+    faults              consecutive faulty frames of one message
+    """
+
+    throttle: tuple[Opening, Opening] = Field(default=("0.1 %", "99 %"), validate_default=True)
+    throttle_deviation: Annotated[
+        float,
+        Between("", "0.05 %", "25 %", "the throttle steps by as much when the rider takes over"),
+    ]
+    throttle_rate: Annotated[
+        float,
+        Between("1/s", "1 %/s", "2000 %/s", "no servo opens faster: the limit could never trip"),
+    ]
+    spark: tuple[SparkOffset, SparkOffset]
+    spark_rate: Annotated[
+        float,
+        Between(
+            "rad/s",
+            "1 deg/s",
+            "2000 deg/s",
+            "the whole range within 20 ms is a step: the limit could never trip",
+        ),
+    ]
+    engine_speed: tuple[EngineSpeed, EngineSpeed]
+    speed: tuple[Speed, Speed]
+    slip: Annotated[
+        float, Between("", "0.1 %", "30 %", "a tyre slides from about 10 % to 20 % of slip on")
+    ]
+    front_slip: Annotated[
+        float,
+        Between("", "1 %", "30 %", "a front wheel that is 30 % off the speed locks or is in air"),
+    ] = _default("10 %")
+    distance: Annotated[
+        float, Between("m", "1 m", "9000 m", "no test track has a longer straight (8.7 km)")
+    ]
+    grip_closed: Annotated[
+        float, Between("", "0.5 %", "20 %", "the sensor's zero is uncertain by 0.5 %")
+    ] = _default("2 %")
+    brake_pressure: Annotated[
+        float, Between("Pa", "0.4 bar", "10 bar", "at 10 bar the rider brakes hard already")
+    ] = _default("2 bar")
+    clutch: Annotated[
+        float, Between("", "2 %", "50 %", "a clutch pulled by half transmits no torque any more")
+    ] = _default("10 %")
+    stale: Annotated[
+        float,
+        Between(
+            "s",
+            "6 ms",
+            "50 ms",
+            "statuses come every 5 ms and for that long the bench drives without seeing",
+        ),
+    ] = _default("15 ms")
+    faults: int = 3
+
+    @field_validator("faults", mode="before")
+    @classmethod
+    def _few_faults(cls, value: object, info: ValidationInfo) -> object:
+        if _recorded(info) or (type(value) is int and 1 <= value <= 10):
+            return value
+        raise ValueError(
+            "not a whole number from 1 to 10, because ten faulty frames in a row are no disturbance"
+            " but a broken sensor"
+        )
 
     @model_validator(mode="after")
     def _ordered(self) -> "Limits":
         for name in ("throttle", "spark", "engine_speed", "speed"):
             low, high = getattr(self, name)
             if not low < high:
-                raise ValueError(f"{name} = [{low:g}, {high:g}]: the lower bound comes first")
+                raise ValueError(f"{name} = [{low}, {high}]: the lower bound comes first")
+        return self
+
+    @model_validator(mode="after")
+    def _faults_before_stale(self, info: ValidationInfo) -> "Limits":
+        if not _recorded(info) and not self.faults * MILLISECOND < self.stale:
+            raise ValueError(
+                f"faults = {self.faults} could never trip: {self.faults} frames of a status that"
+                f" comes every millisecond last as long as stale = {self.stale}"
+            )
         return self
 
 
 class Timing(Section):
     """How late the loop may be before its trial counts as invalid.
 
-    A command that is late by `late` stands where the waveform was `late` ago. Half a tick is as
-    much as a device that hears a command every tick cannot tell from the bus's own jitter.
+    late    a tick that begins later than this is late. A command that is late by `late` has the
+            value that the waveform had `late` ago; half a tick is as much as a device that hears a
+            command every tick cannot distinguish from the jitter of the bus.
+    budget  of the ticks with authority; more late, refused or skipped ticks: the trial is invalid
     """
 
-    late: Seconds = Field(default=0.0005, gt=0)  # a tick that begins later than this is late
-    budget: Ratio = 0.01  # of the ticks with authority; more late, refused or skipped: invalid
+    late: Annotated[
+        float, Between("s", "10 us", "5 ms", "later commands are others than the analysis assumes")
+    ] = _default("500 us")
+    budget: Annotated[
+        float, Between("", "0 %", "10 %", "with more ticks missing it is another waveform")
+    ] = _default("1 %")
 
 
 class Controller(Section):
     """Slip control inside the trial: the waveform moves the target, not the actuator.
 
-    file: a controller file, relative to the trial file. target: slip; None for what stands at the
+    file: a controller file, relative to the trial file. target: slip; None for the slip at the
     button.
     """
 
     file: str
-    target: Ratio | None = None
+    target: (
+        Annotated[
+            float, Between("", "-30 %", "30 %", "a tyre slides from about 10 % to 20 % of slip on")
+        ]
+        | None
+    ) = None
+
+
+Place = Annotated[float, Between("m", "0 m", "100 km", "a trial lasts at most an hour")]
 
 
 class Stretch(Section):
-    """Part of the road that the virtual motorcycle meets, counted from the button."""
+    """Part of the road that the virtual motorcycle rides on, counted from the button.
+
+    factor: of the friction or of the load there against the rest of the road.
+    """
 
     of: Literal["grip", "load"]
-    start: Metres = Field(alias="from")
-    end: Metres = Field(alias="to")
-    factor: float = Field(gt=0)
+    start: Place = Field(alias="from")
+    end: Place = Field(alias="to")
+    factor: float = Field(ge=0.01, le=3.0)
 
     @model_validator(mode="after")
     def _ordered(self) -> "Stretch":
         if not self.start < self.end:
-            raise ValueError(f"from = {self.start:g} m lies behind to = {self.end:g} m")
+            raise ValueError(f"from = {self.start} lies behind to = {self.end}")
         return self
 
 
-class VirtualRider(Section):
-    """What the scripted rider of the virtual motorcycle does."""
+Wait = Annotated[float, Between("s", "0 s", "600 s", "nobody rides longer before a trial")]
 
-    presses_button_after: Seconds = 1.0  # from the moment the bench has armed
-    holds_button_for: Seconds | None = None  # None: until the bench is done
+
+class VirtualRider(Section):
+    """What the scripted rider of the virtual motorcycle does.
+
+    presses_button_after: from the moment when the bench has armed. holds_button_for: None until
+    the bench has finished.
+    """
+
+    presses_button_after: Wait = _default("1 s")
+    holds_button_for: (
+        Annotated[float, Between("s", "0 s", "3600 s", "the loop counts one hour")] | None
+    ) = None
 
 
 class TrialFile(Section):
-    """One trial file."""
+    """One trial file. hand_back: the ramp from the last command to what the rider's grip asks."""
 
-    name: str = Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$")
+    name: str = Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$", max_length=100)
     description: str = ""
     vehicle: str  # path of the vehicle file, relative to the trial file
-    seed: int = 1
+    seed: Seed = 1
     operating_point: OperatingPoint
     excitation: Excitation
     command: Command = Command()
-    settling: Seconds = Field(default=1.0, ge=0)
-    hand_back: Seconds = Field(default=0.5, gt=0)
-    ready_within: Seconds = Field(default=120.0, gt=0)
-    armed_for_at_most: Seconds = Field(default=120.0, gt=0)
+    settling: Annotated[
+        float, Between("s", "0 s", "60 s", "the rider waits for the throttle meanwhile")
+    ] = _default("1 s")
+    hand_back: Annotated[
+        float,
+        Between("s", "50 ms", "10 s", "a quicker ramp is a step and a longer one keeps the rider"),
+    ] = _default("500 ms")
+    ready_within: Annotated[float, Between("s", "100 ms", "3600 s", "the loop counts one hour")] = (
+        _default("120 s")
+    )
+    armed_for_at_most: Annotated[
+        float, Between("s", "100 ms", "3600 s", "the loop counts one hour")
+    ] = _default("120 s")
     limits: Limits
     timing: Timing = Timing()
     rider: VirtualRider = VirtualRider()
@@ -192,10 +360,30 @@ class TrialFile(Section):
 
     @model_validator(mode="after")
     def _hand_back_fits(self) -> "TrialFile":
+        rate = self.limits.throttle_rate
         fastest = self.limits.throttle_deviation / self.hand_back
-        if fastest > self.limits.throttle_rate:
+        if fastest > rate:
             raise ValueError(
-                f"hand_back = {self.hand_back:g} s could ask for {fastest:.3g}/s, more than "
-                f"limits.throttle_rate = {self.limits.throttle_rate:.3g}/s; lengthen it"
+                f"hand_back = {self.hand_back} could ask for {shown(fastest, rate)}, more than"
+                f" limits.throttle_rate = {rate}; lengthen it"
             )
         return self
+
+    @model_validator(mode="after")
+    def _rates_can_trip(self, info: ValidationInfo) -> "TrialFile":
+        limits, period = self.limits, self.command.period
+        for name, rate, most in (
+            ("throttle_rate", limits.throttle_rate, 2 * limits.throttle_deviation),
+            ("spark_rate", limits.spark_rate, limits.spark[1] - limits.spark[0]),
+        ):
+            if not _recorded(info) and rate * period >= most:
+                raise ValueError(
+                    f"limits.{name} = {rate} could never trip: from one command to the next, after"
+                    f" {period}, the other limits permit a change of"
+                    f" {shown(most / period, rate)} at most; lower it"
+                )
+        return self
+
+
+def _recorded(info: ValidationInfo) -> bool:
+    return bool(info.context and info.context.get("recorded"))

@@ -6,7 +6,7 @@ from tokenize import TokenError
 
 import pint
 
-from slipbench.protocol.errors import InputError
+from slipbench.protocol.errors import InputError, readable
 
 # Spellings that databases and loggers use and that mean something else, or nothing, to pint.
 ALIASES = {
@@ -113,7 +113,7 @@ def parse_quantity(text: str | float | int, to: str) -> float:
         slope, offset = linear(unit.strip(), to)
     except ValueError as cause:
         raise InputError(
-            f"{text!r} is not a quantity",
+            f"{readable(repr(text), 80)} is not a quantity",
             expected=f"a number, a space and a unit that converts to {to or 'a pure number'}",
             found=str(cause),
             remedy='write it as in "14000 rpm", "4 %" or "20 ms"',

@@ -6,10 +6,11 @@ from dataclasses import dataclass, replace
 import can
 
 from slipbench.bench.gateway.controller_state import ControllerState
-from slipbench.bench.gateway.sender_monitor import OURS, Senders
+from slipbench.bench.gateway.fail_safe import FailSafe, described
+from slipbench.bench.gateway.sender_monitor import OURS, SenderMonitor
 from slipbench.bench.gateway.slip_control import slip_control
 from slipbench.bench.gateway.stamps import Stamp, as_stamped
-from slipbench.bench.gateway.tx_echo import OwnFrames
+from slipbench.bench.gateway.tx_echo import TxEcho
 from slipbench.bench.loop.clock import SECOND
 from slipbench.bench.loop.loop import LAST_TICK, MOST_TICKS
 from slipbench.bench.loop.ring import BIT_RATE_SWITCH, ERROR, EXTENDED, FD, REMOTE, SENT, Ring
@@ -26,7 +27,7 @@ from slipbench.bench.safety.trial import (
     wanted,
 )
 from slipbench.bench.safety.trial import due as waveform_due
-from slipbench.bench.safety.vehicle_monitor import SAFETY, Lookout, Wheels
+from slipbench.bench.safety.vehicle_monitor import SAFETY, VehicleMonitor, Wheels
 from slipbench.bench.safety.vehicle_state import Seen
 from slipbench.protocol.codec import e2e
 from slipbench.protocol.codec.codec import Codec, Sender
@@ -81,12 +82,12 @@ class Gateway:
         self._plan, self._bus, self._codec, self._ring = plan, bus, codec, ring
         self._stamp = stamp
         self._sender = Sender(codec)
-        self._own = OwnFrames()
+        self._own = TxEcho()
         self._controller = ControllerState(bus)
         self._ours = {codec.identifier(name) for name in OURS}
-        self._lookout = Lookout(wheels)
+        self._monitor = VehicleMonitor(wheels)
         self._control = slip_control(plan, wheels, database)
-        self._senders = Senders(_cycles(database))
+        self._senders = SenderMonitor(_cycles(database))
         self._protected = dict.fromkeys(SAFETY, e2e.INITIAL)
         self._last = ActuatorCommand(Authority.NONE, 0.0, 0.0, 0.0)
         self._asked_since = 0.0
@@ -95,18 +96,77 @@ class Gateway:
         self._listened = -math.inf
         self._status_due = 0.0
         self._ended_at: float | None = None
+        self._unrecorded: can.Message | None = None
+        self._fail_safe = FailSafe(codec)
         self.state = TrialState()
         self.changes: list[PhaseChange] = []
         self.refusals: list[str] = []
         self.refused = False  # whether the bus refused the last command
 
     def tick(self, number: int, due: int) -> bool:
-        """Do what is due at `due` (ns); False once the trial has ended and was told about."""
+        """Do what is due at `due` (ns); False once the trial has ended and its status was sent.
+
+        An exception in it ends the trial in the same tick: authority is released, the reason is
+        kept, and what comes on the bus is recorded until the end.
+        """
+        if not self._fail_safe.active:
+            try:
+                return self._tick(number, due)
+            except Exception as fault:  # whatever it is: the rider has the throttle at once
+                self.fail(fault, due, f"in tick {number}")
+        return self._fail_safe_tick(number, due)
+
+    def fail(self, fault: Exception, due: int, where: str) -> None:
+        """End the trial because of an exception at `due` (ns); nothing in it depends on others."""
+        self._fail_safe.active = True
+        self._fail_safe.records_sent = self._own.silent
+        text = f"internal error {where}: {described(fault)}"
+        self.refusals.insert(0, text)
+        if self.state.phase not in ENDED:
+            trip = Trip(TripReason.INTERNAL_ERROR, text)
+            self.state = replace(self.state, phase=Phase.TRIPPED, since=due / SECOND, trip=trip)
+            self.changes.append(PhaseChange(Phase.TRIPPED, due))
+        if self._ended_at is None:
+            self._ended_at = due / SECOND
+
+    def _fail_safe_tick(self, number: int, due: int) -> bool:
+        """Send a release and a status, and record; each step whatever became of the others."""
+        now, attempt = due / SECOND, self._fail_safe.attempt
+        self.refused = not attempt(self._put_now, self._fail_safe.release(self._sender, now), due)
+        if now >= self._status_due:
+            self._status_due = now + STATUS_PERIOD - 1e-6
+            trip = self.state.trip.reason if self.state.trip else TripReason.NONE
+            status = TrialStatus(self.state.phase, Authority.NONE, trip, number)
+            attempt(self._put_now, self._fail_safe.status(self._sender, status), due)
+        attempt(self._record_waiting, due)
+        return self._ended_at is None or now - self._ended_at < AFTERWARDS
+
+    def _put_now(self, frame: tuple[int, bytes], due: int) -> bool:
+        identifier, data = frame
+        message = can.Message(arbitration_id=identifier, data=data, is_extended_id=False)
+        self._bus.send(message)
+        if self._fail_safe.records_sent:
+            self._record(message, due, own=True)
+        return True
+
+    def _record_waiting(self, due: int) -> None:
+        """Record what has arrived, the frame at which the exception came included."""
+        waiting, self._unrecorded = self._unrecorded, None
+        for _ in range(MOST_FRAMES):
+            if waiting is not None:
+                own = waiting.arbitration_id in self._ours
+                time_ns = self._fail_safe.attempt(self._stamp, waiting.timestamp, default=due)
+                self._record(waiting, time_ns, own)
+            waiting = self._bus.recv(0)
+            if waiting is None:
+                return
+
+    def _tick(self, number: int, due: int) -> bool:
         now = due / SECOND
         behind = not self._listen(now) or self._behind
         self._behind = False
         recording = not (self._full or self._ring.failed)
-        seen = self._lookout.seen(
+        seen = self._monitor.seen(
             now,
             bus_off=self._controller.off() or self._refused_in_a_row >= OFF_THE_BUS,
             recording=recording,
@@ -131,18 +191,27 @@ class Gateway:
     @property
     def expects_the_button(self) -> bool:
         """Tell whether the trial would begin if the rider pressed the button now."""
+        if self._fail_safe.active:
+            return False
         armed = self.state.phase == Phase.ARMED and self.state.released
         return armed and not self._behind and not self._refused_in_a_row
 
     def attend(self, due: int) -> bool:
         """Listen between two ticks, at `due` (ns); True where the rider has pressed the button."""
         now = due / SECOND
-        self._behind = not self._listen(now)
-        return not self._behind and self._lookout.seen(now).rider.button
+        try:
+            self._behind = not self._listen(now)
+            return not self._behind and self._monitor.seen(now).rider.button
+        except Exception as fault:  # as in `tick`, which follows at once
+            self.fail(fault, due, "between two ticks")
+            return True
 
     def stop(self, due: int, why: str = "stopped by the operator") -> None:
-        """End the trial from outside, be it by the operator's interrupt."""
-        self._trip(TripReason.STOPPED, why, due)
+        """End the trial from outside, as by the operator's interrupt."""
+        try:
+            self._trip(TripReason.STOPPED, why, due)
+        except Exception as fault:
+            self.fail(fault, due, "while it was stopped")
 
     def _trip(self, reason: TripReason, detail: str, due: int) -> None:
         self._move_to(tripped(self.state, Trip(reason, detail), due / SECOND), due)
@@ -162,30 +231,34 @@ class Gateway:
                 return True
             if message is None:
                 return True
+            self._unrecorded = message
+            identifier, data = message.arbitration_id, bytes(message.data)
+            own = (
+                not message.is_error_frame
+                and identifier in self._ours
+                and self._own.heard(identifier, data)
+            )
+            self._record(message, self._stamp(message.timestamp), own)
+            self._unrecorded = None
             if message.is_error_frame:
                 self._controller.heard(message)
-                self._record(message, self._stamp(message.timestamp), own=False)
-                continue
-            identifier, data = message.arbitration_id, bytes(message.data)
-            own = identifier in self._ours and self._own.heard(identifier, data)
-            self._record(message, self._stamp(message.timestamp), own)
-            if not (own or _carries_nothing(message)):
+            elif not (own or _carries_nothing(message)):
                 self._observe(identifier, data, now, since)
         return False
 
     def _observe(self, identifier: int, data: bytes, now: float, since: float) -> None:
         decoded = self._codec.decode(identifier, data)
         if isinstance(decoded, FrameFault):
-            self._lookout.fault(decoded.message)
+            self._monitor.fault(decoded.message)
             return
         name = self._codec.name(identifier)
         if name is None:
             return
         self._senders.heard(name, now, self._codec.counter(identifier, data))
         if name in self._protected and not self._in_sequence(name, identifier, data, now):
-            self._lookout.fault(name)
+            self._monitor.fault(name)
             return
-        self._lookout.observe(name, decoded, since)
+        self._monitor.observe(name, decoded, since)
         if self._control:
             self._control.observe(name, decoded, now)
 
@@ -245,7 +318,7 @@ class Gateway:
         if state.phase != self.state.phase:
             self.changes.append(PhaseChange(state.phase, due))
             if state.phase == Phase.EXCITING:
-                self._lookout.start_distance(due / SECOND)
+                self._monitor.start_distance(due / SECOND)
             if state.phase in ENDED:
                 self._ended_at = due / SECOND
         self.state = state

@@ -1,4 +1,4 @@
-"""One message has one sender: two vehicles, or two benches, on one bus are found out.
+"""Detect two senders of one message: two vehicles, or two benches, on one bus.
 
 By the counters, within milliseconds: of two senders each counts for itself, so a frame repeats the
 counter of the one before it, or goes on from the one before that. By the number of frames, within
@@ -39,7 +39,7 @@ class _Turns:
         return self.score >= OUT_OF_TURN
 
 
-class Senders:
+class SenderMonitor:
     """Judges the counters, and counts the frames, of every periodic message."""
 
     def __init__(self, cycles: Mapping[str, float]) -> None:

@@ -1,4 +1,4 @@
-"""Which frames are our own: on a shared bus only a comparison with what was sent can tell.
+"""Recognise our own frames on a shared bus by comparison with what was sent.
 
 On some interfaces python-can marks as sent all frames of the same machine, on others those of the
 same socket (docs/decisions/own-frames-on-socketcan.md), so every frame that was sent is remembered
@@ -11,7 +11,7 @@ PATIENCE = 50  # frames sent without hearing one back: this interface does not e
 WAITING = 2000  # frames; a bus that stalls for two seconds still gives back what was sent
 
 
-class OwnFrames:
+class TxEcho:
     """Frames that were sent and not heard yet, oldest first, each identifier by itself.
 
     A controller sends what is urgent first: frames of different identifiers may overtake.

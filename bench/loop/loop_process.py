@@ -7,7 +7,7 @@ memory: frames and ticks for the recorder, phases for whoever watches.
 import signal
 import threading
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
 
@@ -71,14 +71,15 @@ def serve(order: LoopOrder, pipe: Connection) -> None:
         try:
             bus = open_things.enter_context(open_bus(order.address, hears_itself=True))
         except InputError as fault:
-            pipe.send(fault)
+            with suppress(ConnectionError):  # whoever started this may have been interrupted
+                pipe.send(fault)
             return
         frames = open_things.enter_context(shared_ring(order.frames))
         phases = open_things.enter_context(shared_ring(order.phases, PHASES))
-        pipe.send(receive_buffer(bus))
         try:
+            pipe.send(receive_buffer(bus))
             pipe.recv()
-        except EOFError:  # whoever started this had something against it
+        except (EOFError, ConnectionError):  # whoever started this ended before it began
             return
         pipe.send(run_loop(order, bus, frames, phases, stop))
 

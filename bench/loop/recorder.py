@@ -15,7 +15,7 @@ from multiprocessing.process import BaseProcess
 from pathlib import Path
 from typing import BinaryIO
 
-from slipbench.bench.loop.interrupts import asking
+from slipbench.bench.loop.interrupts import ignore_interrupts, start
 from slipbench.bench.loop.realtime_process import run_before_ordinary_processes
 from slipbench.bench.loop.ring import (
     BIT_RATE_SWITCH,
@@ -122,7 +122,7 @@ def start_recorder(
         args=(ring_name, folder, bus, table, os.getpid(), pipe),
         name="slipbench recorder",
     )
-    process.start()
+    start(process)
     if pipe is not None:
         pipe.close()
     return process
@@ -141,8 +141,8 @@ def _record(
     The operator's Ctrl-C, or the terminal's end, reaches every process of the terminal: it ends the
     trial, and only when that has handed back the recorder.
     """
-    for number in asking():
-        signal.signal(number, signal.SIG_IGN)
+    ignore_interrupts()
+    signal.signal(signal.SIGTERM, signal.SIG_IGN)
     run_before_ordinary_processes()
     memory, ring = attach_shared(ring_name)
     with ExitStack() as files:

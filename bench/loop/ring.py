@@ -10,6 +10,8 @@ from collections.abc import Iterator
 from multiprocessing.shared_memory import SharedMemory
 from typing import NamedTuple
 
+from slipbench.bench.loop.interrupts import start_resource_tracker
+
 SLOT = struct.Struct("=qIBBxx64s")
 HEADER = 64  # bytes: written, read, closed, failed, each a uint64
 WRITTEN, READ, CLOSED, FAILED = range(4)
@@ -112,6 +114,7 @@ class Ring:
 
 def create_shared(slots: int = 1 << 16) -> tuple[SharedMemory, Ring]:
     """Make a ring in shared memory; the default holds about 15 s of a bus at 60 % load."""
+    start_resource_tracker()
     memory = SharedMemory(create=True, size=Ring.size(slots))
     return memory, Ring(_buffer(memory), slots)
 

@@ -3,7 +3,7 @@
 import multiprocessing
 import signal
 from collections.abc import Iterator, Mapping
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
@@ -17,7 +17,7 @@ import numpy as np
 from slipbench.bench.bus.opening import BusAddress, open_bus
 from slipbench.bench.loop.clock import MonotonicClock
 from slipbench.bench.loop.exit_status import ended
-from slipbench.bench.loop.interrupts import asking
+from slipbench.bench.loop.interrupts import ignore_interrupts, start, start_resource_tracker
 from slipbench.bench.loop.realtime_process import NO_SPIN, die_with, one_processor, undisturbed
 from slipbench.bench.replay.replay import Replayed, replay
 from slipbench.bench.replay.replay_controls import SIZE, Controls
@@ -103,15 +103,17 @@ def running_replay(order: ReplayOrder, speed: float, passes: int) -> Iterator[Ru
     with _shared_controls() as (name, controls):
         controls.begin(speed, passes)
         process = spawning.Process(target=_serve, args=(order, name, theirs), name="replay")
-        process.start()
-        theirs.close()
         try:
+            start(process)
+            theirs.close()
             ready = _received(ours, Ready, process)
             yield RunningReplay(ours, process, ready, controls)
         finally:
             controls.stop()
             ours.close()
-            process.join(ENDING)
+            theirs.close()
+            if process.pid is not None:
+                process.join(ENDING)
             if process.is_alive():
                 process.kill()
                 process.join()
@@ -120,8 +122,7 @@ def running_replay(order: ReplayOrder, speed: float, passes: int) -> Iterator[Ru
 def _serve(order: ReplayOrder, controls_name: str, pipe: Connection) -> None:
     """Read, open, say so, wait for the word, replay, report; the process's main."""
     die_with(signal.SIGTERM)
-    for number in set(asking()) - {signal.SIGTERM}:  # who started this stops it by the controls
-        signal.signal(number, signal.SIG_IGN)
+    ignore_interrupts()  # who started this stops it by the controls
     with ExitStack() as stack:
         _, controls = stack.enter_context(_shared_controls(controls_name))
         try:
@@ -131,8 +132,9 @@ def _serve(order: ReplayOrder, controls_name: str, pipe: Connection) -> None:
             pipe.recv()
             pipe.send(_run(log, outputs, controls))
         except InputError as fault:
-            pipe.send(fault)
-        except EOFError:  # whoever started this had something against it
+            with suppress(ConnectionError):  # whoever started this may have been interrupted
+                pipe.send(fault)
+        except (EOFError, ConnectionError):  # whoever started this ended before it began
             return
 
 
@@ -195,6 +197,7 @@ def _received(pipe: Connection, kind: type[Answer], process: BaseProcess) -> Ans
 @contextmanager
 def _shared_controls(name: str | None = None) -> Iterator[tuple[str, Controls]]:
     """Make controls in shared memory, or open those of that name."""
+    start_resource_tracker()
     memory = SharedMemory(name=name, create=name is None, size=SIZE)
     assert memory.buf is not None
     controls = Controls(memory.buf)

@@ -42,7 +42,7 @@ class Wheels:
     teeth: int
 
 
-class Lookout:
+class VehicleMonitor:
     """Keeps the last good message of each kind, and how long ago it came."""
 
     def __init__(self, wheels: Wheels) -> None:

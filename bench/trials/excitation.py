@@ -7,8 +7,8 @@ import numpy as np
 import numpy.typing as npt
 
 from slipbench.protocol.errors import InputError
+from slipbench.protocol.quantity import shown
 from slipbench.protocol.trial_file import Multisine, Square, Sweep, TrialFile
-from slipbench.protocol.units import parse_quantity
 from slipbench.protocol.waveforms import waveform
 
 FloatArray = npt.NDArray[np.float64]
@@ -41,33 +41,32 @@ class Excitation:
         return float(self.table[index]) if 0 <= index < self.table.size else 0.0
 
 
-def plan_excitation(trial: TrialFile) -> Excitation:
-    """Compute the waveform of a trial and check that the bench can carry it.
+def plan_excitation(trial: TrialFile, where: str = "") -> Excitation:
+    """Compute the waveform of a trial. where: the trial file, for messages.
 
-    Raises InputError where a frequency is beyond the command rate, or where amplitude or rate
-    exceed the trial's own limits.
+    Raises InputError where a frequency is above what the command rate allows, or where amplitude or
+    rate exceed the trial's own limits.
     """
-    spec, limits = trial.excitation, trial.limits
-    unit, most, rate = {
-        "throttle": ("", limits.throttle_deviation, limits.throttle_rate),
-        "spark": ("rad", min(-limits.spark[0], limits.spark[1]), limits.spark_rate),
-        "slip": ("", limits.slip, math.inf),  # a target; what moves is the controller's to limit
+    spec, limits, where = trial.excitation, trial.limits, where or trial.name
+    most, rate = {
+        "throttle": (limits.throttle_deviation, limits.throttle_rate),
+        "spark": (min(-limits.spark[0], limits.spark[1]), limits.spark_rate),
+        "slip": (limits.slip, math.inf),  # a target: the controller limits its actuator itself
     }[spec.actuator]
-    amplitude = parse_quantity(spec.amplitude, unit)
-    _check_amplitude(trial, amplitude, most)
-    _check_frequency(trial)
+    _check_amplitude(trial, most, where)
+    _check_frequency(trial, where)
     count = round(spec.duration / trial.command.period)
     time = np.arange(count, dtype=np.float64) * trial.command.period
-    wave = amplitude * waveform(trial.excitation)(time)
+    wave = float(spec.amplitude) * waveform(trial.excitation)(time)
     step = rate * trial.command.period
     if spec.actuator == "slip":
         return Excitation(spec.actuator, wave, trial.command.period)
     wave = _limit_rate(wave, step) if isinstance(spec, Square) else _end_at_zero(wave)
-    _check_rate(trial, wave, rate)
+    _check_rate(trial, wave, rate, where)
     return Excitation(spec.actuator, wave, trial.command.period)
 
 
-def _check_frequency(trial: TrialFile) -> None:
+def _check_frequency(trial: TrialFile, where: str) -> None:
     spec, period = trial.excitation, trial.command.period
     match spec:
         case Sweep():
@@ -76,44 +75,49 @@ def _check_frequency(trial: TrialFile) -> None:
             key, highest = "frequency", spec.frequency
         case Multisine():
             key, highest = "highest", spec.highest
-            _check_multisine(spec)
+            _check_multisine(spec, where)
     carried = 1 / (COMMANDS_PER_CYCLE * period)
     if highest > carried * (1 + 1e-9):
         raise InputError(
-            f"excitation.{key} = {highest:g} Hz is more than the command rate carries",
-            where=trial.name,
-            expected=f"at most {carried:g} Hz ({1 / period:g} commands/s / {COMMANDS_PER_CYCLE})",
-            found=f"{highest:g} Hz",
+            f"excitation.{key} = {highest} is more than the command rate carries",
+            where=where,
+            expected=f"at most {shown(carried, highest)}: {COMMANDS_PER_CYCLE} commands in a"
+            f" cycle, a command every {period}",
+            found=f"{highest}",
             remedy="lower it or shorten command.period",
         )
 
 
-def _check_multisine(spec: Multisine) -> None:
+def _check_multisine(spec: Multisine, where: str) -> None:
     lines = np.arange(1, int(spec.highest * spec.period + 1e-9) + 1, 2)
     if not np.any(lines >= spec.lowest * spec.period - 1e-9):
         raise InputError(
             "excitation: no odd harmonic lies between lowest and highest",
-            found=f"{spec.lowest:g} .. {spec.highest:g} Hz with a period of {spec.period:g} s",
+            where=where,
+            found=f"{spec.lowest} .. {spec.highest} with a period of {spec.period}",
             remedy="lengthen the period or widen the band",
         )
     if spec.duration < spec.period:
         raise InputError(
             "excitation.duration is shorter than one period of the multisine",
-            expected=f"at least {spec.period:g} s",
-            found=f"{spec.duration:g} s",
+            where=where,
+            expected=f"at least {spec.period}",
+            found=f"{spec.duration}",
+            remedy="lengthen excitation.duration or shorten excitation.period",
         )
 
 
-def _check_amplitude(trial: TrialFile, amplitude: float, most: float) -> None:
+def _check_amplitude(trial: TrialFile, most: float, where: str) -> None:
+    amplitude = trial.excitation.amplitude
     if not 0 < amplitude <= most and not amplitude == 0 == _least(trial):
         key = {"throttle": "throttle_deviation"}.get(
             trial.excitation.actuator, trial.excitation.actuator
         )
         raise InputError(
             f"excitation.amplitude = {trial.excitation.amplitude} is outside the trial's limits",
-            where=trial.name,
-            expected=f"above 0 and at most {most:.4g} (limits.{key})",
-            found=f"{amplitude:.4g}",
+            where=where,
+            expected=f"above 0 and at most {shown(most, amplitude)} (limits.{key})",
+            found=f"{amplitude}",
             remedy=f"lower the amplitude, or widen limits.{key} if the rider can take it",
         )
 
@@ -123,14 +127,14 @@ def _least(trial: TrialFile) -> float:
     return 0.0 if trial.excitation.actuator == "slip" else math.inf
 
 
-def _check_rate(trial: TrialFile, wave: FloatArray, rate: float) -> None:
+def _check_rate(trial: TrialFile, wave: FloatArray, rate: float, where: str) -> None:
     fastest = float(np.max(np.abs(np.diff(wave, prepend=0.0, append=0.0)))) / trial.command.period
     if isinstance(trial.excitation, Sweep | Multisine) and fastest > rate * (1 + 1e-9):
         raise InputError(
             "the excitation moves faster than the trial's rate limit",
-            where=trial.name,
-            expected=f"at most {rate:.4g} per second (limits.{trial.excitation.actuator}_rate)",
-            found=f"{fastest:.4g} per second",
+            where=where,
+            expected=f"at most {rate} (limits.{trial.excitation.actuator}_rate)",
+            found=shown(fastest, rate),
             remedy="lower the amplitude or the highest frequency, or raise the rate limit",
         )
 

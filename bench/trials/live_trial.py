@@ -17,7 +17,7 @@ from types import FrameType
 
 from slipbench.bench.bus.opening import BusAddress
 from slipbench.bench.loop.exit_status import ended
-from slipbench.bench.loop.interrupts import asking
+from slipbench.bench.loop.interrupts import asking, start
 from slipbench.bench.loop.liveness import Pulse
 from slipbench.bench.loop.loop_process import PHASES, LoopOrder, LoopReport, drain_phases, serve
 from slipbench.bench.loop.process_watch import process_pipe
@@ -144,10 +144,10 @@ def live_trial(
             None if vehicle is None else vehicle.pipe,
         )
         loop = spawning.Process(target=serve, args=(order, theirs), name="slipbench loop")
-        loop.start()
-        theirs.close()
-        watching.close()
         try:
+            start(loop)
+            theirs.close()
+            watching.close()
             with _interrupts_passed_on(loop) as asked:
                 room = _opened(ours, loop, address, asked)
                 yield LiveTrial(loop, ours, frames, phases, order, room, watched, vehicle)
@@ -155,7 +155,9 @@ def live_trial(
             ours.close()
             watched.close()
             frames.close()
-            loop.join(JOIN)
+            theirs.close()
+            if loop.pid is not None:
+                loop.join(JOIN)
             if loop.is_alive():
                 loop.kill()
                 loop.join()
@@ -187,6 +189,8 @@ def _opened(
         raise RuntimeError(f"the loop's process did not start ({ended(loop)})") from cause
     if isinstance(answer, InputError):
         raise answer
+    if asked.is_set():  # the loop had opened its bus before it heard of it
+        raise KeyboardInterrupt
     return answer
 
 

@@ -1,4 +1,4 @@
-"""How a trial ended, and what of it goes into run.toml."""
+"""Outcome of a trial, and its tables in run.toml."""
 
 import math
 from collections import Counter
@@ -21,7 +21,7 @@ from slipbench.protocol.trial_file import Timing, TrialFile
 class Outcome:
     """A trial's last state, its phases, and what became of every tick.
 
-    died  why the loop could not report; state and phases are then the last that were told
+    died  why the loop could not report; state and phases are then the last reported ones
     """
 
     state: TrialState
@@ -42,7 +42,7 @@ class Outcome:
 
     @property
     def trip(self) -> str:
-        """Say why it tripped; empty where it did not."""
+        """Reason of the trip in words; empty if there was none."""
         return self.state.trip.detail if self.state.trip else self.died
 
     def to_pandas(self) -> Any:

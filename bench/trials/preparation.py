@@ -8,11 +8,13 @@ from slipbench.bench.safety.trial import Plan, plan_of
 from slipbench.bench.trials.excitation import plan_excitation
 from slipbench.bench.trials.wire_limits import check_wire
 from slipbench.bench.vehicle.virtual_motorcycle import Ride, read_vehicle
+from slipbench.protocol.codec.codec import Codec
 from slipbench.protocol.configuration import read_toml
 from slipbench.protocol.controller_file import Bounds, ControllerFile
 from slipbench.protocol.database.database import load_database
 from slipbench.protocol.database.layout import Database
 from slipbench.protocol.errors import InputError
+from slipbench.protocol.quantity import shown
 from slipbench.protocol.shipped_files import file_or_shipped
 from slipbench.protocol.trial_file import TrialFile
 
@@ -36,7 +38,7 @@ class Prepared:
 
 
 def prepare(trial_path: Path, database_path: Path) -> Prepared:
-    """Read and check a trial; raises InputError for whatever the user must mend."""
+    """Read and check a trial; raises InputError for every input error."""
     trial = read_toml(trial_path, TrialFile)
     vehicle_path = file_or_shipped(trial.vehicle, "vehicle", folder=trial_path.parent).resolve()
     controller_path = _controller_path(trial, trial_path)
@@ -44,7 +46,9 @@ def prepare(trial_path: Path, database_path: Path) -> Prepared:
     if controller:
         check_controller(controller, trial, str(controller_path))
     _check_length(trial, str(trial_path))
-    excitation, database = plan_excitation(trial), load_database(database_path)
+    excitation = plan_excitation(trial, str(trial_path))
+    database = load_database(database_path)
+    Codec(database)
     check_wire(trial, excitation, database, str(trial_path))
     return Prepared(
         plan_of(trial, excitation, controller),
@@ -66,9 +70,9 @@ def _check_length(trial: TrialFile, where: str) -> None:
     raise InputError(
         f"the trial has more than the {MOST_TICKS} ticks that the loop can count",
         where=where,
-        expected=f"up to {longest:g} s of operating_point.steady_for, excitation.duration, "
+        expected=f"up to {shown(longest, trial.excitation.duration)} of operating_point.steady_for, excitation.duration, "
         "settling and hand_back together",
-        found=f"{least + trial.excitation.duration:g} s",
+        found=shown(least + trial.excitation.duration, trial.excitation.duration),
         remedy="shorten excitation.duration, make two trials of it, or lengthen command.period",
     )
 
@@ -86,8 +90,8 @@ def check_controller(controller: ControllerFile, trial: TrialFile, where: str) -
         raise InputError(
             "the controller was designed for another command period",
             where=where,
-            expected=f"{period * 1e3:g} ms (command.period)",
-            found=f"{controller.period * 1e3:g} ms",
+            expected=f"{period} (command.period)",
+            found=shown(controller.period, period),
             remedy="design it again, or change command.period",
         )
     most = limits.throttle_deviation
@@ -109,8 +113,9 @@ def _inside(
     raise InputError(
         f"the controller may move the {actuator} further or faster than the trial permits",
         where=where,
-        expected=f"{low:.4g} .. {high:.4g} at up to {rate:.4g}/s (the trial's limits)",
-        found=f"{bounds.low:.4g} .. {bounds.high:.4g} at up to {bounds.rate:.4g}/s",
+        expected=f"{shown(low, high)} .. {high} at up to {rate} (the trial's limits)",
+        found=f"{shown(bounds.low, high)} .. {shown(bounds.high, high)}"
+        f" at up to {shown(bounds.rate, rate)}",
         remedy="design it for these limits, or narrow its limits",
     )
 
@@ -128,13 +133,13 @@ def _ramps(controller: ControllerFile, trial: TrialFile, where: str) -> None:
         ways.append(("spark", _farthest(controller.limits), limits.spark_rate))
     for actuator, way, rate in ways:
         if way > rate * trial.hand_back:
+            least = shown(way / rate, trial.hand_back)
             raise InputError(
                 f"the hand-back could move the {actuator} faster than the trial permits",
                 where=where,
-                expected=f"up to {rate:.4g}/s (the trial's limits)",
-                found=f"{way:.4g} within hand_back = {trial.hand_back:g} s: "
-                f"{way / trial.hand_back:.4g}/s",
-                remedy=f"lengthen hand_back to {way / rate:.3g} s",
+                expected=f"up to {rate} (limits.{actuator}_rate)",
+                found=f"{shown(way / trial.hand_back, rate)} within hand_back = {trial.hand_back}",
+                remedy=f"lengthen hand_back to {least}",
             )
 
 

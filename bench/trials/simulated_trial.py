@@ -9,12 +9,13 @@ from pathlib import Path
 
 from slipbench.bench.bus.faults import NO_FAULTS, FaultPlan
 from slipbench.bench.bus.simulated_bus import SimulatedBus
+from slipbench.bench.gateway.fail_safe import described
 from slipbench.bench.gateway.gateway import Gateway
 from slipbench.bench.loop.clock import MILLISECOND, SECOND, SimulatedClock
 from slipbench.bench.loop.loop import run_periodic
 from slipbench.bench.loop.recorder import Recorder, open_log, what_failed
 from slipbench.bench.loop.ring import Ring
-from slipbench.bench.loop.ticks import TICKS, noting, tick_table
+from slipbench.bench.loop.ticks import TICKS, noting, read_ticks, tick_table
 from slipbench.bench.trials.outcome import Outcome
 from slipbench.bench.trials.preparation import Prepared
 from slipbench.bench.vehicle.virtual_motorcycle import VirtualMotorcycle, wheels_of
@@ -53,11 +54,16 @@ def run_simulated(
         world = _World(wire, motorcycle, recorder, progress)
         clock = SimulatedClock(START, world.live_until)
         period = round(prepared.trial.command.period * SECOND)
-        lateness = run_periodic(
-            gateway.tick, period, clock, note=noting(ring), refused=lambda: gateway.refused
-        )
+        try:
+            lateness = run_periodic(
+                gateway.tick, period, clock, note=noting(ring), refused=lambda: gateway.refused
+            )
+        except Exception as fault:  # outside the gateway's tick: release, then tell the outcome
+            gateway.fail(fault, clock.now_ns(), "between two ticks")
+            gateway.tick(0, clock.now_ns())
+            lateness = read_ticks(folder / TICKS, period)
         recorder.drain()
-    notes = (*gateway.refusals, *what_failed(ring))
+    notes = (*gateway.refusals, *world.notes, *what_failed(ring))
     return Outcome(gateway.state, tuple(gateway.changes), lateness, notes)
 
 
@@ -74,14 +80,24 @@ class _World:
         self._wire, self._motorcycle, self._recorder = wire, motorcycle, recorder
         self._progress = progress
         self._number = 0
+        self.notes: list[str] = []
 
     def live_until(self, time_ns: int) -> None:
         """Wake the devices every millisecond up to `time_ns`, frames arriving in between."""
         while (due := START + self._number * MILLISECOND + DEVICE_PHASE) <= time_ns:
             self._wire.advance_to(due)
-            self._motorcycle.tick(self._number, due)
+            self._ride(due)
             self._number += 1
         self._wire.advance_to(time_ns)
         self._recorder.drain()
         if self._number % 100 == 0:
             self._progress((time_ns - START) / SECOND)
+
+    def _ride(self, due: int) -> None:
+        """Wake the virtual motorcycle; one that failed is silent from then on, as a real one is."""
+        if self.notes:
+            return
+        try:
+            self._motorcycle.tick(self._number, due)
+        except Exception as fault:
+            self.notes.append(f"the virtual motorcycle failed: {described(fault)}")

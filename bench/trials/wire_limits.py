@@ -1,7 +1,7 @@
-"""A trial asks for nothing, and is bounded by nothing, that its frames cannot carry.
+"""Check a trial against the signals of the database.
 
-A command beyond its signal could not be sent, and a limit beyond its sensor's signal would never
-trip: both are refused when the trial file is read, not on the straight.
+A command beyond its signal's range could not be sent, and a limit at or beyond the end of its
+sensor's range would never trip: both are rejected when the trial file is read.
 """
 
 from collections.abc import Iterator
@@ -11,9 +11,10 @@ from slipbench.bench.trials.excitation import Excitation
 from slipbench.protocol.codec.slot import Slot, slot
 from slipbench.protocol.database.layout import Database
 from slipbench.protocol.errors import InputError
+from slipbench.protocol.quantity import shown
 from slipbench.protocol.trial_file import TrialFile
 
-# What the trial file says (a value or two bounds), and the signal that carries it.
+# Key of the trial file (a value or two bounds), and the signal that carries it.
 CARRIED = {
     "limits.throttle": ("ActuatorCommand", "throttle"),
     "limits.spark": ("ActuatorCommand", "spark"),
@@ -25,12 +26,18 @@ CARRIED = {
     "operating_point.engine_speed": ("EngineStatus", "engine_speed"),
     "operating_point.gear": ("EngineStatus", "gear"),
 }
+PERIODIC = ("EcuStatus", "ThrottleStatus", "EngineStatus", "RiderControls", "OpticalSpeed")
 ROUNDING = 1e-9  # of the range: a limit that is the signal's own stands in other units
 
 
 def check_wire(trial: TrialFile, excitation: Excitation, database: Database, where: str) -> None:
-    """Refuse what `database` cannot carry; raises InputError that names every such value."""
-    faults = [*_beyond(trial, database), *_too_fine(excitation, database)]
+    """Reject what `database` cannot carry. Raises InputError that names every such value."""
+    amplitude = trial.excitation.amplitude
+    faults = [
+        *_unmonitored(database),
+        *_beyond(trial, database),
+        *_too_fine(excitation, database, amplitude),
+    ]
     if faults:
         raise InputError(
             "; ".join(faults),
@@ -40,28 +47,42 @@ def check_wire(trial: TrialFile, excitation: Excitation, database: Database, whe
         )
 
 
+def _unmonitored(database: Database) -> Iterator[str]:
+    """Name each periodic status without a cycle time, by which a second sender is found."""
+    for name in PERIODIC:
+        if not database.message(name).cycle_time:
+            yield f"message {name} has no cycle time (attribute GenMsgCycleTime)"
+
+
 def _beyond(trial: TrialFile, database: Database) -> Iterator[str]:
+    """Name each value that its signal cannot carry, or a limit at the end of its signal's range.
+
+    A limit trips when the measured value is beyond it, so at the end of the range it never does.
+    """
     for key, (message, name) in CARRIED.items():
         place = _place(database, message, name)
         low, high = (raw * place.scale + place.offset for raw in (place.low, place.high))
-        slack = ROUNDING * (high - low)
         stated = attrgetter(key)(trial)
         values = stated if isinstance(stated, tuple) else (stated,)
+        measured = key.startswith("limits.") and message != "ActuatorCommand"
+        slack = ROUNDING * (high - low) * (-1.0 if measured else 1.0)
         if not all(low - slack <= value <= high + slack for value in values):
-            told = " .. ".join(f"{value:.4g}" for value in values)
-            yield f"{key} = {told} is not in {low:.4g} .. {high:.4g} ({message}.{name}, SI)"
+            said = " .. ".join(str(value) for value in values)
+            ends = f"{shown(low, values[-1])} .. {shown(high, values[-1])}"
+            within = "within" if measured else "in"
+            yield f"{key} = {said} is not {within} {ends} ({message}.{name})"
 
 
-def _too_fine(excitation: Excitation, database: Database) -> Iterator[str]:
-    """Tell of an excitation that the command's resolution would round to nothing."""
+def _too_fine(excitation: Excitation, database: Database, amplitude: float) -> Iterator[str]:
+    """Report an excitation that is below the resolution of its command signal."""
     if excitation.actuator == "slip":  # a target, which is on no wire
         return
     step = _place(database, "ActuatorCommand", excitation.actuator).scale
-    swing = float(abs(excitation.table).max())
-    if swing < step:
+    largest = float(abs(excitation.table).max())
+    if largest < step:
         yield (
-            f"the excitation of {swing:.3g} is less than one step of"
-            f" ActuatorCommand.{excitation.actuator} ({step:.3g}, SI)"
+            f"excitation.amplitude = {amplitude} is less than one step of"
+            f" ActuatorCommand.{excitation.actuator} ({shown(step, amplitude)})"
         )
 
 

@@ -15,7 +15,7 @@ from typing import Any
 from slipbench.bench.bus.opening import BusAddress, open_bus, told_when_gone
 from slipbench.bench.loop.clock import MILLISECOND, MonotonicClock
 from slipbench.bench.loop.exit_status import ended
-from slipbench.bench.loop.interrupts import asking, interrupts
+from slipbench.bench.loop.interrupts import ignore_interrupts, interrupts, start
 from slipbench.bench.loop.loop import run_ticks
 from slipbench.bench.loop.process_watch import process_pipe
 from slipbench.bench.loop.realtime_process import die_with, undisturbed
@@ -81,14 +81,15 @@ def riding_beside(ride: Ride, database: Database, address: BusAddress) -> Iterat
     process = multiprocessing.get_context("spawn").Process(
         target=_ride_on, args=(ride, database, address, watched), name="slipbench vehicle"
     )
-    process.start()
-    watched.close()
     try:
+        start(process)
+        watched.close()
         yield VehicleProcess(process, watching)
     finally:
         watching.close()
-        process.terminate()
-        process.join(LEAVING)
+        if process.pid is not None:
+            process.terminate()
+            process.join(LEAVING)
         if process.is_alive():  # stopped, or hanging: it holds nothing that would be lost
             process.kill()
             process.join()
@@ -99,8 +100,7 @@ def _ride_on(ride: Ride, database: Database, address: BusAddress, _pipe: Connect
     die_with(signal.SIGTERM)
     over = threading.Event()
     with interrupts(over):
-        for number in set(asking()) - {signal.SIGTERM}:
-            signal.signal(number, signal.SIG_IGN)
+        ignore_interrupts()
         try:
             ride_until(over.is_set, ride, database, address, undisturbed)
         except InputError as fault:

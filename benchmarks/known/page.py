@@ -1,4 +1,4 @@
-"""The page of it: tables, goals, and what is written by hand."""
+"""Page of the accuracy study: tables, goals and manual notes."""
 
 import numpy as np
 
@@ -44,28 +44,28 @@ def error_cells(row: Row) -> tuple[str, ...]:
 
 ERRORS = (
     *HEAD,
-    "coherent lines, %",
-    "lines: gain p50, p95, %",
+    "coherent bins, %",
+    "bins: gain p50, p95, %",
     "phase p95, °",
     "within 1 % and 1°, %",
     "model: gain p50, p95, %",
     "phase p95, °",
     "within 1 % and 1°, %",
-    "drivelines in band",
+    "resonances in band",
     "frequency p50, p95, %",
     "within 2 %, %",
     "damping p50, p95, %",
-    "delays",
+    "dead times",
     "p50, p95, ms",
     "within 1 ms, %",
 )
 COVERED = (
     *HEAD,
-    "lines",
+    "bins",
     "model",
     "driveline frequency",
     "driveline damping",
-    "delay",
+    "dead time",
     "chi-square / dof",
 )
 
@@ -87,14 +87,14 @@ def goals(made: list[Row]) -> str:
     """Say of every goal where it is met and where it is not, from the figures themselves."""
     said = []
     for name, value, least, most in (
-        ("lines within 1 % and 1 degree", lambda r: _both(r, "lines"), 95.0, 100.0),
+        ("bins within 1 % and 1 degree", lambda r: _both(r, "lines"), 95.0, 100.0),
         ("model within 1 % and 1 degree", lambda r: _both(r, "model"), 95.0, 100.0),
-        ("driveline's frequency within 2 %", lambda r: _share(r.driveline[:, 0] < 2), 95.0, 100.0),
-        ("delay within 1 ms", lambda r: _share(r.late < 1), 95.0, 100.0),
+        ("driveline frequency within 2 %", lambda r: _share(r.driveline[:, 0] < 2), 95.0, 100.0),
+        ("dead time within 1 ms", lambda r: _share(r.late < 1), 95.0, 100.0),
         *(
-            (f"interval of {what} holds", lambda r, k=k: r.held[k], 90.0, 98.0)
+            (f"coverage of the interval, {what}", lambda r, k=k: r.held[k], 90.0, 98.0)
             for k, what in enumerate(
-                ("lines", "the model", "driveline frequency", "driveline damping", "the delay")
+                ("bins", "model", "driveline frequency", "driveline damping", "dead time")
             )
         ),
     ):
@@ -124,19 +124,20 @@ def document(made: list[Row], notes: str) -> str:
     """Compose the page."""
     return (
         "# Accuracy against known truth\n\n"
-        "Written by `make accuracy` (`benchmarks/accuracy.py`). One throttle sweep of 2 % from 0.5 "
-        f"to 12 Hz a ride, seeds from {FIRST} on, which had no part in any choice. Noise 1 is the "
-        "virtual bench's: optical speed 0.02 m/s and 0.01 m/s steps, throttle 0.03 %, combustion "
-        "0.8 N m, gusts of 12 N. Drawn motorcycles: one for ten rides, from what the nominal file "
-        "believes. The truth is that at the ride's own mean speed: wind makes it differ by some "
-        "0.1 m/s from ride to ride at noise 1, and the gain falls by 3 % per m/s.\n\n"
-        "## Errors\n\nLines: the nonparametric response; model: the report's rational function, "
-        "its order found, nothing known. p50, p95: percentiles over lines and rides. Drivelines "
-        "count where they swing below the last line. The delay of every fourth ride is profiled, "
-        "filling time and c / k taken as known.\n\n"
+        "Written by `make accuracy` (`benchmarks/accuracy.py`). Each ride is one throttle sweep of 2 % "
+        f"from 0.5 to 12 Hz; the seeds start at {FIRST} and were used for no other choice. Noise 1 is "
+        "that of the virtual bench: optical speed 0.02 m/s with a resolution of 0.01 m/s, throttle "
+        "0.03 %, combustion 0.8 N m, gusts of 12 N. Drawn motorcycles: parameters drawn from the "
+        "tolerances of the nominal file, one motorcycle per ten rides. The truth is the response at "
+        "the mean speed of the ride: with noise 1, wind changes this speed by about 0.1 m/s between "
+        "rides, and the gain decreases by 3 % per m/s.\n\n"
+        "## Errors\n\nBins: nonparametric frequency response; model: transfer function of the report, "
+        "order selected, no prior knowledge. p50, p95: percentiles over bins and rides. A driveline "
+        "resonance counts where it lies below the highest bin. The dead time is profiled for every "
+        "fourth ride, with filling time and c / k known.\n\n"
         f"{table(ERRORS, [error_cells(r) for r in made])}\n\n"
-        "## How often 95 % intervals hold the truth, %\n\n"
+        "## Coverage of the 95 % intervals, %\n\n"
         f"{table(COVERED, [covered_cells(r) for r in made])}\n\n## Goals\n\n"
-        "A goal counts as met where 95 % of the cases are within it, an interval where it holds "
-        f"in 90 to 98 %.\n\n{goals(made)}\n{notes}"
+        "A goal is met where 95 % of the cases are within it; an interval where its coverage is 90 to "
+        f"98 %.\n\n{goals(made)}\n{notes}"
     )

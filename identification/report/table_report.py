@@ -81,7 +81,7 @@ def rows(of: TableStudy) -> list[tuple[str, str, str, str]]:
     """Rows of run, role, NRMSE fit and rms error; held-out runs first."""
     return [
         (one.name, role, f"{one.fit:.1f} %", f"{one.error:.3g}")
-        for role, several in (("held out", of.unseen), ("training", of.trained))
+        for role, several in (("held-out", of.unseen), ("training", of.trained))
         for one in several
     ]
 

@@ -6,6 +6,8 @@ import numpy as np
 import numpy.typing as npt
 
 from slipbench.protocol.codec import e2e
+from slipbench.protocol.codec.codec import MESSAGES
+from slipbench.protocol.codec.messages import WRAPPING
 from slipbench.protocol.codec.slot import si
 from slipbench.protocol.database.layout import Database, Message, Signal
 
@@ -41,7 +43,8 @@ def _raw(message: Message, name: str, value: npt.ArrayLike) -> npt.NDArray[np.ui
     values = np.asarray(value)
     scale, offset = (1, 0) if values.dtype.kind in "iub" else si(signal, where)
     raw = np.rint((values - offset) / scale).astype(np.int64)
-    if not signal.wraps:
+    bench_clock = message.name in MESSAGES and name in WRAPPING
+    if not (signal.wraps or bench_clock):
         _check(signal, where, raw, scale, offset)
     return (raw & ((1 << signal.length) - 1)).astype(np.uint64)
 

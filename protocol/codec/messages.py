@@ -9,6 +9,10 @@ reader (`slipbench.protocol.codec.unwrap`).
 from dataclasses import dataclass
 from enum import IntEnum
 
+# Clocks and running counts of these messages. They wrap at their signals' widths by definition, also
+# where a database lacks the attribute SignalWraps, which no other editor writes.
+WRAPPING = frozenset({"time", "tooth_time", "tooth_count", "tick"})
+
 
 class Authority(IntEnum):
     """Which actuators the bench asks for, or holds."""
@@ -60,6 +64,7 @@ class TripReason(IntEnum):
     TIMING = 23
     FRONT_WHEEL = 24
     GRIP_OPENED = 25
+    INTERNAL_ERROR = 26
 
 
 class Intervals(IntEnum):

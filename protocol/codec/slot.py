@@ -5,6 +5,7 @@ from enum import IntEnum
 from math import ceil, floor
 from typing import Any
 
+from slipbench.protocol.codec.messages import WRAPPING
 from slipbench.protocol.database.layout import Database, Message, Signal
 from slipbench.protocol.errors import InputError
 from slipbench.protocol.units import linear
@@ -37,7 +38,7 @@ class Slot:
     """One signal's place and meaning: value in SI = raw * scale + offset.
 
     low, high: raw values that the database allows. values: of an enumeration or a truth value, by
-    raw value. wraps: sent modulo 2^bits.
+    raw value. wraps: sent modulo 2^bits, see messages.WRAPPING.
     """
 
     name: str
@@ -87,7 +88,7 @@ def slot(database: Database, message: Message, name: str, kind: type) -> Slot:
         scale,
         offset,
         _values(kind, high, where),
-        signal.wraps,
+        signal.wraps or name in WRAPPING,
     )
 
 

@@ -47,7 +47,14 @@ class Plan(ABC):
 
 def _data_id(database: Database, message: Message) -> int | None:
     if message.protection is None:
-        return None
+        if not {"crc", "counter"} <= message.by_name.keys():
+            return None
+        raise InputError(
+            f"message {message.name} has crc and counter, but no end-to-end protection is declared",
+            where=database.origin,
+            expected="the message attributes E2EProfile and E2EDataId",
+            remedy="add both attributes to the message: without them no CRC would be checked",
+        )
     header = [message.signal(name) for name in ("crc", "counter")]
     places = [(signal.start, signal.length) for signal in header]
     if message.protection.profile != 1 or places != [(0, 8), (8, 4)]:

@@ -1,7 +1,7 @@
 """A recording in the formats that other programs read; made in bulk, after the trial.
 
 It is read, decoded and written in portions, so that memory does not grow with its length. Each is
-in order of time; where the recording steps back in time from one to the next, that is told.
+in order of time; a step back in time from one to the next gives a warning.
 
     mf4      ASAM MDF 4: raw frames as a bus log, and every signal decoded, a group a message
     blf      Vector BLF: raw frames
@@ -29,7 +29,7 @@ from slipbench.protocol.new_file import new_file, refuse_existing
 from slipbench.protocol.recording.run_folder import DATABASE, FRAMES
 
 ENDINGS = {"mf4": ".mf4", "blf": ".blf", "asc": ".asc", "parquet": "", "mcap": ".mcap"}
-MOST_BUSES = 255  # that a byte can tell apart
+MOST_BUSES = 255  # as many as a byte can number
 
 
 @dataclass(frozen=True)
@@ -65,7 +65,7 @@ def export_run(
     portions, database = _read(folder, warnings, progress, at_once)
     with new_file(target) as draft:
         samples = write(tally.of(portions), database, draft)
-    warnings += [f"{count} {kind} stay out" for kind, count in tally.skipped.items()]
+    warnings += [f"{count} {kind} are omitted" for kind, count in tally.skipped.items()]
     return Exported(target, tally.frames, samples, tuple(warnings))
 
 
@@ -105,7 +105,7 @@ Writer = Callable[[Iterator[SortedLog], Database, Path], int]
 
 
 def _writers() -> Mapping[str, Writer]:
-    """Load the writers, and what they need, when one is wanted."""
+    """Writers by format; the libraries that they need are imported here, on first use."""
     from slipbench.protocol.export.asc import write_asc
     from slipbench.protocol.export.blf import write_blf
     from slipbench.protocol.export.mcap_file import write_mcap

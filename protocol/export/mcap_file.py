@@ -58,12 +58,12 @@ def _write_piece(
     """Write some frames and what they decode to; numbered from `first`."""
     decoded, samples = _decoded(sort_log(log, database), len(log))
     write = writer.add_message
-    for row, (time, bus, text) in enumerate(_frames(log)):
-        write(channels.frames(log.buses[bus]), time, text, time, first + row)
+    for row, (time, bus, frame) in enumerate(_frames(log)):
+        write(channels.frames(log.buses[bus]), time, frame, time, first + row)
         if (found := decoded[row]) is not None:
-            message, told = found
+            message, text = found
             channel = channels.message(log.buses[bus], message)
-            write(channel, time, told.encode("ascii"), time, first + row)
+            write(channel, time, text.encode("ascii"), time, first + row)
     return samples
 
 
@@ -123,20 +123,20 @@ def _decoded(sorted_log: SortedLog, count: int) -> tuple[list[tuple[Message, str
     found: list[tuple[Message, str] | None] = [None] * count
     samples = 0
     for frames in sorted_log.frames.values():
-        told: list[list[str]] = [[] for _ in range(len(frames))]
+        texts: list[list[str]] = [[] for _ in range(len(frames))]
         for signal in frames.message.signals:
             name, held = json.dumps(signal.name), frames.samples(signal.name)
             places = np.searchsorted(frames.rows, held.rows).tolist()
             for place, value in zip(places, _values(held), strict=True):
-                told[place].append(f"{name}:{value}")
+                texts[place].append(f"{name}:{value}")
             samples += len(places)
-        for row, values in zip(frames.rows.tolist(), told, strict=True):
+        for row, values in zip(frames.rows.tolist(), texts, strict=True):
             found[row] = frames.message, "{" + ",".join(values) + "}"
     return found, samples
 
 
 def _values(samples: Samples) -> list[str]:
-    """Write values as JSON; NaN and infinities, for which it has no word, as null."""
+    """Values as JSON; NaN and infinities, which JSON lacks, as null."""
     texts = list(map(repr, samples.exact.tolist()))
     for row in np.flatnonzero(~np.isfinite(samples.value.astype(np.float64))).tolist():
         texts[row] = "null"

@@ -1,4 +1,4 @@
-"""A log as candump text becomes columns, in order of time."""
+"""Read candump text into columns of frames, in order of time."""
 
 import math
 import os
@@ -48,17 +48,22 @@ def candump_pieces(
 
 
 def parse_pieces(pieces: Iterable[bytes], where: str, warnings: list[str]) -> FrameLog:
-    """Read candump text. A torn end is dropped and told; any other line that is no frame raises."""
+    """Columns of all frames in candump text.
+
+    An incomplete last line is dropped with a warning. Raises InputError for any other line that is
+    no frame.
+    """
     return next(parse_portions(pieces, where, warnings))
 
 
 def parse_portions(
     pieces: Iterable[bytes], where: str, warnings: list[str], at_once: float = math.inf
 ) -> Iterator[FrameLog]:
-    """Read candump text in portions of `at_once` lines or a little more, one at the least.
+    """Frames of candump text in portions of `at_once` lines or a few more; at least one portion.
 
-    Each portion is in order of time; a step back from one to the next is told. Later portions may
-    know more buses than earlier ones, at the same numbers.
+    Each portion is in order of time; a step back from one to the next gives a warning. Later
+    portions may have more buses than earlier ones, at the same numbers. Raises InputError for a
+    line that is no frame.
     """
     buses: list[bytes] = []
     parts: list[TextColumns] = []
@@ -93,7 +98,7 @@ def _portion(
 
 
 def _told_steps_back(log: FrameLog, reached: float, where: str, warnings: list[str]) -> float:
-    """Give the latest time so far (ns); tell where this portion begins before it."""
+    """Latest time so far, ns; a warning where this portion begins before `reached`."""
     if not len(log):
         return reached
     if log.time_ns[0] < reached:
@@ -105,7 +110,7 @@ def _told_steps_back(log: FrameLog, reached: float, where: str, warnings: list[s
 
 
 def _without_torn_end(piece: bytes, before: int, where: str, warnings: list[str]) -> bytes:
-    """Drop a last line that was cut while it was written (NUL bytes: the file system's padding).
+    """Piece without a last line that was cut while it was written (NUL bytes: padding).
 
     before: lines that were read before this piece.
     """
@@ -115,11 +120,11 @@ def _without_torn_end(piece: bytes, before: int, where: str, warnings: list[str]
     last_line = last.rstrip(b"\0")
     if parse_text(np.frombuffer(last_line, np.uint8), []).bad_line is None:
         if last_line.strip():
-            warnings.append(f"{where}: the last line has no line end; it is taken as it stands")
+            warnings.append(f"{where}: the last line has no line end; it is read as it is")
         return whole + newline + last_line
     if not newline and not before:
         return piece  # nothing but one unreadable line: not a torn log, another kind of file
-    warnings.append(f"{where}: the last line is torn and left out: {_shown(last_line)}")
+    warnings.append(f"{where}: the last line is incomplete and omitted: {_shown(last_line)}")
     return whole + newline
 
 
@@ -133,7 +138,7 @@ def _not_a_frame(line: bytes, number: int, where: str) -> InputError:
         where=f"{where}: line {number}",
         expected=EXPECTED,
         found=_shown(line) + hint,
-        remedy="mend or delete that line in a copy of the log; nothing was read or written",
+        remedy="correct or delete that line in a copy of the log; no file was written",
     )
 
 
@@ -177,7 +182,7 @@ def _join(parts: list[TextColumns], buses: list[bytes]) -> FrameLog:
 
 
 def _in_order(log: FrameLog, where: str, warnings: list[str]) -> FrameLog:
-    """Sort by time, frames of one time staying as they were logged; tell if that moved any."""
+    """Frames sorted by time, stable; a warning where that changes their order."""
     steps = np.diff(log.time_ns)
     back = np.flatnonzero(steps < 0)
     if not back.size:

@@ -126,7 +126,7 @@ class SortedLog:
 
 
 def sort_log(log: FrameLog, database: Database) -> SortedLog:
-    """Sort a log by message. Frames of several buses are not told apart: select a bus before."""
+    """Frames of a log by message. Those of several buses are mixed: select a bus before."""
     messages = database.messages
     number = _numbers(log, database)
     short = log.length < _lengths(messages)[number]

@@ -1,4 +1,4 @@
-"""Which program wrote a log is told by its content; the file's ending only breaks ties."""
+"""Recognize the format of a log by its content; the file name's ending decides only ties."""
 
 import re
 from dataclasses import dataclass
@@ -97,7 +97,7 @@ FORMATS = {
 
 
 def looks_like(head: bytes) -> str | None:
-    """Name the format (a key of FORMATS) whose files begin like `head`; None: none known."""
+    """Format (a key of FORMATS) whose files begin like `head`; None where none is known."""
     return next((name for name, one in FORMATS.items() if one.head.match(head)), None)
 
 
@@ -121,7 +121,7 @@ def read_head(path: Path) -> bytes:
 
 
 def refuse(name: str, path: Path) -> InputError:
-    """Say what a file is and what to convert it to."""
+    """Error that names the format of a file and what to convert it to."""
     form = FORMATS[name]
     return InputError(
         f"this is {form.title}, which no library here reads", where=str(path), remedy=form.refused

@@ -32,7 +32,7 @@ _FD_LENGTHS = frozenset((12, 16, 20, 24, 32, 48, 64))
 def gvret_pieces(path: Path, warnings: list[str], progress: Progress) -> Iterator[bytes]:
     """Frames of the GVRET file `path` as pieces of candump text, in the order of the file.
 
-    A last line that breaks off is left out with a warning. Raises InputError for any other line
+    An incomplete last line is omitted with a warning. Raises InputError for any other line
     that is no frame.
     """
     number = 0
@@ -44,7 +44,7 @@ def gvret_pieces(path: Path, warnings: list[str], progress: Progress) -> Iterato
             frame = _frame(line)
             if frame is None and not whole and line is lines[-1] and number > 1:
                 text = line[:80].decode("ascii", errors="backslashreplace")
-                warnings.append(f"{path}: the last line breaks off and is left out: {text!r}")
+                warnings.append(f"{path}: the last line is incomplete and omitted: {text!r}")
             elif frame is None:
                 raise _no_frame(path, number, line)
             else:

@@ -1,6 +1,6 @@
-"""Blocks of an ASAM MDF file hang together in chains; one that bites its own tail has no end.
+"""Blocks of an ASAM MDF file form linked lists; in a damaged file such a list can be a cycle.
 
-asammdf follows such a chain for ever, and remembers each turn. So before it opens a file, this
+asammdf follows a cycle for ever, and its memory grows. So before it opens a file, this
 walks the chains that it will walk, of MDF 4 (ASAM MDF 4.2, its blocks and links) and of MDF 3. On
 the way it looks whether a packed block unpacks to more than any logger packs into one.
 """
@@ -62,11 +62,11 @@ def check_chains(path: Path) -> None:
     """Raise InputError where a block of the MDF file `path` is reached twice."""
     with open_user_file(path) as file:
         form = _form(file.read(FIRST))
-        seen: set[int] = set()
+        visited: set[int] = set()
         waiting = [FIRST]
         while waiting:
             address = waiting.pop()
-            if address in seen:
+            if address in visited:
                 raise InputError(
                     "the blocks of this file go round in a circle",
                     where=str(path),
@@ -75,7 +75,7 @@ def check_chains(path: Path) -> None:
                     remedy="the file is damaged: repair it with the logger's own program, or take"
                     " a copy",
                 )
-            seen.add(address)
+            visited.add(address)
             if not _unpacks(file, address, form):
                 raise InputError(
                     "a packed block of this file is larger than a logger makes them",

@@ -1,4 +1,4 @@
-"""What a log gave: its frames, in order of time, and what had to be said about them."""
+"""Result of reading a log: frames in order of time, and warnings."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from slipbench.protocol.logs.frame_log import FrameLog
 
 Progress = Callable[[float], None]
-"""Is told the share that is done, 0..1."""
+"""Callback for progress: the share that is done, 0..1."""
 
 
 def quiet(_share: float) -> None:

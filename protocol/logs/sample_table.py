@@ -30,13 +30,16 @@ COLUMNS = ("time", "time_ns", "bus", "message", "signal", "value", "unit", "labe
 EXACT = "exact"
 
 
-def chosen(database: Database, wanted: Sequence[str]) -> list[tuple[str, str]]:
-    """Find the signals that `wanted` names, "Message", "Message.signal" or "signal"; none: all."""
+def chosen(database: Database, names: Sequence[str]) -> list[tuple[str, str]]:
+    """Message and signal for each of `names`: "Message", "Message.signal" or "signal"; none: all.
+
+    Raises InputError for a name that the database lacks.
+    """
     every = [(m.name, signal.name) for m in database.messages for signal in m.signals]
-    if not wanted:
+    if not names:
         return every
     found: dict[tuple[str, str], None] = {}
-    for name in wanted:
+    for name in names:
         hits = [pair for pair in every if name in (pair[0], pair[1], ".".join(pair))]
         if not hits:
             raise _no_such_signal(name, every, database.origin)
@@ -68,7 +71,7 @@ def export(
     write = {".parquet": _write_parquet, ".csv": _write_csv}.get(out.suffix.casefold())
     if write is None:
         raise InputError(
-            "what to write is told by the name's ending",
+            "the ending of the name selects the format",
             where=str(out),
             expected=".parquet or .csv",
             found=repr(out.suffix),

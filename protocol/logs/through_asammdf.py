@@ -62,12 +62,12 @@ def opened(path: Path) -> Iterator[Any]:
 @contextmanager
 def _silent_finalisers() -> Iterator[None]:
     """Keep asammdf's half-made objects from writing tracebacks when they are collected."""
-    told, sys.unraisablehook = sys.unraisablehook, lambda _: None
+    before, sys.unraisablehook = sys.unraisablehook, lambda _: None
     try:
         yield
         gc.collect()
     finally:
-        sys.unraisablehook = told
+        sys.unraisablehook = before
 
 
 def has_raw_frames(mdf: Any) -> bool:
@@ -86,9 +86,9 @@ def mdf_pieces(path: Path, warnings: list[str], progress: Progress) -> Iterator[
                 found=f"{len(mdf.channels_db)} decoded channels",
                 remedy="give it to `slipbench import` as a table, with a role map of columns",
             )
-        _tell_what_stays_out(mdf, path, warnings)
+        _warn_of_omitted_frames(mdf, path, warnings)
         groups = _groups(mdf)
-        done, total = 0, sum(group.left for group in groups)
+        done, total = 0, sum(group.remaining for group in groups)
         for frames in _merged(groups):
             lines = format_frames(frames)
             while piece := b"".join(islice(lines, 20_000)):
@@ -97,14 +97,14 @@ def mdf_pieces(path: Path, warnings: list[str], progress: Progress) -> Iterator[
             progress(done / total)
 
 
-def _tell_what_stays_out(mdf: Any, path: Path, warnings: list[str]) -> None:
+def _warn_of_omitted_frames(mdf: Any, path: Path, warnings: list[str]) -> None:
     for name, title in _BESIDE.items():
         count = sum(
             int(mdf.groups[group].channel_group.cycles_nr)
             for group, _ in mdf.channels_db.get(name, ())
         )
         if count:
-            warnings.append(f"{path}: {count} {title} are no data frames and stay out")
+            warnings.append(f"{path}: {count} {title} are no data frames and are omitted")
 
 
 def _groups(mdf: Any) -> "list[_Group]":
@@ -120,15 +120,17 @@ def _merged(groups: "list[_Group]") -> Iterator[FrameLog]:
     """Join groups, each of which is in order of time: as far at a time as all have been read."""
     while groups:
         parts = [group.read() for group in groups]
-        ends = [part.time_ns.max() for part, group in zip(parts, groups, strict=True) if group.left]
+        ends = [
+            part.time_ns.max() for part, group in zip(parts, groups, strict=True) if group.remaining
+        ]
         until = min(ends, default=None)
-        ripe = [
+        complete = [
             np.full(len(p.time_ns), True) if until is None else p.time_ns <= until for p in parts
         ]
-        yield _joined([part.select(rows) for part, rows in zip(parts, ripe, strict=True)])
-        for group, part, rows in zip(groups, parts, ripe, strict=True):
-            group.kept = part.select(~rows)
-        groups = [group for group in groups if group.left or group.waits]
+        yield _joined([part.select(rows) for part, rows in zip(parts, complete, strict=True)])
+        for group, part, rows in zip(groups, parts, complete, strict=True):
+            group.pending = part.select(~rows)
+        groups = [group for group in groups if group.remaining or group.has_pending]
 
 
 def _joined(parts: "list[_Part]") -> FrameLog:
@@ -173,28 +175,29 @@ class _Part:
 class _Group:
     """A channel group that is read from its beginning to its end.
 
-    left: frames that were not read yet. kept: frames that were, and wait for those of other groups.
+    remaining: number of frames not yet read. pending: frames read that are later than the last
+    frame read of some other group.
     """
 
     mdf: Any
     number: int
     start_ns: int
-    left: int
-    kept: _Part | None = None
+    remaining: int
+    pending: _Part | None = None
     _read: int = 0
 
     @property
-    def waits(self) -> bool:
-        """Tell whether something is kept."""
-        return self.kept is not None and len(self.kept.time_ns) > 0
+    def has_pending(self) -> bool:
+        """Whether frames are pending."""
+        return self.pending is not None and len(self.pending.time_ns) > 0
 
     def read(self) -> _Part:
-        """Give what is kept; where that is nothing, the next frames."""
-        if self.kept is not None and self.waits:
-            return self.kept
-        count = min(self.left, AT_ONCE)
+        """Pending frames; without any, the next frames of the file."""
+        if self.pending is not None and self.has_pending:
+            return self.pending
+        count = min(self.remaining, AT_ONCE)
         part = self._part(count)
-        self._read, self.left = self._read + count, self.left - count
+        self._read, self.remaining = self._read + count, self.remaining - count
         return part
 
     def _part(self, count: int) -> _Part:

@@ -1,8 +1,8 @@
 """Logs that python-can reads: Vector ASC and BLF, PCAN traces, python-can's own CSV.
 
 Each is turned into candump text, frame by frame, error and remote frames included. A line of a text
-format that gives no frame is either known to carry none (a header, a comment, a bus event; events
-are counted and told) or it is garbage and refused; python-can itself would pass over it in silence.
+format that gives no frame is either known to hold none (a header, a comment, a bus event; events
+are counted in a warning) or it is an error; python-can itself skips such lines without a message.
 """
 
 import io
@@ -106,8 +106,8 @@ class _Source:
 
     def messages(self) -> Iterator["can.Message"]:
         """Yield every message; a fault of the file becomes an InputError that names the line."""
-        seen = _Overheard()
-        logging.getLogger("can").addHandler(seen)
+        captured = _CapturedWarnings()
+        logging.getLogger("can").addHandler(captured)
         try:
             for message in self._reader():
                 self._frames += 1
@@ -120,10 +120,10 @@ class _Source:
             if not self._ends_early():
                 raise self._unreadable(cause) from cause
         finally:
-            logging.getLogger("can").removeHandler(seen)
+            logging.getLogger("can").removeHandler(captured)
             if self._lines:
                 self._lines.close()
-        self._warnings.extend(f"{self._path}: {text}" for text in seen.texts)
+        self._warnings.extend(f"{self._path}: {text}" for text in captured.texts)
 
     def _reader(self) -> Any:
         import can
@@ -153,10 +153,10 @@ class _Source:
         other = looks_like(line.encode("utf-8"))
         hint = f", as in {FORMATS[other].title}: two formats in one file?" if other else ""
         return InputError(
-            f"this line does not belong into {FORMATS[self._form].title}",
+            f"this line is not valid in {FORMATS[self._form].title}",
             where=f"{self._path}: line {number}",
             found=repr(line.strip()[:80]) + hint,
-            remedy="mend or delete that line in a copy of the log",
+            remedy="correct or delete that line in a copy of the log",
         )
 
     def _unreadable(self, cause: Exception) -> InputError:
@@ -169,19 +169,19 @@ class _Source:
             where=f"{self._path}{line}",
             expected="a whole, undamaged file",
             found=f"{found}, after {self._frames} good frames",
-            remedy="cut the file before that place, or let the program that wrote it repair it",
+            remedy="cut the file before that position, or repair it with the program that wrote it",
         )
 
     def finish(self) -> None:
         """Tell what was left out, and whether the file ends before its header says."""
         if self._events:
             self._warnings.append(
-                f"{self._path}: {self._events} events are no frames and stay out;"
+                f"{self._path}: {self._events} events are no frames and are omitted;"
                 f" the first at {self._first_event}"
             )
         if (missing := self._ends_early()) > 0:
             self._warnings.append(
-                f"{self._path}: truncated: {missing} bytes that its header speaks of are not there;"
+                f"{self._path}: truncated: {missing} bytes that its header states are missing;"
                 f" the {self._frames} frames before the cut are kept"
             )
 
@@ -231,8 +231,8 @@ class _CountedLines:
         self._text.close()
 
 
-class _Overheard(logging.Handler):
-    """Keeps python-can's warnings, each text once."""
+class _CapturedWarnings(logging.Handler):
+    """Warnings of python-can, each text once."""
 
     def __init__(self) -> None:
         super().__init__(level=logging.WARNING)

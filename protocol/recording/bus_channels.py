@@ -80,8 +80,8 @@ class BusLog:
         log = self.sorted_log.log
         found = np.unique(log.bus[frames.rows])
         if source.bus:
-            wanted = [n for n in found if log.buses[n] == source.bus]
-            return frames.select(np.isin(log.bus[frames.rows], wanted))
+            selected = [n for n in found if log.buses[n] == source.bus]
+            return frames.select(np.isin(log.bus[frames.rows], selected))
         if found.size > 1:
             names = ", ".join(log.buses[number] for number in found)
             raise InputError(

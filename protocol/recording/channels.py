@@ -7,15 +7,15 @@ from slipbench.protocol.database.layout import Database
 from slipbench.protocol.logs.decode import SortedLog
 from slipbench.protocol.recording.bus_channels import BusLog, BusSamples, Missing
 from slipbench.protocol.recording.channel import Channel
-from slipbench.protocol.recording.device_clocks import settle
+from slipbench.protocol.recording.device_clocks import align_clocks
 from slipbench.protocol.recording.recording import BusFault
 from slipbench.protocol.recording.role_map import RoleMap
 from slipbench.protocol.recording.sender_check import TWO_SENDERS, alternates
 from slipbench.protocol.recording.table_channels import Span, TableLog
 from slipbench.protocol.tables import Table
 
-_TWO_COURSES = (
-    "its values jump to and fro between two courses; if two vehicles were on one bus, split the log"
+_TWO_SERIES = (
+    "its values alternate between two time series; if two vehicles were on one bus, split the log"
 )
 
 
@@ -24,7 +24,7 @@ class Bound:
     """What a role map made of a recording.
 
     missing  role -> why there are no samples of it
-    faults   messages whose values come from two senders, as far as counters have not told it
+    faults   messages whose values come from two senders, where no counter shows it
     """
 
     channels: Mapping[str, Channel]
@@ -56,8 +56,8 @@ def bind(
     for role, source in roles.roles.items():
         if source.column:
             try:
-                channels[role], told = side.channel(role, source, start_ns * 1e-9)
-                warnings |= dict.fromkeys(told)
+                channels[role], found = side.channel(role, source, start_ns * 1e-9)
+                warnings |= dict.fromkeys(found)
             except Missing as why:
                 missing[role] = str(why)
     ordered = {role: channels[role] for role in roles.roles if role in channels}
@@ -79,13 +79,13 @@ def _from_bus(
     missing: dict[str, str],
     faults: dict[str, BusFault],
 ) -> dict[str, Channel]:
-    wanted = {role: source for role, source in roles.roles.items() if not source.column}
+    bound = {role: source for role, source in roles.roles.items() if not source.column}
     if sorted_log is None or database is None:
-        missing |= dict.fromkeys(wanted, "the recording has no frames, only tables")
+        missing |= dict.fromkeys(bound, "the recording has no frames, only tables")
         return {}
     log = BusLog(sorted_log, database, start_ns)
     found: dict[str, BusSamples] = {}
-    for role, source in wanted.items():
+    for role, source in bound.items():
         try:
             samples = log.samples(role, source, roles.unit(role))
         except Missing as why:
@@ -94,14 +94,14 @@ def _from_bus(
         message = (source.teeth or source.signals[0]).partition(".")[0]
         counted = database.by_name[message].protection is not None
         if not counted and alternates(samples.value):
-            missing[role] = f"{TWO_SENDERS}: {_TWO_COURSES}"
+            missing[role] = f"{TWO_SENDERS}: {_TWO_SERIES}"
             faults[message] = BusFault(
                 message, TWO_SENDERS, samples.value.size, float(samples.arrival[0])
             )
             continue
         found[role] = samples
-    settled = settle(found, {role: wanted[role].clock for role in found})
-    return {role: _channel(role, settled[role], roles) for role in found}
+    aligned = align_clocks(found, {role: bound[role].clock for role in found})
+    return {role: _channel(role, aligned[role], roles) for role in found}
 
 
 def _channel(role: str, samples: BusSamples, roles: RoleMap) -> Channel:

@@ -8,21 +8,23 @@ import numpy as np
 from slipbench.protocol.recording.bus_channels import BusSamples
 
 
-def settle(found: Mapping[str, BusSamples], clocks: Mapping[str, str]) -> dict[str, BusSamples]:
-    """Put all samples of one clock onto the same turns, so that their times can be compared.
+def align_clocks(
+    found: Mapping[str, BusSamples], clocks: Mapping[str, str]
+) -> dict[str, BusSamples]:
+    """Samples by role; those of one wrapping clock count the same wraps, so that times compare.
 
-    found: samples by role; clocks: name of each role's clock. The message with the longest turn
-    leads; the others follow it to the nearest turn by their arrivals, which is right while frames
-    are late by less than half the shorter turn.
+    found: samples by role; clocks: name of each role's clock. The message with the longest period of
+    its clock is the reference; the others are moved to the nearest wrap by their arrivals, which is right while frames
+    are late by less than half the shorter period.
     """
-    settled = dict(found)
+    aligned = dict(found)
     for clock in set(clocks.values()):
         roles = [role for role in found if clocks[role] == clock and found[role].device is not None]
         if roles:
             leader = max(roles, key=lambda role: found[role].turn or np.inf)
             zero = _on_turn(found[leader], 0.0)
-            settled |= {role: _on_turn(found[role], _lead(zero)) for role in roles}
-    return settled
+            aligned |= {role: _on_turn(found[role], _lead(zero)) for role in roles}
+    return aligned
 
 
 def _lead(samples: BusSamples) -> float:

@@ -1,4 +1,4 @@
-"""A capture becomes a recording: raw frames, side tables, database and role map in one folder."""
+"""Import a capture: raw frames, side tables, database and role map in one run folder."""
 
 import shutil
 from collections.abc import Iterator, Mapping
@@ -33,7 +33,7 @@ class Capture:
 
 
 def import_capture(capture: Capture, out: Path, progress: Progress = quiet) -> Recording:
-    """Write the recording `out`, and read it back. Where that fails, nothing is left behind."""
+    """Recording in the new folder `out`, as read back. Raises InputError; no folder is left then."""
     roles = read_toml(capture.roles, RoleMap)
     tables = _all_tables(capture, roles)
     run_folder.create(out)
@@ -81,13 +81,13 @@ def _all_tables(capture: Capture, roles: RoleMap) -> dict[str, Path]:
             f"no role is bound to the table {unused[0]!r}",
             where=str(capture.roles),
             expected=f"one of {', '.join(known)}" if known else "roles with a column",
-            remedy=f'give a role table = "{unused[0]}" and column = "...", or leave --table out',
+            remedy=f'give a role table = "{unused[0]}" and column = "...", or omit --table',
         )
     if is_table(capture.log):
         tables[MAIN] = capture.log
     elif capture.database is None:
         raise InputError(
-            "frames mean nothing without a database",
+            "frames cannot be decoded without a database",
             where=str(capture.log),
             remedy="give the vehicle's DBC file with --dbc",
         )
@@ -97,7 +97,7 @@ def _all_tables(capture: Capture, roles: RoleMap) -> dict[str, Path]:
 def _write(
     capture: Capture, roles: RoleMap, tables: Mapping[str, Path], out: Path, progress: Progress
 ) -> dict[str, Any]:
-    """Write everything but the description, and return that."""
+    """Description of the recording, after everything else of it is written."""
     shutil.copyfile(capture.roles, out / run_folder.ROLES)
     description: dict[str, Any] = {
         "run": {
@@ -163,7 +163,7 @@ def _source(path: Path, form: str, **more: str | int) -> dict[str, str | int]:
 
 
 def _found(recording: Recording) -> dict[str, Any]:
-    """Tell what the recording turned out to hold, and when it began."""
+    """Number of frames, duration (s) and start time of a recording."""
     found: dict[str, Any] = {"frames": recording.frame_count, "duration": recording.duration}
     start_ns = recording.start_time_ns
     found["start_time_ns"] = start_ns

@@ -32,19 +32,19 @@ def _faults(sorted_log: SortedLog) -> Iterator[BusFault]:
     time_ns = sorted_log.log.time_ns
     start = int(time_ns[0]) if time_ns.size else 0
 
-    def told(message: str, fault: Fault, rows: npt.NDArray[np.intp], count: int) -> BusFault:
+    def fault_of(message: str, fault: Fault, rows: npt.NDArray[np.intp], count: int) -> BusFault:
         return BusFault(message, str(fault), count, (int(time_ns[rows[0]]) - start) * 1e-9)
 
     identifiers = sorted_log.log.identifier[sorted_log.unknown]
     for identifier in sorted_log.unknown_identifiers():
         rows = sorted_log.unknown[identifiers == identifier]
-        yield told(f"{identifier:#x}", Fault.UNKNOWN, rows, rows.size)
+        yield fault_of(f"{identifier:#x}", Fault.UNKNOWN, rows, rows.size)
     for name, rows in sorted_log.short.items():
-        yield told(name, Fault.SHORT, rows, rows.size)
+        yield fault_of(name, Fault.SHORT, rows, rows.size)
     for name, frames in sorted_log.frames.items():
         for fault, rows, count in _of_message(frames, time_ns):
             if count:
-                yield told(name, fault, rows, count)
+                yield fault_of(name, fault, rows, count)
 
 
 def _of_message(

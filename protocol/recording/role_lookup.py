@@ -1,4 +1,4 @@
-"""What a role map names is found in the database, and its values become SI."""
+"""Look up the signals of a role map in the database, and convert their values to SI."""
 
 import difflib
 
@@ -66,7 +66,7 @@ def to_si(
             where=f"role {role}",
             expected=f"a unit that converts to {target}",
             found=str(cause),
-            remedy='state the unit in the role map, as in unit = "km/h"; a wheel that tells'
+            remedy='state the unit in the role map, as in unit = "km/h"; a wheel speed in'
             " rad/s or rpm needs radius as well",
         ) from cause
     return source.sign * number + source.offset

@@ -28,7 +28,7 @@ class Source(Section):
     clock         "bus": arrival times. A name: the device whose `time_signal` stamps the samples
     time_signal   "Message.signal" with the device's own time, wrapping at the signal's width
     delay         s, known latency, taken off the times
-    radius        m, turns a wheel's angular speed into peripheral speed where the unit asks for it
+    radius        m, turns a wheel's angular speed into peripheral speed where the role's unit is m/s
     modulo        a wrapping counter's period
     """
 
@@ -58,7 +58,7 @@ class Source(Section):
         if bool(self.teeth) != bool(self.anchor):
             raise ValueError('"teeth" and "anchor" belong together')
         if (self.clock != "bus") != bool(self.time_signal or self.teeth):
-            raise ValueError('a "clock" of its own and the "time_signal" that tells it go together')
+            raise ValueError('"clock" and "time_signal" must be given together')
         return self
 
 
@@ -66,7 +66,7 @@ class TableRules(Section):
     """How the times of one side table are to be read: [tables.gps] in the role map.
 
     time_column    column with the time of all others (else found by its name)
-    time_unit      unit of that column where its name does not tell: "ms"
+    time_unit      unit of that column where its name does not state it: "ms"
     sample_period  s, for a table without a time column
     align          "epoch": its times count from the same instant as the log's. "start": its first
                    row was taken when the log began. "auto": epoch, and refused where no overlap
@@ -94,7 +94,7 @@ class Geometry(Section):
 class RoleMap(Section):
     """One role-map file.
 
-    bitrate     bit/s, of an imported capture's buses; without it their load is not told
+    bitrate     bit/s, of an imported capture's buses; without it no bus load is computed
     quantities  role -> SI unit, of what is not a motorcycle's: `belt_speed = "V"`
     """
 
@@ -125,7 +125,7 @@ class RoleMap(Section):
         for name in self.roles:
             if name not in ROLES and name not in self.quantities:
                 near = difflib.get_close_matches(name, ROLES, n=1, cutoff=0.4)
-                own = 'or tell its unit under [quantities], as in belt_speed = "V"'
+                own = 'or state its unit under [quantities], as in belt_speed = "V"'
                 meant = f"did you mean {near[0]!r}?" if near else "see protocol/recording/roles.py,"
                 hint = f"{meant} {own}"
                 raise ValueError(f"unknown role {name!r}; {hint}")

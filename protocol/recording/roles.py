@@ -28,7 +28,7 @@ _AXLES = [
 ]
 
 _OTHERS = [
-    Role("throttle_command", "1", "opening that the servo was told, echoed by the ECU, 0..1"),
+    Role("throttle_command", "1", "commanded opening of the servo, echoed by the ECU, 0..1"),
     Role("throttle_position", "1", "measured opening, 0..1"),
     Role("throttle_current", "A", "motor current of the throttle servo"),
     Role("spark_command", "rad", "offset from the spark map, echoed by the ECU"),

@@ -1,4 +1,4 @@
-"""The folder of one recording: made once, never overwritten, read whenever it is judged.
+"""The folder of one recording: made once, never overwritten, read for each analysis.
 
 Writers (`slipbench import`, the bench while a trial runs) create the folder, put the files of
 `protocol.recording.recording` into it and write the description last. `read` decodes the raw
@@ -76,7 +76,7 @@ def write_description(folder: Path, description: Mapping[str, Any]) -> None:
 
 
 def versions() -> dict[str, str]:
-    """Tell which slipbench, Python and libraries are at work."""
+    """Versions of slipbench, Python and the libraries in use, by name."""
     found = {"python": platform.python_version()}
     for name in _LIBRARIES:
         try:
@@ -93,7 +93,7 @@ def sha256(path: Path) -> str:
 
 
 def read(folder: Path, progress: Progress = quiet) -> Recording:
-    """Read a recording. Raises InputError naming what is missing, damaged or contradictory."""
+    """Recording of a run folder. Raises InputError naming what is missing, damaged or contradictory."""
     warnings: list[str] = []
     _require_recording(folder)
     _refuse_ways_out(folder)
@@ -105,11 +105,15 @@ def read(folder: Path, progress: Progress = quiet) -> Recording:
         raise InputError("it holds neither frames nor tables", where=str(folder), expected=FRAMES)
     start_ns = _start_ns(description, start_of(sorted_log, tables, roles), folder)
     bound = bind(sorted_log, database, tables, roles, start_ns)
-    told = [*description.get("warnings", []), *warnings, *bound.warnings]
+    texts = [*description.get("warnings", []), *warnings, *bound.warnings]
     return Recording(
         folder=folder,
-        description={**description, "warnings": list(dict.fromkeys(told))},
-        trial=read_toml(folder / TRIAL, TrialFile) if (folder / TRIAL).exists() else None,
+        description={**description, "warnings": list(dict.fromkeys(texts))},
+        trial=(
+            read_toml(folder / TRIAL, TrialFile, recorded=True)
+            if (folder / TRIAL).exists()
+            else None
+        ),
         roles=roles,
         channels=bound.channels,
         missing=bound.missing,
@@ -188,7 +192,7 @@ def _start_ns(description: Mapping[str, Any], first: int, folder: Path) -> int:
 
 
 def _require_recording(folder: Path) -> None:
-    """Check the name and the two files that tell a recording, before its tree is walked."""
+    """Check for the files of a recording before its tree is walked. Raises InputError."""
     if not is_folder(folder):
         raise InputError(
             "there is no recording of this name",
@@ -230,7 +234,7 @@ def _of_the_right_kinds(description: dict[str, Any], where: str) -> dict[str, An
             "a key holds another kind of thing",
             where=where,
             expected="; ".join(sorted(wrong)),
-            remedy="mend it in a copy of the recording",
+            remedy="correct it in a copy of the recording",
         )
     description["warnings"] = [str(text) for text in description.get("warnings", [])]
     return description

@@ -1,4 +1,4 @@
-"""One message has one sender: its counter counts on, and its values follow one course."""
+"""Find messages with two senders: counters that interleave, or two alternating time series."""
 
 from collections.abc import Iterator
 
@@ -11,7 +11,7 @@ from slipbench.protocol.recording.channel import FloatArray
 from slipbench.protocol.recording.recording import BusFault
 
 TWO_SENDERS = "two senders"
-_FEWEST = 50  # samples from which two courses can be told
+_FEWEST = 50  # samples from which two time series can be separated
 _ALTERNATES = 5.0  # times as far from the sample before as from the one before that
 
 
@@ -49,9 +49,9 @@ def interleaved_messages(sorted_log: SortedLog, start_ns: int) -> Iterator[BusFa
 
 
 def alternates(value: FloatArray) -> bool:
-    """Tell two interleaved courses from one: each sample is near the last but one, not the last.
+    """Whether two time series alternate: each sample is near the last but one, not the last.
 
-    For messages without a counter. Courses of few levels (a gear, a switch) tell nothing.
+    For messages without a counter. Signals of few levels (a gear, a switch) are not judged.
     """
     if value.size < _FEWEST or np.unique(value[:1000]).size < 5:
         return False

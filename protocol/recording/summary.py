@@ -1,4 +1,4 @@
-"""What was read, bound, missing or wrong, told on the terminal."""
+"""Print what was read, bound, missing or wrong."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -16,12 +16,12 @@ SHOWN = 12  # identifiers
 
 
 def decoded(form: str, warnings: list[str], tally: Tally, samples: int, out: Path) -> None:
-    """Tell what `slipbench decode` did with a log that is `form`."""
+    """Print what `slipbench decode` did with a log of the format `form`."""
     console = _console()
     span = (tally.last - tally.first) * 1e-9
     console.print(f"{tally.frames} frames of {form} in {span:.3f} s on {', '.join(tally.buses)}")
     for name, count in tally.short.items():
-        console.print(f"{name}: {count} frames are too short and not decoded")
+        console.print(f"{name}: {count} frames are too short and were not decoded")
     _unknown(console, tally.unknown)
     for kind, count in tally.skipped.items():
         console.print(f"{count} {kind} beside the data frames")
@@ -30,7 +30,7 @@ def decoded(form: str, warnings: list[str], tally: Tally, samples: int, out: Pat
 
 
 def imported(recording: Recording) -> None:
-    """Tell what `slipbench import` made."""
+    """Print what `slipbench import` wrote."""
     console = _console()
     table = Table("role", "samples", "rate / Hz", "from / s", "to / s", "range", "origin", box=None)
     for channel in recording.channels.values():
@@ -76,11 +76,11 @@ def _unknown(console: Console, counts: Mapping[int, int]) -> None:
     if not counts:
         return
     most = sorted(counts.items(), key=lambda one: -one[1])
-    told = ", ".join(f"{identifier:#05x} {count}" for identifier, count in most[:SHOWN])
+    listed = ", ".join(f"{identifier:#05x} {count}" for identifier, count in most[:SHOWN])
     more = f" and {len(most) - SHOWN} more" if len(most) > SHOWN else ""
     console.print(
         f"{sum(counts.values())} frames of {len(counts)} identifiers that the database does not"
-        f" know (kept): {told}{more}"
+        f" know (kept): {listed}{more}"
     )
 
 

@@ -44,7 +44,7 @@ class TableLog:
         return float(min(times, default=0.0))
 
     def channel(self, role: str, source: Source, start: float) -> tuple[Channel, tuple[str, ...]]:
-        """Give one role's channel, times from `start`, and what had to be said about it."""
+        """Channel of one role, its times from `start` (s), and warnings. Raises Missing, InputError."""
         name = source.table or MAIN
         if name not in self.tables:
             what = "no table stands in place of the log" if name == MAIN else f"no table {name!r}"

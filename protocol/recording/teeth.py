@@ -1,6 +1,6 @@
 """Tooth frames become tooth times: what was lost is a step of the count, never a smeared time.
 
-A frame tells how many teeth have passed (a wrapping count) and the intervals that end with its last
+A frame reports how many teeth have passed (a wrapping count) and the intervals that end with its last
 tooth. Frames that follow each other without a gap make a run; inside a run every time is exact
 relative to every other. The encoder's status gives the absolute time of one tooth now and then and
 so anchors the run in which that tooth lies. A run between two losses that holds no anchor is laid
@@ -32,7 +32,7 @@ class Teeth:
     time_us     (m,) encoder's own clock; on the arrivals' clock where there is no anchor at all
     count       (m,) running count; a step of 1 is an exact interval, a greater one says how many
                 teeth are unknown
-    arrival_ns  (m,) when the frame came that told the tooth, the log's clock
+    arrival_ns  (m,) arrival of the frame that reported the tooth, on the log's clock
     anchored    (m,) False where the time was laid by arrival: exact only relative to the teeth
                 to which steps of 1 join it
     """
@@ -49,7 +49,7 @@ class Teeth:
 
 
 def teeth(frames: Frames, anchors: Frames, time_ns: IntArray) -> Teeth:
-    """Times and counts of all teeth that a log tells. time_ns: of the log's rows.
+    """Times and counts of all teeth that a log reports. time_ns: of the log's rows.
 
     Frames with a wrong CRC and repeated frames are left out. Frames of several encoders or buses
     must not be mixed.
@@ -65,12 +65,16 @@ def lay(frames: ToothFrames, anchors: Anchors) -> Teeth:
         nothing = np.zeros(0, np.int64)
         return Teeth(nothing, nothing, nothing, np.zeros(0, np.bool_))
     last, anchors = absolute_counts(frames, anchors)
-    told = np.count_nonzero(frames.intervals, axis=1)
-    starts = np.concatenate([[True], last[1:] - told[1:] != last[:-1]])
-    teeth_told = told + starts  # the first frame of a run also tells the tooth it counts from
-    frame = np.repeat(np.arange(last.size), teeth_told)
-    place = np.arange(frame.size) - np.repeat(np.cumsum(teeth_told) - teeth_told, teeth_told)
-    count = last[frame] - teeth_told[frame] + 1 + place
+    reported = np.count_nonzero(frames.intervals, axis=1)
+    starts = np.concatenate([[True], last[1:] - reported[1:] != last[:-1]])
+    teeth_reported = (
+        reported + starts
+    )  # the first frame of a run also reports the tooth it counts from
+    frame = np.repeat(np.arange(last.size), teeth_reported)
+    place = np.arange(frame.size) - np.repeat(
+        np.cumsum(teeth_reported) - teeth_reported, teeth_reported
+    )
+    count = last[frame] - teeth_reported[frame] + 1 + place
     first = starts[frame] & (place == 0)
     elapsed = np.zeros(frame.size, np.int64)
     elapsed[~first] = frames.intervals[frames.intervals > 0]
@@ -138,8 +142,8 @@ def _lay_by_arrival(
     for first, end in pairwise(edges):
         if known[first]:
             continue
-        told = np.searchsorted(came[first:end], came[first], side="right") - 1 + first
-        start = came[first] - transit[first] - elapsed[told]
+        row = np.searchsorted(came[first:end], came[first], side="right") - 1 + first
+        start = came[first] - transit[first] - elapsed[row]
         if end < time.size and known[end]:
             start = min(start, time[end] - 1 - elapsed[end - 1])
         if first:

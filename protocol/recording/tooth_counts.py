@@ -1,4 +1,4 @@
-"""How many teeth passed in all: the wrapping counts of tooth frames, their turns told apart."""
+"""How many teeth passed in all: the wrapping counts of tooth frames, unwrapped."""
 
 from dataclasses import replace
 
@@ -32,22 +32,22 @@ def absolute_counts(frames: ToothFrames, anchors: Anchors) -> tuple[IntArray, An
 
 def _steps(frames: ToothFrames) -> IntArray:
     """Teeth from each frame's last to the next one's."""
-    told = np.count_nonzero(frames.intervals, axis=1)[1:]
-    missing = (np.diff(frames.count) - told) % frames.modulo
+    reported = np.count_nonzero(frames.intervals, axis=1)[1:]
+    missing = (np.diff(frames.count) - reported) % frames.modulo
     follows = (missing == 0) & (np.diff(frames.counter) % PERIOD == 1)
     waited = np.diff(frames.arrival) / MICROSECOND - frames.intervals[1:].sum(axis=1)
     rate = _rate(frames)
     expected = np.maximum(waited, 0.0) * (rate[1:] + rate[:-1]) / 2
     turns = np.maximum(np.rint((expected - missing) / frames.modulo), 0.0)
     turns[follows] = 0.0
-    return np.asarray(told + missing + frames.modulo * turns, np.int64)
+    return np.asarray(reported + missing + frames.modulo * turns, np.int64)
 
 
 def _rate(frames: ToothFrames) -> npt.NDArray[np.float64]:
-    """Teeth per us that each frame tells; 0 where the wheel stands."""
-    told = np.count_nonzero(frames.intervals, axis=1)
+    """Teeth per us that each frame reports; 0 where the wheel stands."""
+    reported = np.count_nonzero(frames.intervals, axis=1)
     total = frames.intervals.sum(axis=1)
-    return np.asarray(np.divide(told, total, out=np.zeros(told.size), where=total > 0))
+    return np.asarray(np.divide(reported, total, out=np.zeros(reported.size), where=total > 0))
 
 
 def _at(arrival: IntArray, frames: ToothFrames, count: IntArray) -> npt.NDArray[np.float64]:

@@ -14,7 +14,7 @@ LARGEST = 1 << 28  # bytes; the text, its lines and the numbers take some eight 
 
 
 def read_csv(path: Path) -> Table:
-    """Read a CSV file. Raises InputError where no table can be seen in it."""
+    """Table of a CSV file. Raises InputError where the file holds none."""
     try:
         return _read(path, _lines(path))
     except csv.Error as cause:  # a cell of more than 128 KiB
@@ -56,7 +56,7 @@ def _lines(path: Path) -> list[str]:
 
 
 def _rows(lines: list[str], layout: Layout, where: str, warnings: list[str]) -> list[str]:
-    """Keep the rows of numbers. A torn last row is dropped and told; another odd one raises."""
+    """Rows of numbers. An incomplete last row gives a warning; any other raises InputError."""
     width = len(layout.names)
     numbered = [
         (number, line)
@@ -70,7 +70,7 @@ def _rows(lines: list[str], layout: Layout, where: str, warnings: list[str]) -> 
             continue
         cells = len(split(line, layout.delimiter))
         if cells < width and number == numbered[-1][0]:
-            warnings.append(f"{where}: the last row is torn and left out: {line[:60]!r}")
+            warnings.append(f"{where}: the last row is incomplete and omitted: {line[:60]!r}")
             return [line for _, line in numbered[:-1]]
         if cells != width:
             raise _odd_row(where, number, line, cells, layout)
@@ -83,7 +83,7 @@ def _odd_row(where: str, number: int, line: str, cells: int, layout: Layout) -> 
         where=f"{where}: line {number}",
         expected=f"{len(layout.names)} cells between {layout.delimiter!r}",
         found=f"{cells} cells: {line[:60]!r}",
-        remedy="mend or delete that row in a copy",
+        remedy="correct or delete that row in a copy",
     )
 
 
@@ -105,7 +105,7 @@ def _parse(text: str, layout: Layout, where: str) -> Any:
             "not a table that can be read",
             where=where,
             found=str(cause)[:200],
-            remedy="mend that row in a copy, or export the table anew",
+            remedy="correct that row in a copy, or export the table again",
         ) from cause
 
 

@@ -1,4 +1,4 @@
-"""Where a CSV file's names, units and numbers stand, told from its first lines.
+"""Find names, units and numbers of a CSV file from its first lines.
 
 Known: any delimiter, a decimal comma, comments and metadata above the names, names in a comment,
 units in brackets behind the names or in a row below them, no names at all, and MoTeC i2's export.
@@ -46,7 +46,7 @@ def find_layout(lines: list[str]) -> Layout | None:
     above = _titles(lines[:first], delimiter, width)
     titles, units = _names_and_units(above, width, motec=bool(_MOTEC.match(lines[0])))
     decimal = "," if delimiter != "," and _has_decimal_comma(rows[first:]) else "."
-    return Layout(delimiter, decimal, _unique(titles), units, first)
+    return Layout(delimiter, decimal, unique_names(titles), units, first)
 
 
 def split(line: str, delimiter: str) -> list[str]:
@@ -140,11 +140,11 @@ def _has_decimal_comma(rows: list[list[str]]) -> bool:
     return any(_DECIMAL_COMMA.fullmatch(cell) for row in rows for cell in row)
 
 
-def _unique(names: list[str]) -> tuple[str, ...]:
+def unique_names(names: list[str]) -> tuple[str, ...]:
     """Number the columns that share a name; "" is left for the empty last column."""
-    seen: Counter[str] = Counter()
+    count: Counter[str] = Counter()
     unique = []
     for name in names:
-        seen[name] += 1
-        unique.append(f"{name} #{seen[name]}" if seen[name] > 1 else name)
+        count[name] += 1
+        unique.append(f"{name} #{count[name]}" if count[name] > 1 else name)
     return tuple(unique)

@@ -9,6 +9,7 @@ from typing import Any, BinaryIO
 
 from slipbench.protocol.errors import InputError
 from slipbench.protocol.extras import optional_library
+from slipbench.protocol.tables.csv_layout import unique_names
 from slipbench.protocol.tables.table import Table, split_unit
 from slipbench.protocol.user_file import open_user_file
 
@@ -23,7 +24,7 @@ def read_parquet(path: Path) -> Table:
     with open_user_file(path) as file:
         try:
             data = _columns(file, str(path))
-        except (pa.ArrowException, OSError) as cause:
+        except (pa.ArrowException, OSError, UnicodeDecodeError) as cause:
             raise InputError(
                 "not a Parquet file that can be read",
                 where=str(path),
@@ -33,14 +34,16 @@ def read_parquet(path: Path) -> Table:
     titles = [split_unit(name) for name in data.column_names]
     names = [name for name, _ in titles]
     if len(set(names)) < len(names):
-        titles = [(name, "") for name in data.column_names]
+        titles = [(name, "") for name in unique_names(data.column_names)]
     units = {name: unit for name, unit in titles if unit}
     clocks: dict[str, str] = {}
     for (name, _), column in zip(titles, data.schema, strict=True):
         metadata = column.metadata or {}
-        units |= {name: metadata[b"unit"].decode()} if b"unit" in metadata else {}
-        clocks |= {name: metadata[b"clock"].decode()} if b"clock" in metadata else {}
-    where = (data.schema.metadata or {}).get(b"source", str(path).encode()).decode()
+        units |= {name: metadata[b"unit"].decode(errors="replace")} if b"unit" in metadata else {}
+        clocks |= (
+            {name: metadata[b"clock"].decode(errors="replace")} if b"clock" in metadata else {}
+        )
+    where = (data.schema.metadata or {}).get(b"source", str(path).encode()).decode(errors="replace")
     return Table(where, data.rename_columns([name for name, _ in titles]), units, clocks)
 
 
@@ -63,17 +66,21 @@ def _columns(file: BinaryIO, where: str) -> Any:
         raise _too_large(where, found)
     texts = [one.name for one in schema if pa.types.is_string(one.type)]
     data = parquet.ParquetFile(file, read_dictionary=texts).read(columns=schema.names)
-    if (size := sum(_text_size(data[name]) for name in texts)) > MOST_BYTES:
+    packed_texts = [one for one in data.columns if pa.types.is_dictionary(one.type)]
+    if (size := sum(map(_text_size, packed_texts))) > MOST_BYTES:
         raise _too_large(where, f"{size:,} bytes of text")
     return data.cast(schema)
 
 
 def _text_size(column: Any) -> int:
     """Bytes of a column of dictionary-encoded text once it is expanded."""
+    import pyarrow as pa
     from pyarrow import compute
 
     total = 0
     for chunk in column.chunks:
+        if not pa.types.is_string(chunk.dictionary.type):
+            continue
         lengths = compute.binary_length(chunk.dictionary)
         total += compute.sum(lengths.take(chunk.indices).cast("int64")).as_py() or 0
     return total

@@ -34,22 +34,26 @@ class Samples:
 
 
 def samples(table: Table, column: str, time_column: str, rules: TableRules) -> Samples:
-    """Read one column. Cells that are empty or not a number are left out: they are no samples."""
+    """Samples of one column; empty cells and cells without a number are no samples.
+
+    Raises InputError for a column that is missing or holds text, and for a missing time column.
+    """
     name = table.find(column)
     time, clock = _time(table, name, time_column, rules)
     value = _numbers(table, name)
     known = np.isfinite(time) & np.isfinite(value)
     lost = int(np.sum(np.isfinite(value) & ~np.isfinite(time)))
-    warnings = [f"{table.where}: {name}: {lost} values without a time are left out"] if lost else []
+    warnings = [f"{table.where}: {name}: {lost} values without a time are omitted"] if lost else []
     time, value = time[known], value[known]
     order = _order(time, f"{table.where}: {clock or name}", warnings)
     return Samples(time[order], value[order], table.units.get(name, ""), clock, tuple(warnings))
 
 
-def _time(table: Table, name: str, wanted: str, rules: TableRules) -> tuple[FloatArray, str]:
-    if rules.sample_period is not None and not wanted:
+def _time(table: Table, name: str, time_column: str, rules: TableRules) -> tuple[FloatArray, str]:
+    if rules.sample_period is not None and not time_column:
         return np.arange(table.data.num_rows) * rules.sample_period, ""
-    clock = table.find(wanted or rules.time_column or table.clocks.get(name) or _clock(table))
+    known = time_column or rules.time_column or table.clocks.get(name)
+    clock = table.find(known or _clock(table))
     unit = rules.time_unit or table.units.get(clock, "")
     return seconds(table.data[clock].combine_chunks(), clock, unit, table.where), clock
 
@@ -115,7 +119,7 @@ def _is_float(text: str) -> bool:
 
 
 def _order(time: FloatArray, where: str, warnings: list[str]) -> npt.NDArray[np.intp]:
-    """Sort by time, samples of one time staying as they were; tell if that moved any."""
+    """Order of the samples by time, stable; a warning where that changes it."""
     back = np.flatnonzero(np.diff(time) < 0)
     if back.size:
         largest = -float(np.diff(time)[back].min())

@@ -17,9 +17,9 @@ class Table:
 
     where     the file, for messages
     data      pyarrow.Table; a column that is not all numbers is text, timestamps or truth values
-    units     column -> unit, where the file tells one
-    clocks    column -> its time column, where the file tells it
-    warnings  what had to be said while reading
+    units     column -> unit, where the file states one
+    clocks    column -> its time column, where the file states it
+    warnings  of reading it
     """
 
     where: str
@@ -33,13 +33,13 @@ class Table:
         """Names of the columns, as in the file but for a unit in brackets."""
         return list(self.data.column_names)
 
-    def find(self, wanted: str) -> str:
-        """Name of the column called `wanted`: with or without its unit, or behind "MESSAGE.".
+    def find(self, title: str) -> str:
+        """Name of the column called `title`: with or without its unit, or behind "MESSAGE.".
 
         Raises InputError where there is none.
         """
-        bare = split_unit(wanted)[0]
-        for name in (wanted, bare):
+        bare = split_unit(title)[0]
+        for name in (title, bare):
             if name in self.names:
                 return name
         for plain in (str.casefold, _without_message):
@@ -48,7 +48,7 @@ class Table:
                 return same[0]
         near = difflib.get_close_matches(bare, self.names, n=1, cutoff=0.4)
         raise InputError(
-            f"the table has no column {wanted!r}",
+            f"the table has no column {title!r}",
             where=self.where,
             found=", ".join(self.names[:40]),
             remedy=f"did you mean {near[0]!r}?" if near else "name one of these",
@@ -56,7 +56,7 @@ class Table:
 
 
 def split_unit(title: str) -> tuple[str, str]:
-    """Take "Throttle Pos (%)" or "Time[s]" apart into name and unit."""
+    """Name and unit of a title such as "Throttle Pos (%)" or "Time[s]"."""
     match = _NAME_AND_UNIT.fullmatch(title.strip())
     if match and match[1].strip():
         return match[1].strip(), match[2]

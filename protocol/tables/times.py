@@ -34,8 +34,8 @@ def is_time_name(name: str) -> bool:
 def seconds(column: Any, name: str, unit: str, where: str) -> FloatArray:
     """Turn a time column into s, NaN where a cell is empty.
 
-    Numbers are in `unit`; with no unit the name tells it, or the size of an epoch in ms, us or ns,
-    else they are s. Moments ("2024-05-01T12:00:00Z", "12:00:01.5") give s since 1970 or midnight.
+    Numbers are in `unit`; without one, in the unit of the name, or in ms, us or ns where they are
+    as large as epochs in these units, else in s. Moments ("2024-05-01T12:00:00Z", "12:00:01.5") give s since 1970 or midnight.
     """
     pa = optional_library("pyarrow")
 

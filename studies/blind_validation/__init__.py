@@ -1,1 +1,1 @@
-"""The proof: sealed cases out of a generator of its own, analysed, unsealed and scored."""
+"""Blind validation: hidden cases from an independent generator, analysed and scored."""

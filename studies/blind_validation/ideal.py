@@ -1,4 +1,4 @@
-"""What somebody who knew the secret could see in the recordings: nats after re-calibration.
+"""Ideal observer: log-likelihood gain (nats) of the known hidden effects after recalibration.
 
 For effects of the library: the engine's own fit, started at the truth. For what is in no library:
 the true difference that it makes, out of the generator without any noise, off all that calibration
@@ -36,12 +36,12 @@ from slipbench.plant.effects.effect import Effect
 from slipbench.plant.effects.library import BY_NAME as EFFECTS
 from slipbench.plant.errors import PlantError
 from slipbench.studies.blind_validation.generator.case import Case
-from slipbench.studies.blind_validation.generator.fault_parameters import Missing
+from slipbench.studies.blind_validation.generator.fault_parameters import MotionFaults
 from slipbench.studies.blind_validation.generator.fault_types import BY_NAME, SERVO, Hidden
-from slipbench.studies.blind_validation.generator.instruments import Told, sampled
+from slipbench.studies.blind_validation.generator.instruments import ChannelFaults, sampled
 from slipbench.studies.blind_validation.generator.physics import Floats
 from slipbench.studies.blind_validation.generator.recording import (
-    Secret,
+    FaultSet,
     Trial,
     channel_chance,
     course_of,
@@ -84,7 +84,7 @@ class Ideal:
 
 
 def ideal(case: Case, base: Fit) -> Ideal:
-    """Judge the recordings knowing the secret. base: the engine's fit without any effect."""
+    """Gain of the ideal observer for a case. base: fit of the analysis without any effect."""
     if not case.hidden:
         return Ideal(0.0, ())
     if len(case.hidden) == 1 and case.hidden[0].kind in BY_CHANCE:
@@ -183,12 +183,12 @@ class Shown:
 
 
 def seen_difference(case: Case, base: Fit, trials: Sequence[Trial]) -> float:
-    """Nats of the true difference that the secret makes in the channels, off the nuisances."""
+    """Gain of the true difference in the channels, nuisance parameters projected out, nats."""
     model = base.model
-    absent = replace(case.secret, missing=Missing())
+    absent = replace(case.faults, motion=MotionFaults())
     there, without = (
-        [_shown(case, model, r, t, secret) for r, t in enumerate(trials)]
-        for secret in (case.secret, absent)
+        [_shown(case, model, r, t, faults) for r, t in enumerate(trials)]
+        for faults in (case.faults, absent)
     )
     places = [h.places == (SERVO,) for h in case.hidden]
     difference: Series = []
@@ -207,15 +207,15 @@ def seen_difference(case: Case, base: Fit, trials: Sequence[Trial]) -> float:
     return _worth(base, difference, led)
 
 
-def _led_in(case: Case, model: Model, r: int, trial: Trial, absent: Secret) -> Record:
+def _led_in(case: Case, model: Model, r: int, trial: Trial, absent: FaultSet) -> Record:
     """Return a record whose simulation is led in as if nothing had been missing.
 
     What changes the ride in the first second would else set the cleared ride off at a wrong speed.
     """
     record = model.records[r]
     there, without = (
-        Shown(course_of(case.truth, secret, trial, case.secret)[0], record.time + record.start)
-        for secret in (case.secret, absent)
+        Shown(course_of(case.truth, faults, trial, case.faults)[0], record.time + record.start)
+        for faults in (case.faults, absent)
     )
     measured = {
         name: value - (there[LEADS_IN[name]] - without[LEADS_IN[name]])
@@ -234,12 +234,12 @@ def told_difference(case: Case, base: Fit) -> float:
     )
     difference: Series = [[np.zeros(m.shape) for m in ms] for ms in model.measured]
     for r, trial in enumerate(case.training):
-        course, _ = course_of(case.truth, case.secret, trial)
+        course, _ = course_of(case.truth, case.faults, trial)
         record = model.records[r]
-        for channel, told in case.secret.sensors.channels.items():
+        for channel, told in case.faults.sensors.channels.items():
             there, without = (
                 sampled(channel, course, silent, t, channel_chance(trial, channel))
-                for t in (told, Told())
+                for t in (told, ChannelFaults())
             )
             bins = into_bins(there.true - record.start, record.grid)
             for b, block in enumerate(model.chain.blocks):
@@ -249,9 +249,9 @@ def told_difference(case: Case, base: Fit) -> float:
     return _worth(base, difference)
 
 
-def _shown(case: Case, model: Model, r: int, trial: Trial, secret: Secret) -> list[Floats]:
+def _shown(case: Case, model: Model, r: int, trial: Trial, faults: FaultSet) -> list[Floats]:
     """What every block would show of a ride, (T, m) each, without noise."""
-    course, _ = course_of(case.truth, secret, trial, case.secret)
+    course, _ = course_of(case.truth, faults, trial, case.faults)
     record = model.records[r]
     columns = Shown(course, record.time + record.start)
     return [

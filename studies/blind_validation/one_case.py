@@ -1,4 +1,4 @@
-"""One sealed case: recorded, analysed as anybody's recordings are, and then judged knowing it."""
+"""One hidden case: generated, analysed as any recording, and compared with the ideal observer."""
 
 import math
 import tempfile
@@ -33,9 +33,9 @@ KEPT = (
 
 
 def run_case(seed: int, number: int, keep: Path | None = None) -> dict[str, Any]:
-    """Return what came of a case, as data. keep: folder for its recordings, else they are gone.
+    """Result of a case as a tree. keep: folder for its recordings; default: they are deleted.
 
-    A case that the engine refuses or breaks on says so in "failed", and counts as missed.
+    A case whose analysis raises has the error in "failed" and counts as missed.
     """
     case = draw_case(seed, number)
     with tempfile.TemporaryDirectory(prefix="slipbench-case-") as place:
@@ -46,7 +46,7 @@ def run_case(seed: int, number: int, keep: Path | None = None) -> dict[str, Any]
         try:
             analysis = analyse(open_analysis(*paths))
             told = as_tree(verdict(analysis))
-        except Exception as fault:  # whatever it is, it is the engine's, and part of the result
+        except Exception as fault:  # any failure of the analysis is part of the result
             return {
                 "case": number,
                 "failed": f"{type(fault).__name__}: {fault}",
@@ -67,7 +67,7 @@ def run_case(seed: int, number: int, keep: Path | None = None) -> dict[str, Any]
 
 
 def observe(seed: int, number: int) -> dict[str, Any]:
-    """Judge only what there is to see in a case: nothing is looked for, located or named."""
+    """Ideal observer of a case alone, without an analysis."""
     case = draw_case(seed, number)
     if not case.hidden:
         return {"ideal": _told(Ideal(0.0, ()))}
@@ -87,7 +87,7 @@ def _told(found: Ideal) -> dict[str, Any]:
 
 
 def _seen(case: Case, analysis: Analysis) -> dict[str, Any]:
-    """What an ideal observer would see, and by how much the truth improves the held-out runs."""
+    """Gain of the ideal observer, and improvement of the held-out runs by the truth."""
     assert analysis.base is not None
     found = ideal(case, analysis.base)
     told: dict[str, Any] = {"ideal": _told(found), "truth": _proven(analysis, found)}

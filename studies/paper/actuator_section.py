@@ -51,8 +51,8 @@ def throttle_or_spark(compared: Compared) -> Section:
     if isinstance(compared, Comparison):
         figures = drawn(
             "throttle_or_spark",
-            "As the paper's figure 11: both first harmonics with their "
-            "low-frequency gain taken as 1 and their pure delays taken off.",
+            "Figure 11 of the paper: both first harmonics normalised to a low- "
+            "frequency gain of 1, without dead time.",
             lambda: switched_figures.actuators_figure(compared),
         )
     return Section(

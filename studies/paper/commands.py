@@ -19,23 +19,24 @@ def register(app: typer.Typer) -> None:
 
 
 def paper_command(
-    out: Annotated[Path, typer.Option(help="Where to write paper.html, claims.json and figures.")],
+    out: Annotated[Path, typer.Option(help="Folder for paper.html, claims.json and figures.")],
     runs: Annotated[
         Path | None,
-        typer.Option(help="Recordings to use, and where to put those that are missing."),
+        typer.Option(help="Folder of the recordings; missing ones are recorded into it."),
     ] = None,
     nominal: Annotated[
-        Path, typer.Option(help="Vehicle file: what is known beside the recordings.")
+        Path, typer.Option(help="Vehicle file with the nominal parameters.")
     ] = NOMINAL,
     trials: Annotated[Path, typer.Option(help="Folder of the trial files.")] = TRIALS,
     bandwidth: Annotated[
-        float, typer.Option(help="w_c of the throttle servo, in Hz.", min=0.1)
+        float, typer.Option(help="Bandwidth w_c of the throttle servo, Hz.", min=0.1)
     ] = 10.0,
     document: Annotated[
-        Path | None, typer.Option(help="Also write this page of Markdown, its figures beside it.")
+        Path | None,
+        typer.Option(help="Markdown page to write in addition; figures go to its folder."),
     ] = None,
 ) -> None:
-    """Reproduce Corno and Savaresi (SYSID 2009) on recordings over CAN, claim by claim.
+    """Reproduce the paper of Corno and Savaresi (SYSID 2009) on CAN recordings, claim by claim.
 
     Trials whose recordings are not in --runs are run first, on the virtual motorcycle.
 

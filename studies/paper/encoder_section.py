@@ -12,15 +12,15 @@ def encoder(context: Context) -> Section:
     radius = context.nominal.rear_wheel.radius
     return Section(
         "1",
-        "What the encoder can know",
+        "Resolution and delay of the encoder",
         (
-            "Between two teeth the wheel's speed is w = 2π / (N TT). More teeth are younger and "
-            "less exact: the timer's microsecond weighs more in a shorter interval.",
+            "Between two teeth the wheel's speed is w = 2π / (N TT). More teeth give a smaller delay and a larger error, because the timer "
+            "resolution of 1 µs is a larger share of a shorter interval.",
         ),
         drawn(
             "encoder",
-            "As the paper's figure 1: error bound and delay against speed; lines by the "
-            "formula, markers measured on simulated teeth. Dashed: 10 ms and 40 km/h.",
+            "Figure 1 of the paper: error bound and delay over speed; lines: formula, "
+            "markers: simulated teeth. Dashed: 10 ms and 40 km/h.",
             lambda: encoder_figures.encoder(radius),
         ),
         encoder_claims(radius),
@@ -32,15 +32,14 @@ def wheel_lines(found: Found) -> Section:
     one = runs_of(found, "throttle")[0]
     return Section(
         "2",
-        "Spectra, and the line of the wheel",
+        "Spectra and wheel orders",
         (
-            "Rear wheel speed, suspension travel and engine speed of one throttle sweep. What "
-            "repeats with every turn of the wheel draws lines at 1X, 2X, ...; one tooth out of "
-            "place draws all of them, in the wheel's speed alone.",
+            "Rear wheel speed, suspension travel and engine speed of one throttle sweep. Periodic errors of the wheel appear at the orders 1X, 2X, ...; one "
+            "displaced tooth causes all of them, in the wheel speed only.",
         ),
         drawn(
             "wheel_orders",
-            "As the paper's figure 2: amplitude spectra, wheel orders marked.",
+            "Figure 2 of the paper: amplitude spectra, wheel orders marked.",
             lambda: encoder_figures.orders(one),
         ),
         order_claims(one),

@@ -115,14 +115,14 @@ def encoder_claims(radius: float, teeth: int = 16) -> tuple[Claim, ...]:
     read = shown_wave(SLOW, radius, teeth)
     note = f"{teeth} teeth, radius {radius:g} m"
     measured = f"{note}; a simulated wheel's teeth, timed to 1 µs, speed held between teeth"
-    late = "under 40 km/h the encoder is more than 10 ms late"
-    phase = "that is more than 36 degrees at 10 Hz"
+    late = "below 40 km/h the encoder delay exceeds 10 ms"
+    phase = "this is a phase lag of more than 36 degrees at 10 Hz"
     lag = float(np.degrees(read.lag))
     return (
         _claim("encoder_delay_at_40_kmh", late, 1e3 * formula, 1e3 * LATE, "ms", note),
         _claim(
             "encoder_delay_measured",
-            f"{late}, as its own teeth show",
+            f"{late}, measured on its teeth",
             1e3 * read.delay,
             1e3 * LATE,
             "ms",

@@ -119,7 +119,7 @@ def phase_costs(
         "low pass": LowPass(lines.rate, CUTOFF).response(f),
         "notch of the first order": Notch(lines.rate, (1,)).response(f, wheel),
         "notches": Notch(lines.rate, lines.notched).response(f, wheel),
-        "teeth learnt": np.ones_like(f, np.complex128),
+        "tooth pitch compensated": np.ones_like(f, np.complex128),
     }
     return {name: -_degrees(value) for name, value in made.items()}
 

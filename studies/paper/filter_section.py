@@ -25,10 +25,11 @@ def filtering(found: Found, context: Context) -> Section:
         "3",
         TITLE,
         (
-            "The paper takes the line off with a low pass and a second-order notch that follows "
-            "the wheel's frequency. Run both ways offline it costs no phase; online it does. "
-            "Better is to learn where every tooth stands: then the wheel's speed is right from "
-            "the start, all orders of the line go at once, and nothing is late.",
+            "The paper removes the wheel order with a low pass and a second-order "
+            "notch that tracks the wheel frequency. Applied forwards and backwards "
+            "offline it adds no phase; online it does. Estimating the pitch error of "
+            "every tooth is better: the wheel speed is then correct, all orders are "
+            "removed at once, and no delay is added.",
         ),
         _figures(one, motion, lines, context.nominal.rear_wheel.radius),
         reduction_claims(lines),
@@ -44,8 +45,8 @@ def _figures(
     return (
         *drawn(
             "filtering",
-            "As the paper's figure 3: the rear wheel's speed raw, notched, and with "
-            "true teeth; right: by how much each order got smaller.",
+            "Figure 3 of the paper: rear wheel speed raw, notched, and with tooth- "
+            "pitch compensation; right: reduction of each order.",
             lambda: filter_figures.filtering(one, lines),
         ),
         *drawn(

@@ -89,7 +89,7 @@ def _resonance_claim(found: Found, actuator: str, k: int, cutoff: float) -> Clai
     name = ORDINAL[k - 1]
     return Claim(
         f"{name}_harmonic_resonance_{actuator}",
-        f"The {name} harmonic of slip resonates from the {actuator}",
+        f"The {name} harmonic of slip has a resonance from the {actuator}",
         at.frequency / cutoff,
         *RESONANCES[actuator, k],
         "w_c",
@@ -112,13 +112,13 @@ def _zone_claims(found: Found, cutoff: float) -> tuple[Claim, ...]:
             ),
             (
                 "middle",
-                f"From {low:g} to {high:g} w_c they matter: greatest distortion",
+                f"From {low:g} to {high:g} w_c they are significant: largest distortion",
                 middle,
                 (NEGLIGIBLE, math.inf),
             ),
             (
                 "high",
-                f"Above {high:g} w_c they fall: greatest distortion beside the middle's",
+                f"Above {high:g} w_c they decrease: largest distortion relative to the middle zone",
                 above / middle,
                 (0.0, 1.0),
             ),

@@ -26,16 +26,16 @@ def trials(found: Found) -> Section:
     return Section(
         "4",
         "Sweeps and steps",
-        ("What was asked for, what the actuator did, and how the slip answered.",),
+        ("Requested and actual actuator position, and the response of slip.",),
         (
             *drawn(
                 "trials_throttle",
-                "As the paper's figure 4: throttle.",
+                "Figure 4 of the paper: throttle.",
                 lambda: switched_figures.trials_figure(throttle, steps),
             ),
             *drawn(
                 "trials_spark",
-                "The same for the spark.",
+                "As above, for the spark.",
                 lambda: switched_figures.trials_figure(spark, spark_steps),
             ),
         ),
@@ -50,9 +50,10 @@ def describing_functions(found: Found, context: Context) -> Section:
         "5",
         "Describing functions",
         (
-            "Harmonics of slip per amplitude of the echoed command, from sweeps of 5.5 % of "
-            "throttle: smaller ones stay within what is linear. Markers are the paper's slices; "
-            "lines use the phase of the whole sweep, from which the same recording tells more.",
+            "Harmonics of slip relative to the amplitude of the reported command, "
+            "from sweeps of 5.5 % throttle; smaller sweeps stay in the linear range. "
+            "Markers: slices as in the paper; lines: least squares over the phase of "
+            "the whole sweep, with narrower intervals from the same recording.",
         ),
         (
             *_figure("throttle", "6", from_throttle, sliced(throttle), context.cutoff),
@@ -75,7 +76,7 @@ def _figure(
     marks = slices if isinstance(slices, DescribingFunction) else None
     return drawn(
         f"describing_functions_{actuator}",
-        f"As the paper's figure {number}: lines by least squares along the phase of the "
-        "excitation, with 95 % bands; markers from slices.",
+        f"Figure {number} of the paper: lines by least squares over the phase of "
+        f"the excitation, with 95 % intervals; markers from slices.",
         lambda: describing_figure(found, marks, cutoff),
     )

@@ -35,7 +35,7 @@ from slipbench.studies.paper.wheel_orders import driven_angle, order_amplitudes,
 
 ORDERS = (1, 2, 3, 4, 5, 6, 7, 8)
 OFFLINE, ONLINE = "notch, zero phase", "notch, online"
-LEARNT, LEARNING = "teeth learnt", "teeth learnt online"
+LEARNT, LEARNING = "tooth pitch compensated", "tooth pitch compensated online"
 
 
 @dataclass(frozen=True)
@@ -146,7 +146,7 @@ def reduction_claims(found: LineReductions, frequency: float = 10.0) -> tuple[Cl
     return (
         Claim(
             "notch_takes_the_line",
-            "the adaptive notch takes the first order off",
+            "the adaptive notch removes the first order",
             float(found.decibels(OFFLINE)[0]),
             20.0,
             np.inf,
@@ -156,7 +156,7 @@ def reduction_claims(found: LineReductions, frequency: float = 10.0) -> tuple[Cl
         ),
         Claim(
             "online_notch_takes_the_line",
-            "so does the notch that a controller can run",
+            "so does the causal notch for a controller",
             float(found.decibels(ONLINE)[0]),
             20.0,
             np.inf,
@@ -166,7 +166,7 @@ def reduction_claims(found: LineReductions, frequency: float = 10.0) -> tuple[Cl
         ),
         Claim(
             "learnt_teeth_take_the_family",
-            "learnt teeth take the whole family of the line off",
+            "tooth-pitch compensation removes all orders",
             found.family(LEARNT),
             30.0,
             np.inf,
@@ -177,7 +177,7 @@ def reduction_claims(found: LineReductions, frequency: float = 10.0) -> tuple[Cl
         ),
         Claim(
             "online_notch_phase",
-            f"away from the line, at {frequency:g} Hz, it costs little phase",
+            f"away from the order, at {frequency:g} Hz, the phase lag is small",
             phase,
             0.0,
             5.0,

@@ -22,7 +22,7 @@ def multisine(found: Found, context: Context) -> Section:
     """Average random-phase odd multisines."""
     tried = [periodic_record_of(one) for one in runs_of(found, "multisine")]
     made = best_linear([record for record in tried if isinstance(record, PeriodicRecord)])
-    title = "Linear, noise, even, odd"
+    title = "Best linear approximation, noise and distortion"
     if not isinstance(made, BestLinearApproximation):
         return Section("12", title, (made.reason,))
     return Section(
@@ -30,18 +30,18 @@ def multisine(found: Found, context: Context) -> Section:
         title,
         (
             f"Random-phase odd multisines of the throttle, {made.realisations} realisations of "
-            f"{made.periods} periods after one to settle. What differs between periods is noise; "
-            "what stands at even lines and at odd lines that were left free is distortion. The "
-            "line is what a linear model can be at best in this class of excitations.",
+            f"{made.periods} periods after one settling period. Variation between periods is noise; "
+            "the level at even and at unexcited odd bins is distortion. The curve is "
+            "the best linear approximation for this class of excitations.",
         ),
         drawn(
             "best_linear",
             "Best linear approximation from throttle to slip; noise and total are "
-            "standard deviations of it, distortion the level at lines left free.",
+            "standard deviations of it, distortion: level at unexcited bins.",
             lambda: linear_figure(made, context.cutoff),
         ),
         (),
-        {"Root mean square beside the best linear gain, %.": _levels(made, context.cutoff)},
+        {"Rms value relative to the best linear gain, %.": _levels(made, context.cutoff)},
     )
 
 

@@ -1,4 +1,4 @@
-"""The page about the reproduction among the documents: Markdown, and small figures beside it.
+"""Markdown page of the reproduction, with small figures.
 
 write_document(paper, Path("docs/paper.md"))       # figures: docs/figures/paper_*.png
 """
@@ -14,18 +14,17 @@ from slipbench.studies.paper.paper_report import band_in_words, found_in_words
 from slipbench.studies.paper.paper_section import Section, Table
 
 DOTS = 100  # per inch: legible, and small enough to keep
-LEFT_OUT = ("delay_", "order_", "filter_phases", "teeth")  # figures that only the report shows
-HEAD = """# The paper, reproduced
+LEFT_OUT = ("delay_", "order_", "filter_phases", "teeth")  # figures shown only in the report
+HEAD = """# Reproduction of the paper
 
 Corno and Savaresi, *Experimental Identification of Rear Wheel Slip Dynamics of a Motorbike*, IFAC
-SYSID 2009, step by step on recordings that came over CAN from the demonstration motorcycle, whose
-numbers were [chosen so that these findings come out](decisions/plant-demonstration.md). This page
-and its figures are written by `make paper`, which also writes a report with every figure and what
-each claim rests on."""
+SYSID 2009, step by step on CAN recordings of the demonstration motorcycle, whose parameters were
+[chosen so that these findings occur](decisions/plant-demonstration.md). `make paper` writes this
+page and its figures, and a report with all figures and the evidence for each claim."""
 
 
 def write_document(made: Paper, path: Path) -> None:
-    """Write the page, and its figures into the folder `figures` beside it."""
+    """Write the page, and its figures into the folder `figures` next to it."""
     (path.parent / "figures").mkdir(parents=True, exist_ok=True)
     for section in made.sections:
         for item in _shown(section):
@@ -47,7 +46,9 @@ def _blocks(made: Paper) -> Iterator[str]:
         for caption, table in section.tables.items():
             yield f"{caption}\n\n{_table(table)}"
         if section.claims:
-            yield _table((("", "claim", "found", "band", "source"), *map(_row, section.claims)))
+            yield _table(
+                (("", "claim", "result", "required", "source"), *map(_row, section.claims))
+            )
 
 
 def _shown(section: Section) -> list[Drawn]:

@@ -92,7 +92,7 @@ def rational_claims(study: RationalStudy) -> tuple[Claim, ...]:
     return (
         Claim(
             f"minimum_phase_with_delay_{name}",
-            f"With its pure delay of {ms:.0f} ms the first harmonic from {name} is minimum phase",
+            f"With its dead time of {ms:.0f} ms the first harmonic from {name} is minimum phase",
             _needed_zeros(study.with_delay, study, poles),
             0,
             0,
@@ -102,7 +102,7 @@ def rational_claims(study: RationalStudy) -> tuple[Claim, ...]:
         ),
         Claim(
             f"right_zero_without_delay_{name}",
-            f"Without the delay the first harmonic from {name} needs a zero on the right",
+            f"Without dead time the first harmonic from {name} needs a zero in the right half plane",
             _needed_zeros(study.without_delay, study, poles),
             1,
             INFINITE,
@@ -120,7 +120,7 @@ def time_claims(stretches: tuple[Stretch | NoStretch, ...], least: float) -> tup
     return tuple(
         Claim(
             f"time_check_{s.frequency:g}_Hz",
-            f"The model follows the measured slip where the sweep passes {s.frequency:g} Hz",
+            f"NRMSE fit of the model where the sweep passes {s.frequency:g} Hz",
             s.fit if isinstance(s, Stretch) else float("nan"),
             least,
             100,
@@ -142,25 +142,25 @@ def _delay_claims(study: RationalStudy) -> tuple[Claim, ...]:
         note = f"95 % interval {low:.1f} to {high:.1f} ms; {_knowledge(study)}"
     off = max(low - true, true - high, 0.0) if np.isfinite(found) else float("nan")
     half = float(np.hypot(CLOSE, 1e3 * ACROSS * study.known.doubt))
-    beside = ", beside what the vehicle file leaves open of the path" if study.known.doubt else ""
+    beside = ", in addition to the tolerance of the vehicle file" if study.known.doubt else ""
     return (
         Claim(
             f"delay_{name}",
-            f"The recording gives the pure delay from {name} within 1 ms{beside}",
+            f"The recording determines the dead time from {name} within 1 ms{beside}",
             found,
             true - half,
             true + half,
             "ms",
-            "profile of the delay",
+            "profile likelihood of the dead time",
             note,
         ),
         Claim(
             f"delay_interval_{name}",
-            "The 95 % interval of the delay holds the true one",
+            "The 95 % interval of the dead time contains the true one",
             off,
             0,
             0,
-            "ms beyond",
+            "ms outside",
             "profile likelihood",
             note,
         ),
@@ -171,7 +171,7 @@ def _whiteness(study: RationalStudy) -> Claim:
     best = study.likely.best.fit
     return Claim(
         f"chi_square_{study.lines.input}",
-        "What the model leaves of the response is its noise: chi-square per degree of freedom",
+        "The residual of the model is noise: chi-square per degree of freedom",
         best.chi_square_ratio,
         0.4,
         1.6,

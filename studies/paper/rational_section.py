@@ -37,9 +37,9 @@ def studies_of(found: Found, context: Context) -> Studies:
 def rational(found: Found, studies: Studies, context: Context) -> Section:
     """Show orders, delay and fit of both first harmonics."""
     told = [
-        "Fitted as in the paper, by damped Gauss-Newton on the weighted distance from the first "
-        "harmonic (equation 4), and by maximum likelihood with the response's own variances. Every "
-        "order that the data do not tell from the best is listed.",
+        "Fitted as in the paper, by damped Gauss-Newton on the weighted distance "
+        "from the first harmonic (equation 4), and by maximum likelihood with the "
+        "variances of the response. Every order that is also plausible is listed.",
         *(study.reason for study in studies.values() if isinstance(study, NoRational)),
     ]
     figures: list[Drawn] = []
@@ -51,7 +51,7 @@ def rational(found: Found, studies: Studies, context: Context) -> Section:
             claims += rational_claims(study)
     # 4 ms of the spark turn by 17 degrees at 12 Hz: no zero is needed for that
     kept = tuple(c for c in claims if c.name != f"right_zero_without_delay_{SPARK}")
-    return Section("6", "Rational functions with delay", tuple(told), tuple(figures), kept)
+    return Section("6", "Transfer functions with dead time", tuple(told), tuple(figures), kept)
 
 
 def _figures(
@@ -61,7 +61,7 @@ def _figures(
     return (
         *drawn(
             f"rational_{role}",
-            f"From {name} to slip: markers measured, lines fitted.",
+            f"From {name} to slip: measured (markers) and fitted (lines).",
             lambda: fit_figure(response, study, bandwidth),
         ),
         *drawn(
@@ -75,17 +75,20 @@ def _figures(
 
 def time_domain(found: Found, studies: Studies, context: Context) -> Section:
     """Drive the likeliest model by the measured throttle."""
-    title, study = "The model in time", studies[THROTTLE]
+    title, study = "Time-domain check of the model", studies[THROTTLE]
     if isinstance(study, NoRational):
         return Section("7", title, (study.reason,))
     stretches = stretches_of(runs_of(found, "throttle")[0], study, context.bandwidth)
     return Section(
         "7",
         title,
-        ("The likeliest model, driven by the measured throttle, beside the measured slip.",),
+        (
+            "The maximum-likelihood model, simulated with the measured throttle, and "
+            "the measured slip.",
+        ),
         drawn(
             "time_check",
-            "As the paper's figure 7: three stretches of the sweep, at 0.35, 0.5 and 0.9 w_c.",
+            "Figure 7 of the paper: three segments of the sweep, at 0.35, 0.5 and 0.9 w_c.",
             lambda: time_figure(stretches, context.bandwidth),
         ),
         time_claims(stretches, LEAST_FIT),

@@ -39,12 +39,12 @@ def scheduled(found: Found) -> Section:
     if isinstance(fit, ScheduledFit):
         figures = drawn(
             "scheduled",
-            "The model over speed, with 95 % bands.",
+            "Model parameters over speed, with 95 % intervals.",
             lambda: switched_figures.schedule_figure(fit),
         )
     return Section(
         "10",
-        "Over speed",
+        "Model scheduled by speed",
         (f"One model for sweeps at {len(trials)} speeds in second gear.",),
         figures,
         scheduled_claims(leave_one_out(trials)),
@@ -53,7 +53,7 @@ def scheduled(found: Found) -> Section:
 
 def uncertainty(found: Found, context: Context) -> Section:
     """Bound how far the motorcycle may be from the model, over speeds and amplitudes."""
-    title = "What a controller must survive"
+    title = "Uncertainty set for controller design"
     kinds = ("throttle", "large", "speed")
     members = [
         Member(name.replace("_", " "), one.main)
@@ -74,8 +74,8 @@ def uncertainty(found: Found, context: Context) -> Section:
         (_words(made, context.cutoff),),
         drawn(
             "uncertainty",
-            "Measured responses about the nominal model; below, how far they are "
-            "from it, bands included, and the stable weight that covers them.",
+            "Measured responses and the nominal model; below: their distance from it "
+            "including 95 % intervals, and the stable weight that bounds them.",
             lambda: switched_figures.uncertainty_figure(made, context.cutoff),
         ),
     )
@@ -85,9 +85,7 @@ def _words(made: UncertaintySet, cutoff: float) -> str:
     whole = np.flatnonzero(made.bound >= 1)
     until = made.frequency[whole[0]] if whole.size else made.frequency[-1]
     return (
-        f"The model of the first throttle sweep, and how far {len(made.members)} measured "
-        "responses are from it: other speeds, other amplitudes, other rides, each with its 95 % "
-        f"band. Least {100 * made.bound.min():.0f} %, most {100 * made.bound.max():.0f} %; below "
-        f"100 % up to {until / cutoff:.2f} w_c. With the model and its weight (small gain) a "
-        "controller is proved against all of them at once."
+        f"The model of the first throttle sweep, and the distance of {len(made.members)} measured responses from it: other speeds, other amplitudes, other rides, each with its 95 % interval. Least {100 * made.bound.min():.0f} %, most {100 * made.bound.max():.0f} %; below "
+        f"100 % up to {until / cutoff:.2f} w_c. With the model and its weight a controller can be shown to be stable for "
+        "all of them (small gain theorem)."
     )

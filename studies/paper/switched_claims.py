@@ -18,9 +18,9 @@ THROTTLE, SPARK = (0.7, 0.8), (0.8, 0.9)  # w_c, usable bandwidth
 
 
 def switched_claims(study: SwitchedStudy | NoSteps) -> tuple[Claim, ...]:
-    """Opening differs from closing, and to know it predicts sweeps better."""
-    differ = "The response to opening differs from the response to closing"
-    beats = "On sweeps that neither was fitted on, the switched model beats the linear one"
+    """Opening and closing dynamics, and to know it predicts sweeps better."""
+    differ = "The responses to opening and closing differ"
+    beats = "On held-out sweeps the switched model has a smaller error than the linear one"
     if isinstance(study, NoSteps):
         return (
             Claim("opening_differs", differ, UNKNOWN, 1, INFINITE, "1", "figure 8", study.reason),
@@ -31,7 +31,7 @@ def switched_claims(study: SwitchedStudy | NoSteps) -> tuple[Claim, ...]:
     return (
         Claim(
             "opening_differs",
-            f"{differ}: the lag's difference over its 95 % half width",
+            f"{differ}: difference of the lag over its 95 % half width",
             abs(later) / half,
             1,
             INFINITE,
@@ -80,7 +80,7 @@ def actuator_claims(found: Comparison | NoComparison) -> tuple[Claim, ...]:
     return (
         Claim(
             "spark_leads",
-            "At w_c the spark leads the throttle by about 60 degrees, pure delays taken off",
+            "At w_c the spark leads the throttle by about 60 degrees, without dead times",
             lead,
             *LEAD,
             "°",
@@ -89,7 +89,7 @@ def actuator_claims(found: Comparison | NoComparison) -> tuple[Claim, ...]:
         ),
         Claim(
             "throttle_bandwidth",
-            "Through the throttle 0.7 to 0.8 w_c are usable",
+            "Usable bandwidth of the throttle: 0.7 to 0.8 w_c",
             bands[0],
             *THROTTLE,
             "w_c",
@@ -98,7 +98,7 @@ def actuator_claims(found: Comparison | NoComparison) -> tuple[Claim, ...]:
         ),
         Claim(
             "spark_bandwidth",
-            "Through the spark 0.8 to 0.9 w_c are usable",
+            "Usable bandwidth of the spark: 0.8 to 0.9 w_c",
             bands[1],
             *SPARK,
             "w_c",
@@ -119,7 +119,7 @@ def _delays(found: Comparison) -> str:
 
 def scheduled_claims(rows: tuple[LeftOutSpeed, ...] | NoSchedule) -> tuple[Claim, ...]:
     """A model over speed foretells a speed that it has not seen better than one for all speeds."""
-    told = "A speed left out is predicted better by the scheduled model than by one for all speeds"
+    told = "A held-out speed is predicted better by the scheduled model than by one model for all speeds"
     if isinstance(rows, NoSchedule):
         worst, note = UNKNOWN, rows.reason
     else:
@@ -136,7 +136,7 @@ def scheduled_claims(rows: tuple[LeftOutSpeed, ...] | NoSchedule) -> tuple[Claim
             0,
             1,
             "1",
-            "leave one speed out",
+            "leave-one-speed-out cross-validation",
             note,
         ),
     )

@@ -13,36 +13,38 @@ from slipbench.studies.paper.switched_claims import switched_claims
 from slipbench.studies.paper.switched_study import SwitchedStudy, switched_study
 
 ELSEWHERE = "13000"  # rpm of a sweep at a speed that no model was fitted at
-HERE = "Held-out sweeps at the speed of the steps: errors, and their ratio to the linear model's."
-THERE = "A held-out sweep at another speed: what a schedule is for."
+HERE = (
+    "Held-out sweeps at the speed of the steps: errors and their ratio to that of the linear model."
+)
+THERE = "A held-out sweep at another speed, which the scheduled model covers."
 
 
 def switched(found: Found, context: Context) -> Section:
     """Fit on steps, judge on sweeps; the schedule on sweeps at other speeds than theirs."""
     sweeps = [*runs_of(found, "throttle"), *runs_of(found, "large")]
     study = switched_study(runs_of(found, "steps"), sweeps, _scheduled(found))
-    title = "Opening differs from closing"
+    title = "Opening and closing dynamics"
     if isinstance(study, NoSteps):
         return Section("8", title, (study.reason,), (), switched_claims(study))
     return Section(
         "8",
         title,
         (
-            "A linear system whose gain, real pole and zero depend on the direction of the "
-            "command, the resonance shared, its state kept at the switch: fitted on steps, "
-            "judged on sweeps that it has not seen, beside models that switch by other signals "
-            "and one that is linear but knows the speed.",
+            "A linear system whose gain, real pole and zero depend on the direction "
+            "of the command, with a common resonance and continuous state: fitted to "
+            "steps, validated on held-out sweeps, compared with models that switch by "
+            "other signals and with a linear model scheduled by speed.",
         ),
         (
             *drawn(
                 "switched_steps",
-                "As the paper's figure 8: mean opening and closing step, the "
-                "closing one turned over, and the models.",
+                "Figure 8 of the paper: mean opening and closing step (closing inverted) "
+                "and the models.",
                 lambda: switched_figures.steps_figure(study),
             ),
             *drawn(
                 "switched_held_out",
-                "As the paper's figure 9: a held-out sweep.",
+                "Figure 9 of the paper: a held-out sweep.",
                 lambda: switched_figures.held_out_figure(study, context.cutoff),
             ),
         ),

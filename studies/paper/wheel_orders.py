@@ -78,7 +78,7 @@ def order_claims(
     return (
         _claim(
             "first_order_at_70_kmh",
-            "under 70 km/h the wheel's first order is below 10 Hz",
+            "below 70 km/h the first wheel order is below 10 Hz",
             turning * SPEED,
             (0.0, 10.0),
             "Hz",
@@ -86,7 +86,7 @@ def order_claims(
         ),
         _claim(
             "displaced_tooth_makes_the_line",
-            "one tooth displaced by 3 mm on 10 cm reproduces the line",
+            "one tooth displaced by 3 mm at a radius of 10 cm reproduces the order",
             line / predicted,
             (0.9, 1.1),
             "1",
@@ -94,7 +94,7 @@ def order_claims(
         ),
         _claim(
             "line_not_in_engine",
-            "the line is in the wheel's speed, not in the engine's",
+            "the order appears in the wheel speed, not in the engine speed",
             other / line,
             (0.0, 0.1),
             "1",
@@ -150,5 +150,5 @@ def _displacement(pitch: object, displacement: float, circle: float) -> Claim:
         out = int(np.argmax(np.abs(at)))
         value, note = 1e3 * at[out] * circle, f"tooth {out}, by {np.degrees(at[out]):.3f}°"
     low, high = sorted(1e3 * displacement * share for share in (0.95, 1.05))
-    says = "the learnt gaps show one tooth displaced by 3 mm on 10 cm"
+    says = "the estimated tooth pitch shows one tooth displaced by 3 mm at a radius of 10 cm"
     return _claim("displaced_tooth_learnt", says, value, (low, high), "mm", note)

@@ -74,7 +74,7 @@ def test_nothing_stays_armed_on_what_was_said_in_the_past(monkeypatch: pytest.Mo
     """Were it believed, all that is seen here would be as it must be."""
     with Flooded(statuses(), MOST_FRAMES + 1) as bus:
         ours = gateway(bus, Phase.ARMED)
-        monkeypatch.setattr(ours._lookout, "seen", lambda *_, **__: seen())
+        monkeypatch.setattr(ours._monitor, "seen", lambda *_, **__: seen())
         ours.tick(0, 1000 * MILLISECOND)
         assert ours.state.phase == Phase.IDLE
         assert ours.state.trip is None

@@ -4,6 +4,7 @@ import os
 import re
 import tomllib
 from collections.abc import Callable, Iterator
+from copy import deepcopy
 from datetime import date
 from pathlib import Path
 from random import Random
@@ -72,7 +73,7 @@ def hostile_value(rng: Random, value: object = None) -> Any:
     if near is not None and rng.random() < 0.5:
         return near
     pool = rng.choice([NUMBERS, NOT_NUMBERS, NESTED, TYPES, TEXTS, QUANTITIES, EQUATIONS])
-    return rng.choice(pool)
+    return deepcopy(rng.choice(pool))  # the pools stay as they are, whatever changes the file next
 
 
 def _near(rng: Random, value: object) -> object:
@@ -171,9 +172,11 @@ def _change_one(rng: Random, tree: dict[str, Any]) -> None:
         case 0:
             del parent[key]
         case 1 if isinstance(parent, dict):
-            parent[rng.choice(["x", "value", "name", "", "a\0b", "k" * 300])] = parent[key]
+            parent[rng.choice(["x", "value", "name", "", "a\0b", "k" * 300])] = deepcopy(
+                parent[key]
+            )
         case 2 if isinstance(parent, list):
-            parent.insert(rng.randrange(len(parent) + 1), parent[key])
+            parent.insert(rng.randrange(len(parent) + 1), deepcopy(parent[key]))
         case 3:
             other, at = rng.choice(places)
             parent[key] = other[at] if not isinstance(other[at], dict | list) else 1

@@ -195,7 +195,7 @@ def test_a_real_unit_is_still_one(unit, to):
 
 def test_a_limit_that_limits_nothing_is_refused(tmp_path):
     for value in ("inf", "nan"):
-        text = TRIAL.decode().replace('slip = "8 %"', f"slip = {value}\nstale = {value}")
+        text = TRIAL.decode().replace('slip = "8 %"', f'slip = "{value} %"\nstale = "{value} ms"')
         with pytest.raises(InputError, match="finite"):
             trial(write(tmp_path / "trial.toml", text.encode()))
 

@@ -78,7 +78,7 @@ def prepare(recording: Recording, vehicle: Vehicle) -> Record:
             expected="at least 2 s in which all channels are recorded",
             found=f"{end - start:.2f} s",
         )
-    grid = Grid(rows, LEAD_IN, bins, BIN, STEP, parts=PARTS)
+    grid = Grid(rows, LEAD_IN, bins, BIN, STEP, min(Grid.stretch, bins * BIN), PARTS)
     time = np.asarray(start + STEP * np.arange(1, rows + 1))
     sensors = _sensors(data, vehicle, start, grid)
     measured = _measured(data, vehicle, time)

@@ -23,7 +23,7 @@ class Grid:
     """Bins of time in which residuals are judged.
 
     rows: of the simulation, one every `step` s; start: s, of bin 0; width: s. stretch: s, after
-    which a push is forgotten. parts: of a stretch, within which errors may hang together.
+    which a push is forgotten; not longer than all bins, or no response to a push would be seen. parts: of a stretch, within which errors may hang together.
     """
 
     rows: int

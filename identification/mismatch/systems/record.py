@@ -142,7 +142,8 @@ def _grid(data: Aligned, file: ModelFile, length: float, where: str) -> Grid:
             remedy="give a longer segment" if bins < LEAST else "give a segment, as in run@0:60",
         )
     # A quarter of a bin apart from the instants of regular samples, so that each has its own.
-    return Grid(rows, 1.25 * width, int(bins), width, step, file.stretch or STRETCH * width)
+    stretch = min(file.stretch or STRETCH * width, bins * width)
+    return Grid(rows, 1.25 * width, int(bins), width, step, stretch)
 
 
 def _at(data: Aligned, role: str, latency: float, time: Floats) -> Floats:

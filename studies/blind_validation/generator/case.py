@@ -1,4 +1,4 @@
-"""A sealed case: a motorcycle with a secret, the vehicle file told of it, and seven trials.
+"""A hidden case: a motorcycle with hidden effects, its vehicle file, and seven trials.
 
 Everything follows from the seed of the study and the number of the case.
 """
@@ -12,17 +12,17 @@ import numpy as np
 import tomli_w
 
 from slipbench.studies.blind_validation.generator.excitations import Excitation, draw_excitations
-from slipbench.studies.blind_validation.generator.fault_parameters import Missing
+from slipbench.studies.blind_validation.generator.fault_parameters import MotionFaults
 from slipbench.studies.blind_validation.generator.fault_types import (
     BY_NAME,
     LIBRARY,
     OUTSIDE,
+    FaultType,
     Hidden,
-    Kind,
     draw_hidden,
 )
-from slipbench.studies.blind_validation.generator.instruments import Disc, Sensors, Told
-from slipbench.studies.blind_validation.generator.recording import Secret, Trial, write_run
+from slipbench.studies.blind_validation.generator.instruments import ChannelFaults, Disc, Sensors
+from slipbench.studies.blind_validation.generator.recording import FaultSet, Trial, write_run
 from slipbench.studies.blind_validation.generator.road import Roughness
 from slipbench.studies.blind_validation.generator.tyres import NAMES
 from slipbench.studies.blind_validation.generator.vehicle_file import (
@@ -68,7 +68,7 @@ OTHER_TYRES = 0.35  # share of the cases whose tyre is no magic formula
 
 @dataclass(frozen=True)
 class Case:
-    """What is sealed. vehicle: tree of the file that is handed out."""
+    """Ground truth and trials of a case. vehicle: tree of the file that is handed out."""
 
     number: int
     sort: str
@@ -79,7 +79,7 @@ class Case:
     held_out: tuple[Trial, ...]
 
     @property
-    def secret(self) -> Secret:
+    def faults(self) -> FaultSet:
         """What the motorcycle has beyond its file."""
         return secret_of(self.hidden)
 
@@ -130,7 +130,7 @@ def _hidden(rng: np.random.Generator, sort: str, seed: int, number: int) -> tupl
     return _several(rng, 2 if sort == PAIR else 3)
 
 
-def _turn(seed: int, sort: str, number: int, kinds: Sequence[Kind]) -> Kind:
+def _turn(seed: int, sort: str, number: int, kinds: Sequence[FaultType]) -> FaultType:
     before = number // len(ROUND) * ROUND.count(sort) + ROUND[: number % len(ROUND)].count(sort)
     order = np.random.default_rng((seed, ROUND.index(sort), 99)).permutation(len(kinds))
     return kinds[int(order[before % len(kinds)])]
@@ -147,7 +147,7 @@ def _several(rng: np.random.Generator, count: int) -> tuple[Hidden, ...]:
     return tuple(found)
 
 
-def secret_of(hidden: Sequence[Hidden]) -> Secret:
+def secret_of(hidden: Sequence[Hidden]) -> FaultSet:
     """Put what is missing where the motorcycle and its sensors look for it."""
     motion: dict[str, float] = {}
     channels: dict[str, dict[str, float]] = {}
@@ -162,10 +162,10 @@ def secret_of(hidden: Sequence[Hidden]) -> Secret:
             channels.setdefault(one.subject, {}).update(values)
         else:
             motion |= values
-    return Secret(
-        Missing(**motion),
+    return FaultSet(
+        MotionFaults(**motion),
         Sensors(
-            {name: Told(**v) for name, v in channels.items()},
+            {name: ChannelFaults(**v) for name, v in channels.items()},
             {name: _disc(v) for name, v in discs.items()},
         ),
     )
@@ -186,14 +186,14 @@ def write_case(case: Case, folder: Path) -> tuple[Path, list[Path], list[Path]]:
     vehicle = folder / "vehicle.toml"
     vehicle.write_text(tomli_w.dumps(dict(case.vehicle)), encoding="utf-8")
     runs = [
-        [write_run(folder / t.name, case.truth, case.secret, t, dict(case.vehicle)) for t in trials]
+        [write_run(folder / t.name, case.truth, case.faults, t, dict(case.vehicle)) for t in trials]
         for trials in (case.training, case.held_out)
     ]
     return vehicle, runs[0], runs[1]
 
 
 def answer(case: Case) -> dict[str, Any]:
-    """Return what is sealed of a case, as data."""
+    """Ground truth of a case, as a tree."""
     return {
         "case": case.number,
         "sort": case.sort,

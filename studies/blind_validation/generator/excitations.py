@@ -7,7 +7,7 @@ import numpy as np
 from scipy import optimize
 
 from slipbench.studies.blind_validation.generator import physics as p
-from slipbench.studies.blind_validation.generator.fault_parameters import Missing
+from slipbench.studies.blind_validation.generator.fault_parameters import MotionFaults
 from slipbench.studies.blind_validation.generator.machine import Machine
 from slipbench.studies.blind_validation.generator.physics import Floats, G
 from slipbench.studies.blind_validation.generator.tyres import force
@@ -133,7 +133,7 @@ def _gentle(rng: np.random.Generator, number: int) -> Excitation:
     return replace(first, engine_speed=first.engine_speed * (0.85 if first.gear == 3 else 1.0))
 
 
-def steady(truth: Truth, missing: Missing, excitation: Excitation) -> tuple[Machine, Floats]:
+def steady(truth: Truth, missing: MotionFaults, excitation: Excitation) -> tuple[Machine, Floats]:
     """Return the machine in its gear, and states that are steady but for what is missing."""
     m = truth.machine._replace(ratio=truth.gears[excitation.gear - 1])
     w = excitation.engine_speed

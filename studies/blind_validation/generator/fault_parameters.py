@@ -4,10 +4,10 @@ from math import inf
 from typing import NamedTuple
 
 
-class Missing(NamedTuple):
-    """Numbers of all effects on the motion, SI; the defaults are their absence.
+class MotionFaults(NamedTuple):
+    """Parameters of all effects on the motion, SI; the defaults mean absence.
 
-    Those below `rider_share` are in no library of effects.
+    Those from `rider_share` on are not in the library.
     """
 
     rate_limit: float = inf  # 1/s, of the plate

@@ -24,10 +24,10 @@ WHOLE = frozenset({"tooth"})
 
 
 @dataclass(frozen=True)
-class Kind:
-    """One kind of missing thing.
+class FaultType:
+    """A fault type: an effect that can be hidden in a case.
 
-    places: injection points at which it acts; several where physics does not tell them apart.
+    places: injection points; several where they are physically equivalent.
     sizes, shapes: by the library's parameter. subjects: channels or wheels that may have it.
     signed: of either sign. like: whose numbers the library's formula means as well, so that
     intervals can be compared. quiet: hidden from any usual trial, or left to chance; no part of
@@ -47,14 +47,16 @@ class Kind:
     inside: bool = True
 
 
-def _of(name: str, places: tuple[str, ...], small: float, typical: float, **more: object) -> Kind:
+def _of(
+    name: str, places: tuple[str, ...], small: float, typical: float, **more: object
+) -> FaultType:
     """A kind with one size; `parameter` and `to` name it on both sides."""
     parameter, to = str(more.pop("parameter")), str(more.pop("to"))
     more.setdefault("like", (parameter,))
-    return Kind(name, places, {parameter: (to, small, typical)}, **more)  # type: ignore[arg-type]
+    return FaultType(name, places, {parameter: (to, small, typical)}, **more)  # type: ignore[arg-type]
 
 
-LIBRARY: tuple[Kind, ...] = (
+LIBRARY: tuple[FaultType, ...] = (
     _of("rate_limit", (SERVO,), 12.0, 6.0, parameter="limit", to="rate_limit", needs=True),
     _of(
         "acceleration_limit",
@@ -149,7 +151,7 @@ LIBRARY: tuple[Kind, ...] = (
         like=(),
         shapes={"centre": ("dip_centre", 1100.0, 1420.0), "width": ("dip_width", 50.0, 100.0)},
     ),
-    Kind(
+    FaultType(
         "firing_torque",
         (ENGINE, ENGINE_SPEED),
         {"share": ("firing", 0.3, 1.0), "spread": ("firing_spread", 0.015, 0.05)},
@@ -189,7 +191,7 @@ LIBRARY: tuple[Kind, ...] = (
         needs=True,
     ),
     _of("driveline_loss", (DRIVE, WHEEL), 0.01, 0.04, parameter="loss", to="loss"),
-    Kind(
+    FaultType(
         "radius_growth",
         (TYRE, WHEEL, REAR_TEETH, FRONT_TEETH, OPTICAL),
         {"growth": ("growth", 2e-6, 1e-5), "front_growth": ("front_growth", 1e-6, 5e-6)},
@@ -251,14 +253,14 @@ LIBRARY: tuple[Kind, ...] = (
         like=(),
         shapes={"place": ("slope_place", 60.0, 150.0), "length": ("slope_length", 80.0, 250.0)},
     ),
-    Kind(
+    FaultType(
         "wind",
         (ROAD,),
         {"head_wind": ("head_wind", 1.0, 3.0), "gust": ("gust", 0.5, 1.5)},
         {"gust_period": ("gust_period", 4.0, 15.0)},
         quiet=True,
     ),
-    Kind(
+    FaultType(
         "mounting_angle",
         (OPTICAL,),
         {"angle": ("aside", 0.04, 0.1), "pitch": ("aside_pitch", 1e-3, 4e-3)},
@@ -348,7 +350,7 @@ LIBRARY: tuple[Kind, ...] = (
 )
 """Kinds that the library of effects has."""
 
-OUTSIDE: tuple[Kind, ...] = (
+OUTSIDE: tuple[FaultType, ...] = (
     _of(
         "rider_on_his_arms",
         (ROAD, TYRE),
@@ -425,7 +427,7 @@ OUTSIDE: tuple[Kind, ...] = (
 )
 """Kinds that no library has."""
 
-BY_NAME: Mapping[str, Kind] = {kind.name: kind for kind in (*LIBRARY, *OUTSIDE)}
+BY_NAME: Mapping[str, FaultType] = {kind.name: kind for kind in (*LIBRARY, *OUTSIDE)}
 SENSOR_OF: Mapping[str, tuple[str, ...]] = {
     "engine_speed": (ENGINE_SPEED,),
     "optical_speed": (OPTICAL,),
@@ -438,7 +440,7 @@ SENSOR_OF: Mapping[str, tuple[str, ...]] = {
 
 @dataclass(frozen=True)
 class Hidden:
-    """One thing that is missing in a case. parameters: by the library's words, SI."""
+    """A hidden effect of a case. parameters: by the names of the library, SI."""
 
     kind: str
     grade: str
@@ -456,7 +458,7 @@ class Hidden:
         return SENSOR_OF[self.subject] if self.subject else BY_NAME[self.kind].places
 
 
-def draw_hidden(rng: np.random.Generator, kind: Kind, grade: str) -> Hidden:
+def draw_hidden(rng: np.random.Generator, kind: FaultType, grade: str) -> Hidden:
     """Draw one. grade: "moderate" is about typical, "small" just above the smallest of interest."""
     factor = float(rng.uniform(1.0, 1.5) if grade == "small" else rng.uniform(0.7, 1.5))
     sign = float(rng.choice((-1.0, 1.0))) if kind.signed else 1.0

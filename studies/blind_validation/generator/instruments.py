@@ -20,8 +20,8 @@ COLUMNS = {"throttle_position": "plate", "engine_speed": "crank_speed", "optical
 
 
 @dataclass(frozen=True)
-class Told:
-    """What is missing on a channel: time constants in s, quantum in the channel's unit."""
+class ChannelFaults:
+    """Hidden effects on a channel: time constants in s, quantum in the channel's unit."""
 
     latency: float = 0.0
     lag: float = 0.0
@@ -46,7 +46,7 @@ class Disc:
 class Sensors:
     """What is missing in what the devices tell, by channel and by wheel."""
 
-    channels: Mapping[str, Told] = field(default_factory=dict)
+    channels: Mapping[str, ChannelFaults] = field(default_factory=dict)
     discs: Mapping[str, Disc] = field(default_factory=dict)
 
 
@@ -76,7 +76,7 @@ def draw_clock(rng: np.random.Generator) -> Clock:
 
 
 def sampled(
-    channel: str, course: Course, noises: Noises, told: Told, rng: np.random.Generator
+    channel: str, course: Course, noises: Noises, told: ChannelFaults, rng: np.random.Generator
 ) -> Samples:
     """Sample a channel in its own rhythm."""
     period = PERIODS[channel]
@@ -103,7 +103,7 @@ def _trailing(seen: Floats, step: float, lag: float) -> Floats:
     return np.asarray(signal.lfilter([1.0 - keep], [1.0, -keep], seen, zi=start)[0])
 
 
-def _repeated(time: Floats, value: Floats, told: Told, rng: np.random.Generator) -> Floats:
+def _repeated(time: Floats, value: Floats, told: ChannelFaults, rng: np.random.Generator) -> Floats:
     """Repeat what is not renewed."""
     fresh = np.ones(time.size, np.bool_)
     if told.hold:

@@ -1,7 +1,7 @@
 """How the true motorcycle moves: the rates of its states, from the servo to the road.
 
 Written from the textbook's equations. Effects that the vehicle file leaves out stand where they act
-and vanish with their numbers (`Missing`). Dry friction of the throttle shaft is LuGre's bristle
+and vanish with their numbers (`MotionFaults`). Dry friction of the throttle shaft is LuGre's bristle
 (Canudas de Wit et al., IEEE TAC 40, 1995); the gap of the driveline cannot pull; a tyre relaxes in
 its slip, not in its force (Pacejka 2012, chapter 7); friction in the rubber is Dahl's.
 """
@@ -12,7 +12,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from slipbench.studies.blind_validation.generator.fault_parameters import Missing
+from slipbench.studies.blind_validation.generator.fault_parameters import MotionFaults
 from slipbench.studies.blind_validation.generator.machine import Machine
 from slipbench.studies.blind_validation.generator.tyres import force
 
@@ -62,7 +62,7 @@ def limited(value: float, low: float, high: float) -> float:
 
 
 @njit(cache=True, error_model="numpy")
-def servo(x: Floats, dx: Floats, command: float, m: Machine, e: Missing) -> None:
+def servo(x: Floats, dx: Floats, command: float, m: Machine, e: MotionFaults) -> None:
     """Move the plate and its bristles."""
     position, rate = x[PLATE], x[PLATE_RATE]
     stiffness = m.servo_frequency**2
@@ -88,7 +88,7 @@ def servo(x: Floats, dx: Floats, command: float, m: Machine, e: Missing) -> None
 
 
 @njit(cache=True, error_model="numpy")
-def charge_of(x: Floats, dx: Floats, arriving: float, m: Machine, e: Missing) -> float:
+def charge_of(x: Floats, dx: Floats, arriving: float, m: Machine, e: MotionFaults) -> float:
     """Fill manifold, film and runner; return what the cylinders get, as an opening."""
     air = x[AIR]
     emptying = 0.5 * (1.0 + math.tanh((air - arriving) / 5e-4))
@@ -102,7 +102,7 @@ def charge_of(x: Floats, dx: Floats, arriving: float, m: Machine, e: Missing) ->
 
 
 @njit(cache=True, error_model="numpy")
-def spark_factor(x: Floats, dx: Floats, asked: float, m: Machine, e: Missing) -> float:
+def spark_factor(x: Floats, dx: Floats, asked: float, m: Machine, e: MotionFaults) -> float:
     """Torque by spark: a straight line, or a hill with caps."""
     advance = limited(asked, -e.spark_clip, e.spark_clip)
     dx[SPARK] = 0.0
@@ -114,7 +114,7 @@ def spark_factor(x: Floats, dx: Floats, asked: float, m: Machine, e: Missing) ->
 
 @njit(cache=True, error_model="numpy")
 def crank_torque(
-    t: float, x: Floats, dx: Floats, charge: float, u: Floats, m: Machine, e: Missing
+    t: float, x: Floats, dx: Floats, charge: float, u: Floats, m: Machine, e: MotionFaults
 ) -> float:
     """Torque of gas, friction and pistons at the crank [N m]."""
     w, angle, opening = x[CRANK_SPEED], x[CRANK], max(charge, 0.0)
@@ -142,7 +142,7 @@ def crank_torque(
 
 
 @njit(cache=True, error_model="numpy")
-def chain_torque(x: Floats, dx: Floats, m: Machine, e: Missing) -> float:
+def chain_torque(x: Floats, dx: Floats, m: Machine, e: MotionFaults) -> float:
     """Torque of chain, cush and clutch at the wheel [N m]; winds the spring."""
     twist, rate = x[TWIST], x[CRANK_SPEED] / m.ratio - x[WHEEL_SPEED]
     felt, felt_rate = twist, rate
@@ -180,7 +180,7 @@ def stretch(way: float, place: float, length: float, rounding: float) -> float:
 
 @njit(cache=True, error_model="numpy")
 def tyre_force(
-    x: Floats, dx: Floats, radius: float, bump: float, formula: int, m: Machine, e: Missing
+    x: Floats, dx: Floats, radius: float, bump: float, formula: int, m: Machine, e: MotionFaults
 ) -> float:
     """Force of the rear tyre [N]."""
     v = max(abs(x[SPEED]), 3.0)
@@ -206,7 +206,7 @@ def tyre_force(
 
 @njit(cache=True, error_model="numpy")
 def body(
-    t: float, x: Floats, dx: Floats, driving: float, u: Floats, m: Machine, e: Missing
+    t: float, x: Floats, dx: Floats, driving: float, u: Floats, m: Machine, e: MotionFaults
 ) -> None:
     """Move motorcycle and rider along the road."""
     v = x[SPEED]
@@ -228,13 +228,15 @@ def body(
 
 
 @njit(cache=True, error_model="numpy")
-def told_speed(x: Floats, a: float, e: Missing) -> float:
+def told_speed(x: Floats, a: float, e: MotionFaults) -> float:
     """Return what the optical sensor sees before its own lag [m/s]."""
     return float(x[SPEED]) * (1.0 + e.optical_error) * math.cos(e.aside + e.aside_pitch * a)
 
 
 @njit(cache=True, error_model="numpy")
-def rates(t: float, x: Floats, dx: Floats, u: Floats, formula: int, m: Machine, e: Missing) -> None:
+def rates(
+    t: float, x: Floats, dx: Floats, u: Floats, formula: int, m: Machine, e: MotionFaults
+) -> None:
     """Write the rates of all states."""
     servo(x, dx, u[COMMAND], m, e)
     charge = charge_of(x, dx, u[DELAYED], m, e)

@@ -27,7 +27,7 @@ from slipbench.studies.blind_validation.generator.excitations import (
     Excitation,
     steady,
 )
-from slipbench.studies.blind_validation.generator.fault_parameters import Missing
+from slipbench.studies.blind_validation.generator.fault_parameters import MotionFaults
 from slipbench.studies.blind_validation.generator.frames import (
     BITRATE,
     BUS,
@@ -42,9 +42,9 @@ from slipbench.studies.blind_validation.generator.frames import (
 from slipbench.studies.blind_validation.generator.instruments import (
     PERIODS,
     TEETH,
+    ChannelFaults,
     Disc,
     Sensors,
-    Told,
     draw_clock,
     echoed,
     sampled,
@@ -63,10 +63,10 @@ CLOCKS = ("ecu", "throttle", "optical", "rear_encoder", "front_encoder")
 
 
 @dataclass(frozen=True)
-class Secret:
-    """What the motorcycle has beyond its vehicle file."""
+class FaultSet:
+    """Hidden effects: what the motorcycle has beyond its vehicle file."""
 
-    missing: Missing
+    motion: MotionFaults
     sensors: Sensors
 
 
@@ -82,13 +82,13 @@ class Trial:
 
 
 def course_of(
-    truth: Truth, secret: Secret, trial: Trial, ridden_for: Secret | None = None
+    truth: Truth, faults: FaultSet, trial: Trial, ridden_for: FaultSet | None = None
 ) -> tuple[Course, Commands]:
     """Ride a trial; time counts from the beginning of the recording, the run-up left out.
 
-    ridden_for: the secret for which start and throttle are chosen, if not the same.
+    ridden_for: the faults for which start and throttle are computed, if different.
     """
-    chosen = (ridden_for or secret).missing
+    chosen = (ridden_for or faults).motion
     machine, start = steady(truth, chosen, trial.excitation)
     start = start.copy()
     start[[WHEEL, FRONT]] = np.random.default_rng((*trial.seed, 4)).uniform(0.0, 2 * np.pi, 2)
@@ -106,7 +106,7 @@ def course_of(
     commands = Commands(throttle, SPARK_STEP * np.round(spark / SPARK_STEP), TICK)
     road = draw_road(rng, RUN_UP + SECONDS, trial.roughness, machine.mass)
     origin = RUN_UP + BEFORE - 1.25  # where an analysis of the excitation begins
-    whole = ride(machine, secret.missing, truth.formula, commands, road, start, origin)
+    whole = ride(machine, faults.motion, truth.formula, commands, road, start, origin)
     first = np.searchsorted(whole.time, RUN_UP - 0.02)
     columns = {name: column[first:] for name, column in vars(whole).items()}
     columns["time"] = columns["time"] - RUN_UP
@@ -120,18 +120,22 @@ def channel_chance(trial: Trial, channel: str) -> np.random.Generator:
 
 
 def write_run(
-    folder: Path, truth: Truth, secret: Secret, trial: Trial, vehicle: dict[str, Any]
+    folder: Path, truth: Truth, faults: FaultSet, trial: Trial, vehicle: dict[str, Any]
 ) -> Path:
     """Ride a trial and record it into a new run folder."""
-    course, commands = course_of(truth, secret, trial)
+    course, commands = course_of(truth, faults, trial)
     database = load_database(dbc.MOTORBIKE)
     rng = np.random.default_rng((*trial.seed, 2))
     clocks = {name: draw_clock(rng) for name in CLOCKS}
     devices = Devices(database, clocks, truth.noises.latency, rng)
-    told = secret.sensors.channels
+    told = faults.sensors.channels
     samples = {
         channel: sampled(
-            channel, course, truth.noises, told.get(channel, Told()), channel_chance(trial, channel)
+            channel,
+            course,
+            truth.noises,
+            told.get(channel, ChannelFaults()),
+            channel_chance(trial, channel),
         )
         for channel in PERIODS
     }
@@ -161,7 +165,7 @@ def write_run(
         *told_of_trial(devices, SECONDS, BEFORE, BEFORE + EXCITING),
     ]
     for wheel in ("rear", "front"):
-        disc = secret.sensors.discs.get(wheel, Disc())
+        disc = faults.sensors.discs.get(wheel, Disc())
         places = tooth_places(disc, np.random.default_rng((*trial.disc, wheel == "rear")))
         times, first = tooth_times(wheel, course, places, truth.noises, rng)
         sent += devices.teeth(wheel, times, first)

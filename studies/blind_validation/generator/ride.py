@@ -10,7 +10,7 @@ import numpy as np
 from numba import njit
 
 from slipbench.studies.blind_validation.generator import physics as p
-from slipbench.studies.blind_validation.generator.fault_parameters import Missing
+from slipbench.studies.blind_validation.generator.fault_parameters import MotionFaults
 from slipbench.studies.blind_validation.generator.machine import Machine
 from slipbench.studies.blind_validation.generator.physics import Floats
 from slipbench.studies.blind_validation.generator.road import Road
@@ -47,7 +47,7 @@ class Commands:
 
 def ride(
     machine: Machine,
-    missing: Missing,
+    missing: MotionFaults,
     formula: int,
     commands: Commands,
     road: Road,
@@ -115,7 +115,7 @@ def _ago(history: Floats, count: int, steps: float) -> float:
 @njit(cache=True, error_model="numpy")
 def _ride(
     m: Machine,
-    e: Missing,
+    e: MotionFaults,
     formula: int,
     throttle: Floats,
     spark: Floats,

@@ -4,7 +4,7 @@ import random
 
 import pytest
 
-from slipbench.bench.gateway.sender_monitor import Senders
+from slipbench.bench.gateway.sender_monitor import SenderMonitor
 
 CYCLE = 0.001  # s
 NAME = "EcuStatus"
@@ -15,7 +15,7 @@ def found_after(counters, at=None):
 
     at: when each came; every cycle where it is None.
     """
-    senders = Senders({NAME: CYCLE})
+    senders = SenderMonitor({NAME: CYCLE})
     for number, counter in enumerate(counters):
         now = 1e9 + (number * CYCLE if at is None else at[number])
         senders.heard(NAME, now, counter % 15)
@@ -72,7 +72,7 @@ def test_frames_that_overtake_each_other_now_and_then_are_no_second_sender():
 
 
 def test_what_was_heard_before_a_backlog_is_forgotten():
-    senders = Senders({NAME: CYCLE})
+    senders = SenderMonitor({NAME: CYCLE})
     for _ in range(3):
         for _ in range(3):
             senders.heard(NAME, 1.0, 7)
@@ -81,7 +81,7 @@ def test_what_was_heard_before_a_backlog_is_forgotten():
 
 
 def test_a_message_without_a_counter_is_found_by_the_number_of_its_frames():
-    senders = Senders({NAME: CYCLE})
+    senders = SenderMonitor({NAME: CYCLE})
     for number in range(2000):
         senders.heard(NAME, 1e9 + number * CYCLE / 2)
         if senders.trouble:

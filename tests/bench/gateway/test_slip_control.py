@@ -58,7 +58,7 @@ def test_the_slip_steps_with_its_target_and_authority_goes_back(tmp_path, actuat
     assert followed.error < 0.5 * step  # the flanks are in it
     assert followed.steps is not None
     overshoots_no_more_than_designed(followed, step)
-    assert "followed its target" in headline(found)
+    assert headline(found).startswith("Slip control: rms tracking error")
 
 
 def overshoots_no_more_than_designed(followed: Following, step: float) -> None:

@@ -19,7 +19,7 @@ from slipbench.protocol.codec.messages import (
 )
 from slipbench.protocol.trial_file import Limits
 
-LIMITS = Limits(
+LIMITS = Limits.model_construct(  # unchecked: limits that are sums of powers of two, in SI
     throttle=(0.0625, 0.5),
     throttle_deviation=0.125,
     throttle_rate=4.0,

@@ -40,7 +40,9 @@ TRIP = Trip(TripReason.BRAKE, "brake")
 
 def plan(actuator="throttle", table=TABLE, **limits) -> Plan:
     """A second of four commands; every time and limit a sum of powers of two."""
-    trial = trial_file(settling=0.5, hand_back=0.25, ready_within=8.0, armed_for_at_most=4.0)
+    trial = trial_file(
+        settling="0.5 s", hand_back="0.25 s", ready_within="8 s", armed_for_at_most="4 s"
+    )
     point = trial.operating_point.model_copy(
         update={
             "engine_speed": 1280.0,

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from slipbench.bench.safety.vehicle_monitor import SAFETY, SLOWEST, Lookout, Wheels
+from slipbench.bench.safety.vehicle_monitor import SAFETY, SLOWEST, VehicleMonitor, Wheels
 from slipbench.bench.safety.vehicle_state import NO_ECU, NO_ENGINE, NO_RIDER, NO_THROTTLE, Seen
 from slipbench.protocol.codec.messages import (
     Authority,
@@ -34,7 +34,7 @@ def teeth(*intervals, count=1, layout=Intervals.SHORT):
 
 def complete(now=16.0, time=1.0):
     """A lookout that has heard everything, at 32 m/s without slip."""
-    lookout = Lookout(WHEELS)
+    lookout = VehicleMonitor(WHEELS)
     for name, message in {
         "EcuStatus": ecu(time),
         "ThrottleStatus": ThrottleStatus(Authority.NONE, 0.25, 0.0, False, time),
@@ -49,7 +49,7 @@ def complete(now=16.0, time=1.0):
 
 
 def test_who_has_heard_nothing_knows_nothing():
-    nothing = Lookout(WHEELS).seen(16.0)
+    nothing = VehicleMonitor(WHEELS).seen(16.0)
     assert (nothing.ecu, nothing.throttle) == (NO_ECU, NO_THROTTLE)
     assert (nothing.engine, nothing.rider) == (NO_ENGINE, NO_RIDER)
     assert all(map(math.isnan, (nothing.speed, nothing.slip, nothing.front_slip)))
@@ -202,7 +202,7 @@ def test_a_wheel_turns_as_its_teeth_say_and_no_faster_than_their_absence_allows(
 
 
 def test_a_wheel_that_was_never_heard_to_turn_is_not_known():
-    lookout = Lookout(WHEELS)
+    lookout = VehicleMonitor(WHEELS)
     lookout.observe("OpticalSpeed", OpticalSpeed(32.0, True, 1.0), 16.0)
     lookout.observe("FrontTeeth", teeth(0.0625, layout=Intervals.STANDING), 16.0)
     assert math.isnan(lookout.seen(16.0).slip)
@@ -235,7 +235,7 @@ def test_distance_counts_from_the_button_by_the_speed_of_the_moment():
 
 
 def test_a_distance_that_was_ever_unknown_stays_unknown():
-    lookout = Lookout(WHEELS)
+    lookout = VehicleMonitor(WHEELS)
     lookout.start_distance(16.0)
     lookout.seen(17.0)
     lookout.observe("OpticalSpeed", OpticalSpeed(64.0, True, 2.0), 17.0)

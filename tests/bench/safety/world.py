@@ -24,7 +24,7 @@ from slipbench.bench.gateway import gateway as gateway_module
 from slipbench.bench.gateway.gateway import Gateway
 from slipbench.bench.loop.ring import Ring
 from slipbench.bench.safety.trial import ENDED, Plan, plan_of
-from slipbench.bench.safety.vehicle_monitor import Lookout, Wheels
+from slipbench.bench.safety.vehicle_monitor import VehicleMonitor, Wheels
 from slipbench.bench.safety.vehicle_state import Seen
 from slipbench.bench.trials.excitation import Excitation
 from slipbench.protocol.codec import e2e
@@ -86,16 +86,20 @@ def codec() -> Codec:
 @cache
 def plan(actuator: str) -> Plan:
     """A trial so short that a script lives through all of it."""
-    trial = trial_file(
-        settling=0.004,
-        hand_back=0.008,
-        armed_for_at_most=0.5,
-        ready_within=0.5,
-        operating_point__steady_for=0.003,
-        limits__throttle_rate=20.0,
-        limits__stale=0.004,
+    trial = trial_file()
+    limits = trial.limits.model_copy(update={"throttle_rate": 20.0, "stale": 0.004})
+    point = trial.operating_point.model_copy(update={"steady_for": 0.003})
+    trial = trial.model_copy(
+        update={
+            "settling": 0.004,
+            "hand_back": 0.008,
+            "armed_for_at_most": 0.5,
+            "ready_within": 0.5,
+            "operating_point": point,
+            "limits": limits,
+            "command": Command.model_construct(period=0.001, silence=0.005),
+        }
     )
-    trial = trial.model_copy(update={"command": Command(silence=0.005)})
     amplitude = 0.02 if actuator == "throttle" else 0.03
     table = amplitude * np.sin(2 * np.pi * np.arange(14) / 13)
     return plan_of(trial, Excitation(actuator, table, 0.001))
@@ -120,7 +124,7 @@ class Wire:
         self.waiting.append(message)  # the gateway hears itself
 
 
-class SeeingThings(Lookout):
+class SeeingThings(VehicleMonitor):
     """A lookout of which one number may be anything, for a tick."""
 
     strange: tuple[str, float] | None = None
@@ -155,14 +159,14 @@ class World:
         """Everything as it should be, nobody near the button."""
         self.plan = plan(actuator)
         self.wire = Wire()
-        original = gateway_module.Codec, gateway_module.Lookout
-        gateway_module.Codec, gateway_module.Lookout = (lambda _: codec()), SeeingThings
+        original = gateway_module.Codec, gateway_module.VehicleMonitor
+        gateway_module.Codec, gateway_module.VehicleMonitor = (lambda _: codec()), SeeingThings
         try:
             self.gateway = Gateway(
                 self.plan, self.wire, load_database(dbc.MOTORBIKE), Ring.local(8), WHEELS
             )
         finally:
-            gateway_module.Codec, gateway_module.Lookout = original
+            gateway_module.Codec, gateway_module.VehicleMonitor = original
         self.gateway._record = _nowhere  # the recorder is another test's subject
         self.judge = Judge(self.plan, codec(), WHEELS)
         self.due, self.number = START, 0
@@ -190,7 +194,7 @@ class World:
         for name in NAMES:
             if name not in self.wrong["dropped"]:
                 self.say(name, self.message(name))
-        lookout = self.gateway._lookout
+        lookout = self.gateway._monitor
         self.judge.sees_strangely(lookout.strange)
         self.frames += len(self.wire.waiting)
         if self.attends:
@@ -346,7 +350,7 @@ def shake(world: World, what: int, how: int) -> None:
         case 25:
             world.wire.refuses = bool(how & 1)
         case 26:
-            world.gateway._lookout.strange = FLOATS[how % len(FLOATS)], STRANGE[how % 3]
+            world.gateway._monitor.strange = FLOATS[how % len(FLOATS)], STRANGE[how % 3]
         case 27:
             world.grants = Authority(how % 4) if how < 128 else None
         case 28:

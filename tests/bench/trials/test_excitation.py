@@ -11,10 +11,10 @@ from slipbench.protocol.waveforms import linear_sweep, logarithmic_sweep, odd_mu
 from tests.bench.conditions import trial_file
 
 WAVEFORMS = {
-    "linear_sweep": {"start": 0.5, "stop": 5.0},
-    "logarithmic_sweep": {"start": 0.5, "stop": 5.0},
-    "square": {"frequency": 1.0},
-    "multisine": {"lowest": 0.5, "highest": 5.0, "period": 2.0},
+    "linear_sweep": {"start": "0.5 Hz", "stop": "5 Hz"},
+    "logarithmic_sweep": {"start": "0.5 Hz", "stop": "5 Hz"},
+    "square": {"frequency": "1 Hz"},
+    "multisine": {"lowest": "0.5 Hz", "highest": "5 Hz", "period": "2 s"},
 }
 
 

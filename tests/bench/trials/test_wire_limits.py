@@ -1,6 +1,8 @@
-"""What no frame can carry is refused when the trial file is read, by name and with the range."""
+"""A trial whose values the database cannot carry is rejected, by key and with the range."""
 
 import shutil
+from dataclasses import replace
+from operator import attrgetter
 
 import pytest
 
@@ -10,6 +12,7 @@ from slipbench.bench.trials.preparation import prepare
 from slipbench.bench.trials.wire_limits import CARRIED, check_wire
 from slipbench.protocol.database.database import load_database
 from slipbench.protocol.errors import InputError
+from slipbench.protocol.units import linear
 from tests.bench.conditions import trial_file
 from tests.paths import DEMONSTRATION, TRIALS
 
@@ -21,36 +24,46 @@ def check(**changes):
     check_wire(trial, plan_excitation(trial), DATABASE, "trial.toml")
 
 
-@pytest.mark.parametrize(
-    ("key", "value"),
-    [
-        ("limits.throttle", [0.0, 1.2]),
-        ("limits.throttle", [-0.1, 0.3]),
-        ("limits.spark", ["-45 deg", "4 deg"]),
-        ("limits.spark", ["-12 deg", "41 deg"]),
-        ("limits.engine_speed", ["11000 rpm", "26000 rpm"]),
-        ("limits.speed", ["30 m/s", "200 m/s"]),
-        ("limits.grip_closed", -0.01),
-        ("limits.brake_pressure", 2e7),
-        ("limits.clutch", 1.1),
-        ("operating_point.engine_speed", "30000 rpm"),
-    ],
-)
-def test_a_value_that_the_wire_cannot_carry_is_refused_by_name_and_range(key, value):
-    with pytest.raises(InputError, match=rf"{key} = .* is not in .*\.") as refused:
-        check(**{key.replace(".", "__"): value})
+def narrowed(key: str, share: float):
+    """The database whose signal for `key` ends at `share` of the trial's highest value there."""
+    name, signal_name = CARRIED[key]
+    message = DATABASE.message(name)
+    signal = message.signal(signal_name)
+    stated = attrgetter(key)(trial_file())
+    value = stated[-1] if isinstance(stated, tuple) else stated
+    slope, offset = (1.0, 0.0) if key.endswith("gear") else linear(signal.unit, value.si)
+    top = share * (value - offset) / slope
+    narrow = replace(signal, maximum=top)
+    signals = tuple(narrow if each is signal else each for each in message.signals)
+    messages = (
+        replace(each, signals=signals) if each is message else each for each in DATABASE.messages
+    )
+    return replace(DATABASE, messages=tuple(messages))
+
+
+@pytest.mark.parametrize("key", CARRIED)
+def test_a_value_that_the_wire_cannot_carry_is_refused_by_name_and_range(key):
+    trial = trial_file()
+    excitation = plan_excitation(trial)
+    check_wire(trial, excitation, narrowed(key, 1.5), "trial.toml")
+    with pytest.raises(InputError, match=rf"{key} = .* is not (with)?in .*\.") as refused:
+        check_wire(trial, excitation, narrowed(key, 0.7), "trial.toml")
     assert CARRIED[key][1] in str(refused.value)
     assert DATABASE.origin in str(refused.value)
+    stated = attrgetter(key)(trial)
+    assert str(stated[-1] if isinstance(stated, tuple) else stated) in str(refused.value)
 
 
-def test_the_ends_of_the_range_are_carried():
-    check(
-        limits__throttle=[0.0, 1.0],
-        limits__spark=["-40 deg", "40 deg"],
-        limits__clutch=1.0,
-        limits__engine_speed=["0 rpm", "25000 rpm"],
-        limits__speed=["-10 m/s", "150 m/s"],
-    )
+@pytest.mark.parametrize("key", [key for key in CARRIED if key != "operating_point.engine_speed"])
+def test_a_command_may_be_at_the_end_of_its_range_and_a_limit_may_not(key):
+    """A measured value is never beyond the end of its range: a limit there could never trip."""
+    trial = trial_file()
+    ends = narrowed(key, 1.0)
+    if key.startswith("operating_point") or CARRIED[key][0] == "ActuatorCommand":
+        check_wire(trial, plan_excitation(trial), ends, "trial.toml")
+    else:
+        with pytest.raises(InputError, match=f"{key} = "):
+            check_wire(trial, plan_excitation(trial), ends, "trial.toml")
 
 
 @pytest.mark.parametrize(
@@ -59,11 +72,6 @@ def test_the_ends_of_the_range_are_carried():
 def test_an_excitation_that_the_command_rounds_to_nothing_is_refused(actuator, amplitude):
     with pytest.raises(InputError, match=f"less than one step of ActuatorCommand.{actuator}"):
         check(excitation__actuator=actuator, excitation__amplitude=amplitude)
-
-
-def test_every_value_at_once_is_told():
-    with pytest.raises(InputError, match=r"limits\.spark.*; limits\.clutch"):
-        check(limits__spark=["-90 deg", "90 deg"], limits__clutch=2.0)
 
 
 def test_a_trial_is_refused_before_anything_is_opened(tmp_path):
@@ -80,3 +88,28 @@ def test_a_trial_is_refused_before_anything_is_opened(tmp_path):
 @pytest.mark.parametrize("path", sorted(TRIALS.glob("*.toml")), ids=lambda path: path.stem)
 def test_our_own_trials_are_carried(path):
     prepare(path, dbc.MOTORBIKE)
+
+
+@pytest.mark.parametrize(
+    ("attribute", "words"),
+    [
+        ("GenMsgCycleTime", "message EcuStatus has no cycle time"),
+        ("E2EProfile", "has crc and counter, but no end-to-end protection"),
+    ],
+)
+def test_a_database_that_would_weaken_the_protection_is_refused_before_the_start(
+    tmp_path, attribute, words
+):
+    """Without a cycle time no second sender is found, without a profile no CRC is checked."""
+    lines = dbc.MOTORBIKE.read_text(encoding="utf-8").splitlines()
+    kept = [line for line in lines if attribute not in line]
+    (tmp_path / "other.dbc").write_text("\n".join(kept) + "\n", encoding="utf-8")
+    with pytest.raises(InputError, match=words):
+        prepare(TRIALS / "throttle_sweep.toml", tmp_path / "other.dbc")
+
+
+def test_a_database_without_signal_wraps_is_understood(tmp_path):
+    lines = dbc.MOTORBIKE.read_text(encoding="utf-8").splitlines()
+    kept = [line for line in lines if "SignalWraps" not in line]
+    (tmp_path / "other.dbc").write_text("\n".join(kept) + "\n", encoding="utf-8")
+    prepare(TRIALS / "throttle_sweep.toml", tmp_path / "other.dbc")

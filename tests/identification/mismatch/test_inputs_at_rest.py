@@ -1,4 +1,4 @@
-"""A free response is analysed like a driven one; a place that moves nothing ends nothing."""
+"""Any recording with motion is analysed: a free response, a short one, a place without effect."""
 
 from dataclasses import replace
 
@@ -43,3 +43,16 @@ def test_a_curve_at_a_place_that_moves_no_output_is_not_fitted(spring):
     assert pushed_in(base, unused) is None
     used = pushed_in(base, replace(unused, place="deflection", block="deflection", unit="m"))
     assert used is None or used.score > base.score
+
+
+@pytest.mark.parametrize(("training", "held_out"), [(0.4, 0.4), (0.7, 1.1), (3.0, 0.5)])
+def test_a_recording_shorter_than_the_memory_of_a_disturbance_is_analysed(
+    spring, training, held_out
+):
+    """The model file has a stretch of 1 s."""
+    runs = [
+        spring.prepare(recorded(seed, cube=0.3, seconds=seconds))
+        for seed, seconds in ((1, training), (2, held_out))
+    ]
+    library = [k for k in spring.library if k.name == "cubic" and k.place.name == "deflection"]
+    assert analyse(begin(spring, runs[:1], runs[1:]), library).complete

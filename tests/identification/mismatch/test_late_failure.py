@@ -78,6 +78,22 @@ def test_a_step_that_fails_loses_nothing_that_was_found_before(
     assert (tmp_path / "report" / "spring.improved.toml").exists() == (step > 0)
 
 
+@pytest.mark.parametrize("step", [0, 1, 2, 5])
+def test_an_interruption_concludes_nothing_that_was_not_tested(
+    hardening, step, tmp_path, monkeypatch
+):
+    def interrupt(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(explain, "STEPS", (*STEPS[:step], interrupt, *STEPS[step + 1 :]))
+    done, tree, _ = explained(stopped(hardening, step), tmp_path, monkeypatch)
+    assert done.exit_code == 130
+    assert tree["failure"] == ""
+    assert tree["mismatch"]["found"] is (True if step > 1 else None)
+    assert (tree["mismatch"]["p_value"] is None) == (step < 2)
+    assert ("no conclusion" in done.output) == (step < 2)
+
+
 @pytest.mark.parametrize(
     ("where", "what"),
     [

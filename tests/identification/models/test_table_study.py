@@ -128,9 +128,9 @@ def test_the_flexible_link_is_modelled_by_the_command(tmp_path):
     )
     assert told.exit_code == 0, told.output
     fits = {
-        line.split()[0]: float(line.split()[3])
+        line.split()[0]: float(line.split()[4])
         for line in told.output.splitlines()
-        if line.startswith("  ") and " unseen " in line
+        if line.startswith("  ") and " held-out " in line
     }
     assert len(fits) == 6
     # Sweeps swing by 50, steps by 100, where the drive saturates: what is left there is curvature.
@@ -138,7 +138,7 @@ def test_the_flexible_link_is_modelled_by_the_command(tmp_path):
     assert all(fits[f"fixed{k}-5hz"] > 88 for k in (1, 2, 3))
     page = (tmp_path / "model.html").read_text(encoding="utf-8")
     assert "coherence" in page
-    assert "unseen" in page
+    assert "Held-out runs" in page
 
 
 def test_what_comes_to_rest_under_a_steady_input_is_not_given_a_steady_gain():

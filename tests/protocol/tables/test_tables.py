@@ -299,3 +299,12 @@ def test_a_table_larger_than_a_limit_is_refused_before_it_is_unpacked(tmp_path, 
         monkeypatch.setattr("slipbench.protocol.tables.parquet_file.MOST_CELLS", 1999)
     with pytest.raises(InputError, match="too large to be read"):
         read_table(path)
+
+
+def test_columns_of_one_name_are_numbered(tmp_path):
+    columns = [pa.array([0.0, 1.0]), pa.array([1, 2]), pa.array([3, 4])]
+    table = pa.Table.from_arrays(columns, names=["t", "v", "v"])
+    parquet.write_table(table, tmp_path / "x.parquet")
+    read = read_table(tmp_path / "x.parquet")
+    assert read.names == ["t", "v", "v #2"]
+    assert samples(read, "v #2", "", ANY).value.tolist() == [3, 4]

@@ -17,16 +17,16 @@ from slipbench.plant.vehicle_file import load_vehicle
 from slipbench.studies.blind_validation.generator import physics as p
 from slipbench.studies.blind_validation.generator.case import draw_case, secret_of
 from slipbench.studies.blind_validation.generator.excitations import steady
-from slipbench.studies.blind_validation.generator.fault_parameters import Missing
+from slipbench.studies.blind_validation.generator.fault_parameters import MotionFaults
 from slipbench.studies.blind_validation.generator.fault_types import (
     LIBRARY,
     OUTSIDE,
+    FaultType,
     Hidden,
-    Kind,
     draw_hidden,
 )
 from slipbench.studies.blind_validation.generator.instruments import Sensors
-from slipbench.studies.blind_validation.generator.recording import Secret, course_of
+from slipbench.studies.blind_validation.generator.recording import FaultSet, course_of
 from slipbench.studies.blind_validation.generator.ride import Course
 from slipbench.studies.blind_validation.generator.road import Roughness
 from slipbench.studies.blind_validation.generator.tyres import NAMES, force
@@ -34,7 +34,7 @@ from slipbench.studies.blind_validation.generator.vehicle_file import FIELDS
 
 SEED = 5
 STILL = Roughness(0.0, 2.0, 0.0, 1e-12, 1e-12, 1e-12)
-NONE = Secret(Missing(), Sensors())
+NONE = FaultSet(MotionFaults(), Sensors())
 MOVING = [k for k in (*LIBRARY, *OUTSIDE) if not k.subjects]
 COLUMNS = {
     "plate": "throttle",
@@ -51,7 +51,7 @@ def test_with_the_true_numbers_both_programs_ride_alike(tmp_path: Path, number: 
     truth, trial = case.truth, replace(case.training[number], roughness=STILL)
     course, commands = course_of(truth, NONE, trial)
     bike = load_vehicle(_truly_told(case, tmp_path / "true.toml")).motorcycle
-    _, start = steady(truth, Missing(), trial.excitation)
+    _, start = steady(truth, MotionFaults(), trial.excitation)
     lead = 2000
     simulation = Simulation(bike)
     state = simulation.state(
@@ -106,7 +106,7 @@ def plain(name: str) -> Course:
 
 
 @pytest.mark.parametrize("kind", MOVING, ids=[k.name for k in MOVING])
-def test_what_is_missing_acts_and_stays_finite(kind: Kind) -> None:
+def test_what_is_missing_acts_and_stays_finite(kind: FaultType) -> None:
     case = draw_case(SEED, 0)
     hidden = draw_hidden(np.random.default_rng(SEED), kind, "moderate")
     trial = replace(case.training[3 if "spark" in kind.name else 1], roughness=STILL)
@@ -127,7 +127,7 @@ def test_there_are_enough_kinds_and_the_library_has_them_or_has_not() -> None:
 
 
 @pytest.mark.parametrize("kind", LIBRARY, ids=[k.name for k in LIBRARY])
-def test_sizes_mean_what_the_library_means(kind: Kind) -> None:
+def test_sizes_mean_what_the_library_means(kind: FaultType) -> None:
     described = {p.name: p for p in BY_NAME[kind.name].parameters()}
     assert set(kind.sizes) | set(kind.shapes) <= set(described)
     for name, (_, small, typical) in kind.sizes.items():

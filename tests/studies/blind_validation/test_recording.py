@@ -21,9 +21,9 @@ def ridden(tmp_path_factory):
     case = draw_case(SEED, 0)
     trial = case.training[1]
     folder = write_run(
-        tmp_path_factory.mktemp("runs") / "one", case.truth, case.secret, trial, dict(case.vehicle)
+        tmp_path_factory.mktemp("runs") / "one", case.truth, case.faults, trial, dict(case.vehicle)
     )
-    return case, course_of(case.truth, case.secret, trial)[0], aligned(read(folder))
+    return case, course_of(case.truth, case.faults, trial)[0], aligned(read(folder))
 
 
 def test_no_frame_is_faulty_and_every_clock_is_aligned(ridden) -> None:
@@ -95,7 +95,7 @@ def test_a_run_folder_is_written_alike_twice(ridden, tmp_path: Path) -> None:
     texts = [
         (
             write_run(
-                tmp_path / name, case.truth, case.secret, case.held_out[0], dict(case.vehicle)
+                tmp_path / name, case.truth, case.faults, case.held_out[0], dict(case.vehicle)
             )
             / "frames.log"
         ).read_bytes()

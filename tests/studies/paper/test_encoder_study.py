@@ -102,7 +102,7 @@ def test_every_figure_is_drawn(found, tmp_path):
     for index, figure in enumerate(made):
         drawing.png(figure, tmp_path / f"{index}.png")
         assert figure.axes
-    assert np.all(filter_figures.phase_costs(lines)["teeth learnt"] == 0)
+    assert np.all(filter_figures.phase_costs(lines)["tooth pitch compensated"] == 0)
 
 
 def test_without_teeth_nothing_is_claimed():
