@@ -1,12 +1,10 @@
 """Mutation testing of the code between a file and the wire.
 
-`make mutants`: mutmut changes each file of tests/mutants.toml in every way it knows, one change at a
+`make mutants`: mutmut (its generator; tests/mutant_plugin.py runs the mutants) changes each file of tests/mutants.toml in every way it knows, one change at a
 time, and a test must fail for each. `python -m tests.mutants GROUP ...` runs some groups only.
 Fails where a mutant survives that the file does not accept, where one was not tried, where an
 accepted change no longer exists, or where a line or branch of the safety gate is not covered.
 A full run writes its figures into docs/safety.md.
-
-To read a survivor: `cd mutants/GROUP && mutmut show NAME`.
 """
 
 import json
@@ -18,9 +16,12 @@ import tempfile
 import time
 import tomllib
 from pathlib import Path
+from typing import Any
+
+from mutmut.mutation.file_mutation import mutate_file_contents
 
 from tests.bench.safety import document
-from tests.changes import Change, changes_of, only_wording
+from tests.mutant_changes import Change, changes_of, only_wording
 from tests.paths import ROOT
 
 KILLED = (1, 3)  # exit codes of pytest: a test failed; pytest itself failed
@@ -40,15 +41,19 @@ def main(names: list[str]) -> None:
     rows, trouble, used = [], [], set[Change]()
     for name in names or table["group"]:
         group = table["group"][name]
-        if group.get("coverage"):
+        if strict(group):
             trouble += coverage(group["files"], group["tests"])
-        run_mutants(name, group)
+        codes = run_group(name, group)
         for file in group["files"]:
-            fates = alive(WORK / name / "mutants" / "src" / "slipbench" / file)
-            allowed = {} if group.get("coverage") else accepted
-            wording, equivalent, bad = split(fates, allowed)
+            found = {
+                m: code for m, code in codes.items() if m.rpartition(".")[0] == module_of(file)
+            }
+            alive = [mutant for mutant, code in found.items() if code not in KILLED]
+            changes = changes_of(WORK / name / "src" / "slipbench" / file, alive)
+            wording, equivalent, bad = split(changes, found, None if strict(group) else accepted)
             used |= set(equivalent)
-            rows.append(row(name, file, len(wording), len(equivalent), len(bad)))
+            counts = (len(found), len(wording), len(equivalent), len(bad))
+            rows.append(f"| `{file}` | {' | '.join(map(str, counts))} |")
             trouble += bad
     if not names:
         trouble += [f"accepted, but not a survivor: {change}" for change in accepted.keys() - used]
@@ -71,68 +76,59 @@ def report(rows: list[str], began: float, *, write: bool) -> None:
         document.write("mutants", lines)
 
 
-def row(group: str, file: str, wording: int, equivalent: int, bad: int) -> str:
-    """One row of the table."""
-    number = len(fates_of(WORK / group / "mutants" / "src" / "slipbench" / file))
-    return f"| `{file}` | {number} | {wording} | {equivalent} | {bad} |"
+def strict(group: dict[str, Any]) -> bool:
+    """Whether a group is the safety gate: every line covered, no survivor accepted."""
+    return bool(group.get("coverage"))
 
 
 def split(
-    fates: dict[Change, tuple[str, int | None]], accepted: dict[Change, str]
+    changes: dict[str, Change], codes: dict[str, int], accepted: dict[Change, str] | None
 ) -> tuple[list[Change], list[Change], list[str]]:
-    """Mutants that live: those of an error's wording, accepted ones, and the rest as text.
-
-    Where nothing is accepted, wording is not either.
-    """
+    """Survivors: those of an error's wording, accepted ones, and the rest as text."""
     wording, equivalent, bad = [], [], []
-    for change, (mutant, code) in fates.items():
-        if change in accepted:
+    for mutant, change in changes.items():
+        if accepted is not None and change in accepted:
             equivalent.append(change)
-        elif accepted and code == 0 and only_wording(change):
+        elif accepted is not None and codes[mutant] == 0 and only_wording(change):
             wording.append(change)
         else:
-            bad.append(f"{mutant}: exit code {code}\n{change}")
+            bad.append(f"{mutant}: exit code {codes[mutant]}\n{change}")
     return wording, equivalent, bad
 
 
-def alive(file: Path) -> dict[Change, tuple[str, int | None]]:
-    """Mutants of a file that no test killed, those not tried or timed out included."""
-    names = {name: code for name, code in fates_of(file).items() if code not in KILLED}
-    return {change: (name, names[name]) for name, change in changes_of(file, names).items()}
+def mutate(folder: Path, files: list[str]) -> list[str]:
+    """Write every mutant of each file beside its functions; names of the mutants."""
+    mutants = []
+    for name in files:
+        file = folder / "src" / "slipbench" / name
+        made = mutate_file_contents(name, file.read_text(encoding="utf-8"))
+        if not made.mutant_names:
+            sys.exit(f"{name}: no mutants")
+        file.write_text(made.code, encoding="utf-8")
+        mutants += [f"{module_of(name)}.{mutant}" for mutant in made.mutant_names]
+    return mutants
 
 
-def fates_of(file: Path) -> dict[str, int | None]:
-    """Exit code of the tests, by mutant; exits where the file has no mutants."""
-    meta = json.loads(file.with_name(f"{file.name}.meta").read_text(encoding="utf-8"))
-    fates: dict[str, int | None] = meta["exit_code_by_key"]
-    if not fates:
-        sys.exit(f"{file}: no mutants")
-    return fates
+def module_of(file: str) -> str:
+    """Name of the module in a file of the package."""
+    return f"slipbench.{file.removesuffix('.py').replace('/', '.')}"
 
 
-def run_mutants(name: str, group: dict[str, list[str]]) -> None:
-    """Run mutmut on one group in a folder of its own, from nothing."""
+def run_group(name: str, group: dict[str, list[str]]) -> dict[str, int]:
+    """Run one group in a folder of its own, from nothing; exit code of each mutant."""
     folder = WORK / name
     shutil.rmtree(folder, ignore_errors=True)
-    folder.mkdir(parents=True)
-    for entry in ROOT.iterdir():
-        if not entry.name.startswith(".") and entry.name not in ("mutants", "pyproject.toml"):
-            (folder / entry.name).symlink_to(entry)
-    files = [f"src/slipbench/{file}" for file in group["files"]]
-    slow = [f"--deselect={test}" for test in group.get("slow", [])]
-    settings = {
-        # mutmut does not follow links while it walks: it gets the folders behind them.
-        "source_paths": sorted({"/".join(file.split("/")[:3]) for file in files}),
-        "only_mutate": files,
-        "also_copy": ["src", "tests", *group.get("needs", [])],
-        "pytest_add_cli_args_test_selection": group["tests"],
-        "pytest_add_cli_args": ["-p", "no:cacheprovider", "-p", "no:xdist", "-x", *slow],
-    }
-    text = (ROOT / "pyproject.toml").read_text(encoding="utf-8")
-    section = "\n".join(f"{key} = {json.dumps(value)}" for key, value in settings.items())
-    section += "\ntimeout_constant = 10.0\ntrack_dependencies = false\n"
-    (folder / "pyproject.toml").write_text(f"{text}\n[tool.mutmut]\n{section}", encoding="utf-8")
-    run(folder, "mutmut", "run", "--max-children", WORKERS)
+    for entry in ("src", "tests", "pyproject.toml", *group.get("needs", [])):
+        copy = shutil.copytree if (ROOT / entry).is_dir() else shutil.copy
+        folder.mkdir(parents=True, exist_ok=True)
+        copy(ROOT / entry, folder / entry)
+    names, slow = folder / "mutants.json", [f"--deselect={it}" for it in group.get("slow", [])]
+    names.write_text(json.dumps(mutate(folder, group["files"])), encoding="utf-8")
+    options = ["-q", "-p", "no:cacheprovider", "-p", "no:xdist", "-p", "tests.mutant_plugin"]
+    options += ["--mutants", str(names), "--mutant-workers", WORKERS]
+    run(folder, "pytest", *options, *slow, *group["tests"])
+    lines = names.with_suffix(".codes").read_text(encoding="utf-8").splitlines()
+    return {mutant: int(code) for mutant, code in map(str.split, lines)}
 
 
 def coverage(files: list[str], tests: list[str]) -> list[str]:
@@ -159,7 +155,7 @@ def run(folder: Path, module: str, *arguments: str) -> None:
     done = subprocess.run(
         [sys.executable, "-m", module, *arguments],
         cwd=folder,
-        env=os.environ | {"SLIPBENCH_HYPOTHESIS": "mutants"},
+        env=os.environ | {"SLIPBENCH_HYPOTHESIS": "mutants", "PYTHONPATH": str(folder / "src")},
         check=False,
         text=True,
         stdout=subprocess.PIPE,
