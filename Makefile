@@ -4,7 +4,7 @@
 # make conformance  set up, then python-can's own tests on our virtual bus
 # make paper    set up, then Corno and Savaresi's findings, claim by claim
 # make prove    set up, then the proof on sealed cases: hours; goes on where it was stopped
-# make mutants  set up, then coverage and mutants of the safety gate
+# make mutants  set up, then coverage of the safety gate and mutants from there to the wire
 # make fuzz     set up, then 2 000 random commands and files: no traceback, no hang
 # make pythons  a fast part of the suite on each Python from 3.11 on that the machine has
 # make million  set up, then a million random frame sequences through it (half an hour of processor)
@@ -96,7 +96,7 @@ thousand: setup
 	$(IN)/python -m tests.identification.closed_loop_simulation.randomised 1000 1
 
 mutants: setup
-	$(IN)/python -m tests.bench.safety.mutants
+	$(IN)/python -m tests.mutants
 
 million: setup
 	$(IN)/python -m tests.bench.safety.sequences

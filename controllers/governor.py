@@ -33,7 +33,5 @@ class Governor:
         wanted = self.slip.towards(target, last, dt)
         predicted = command + (wanted - last) / self.gain
         inside = self.command.nearest(predicted)
-        if abs(inside - command) > abs(predicted - command):  # outside already: come back
-            return wanted
         least, most = sorted((last, wanted))  # rounding must not lead out of the range
         return min(max(last + (inside - command) * self.gain, least), most)

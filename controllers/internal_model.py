@@ -36,13 +36,18 @@ class ModelState:
 
 @dataclass(frozen=True, eq=False)
 class InternalModel:
-    """model: G without its delay; inverse: Q; delay: whole steps; period: of a step, s."""
+    """model: G without its delay, strictly proper; inverse: Q; delay: whole steps; period: s."""
 
     model: Linear
     inverse: Linear
     delay: int
     period: float
     limits: Range
+
+    def __post_init__(self) -> None:
+        """Raise ValueError where the model responds to a command without any delay."""
+        if self.model.D != 0.0:
+            raise ValueError("the model must be strictly proper: a command acts after its period")
 
     def start(self, command: float, reference: float, measurement: float) -> ModelState:
         """Take over at `command` without a jump: the motorcycle is taken to be at rest there.
@@ -74,7 +79,7 @@ class InternalModel:
         return ModelState(state.model, state.inverse, late, state.command, state.base)
 
     def _expected(self, state: ModelState) -> float:
-        return float(self.model.C @ state.model) + self.model.D * float(state.late[-1])
+        return float(self.model.C @ state.model)
 
     def _step(self, state: ModelState, reference: float, measurement: float) -> ModelState:
         command, level = state.base

@@ -26,8 +26,10 @@ class Schedule:
     def at(self, speed: float) -> Pid:
         """The controller for a speed, m/s; for an unknown speed the first."""
         speeds = [s for s, _ in self.designs]
-        place = bisect_right(speeds, speed)
-        if place in (0, len(speeds)):
-            return self.designs[max(place - 1, 0)][1]
-        (low, before), (high, after) = self.designs[place - 1 : place + 1]
-        return before.between(after, (speed - low) / (high - low))
+        if not speed > speeds[0]:
+            return self.designs[0][1]
+        if speed >= speeds[-1]:
+            return self.designs[-1][1]
+        after = bisect_right(speeds, speed)
+        (low, slower), (high, faster) = self.designs[after - 1 : after + 1]
+        return slower.between(faster, (speed - low) / (high - low))

@@ -9,9 +9,14 @@ from tests import recordings
 
 # How long an example takes depends on the machine; no test judges it.
 hypothesis.settings.register_profile("slipbench", deadline=None)
-# Mutants: the same examples for each of them, and few, since every mutant runs them.
+# Mutants: the same examples for each of them, few, since every mutant runs them, and no shrinking.
 hypothesis.settings.register_profile(
-    "mutants", deadline=None, derandomize=True, database=None, max_examples=25
+    "mutants",
+    deadline=None,
+    derandomize=True,
+    database=None,
+    max_examples=25,
+    phases=[hypothesis.Phase.explicit, hypothesis.Phase.generate],
 )
 hypothesis.settings.load_profile(os.environ.get("SLIPBENCH_HYPOTHESIS", "slipbench"))
 

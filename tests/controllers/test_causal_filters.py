@@ -106,3 +106,43 @@ def test_an_unknown_sample_stays_unknown_and_spoils_nothing():
     clean, after = held.update(state, np.nan, 26.0)
     assert np.isnan(clean)
     assert after.lines == state.lines
+
+
+@pytest.mark.parametrize("orders", [(1,), (1, 2, 5)])
+def test_the_impulse_response_of_a_notch_is_what_it_says(orders):
+    """Wide, so that it dies away within a second: its Fourier transform is the response."""
+    held, wheel = Notch(RATE, orders, 8.0), 23.0
+    impulse = np.zeros(2000)
+    impulse[0] = 1.0
+    out = notched_online(impulse, np.full_like(impulse, wheel), held)
+    frequency = np.array([1.0, 23.0, 31.0, 46.0, 100.0, 115.0, 300.0])
+    angle = 2j * np.pi * np.outer(frequency, np.arange(2000)) / RATE
+    np.testing.assert_allclose(np.exp(-angle) @ out, held.response(frequency, wheel), atol=1e-9)
+
+
+def test_the_impulse_response_of_a_low_pass_is_what_it_says():
+    smooth = LowPass(RATE, 40.0)
+    impulse = np.zeros(2000)
+    impulse[1] = 1.0
+    out = smoothed_online(impulse, smooth)[1:]
+    frequency = np.array([1.0, 23.0, 40.0, 115.0, 300.0])
+    angle = 2j * np.pi * np.outer(frequency, np.arange(1999)) / RATE
+    found = smooth.response(frequency)
+    np.testing.assert_allclose(np.exp(-angle) @ out, found, atol=1e-9)
+    assert abs(found[2]) == pytest.approx(0.5**0.5)
+
+
+def test_a_wheel_follower_is_of_second_order_at_one_hertz():
+    follower = wheel_follower(RATE)
+    assert (follower.rate, follower.order) == (RATE, 2)
+    assert abs(follower.response(np.array([1.0]))[0]) == pytest.approx(0.5**0.5)
+    delay = -np.angle(follower.response(np.array([0.01])))[0] / (2 * np.pi * 0.01)
+    assert delay == pytest.approx(0.23, abs=0.006)
+
+
+def test_the_angle_of_a_notch_turns_with_the_wheel_and_stays_within_a_turn():
+    held, state, turned = Notch(RATE), Notch(RATE).initial(), 0.0
+    for _ in range(200):
+        _, state = held.update(state, 1.0, 26.0)
+        turned = (turned + 2 * np.pi * 26.0 / RATE) % (2 * np.pi)
+        assert state.angle == pytest.approx(turned, abs=1e-9)
