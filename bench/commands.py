@@ -93,12 +93,12 @@ def trial(
       slipbench trial examples/trials/spark_sweep.toml --interface socketcan --channel can0
     """
     from slipbench.bench.bus.opening import BusAddress
-    from slipbench.bench.loop.interrupts import interrupted_alike
+    from slipbench.bench.loop.interrupts import keyboard_interrupt_on_signals
     from slipbench.bench.trials.outcome import in_short, invalid
     from slipbench.bench.trials.preparation import prepare
     from slipbench.bench.trials.progress import script_duration
     from slipbench.bench.trials.run import run_trial
-    from slipbench.bench.vehicle.live_vehicle import VehicleProcess, riding_beside
+    from slipbench.bench.vehicle.live_vehicle import VehicleProcess, vehicle_process
 
     require_descriptors()
     prepared = prepare(file, database)
@@ -108,11 +108,11 @@ def trial(
         address = BusAddress(interface, channel, bitrate, fd)
     elif real_time:
         address = BusAddress("slipbench", f"trial-{os.getpid()}", bitrate, fd)
-        beside = riding_beside(prepared.ride, prepared.database, address)
+        beside = vehicle_process(prepared.scenario, prepared.database, address)
     folder = out or _next_folder(Path("runs"), prepared.trial.name)
     console = Console(stderr=True)
     bar = Progress(console=console, disable=not console.is_terminal, transient=True)
-    with interrupted_alike(), beside as process, bar:
+    with keyboard_interrupt_on_signals(), beside as process, bar:
         task = bar.add_task(prepared.trial.name, total=script_duration(prepared.trial))
         outcome = run_trial(
             prepared,
@@ -157,7 +157,7 @@ def vehicle(
     from slipbench.bench.bus.opening import BusAddress
     from slipbench.bench.loop.interrupts import interrupts
     from slipbench.bench.trials.preparation import prepare
-    from slipbench.bench.vehicle.live_vehicle import ride_until
+    from slipbench.bench.vehicle.live_vehicle import simulate_until
 
     require_descriptors()
     prepared = prepare(file, database)
@@ -165,17 +165,17 @@ def vehicle(
     stop = threading.Event()
     ends = None if duration is None else monotonic() + duration
     with interrupts(stop):
-        motorcycle = ride_until(
+        motorcycle = simulate_until(
             lambda: stop.is_set() or (ends is not None and monotonic() >= ends),
-            prepared.ride,
+            prepared.scenario,
             prepared.database,
             address,
             ready=lambda: typer.echo(
-                f"{prepared.ride.vehicle.name} rides on {interface}, channel {channel}, "
+                f"{prepared.scenario.vehicle.name} rides on {interface}, channel {channel}, "
                 f"at {bitrate} bit/s; Ctrl-C ends the ride"
             ),
         )
-    for when in motorcycle.taken_back:
+    for when in motorcycle.watchdog_timeouts:
         typer.echo(f"authority taken back {when:.3f} s into the ride: the bench was silent")
 
 
@@ -223,7 +223,7 @@ def replay(
       slipbench replay drive.log --interface socketcan --only 0x10,0x200-0x2FF --passes 0
     """
     from slipbench.bench.replay.replay_process import ReplayOrder, running_replay
-    from slipbench.bench.replay.replay_report import timing, told, write
+    from slipbench.bench.replay.replay_report import summary, timing, write
 
     require_descriptors()
     order = ReplayOrder(
@@ -241,7 +241,7 @@ def replay(
             running.controls.seek(round(start * 1e9))
         done = _watch(running, log.name)
         table = timing(running.ready, done)
-    typer.echo(told(table))
+    typer.echo(summary(table))
     if report is not None:
         write(table, report)
 

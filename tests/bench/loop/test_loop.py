@@ -8,7 +8,7 @@ from slipbench.bench.gateway.gateway import PhaseChange
 from slipbench.bench.loop.clock import MILLISECOND, SimulatedClock
 from slipbench.bench.loop.loop import Lateness, run_periodic
 from slipbench.bench.loop.ring import Ring
-from slipbench.bench.loop.ticks import HEADER, TickTable, noting, read_ticks
+from slipbench.bench.loop.ticks import HEADER, TickTable, read_ticks, tick_recorder
 from slipbench.bench.safety.trial import TrialState
 from slipbench.bench.trials.outcome import Outcome, invalid
 from slipbench.protocol.codec.messages import Phase
@@ -104,7 +104,7 @@ def test_the_table_of_ticks_holds_every_tick_once_with_its_fate(tmp_path_factory
         return True
 
     lateness = run_periodic(
-        tick, MILLISECOND, slow, 200, noting(ring), refused=lambda: told[-1] in refuses
+        tick, MILLISECOND, slow, 200, tick_recorder(ring), refused=lambda: told[-1] in refuses
     )
     assert lateness.refused.tolist() == [number in refuses for number in told]
     table = TickTable(MILLISECOND, late)
@@ -129,7 +129,7 @@ def test_the_table_of_ticks_holds_every_tick_once_with_its_fate(tmp_path_factory
 
 def test_a_ring_without_room_for_a_tick_has_failed():
     ring = Ring.local(2)
-    note = noting(ring)
+    note = tick_recorder(ring)
     for number in range(3):
         assert not ring.failed
         note(number, number * MILLISECOND, 0, False)
