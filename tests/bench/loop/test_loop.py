@@ -152,16 +152,17 @@ def judged(tick, lateness, timing, refused=()):
 SOME = st.sets(st.integers(0, 1199))
 
 
-@given(SOME, SOME, SOME, st.floats(0, 1))
+@given(SOME, SOME, SOME, st.integers(0, 1000))
 def test_a_trial_is_invalid_when_over_its_budget_while_it_holds_authority(
     late, skipped, refused, budget
 ):
     ran = sorted(set(range(1200)) - skipped)
     lateness = [600_000 * (n in late) for n in ran]
-    why = judged(ran or [0], lateness or [0], Timing(budget=budget), refused)
+    timing = Timing(budget=f"{budget / 100} %")
+    why = judged(ran or [0], lateness or [0], timing, refused)
     held = range(100, 1100)
     bad = len((late | skipped | refused).intersection(held))
-    assert bool(why) == (bad > budget * 1000)
+    assert bool(why) == (bad > timing.budget * 1000)
 
 
 @given(st.integers(1, MILLISECOND - 1), st.integers(0, 8))
@@ -178,5 +179,5 @@ def test_ticks_that_began_anew_are_judged_from_there(early, late_ticks):
         lambda _number, due: dues.append(due) or len(dues) <= 300, MILLISECOND, clock, wait=wait
     )
     changes = (PhaseChange(Phase.EXCITING, dues[100]), PhaseChange(Phase.DONE, dues[300]))
-    why = invalid(Outcome(TrialState(Phase.DONE), changes, lateness), Timing(budget=0.0))
+    why = invalid(Outcome(TrialState(Phase.DONE), changes, lateness), Timing(budget="0 %"))
     assert why.startswith(f"{late_ticks} ticks of 200 ") if late_ticks else why == ""
