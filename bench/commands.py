@@ -1,4 +1,4 @@
-"""The bench's sub-commands: trial, vehicle, replay."""
+"""The commands of the bench: trial, vehicle, replay."""
 
 import math
 import os
@@ -23,8 +23,8 @@ from slipbench.protocol.shipped_files import completion_of, file_of
 if TYPE_CHECKING:
     from slipbench.bench.replay.replay_process import Report, RunningReplay
 
-A_LIFETIME = 1_000_000_000  # s, or passes: all that the controls of a replay can hold
-TRIPPED = 3  # exit status of a trial that ended early; 2 is a user's mistake, 1 a fault of ours
+LARGEST = 1_000_000_000  # s, or passes: what the shared controls of a replay can hold
+TRIPPED = 3  # exit status of a trial that tripped; 2 is invalid input, 1 a fault of the program
 
 TrialPath = Annotated[
     Path,
@@ -39,9 +39,9 @@ INTERFACES = (
     "python-can interface: socketcan, pcan, kvaser, ..., or slipbench (this project's own bus)."
 )
 Interface = Annotated[str | None, typer.Option(help=INTERFACES)]
-Channel = Annotated[str, typer.Option(help="Its channel: can0, PCAN_USBBUS1, 0, ...")]
+Channel = Annotated[str, typer.Option(help="Channel of the interface: can0, PCAN_USBBUS1, 0, ...")]
 Bitrate = Annotated[
-    int, typer.Option(help="Bit rate in bit/s, where the interface sets it.", min=1)
+    int, typer.Option(help="Bit rate in bit/s. Ignored by socketcan: set it with ip link.", min=1)
 ]
 FlexibleDataRate = Annotated[bool, typer.Option("--fd", help="Open the bus for CAN FD.")]
 DatabasePath = Annotated[
@@ -57,7 +57,7 @@ DatabasePath = Annotated[
 
 
 def register(app: typer.Typer) -> None:
-    """Add the bench's commands to the one command."""
+    """Add the commands of the bench to the application."""
     app.command()(trial)
     app.command()(vehicle)
     app.command()(replay)
@@ -66,23 +66,23 @@ def register(app: typer.Typer) -> None:
 def trial(
     file: TrialPath,
     out: Annotated[
-        Path | None, typer.Option(help="Run folder to make.  [default: runs/NAME-NUMBER]")
+        Path | None, typer.Option(help="New run folder.  [default: runs/NAME-NUMBER]")
     ] = None,
     interface: Interface = None,
     channel: Channel = "can0",
     bitrate: Bitrate = 1_000_000,
     fd: FlexibleDataRate = False,
     real_time: Annotated[
-        bool, typer.Option("--real-time", help="Run on the machine's clock.")
+        bool, typer.Option("--real-time", help="Run in real time instead of simulated time.")
     ] = False,
     database: DatabasePath = dbc.MOTORBIKE,
 ) -> None:
-    """Run a trial and record it; prints the run folder.
+    """Run a trial, record it and print the run folder.
 
-    Without --interface the virtual motorcycle rides on the simulated clock, faster than real time;
-    with --real-time alone it rides in a process of its own, on a virtual bus. With --interface
-    the gateway speaks to whatever is on that bus, always in real time. Ctrl-C aborts the trial and
-    returns control to the rider.
+    Without --interface the motorcycle is simulated, on a simulated clock that is faster than real
+    time. With --real-time alone the motorcycle is simulated in real time, in a separate process, on
+    a virtual CAN bus. With --interface the gateway uses the CAN bus of that interface, always in
+    real time. Ctrl-C aborts the trial and returns control to the rider.
 
     Exit status: 0 done, 2 invalid input (see message), 3 the trial tripped.
 
@@ -93,12 +93,12 @@ def trial(
       slipbench trial examples/trials/spark_sweep.toml --interface socketcan --channel can0
     """
     from slipbench.bench.bus.opening import BusAddress
-    from slipbench.bench.loop.interrupts import interrupted_alike
+    from slipbench.bench.loop.interrupts import keyboard_interrupt_on_signals
     from slipbench.bench.trials.outcome import in_short, invalid
     from slipbench.bench.trials.preparation import prepare
     from slipbench.bench.trials.progress import script_duration
     from slipbench.bench.trials.run import run_trial
-    from slipbench.bench.vehicle.live_vehicle import VehicleProcess, riding_beside
+    from slipbench.bench.vehicle.live_vehicle import VehicleProcess, vehicle_process
 
     require_descriptors()
     prepared = prepare(file, database)
@@ -108,18 +108,18 @@ def trial(
         address = BusAddress(interface, channel, bitrate, fd)
     elif real_time:
         address = BusAddress("slipbench", f"trial-{os.getpid()}", bitrate, fd)
-        beside = riding_beside(prepared.ride, prepared.database, address)
+        beside = vehicle_process(prepared.scenario, prepared.database, address)
     folder = out or _next_folder(Path("runs"), prepared.trial.name)
     console = Console(stderr=True)
     bar = Progress(console=console, disable=not console.is_terminal, transient=True)
-    with interrupted_alike(), beside as process, bar:
+    with keyboard_interrupt_on_signals(), beside as process, bar:
         task = bar.add_task(prepared.trial.name, total=script_duration(prepared.trial))
         outcome = run_trial(
             prepared,
             folder,
             address,
             progress=lambda seconds: bar.update(task, completed=seconds),
-            phases=lambda phase: _tell(console, f"{prepared.trial.name}: {_words(phase.name)}"),
+            phases=lambda phase: _print(console, f"{prepared.trial.name}: {_words(phase.name)}"),
             vehicle=process,
         )
     for note in in_short(outcome.notes):
@@ -142,13 +142,14 @@ def vehicle(
     database: DatabasePath = dbc.MOTORBIKE,
     duration: Annotated[
         float | None,
-        typer.Option(help="End after so many seconds.  [default: until Ctrl-C]", min=0),
+        typer.Option(help="End after this time, in s.  [default: until Ctrl-C]", min=0),
     ] = None,
 ) -> None:
-    """Ride the virtual motorcycle of a trial file on a bus, in real time.
+    """Simulate the virtual motorcycle of a trial file on a CAN bus, in real time.
 
-    ECU, throttle, encoders, optical sensor and a rider who follows the trial's script. When the
-    bench falls silent for 20 ms the devices take authority back, as real ones must.
+    It simulates the ECU, the throttle body, the wheel encoders, the optical speed sensor and a rider
+    who follows the script of the trial file. After 20 ms without a command from the bench (command
+    watchdog timeout) the devices return authority to the rider, as the real devices must.
 
     Example:
 
@@ -157,7 +158,7 @@ def vehicle(
     from slipbench.bench.bus.opening import BusAddress
     from slipbench.bench.loop.interrupts import interrupts
     from slipbench.bench.trials.preparation import prepare
-    from slipbench.bench.vehicle.live_vehicle import ride_until
+    from slipbench.bench.vehicle.live_vehicle import simulate_until
 
     require_descriptors()
     prepared = prepare(file, database)
@@ -165,52 +166,61 @@ def vehicle(
     stop = threading.Event()
     ends = None if duration is None else monotonic() + duration
     with interrupts(stop):
-        motorcycle = ride_until(
+        motorcycle = simulate_until(
             lambda: stop.is_set() or (ends is not None and monotonic() >= ends),
-            prepared.ride,
+            prepared.scenario,
             prepared.database,
             address,
             ready=lambda: typer.echo(
-                f"{prepared.ride.vehicle.name} rides on {interface}, channel {channel}, "
-                f"at {bitrate} bit/s; Ctrl-C ends the ride"
+                f"simulating {prepared.scenario.vehicle.name} on {interface}, channel {channel}, "
+                f"at {bitrate} bit/s; Ctrl-C ends the simulation"
             ),
         )
-    for when in motorcycle.taken_back:
-        typer.echo(f"authority taken back {when:.3f} s into the ride: the bench was silent")
+    for when in motorcycle.watchdog_timeouts:
+        typer.echo(
+            f"watchdog timeout at {when:.3f} s: no command for "
+            f"{prepared.trial.command.silence * 1e3:g} ms, authority returned to the rider"
+        )
 
 
 def replay(
-    log: Annotated[Path, typer.Argument(help="Log of frames: candump, ASC, BLF, TRC, MF4, ...")],
+    log: Annotated[Path, typer.Argument(help="CAN log: candump, ASC, BLF, TRC, MF4, ...")],
     interface: Annotated[str, typer.Option(help=INTERFACES)],
     channel: Annotated[
         list[str] | None,
-        typer.Option(help="Its channel, or LOGBUS=CHANNEL; may be repeated.  [default: can0]"),
+        typer.Option(
+            help="Channel of the interface, or BUS_OF_LOG=CHANNEL; may be repeated."
+            "  [default: can0]"
+        ),
     ] = None,
     bitrate: Bitrate = 1_000_000,
     fd: FlexibleDataRate = False,
     speed: Annotated[
-        float, typer.Option(help="Times as fast as recorded.", min=0.001, max=FASTEST)
+        float,
+        typer.Option(help="Replay speed; 2 is twice as fast as recorded.", min=0.001, max=FASTEST),
     ] = 1.0,
     bus: Annotated[
-        list[str] | None, typer.Option(help="Only this bus of the log; may be repeated.")
+        list[str] | None, typer.Option(help="Replay only this bus of the log; may be repeated.")
     ] = None,
-    only: Annotated[str, typer.Option(help="Only these identifiers: 0x10,0x200-0x2FF.")] = "",
-    without: Annotated[str, typer.Option(help="All but these identifiers.")] = "",
+    only: Annotated[
+        str, typer.Option(help="Replay only these identifiers: 0x10,0x200-0x2FF.")
+    ] = "",
+    without: Annotated[str, typer.Option(help="Leave out these identifiers.")] = "",
     start: Annotated[
-        float, typer.Option(help="Begin so many seconds into the log.", min=0, max=A_LIFETIME)
+        float, typer.Option(help="Start at this time of the log, in s.", min=0, max=LARGEST)
     ] = 0.0,
     passes: Annotated[
-        int, typer.Option(help="How often; 0: until stopped.", min=0, max=A_LIFETIME)
+        int, typer.Option(help="Number of passes; 0 repeats until stopped.", min=0, max=LARGEST)
     ] = 1,
     report: Annotated[
         Path | None, typer.Option(help="New file for the timing report (TOML).")
     ] = None,
 ) -> None:
-    """Put the frames of a log onto one bus or several, never before their recorded times.
+    """Replay the frames of a CAN log on one or more buses, in order and never early.
 
-    On a terminal: space pauses, left and right go 10 s back and on, - and + halve and double the
-    speed, q and Ctrl-C stop. Order is kept, each frame has a deadline of its own from the recorded
-    times, and how late each was is told at the end.
+    Each frame has an absolute deadline, computed from its recorded time. The timing report at the
+    end states how late the frames were sent. Keys on a terminal: space pauses, left and right jump
+    10 s back and forward, - and + halve and double the speed, q and Ctrl-C stop.
 
     Exit status: 0 done or stopped, 2 invalid input (see message).
 
@@ -223,7 +233,7 @@ def replay(
       slipbench replay drive.log --interface socketcan --only 0x10,0x200-0x2FF --passes 0
     """
     from slipbench.bench.replay.replay_process import ReplayOrder, running_replay
-    from slipbench.bench.replay.replay_report import timing, told, write
+    from slipbench.bench.replay.replay_report import summary, timing, write
 
     require_descriptors()
     order = ReplayOrder(
@@ -232,7 +242,7 @@ def replay(
     with running_replay(order, speed, passes) as running:
         if start * 1e9 > running.ready.span:
             raise InputError(
-                "--start is beyond the last frame",
+                "--start is after the last frame",
                 where=str(log),
                 expected=f"at most {running.ready.span * 1e-9:g} s",
                 found=f"{start:g} s",
@@ -241,19 +251,19 @@ def replay(
             running.controls.seek(round(start * 1e9))
         done = _watch(running, log.name)
         table = timing(running.ready, done)
-    typer.echo(told(table))
+    typer.echo(summary(table))
     if report is not None:
         write(table, report)
 
 
-def _tell(console: Console, text: str) -> None:
-    """Print a line; a terminal that is gone keeps no trial from being described."""
+def _print(console: Console, text: str) -> None:
+    """Print a line. A lost terminal is ignored, so that the trial still gets its description."""
     with suppress(OSError):
         console.print(text)
 
 
 def _watch(running: "RunningReplay", name: str) -> "Report":
-    """Show where the replay is and pass keys on, until it ends."""
+    """Report of a replay; until it ends, show its progress and apply the keys that are pressed."""
     from slipbench.bench.loop.interrupts import interrupts
     from slipbench.bench.replay.replay_keys import HELP, keys, pressed, steer
     from slipbench.bench.replay.replay_process import ENDING
@@ -282,19 +292,20 @@ def _watch(running: "RunningReplay", name: str) -> "Report":
                 deadline = min(deadline, monotonic() + ENDING)
             if monotonic() > deadline:
                 raise InputError(
-                    "the replay's process did not end when asked to, and was killed",
-                    found=f"no answer within {ENDING:g} s",
-                    remedy="was it stopped (SIGSTOP), or does the bus hang? see to the interface",
+                    "the replay process did not end when asked to, and was killed",
+                    found=f"no response within {ENDING:g} s",
+                    remedy="check the CAN interface, and that the process was not stopped (SIGSTOP)",
                 )
     return done
 
 
 def _next_folder(parent: Path, name: str) -> Path:
-    """Find the first of runs/<name>-001, -002, ... that is free."""
+    """Path of the first run folder NAME-001, NAME-002, ... that does not exist."""
     taken = {path.name for path in parent.glob(f"{name}-*")}
     number = next(n for n in count(1) if f"{name}-{n:03d}" not in taken)
     return parent / f"{name}-{number:03d}"
 
 
 def _words(phase: str) -> str:
+    """Name of a phase for the terminal."""
     return phase.lower().replace("_", " ")

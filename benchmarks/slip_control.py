@@ -74,7 +74,7 @@ def played(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Play a log's frames into a fresh controller; `begin`, `end`: s, of its say."""
     codec = Codec(prepared.database)
-    control = slip_control(prepared.plan, wheels_of(prepared.ride.vehicle), prepared.database)
+    control = slip_control(prepared.plan, wheels_of(prepared.scenario.vehicle), prepared.database)
     assert control is not None
     heard = messages(log, codec)
     gc.collect()

@@ -36,7 +36,7 @@ from slipbench.bench.bus.records import (
     unpacked,
 )
 from slipbench.bench.bus.wire import Wire
-from slipbench.bench.loop.realtime_process import undisturbed
+from slipbench.bench.loop.realtime_process import realtime_process
 from slipbench.protocol.errors import InputError
 
 LINGER = 1.0  # s after the last node has left
@@ -259,7 +259,7 @@ def main(channel: str) -> None:
     null = os.open(os.devnull, os.O_RDWR)
     for number in range(3):
         os.dup2(null, number)
-    with undisturbed():
+    with realtime_process():
         Broker(listener).serve()
 
 

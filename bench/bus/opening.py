@@ -48,7 +48,7 @@ class BusAddress:
         return name[-LONGEST_NAME:]
 
 
-def open_bus(address: BusAddress, hears_itself: bool, in_order: bool = False) -> can.BusABC:
+def open_bus(address: BusAddress, receive_own_messages: bool, in_order: bool = False) -> can.BusABC:
     """Open the bus; raises InputError with the remedy where it cannot be.
 
     in_order  frames leave as they were sent, on the virtual bus too, where a node otherwise offers
@@ -69,7 +69,7 @@ def open_bus(address: BusAddress, hears_itself: bool, in_order: bool = False) ->
         bus = can.Bus(
             interface=address.interface,
             channel=channel,
-            receive_own_messages=hears_itself,
+            receive_own_messages=receive_own_messages,
             **options,
         )
     except (can.CanError, OSError, ImportError, NameError, ValueError, TypeError) as cause:
@@ -86,7 +86,7 @@ def open_bus(address: BusAddress, hears_itself: bool, in_order: bool = False) ->
     return bus
 
 
-def interface_gone(fault: can.CanError) -> bool:
+def interface_down(fault: can.CanError) -> bool:
     """Tell whether the interface itself is no more, or down; a queue that is full has room later.
 
     Linux reports it once, to whichever call comes next: one that sends may be the only one told.
@@ -95,7 +95,7 @@ def interface_gone(fault: can.CanError) -> bool:
 
 
 @contextlib.contextmanager
-def told_when_gone(address: BusAddress) -> Iterator[None]:
+def bus_failure_as_input_error(address: BusAddress) -> Iterator[None]:
     """Raise InputError with the remedy where the bus at `address` fails within the block."""
     try:
         yield

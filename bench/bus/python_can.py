@@ -80,7 +80,7 @@ class SlipbenchBus(can.BusABC):
         Raises CanInitializationError where the bus cannot be joined.
         """
         self.channel_info = f"slipbench bus '{channel}'"
-        self._channel, self._fd, self._hears_itself = str(channel), fd, receive_own_messages
+        self._channel, self._fd, self._receive_own_messages = str(channel), fd, receive_own_messages
         self._can_protocol = can.CanProtocol.CAN_FD if fd else can.CanProtocol.CAN_20
         self._inbox: deque[can.Message] = deque()
         self._reading = threading.Lock()
@@ -195,7 +195,7 @@ class SlipbenchBus(can.BusABC):
             if record.busy_ns and self._since[1] == 0:
                 self._since = (record.time_ns, record.busy_ns)
             self._until = (record.time_ns, record.busy_ns)
-            if not own or self._hears_itself:
+            if not own or self._receive_own_messages:
                 message = message_of(frame_in(record), stamp, own, self._channel)
                 self._inbox.append(message)
         elif record.kind is Kind.ERROR:

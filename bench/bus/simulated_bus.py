@@ -37,14 +37,14 @@ class SimulatedBus:
         return self.wire.now_ns
 
     def node(
-        self, name: str, hears_itself: bool = False, restart_after: float | None = None
+        self, name: str, receive_own_messages: bool = False, restart_after: float | None = None
     ) -> "SimulatedNode":
         """Attach one more node, which offers its most urgent frame first.
 
         `restart_after` s after it went off the bus it begins to recover; None: never.
         """
         node = self.wire.attach(name, MostUrgent(), restart_after=restart_after)
-        self._nodes[node] = SimulatedNode(self, node, hears_itself)
+        self._nodes[node] = SimulatedNode(self, node, receive_own_messages)
         return self._nodes[node]
 
     def detach(self, node: Node) -> None:
@@ -60,7 +60,7 @@ class SimulatedBus:
                 continue
             if not isinstance(event, Delivery):
                 listener.inbox.append(error_of(event, event.time_ns * 1e-9, None))
-            elif not event.own or listener.hears_itself:
+            elif not event.own or listener.receive_own_messages:
                 message = message_of(event.frame, event.time_ns * 1e-9, event.own, None)
                 listener.inbox.append(message)
 
@@ -68,9 +68,9 @@ class SimulatedBus:
 class SimulatedNode(can.BusABC):
     """One node of the simulated bus."""
 
-    def __init__(self, bus: SimulatedBus, node: Node, hears_itself: bool) -> None:
+    def __init__(self, bus: SimulatedBus, node: Node, receive_own_messages: bool) -> None:
         """Speak for `node` of `bus`."""
-        self._wire, self._node, self.hears_itself = bus, node, hears_itself
+        self._wire, self._node, self.receive_own_messages = bus, node, receive_own_messages
         self.inbox: deque[can.Message] = deque()
         self.channel_info = f"simulated: {node.name}"
         super().__init__(channel=node.name)

@@ -14,7 +14,7 @@ from slipbench.bench.loop.clock import SPIN, Clock
 from slipbench.bench.loop.loop import Wait
 
 
-def attentive(gateway: Gateway, bus: can.BusABC, clock: Clock) -> Wait | None:
+def button_wait(gateway: Gateway, bus: can.BusABC, clock: Clock) -> Wait | None:
     """Make the wait; None where the interface has nothing to wait on (python-can's `virtual`)."""
     try:
         number = bus.fileno()

@@ -3,7 +3,7 @@
 from multiprocessing.process import BaseProcess
 
 
-def ended(process: BaseProcess) -> str:
+def exit_reason(process: BaseProcess) -> str:
     """Say how `process` ended; empty where it lives or ended well."""
     status = process.exitcode
     if not status:

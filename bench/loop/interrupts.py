@@ -10,7 +10,7 @@ from types import FrameType
 from typing import Any
 
 
-def asking() -> tuple[signal.Signals, ...]:
+def termination_signals() -> tuple[signal.Signals, ...]:
     """Name the signals that ask for an end; not that of a lost terminal under `nohup`."""
     lost = getattr(signal, "SIGHUP", None)  # POSIX only
     if lost is None or signal.getsignal(lost) == signal.SIG_IGN:
@@ -40,9 +40,12 @@ def start_resource_tracker() -> None:
 
 
 @contextmanager
-def interrupted_alike() -> Iterator[None]:
+def keyboard_interrupt_on_signals() -> Iterator[None]:
     """Raise KeyboardInterrupt for all that ask for an end, so that what is open is closed."""
-    before = {number: signal.signal(number, signal.default_int_handler) for number in asking()}
+    before = {
+        number: signal.signal(number, signal.default_int_handler)
+        for number in termination_signals()
+    }
     try:
         yield
     finally:
@@ -52,7 +55,7 @@ def interrupted_alike() -> Iterator[None]:
 
 def ignore_interrupts() -> None:
     """Ignore Ctrl-C and the loss of the terminal: whoever started this process tells it to end."""
-    for number in set(asking()) - {signal.SIGTERM}:
+    for number in set(termination_signals()) - {signal.SIGTERM}:
         signal.signal(number, signal.SIG_IGN)
     _let_through()
 
@@ -66,7 +69,7 @@ def _held_back() -> Iterator[None]:
     came: list[int] = []  # another thread may receive what this one blocks: children need the mask
     handlers: dict[int, Any] = {
         int(number): signal.signal(number, lambda caught, _frame: came.append(caught))
-        for number in asking()
+        for number in termination_signals()
         if threading.current_thread() is threading.main_thread()
     }
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, signal.SIGHUP})
@@ -93,7 +96,7 @@ def interrupts(stop: threading.Event) -> Iterator[None]:
     def ask(_signal: int, _frame: FrameType | None) -> None:
         stop.set()
 
-    before = {number: signal.signal(number, ask) for number in asking()}
+    before = {number: signal.signal(number, ask) for number in termination_signals()}
     _let_through()
     try:
         yield

@@ -3,7 +3,7 @@
 from slipbench.bench.loop.ring import Ring
 
 
-class Pulse:
+class Liveness:
     """Counts looks at a ring in which nothing was new.
 
     Looks and not seconds: whoever is stopped together with the loop (Ctrl-Z) does not look.
@@ -14,7 +14,7 @@ class Pulse:
         self._ring, self._patience = ring, patience
         self._written = self._looks = 0
 
-    def stands(self) -> bool:
+    def stopped(self) -> bool:
         """Look once more; tell whether nothing has come for longer than the patience lasts."""
         written = self._ring.written
         self._looks = self._looks + 1 if written == self._written else 0

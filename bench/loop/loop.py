@@ -18,7 +18,7 @@ Tick = Callable[[int, int], bool]
 Wait = Callable[[int], bool]
 # Is told of each tick once it ran: its number, when it was due, how late it began (ns), and whether
 # what it sent was refused.
-Note = Callable[[int, int, int, bool], None]
+TickObserver = Callable[[int, int, int, bool], None]
 
 
 @dataclass(frozen=True)
@@ -56,11 +56,11 @@ class Lateness:
         return {key: float(np.percentile(self.lateness, q)) * 1e-9 for key, q in names.items()}
 
 
-def unnoted(_number: int, _due: int, _late: int, _refused: bool) -> None:
+def no_observer(_number: int, _due: int, _late: int, _refused: bool) -> None:
     """Take no note of a tick."""
 
 
-def never() -> bool:
+def not_refused() -> bool:
     """Tell that nothing is refused."""
     return False
 
@@ -91,9 +91,9 @@ def run_periodic(
     period: int,
     clock: Clock,
     most: int = MOST_TICKS,
-    note: Note = unnoted,
+    observer: TickObserver = no_observer,
     wait: Wait | None = None,
-    refused: Callable[[], bool] = never,
+    refused: Callable[[], bool] = not_refused,
 ) -> Lateness:
     """Run `tick` every `period` ns as `run_ticks` does, and return the lateness of every tick.
 
@@ -103,7 +103,7 @@ def run_periodic(
 
     def noted(number: int, due: int, late: int, unsent: bool) -> None:
         history.add(number, late, unsent)
-        note(number, due, late, unsent)
+        observer(number, due, late, unsent)
 
     start = run_ticks(tick, period, clock, most, noted, wait, refused)
     return history.finished(period, start)
@@ -114,9 +114,9 @@ def run_ticks(
     period: int,
     clock: Clock,
     most: float = math.inf,
-    note: Note = unnoted,
+    observer: TickObserver = no_observer,
     wait: Wait | None = None,
-    refused: Callable[[], bool] = never,
+    refused: Callable[[], bool] = not_refused,
 ) -> int:
     """Run `tick` every `period` ns until it returns False or `most` ticks fell due; keep nothing.
 
@@ -138,7 +138,7 @@ def run_ticks(
             late %= period
         due = start + number * period
         goes_on = tick(number, due)
-        note(number, due, late, refused())
+        observer(number, due, late, refused())
         if not goes_on:
             break
         number += 1

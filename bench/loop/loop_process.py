@@ -16,14 +16,19 @@ import can
 from slipbench.bench.bus.opening import BusAddress, open_bus, receive_buffer, stamps_wall_time
 from slipbench.bench.gateway.gateway import Gateway, PhaseChange
 from slipbench.bench.gateway.stamps import SteadyStamps, as_stamped
-from slipbench.bench.loop.button_wait import attentive
+from slipbench.bench.loop.button_wait import button_wait
 from slipbench.bench.loop.clock import SECOND, SPIN, MonotonicClock
 from slipbench.bench.loop.interrupts import interrupts
 from slipbench.bench.loop.loop import Lateness, Tick, run_periodic
 from slipbench.bench.loop.process_watch import ProcessWatch
-from slipbench.bench.loop.realtime_process import NO_SPIN, die_with, one_processor, undisturbed
+from slipbench.bench.loop.realtime_process import (
+    NO_SPIN,
+    one_processor,
+    realtime_process,
+    signal_on_parent_exit,
+)
 from slipbench.bench.loop.ring import PHASE, Ring, attach_shared
-from slipbench.bench.loop.ticks import noting
+from slipbench.bench.loop.ticks import tick_recorder
 from slipbench.bench.safety.trial import Plan, TrialState
 from slipbench.bench.safety.vehicle_monitor import Wheels
 from slipbench.protocol.codec.messages import Phase
@@ -65,11 +70,11 @@ class LoopReport:
 
 def serve(order: LoopOrder, pipe: Connection) -> None:
     """Open the bus and say so, wait for the word to begin, run, report; the process's main."""
-    die_with(signal.SIGTERM)
+    signal_on_parent_exit(signal.SIGTERM)
     stop = threading.Event()
     with interrupts(stop), ExitStack() as open_things:
         try:
-            bus = open_things.enter_context(open_bus(order.address, hears_itself=True))
+            bus = open_things.enter_context(open_bus(order.address, receive_own_messages=True))
         except InputError as fault:
             with suppress(ConnectionError):  # whoever started this may have been interrupted
                 pipe.send(fault)
@@ -94,11 +99,16 @@ def run_loop(
     gateway = Gateway(order.plan, bus, order.database, frames, order.wheels, stamp)
     period = round(order.plan.trial.command.period * SECOND)
     tick = _watching(order, gateway, frames, _telling(gateway, phases, stop))
-    with undisturbed() as refused:
+    with realtime_process() as refused:
         _forget(bus)
-        wait = attentive(gateway, bus, clock)
+        wait = button_wait(gateway, bus, clock)
         lateness = run_periodic(
-            tick, period, clock, note=noting(frames), wait=wait, refused=lambda: gateway.refused
+            tick,
+            period,
+            clock,
+            observer=tick_recorder(frames),
+            wait=wait,
+            refused=lambda: gateway.refused,
         )
     frames.close()
     notes = (*refused, *([NO_SPIN] if alone else ()), *gateway.refusals)

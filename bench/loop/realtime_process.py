@@ -20,7 +20,7 @@ TIMER_SLACK, DEATH_SIGNAL = 29, 1  # PR_SET_TIMERSLACK, PR_SET_PDEATHSIG of <sys
 
 
 @contextmanager
-def undisturbed(shares_one_processor: bool = False) -> Iterator[list[str]]:
+def realtime_process(shares_one_processor: bool = False) -> Iterator[list[str]]:
     """Keep other programs, paging and the garbage collector out of the block.
 
     Where it `shares_one_processor` with those who have to keep up with it, it does not go before
@@ -64,7 +64,7 @@ def run_before_ordinary_processes() -> None:
             )
 
 
-def die_with(number: int) -> None:
+def signal_on_parent_exit(number: int) -> None:
     """Ask for signal `number` when the process that started this one is gone."""
     try:
         _system("prctl", DEATH_SIGNAL, number)

@@ -25,7 +25,7 @@ from slipbench.bench.loop.ring import (
     REMOTE,
     SENT,
     TICK,
-    UNTOLD,
+    UNKNOWN_CAUSE,
     Ring,
     Slot,
     attach_shared,
@@ -87,7 +87,7 @@ class Recorder:
             _write_all(file, text.encode("ascii"))
         except OSError as fault:
             self.trouble = str(fault)
-            self._ring.fail(fault.errno or UNTOLD)
+            self._ring.fail(fault.errno or UNKNOWN_CAUSE)
 
 
 def _write_all(log: BinaryIO, data: bytes) -> None:
@@ -96,7 +96,7 @@ def _write_all(log: BinaryIO, data: bytes) -> None:
         view = view[log.write(view) :]
 
 
-def what_failed(ring: Ring) -> list[str]:
+def recorder_failure(ring: Ring) -> list[str]:
     """Say what kept the reader of `ring` from writing all of it; nothing where it did."""
     if not ring.failed:
         return []

@@ -18,7 +18,7 @@ WRITTEN, READ, CLOSED, FAILED = range(4)
 
 EXTENDED, FD, SENT, BIT_RATE_SWITCH, ERROR, REMOTE = 1, 2, 4, 8, 16, 32
 TICK, PHASE = 64, 128  # no frame, but what the loop says of itself (bench/loop/ticks.py)
-UNTOLD = 1 << 32  # beyond every errno: a failure of which nobody said why
+UNKNOWN_CAUSE = 1 << 32  # beyond every errno: a failure of which nobody said why
 
 
 class Slot(NamedTuple):
@@ -81,7 +81,7 @@ class Ring:
         """Say that no frame will follow."""
         self._counters[CLOSED] = 1
 
-    def fail(self, why: int = UNTOLD) -> None:
+    def fail(self, why: int = UNKNOWN_CAUSE) -> None:
         """Say that the reader cannot write what it takes out; why: errno. The first word stays."""
         self._counters[FAILED] = self._counters[FAILED] or why
 
@@ -99,7 +99,7 @@ class Ring:
     def why_failed(self) -> str:
         """Say what kept the reader from writing; empty where it did not fail, or did not say."""
         why = self._counters[FAILED]
-        return os.strerror(why) if 0 < why < UNTOLD else ""
+        return os.strerror(why) if 0 < why < UNKNOWN_CAUSE else ""
 
     @property
     def written(self) -> int:

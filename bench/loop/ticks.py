@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from slipbench.bench.loop.clock import SECOND
-from slipbench.bench.loop.loop import Lateness, Note
+from slipbench.bench.loop.loop import Lateness, TickObserver
 from slipbench.bench.loop.ring import TICK, Ring, Slot
 from slipbench.protocol.trial_file import TrialFile
 
@@ -20,7 +20,7 @@ HEADER = "tick,due_ns,lateness_ns,fate\n"
 LARGEST = (1 << 32) - 1  # ns of lateness that a slot holds: over 4 s
 
 
-def noting(ring: Ring) -> Note:
+def tick_recorder(ring: Ring) -> TickObserver:
     """Put each tick into `ring`; a ring without room for it has failed, and the trial trips."""
 
     def note(number: int, due: int, late: int, refused: bool) -> None:

@@ -17,7 +17,7 @@ NEVER = -1
 
 
 @dataclass(frozen=True)
-class Replayed:
+class ReplayResult:
     """What a replay did.
 
     lateness  (n,) int64, ns from when a frame was due to when it was handed to its bus, the last
@@ -43,7 +43,7 @@ class Replayed:
 
 def replay(
     log: FrameLog, outputs: Sequence[can.BusABC], clock: Clock, controls: Controls
-) -> Replayed:
+) -> ReplayResult:
     """Send every frame of `log` on the bus of `outputs` that stands for its bus in the log.
 
     Each frame has an absolute deadline from the log's own times, so that delays do not add up; it
@@ -68,7 +68,7 @@ class _Player:
         self._speed, self._seen = controls.speed, 0  # changes made before the start hold as well
         self._speeds = [(0, self._speed)]
 
-    def play(self) -> Replayed:
+    def play(self) -> ReplayResult:
         """Play until the last pass is over or somebody stops it."""
         while not self._controls.stopped and self._more():
             message = _message(self._log, self._next)
@@ -80,8 +80,8 @@ class _Player:
             self._insist(self._outputs[self._log.bus[self._next]], message)
             self._next += 1
             self._sent += 1
-            self._controls.tell(self._sent, self._next, int(self._times[self._next - 1]))
-        return Replayed(
+            self._controls.report_progress(self._sent, self._next, int(self._times[self._next - 1]))
+        return ReplayResult(
             self._lateness, self._sent, self._refused, self._passes, tuple(self._speeds)
         )
 

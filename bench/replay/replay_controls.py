@@ -34,7 +34,7 @@ class Controls:
         """Stay where the replay is."""
         self._change(PAUSED, 1)
 
-    def go_on(self) -> None:
+    def resume(self) -> None:
         """Go on from there."""
         self._change(PAUSED, 0)
 
@@ -42,7 +42,7 @@ class Controls:
         """Go on with the first frame at `place` or later, ns since the log's first frame."""
         self._change(SEEK, max(place, 0))
 
-    def go_at(self, speed: float) -> None:
+    def set_speed(self, speed: float) -> None:
         """Go on at another speed."""
         self._change(SPEED, max(round(min(speed, FASTEST) * UNIT), 1))
 
@@ -50,7 +50,7 @@ class Controls:
         """End the replay."""
         self._change(STOPPED, 1)
 
-    def tell(self, sent: int, following: int, place: int) -> None:
+    def report_progress(self, sent: int, following: int, place: int) -> None:
         """Tell the frames sent, the row that follows and the place; the replay's to call."""
         self._cells[SENT], self._cells[NEXT], self._cells[PLACE] = sent, following, place
 
@@ -100,7 +100,7 @@ class Controls:
         return self._cells[NEXT]
 
     @property
-    def place(self) -> int:
+    def position(self) -> int:
         """Place of the frame that was sent last, ns since the log's first frame."""
         return self._cells[PLACE]
 

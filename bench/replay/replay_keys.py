@@ -18,11 +18,11 @@ MOST = 1024  # bytes of keys at a look
 def steer(controls: Controls, key: str) -> None:
     """Do what `key` asks for."""
     if key == " ":
-        (controls.go_on if controls.paused else controls.pause)()
+        (controls.resume if controls.paused else controls.pause)()
     elif key in ("\x1b[C", "\x1b[D"):
-        controls.seek(controls.place + (JUMP if key.endswith("C") else -JUMP))
+        controls.seek(controls.position + (JUMP if key.endswith("C") else -JUMP))
     elif key in ("+", "-"):
-        controls.go_at(controls.speed * (2.0 if key == "+" else 0.5))
+        controls.set_speed(controls.speed * (2.0 if key == "+" else 0.5))
     elif key == "q":
         controls.stop()
 

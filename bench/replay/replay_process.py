@@ -16,10 +16,15 @@ import numpy as np
 
 from slipbench.bench.bus.opening import BusAddress, open_bus
 from slipbench.bench.loop.clock import MonotonicClock
-from slipbench.bench.loop.exit_status import ended
+from slipbench.bench.loop.exit_status import exit_reason
 from slipbench.bench.loop.interrupts import ignore_interrupts, start, start_resource_tracker
-from slipbench.bench.loop.realtime_process import NO_SPIN, die_with, one_processor, undisturbed
-from slipbench.bench.replay.replay import Replayed, replay
+from slipbench.bench.loop.realtime_process import (
+    NO_SPIN,
+    one_processor,
+    realtime_process,
+    signal_on_parent_exit,
+)
+from slipbench.bench.replay.replay import ReplayResult, replay
 from slipbench.bench.replay.replay_controls import SIZE, Controls
 from slipbench.bench.replay.replay_selection import (
     channels_by_bus,
@@ -69,7 +74,7 @@ class Ready:
 class Report:
     """What a replay did, in how long (ns), and what the operating system refused it."""
 
-    replayed: Replayed
+    replayed: ReplayResult
     took: int
     refused: tuple[str, ...]
 
@@ -121,7 +126,7 @@ def running_replay(order: ReplayOrder, speed: float, passes: int) -> Iterator[Ru
 
 def _serve(order: ReplayOrder, controls_name: str, pipe: Connection) -> None:
     """Read, open, say so, wait for the word, replay, report; the process's main."""
-    die_with(signal.SIGTERM)
+    signal_on_parent_exit(signal.SIGTERM)
     ignore_interrupts()  # who started this stops it by the controls
     with ExitStack() as stack:
         _, controls = stack.enter_context(_shared_controls(controls_name))
@@ -157,14 +162,16 @@ def _open(
     opened = {}
     for channel in dict.fromkeys(channels.values()):
         address = BusAddress(order.interface, channel, order.bitrate, order.fd)
-        opened[channel] = stack.enter_context(open_bus(address, hears_itself=False, in_order=True))
+        opened[channel] = stack.enter_context(
+            open_bus(address, receive_own_messages=False, in_order=True)
+        )
     return [opened[channels[bus]] for bus in log.buses]
 
 
 def _run(log: FrameLog, outputs: list[can.BusABC], controls: Controls) -> Report:
     alone = one_processor()
     clock = MonotonicClock(0 if alone else SPIN)
-    with undisturbed(shares_one_processor=alone) as refused:
+    with realtime_process(shares_one_processor=alone) as refused:
         began = clock.now_ns()
         try:
             replayed = replay(log, outputs, clock, controls)
@@ -185,7 +192,7 @@ def _received(pipe: Connection, kind: type[Answer], process: BaseProcess) -> Ans
         process.join(ENDING)
         raise InputError(
             "the replay's process died",
-            found=ended(process) or "no report of it",
+            found=exit_reason(process) or "no report of it",
             remedy="is there memory enough for the whole log? see the system's own log",
         ) from cause
     if isinstance(answer, InputError):

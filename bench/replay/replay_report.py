@@ -19,7 +19,9 @@ def position(controls: Controls, span: int) -> str:
     span: ns from the log's first frame to its last.
     """
     paused = ", paused" if controls.paused else ""
-    return f"{controls.place * 1e-9:.1f} s of {span * 1e-9:.1f} s, speed {controls.speed:g}{paused}"
+    return (
+        f"{controls.position * 1e-9:.1f} s of {span * 1e-9:.1f} s, speed {controls.speed:g}{paused}"
+    )
 
 
 def timing(ready: Ready, report: Report) -> dict[str, Any]:
@@ -46,7 +48,7 @@ def timing(ready: Ready, report: Report) -> dict[str, Any]:
     }
 
 
-def told(table: dict[str, Any]) -> str:
+def summary(table: dict[str, Any]) -> str:
     """Say in a few lines what a replay did."""
     lateness = ", ".join(
         f"{name} {value * 1e6:.1f} us" for name, value in table["lateness"].items()

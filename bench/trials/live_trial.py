@@ -16,12 +16,12 @@ from time import monotonic
 from types import FrameType
 
 from slipbench.bench.bus.opening import BusAddress
-from slipbench.bench.loop.exit_status import ended
-from slipbench.bench.loop.interrupts import asking, start
-from slipbench.bench.loop.liveness import Pulse
+from slipbench.bench.loop.exit_status import exit_reason
+from slipbench.bench.loop.interrupts import start, termination_signals
+from slipbench.bench.loop.liveness import Liveness
 from slipbench.bench.loop.loop_process import PHASES, LoopOrder, LoopReport, drain_phases, serve
 from slipbench.bench.loop.process_watch import process_pipe
-from slipbench.bench.loop.recorder import JOIN, start_recorder, what_failed
+from slipbench.bench.loop.recorder import JOIN, recorder_failure, start_recorder
 from slipbench.bench.loop.ring import Ring, create_shared
 from slipbench.bench.loop.ticks import TICKS, read_ticks, tick_table
 from slipbench.bench.safety.trial import TrialState
@@ -65,7 +65,7 @@ class LiveTrial:
         self._frames, self._phases = frames, phases
         self._report: LoopReport | None = None
         self._over = False
-        self._pulse = Pulse(frames, round(STANDING / LOOK))
+        self._pulse = Liveness(frames, round(STANDING / LOOK))
         self._known = TrialState()
         self._notes: list[str] = []
 
@@ -100,7 +100,7 @@ class LiveTrial:
             return Outcome(
                 report.state, report.changes, report.lateness, (*report.notes, *self._notes)
             )
-        died = f"the loop's process died ({ended(self._loop) or 'without a report'})"
+        died = f"the loop's process died ({exit_reason(self._loop) or 'without a report'})"
         lateness = read_ticks(folder / TICKS, table.period)
         return Outcome(self._known, tuple(changes), lateness, (died, *self._notes), died)
 
@@ -109,7 +109,7 @@ class LiveTrial:
         if self._over:
             return False  # what was told with the report has been taken in between
         self._pipe.poll(LOOK)
-        if self._pulse.stands() and not self._pipe.poll():
+        if self._pulse.stopped() and not self._pipe.poll():
             self._notes.append(f"the loop's process stood still for {STANDING:g} s and was ended")
             self._loop.kill()
         if self._pipe.poll():
@@ -136,7 +136,7 @@ def live_trial(
         order = LoopOrder(
             prepared.plan,
             prepared.database,
-            wheels_of(prepared.ride.vehicle),
+            wheels_of(prepared.scenario.vehicle),
             address,
             frames_name,
             phases_name,
@@ -186,7 +186,7 @@ def _opened(
         loop.join(JOIN)
         if asked.is_set():
             raise KeyboardInterrupt from cause
-        raise RuntimeError(f"the loop's process did not start ({ended(loop)})") from cause
+        raise RuntimeError(f"the loop's process did not start ({exit_reason(loop)})") from cause
     if isinstance(answer, InputError):
         raise answer
     if asked.is_set():  # the loop had opened its bus before it heard of it
@@ -211,8 +211,8 @@ def _finish(recorder: BaseProcess, ring: Ring) -> list[str]:
         recorder.join()
         return ["the recorder did not finish and was ended"]
     if recorder.exitcode != 0:
-        return [f"the recorder's process died ({ended(recorder)})"]
-    return what_failed(ring)
+        return [f"the recorder's process died ({exit_reason(recorder)})"]
+    return recorder_failure(ring)
 
 
 @contextmanager
@@ -239,7 +239,7 @@ def _interrupts_passed_on(loop: BaseProcess) -> Iterator[threading.Event]:
         if loop.is_alive():
             loop.terminate()
 
-    before = {number: signal.signal(number, pass_on) for number in asking()}
+    before = {number: signal.signal(number, pass_on) for number in termination_signals()}
     try:
         yield asked
     finally:

@@ -7,7 +7,7 @@ from slipbench.bench.loop.loop import LAST_TICK, MOST_TICKS
 from slipbench.bench.safety.trial import Plan, plan_of
 from slipbench.bench.trials.excitation import plan_excitation
 from slipbench.bench.trials.wire_limits import check_wire
-from slipbench.bench.vehicle.virtual_motorcycle import Ride, read_vehicle
+from slipbench.bench.vehicle.virtual_motorcycle import Scenario, read_vehicle
 from slipbench.protocol.codec.codec import Codec
 from slipbench.protocol.configuration import read_toml
 from slipbench.protocol.controller_file import Bounds, ControllerFile
@@ -24,7 +24,7 @@ class Prepared:
     """A trial that can be run, and where its files came from."""
 
     plan: Plan
-    ride: Ride
+    scenario: Scenario
     database: Database
     trial_path: Path
     vehicle_path: Path
@@ -52,7 +52,7 @@ def prepare(trial_path: Path, database_path: Path) -> Prepared:
     check_wire(trial, excitation, database, str(trial_path))
     return Prepared(
         plan_of(trial, excitation, controller),
-        Ride(read_vehicle(vehicle_path), trial),
+        Scenario(read_vehicle(vehicle_path), trial),
         database,
         trial_path,
         vehicle_path,

@@ -15,7 +15,7 @@ from slipbench.bench.trials.preparation import Prepared, check_swing
 from slipbench.bench.trials.simulated_trial import BITRATE, BUS, START, run_simulated
 from slipbench.bench.trials.vehicle_roles import roles_text
 from slipbench.bench.vehicle.live_vehicle import VehicleProcess
-from slipbench.bench.vehicle.virtual_motorcycle import opening, wheels_of
+from slipbench.bench.vehicle.virtual_motorcycle import equilibrium_throttle, wheels_of
 from slipbench.protocol.codec.messages import Phase
 from slipbench.protocol.errors import InputError
 from slipbench.protocol.recording.database_copy import copy_database
@@ -38,7 +38,7 @@ def run_trial(
     vehicle, or the bus cannot be opened.
     """
     if address is None:
-        check_swing(prepared, opening(prepared.ride))
+        check_swing(prepared, equilibrium_throttle(prepared.scenario))
         description = _begin(prepared, folder, address)
         outcome = run_simulated(prepared, folder, progress)
     else:
@@ -86,7 +86,7 @@ def _keep_inputs(prepared: Prepared, folder: Path) -> None:
     if prepared.controller_path:
         shutil.copyfile(prepared.controller_path, folder / "controller.toml")
     (folder / "roles.toml").write_text(
-        roles_text(dbc.MOTORBIKE_ROLES, wheels_of(prepared.ride.vehicle))
+        roles_text(dbc.MOTORBIKE_ROLES, wheels_of(prepared.scenario.vehicle))
     )
 
 
@@ -100,7 +100,7 @@ def _description(
     run: dict[str, Any] = {
         "kind": "trial",
         "name": prepared.trial.name,
-        "vehicle": prepared.ride.vehicle.name,
+        "vehicle": prepared.scenario.vehicle.name,
         "started": datetime.now(UTC).isoformat(timespec="seconds"),
         "database_sha256": prepared.database.sha256,
     }

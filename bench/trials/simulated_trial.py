@@ -13,9 +13,9 @@ from slipbench.bench.gateway.fail_safe import described
 from slipbench.bench.gateway.gateway import Gateway
 from slipbench.bench.loop.clock import MILLISECOND, SECOND, SimulatedClock
 from slipbench.bench.loop.loop import run_periodic
-from slipbench.bench.loop.recorder import Recorder, open_log, what_failed
+from slipbench.bench.loop.recorder import Recorder, open_log, recorder_failure
 from slipbench.bench.loop.ring import Ring
-from slipbench.bench.loop.ticks import TICKS, noting, read_ticks, tick_table
+from slipbench.bench.loop.ticks import TICKS, read_ticks, tick_recorder, tick_table
 from slipbench.bench.trials.outcome import Outcome
 from slipbench.bench.trials.preparation import Prepared
 from slipbench.bench.vehicle.virtual_motorcycle import VirtualMotorcycle, wheels_of
@@ -40,30 +40,34 @@ def run_simulated(
     """
     wire = SimulatedBus(BITRATE, faults=faults, start_ns=START)
     with (
-        wire.node("gateway", hears_itself=True) as ours,
+        wire.node("gateway", receive_own_messages=True) as ours,
         wire.node("motorcycle") as theirs,
         open_log(folder / FRAMES) as log,
         open_log(folder / TICKS) as ticks,
     ):
-        motorcycle = VirtualMotorcycle(prepared.ride, theirs, Codec(prepared.database))
+        motorcycle = VirtualMotorcycle(prepared.scenario, theirs, Codec(prepared.database))
         ring = Ring.local()
         recorder = Recorder(ring, log, BUS, ticks, tick_table(prepared.trial))
         gateway = Gateway(
-            prepared.plan, ours, prepared.database, ring, wheels_of(prepared.ride.vehicle)
+            prepared.plan, ours, prepared.database, ring, wheels_of(prepared.scenario.vehicle)
         )
         world = _World(wire, motorcycle, recorder, progress)
         clock = SimulatedClock(START, world.live_until)
         period = round(prepared.trial.command.period * SECOND)
         try:
             lateness = run_periodic(
-                gateway.tick, period, clock, note=noting(ring), refused=lambda: gateway.refused
+                gateway.tick,
+                period,
+                clock,
+                observer=tick_recorder(ring),
+                refused=lambda: gateway.refused,
             )
         except Exception as fault:  # outside the gateway's tick: release, then tell the outcome
             gateway.fail(fault, clock.now_ns(), "between two ticks")
             gateway.tick(0, clock.now_ns())
             lateness = read_ticks(folder / TICKS, period)
         recorder.drain()
-    notes = (*gateway.refusals, *world.notes, *what_failed(ring))
+    notes = (*gateway.refusals, *world.notes, *recorder_failure(ring))
     return Outcome(gateway.state, tuple(gateway.changes), lateness, notes)
 
 

@@ -7,7 +7,7 @@ import numpy as np
 
 
 @dataclass(frozen=True)
-class Roughness:
+class DisturbanceLevels:
     """How rough the ride is; zero everywhere is a test stand.
 
     wind         N, standard deviation of the force along the road
@@ -22,18 +22,18 @@ class Roughness:
     combustion: float = 0.8
 
 
-ON_THE_ROAD = Roughness()
-TEST_STAND = Roughness(wind=0.0, combustion=0.0)
+ON_THE_ROAD = DisturbanceLevels()
+TEST_STAND = DisturbanceLevels(wind=0.0, combustion=0.0)
 
 
 class Disturbances:
-    """Draws the disturbances of a ride, millisecond by millisecond, from a seed."""
+    """Draws the disturbances of a scenario, millisecond by millisecond, from a seed."""
 
-    def __init__(self, roughness: Roughness, seed: int) -> None:
+    def __init__(self, disturbances: DisturbanceLevels, seed: int) -> None:
         """Start in a random gust."""
-        self._roughness = roughness
+        self._roughness = disturbances
         self._random = np.random.default_rng(seed)
-        self._wind = float(self._random.normal(0.0, roughness.wind))
+        self._wind = float(self._random.normal(0.0, disturbances.wind))
 
     def draw(self, step: float) -> tuple[float, float]:
         """Give road force (N) and engine torque (N m) for the next `step` (s)."""

@@ -12,14 +12,14 @@ from multiprocessing.process import BaseProcess
 from types import MappingProxyType
 from typing import Any
 
-from slipbench.bench.bus.opening import BusAddress, open_bus, told_when_gone
+from slipbench.bench.bus.opening import BusAddress, bus_failure_as_input_error, open_bus
 from slipbench.bench.loop.clock import MILLISECOND, MonotonicClock
-from slipbench.bench.loop.exit_status import ended
+from slipbench.bench.loop.exit_status import exit_reason
 from slipbench.bench.loop.interrupts import ignore_interrupts, interrupts, start
 from slipbench.bench.loop.loop import run_ticks
 from slipbench.bench.loop.process_watch import process_pipe
-from slipbench.bench.loop.realtime_process import die_with, undisturbed
-from slipbench.bench.vehicle.virtual_motorcycle import Ride, VirtualMotorcycle
+from slipbench.bench.loop.realtime_process import realtime_process, signal_on_parent_exit
+from slipbench.bench.vehicle.virtual_motorcycle import Scenario, VirtualMotorcycle
 from slipbench.protocol.codec.codec import Codec
 from slipbench.protocol.database.layout import Database
 from slipbench.protocol.errors import InputError
@@ -36,22 +36,22 @@ def _view(of: dict[str, Any]) -> MappingProxyType[str, Any]:
 copyreg.pickle(MappingProxyType, lambda view: (_view, (dict(view),)))
 
 
-def ride_until(
+def simulate_until(
     over: Callable[[], bool],
-    ride: Ride,
+    scenario: Scenario,
     database: Database,
     address: BusAddress,
     calm: Callable[[], AbstractContextManager[object]] = nullcontext,
     ready: Callable[[], None] = lambda: None,
 ) -> VirtualMotorcycle:
-    """Ride on the bus until `over` says so, in `calm`; returns the motorcycle as it then is.
+    """Scenario on the bus until `over` says so, in `calm`; returns the motorcycle as it then is.
 
-    `ready` is called once the bus is open and the motorcycle about to ride.
+    `ready` is called once the bus is open and the motorcycle about to scenario.
 
     Raises InputError where the bus cannot be opened, or is gone meanwhile.
     """
-    with open_bus(address, hears_itself=False) as bus, told_when_gone(address):
-        motorcycle = VirtualMotorcycle(ride, bus, Codec(database))
+    with open_bus(address, receive_own_messages=False) as bus, bus_failure_as_input_error(address):
+        motorcycle = VirtualMotorcycle(scenario, bus, Codec(database))
 
         def tick(number: int, due: int) -> bool:
             return motorcycle.tick(number, due) and not over()
@@ -71,15 +71,17 @@ class VehicleProcess:
 
     def why_ended(self) -> str:
         """How the process died, in words; empty where it lives or ended as it was asked to."""
-        return ended(self.process)
+        return exit_reason(self.process)
 
 
 @contextmanager
-def riding_beside(ride: Ride, database: Database, address: BusAddress) -> Iterator[VehicleProcess]:
-    """Ride in a process of its own for as long as the block lasts, on a bus that it shares."""
+def vehicle_process(
+    scenario: Scenario, database: Database, address: BusAddress
+) -> Iterator[VehicleProcess]:
+    """Scenario in a process of its own for as long as the block lasts, on a bus that it shares."""
     watching, watched = process_pipe()
     process = multiprocessing.get_context("spawn").Process(
-        target=_ride_on, args=(ride, database, address, watched), name="slipbench vehicle"
+        target=_ride_on, args=(scenario, database, address, watched), name="slipbench vehicle"
     )
     try:
         start(process)
@@ -95,13 +97,15 @@ def riding_beside(ride: Ride, database: Database, address: BusAddress) -> Iterat
             process.join()
 
 
-def _ride_on(ride: Ride, database: Database, address: BusAddress, _pipe: Connection) -> None:
-    """Ride until asked to end; what the terminal says is the trial's, which hands back to it."""
-    die_with(signal.SIGTERM)
+def _ride_on(
+    scenario: Scenario, database: Database, address: BusAddress, _pipe: Connection
+) -> None:
+    """Scenario until asked to end; what the terminal says is the trial's, which hands back to it."""
+    signal_on_parent_exit(signal.SIGTERM)
     over = threading.Event()
     with interrupts(over):
         ignore_interrupts()
         try:
-            ride_until(over.is_set, ride, database, address, undisturbed)
+            simulate_until(over.is_set, scenario, database, address, realtime_process)
         except InputError as fault:
             raise SystemExit(f"slipbench vehicle: {fault}") from fault

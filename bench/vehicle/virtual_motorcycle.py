@@ -11,11 +11,11 @@ from pathlib import Path
 import can
 import numpy as np
 
-from slipbench.bench.bus.opening import interface_gone
+from slipbench.bench.bus.opening import interface_down
 from slipbench.bench.loop.clock import SECOND
 from slipbench.bench.safety.vehicle_monitor import Wheels
 from slipbench.bench.vehicle.devices import DeviceClock, Grant
-from slipbench.bench.vehicle.disturbances import ON_THE_ROAD, Disturbances, Roughness
+from slipbench.bench.vehicle.disturbances import ON_THE_ROAD, DisturbanceLevels, Disturbances
 from slipbench.bench.vehicle.instruments import Instruments, Motion, Timing
 from slipbench.bench.vehicle.rider import Rider
 from slipbench.bench.vehicle.road import Road
@@ -60,18 +60,18 @@ def wheels_of(vehicle: Vehicle) -> Wheels:
     return Wheels(rear, front, int(motorcycle.rear_encoder.teeth))
 
 
-def opening(ride: "Ride") -> float:
+def equilibrium_throttle(scenario: "Scenario") -> float:
     """Tell which throttle opening (0..1) holds the trial's operating point."""
-    return ride.equilibrium(Simulation(ride.vehicle.motorcycle))[1]
+    return scenario.equilibrium(Simulation(scenario.vehicle.motorcycle))[1]
 
 
 @dataclass(frozen=True)
-class Ride:
+class Scenario:
     """What the virtual motorcycle is to do: a vehicle, a trial's operating point, a seed."""
 
     vehicle: Vehicle
     trial: TrialFile
-    roughness: Roughness = ON_THE_ROAD
+    disturbances: DisturbanceLevels = ON_THE_ROAD
 
     def equilibrium(self, simulation: Simulation) -> tuple[Floats, float]:
         """Find the steady state of the operating point, and the opening that holds it."""
@@ -109,19 +109,19 @@ class Sensor:
 class VirtualMotorcycle:
     """Lives a millisecond at a time and speaks for all devices on the bus."""
 
-    def __init__(self, ride: Ride, bus: can.BusABC, codec: Codec) -> None:
-        """Ride at the trial's operating point, the rider's hand on the grip."""
-        trial, motorcycle = ride.trial, ride.vehicle.motorcycle
+    def __init__(self, scenario: Scenario, bus: can.BusABC, codec: Codec) -> None:
+        """Scenario at the trial's operating point, the rider's hand on the grip."""
+        trial, motorcycle = scenario.trial, scenario.vehicle.motorcycle
         self._silence = trial.command.silence
         self._gear = trial.operating_point.gear
         self._bus, self._codec, self._sender = bus, codec, Sender(codec)
         self._simulation = Simulation(motorcycle)
-        self._state, grip = ride.equilibrium(self._simulation)
+        self._state, grip = scenario.equilibrium(self._simulation)
         self._rider = Rider(trial.rider, grip)
-        _check_channels(ride.vehicle)
-        self._instruments = Instruments(_timings(ride.vehicle), codec, self._rider, trial.seed)
+        _check_channels(scenario.vehicle)
+        self._instruments = Instruments(_timings(scenario.vehicle), codec, self._rider, trial.seed)
         self._sensors = {channel: Sensor(motorcycle, channel, "signal") for channel in LIVED}
-        self._disturbances = Disturbances(ride.roughness, trial.seed)
+        self._disturbances = Disturbances(scenario.disturbances, trial.seed)
         self._inputs = Inputs.held(1, gear=float(self._gear), throttle_command=grip)
         self._grant = Grant()
         self._counter: int | None = None  # of the last command
@@ -135,7 +135,7 @@ class VirtualMotorcycle:
         self._start: int | None = None
         self._lived = 0
         self._throttle_rate = 0.0
-        self.taken_back: list[float] = []  # s, when silence ended the bench's authority
+        self.watchdog_timeouts: list[float] = []  # s, when silence ended the bench's authority
 
     def tick(self, number: int, due: int) -> bool:
         """Live up to and including millisecond `number`, due at `due` ns; go on for ever."""
@@ -156,7 +156,7 @@ class VirtualMotorcycle:
         self._listen(now)
         grant = self._grant.at(now, self._silence)
         if grant.latched and not self._grant.latched:
-            self.taken_back.append(now)
+            self.watchdog_timeouts.append(now)
         self._grant = grant
         for name, message in self._instruments.speak(self._lived - 1, now, motion, grant):
             self._send(*self._sender.encode(message, name=name))
@@ -226,7 +226,7 @@ class VirtualMotorcycle:
         try:
             self._bus.send(frame)
         except can.CanOperationError as refusal:
-            if interface_gone(refusal):
+            if interface_down(refusal):
                 raise
             return  # a full queue loses the frame, as on a real device; its counter tells
 

@@ -3,7 +3,7 @@
 import time
 
 from slipbench.bench.loop.ring import SENT, create_shared
-from slipbench.bench.loop.ticks import noting
+from slipbench.bench.loop.ticks import tick_recorder
 
 CALLS, ROUNDS = 1000, 50
 
@@ -11,7 +11,7 @@ CALLS, ROUNDS = 1000, 50
 def measure() -> dict[str, float]:
     """Cost of a frame and of a tick, us of processor time: the median of many rounds."""
     memory, ring = create_shared(1 << 12)
-    note, data = noting(ring), bytes(8)
+    note, data = tick_recorder(ring), bytes(8)
     frames, ticks = [], []
     for _ in range(ROUNDS):
         start = time.process_time_ns()

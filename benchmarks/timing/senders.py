@@ -24,9 +24,9 @@ def slipbench(port: int, seconds: float) -> None:
     """
     from slipbench.bench.loop.clock import MILLISECOND, MonotonicClock
     from slipbench.bench.loop.loop import run_periodic
-    from slipbench.bench.loop.realtime_process import undisturbed
+    from slipbench.bench.loop.realtime_process import realtime_process
     from slipbench.bench.loop.ring import create_shared
-    from slipbench.bench.loop.ticks import noting
+    from slipbench.bench.loop.ticks import tick_recorder
 
     link, most = to(port), round(seconds / PERIOD)
     memory, ring = create_shared(1 << 18)
@@ -35,8 +35,8 @@ def slipbench(port: int, seconds: float) -> None:
         link.send(number.to_bytes(8, "little"))
         return number < most - 1
 
-    with undisturbed() as refused:
-        done = run_periodic(tick, MILLISECOND, MonotonicClock(), most, noting(ring))
+    with realtime_process() as refused:
+        done = run_periodic(tick, MILLISECOND, MonotonicClock(), most, tick_recorder(ring))
     ring.release()
     memory.close()
     memory.unlink()

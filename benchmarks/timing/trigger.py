@@ -16,13 +16,13 @@ import numpy as np
 from slipbench import dbc
 from slipbench.bench.bus.opening import BusAddress, open_bus
 from slipbench.bench.gateway.gateway import Gateway
-from slipbench.bench.loop.button_wait import attentive
+from slipbench.bench.loop.button_wait import button_wait
 from slipbench.bench.loop.clock import MILLISECOND, MonotonicClock
 from slipbench.bench.loop.loop import Wait, run_periodic
-from slipbench.bench.loop.realtime_process import undisturbed
+from slipbench.bench.loop.realtime_process import realtime_process
 from slipbench.bench.loop.ring import Ring, Slot
 from slipbench.bench.trials.preparation import Prepared, prepare
-from slipbench.bench.vehicle.live_vehicle import riding_beside
+from slipbench.bench.vehicle.live_vehicle import vehicle_process
 from slipbench.bench.vehicle.virtual_motorcycle import wheels_of
 from slipbench.protocol.codec.codec import Codec
 from slipbench.protocol.codec.messages import ActuatorCommand, Authority, Phase, RiderControls
@@ -42,7 +42,7 @@ def measure(times: int = TIMES) -> list[Row]:
     address = BusAddress("slipbench", f"trigger-{os.getpid()}")
     spawning = multiprocessing.get_context("spawn")
     ours, theirs = spawning.Pipe()
-    with riding_beside(prepared.ride, prepared.database, address):
+    with vehicle_process(prepared.scenario, prepared.database, address):
         process = spawning.Process(target=_trigger, args=(prepared, address, times, theirs))
         process.start()
         theirs.close()  # so that a process that dies is an end, and no wait
@@ -64,14 +64,14 @@ def quick(prepared: Prepared) -> Prepared:
             "rider": prepared.trial.rider.model_copy(update={"presses_button_after": 0.0503}),
         }
     )
-    ride = replace(prepared.ride, trial=trial)
-    return replace(prepared, plan=replace(prepared.plan, trial=trial), ride=ride)
+    scenario = replace(prepared.scenario, trial=trial)
+    return replace(prepared, plan=replace(prepared.plan, trial=trial), scenario=scenario)
 
 
 def _trigger(prepared: Prepared, address: BusAddress, times: int, pipe: Connection) -> None:
-    wheels, clock = wheels_of(prepared.ride.vehicle), MonotonicClock()
+    wheels, clock = wheels_of(prepared.scenario.vehicle), MonotonicClock()
     found: tuple[list[int], list[int]] = [], []
-    with open_bus(address, hears_itself=True) as bus, undisturbed():
+    with open_bus(address, receive_own_messages=True) as bus, realtime_process():
         if bus.recv(ON_ITS_WAY) is None:
             raise RuntimeError(f"no motorcycle on the bus within {ON_ITS_WAY:g} s")
         for turn in range(2 * times):
@@ -80,7 +80,7 @@ def _trigger(prepared: Prepared, address: BusAddress, times: int, pipe: Connecti
                 pass
             ring = Ring.local()
             gateway = Gateway(prepared.plan, bus, prepared.database, ring, wheels)
-            wait = None if turn % 2 else attentive(gateway, bus, clock)
+            wait = None if turn % 2 else button_wait(gateway, bus, clock)
             slots = _one(gateway, ring, clock, wait)
             if (taken := delay(slots, Codec(prepared.database))) is not None:
                 found[turn % 2].append(taken)

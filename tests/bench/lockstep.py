@@ -5,7 +5,7 @@ import can
 from slipbench import dbc
 from slipbench.bench.bus.simulated_bus import SimulatedBus
 from slipbench.bench.loop.clock import MILLISECOND, SECOND
-from slipbench.bench.vehicle.virtual_motorcycle import Ride, VirtualMotorcycle
+from slipbench.bench.vehicle.virtual_motorcycle import Scenario, VirtualMotorcycle
 from slipbench.protocol.codec.codec import Codec
 from slipbench.protocol.database.database import load_database
 
@@ -13,11 +13,11 @@ from slipbench.protocol.database.database import load_database
 class LockStep:
     """The test sends what it likes, a millisecond passes, and the test reads what was said."""
 
-    def __init__(self, ride: Ride) -> None:
+    def __init__(self, scenario: Scenario) -> None:
         self.codec = Codec(load_database(dbc.MOTORBIKE))
         self._wire = SimulatedBus(1_000_000)
         self._ours, self._theirs = self._wire.node("test"), self._wire.node("motorcycle")
-        self.motorcycle = VirtualMotorcycle(ride, self._theirs, self.codec)
+        self.motorcycle = VirtualMotorcycle(scenario, self._theirs, self.codec)
         self._number = 0
 
     def __enter__(self) -> "LockStep":

@@ -1,5 +1,11 @@
 """The bench's commands as a user meets them."""
 
+import os
+import signal
+import subprocess
+import sys
+
+import can
 import pytest
 
 from slipbench import command
@@ -100,6 +106,31 @@ def test_a_number_that_no_replay_can_have_ends_with_2_and_the_range(
     assert (status, out) == (2, "")
     assert option.split("=")[0] in err
     assert "Traceback" not in err
+
+
+def test_the_vehicle_reports_that_it_is_ready_and_then_sends(short, tmp_path):
+    """Its first line states vehicle and bus, and is printed once the bus is open."""
+    channel = f"ready-{os.getpid()}"
+    options = ("--interface", "slipbench", "--channel", channel, "--duration", "60")
+    process = subprocess.Popen(
+        [sys.executable, "-m", "slipbench", "vehicle", short(), *options],
+        stdout=subprocess.PIPE,
+        text=True,
+        env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
+    )
+    with process:
+        try:
+            line = process.stdout.readline()
+            with can.Bus(interface="slipbench", channel=channel) as listener:
+                assert listener.recv(60.0) is not None
+        finally:
+            process.send_signal(signal.SIGINT)
+        rest, _ = process.communicate(timeout=60.0)
+    assert line == (
+        f"simulating demonstration on slipbench, channel {channel}, at 1000000 bit/s; "
+        "Ctrl-C ends the simulation\n"
+    )
+    assert (process.returncode, rest) == (0, "")
 
 
 def test_a_missing_trial_or_vehicle_file_is_named(monkeypatch, capsys, short):

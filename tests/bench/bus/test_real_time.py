@@ -146,11 +146,11 @@ def contended(listener: SlipbenchBus, patient: SlipbenchBus, urgent: SlipbenchBu
 
 def test_the_bench_s_own_nodes_keep_little_that_is_stale(channel: str) -> None:
     """What a lone vehicle did not get rid of must not look like a second one to who comes later."""
-    with open_bus(BusAddress("slipbench", channel), hears_itself=False) as alone:
+    with open_bus(BusAddress("slipbench", channel), receive_own_messages=False) as alone:
         assert isinstance(alone, SlipbenchBus)
         with pytest.raises(can.CanOperationError, match="Transmit buffer full"):
             overfill(alone)
-        with open_bus(BusAddress("slipbench", channel), hears_itself=False) as late:
+        with open_bus(BusAddress("slipbench", channel), receive_own_messages=False) as late:
             assert len(receive(late, QUEUE_LENGTH)) == QUEUE_LENGTH
             assert late.recv(0.1) is None
 

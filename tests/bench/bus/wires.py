@@ -20,7 +20,7 @@ _names = itertools.count()
 
 @dataclass(frozen=True)
 class Wire:
-    """`node(hears_itself)` attaches a node; `settle()` lets frames that were sent arrive."""
+    """`node(receive_own_messages)` attaches a node; `settle()` lets frames that were sent arrive."""
 
     node: Callable[[bool], can.BusABC]
     settle: Callable[[], None]
@@ -53,8 +53,8 @@ def simulated() -> Iterator[Wire]:
     names = (f"node {number}" for number in itertools.count())
     nodes: list[can.BusABC] = []
 
-    def node(hears_itself: bool = False) -> can.BusABC:
-        nodes.append(bus.node(next(names), hears_itself))
+    def node(receive_own_messages: bool = False) -> can.BusABC:
+        nodes.append(bus.node(next(names), receive_own_messages))
         return nodes[-1]
 
     yield Wire(node, lambda: bus.advance_to(bus.now_ns + 10_000_000_000))
@@ -73,8 +73,10 @@ def slipbench() -> Iterator[Wire]:
 def _nodes(**bus: Any) -> Iterator[Callable[[bool], can.BusABC]]:
     with contextlib.ExitStack() as open_nodes:
 
-        def node(hears_itself: bool = False) -> can.BusABC:
-            return open_nodes.enter_context(can.Bus(receive_own_messages=hears_itself, **bus))
+        def node(receive_own_messages: bool = False) -> can.BusABC:
+            return open_nodes.enter_context(
+                can.Bus(receive_own_messages=receive_own_messages, **bus)
+            )
 
         yield node
 

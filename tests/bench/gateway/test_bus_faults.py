@@ -52,8 +52,8 @@ def test_a_gateway_that_is_driven_off_the_bus_trips_for_that_and_the_rider_has_t
     assert outcome.state.trip.reason == TripReason.BUS_OFF
     tripped = next(c.time_ns for c in outcome.changes if c.phase == Phase.TRIPPED) * 1e-9 - START
     assert tripped - BREAKS < 0.010  # 32 attempts on the wire, and a tick
-    assert len(motorcycles[0].taken_back) == 1  # it heard no release: its own silence did it
-    assert motorcycles[0].taken_back[0] < BREAKS + SILENCE + 0.003
+    assert len(motorcycles[0].watchdog_timeouts) == 1  # it heard no release: its own silence did it
+    assert motorcycles[0].watchdog_timeouts[0] < BREAKS + SILENCE + 0.003
 
 
 def test_error_frames_are_in_the_record_as_such_and_as_nothing_else(tmp_path):

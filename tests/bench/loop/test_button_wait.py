@@ -6,7 +6,7 @@ import can
 import pytest
 
 from slipbench.bench.gateway.gateway import MOST_FRAMES
-from slipbench.bench.loop.button_wait import attentive
+from slipbench.bench.loop.button_wait import button_wait
 from slipbench.bench.loop.clock import SPIN
 from slipbench.protocol.codec.messages import Phase
 from tests.bench.safety.world import World
@@ -139,18 +139,18 @@ def busy():
 
 def test_the_wait_ends_with_the_press(busy):
     clock, gateway = Stepping(), Armed(heard=3)
-    assert attentive(gateway, busy, clock)(MILLISECOND)
+    assert button_wait(gateway, busy, clock)(MILLISECOND)
     assert clock.now < MILLISECOND
     assert all(due <= MILLISECOND for due in gateway.asked)
 
 
 def test_without_a_press_the_wait_ends_at_the_deadline_and_leaves_its_last_part_in_peace(busy):
     clock, gateway = Stepping(), Armed(heard=1000)
-    assert not attentive(gateway, busy, clock)(MILLISECOND)
+    assert not button_wait(gateway, busy, clock)(MILLISECOND)
     assert clock.now >= MILLISECOND
     assert max(gateway.asked) <= MILLISECOND - SPIN + 50_000
 
 
 def test_an_interface_without_anything_to_wait_on_is_met_at_the_ticks():
     with can.Bus(interface="virtual", channel="nothing to wait on") as bus:
-        assert attentive(Armed(1), bus, Stepping()) is None
+        assert button_wait(Armed(1), bus, Stepping()) is None

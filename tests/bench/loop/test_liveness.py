@@ -3,7 +3,7 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from slipbench.bench.loop.liveness import Pulse
+from slipbench.bench.loop.liveness import Liveness
 from slipbench.bench.loop.ring import TICK, Ring
 
 
@@ -12,18 +12,18 @@ def test_it_stands_after_as_many_looks_without_a_tick_and_not_before(
     ticks: list[bool], patience: int
 ) -> None:
     ring = Ring.local(1 << 8)
-    pulse, idle = Pulse(ring, patience), 0
+    pulse, idle = Liveness(ring, patience), 0
     for ticked in ticks:
         if ticked:
             assert ring.append(0, 0, TICK, b"")
         idle = 0 if ticked else idle + 1
-        assert pulse.stands() == (idle > patience)
+        assert pulse.stopped() == (idle > patience)
 
 
 def test_a_tick_counts_whoever_has_taken_it_out_meanwhile() -> None:
     ring = Ring.local(4)
-    pulse = Pulse(ring, 0)
+    pulse = Liveness(ring, 0)
     for _ in range(10):
         assert ring.append(0, 0, TICK, b"")
         list(ring.drain())
-        assert not pulse.stands()
+        assert not pulse.stopped()

@@ -8,7 +8,7 @@ from slipbench.bench.gateway.gateway import PhaseChange
 from slipbench.bench.loop.clock import MILLISECOND, SimulatedClock
 from slipbench.bench.loop.loop import Lateness, run_periodic
 from slipbench.bench.loop.ring import Ring
-from slipbench.bench.loop.ticks import HEADER, TickTable, noting, read_ticks
+from slipbench.bench.loop.ticks import HEADER, TickTable, read_ticks, tick_recorder
 from slipbench.bench.safety.trial import TrialState
 from slipbench.bench.trials.outcome import Outcome, invalid
 from slipbench.protocol.codec.messages import Phase
@@ -104,7 +104,7 @@ def test_the_table_of_ticks_holds_every_tick_once_with_its_fate(tmp_path_factory
         return True
 
     lateness = run_periodic(
-        tick, MILLISECOND, slow, 200, noting(ring), refused=lambda: told[-1] in refuses
+        tick, MILLISECOND, slow, 200, tick_recorder(ring), refused=lambda: told[-1] in refuses
     )
     assert lateness.refused.tolist() == [number in refuses for number in told]
     table = TickTable(MILLISECOND, late)
@@ -129,7 +129,7 @@ def test_the_table_of_ticks_holds_every_tick_once_with_its_fate(tmp_path_factory
 
 def test_a_ring_without_room_for_a_tick_has_failed():
     ring = Ring.local(2)
-    note = noting(ring)
+    note = tick_recorder(ring)
     for number in range(3):
         assert not ring.failed
         note(number, number * MILLISECOND, 0, False)
@@ -152,16 +152,17 @@ def judged(tick, lateness, timing, refused=()):
 SOME = st.sets(st.integers(0, 1199))
 
 
-@given(SOME, SOME, SOME, st.floats(0, 1))
+@given(SOME, SOME, SOME, st.integers(0, 1000))
 def test_a_trial_is_invalid_when_over_its_budget_while_it_holds_authority(
     late, skipped, refused, budget
 ):
     ran = sorted(set(range(1200)) - skipped)
     lateness = [600_000 * (n in late) for n in ran]
-    why = judged(ran or [0], lateness or [0], Timing(budget=budget), refused)
+    timing = Timing(budget=f"{budget / 100} %")
+    why = judged(ran or [0], lateness or [0], timing, refused)
     held = range(100, 1100)
     bad = len((late | skipped | refused).intersection(held))
-    assert bool(why) == (bad > budget * 1000)
+    assert bool(why) == (bad > timing.budget * 1000)
 
 
 @given(st.integers(1, MILLISECOND - 1), st.integers(0, 8))
@@ -178,5 +179,5 @@ def test_ticks_that_began_anew_are_judged_from_there(early, late_ticks):
         lambda _number, due: dues.append(due) or len(dues) <= 300, MILLISECOND, clock, wait=wait
     )
     changes = (PhaseChange(Phase.EXCITING, dues[100]), PhaseChange(Phase.DONE, dues[300]))
-    why = invalid(Outcome(TrialState(Phase.DONE), changes, lateness), Timing(budget=0.0))
+    why = invalid(Outcome(TrialState(Phase.DONE), changes, lateness), Timing(budget="0 %"))
     assert why.startswith(f"{late_ticks} ticks of 200 ") if late_ticks else why == ""

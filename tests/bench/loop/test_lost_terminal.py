@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from slipbench.bench.loop.interrupts import asking
+from slipbench.bench.loop.interrupts import termination_signals
 from slipbench.protocol.recording.run_folder import read
 from tests.paths import TRIALS
 
@@ -65,7 +65,7 @@ def test_a_trial_whose_terminal_goes_ends_by_a_release_and_describes_itself(tmp_
 def test_under_nohup_a_lost_terminal_asks_for_nothing(ignored: bool) -> None:
     before = signal.signal(signal.SIGHUP, signal.SIG_IGN if ignored else signal.SIG_DFL)
     try:
-        assert (signal.SIGHUP in asking()) == (not ignored)
-        assert {signal.SIGINT, signal.SIGTERM} <= set(asking())
+        assert (signal.SIGHUP in termination_signals()) == (not ignored)
+        assert {signal.SIGINT, signal.SIGTERM} <= set(termination_signals())
     finally:
         signal.signal(signal.SIGHUP, before)

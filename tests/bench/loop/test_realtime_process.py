@@ -11,8 +11,8 @@ from slipbench.bench.loop.realtime_process import (
     RECORDER_PRIORITY,
     THREADS,
     one_processor,
+    realtime_process,
     run_before_ordinary_processes,
-    undisturbed,
 )
 
 needs_linux = pytest.mark.skipif(
@@ -23,7 +23,7 @@ needs_linux = pytest.mark.skipif(
 def _on_one_processor() -> tuple[bool, int, list[str]]:
     os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})
     alone = one_processor()
-    with undisturbed(shares_one_processor=alone) as refused:
+    with realtime_process(shares_one_processor=alone) as refused:
         return alone, os.sched_getscheduler(0), list(refused)
 
 
@@ -46,14 +46,14 @@ def test_whatever_the_system_refuses_is_told_by_its_name_and_reason(
     claims = [(what, lambda: lambda: None) for what, _ in _CLAIMS]
     claims[number] = (claims[number][0], refuse)
     monkeypatch.setattr("slipbench.bench.loop.realtime_process._CLAIMS", tuple(claims))
-    with undisturbed() as refused:
+    with realtime_process() as refused:
         assert refused == [f"{claims[number][0]} was refused: {os.strerror(errno.EPERM)}"]
 
 
 @needs_linux
 def test_what_was_claimed_is_given_back() -> None:
     before = os.sched_getscheduler(0)
-    with undisturbed() as refused:
+    with realtime_process() as refused:
         said = any("SCHED_FIFO" in words for words in refused)
         assert (os.sched_getscheduler(0) == os.SCHED_FIFO) != said
     assert os.sched_getscheduler(0) == before
@@ -63,7 +63,7 @@ def _priorities_of_all_threads() -> tuple[list[tuple[int, int]], list[str]]:
     import numpy as np
 
     np.linalg.solve(np.eye(300), np.ones(300))  # its library has threads of its own from here on
-    with undisturbed() as refused:
+    with realtime_process() as refused:
         pass
     run_before_ordinary_processes()
     threads = [int(thread.name) for thread in THREADS.iterdir()]

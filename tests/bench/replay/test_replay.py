@@ -18,7 +18,7 @@ from slipbench.bench.replay.replay import NEVER, replay
 from slipbench.bench.replay.replay_controls import Controls
 from slipbench.bench.replay.replay_keys import steer
 from slipbench.bench.replay.replay_process import Ready, ReplayOrder, Report, running_replay
-from slipbench.bench.replay.replay_report import position, timing, told
+from slipbench.bench.replay.replay_report import position, summary, timing
 from slipbench.bench.replay.replay_selection import (
     channels_by_bus,
     select_buses,
@@ -125,7 +125,7 @@ def steered(times_ms, *actions, passes=1):
 
 
 def test_a_pause_moves_everything_after_it_and_loses_nothing():
-    sent, done = steered([0, 100, 200, 300], (150, Controls.pause), (1150, Controls.go_on))
+    sent, done = steered([0, 100, 200, 300], (150, Controls.pause), (1150, Controls.resume))
     assert [identifier for _, identifier in sent] == [0, 1, 2, 3]
     assert [t for t, _ in sent[:2]] == [0, 100]
     assert 1200 <= sent[2][0] <= 1240  # noticed within a nap at either end
@@ -144,7 +144,7 @@ def test_a_seek_goes_on_with_the_first_frame_there_forwards_and_back():
 
 
 def test_another_speed_holds_from_where_it_was_asked_for():
-    sent, done = steered([0, 1000, 2000], (1000, lambda controls: controls.go_at(2.0)))
+    sent, done = steered([0, 1000, 2000], (1000, lambda controls: controls.set_speed(2.0)))
     assert sent[2][0] == pytest.approx(1500, abs=25)
     (begin, first), (place, second) = done.speeds
     assert (begin, first, second) == (0, 1.0, 2.0)
@@ -155,7 +155,7 @@ def test_another_speed_holds_from_where_it_was_asked_for():
 @settings(deadline=None)
 def test_the_report_tells_the_speeds_that_held(changes):
     """From the speeds and their places alone follows when the last frame was sent."""
-    actions = [(t, lambda controls, s=s: controls.go_at(s)) for t, s in changes]
+    actions = [(t, lambda controls, s=s: controls.set_speed(s)) for t, s in changes]
     sent, done = steered([0, 1000, 2000], *actions)
     places = [place for place, _ in done.speeds] + [2000 * MILLISECOND]
     took = sum(
@@ -165,7 +165,7 @@ def test_the_report_tells_the_speeds_that_held(changes):
     assert sent[-1][0] == pytest.approx(took / MILLISECOND, abs=0.1)
     ready = Ready(3, 2000 * MILLISECOND, {}, ())
     table = timing(ready, Report(done, int(took), ()))
-    text = told(table)
+    text = summary(table)
     assert f"speed {done.speeds[0][1]:g}" in text
     assert text.count("s on ") == len(done.speeds) - 1
 
@@ -181,9 +181,9 @@ def test_a_replay_that_starts_later_begins_with_the_first_frame_there(start):
 
 def test_the_line_of_a_replay_shows_position_speed_and_pause():
     controls = Controls.local(2.0)
-    controls.tell(7, 7, 1500 * MILLISECOND)
+    controls.report_progress(7, 7, 1500 * MILLISECOND)
     assert position(controls, 60 * SECOND) == "1.5 s of 60.0 s, speed 2"
-    controls.go_at(0.5)
+    controls.set_speed(0.5)
     controls.pause()
     assert position(controls, 60 * SECOND) == "1.5 s of 60.0 s, speed 0.5, paused"
 
@@ -196,7 +196,7 @@ def test_an_endless_replay_ends_when_it_is_stopped():
 
 def test_keys_steer():
     controls = Controls.local()
-    controls.tell(5, 5, 30 * SECOND)
+    controls.report_progress(5, 5, 30 * SECOND)
     steer(controls, " ")
     assert controls.paused
     steer(controls, " ")
@@ -278,7 +278,7 @@ def test_an_independent_listener_gets_every_frame_of_a_real_drive_in_order():
 
         thread = threading.Thread(target=listen)
         thread.start()
-        with open_bus(address, hears_itself=False) as bus:
+        with open_bus(address, receive_own_messages=False) as bus:
             replay(log, [bus] * len(log.buses), SimulatedClock(), Controls.local())
         over.set()
         thread.join()
@@ -306,7 +306,7 @@ def test_the_real_time_process_replays_and_reports(tmp_path):
     table = timing(running.ready, report)
     assert table["speeds"] == [{"from": 0.0, "speed": 2.0}]
     assert table["lateness"]["p50"] <= table["lateness"]["max"]
-    assert "263 frames replayed" in told(table)
+    assert "263 frames replayed" in summary(table)
 
 
 def test_a_log_or_a_bus_that_cannot_be_used_is_told_before_anything_is_sent(tmp_path):

@@ -20,7 +20,7 @@ from pathlib import Path
 from hypothesis import HealthCheck, Phase, given, seed, settings
 from hypothesis import strategies as st
 
-from slipbench.bench.loop.realtime_process import die_with
+from slipbench.bench.loop.realtime_process import signal_on_parent_exit
 from tests.bench.safety import document
 from tests.bench.safety.world import ending, live
 from tests.paths import ROOT
@@ -105,7 +105,9 @@ def run(first: int, sequences: int, workers: int) -> Tally:
     folder.mkdir(parents=True, exist_ok=True)
     total = Tally()
     # None of them outlives a kill of this process.
-    with ProcessPoolExecutor(workers, initializer=die_with, initargs=(signal.SIGTERM,)) as pool:
+    with ProcessPoolExecutor(
+        workers, initializer=signal_on_parent_exit, initargs=(signal.SIGTERM,)
+    ) as pool:
         seeds = range(first, first + sequences // BATCH)
         for done in as_completed([pool.submit(kept, folder, number) for number in seeds]):
             total.add(done.result())

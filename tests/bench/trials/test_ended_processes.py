@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from slipbench.bench.bus.opening import BusAddress
-from slipbench.bench.loop.exit_status import ended
+from slipbench.bench.loop.exit_status import exit_reason
 from slipbench.bench.loop.loop import Lateness
 from slipbench.bench.loop.loop_process import VEHICLE_ENDED, LoopOrder, LoopReport
 from slipbench.bench.loop.process_watch import process_pipe
@@ -21,7 +21,7 @@ from slipbench.bench.loop.ring import Ring, create_shared
 from slipbench.bench.safety.trial import TrialState
 from slipbench.bench.trials.live_trial import LiveTrial
 from slipbench.bench.trials.run import run_trial
-from slipbench.bench.vehicle.live_vehicle import riding_beside
+from slipbench.bench.vehicle.live_vehicle import vehicle_process
 from slipbench.protocol.codec.messages import Phase, TripReason
 from slipbench.protocol.recording.run_folder import read
 from tests.bench.trials.test_live import killing
@@ -126,11 +126,11 @@ def test_a_trial_whose_virtual_motorcycle_dies_ends_and_says_so(tmp_path, when):
     the_trial = prepared(armed_for_at_most="20 s")
     address = BusAddress("slipbench", f"{tmp_path.name}-{os.getpid()}")
     told = killing("slipbench vehicle", when)
-    with riding_beside(the_trial.ride, the_trial.database, address) as vehicle:
+    with vehicle_process(the_trial.scenario, the_trial.database, address) as vehicle:
         if when is None:
             told(None)
         outcome = run_trial(the_trial, tmp_path / "run", address, phases=told, vehicle=vehicle)
-        assert ended(vehicle.process) == "signal 9"
+        assert exit_reason(vehicle.process) == "signal 9"
     assert outcome.state.phase == Phase.TRIPPED
     if when is None:
         assert outcome.state.trip.reason == TripReason.STOPPED

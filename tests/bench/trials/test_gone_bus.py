@@ -6,7 +6,7 @@ import can
 import pytest
 
 from slipbench.bench.bus.opening import BusAddress
-from slipbench.bench.vehicle.live_vehicle import ride_until
+from slipbench.bench.vehicle.live_vehicle import simulate_until
 from slipbench.protocol.errors import InputError
 from tests.bench.trials.test_whole_trial import prepared
 
@@ -42,9 +42,9 @@ def test_a_bus_that_vanishes_is_told_with_its_name_and_what_to_do(monkeypatch, t
     the_trial = prepared()
     looks = iter(range(100))
     with pytest.raises(InputError, match="the CAN bus is gone: interface 'socketcan'") as gone:
-        ride_until(
+        simulate_until(
             lambda: next(looks) == 99,
-            the_trial.ride,
+            the_trial.scenario,
             the_trial.database,
             BusAddress("socketcan", "vcan7"),
         )

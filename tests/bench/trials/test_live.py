@@ -17,7 +17,7 @@ from slipbench.bench.loop.ticks import read_ticks
 from slipbench.bench.trials.live_trial import _opened
 from slipbench.bench.trials.progress import script_duration
 from slipbench.bench.trials.run import run_trial
-from slipbench.bench.vehicle.live_vehicle import riding_beside
+from slipbench.bench.vehicle.live_vehicle import vehicle_process
 from slipbench.protocol.codec.messages import Phase, TripReason
 from slipbench.protocol.errors import InputError
 from slipbench.protocol.logs import read_log
@@ -28,7 +28,7 @@ from tests.bench.trials.test_whole_trial import prepared
 def ridden(the_trial, folder, told=lambda _: None, progress=lambda _: None):
     """A trial on a virtual bus, with the virtual motorcycle in a process of its own."""
     address = BusAddress("slipbench", f"{folder.parent.name}-{os.getpid()}")
-    with riding_beside(the_trial.ride, the_trial.database, address) as vehicle:
+    with vehicle_process(the_trial.scenario, the_trial.database, address) as vehicle:
         return run_trial(the_trial, folder, address, progress, told, vehicle)
 
 
@@ -110,8 +110,8 @@ def test_a_vehicle_that_is_stopped_keeps_nobody_from_ending(tmp_path, monkeypatc
     monkeypatch.setattr("slipbench.bench.vehicle.live_vehicle.LEAVING", 0.5)
     the_trial = prepared()
     address = BusAddress("slipbench", f"{tmp_path.name}-{os.getpid()}")
-    with open_bus(address, hears_itself=False) as listener:
-        with riding_beside(the_trial.ride, the_trial.database, address):
+    with open_bus(address, receive_own_messages=False) as listener:
+        with vehicle_process(the_trial.scenario, the_trial.database, address):
             assert listener.recv(60.0), "it rides, and catches what asks it to end"
             stopping("slipbench vehicle", Phase.IDLE)(Phase.IDLE)
             began = time.monotonic()

@@ -14,7 +14,7 @@ from slipbench.bench.trials.preparation import Prepared
 from slipbench.bench.trials.run import run_trial
 from slipbench.bench.trials.simulated_trial import run_simulated
 from slipbench.bench.vehicle.devices import Grant
-from slipbench.bench.vehicle.virtual_motorcycle import Ride, VirtualMotorcycle, read_vehicle
+from slipbench.bench.vehicle.virtual_motorcycle import Scenario, VirtualMotorcycle, read_vehicle
 from slipbench.protocol.codec.codec import Codec, Sender
 from slipbench.protocol.codec.messages import (
     ActuatorCommand,
@@ -42,7 +42,7 @@ def prepared(**changes) -> Prepared:
     )
     return Prepared(
         the_plan,
-        Ride(read_vehicle(VEHICLE), the_plan.trial),
+        Scenario(read_vehicle(VEHICLE), the_plan.trial),
         load_database(dbc.MOTORBIKE),
         TRIALS / "throttle_sweep.toml",
         VEHICLE,
@@ -193,7 +193,7 @@ def test_a_motorcycle_that_never_gets_there_is_told_why(tmp_path):
 
 def test_silence_of_the_bench_gives_the_rider_the_throttle_back():
     """The devices protect the rider on their own: here the bench stops sending altogether."""
-    with LockStep(prepared().ride) as world:
+    with LockStep(prepared().scenario) as world:
         sender = Sender(world.codec)
         for number in range(200):
             if number < 100:
@@ -203,7 +203,7 @@ def test_silence_of_the_bench_gives_the_rider_the_throttle_back():
         statuses = [(t, m) for t, m in world.heard() if isinstance(m, EcuStatus)]
     last_held = max(t for t, status in statuses if status.authority == Authority.THROTTLE)
     assert 0.1 <= last_held <= 0.1 + 0.025
-    assert len(world.motorcycle.taken_back) == 1
+    assert len(world.motorcycle.watchdog_timeouts) == 1
 
 
 def test_after_a_silence_the_bench_must_release_before_it_may_hold_again():

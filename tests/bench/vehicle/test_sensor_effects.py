@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from slipbench.bench.vehicle.virtual_motorcycle import Ride, read_vehicle
+from slipbench.bench.vehicle.virtual_motorcycle import Scenario, read_vehicle
 from slipbench.plant.effects.channel_latency import ChannelLatency
 from slipbench.plant.effects.channel_scale import ChannelScale
 from slipbench.plant.effects.clock_drift import ClockDrift
@@ -25,8 +25,8 @@ def said(kind: type[BenchMessage], *effects: object, milliseconds: int = 400) ->
     """Speed and stamp in every message of a kind, on a rough road, without noise."""
     motorcycle = replace(VEHICLE.motorcycle, effects=effects)
     channels = {name: replace(timing, noise=0.0) for name, timing in VEHICLE.channels.items()}
-    ride = Ride(replace(VEHICLE, motorcycle=motorcycle, channels=channels), trial_file())
-    with LockStep(ride) as lockstep:
+    scenario = Scenario(replace(VEHICLE, motorcycle=motorcycle, channels=channels), trial_file())
+    with LockStep(scenario) as lockstep:
         for _ in range(milliseconds):
             lockstep.live()
         heard = [message for _, message in lockstep.heard() if isinstance(message, kind)]

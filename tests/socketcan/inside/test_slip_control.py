@@ -59,7 +59,7 @@ def test_the_trial_is_done_and_authority_is_the_riders_again(
     authority = recording.channels["authority"].value
     assert authority.max() > 0
     assert authority[-1] == 0
-    assert "taken back" not in ridden.vehicle_said
+    assert "watchdog timeout" not in ridden.vehicle_said
 
 
 def test_the_slip_steps_with_its_target(recording: Recording) -> None:

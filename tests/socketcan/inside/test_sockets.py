@@ -71,7 +71,10 @@ def test_a_listener_that_does_not_read_loses_the_newest_and_is_not_told() -> Non
 
 def test_a_bus_that_the_bench_opens_keeps_a_whole_second_unread() -> None:
     """Here we may go beyond the limit of the system; elsewhere `run.toml` tells what we got."""
-    with socketcan() as wire, open_bus(BusAddress("socketcan", VCAN), hears_itself=False) as bus:
+    with (
+        socketcan() as wire,
+        open_bus(BusAddress("socketcan", VCAN), receive_own_messages=False) as bus,
+    ):
         sender = wire.node(False)
         granted = receive_buffer(bus)
         assert granted is not None
@@ -85,7 +88,7 @@ def test_an_error_frame_of_the_kernel_tells_that_the_controller_is_off() -> None
     """A vcan has no controller, so the frame is put there as a driver would (linux/can/error.h)."""
     off, back = (0x20000040, bytes(8)), (0x20000100, bytes(8))
     with (
-        open_bus(BusAddress("socketcan", VCAN), hears_itself=False) as bus,
+        open_bus(BusAddress("socketcan", VCAN), receive_own_messages=False) as bus,
         socket.socket(socket.AF_CAN, socket.SOCK_RAW, socket.CAN_RAW) as driver,
     ):
         driver.bind((VCAN,))

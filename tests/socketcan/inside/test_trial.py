@@ -94,4 +94,4 @@ def test_authority_is_the_riders_again(recording: Recording, ridden: Ridden) -> 
     authority = recording.channels["authority"].value
     assert authority.max() > 0
     assert authority[-1] == 0
-    assert "taken back" not in ridden.vehicle_said
+    assert "watchdog timeout" not in ridden.vehicle_said
