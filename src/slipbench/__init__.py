@@ -5,8 +5,8 @@ is first used: `import slipbench` alone loads no other module.
 """
 
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
 
+TYPE_CHECKING = False  # as typing's; to import that takes a while in which Ctrl-C is a traceback
 if TYPE_CHECKING:
     from slipbench.api import (
         Trial,
@@ -62,7 +62,7 @@ _ELSEWHERE = {
 }
 
 
-def __getattr__(name: str) -> Any:
+def __getattr__(name: str) -> object:
     if name == "__version__":
         return _version()
     if name not in __all__:

@@ -1,8 +1,10 @@
 """The command `slipbench`: it joins the sub-commands of the packages."""
 
 import errno
+import os
 import sys
 from io import TextIOWrapper
+from pathlib import Path
 
 import typer
 
@@ -29,28 +31,32 @@ PARTS = (
     installation,
 )
 
-# What the operating system may say of a file that a user names, or of a full machine.
+# What the operating system refuses whichever file it is: the machine is at a limit.
+AT_A_LIMIT = {
+    errno.EDQUOT,
+    errno.EFBIG,
+    errno.EIO,
+    errno.EMFILE,
+    errno.ENFILE,
+    errno.ENOSPC,
+    errno.EROFS,
+}
+# What it refuses for a file that a user names.
 REFUSED = {
     errno.EACCES,
-    errno.EDQUOT,
     errno.EEXIST,
-    errno.EFBIG,
     errno.EINVAL,
-    errno.EIO,
     errno.EISDIR,
     errno.ELOOP,
-    errno.EMFILE,
     errno.ENAMETOOLONG,
-    errno.ENFILE,
     errno.ENODEV,
     errno.ENOENT,
-    errno.ENOSPC,
     errno.ENOTDIR,
     errno.ENOTEMPTY,
     errno.ENXIO,
     errno.EPERM,
-    errno.EROFS,
 }
+PACKAGE = Path(__file__).parent
 
 app = typer.Typer(no_args_is_help=True, pretty_exceptions_enable=False, rich_markup_mode="markdown")
 for part in PARTS:
@@ -68,13 +74,23 @@ def main() -> None:
         sys.stderr.write(f"slipbench: {fault}\n")
         sys.exit(2)
     except OSError as fault:
-        if fault.errno not in REFUSED:
+        if not _is_for_the_user(fault):
             raise
         name = f"{readable(str(fault.filename), 200)}: " if fault.filename else ""
         sys.stderr.write(f"slipbench: {name}the operating system refuses: {fault.strerror}\n")
         sys.exit(2)
-    except SystemError as fault:
-        if not isinstance(fault.__cause__, KeyboardInterrupt):
+    except (KeyboardInterrupt, SystemError) as fault:
+        compiled = fault.__cause__  # Ctrl-C at a call into compiled code
+        if not isinstance(fault, KeyboardInterrupt) and not isinstance(compiled, KeyboardInterrupt):
             raise
-        sys.stderr.write("Aborted!\n")  # Ctrl-C at a call into compiled code
+        sys.stderr.write("Aborted!\n")
         sys.exit(130)
+
+
+def _is_for_the_user(fault: OSError) -> bool:
+    """Whether a user can act on this; a file of the package itself that is missing is a defect."""
+    if fault.errno in AT_A_LIMIT:
+        return True
+    if fault.errno not in REFUSED or not isinstance(fault.filename, str | bytes):
+        return False
+    return not Path(os.fsdecode(fault.filename)).is_relative_to(PACKAGE)

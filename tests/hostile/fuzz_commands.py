@@ -2,9 +2,10 @@
 
 import os
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from random import Random
+from signal import Signals
 
 from tests.hostile.fuzz_materials import LOG_ENDINGS, exists, link_materials
 from tests.hostile.fuzz_mutations import damaged_file, hostile_input, hostile_output, hostile_value
@@ -25,6 +26,16 @@ class Line:
     interrupt_after: float | None = None  # s; then Ctrl-C, as a valid analysis would take minutes
 
 
+@dataclass
+class Disturbance:
+    """What happens to the process of a case from outside."""
+
+    signal: Signals | None = None  # to the whole group
+    after: float = 0.0  # s of processor
+    open_files: int | None = None  # at most
+    new_interpreter: bool = False
+
+
 @dataclass(frozen=True)
 class Case:
     """One command line in a folder of its own."""
@@ -34,6 +45,7 @@ class Case:
     folder: Path
     out: dict[str, str]
     changes: tuple[str, ...]
+    disturbance: Disturbance = field(default_factory=Disturbance)
 
 
 TRIAL = ("vehicle.toml", "controller.toml")
@@ -145,7 +157,7 @@ def draw(number: int, rng: Random, materials: Path, folder: Path, lines: list[Li
     if unchanged:
         return case
     changes = [rng.choices(*zip(*CHANGES, strict=True))[0] for _ in range(rng.choice([1, 1, 1, 2]))]
-    return Case(argv, line, folder, case.out, tuple(change(case, rng) for change in changes))
+    return replace(case, changes=tuple(change(case, rng) for change in changes))
 
 
 def _change_a_file(case: Case, rng: Random) -> str:
@@ -225,9 +237,22 @@ def _change_an_option(case: Case, rng: Random) -> str:
     return f"{case.argv[at]} {text[:40]!r}"
 
 
+def _disturb(case: Case, rng: Random) -> str:
+    """A signal while the case starts, or few open files; half of them in a new interpreter."""
+    disturbance = case.disturbance
+    disturbance.new_interpreter = rng.random() < 0.5
+    if rng.random() < 0.3:
+        disturbance.open_files = 12
+        return "at most 12 open files"
+    disturbance.signal = rng.choice([Signals.SIGINT, Signals.SIGINT, Signals.SIGHUP])
+    disturbance.after = rng.uniform(0.0, 0.3 if disturbance.new_interpreter else 0.1)
+    return f"{disturbance.signal.name} after {disturbance.after:.2f} s of processor"
+
+
 CHANGES: list[tuple[Callable[[Case, Random], str], float]] = [
     (_change_a_file, 6.0),
     (_change_an_input_path, 2.0),
     (_change_an_output_path, 1.0),
     (_change_an_option, 1.5),
+    (_disturb, 0.5),
 ]

@@ -6,10 +6,16 @@ A case ends well in one of these ways:
 - status 2, one message, and no file or folder left behind;
 - status 3 or 130 for a trial that tripped, or an analysis that Ctrl-C ended.
 
-Everything else is a failure: a traceback anywhere, another status, death by a signal, more than
-60 s of processor or 120 s in all, more than 2 GB of memory, a message that nobody can read.
+Everything else is a failure: a traceback anywhere, another status, death by a signal that was not
+sent, more than 60 s of processor or 120 s in all, more than 2 GB of memory, a message that nobody
+can read.
+
+A case may have a disturbance: Ctrl-C or the loss of the terminal at a moment of its start, few
+files that it may open, or an interpreter of its own, as a user starts it.
 """
 
+import contextlib
+import math
 import os
 import re
 import resource
@@ -34,6 +40,11 @@ SWALLOWED = re.compile(
     r"Exception ignored on calling ctypes callback.*?\nKeyboardInterrupt: ?\n", re.DOTALL
 )
 CHANGED_BY_INTERRUPT = (1, 130)
+TICK = os.sysconf("SC_CLK_TCK")
+# What a traceback of Python's own start names: no file of ours that imports anything.
+OURS_AT_START = re.compile(
+    r'File ".*/slipbench/(?!__init__\.py|__main__\.py", line \d+, in <module>)'
+)
 
 
 @dataclass
@@ -45,7 +56,7 @@ class Running:
     pid: int
     began: float
     before: frozenset[str]
-    interrupted: bool = False
+    sent: signal.Signals | None = None
 
 
 @dataclass(frozen=True)
@@ -73,13 +84,15 @@ def start(case: Case, number: int) -> Running:
 def _in_the_child(case: Case) -> None:
     status = 70
     try:
+        signal.signal(signal.SIGINT, signal.SIG_DFL)  # as the command's own start does
         os.setsid()
         os.chdir(case.folder)
         _redirect(case.folder)
-        resource.setrlimit(resource.RLIMIT_CPU, (CPU, CPU + 1))
-        limit = _address_space() + MEMORY
-        resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
-        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+        _limit(case)
+        if case.disturbance.new_interpreter:
+            words = new_interpreter(case.argv)
+            os.execve(words[0], words, os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)})
+        signal.signal(signal.SIGINT, signal.default_int_handler)  # whatever the target inherited
         sys.argv = ["slipbench", *case.argv]
         try:
             main()
@@ -95,6 +108,35 @@ def _in_the_child(case: Case) -> None:
         sys.stderr.flush()
     finally:
         os._exit(status)
+
+
+def _limit(case: Case) -> None:
+    resource.setrlimit(resource.RLIMIT_CPU, (CPU, CPU + 1))
+    limit = (MEMORY if case.disturbance.new_interpreter else _address_space()) + MEMORY
+    resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    if (files := case.disturbance.open_files) is not None:
+        resource.setrlimit(resource.RLIMIT_NOFILE, (files, files))
+
+
+def new_interpreter(argv: list[str]) -> list[str]:
+    """Return the words that run a slipbench command line in a new interpreter."""
+    return [sys.executable, "-m", "slipbench", *argv]
+
+
+def processor_time(pid: int) -> float:
+    """Return the processor time in s that a process has used; infinite once it has ended."""
+    try:
+        state = Path(f"/proc/{pid}/stat").read_text(encoding="ascii", errors="replace")
+    except OSError:
+        return math.inf
+    fields = state.rpartition(")")[2].split()
+    return math.inf if fields[0] == "Z" else (int(fields[11]) + int(fields[12])) / TICK
+
+
+def pythons_own(err: str) -> bool:
+    """Whether a traceback arose before our code had begun: none of our lines could prevent it."""
+    return not OURS_AT_START.search(err)
 
 
 def _redirect(folder: Path) -> None:
@@ -120,10 +162,8 @@ def _address_space() -> int:
 def step(running: Running) -> Ended | None:
     """Look after a running case; returns how it ended once it has."""
     elapsed = time.monotonic() - running.began
-    after = running.case.line.interrupt_after
-    if after is not None and elapsed > after and not running.interrupted:
-        os.kill(running.pid, signal.SIGINT)
-        running.interrupted = True
+    if running.sent is None:
+        _disturb(running, elapsed)
     if elapsed > WALL:
         os.killpg(running.pid, signal.SIGKILL)
     pid, status, usage = os.wait4(running.pid, os.WNOHANG)
@@ -131,6 +171,19 @@ def step(running: Running) -> Ended | None:
         return None
     _end_what_it_started(running.pid)
     return _judged(running, os.waitstatus_to_exitcode(status), usage)
+
+
+def _disturb(running: Running, elapsed: float) -> None:
+    """Send the signal of the case once its moment has come, to the whole group as a terminal does."""
+    case = running.case
+    after, disturbance = case.line.interrupt_after, case.disturbance
+    if after is not None and elapsed > after:
+        running.sent = signal.SIGINT
+        os.kill(running.pid, running.sent)
+    elif disturbance.signal and processor_time(running.pid) > disturbance.after:
+        running.sent = disturbance.signal
+        with contextlib.suppress(ProcessLookupError):  # it has not made its session yet, or ended
+            os.killpg(running.pid, running.sent)
 
 
 def _end_what_it_started(group: int) -> None:
@@ -156,9 +209,9 @@ def _wrong(
 ) -> Iterable[str]:
     if status == -signal.SIGXCPU or elapsed > WALL:
         yield f"hang: no end within {CPU} s of processor or {WALL:g} s"
-    if "Traceback (most recent" in err:
+    if "Traceback (most recent" in err and not (running.sent and pythons_own(err)):
         yield f"traceback: {_last_of_traceback(err)}"
-    if status < 0:
+    if status < 0 and status != -(running.sent or 0):
         yield f"died of signal {-status}"
     if memory > MEMORY:
         yield f"memory: {memory / 2**30:.2f} GB"
@@ -181,18 +234,25 @@ def _wrong_for_status(running: Running, status: int, err: str, out: str) -> Iter
     elif status == 3:
         if case.argv[0] not in ("trial", "paper", "explain-fleet"):
             yield "status 3"
-    elif not (running.interrupted and status in CHANGED_BY_INTERRUPT):
+    elif not (running.sent and status in (*CHANGED_BY_INTERRUPT, -running.sent)):
         yield f"status {status}"
 
 
 def _missing(case: Case) -> Iterable[str]:
+    """Name what the command line promises and what is not there, or holds nothing."""
     for name, proof in case.out.items():
         path = case.folder / name / proof if proof else case.folder / name
-        if exists(path) and path.is_dir():
-            if not any(path.iterdir()):
-                yield name
-        elif not exists(path) or path.stat().st_size == 0:
+        if not _holds_something(path):
             yield str(path.relative_to(case.folder))
+
+
+def _holds_something(path: Path) -> bool:
+    if not exists(path):
+        return False
+    if path.is_dir():
+        return any(path.iterdir())
+    content = path.read_bytes()
+    return content.count(b"\n") > 1 if path.suffix == ".csv" else bool(content)
 
 
 def _names(folder: Path) -> Iterable[str]:

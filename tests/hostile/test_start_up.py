@@ -1,0 +1,91 @@
+"""Ctrl-C at any moment of a start, and what the operating system refuses."""
+
+import errno
+import re
+import signal
+import subprocess
+import time
+from random import Random
+
+import pytest
+
+from slipbench import command
+from tests.hostile.fuzz_run import new_interpreter, processor_time, pythons_own
+
+SEED = 7
+MOMENTS = 12
+
+
+def test_an_interrupt_at_any_moment_of_the_start_is_no_traceback(tmp_path):
+    print(f"seed {SEED}")
+    rng, ended = Random(SEED), []
+    for _ in range(MOMENTS):
+        moment = rng.uniform(0.0, 0.15)  # s of processor; the imports take about 0.12 s
+        with subprocess.Popen(
+            new_interpreter(["doctor"]),
+            cwd=tmp_path,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.PIPE,
+            text=True,
+        ) as process:
+            while processor_time(process.pid) < moment:
+                time.sleep(0.002)
+            process.send_signal(signal.SIGINT)
+            _, err = process.communicate()
+        ended.append((moment, process.returncode, err))
+    wrong = [end for end in ended if "Traceback" in end[2] and not pythons_own(end[2])]
+    assert wrong == []
+    assert {status for _, status, _ in ended} <= {0, 1, 130, -signal.SIGINT}
+    assert any(status for _, status, _ in ended)
+
+
+def _ends(monkeypatch, fault):
+    def refuse():
+        raise fault
+
+    monkeypatch.setattr(command, "app", refuse)
+    command.main()
+
+
+@pytest.mark.parametrize(
+    "fault",
+    [
+        FileNotFoundError(errno.ENOENT, "No such file or directory", "mine/trial.toml"),
+        PermissionError(errno.EACCES, "Permission denied", b"/root/mine.csv"),
+        OSError(errno.ENOSPC, "No space left on device"),
+        OSError(errno.EMFILE, "Too many open files", str(command.PACKAGE / "dbc/motorbike.dbc")),
+    ],
+)
+def test_what_a_user_can_act_on_is_a_message(monkeypatch, capsys, fault):
+    with pytest.raises(SystemExit, match="2"):
+        _ends(monkeypatch, fault)
+    assert re.match(r"slipbench: .*the operating system refuses: ", capsys.readouterr().err)
+
+
+@pytest.mark.parametrize(
+    "fault",
+    [
+        FileNotFoundError(errno.ENOENT, "No such file", str(command.PACKAGE / "dbc/motorbike.dbc")),
+        FileNotFoundError(errno.ENOENT, "No such file or directory"),
+        OSError(errno.EINVAL, "Invalid argument"),
+        OSError(errno.EBADF, "Bad file descriptor", "mine.csv"),
+    ],
+)
+def test_a_defect_of_the_package_stays_a_traceback(monkeypatch, fault):
+    with pytest.raises(OSError, match=re.escape(fault.strerror)):
+        _ends(monkeypatch, fault)
+
+
+@pytest.mark.parametrize("fault", [KeyboardInterrupt(), SystemError()])
+def test_an_interrupt_outside_a_command_ends_it(monkeypatch, capsys, fault):
+    """Compiled code that is interrupted may raise SystemError with KeyboardInterrupt as cause."""
+    if isinstance(fault, SystemError):
+        fault.__cause__ = KeyboardInterrupt()
+    with pytest.raises(SystemExit, match="130"):
+        _ends(monkeypatch, fault)
+    assert capsys.readouterr().err == "Aborted!\n"
+
+
+def test_another_system_error_stays_a_traceback(monkeypatch):
+    with pytest.raises(SystemError):
+        _ends(monkeypatch, SystemError("bad call"))
