@@ -121,6 +121,7 @@ ALLOWED = {
         "bench/replay/replay_process.py",
         "bench/loop/button_wait.py",
         "bench/loop/process_watch.py",
+        "bench/loop/interrupts.py",
         "bench/loop/exit_status.py",
     ),
     # Many cases at once.
