@@ -18,7 +18,7 @@
 # make lock             choose the newest versions that pyproject.toml allows
 # make clean            delete the environment and all generated files, except runs/
 #
-# Each target first installs the environment (.venv) if it is missing or old.
+# Targets that run something first install the environment (.venv) if it is missing or old.
 
 .PHONY: help real-recordings trial test conformance figures test-mismatch paper prove prove-quick mutants million faults bench accuracy lock setup clean
 .DEFAULT_GOAL := help
