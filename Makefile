@@ -1,22 +1,24 @@
-# make trial    set up, run the throttle sweep on the virtual motorcycle, identify it
-# make test     set up, then the whole check
-# make vcan     set up, then whole rides on a real kernel's bus (minutes)
-# make conformance  set up, then python-can's own tests on our virtual bus
-# make paper    set up, then Corno and Savaresi's findings, claim by claim
-# make prove    set up, then the proof on sealed cases: hours; goes on where it was stopped
-# make mutants  set up, then coverage of the safety gate and mutants from there to the wire
-# make fuzz     set up, then 2 000 random commands and files: no traceback, no hang
-# make pythons  a fast part of the suite on each Python from 3.11 on that the machine has
-# make million  set up, then a million random frame sequences through it (half an hour of processor)
-# make faults   set up, then docs/fault_matrix.md, and the same on a real kernel's bus (minutes)
-# make bench    set up, then every benchmark
-# make accuracy write docs/accuracy.md from rides whose truth is known
-# make peers    write docs/peers.md: identification beside other packages
-# make thousand a thousand randomised rides under slip control (minutes)
-# make controllers  design a controller of each kind and compare them: docs/controllers.md
-# make real-recordings  explain recordings that others published (tens of minutes)
-# make lock     choose the newest versions that pyproject.toml allows
-# make clean    forget the environment and everything that was made, except runs/
+# make trial            run the throttle sweep on the virtual motorcycle, identify it
+# make test             the whole check
+# make vcan             whole trials on a real kernel's CAN bus (minutes)
+# make conformance      python-can's own tests on the virtual bus
+# make paper            the findings of Corno and Savaresi, claim by claim
+# make prove            the blind validation: hidden cases, analysis, score; hours; continues after a stop
+# make mutants          coverage of the safety gate, and mutation tests from there to the wire
+# make fuzz             2 000 random commands and files: no traceback, no hang
+# make pythons          a fast part of the suite on each Python from 3.11 on that the machine has
+# make million          a million random frame sequences through the safety gate (half an hour of processor)
+# make faults           the fault matrix, docs/fault_matrix.md, also on a real kernel's bus (minutes)
+# make bench            every benchmark
+# make accuracy         write docs/accuracy.md: identification of simulated trials against the known truth
+# make peers            write docs/peers.md: identification compared with other packages
+# make thousand         a thousand randomised simulated trials under slip control (minutes)
+# make controllers      design a controller of each kind and compare them: docs/controllers.md
+# make real-recordings  write docs/real_recordings.md: mismatch in published recordings (tens of minutes)
+# make lock             choose the newest versions that pyproject.toml allows
+# make clean            delete the environment and all generated files, except runs/
+#
+# Targets that run something first install the environment (.venv) if it is missing or old.
 
 .PHONY: help real-recordings trial test conformance figures test-mismatch paper prove prove-quick mutants million faults bench accuracy lock setup clean
 .DEFAULT_GOAL := help
@@ -27,7 +29,7 @@ ENVIRONMENT := .venv
 IN := $(ENVIRONMENT)/bin
 READY := $(ENVIRONMENT)/.ready
 WORKERS ?= auto
-# Libraries that start a thread per core on top of that only get in each other's way.
+# One thread per process: the tests already use every core.
 export OMP_NUM_THREADS ?= 1
 
 help:
@@ -39,7 +41,7 @@ trial: setup
 test: setup
 	$(IN)/python -m pytest -n $(WORKERS) --dist loadscope $(TESTS)
 
-# python-can's own tests, from its source distribution, judge our virtual bus.
+# python-can's own tests, from its source distribution, run on the virtual bus.
 conformance: setup
 	$(IN)/python -m tests.conformance.judge
 
@@ -49,11 +51,11 @@ figures: trial
 	cp build/figures/response.png docs/figures/throttle_sweep_response.png
 	cp build/figures/overview.png docs/figures/throttle_sweep_overview.png
 
-# Recovery by the mismatch engine; it takes minutes and is not part of `make test`.
+# Analyses of hidden effects; minutes, not part of `make test`.
 test-mismatch: setup
 	$(IN)/python -m pytest -n $(WORKERS) --dist load -o addopts=-ra tests/identification/mismatch
 
-# Whole rides on a real kernel's bus.
+# Whole trials on a real kernel's CAN bus.
 .PHONY: vcan
 vcan: setup
 	$(IN)/python -m pytest -o addopts=-ra tests/socketcan/test_rides.py
@@ -61,18 +63,18 @@ vcan: setup
 paper: setup
 	$(IN)/slipbench paper --out paper --runs paper/runs --document docs/paper.md
 
-# Half of the cases miss nothing. CASES and SEED choose another study, for which PROOF is its folder.
+# In half of the cases nothing is missing. CASES and SEED select the study, STUDY is its folder.
 CASES ?= 200
 SEED ?= 2026
-PROOF ?= proof/$(SEED)-$(CASES)
+STUDY ?= validation/$(SEED)-$(CASES)
 prove: setup
-	$(IN)/slipbench prove --cases $(CASES) --seed $(SEED) --out $(PROOF) --page docs/blind_validation.md
+	$(IN)/slipbench prove --cases $(CASES) --seed $(SEED) --out $(STUDY) --page docs/blind_validation.md
 
-# Six cases, to see that all of it works; their table means nothing.
+# Six cases: a test of the whole path, too few for a statement.
 prove-quick: setup
 	$(IN)/slipbench prove --cases 6 --seed 1 --out build/prove-quick
 
-# Sweeps of the demonstration motorcycle, a controller of each kind on them, and how they compare.
+# Sweeps of the demonstration motorcycle, one controller of each kind, and their comparison.
 .PHONY: controllers
 controllers: setup
 	rm -rf build/controllers && mkdir -p build/controllers
@@ -90,7 +92,7 @@ controllers: setup
 	$(IN)/slipbench compare $(foreach name,throttle spark mixed throttle_h_infinity \
 	  spark_h_infinity,examples/controllers/$(name).toml) --page docs/controllers.md
 
-# Randomised rides under slip control, every command before the safety gate: about ten minutes.
+# Randomised simulated trials under slip control; the safety gate checks each command: ten minutes.
 .PHONY: thousand
 thousand: setup
 	$(IN)/python -m tests.identification.closed_loop_simulation.randomised 1000 1
@@ -101,12 +103,12 @@ mutants: setup
 million: setup
 	$(IN)/python -m tests.bench.safety.sequences
 
-# A grammar over every command and file; the seed is the second number.
+# Random input from a grammar over every command and file: number of cases, seed.
 .PHONY: fuzz
 fuzz: setup
 	$(IN)/python -m tests.hostile.fuzz 2000 1
 
-# Environments below build/, one for each interpreter.
+# One environment per interpreter, in build/.
 .PHONY: pythons
 pythons:
 	.ci/on-each-python
@@ -115,12 +117,12 @@ faults: setup
 	$(IN)/python -m tests.faults.matrix
 	$(IN)/python -m tests.faults.on_vcan
 
-# docs/peers.md: what a user would take from PyPI for the step from samples to a model, beside ours.
+# docs/peers.md: other PyPI packages for the step from samples to a model.
 .PHONY: peers
 peers: setup build/peers/.ready
 	PYTHONPATH=build/peers $(IN)/python benchmarks/peers.py 5 --out docs/peers.md
 
-# docs/accuracy.md: 200 rides of every row, a quarter of an hour; goes on where it was stopped.
+# docs/accuracy.md: 200 simulated trials per row, a quarter of an hour; continues after a stop.
 accuracy: setup
 	$(IN)/python benchmarks/accuracy.py 200 --out docs/accuracy.md
 
@@ -128,32 +130,32 @@ bench: setup build/peers/.ready
 	@for benchmark in benchmarks/*.py; do \
 	  echo "== $$benchmark"; PYTHONPATH=build/peers $(IN)/python $$benchmark || exit 1; done
 
-# Libraries that we are compared with, beside the environment; what cannot be had is named as absent.
+# Packages for the comparison, outside of the environment; a package that pip cannot get is listed as absent.
 build/peers/.ready: benchmarks/peers.txt | $(READY)
 	-$(IN)/python -m pip install --quiet --disable-pip-version-check --no-deps --upgrade \
 	  --target build/peers --requirement benchmarks/peers.txt
 	@mkdir -p build/peers && touch $@
 
-# The same as a page; cyclictest is measured where it is installed.
+# The benchmarks as a page; cyclictest is included where it is installed.
 .PHONY: bench-page
 bench-page: setup build/peers/.ready
 	mkdir -p build && cd benchmarks && \
 	  PYTHONPATH=../build/peers ../$(IN)/python -m timing.page > ../build/benchmarks.md
 	mv build/benchmarks.md docs/benchmarks.md
 
-# The test files of libraries that judge ours (cantools' own databases).
+# Test files of other libraries (the databases of cantools).
 .PHONY: sources
 sources: setup
 	PYTHON=$(IN)/python .ci/fetch-sources
 
-# What real recordings conceal, explained; takes tens of minutes. RECORDINGS: their folder.
+# Mismatch in published recordings; tens of minutes. RECORDINGS: their folder.
 RECORDINGS ?= ../shared/recordings
 real-recordings: setup
 	$(IN)/python -m benchmarks.real.run $(RECORDINGS)
 
 setup: $(READY)
 
-# Every version and every hash comes from the lock, what builds the project included.
+# Every version and hash comes from the lock, including the build tools.
 $(READY): requirements.lock pyproject.toml
 	@test -n "$(PYTHON)" || { .ci/find-python; exit 1; }
 	test -x $(IN)/python || $(PYTHON) -m venv $(ENVIRONMENT)

@@ -1,10 +1,9 @@
-"""How close identification comes to motorcycles whose truth is known.
+"""Accuracy of identification on simulated motorcycles whose true response is known.
 
-`python benchmarks/accuracy.py [seeds] [--out docs/accuracy.md] [--workers n] [--seconds s]` rides,
-identifies and compares. Nothing of the truth is given but what the goals say: filling time and
-c / k of the driveline are taken as known for the delay alone. The order is found, not given. What
-rides gave is kept in build/accuracy: after so many seconds, or when stopped, the page has the rides
-that there are, and the next call goes on.
+`python benchmarks/accuracy.py [seeds] [--out docs/accuracy.md] [--workers n] [--seconds s]` simulates
+trials, identifies them and compares. Only filling time and c / k of the driveline count as known, and
+only for the dead time. The model order is selected. Results are kept in build/accuracy: after
+--seconds, or when stopped, the page has the trials so far, and the next call continues.
 """
 
 import argparse
@@ -20,7 +19,7 @@ MARK = "\n## Causes"  # what is written by hand from here on is kept
 
 
 def main() -> None:
-    """Ride, and print or write the page."""
+    """Simulate the trials, then print or write the page."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("seeds", type=int, nargs="?", default=SEEDS)
     parser.add_argument("--out", type=Path)

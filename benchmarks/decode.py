@@ -1,9 +1,9 @@
-"""How fast a whole log is decoded: ours against cantools and asammdf, on the motorbike's traffic.
+"""Speed of decoding a whole log: slipbench, cantools and asammdf, traffic of the motorcycle.
 
 `python benchmarks/decode.py [frames]` prints one table. All decode every signal of every frame to
-physical values, from frames that are in memory. cantools goes frame by frame, on a part of the same
-log, its time scaled up; asammdf extracts from the same frames as an MDF bus log. Counted is the
-processor time of this one process, which other programs do not change.
+physical values, from frames that are in memory. cantools decodes frame by frame, on a part of the
+same log, and its time is scaled; asammdf extracts from the same frames as an MDF bus log. The
+processor time of this process is measured.
 """
 
 import sys
@@ -30,7 +30,7 @@ PART = 50_000  # frames that cantools decodes
 
 
 def traffic(database: Database, n: int, seed: int = 1) -> FrameLog:
-    """Draw n frames, mixed as the cycle times say, with random bits."""
+    """Log of n frames with random bits, mixed by the cycle times."""
     random = np.random.default_rng(seed)
     rates = np.array([1 / (message.cycle_time or 1.0) for message in database.messages])
     chosen = random.choice(len(rates), size=n, p=rates / rates.sum())
@@ -53,14 +53,14 @@ def traffic(database: Database, n: int, seed: int = 1) -> FrameLog:
 
 
 def ours(log: FrameLog, database: Database) -> None:
-    """Decode everything."""
+    """Decode everything with slipbench."""
     for signals in decode(sort_log(log, database)).values():
         for samples in signals.values():
             samples.value  # noqa: B018 (computed when asked for)
 
 
 def theirs(log: FrameLog, database: cantools.database.can.Database) -> None:
-    """Decode everything, a frame at a time."""
+    """Decode everything with cantools, frame by frame."""
     identifiers, lengths, data = log.identifier.tolist(), log.length.tolist(), log.data.tobytes()
     by_identifier = {message.frame_id: message for message in database.messages}
     for row, (identifier, length) in enumerate(zip(identifiers, lengths, strict=True)):
@@ -68,14 +68,14 @@ def theirs(log: FrameLog, database: cantools.database.can.Database) -> None:
 
 
 def bus_log(log: FrameLog, database: Database, path: Path) -> asammdf.MDF:
-    """Give the frames as asammdf holds them."""
+    """The frames as an MDF bus log of asammdf."""
     nothing = SortedLog(log, {}, {}, np.arange(0))
     write_mf4(iter([nothing]), database, path)
     return asammdf.MDF(path)
 
 
 def extracted(frames: asammdf.MDF) -> None:
-    """Decode everything, as asammdf does."""
+    """Decode everything with asammdf."""
     frames.extract_bus_logging({"CAN": [(str(MOTORBIKE), 0)]}).close()
 
 
@@ -104,7 +104,9 @@ def main(frames: int = FRAMES) -> None:
     print(f"decode, {frames:,} frames, every signal, median of {REPETITIONS} runs")
     print(f"{'':12}{'s':>10}{'frames/s':>16}")
     for name, taken in (("slipbench", our_time), ("cantools", their_time), ("asammdf", mdf_time)):
-        print(f"{name:12}{taken:10.3f}{frames / taken:16,.0f}   {taken / our_time:8.1f} x ours")
+        print(
+            f"{name:12}{taken:10.3f}{frames / taken:16,.0f}   {taken / our_time:8.1f} x the time of slipbench"
+        )
 
 
 if __name__ == "__main__":

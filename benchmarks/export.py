@@ -1,7 +1,7 @@
-"""How fast a recording is exported: frames alone, and with every signal decoded.
+"""Speed of exporting a recording: raw frames, and with every signal decoded.
 
-`python benchmarks/export.py [frames]`. Counted is processor time, from frames in memory to a file;
-then how fast the recording itself, candump text, is read.
+`python benchmarks/export.py [frames]`. Processor time from frames in memory to a file, then the
+speed of reading the recording itself (candump text).
 """
 
 import shutil
@@ -38,7 +38,7 @@ def main(frames: int = FRAMES) -> None:
     """Print the table."""
     database = load_database(MOTORBIKE)
     print(f"export, {frames:,} frames, one run each, frames/s")
-    print(f"{'':10}{'frames alone':>16}{'with decoded':>16}")
+    print(f"{'':10}{'raw frames':>16}{'with signals':>16}")
     with tempfile.TemporaryDirectory() as folder:
         for form, write in WRITERS.items():
             log = traffic(database, frames // SLOW.get(form, 1))
@@ -50,7 +50,7 @@ def main(frames: int = FRAMES) -> None:
                 taken = seconds(partial(write, [what], database, out), 1)
                 rates.append(len(log) / taken)
                 shutil.rmtree(out) if out.is_dir() else out.unlink()
-            told = f"{rates[1]:16,.0f}" if form not in ("asc", "blf") else f"{'has none':>16}"
+            told = f"{rates[1]:16,.0f}" if form not in ("asc", "blf") else f"{'no signals':>16}"
             print(f"{form:10}{rates[0]:16,.0f}{told}")
         path = Path(folder) / "frames.log"
         part = traffic(database, frames // 5)

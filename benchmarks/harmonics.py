@@ -1,9 +1,9 @@
-"""How well harmonics are found in one sweep: along the phase, and from slices as in the paper.
+"""Errors of harmonics from one sweep: along the phase, and from slices as in the paper.
 
-`python benchmarks/harmonics.py [seeds]` prints one table. A curve before a resonance of 8 Hz with a
-delay, whose harmonics are known exactly; coloured noise and a wandering mean. Where H is 1 the
-harmonics are 1, 0.12 and 0.02. Errors are root mean squares from 1 to 11 Hz over the truth's.
-Slices err most because a sweep is not stationary in them: less noise does not help them.
+`python benchmarks/harmonics.py [seeds]` prints one table. A nonlinearity before a resonance of 8 Hz
+with dead time, whose harmonics are known exactly; coloured noise and a drifting mean. Where H is 1 the
+harmonics are 1, 0.12 and 0.02. Errors are root mean squares from 1 to 11 Hz relative to the truth.
+Slices have a bias, because a sweep is not stationary in them: less noise does not reduce it.
 """
 
 import sys
@@ -34,7 +34,7 @@ def run(duration: float, noise: float, seed: int) -> SweptRun:
 
 
 def errors(found: DescribingFunction) -> np.ndarray:
-    """Relative error of each harmonic, and the share of lines whose truth is inside the band."""
+    """Relative error of each harmonic, and the share of bins whose truth is inside the 95 % interval."""
     inside = (found.frequency > 1) & (found.frequency < 11)
     truth = Curved().harmonics(found.frequency, AMPLITUDE)[:, inside]
     left = np.abs(found.value[:, inside] - truth)

@@ -1,8 +1,8 @@
-"""How late periodic programs are, side by side in one run: this bench, its peers, the kernel.
+"""Lateness of periodic programs, measured in one run: slipbench, other packages, the kernel.
 
-`python benchmarks/lateness.py [seconds]`. First nothing but the programs themselves, then with a
-decode at 100 % in another process. cyclictest shows what this machine can do in that minute; the
-ratios to it and to the peers say more than any figure alone.
+`python benchmarks/lateness.py [seconds]`. First without other load, then with a decode at
+100 % in another process. cyclictest measures the kernel's own wake-up latency at that time; ratios
+to it and to the other packages do not depend on the machine as much as the figures do.
 """
 
 import os
@@ -17,7 +17,7 @@ from timing.quantiles import HEAD, Row
 
 SECONDS = 10.0
 ACCOUNTED = 60.0  # s of the run in which every tick must be accounted for
-ALONE, LOADED = "nothing of ours beside it", "decode at 100 % beside it"
+ALONE, LOADED = "no other load", "load: decode at 100 %"
 PEERS = ("python-can", "hilspy")
 
 
@@ -32,38 +32,38 @@ def main(seconds: float = SECONDS) -> None:
     with decoding():
         accounted()
     costs = ", ".join(f"{name} {cost:.2f} us" for name, cost in ring.measure().items())
-    print(f"inside the tick, into the ring of the recorder: {costs}")
+    print(f"cost of recording within a tick: {costs}")
 
 
 def senders(title: str, seconds: float) -> None:
-    """Print how late 1 kHz senders were."""
+    """Print the lateness of 1 kHz senders."""
     print(f"\n1 kHz, {title}, {seconds:g} s each; {time.strftime('%H:%M:%S')}\n{HEAD}")
     kernel = cyclictest.measure(seconds)
-    sent, said = wire.measure("slipbench", seconds)
+    sent, printed = wire.measure("slipbench", seconds)
     peers = [wire.measure(name, seconds)[0] for name in PEERS]
-    begun = as_recorded(said)
-    for row in (kernel, begun, sent, *peers):
+    start = as_recorded(printed)
+    for row in (kernel, start, sent, *peers):
         print(row)
-    ratio("slipbench begun / cyclictest woken", begun, kernel)
+    ratio("slipbench tick start / cyclictest wake-up", start, kernel)
     for peer in peers:
         ratio("slipbench sent / " + str(peer).split(":")[0] + " sent", sent, peer)
 
 
-def as_recorded(said: str) -> Row:
-    """Read the lateness that our sender printed, as a trial's recording has it."""
-    head, _, lateness = said.partition("\n")
+def as_recorded(printed: str) -> Row:
+    """Lateness that the slipbench sender printed, as in the recording of a trial."""
+    head, _, lateness = printed.partition("\n")
     skipped = int(head.split()[1])
-    return Row("slipbench: begun", np.array(lateness.split(), np.int64), skipped)
+    return Row("slipbench: tick start", np.array(lateness.split(), np.int64), skipped)
 
 
 def ratio(title: str, ours: Row | str, theirs: Row | str) -> None:
-    """Print the ratio of two p99."""
+    """Print the ratio of two 99th percentiles."""
     if isinstance(ours, Row) and isinstance(theirs, Row):
         print(f"  p99, {title}: {ours.p99 / max(theirs.p99, 1.0):.3f}")
 
 
 def replays(title: str, seconds: float) -> None:
-    """Print how far from their recorded times replayed frames were."""
+    """Print the deviation of replayed frames from their recorded times."""
     print(f"\nreplay, {players.RATE:g} frames/s, {title}\n{HEAD}")
     kernel, ours, theirs = players.measure(seconds)
     for row in (kernel, ours, theirs):
@@ -73,20 +73,20 @@ def replays(title: str, seconds: float) -> None:
 
 
 def triggers(title: str) -> None:
-    """Print how long after the button's frame the first command with authority was on the bus."""
-    print(f"\nbutton's frame to first frame with authority, {title}\n{HEAD}")
+    """Print the time from the button's frame to the first command with authority on the bus."""
+    print(f"\nfrom the button's frame to the first frame with authority, {title}\n{HEAD}")
     print(*trigger.measure(), sep="\n")
 
 
 def accounted() -> None:
-    """Print what became of every tick of a minute."""
-    row, said = wire.measure("slipbench", ACCOUNTED)
-    due, skipped = map(int, said.partition("\n")[0].split())
-    ran = as_recorded(said).lateness.size
-    heard = row.lateness.size if isinstance(row, Row) else 0
+    """Account for every tick of a minute: sent, skipped, received."""
+    row, printed = wire.measure("slipbench", ACCOUNTED)
+    due, skipped = map(int, printed.partition("\n")[0].split())
+    ran = as_recorded(printed).lateness.size
+    received = row.lateness.size if isinstance(row, Row) else 0
     print(
-        f"\nin {ACCOUNTED:g} s with a decode beside it: {due} ticks due, {ran} sent or late, "
-        f"{skipped} skipped, {due - ran - skipped} unaccounted; {heard} heard"
+        f"\n{ACCOUNTED:g} s, {LOADED}: {due} ticks due, {ran} sent, "
+        f"{skipped} skipped, {due - ran - skipped} unaccounted; {received} received"
     )
 
 

@@ -1,7 +1,7 @@
-"""What a user would take from PyPI for the step from samples to a model, beside ours.
+"""Comparison with PyPI packages for the step from samples to a model.
 
-`python benchmarks/peers.py [seeds] [--out docs/peers.md]` rides the linear motorcycle and tells
-errors and times of all on the same samples.
+`python benchmarks/peers.py [seeds] [--out docs/peers.md]` simulates trials of the linear
+motorcycle; errors and times of all packages are from the same samples.
 """
 
 import argparse
@@ -21,7 +21,7 @@ LASTS = 30.0  # s
 
 @dataclass(frozen=True)
 class Peer:
-    """A way from samples to a model. package: that must be installed, none for ours and scipy."""
+    """A method from samples to a model. package: required package; empty for slipbench and scipy."""
 
     name: str
     package: str
@@ -29,7 +29,7 @@ class Peer:
 
 
 def from_samples(estimate):
-    """Give it throttle and slip of a ride."""
+    """Apply the method to throttle and slip of a trial."""
     return lambda one, f: estimate(one.throttle, one.slip, RATE, f)
 
 
@@ -49,7 +49,7 @@ AT = np.linspace(1.0, 11.5, 40)  # Hz
 
 @dataclass(frozen=True)
 class Judged:
-    """Errors over all rides: gain (median, greatest, %), phase (greatest, degrees), resonance (%).
+    """Errors over all trials: gain (median, greatest, %), phase (greatest, degrees), resonance (%).
 
     took: s a ride, the first left out where there are more: what is compiled is compiled then
     """
@@ -62,7 +62,7 @@ class Judged:
 
 
 def judged(estimate, rides: list[Ride], motorcycle) -> Judged:
-    """Compare a peer with the truth at the speed of each ride."""
+    """Errors of a method against the truth at the speed of each trial."""
     still = still_speed(motorcycle, LASTS)
     gain, phase, off, took = [], [], [], []
     for one in rides:
@@ -95,7 +95,7 @@ HEAD = (
 
 
 def rows(seeds: int) -> list[tuple[str, ...]]:
-    """Compare all; what cannot be had is named, and what fails says why."""
+    """Rows of the table; a package that is absent or fails is listed with the reason."""
     motorcycle = linear("demonstration")
     rides = [ride(motorcycle, 1.0, FIRST + k, LASTS) for k in range(seeds)]
     made, ours = [], None
@@ -126,12 +126,12 @@ def rows(seeds: int) -> list[tuple[str, ...]]:
 
 
 def page(seeds: int) -> str:
-    """Compose the page."""
+    """The page as Markdown."""
     lines = [HEAD, tuple("---" for _ in HEAD), *rows(seeds)]
     table = "\n".join("| " + " | ".join(line) + " |" for line in lines)
     return (
         "# From samples to a model, beside other packages\n\n"
-        f"Written by `make peers` (`benchmarks/peers.py`). {seeds} rides of the linear "
+        f"Written by `make peers` (`benchmarks/peers.py`). {seeds} simulated trials of the linear "
         f"demonstration motorcycle, sweeps of {LASTS:g} s, noise 1, seeds from {FIRST} on; errors "
         "of the frequency response to the throttle from 1 to 11.5 Hz and of the driveline "
         "resonance. Every package gets throttle and slip; the first row, as in a report, also uses "

@@ -1,7 +1,7 @@
-"""From run folder to full report: how long `slipbench identify` takes for a trial of 60 s.
+"""Time of `slipbench identify` from run folder to report, for a trial of 60 s.
 
-`python benchmarks/report.py` rides a throttle sweep of 60 s on the simulated clock, over CAN, and
-identifies it twice: the second time all that is compiled is cached. Limit: 10 s on two cores.
+`python benchmarks/report.py` runs a throttle sweep of 60 s on the simulated clock, over CAN, and
+identifies it twice: the second time all compiled code is cached. Limit: 10 s on two cores.
 """
 
 import os

@@ -1,10 +1,9 @@
-"""What slip control costs inside a tick: the estimate of slip and the controller, every controller.
+"""Processor time of slip control per tick: slip estimate and controller, for each controller.
 
-`python benchmarks/slip_control.py [seconds]` rides each controller's trial on the simulated clock,
-over CAN, and plays its frames through a fresh controller tick by tick, as the gateway would: frames
-that arrived are taken in, then the controller is asked. Counted is this program's processor time,
-without collecting garbage, as in the loop's process. Limit: 100 us at p99 of the ticks in which it
-has the say; beyond that the table shows what programs beside it do to the processor's caches.
+`python benchmarks/slip_control.py [seconds]` runs each controller's trial on the simulated clock,
+over CAN, and passes its frames to a new controller tick by tick, as the gateway does. Measured is the
+processor time of this program without garbage collection, as in the loop's process. Limit: 100 us at
+p99 of the ticks in control; other programs make it worse through the processor's caches.
 """
 
 import gc
@@ -46,7 +45,7 @@ def main(seconds: float = 20.0) -> None:
 
 
 def measure(name: str, seconds: float) -> tuple[np.ndarray, np.ndarray]:
-    """Processor time of each tick, ns: before the button, and while the controller has the say."""
+    """Processor time of each tick, ns: before the button, and while the controller acts."""
     with tempfile.TemporaryDirectory() as folder:
         prepared = prepare(lengthened(name, seconds, Path(folder)), MOTORBIKE)
         outcome = run_trial(prepared, Path(folder) / "run", None)
@@ -59,7 +58,7 @@ def measure(name: str, seconds: float) -> tuple[np.ndarray, np.ndarray]:
 
 
 def lengthened(name: str, seconds: float, folder: Path) -> Path:
-    """Let a controller's own trial last so many seconds."""
+    """A controller's own trial with another duration, s."""
     trials = ROOT / "trials"
     text = (trials / f"slip_steps_{name}.toml").read_text(encoding="utf-8")
     text = text.replace('duration = "8 s"', f'duration = "{seconds:g} s"')
@@ -72,7 +71,7 @@ def lengthened(name: str, seconds: float, folder: Path) -> Path:
 def played(
     prepared: Prepared, log: Path, begin: float, end: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Play a log's frames into a fresh controller; `begin`, `end`: s, of its say."""
+    """Pass the frames of a log to a new controller; `begin`, `end`: s, in which it acts."""
     codec = Codec(prepared.database)
     control = slip_control(prepared.plan, wheels_of(prepared.scenario.vehicle), prepared.database)
     assert control is not None
@@ -96,7 +95,7 @@ def played(
 
 
 def messages(log: Path, codec: Codec) -> list[tuple[float, str, object]]:
-    """Decode what the controller listens to: arrival (s), name, message."""
+    """Decoded messages that the controller reads: arrival (s), name, message."""
     frames = read_log(log).frames
     wanted = {codec.identifier(name): name for name in HEARD}
     found = []

@@ -154,7 +154,10 @@ def summary(found: "Identification", study: "Study") -> list[str]:
     from slipbench.identification.report.tiles import tiles
 
     lines = [headline(found), ""]
-    lines += [f"  {t.label:<22} {t.value:<15} {t.note}" for t in tiles(found, study)]
+    shown = tiles(found, study)
+    label = max((len(tile.label) for tile in shown), default=0)
+    value = max((len(tile.value) for tile in shown), default=0)
+    lines += [f"  {t.label:<{label}}  {t.value:<{value}}  {t.note}".rstrip() for t in shown]
     skipped = [f"  not performed: {item}" for item in (*found.left_out, *study.left_out)]
     return [*lines, *skipped, ""]
 

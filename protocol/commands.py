@@ -51,7 +51,7 @@ def decode(
 ) -> None:
     """Decode a log to one long table: every signal of every message in the database.
 
-    One row a sample, with the columns time (s since the first frame), time_ns (as logged), bus,
+    One row per sample, with the columns time (s since the first frame), time_ns (as logged), bus,
     message, signal, value (in the database's unit), unit and label (the value's name, if it has
     one). No whole number is rounded: CSV has every digit; Parquet has a double in value, and the
     digits as text in the column exact where a double would round (value is empty there). In Parquet

@@ -5,7 +5,7 @@ import numpy as np
 from known.cases import FIRST
 from known.rows import Row
 
-HEAD = ("motorcycle", "sweep", "noise", "rides")
+HEAD = ("motorcycle", "sweep", "noise", "trials")
 
 
 def _cells(row: Row) -> tuple[str, ...]:
@@ -78,13 +78,13 @@ def covered_cells(row: Row) -> tuple[str, ...]:
 
 
 def table(head: tuple[str, ...], cells: list[tuple[str, ...]]) -> str:
-    """Lay a table out as Markdown."""
+    """A table as Markdown."""
     lines = [head, tuple("---" for _ in head), *cells]
     return "\n".join("| " + " | ".join(line) + " |" for line in lines)
 
 
 def goals(made: list[Row]) -> str:
-    """Say of every goal where it is met and where it is not, from the figures themselves."""
+    """For each goal the cases that meet it and those that do not, computed from the figures."""
     said = []
     for name, value, least, most in (
         ("bins within 1 % and 1 degree", lambda r: _both(r, "lines"), 95.0, 100.0),
@@ -121,20 +121,20 @@ def _both(row: Row, what: str) -> float:
 
 
 def document(made: list[Row], notes: str) -> str:
-    """Compose the page."""
+    """The page as Markdown."""
     return (
         "# Accuracy against known truth\n\n"
-        "Written by `make accuracy` (`benchmarks/accuracy.py`). Each ride is one throttle sweep of 2 % "
+        "Written by `make accuracy` (`benchmarks/accuracy.py`). Each trial is a simulated throttle sweep of 2 % "
         f"from 0.5 to 12 Hz; the seeds start at {FIRST} and were used for no other choice. Noise 1 is "
         "that of the virtual bench: optical speed 0.02 m/s with a resolution of 0.01 m/s, throttle "
         "0.03 %, combustion 0.8 N m, gusts of 12 N. Drawn motorcycles: parameters drawn from the "
-        "tolerances of the nominal file, one motorcycle per ten rides. The truth is the response at "
-        "the mean speed of the ride: with noise 1, wind changes this speed by about 0.1 m/s between "
-        "rides, and the gain decreases by 3 % per m/s.\n\n"
+        "tolerances of the nominal file, one motorcycle per ten trials. The truth is the response at "
+        "the mean speed of the trial: with noise 1, wind changes this speed by about 0.1 m/s between "
+        "trials, and the gain decreases by 3 % per m/s.\n\n"
         "## Errors\n\nBins: nonparametric frequency response; model: transfer function of the report, "
-        "order selected, no prior knowledge. p50, p95: percentiles over bins and rides. A driveline "
+        "order selected, no prior knowledge. p50, p95: percentiles over bins and trials. A driveline "
         "resonance counts where it lies below the highest bin. The dead time is profiled for every "
-        "fourth ride, with filling time and c / k known.\n\n"
+        "fourth trial, with filling time and c / k known.\n\n"
         f"{table(ERRORS, [error_cells(r) for r in made])}\n\n"
         "## Coverage of the 95 % intervals, %\n\n"
         f"{table(COVERED, [covered_cells(r) for r in made])}\n\n## Goals\n\n"

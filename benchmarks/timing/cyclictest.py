@@ -1,4 +1,4 @@
-"""The yardstick: how late the kernel wakes a real-time thread, by Debian's rt-tests."""
+"""Reference: wake-up latency of a real-time thread, measured by cyclictest (rt-tests)."""
 
 import re
 import subprocess
@@ -7,7 +7,7 @@ import numpy as np
 
 from timing.quantiles import Row, absent
 
-NAME = "cyclictest: woken"
+NAME = "cyclictest: wake-up"
 WIDEST = 50_000  # us that its histogram holds
 
 
@@ -30,7 +30,7 @@ def measure(seconds: float) -> Row | str:
             ["cyclictest", *arguments], capture_output=True, text=True, timeout=20 * seconds + 20
         )
     except FileNotFoundError:
-        return absent(NAME, "cyclictest is not here; apt-get install rt-tests")
+        return absent(NAME, "cyclictest is not installed; apt-get install rt-tests")
     if done.returncode:
         return absent(NAME, (done.stderr or done.stdout).strip().splitlines()[-1])
     pairs = [

@@ -1,4 +1,4 @@
-"""A decode at 100 % in another process, for as long as the block lasts."""
+"""Load: a decode at 100 % in another process, for the duration of a `with` block."""
 
 import multiprocessing
 from collections.abc import Iterator
@@ -7,7 +7,7 @@ from contextlib import contextmanager
 
 @contextmanager
 def decoding() -> Iterator[None]:
-    """Decode without end, in a process of its own."""
+    """Decode in a separate process until the block ends."""
     ready = multiprocessing.Event()
     process = multiprocessing.Process(target=_decode, args=(ready,), daemon=True)
     process.start()

@@ -1,4 +1,4 @@
-"""The benchmarks of time and formats as a page: what was run, on what, and what it printed.
+"""Page of the benchmarks of time and formats: machine, versions, and what each printed.
 
 `python -m timing.page` in benchmarks/ prints the page.
 """
@@ -13,17 +13,19 @@ from pathlib import Path
 
 BENCHMARKS = Path(__file__).parents[1]
 PAGES = {
-    "lateness.py": "How late a periodic loop, a replay and an answer are",
+    "lateness.py": "Lateness: periodic loop, replay, response to the button",
     "decode.py": "Decoding a whole log",
     "export.py": "Exporting a recording",
 }
-QUIET = 0.5  # load average of a machine that does nothing else
+QUIET = 0.5  # load average of an idle machine
 LIBRARIES = ("python-can", "cantools", "asammdf", "hilspy", "numpy")
 
 
 def main() -> None:
-    """Run each and print the page."""
-    print("# Benchmarks\n\nMade by `make bench-page`, peers in the same run, on one machine.\n")
+    """Run the benchmarks and print the page."""
+    print(
+        "# Benchmarks\n\nWritten by `make bench-page`. slipbench and other programs are measured in the same run, on one machine.\n"
+    )
     print(f"{_machine()}\n\n{_how_quiet(os.getloadavg()[0])}\n")
     for name, title in PAGES.items():
         done = subprocess.run(
@@ -33,13 +35,12 @@ def main() -> None:
 
 
 def _how_quiet(load: float) -> str:
-    """Say what else the machine did before the run."""
+    """Sentence on the load of the machine before the run."""
     if load < QUIET:
-        return f"Nothing else was running (load average {load:.2f} before the run)."
+        return f"No other load (load average {load:.2f} before the run)."
     return (
-        f"Other programs were running (load average {load:.2f} before the run): figures by"
-        " themselves are worse than this machine's own. What was measured in one run was measured"
-        " under the same load."
+        f"Other programs were running (load average {load:.2f} before the run): the figures are worse"
+        " than on an idle machine. Programs compared in one run had the same load."
     )
 
 

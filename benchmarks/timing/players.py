@@ -1,4 +1,4 @@
-"""Replays of one log, ours and python-can's, and how far from its recorded time each frame was."""
+"""Deviation of each frame from its recorded time: replay by slipbench and by python-can."""
 
 import subprocess
 import sys
@@ -23,7 +23,7 @@ STARTS = 0.3  # s: cyclictest has begun by then
 
 
 def drive(seconds: float, seed: int = 11) -> FrameLog:
-    """Draw a log of irregular traffic."""
+    """Random log of irregular traffic."""
     from decode import traffic
 
     from slipbench.protocol.database.database import MOTORBIKE, load_database
@@ -36,7 +36,7 @@ def drive(seconds: float, seed: int = 11) -> FrameLog:
 
 
 def slipbench(path: Path, seconds: float) -> list[Row | str]:
-    """Replay in our real-time process, onto a bus that takes frames and does nothing.
+    """Replay in the real-time process of slipbench, onto a bus that accepts all frames.
 
     cyclictest runs in the same seconds: what both suffer is the machine's.
     """
@@ -47,7 +47,7 @@ def slipbench(path: Path, seconds: float) -> list[Row | str]:
         running.begin()
         while (report := running.report(within=1.0)) is None:
             pass
-        return [kernel.result(), Row("slipbench replay: handed over", report.replayed.known)]
+        return [kernel.result(), Row("slipbench replay: sent", report.replayed.known)]
 
 
 def python_can(path: Path) -> Row:
@@ -59,11 +59,11 @@ def python_can(path: Path) -> Row:
         text=True,
         check=True,
     )
-    return Row("python-can player: handed over", np.array(done.stdout.split(), np.int64))
+    return Row("python-can player: sent", np.array(done.stdout.split(), np.int64))
 
 
 def measure(seconds: float) -> list[Row | str]:
-    """Replay one log both ways: cyclictest beside ours, ours, python-can's."""
+    """Lateness of cyclictest, of slipbench and of python-can, for one log."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "drive.log"
         path.write_bytes(b"".join(format_frames(drive(seconds))))
@@ -71,7 +71,7 @@ def measure(seconds: float) -> list[Row | str]:
 
 
 def _play(path: Path) -> None:
-    """Play as `can.player` does; print how far off each frame was, ns, either way."""
+    """Play as `can.player` does; print the absolute deviation of each frame, ns."""
     log = read_log(path).frames
     messages = [
         can.Message(

@@ -1,4 +1,4 @@
-"""Lateness in a row of a table."""
+"""Row of a table of lateness."""
 
 from dataclasses import dataclass
 
@@ -9,7 +9,7 @@ HEAD = f"{'':38}{'p50':>9}{'p99':>9}{'p99.9':>9}{'max':>10}{'ticks':>9}{'skipped
 
 @dataclass(frozen=True)
 class Row:
-    """How late the ticks of one program were, ns; `skipped` ticks never ran."""
+    """Lateness of the ticks of one program, ns, shape (n,); `skipped` ticks did not run."""
 
     name: str
     lateness: np.ndarray
@@ -17,11 +17,11 @@ class Row:
 
     @property
     def p99(self) -> float:
-        """99 % are earlier than this, ns."""
+        """99th percentile of the lateness, ns."""
         return float(np.percentile(self.lateness, 99))
 
     def __str__(self) -> str:
-        """Write the row."""
+        """The row as text, us."""
         quantiles = np.percentile(self.lateness, [50, 99, 99.9, 100]) * 1e-3
         p50, p99, p999, most = quantiles
         return (
@@ -31,5 +31,5 @@ class Row:
 
 
 def absent(name: str, why: str) -> str:
-    """Write the row of a peer that is not here."""
+    """Row of a program that is not installed, with the reason."""
     return f"{name:38}not measured: {why}"

@@ -1,4 +1,4 @@
-"""What the loop pays inside a tick for the recording: calls into the ring in shared memory."""
+"""Cost of recording within a tick: writes to the ring in shared memory."""
 
 import time
 

@@ -1,4 +1,4 @@
-"""Programs that send a datagram every millisecond, each a process of its own.
+"""Programs that send a datagram every millisecond, each in its own process.
 
 `python senders.py NAME PORT SECONDS` sends to PORT of this machine until the time is up.
 """
@@ -11,14 +11,14 @@ PERIOD = 0.001  # s
 
 
 def to(port: int) -> socket.socket:
-    """Open a socket to the listener."""
+    """Socket connected to the listener."""
     link = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
     link.connect(("127.0.0.1", port))
     return link
 
 
 def slipbench(port: int, seconds: float) -> None:
-    """Our loop as a trial runs it: every tick noted in a ring in shared memory, then sent.
+    """The loop of slipbench as in a trial: each tick is written to the ring, then sent.
 
     Prints the lateness of every tick as the recording has it.
     """

@@ -1,4 +1,4 @@
-"""From the rider's button to the bench's hand on the throttle, again and again, in real time.
+"""Time from the rider's button to the first command with authority, repeated, in real time.
 
 The gateway's loop and the virtual motorcycle are processes of their own on the virtual bus. Counted
 are the bus's own time stamps: the end of the frame that tells of the button, and the end of the
@@ -37,7 +37,7 @@ ON_ITS_WAY = 60.0  # s that the motorcycle has to start
 
 
 def measure(times: int = TIMES) -> list[Row]:
-    """Trigger `times` times each way, on one motorcycle that rides on."""
+    """Press the button `times` times in each mode, on one simulated motorcycle."""
     prepared = quick(prepare(TRIAL, dbc.MOTORBIKE))
     address = BusAddress("slipbench", f"trigger-{os.getpid()}")
     spawning = multiprocessing.get_context("spawn")
@@ -48,12 +48,12 @@ def measure(times: int = TIMES) -> list[Row]:
         theirs.close()  # so that a process that dies is an end, and no wait
         found = ours.recv()
         process.join()
-    ways = {"trigger to first excitation frame": 0, "  were it to wait for the next tick": 1}
+    ways = {"button to first excitation frame": 0, "  if it waited for the next tick": 1}
     return [Row(name, np.array(found[way]), times - len(found[way])) for name, way in ways.items()]
 
 
 def quick(prepared: Prepared) -> Prepared:
-    """Shorten what comes before and after the button; the excitation stays as it is."""
+    """Shorten the trial before and after the button; the excitation is unchanged."""
     from dataclasses import replace
 
     trial = prepared.trial.model_copy(
@@ -88,7 +88,7 @@ def _trigger(prepared: Prepared, address: BusAddress, times: int, pipe: Connecti
 
 
 def _one(gateway: Gateway, ring: Ring, clock: MonotonicClock, wait: Wait | None) -> list[Slot]:
-    """Run a trial until some ticks after its first excitation; gives its last frames."""
+    """Run a trial until some ticks after its first excitation; returns its last frames."""
     slots: list[Slot] = []
     excited = 0
 

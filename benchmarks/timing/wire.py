@@ -1,4 +1,4 @@
-"""When datagrams came, by the kernel's own time stamps: one clock for every sender.
+"""Arrival times of datagrams by kernel time stamps: one clock for every sender.
 
 A sender's deadlines are not known, only that they are a period apart: its grid is laid through the
 datagram that was earliest against it. So a constant delay does not count, for nobody.
@@ -20,7 +20,7 @@ SENDERS = Path(__file__).with_name("senders.py")
 
 
 def measure(name: str, seconds: float) -> tuple[Row | str, str]:
-    """Let a sender send; gives its row and what it printed."""
+    """Run a sender; returns its row and what it printed."""
     with listener() as link:
         process = subprocess.Popen(
             [sys.executable, str(SENDERS), name, str(link.getsockname()[1]), str(seconds)],
@@ -38,7 +38,7 @@ def measure(name: str, seconds: float) -> tuple[Row | str, str]:
 
 
 def listener() -> socket.socket:
-    """Open a socket with kernel time stamps and room for a minute."""
+    """Socket with kernel time stamps and a buffer for a minute."""
     link = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
     link.bind(("127.0.0.1", 0))
     try:
@@ -51,7 +51,7 @@ def listener() -> socket.socket:
 
 
 def drained(link: socket.socket) -> tuple[np.ndarray, np.ndarray]:
-    """Read all that came: kernel time, ns, and the number in each datagram."""
+    """Kernel time, ns, and number of each received datagram."""
     times, numbers = [], []
     while True:
         try:
@@ -64,7 +64,7 @@ def drained(link: socket.socket) -> tuple[np.ndarray, np.ndarray]:
 
 
 def in_sequence(times: np.ndarray) -> np.ndarray:
-    """Tell which tick each datagram of a sender is that does not number them.
+    """Tick of each datagram of a sender that does not number them.
 
     A datagram is the tick after the one before; where a whole period or more passed without one
     and no burst made up for it, ticks were skipped.

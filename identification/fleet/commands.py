@@ -9,7 +9,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 EXAMPLE = "Example: slipbench explain-fleet season.toml --out season --scheduler tcp://host:8786"
 
-FAILED = 3  # exit status where an analysis could not be done
+FAILED = 3  # exit status when an analysis failed
 
 
 def register(app: typer.Typer) -> None:
@@ -21,18 +21,19 @@ def explain_fleet_command(
     fleet: Annotated[Path, typer.Argument(help="Fleet file: vehicles and their run folders.")],
     out: Annotated[Path, typer.Option(help="Folder of all verdicts, memos and the table.")],
     workers: Annotated[
-        int | None, typer.Option(min=1, help="Local processes; by default one a processor.")
+        int | None,
+        typer.Option(min=1, help="Number of local processes; default: one per processor."),
     ] = None,
     scheduler: Annotated[
         str | None,
-        typer.Option(help="Address of a dask cluster that exists and sees the same folders."),
+        typer.Option(help="Address of a running dask cluster that has access to the same folders."),
     ] = None,
 ) -> None:
     """Explain a season or a fleet: `slipbench explain` for every vehicle of a file, side by side.
 
-    What has a verdict already is not done again.
+    A vehicle that already has a verdict is skipped.
 
-    Exit status: 0 all analysed, 2 invalid input (see message), 3 an analysis could not be done.
+    Exit status: 0 all analysed, 2 invalid input (see message), 3 an analysis failed.
     """
     from slipbench.identification.cluster import Workers
     from slipbench.identification.fleet.fleet import TABLE, explain_fleet

@@ -170,15 +170,15 @@ def _profiled(choice: OrderChoice[RationalFit]) -> PureDelay | NoDelay:
 
 
 def answer(found: Comparison) -> str:
-    """Throttle or spark? The paper's question, in a sentence with its figures."""
+    """Comparison of throttle and spark in two sentences, with the figures."""
     t, s, c = found.throttle, found.spark, found.cutoff
     return (
-        "Spark for the fast part, throttle for the large one: "
+        "The spark suits fast control, the throttle large changes: "
         f"at w_c ({c:g} Hz) the spark leads the throttle by {found.lead:.0f} ± "
-        f"{found.lead_band:.0f} degrees, without pure delays of {1e3 * s.delay.value:.1f} and "
-        f"{1e3 * t.delay.value:.1f} ms, and it is usable up to {_share(s, c)} w_c, the throttle up "
-        f"to {_share(t, c)} w_c (phase margin {MARGIN:.0f} degrees); but one degree of spark "
-        f"moves the slip by only {100 * np.radians(abs(s.low_gain)):.3f} %, "
+        f"{found.lead_band:.0f} degrees, dead times of {1e3 * s.delay.value:.1f} and "
+        f"{1e3 * t.delay.value:.1f} ms excluded. The usable bandwidth (phase margin {MARGIN:.0f} "
+        f"degrees) is {_share(s, c)} w_c for the spark, {_share(t, c)} w_c for the throttle; but "
+        f"one degree of spark moves slip by only {100 * np.radians(abs(s.low_gain)):.3f} %, "
         f"one percent of throttle by {abs(t.low_gain):.3f} %."
     )
 

@@ -1,6 +1,6 @@
 """Write the samples of a log as one long table, as pandas, MATLAB and spreadsheets read it.
 
-One row a sample: `time` (s since the log's first frame), `time_ns` (as logged), `bus`, `message`,
+One row per sample: `time` (s since the log's first frame), `time_ns` (as logged), `bus`, `message`,
 `signal`, `value` (in the database's unit), `unit`, `label` (where the database names the value).
 Parquet: one row group a signal, so that a reader can take one signal without the rest; a log of
 more than some millions of frames is decoded in portions, with one row group a signal in each.

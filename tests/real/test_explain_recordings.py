@@ -1,4 +1,4 @@
-"""What real recordings conceal is found by the ordinary path, and nothing where nothing is."""
+"""`explain` identifies known effects in published recordings, and no mismatch in controls."""
 
 from dataclasses import replace
 from pathlib import Path
