@@ -40,7 +40,7 @@ def paper_command(
 
     Trials whose recordings are not in --runs are run first, on the virtual motorcycle.
 
-    Exit status: 0 every claim holds, 2 something given must be mended, 3 a claim does not hold.
+    Exit status: 0 every claim holds, 2 invalid input (see message), 3 a claim does not hold.
     """
     from slipbench.studies.paper.paper_command import reproduce
     from slipbench.studies.paper.paper_report import found_in_words

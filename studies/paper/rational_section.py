@@ -1,4 +1,4 @@
-"""Steps 6 and 7: rational functions with delay, and their answer in time (figures 6, 7 and 10)."""
+"""Steps 6 and 7: rational functions with dead time, and their time response (figures 6, 7, 10)."""
 
 from slipbench.identification.report.report import Drawn
 from slipbench.identification.response.independent_lines import NoRational
@@ -22,7 +22,7 @@ Studies = dict[str, RationalStudy | NoRational]
 
 
 def studies_of(found: Found, context: Context) -> Studies:
-    """Fit the first run on each actuator."""
+    """Study of the first run on each actuator."""
     return {
         role: study_of(
             runs_of(found, role.partition("_")[0])[0],
@@ -35,7 +35,7 @@ def studies_of(found: Found, context: Context) -> Studies:
 
 
 def rational(found: Found, studies: Studies, context: Context) -> Section:
-    """Show orders, delay and fit of both first harmonics."""
+    """Section on orders, dead time and fit of both first harmonics."""
     told = [
         "Fitted as in the paper, by damped Gauss-Newton on the weighted distance "
         "from the first harmonic (equation 4), and by maximum likelihood with the "
@@ -74,7 +74,7 @@ def _figures(
 
 
 def time_domain(found: Found, studies: Studies, context: Context) -> Section:
-    """Drive the likeliest model by the measured throttle."""
+    """Section on the maximum-likelihood model simulated with the measured throttle."""
     title, study = "Time-domain check of the model", studies[THROTTLE]
     if isinstance(study, NoRational):
         return Section("7", title, (study.reason,))

@@ -1,4 +1,4 @@
-"""What the paper claims of opening and closing, and of throttle and spark, with bands.
+"""Claims on opening and closing, and on throttle and spark.
 
 claims = (*switched_claims(study), *actuator_claims(compare_actuators(throttle, spark)))
 """
@@ -18,7 +18,7 @@ THROTTLE, SPARK = (0.7, 0.8), (0.8, 0.9)  # w_c, usable bandwidth
 
 
 def switched_claims(study: SwitchedStudy | NoSteps) -> tuple[Claim, ...]:
-    """Opening and closing dynamics, and to know it predicts sweeps better."""
+    """Claims: opening and closing differ, and a switched model predicts sweeps better."""
     differ = "The responses to opening and closing differ"
     beats = "On held-out sweeps the switched model has a smaller error than the linear one"
     if isinstance(study, NoSteps):
@@ -66,7 +66,7 @@ def _constants(study: SwitchedStudy) -> str:
 
 
 def actuator_claims(found: Comparison | NoComparison) -> tuple[Claim, ...]:
-    """Lead of the spark at w_c and both usable bandwidths."""
+    """Claims on the phase lead of the spark at w_c and on both usable bandwidths."""
     known = isinstance(found, Comparison)
     lead = found.lead if isinstance(found, Comparison) else UNKNOWN
     bands = (
@@ -118,7 +118,7 @@ def _delays(found: Comparison) -> str:
 
 
 def scheduled_claims(rows: tuple[LeftOutSpeed, ...] | NoSchedule) -> tuple[Claim, ...]:
-    """A model over speed foretells a speed that it has not seen better than one for all speeds."""
+    """Claim: a scheduled model predicts a held-out speed better than one model for all speeds."""
     told = "A held-out speed is predicted better by the scheduled model than by one model for all speeds"
     if isinstance(rows, NoSchedule):
         worst, note = UNKNOWN, rows.reason

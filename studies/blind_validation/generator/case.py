@@ -80,12 +80,12 @@ class Case:
 
     @property
     def faults(self) -> FaultSet:
-        """What the motorcycle has beyond its file."""
+        """Hidden effects of the motorcycle, which its vehicle file lacks."""
         return secret_of(self.hidden)
 
 
 def draw_case(seed: int, number: int) -> Case:
-    """Draw case `number`, from 0, of a study."""
+    """Case `number`, from 0, of a study."""
     rng = np.random.default_rng((seed, number))
     sort = ROUND[number % len(ROUND)]
     formula = int(rng.integers(1, len(NAMES))) if rng.uniform() < OTHER_TYRES else 0
@@ -117,7 +117,7 @@ def _trial(
 
 
 def _hidden(rng: np.random.Generator, sort: str, seed: int, number: int) -> tuple[Hidden, ...]:
-    """Draw what is missing; over the cases of one sort every kind has its turn."""
+    """Hidden effects of a case; over the cases of one category every fault type occurs in turn."""
     if sort == NOTHING:
         return ()
     if sort == UNEXCITED:
@@ -137,7 +137,7 @@ def _turn(seed: int, sort: str, number: int, kinds: Sequence[FaultType]) -> Faul
 
 
 def _several(rng: np.random.Generator, count: int) -> tuple[Hidden, ...]:
-    """Draw several of different places, none of them hidden by design."""
+    """Several effects at different injection points, all of them visible."""
     found: list[Hidden] = []
     loud = [k for k in LIBRARY if not k.quiet]
     while len(found) < count:
@@ -148,7 +148,7 @@ def _several(rng: np.random.Generator, count: int) -> tuple[Hidden, ...]:
 
 
 def secret_of(hidden: Sequence[Hidden]) -> FaultSet:
-    """Put what is missing where the motorcycle and its sensors look for it."""
+    """Parameters of the hidden effects, as motorcycle and sensors take them."""
     motion: dict[str, float] = {}
     channels: dict[str, dict[str, float]] = {}
     discs: dict[str, dict[str, float]] = {}
@@ -181,7 +181,7 @@ def _disc(values: Mapping[str, float]) -> Disc:
 
 
 def write_case(case: Case, folder: Path) -> tuple[Path, list[Path], list[Path]]:
-    """Record all trials; returns the vehicle file, the training runs and the held-out runs."""
+    """Vehicle file, training runs and held-out runs of a case, all recorded into a folder."""
     folder.mkdir(parents=True, exist_ok=True)
     vehicle = folder / "vehicle.toml"
     vehicle.write_text(tomli_w.dumps(dict(case.vehicle)), encoding="utf-8")

@@ -1,4 +1,4 @@
-"""A true machine and the vehicle file that somebody wrote of it, honestly, after measuring it.
+"""A true motorcycle, and its vehicle file with measured parameters and their uncertainty.
 
 Every number is told wrong by a normal error of its logarithm whose 95 % half width stands beside
 it. A tyre that is no magic formula is told as the magic formula that fits its curve.
@@ -60,7 +60,7 @@ RATIO = 0.0012
 
 @dataclass(frozen=True)
 class Noises:
-    """What sensors add, SI: told in the vehicle file. jitter: s, of a tooth's time."""
+    """Sensor noise, SI, as the vehicle file states it. jitter: s, of a tooth's time."""
 
     throttle: float
     throttle_quantum: float
@@ -72,7 +72,7 @@ class Noises:
 
 @dataclass(frozen=True)
 class Truth:
-    """A motorcycle as it is. gears: true ratios."""
+    """Ground truth of a motorcycle. gears: true ratios."""
 
     machine: Machine
     formula: int
@@ -81,7 +81,7 @@ class Truth:
 
 
 def draw_truth(rng: np.random.Generator, formula: int) -> Truth:
-    """Draw a motorcycle of the class."""
+    """Random motorcycle of the class."""
     values = {name: float(rng.uniform(*entry[3])) for name, entry in FIELDS.items()}
     gears = tuple(float(g * np.exp(0.01 * rng.standard_normal())) for g in GEARS)
     noises = Noises(
@@ -96,7 +96,7 @@ def draw_truth(rng: np.random.Generator, formula: int) -> Truth:
 
 
 def vehicle_tree(rng: np.random.Generator, truth: Truth) -> dict[str, Any]:
-    """Return the tree of the vehicle file: every number with its error and how well it is known."""
+    """Tree of the vehicle file: every parameter with its error and its uncertainty."""
     tree: dict[str, Any] = {"name": "sealed", "description": "Measured in the workshop"}
     tree["gears"] = {
         str(i): _measured(rng, g, "1", RATIO) for i, g in enumerate(truth.gears, start=1)
@@ -112,7 +112,7 @@ def vehicle_tree(rng: np.random.Generator, truth: Truth) -> dict[str, Any]:
 
 
 def channels(noises: Noises) -> dict[str, Any]:
-    """What the data sheets say of the sensors."""
+    """Data-sheet values of the sensors."""
     return {
         "throttle_position": _channel(noises, noises.throttle, noises.throttle_quantum, "1"),
         "engine_speed": _channel(noises, noises.engine_speed, 0.5 * RPM, "rad/s"),
@@ -139,7 +139,7 @@ def _measured(rng: np.random.Generator, true: float, unit: str, share: float) ->
 
 
 def as_magic_formula(truth: Truth) -> dict[str, float]:
-    """Return the machine's numbers, the tyre's as the magic formula nearest to its curve."""
+    """Parameters of the machine; those of the tyre as the magic formula closest to its curve."""
     true = truth.machine._asdict()
     if truth.formula == MAGIC:
         return true

@@ -1,4 +1,4 @@
-"""A bus with arbitration: frames that are ready contend, the lowest identifier goes first."""
+"""Bus arbitration: of the frames that are ready, the lowest identifier is sent first."""
 
 import numpy as np
 import numpy.typing as npt
@@ -36,9 +36,9 @@ def arrivals(ready: Integers, identifier: Integers, length: Integers) -> Integer
 
 @njit(cache=True, error_model="numpy")
 def packed(tooth: Integers, most: int, wait: int) -> Integers:
-    """Number of the frame that tells each tooth: full ones, or what has waited so long.
+    """Number of the frame that reports each tooth: a frame is sent when full or after a timeout.
 
-    tooth: ns. The sender looks once a millisecond.
+    tooth: ns, shape (n,). The sender polls once a millisecond.
     """
     frame = np.zeros(tooth.size, np.int64)
     number, held, told = 0, 0, tooth[0]
