@@ -23,20 +23,20 @@ def explain_fleet(
     entries: Sequence[Entry],
     out: Path,
     workers: Workers,
-    told: Callable[[int, int], None] = lambda *_: None,
+    progress: Callable[[int, int], None] = lambda *_: None,
 ) -> list[Row]:
     """Run the analyses without a verdict in `out` yet, and write the table of all.
 
     Every analysis writes its verdict, memo and improved vehicle file into a folder of its name.
-    Invalid input is reported in the row of the analysis. told: number done, and total.
+    Invalid input is reported in the row of the analysis. progress: number done, and total.
     """
     out.mkdir(parents=True, exist_ok=True)
     rows = {e.name: row for e in entries if (row := _there(out / e.name)) is not None}
-    told(len(rows), len(entries))
-    left = {e.name: (e, str(out / e.name)) for e in entries if e.name not in rows}
-    for name, row in done_by(workers, explain_one, left) if left else ():
+    progress(len(rows), len(entries))
+    pending = {e.name: (e, str(out / e.name)) for e in entries if e.name not in rows}
+    for name, row in done_by(workers, explain_one, pending) if pending else ():
         rows[name] = row
-        told(len(rows), len(entries))
+        progress(len(rows), len(entries))
     ordered = [{"name": e.name, **rows[e.name]} for e in entries]
     (out / TABLE).write_text(table(ordered), encoding="utf-8")
     return ordered

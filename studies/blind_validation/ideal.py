@@ -56,7 +56,7 @@ LEADS_IN = {
 }
 """Recorded quantities that lead a simulation in, and what they show."""
 BY_CHANCE = ("held_frames", "stale_frames")
-"""Kinds whose course in time no number tells: which frames are stale, when a value is renewed."""
+"""Kinds whose time series no parameter determines: which frames are stale, when a value is updated."""
 COLUMNS = {
     "throttle": "plate",
     "engine_speed": "crank_speed",
@@ -151,16 +151,16 @@ def _fitted_from(base: Fit, candidates: Sequence[Candidate]) -> Fit | None:
 def at_truth(hidden: Hidden) -> Candidate:
     """Effect of the library with the true parameters."""
     pattern = _pattern(EFFECTS[hidden.kind], hidden.subject)
-    kind, told = type(pattern), hidden.parameters
+    kind, true = type(pattern), hidden.parameters
     first = sizes(kind)[0]
-    size = as_size(first, told[first.name])
-    sought = [p.name for p in shapes(kind) if p.sought is not None and p.name in told]
-    pattern = replace(pattern, **{name: told[name] for name in sought})
+    size = as_size(first, true[first.name])
+    sought = [p.name for p in shapes(kind) if p.sought is not None and p.name in true]
+    pattern = replace(pattern, **{name: true[name] for name in sought})
     dials = [
-        as_shape(p, p.typical, told[p.name]) if p.name in told and p.sought is None else 0.0
+        as_shape(p, p.typical, true[p.name]) if p.name in true and p.sought is None else 0.0
         for p in shapes(kind)
     ]
-    whole = tuple(told.get(p.name, p.typical) for p in wholes(kind))
+    whole = tuple(true.get(p.name, p.typical) for p in wholes(kind))
     return Candidate(pattern, (size, *dials), whole)
 
 
@@ -194,10 +194,10 @@ def motion_difference(case: Case, base: Fit, trials: Sequence[Trial]) -> float:
     difference: Series = []
     for b, block in enumerate(model.chain.blocks):
         # What the plate does is measured, so that its own secrets are seen in its block alone.
-        wanted = any(places) if block.drive == "servo" else not all(places)
+        in_servo = any(places) if block.drive == "servo" else not all(places)
         difference.append(
             [
-                (x[b] - y[b]) * (known if wanted else 0.0)
+                (x[b] - y[b]) * (known if in_servo else 0.0)
                 for x, y, known in zip(there, without, model.known_bins[b], strict=True)
             ]
         )
@@ -210,7 +210,7 @@ def motion_difference(case: Case, base: Fit, trials: Sequence[Trial]) -> float:
 def _led_in(case: Case, model: Model, r: int, trial: Trial, absent: FaultSet) -> Record:
     """Record with the warm-up of the simulation without hidden effects.
 
-    What changes the ride in the first second would else set the cleared ride off at a wrong speed.
+    Otherwise an effect that acts in the first second would start the corrected run at a wrong speed.
     """
     record = model.records[r]
     there, without = (
@@ -236,10 +236,10 @@ def sensor_difference(case: Case, base: Fit) -> float:
     for r, trial in enumerate(case.training):
         course, _ = course_of(case.truth, case.faults, trial)
         record = model.records[r]
-        for channel, told in case.faults.sensors.channels.items():
+        for channel, hidden in case.faults.sensors.channels.items():
             there, without = (
                 sampled(channel, course, silent, t, channel_chance(trial, channel))
-                for t in (told, ChannelFaults())
+                for t in (hidden, ChannelFaults())
             )
             bins = into_bins(there.true - record.start, record.grid)
             for b, block in enumerate(model.chain.blocks):

@@ -7,8 +7,8 @@ of the path from measured position to slip. So the servo's resonance is not esti
 
 from slipbench.identification.models.actuator_comparison import (
     Comparison,
+    DeadTime,
     NoComparison,
-    PureDelay,
     answer,
     compare_actuators,
 )
@@ -60,31 +60,31 @@ def throttle_or_spark(compared: Compared) -> Section:
     )
 
 
-def _delay(studies: Studies, role: str) -> PureDelay | None:
+def _delay(studies: Studies, role: str) -> DeadTime | None:
     study = studies[role]
     profile = study.profile if isinstance(study, RationalStudy) else None
-    return _told(profile) if isinstance(profile, DelayProfile) else None
+    return _dead_time(profile) if isinstance(profile, DelayProfile) else None
 
 
-def _of_servo(found: Found) -> PureDelay | None:
+def _of_servo(found: Found) -> DeadTime | None:
     """Dead time from the throttle command to the measured position."""
     response = response_of(runs_of(found, "throttle")[0], COMMAND, THROTTLE)
     lines = None if response is None else independent_lines(response)
     if not isinstance(lines, Lines):
         return None
     profile = delay_profile(choose_order(lines, all_pole()))
-    return _told(profile) if isinstance(profile, DelayProfile) else None
+    return _dead_time(profile) if isinstance(profile, DelayProfile) else None
 
 
-def _told(profile: DelayProfile) -> PureDelay:
-    return PureDelay(profile.delay, profile.low, profile.high)
+def _dead_time(profile: DelayProfile) -> DeadTime:
+    return DeadTime(profile.delay, profile.low, profile.high)
 
 
-def _after(first: PureDelay, second: PureDelay) -> PureDelay:
+def _after(first: DeadTime, second: DeadTime) -> DeadTime:
     """Dead time of two paths in series; the half widths add as squares."""
     value = first.value + second.value
     below, above = (
         float(((a.value - getattr(a, end)) ** 2 + (b.value - getattr(b, end)) ** 2) ** 0.5)
         for a, b, end in ((first, second, "low"), (first, second, "high"))
     )
-    return PureDelay(value, value - below, value + above)
+    return DeadTime(value, value - below, value + above)

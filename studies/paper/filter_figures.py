@@ -27,12 +27,12 @@ TURNS = 12  # of the wheel that are shown
 def filtering(found: Identification, lines: LineReductions) -> Figure:
     """Figure of a segment of the wheel speed: raw, filtered as in the paper, with corrected teeth."""
     figure, (left, right) = d.side_by_side(2, 3.6)
-    _stretch(left, found, lines)
+    _segment(left, found, lines)
     _reductions(right, lines)
     return figure
 
 
-def _stretch(axes: Axes, found: Identification, lines: LineReductions) -> None:
+def _segment(axes: Axes, found: Identification, lines: LineReductions) -> None:
     assert isinstance(found.motion, Motion)
     rate, middle = found.base.rate, _middle(found)
     part = slice(middle, middle + round(TURNS / lines.frequency * rate))
@@ -62,9 +62,9 @@ def _middle(found: Identification) -> int:
 
 
 def _reductions(axes: Axes, lines: LineReductions) -> None:
-    width = 0.8 / len(lines.left)
-    for index, way in enumerate(lines.left):
-        at = np.array(lines.orders) + (index - (len(lines.left) - 1) / 2) * width
+    width = 0.8 / len(lines.remaining)
+    for index, way in enumerate(lines.remaining):
+        at = np.array(lines.orders) + (index - (len(lines.remaining) - 1) / 2) * width
         height = np.maximum(lines.decibels(way), 0.3)
         axes.bar(at, height, width, color=LOOKS.get(way, d.MUTED), label=way)
     axes.set(xlabel="wheel order", ylabel="reduction / dB", xticks=lines.orders)

@@ -45,7 +45,7 @@ class LineReductions:
     orders     wheel orders, once per turn first
     notched    those of them that the notches reduce
     raw        (k,) amplitude over speed before any filter
-    left       method -> (k,) the same after it
+    remaining  method -> (k,) the same after it
     frequency  Hz, mean of the wheel's
     rate       Hz, of the samples
     cleaned    method -> (n,) m/s on the recording's time base
@@ -54,18 +54,18 @@ class LineReductions:
     orders: tuple[int, ...]
     notched: tuple[int, ...]
     raw: FloatArray
-    left: Mapping[str, FloatArray]
+    remaining: Mapping[str, FloatArray]
     frequency: float
     rate: float
     cleaned: Mapping[str, FloatArray]
 
     def decibels(self, way: str) -> FloatArray:
         """Reduction of each order, dB, shape (k,)."""
-        return np.asarray(20 * np.log10(self.raw / np.maximum(self.left[way], 1e-12)))
+        return np.asarray(20 * np.log10(self.raw / np.maximum(self.remaining[way], 1e-12)))
 
     def family(self, way: str) -> float:
         """Reduction of the root sum of squares of all orders, dB."""
-        whole = np.sum(self.raw**2) / max(float(np.sum(self.left[way] ** 2)), 1e-24)
+        whole = np.sum(self.raw**2) / max(float(np.sum(self.remaining[way] ** 2)), 1e-24)
         return float(10 * np.log10(whole))
 
 
@@ -94,9 +94,9 @@ def line_reductions(
     def read(speed: FloatArray) -> FloatArray:
         return order_amplitudes(relative(speed, found.base.rate)[half], angle[half], orders)
 
-    left = {way: read(speed) for way, speed in cleaned.items()}
+    remaining = {way: read(speed) for way, speed in cleaned.items()}
     rate = found.base.rate
-    return LineReductions(orders, taken, read(moved.raw), left, wheel, rate, cleaned)
+    return LineReductions(orders, taken, read(moved.raw), remaining, wheel, rate, cleaned)
 
 
 def _by_notches(
@@ -139,7 +139,7 @@ def _learning(time: FloatArray, count: FloatArray, teeth: int) -> Samples:
 def reduction_claims(found: LineReductions, frequency: float = 10.0) -> tuple[Claim, ...]:
     """Claims on the paper's figure 3 and beyond it. frequency: Hz, at which phase is evaluated."""
     table = "; ".join(
-        f"{way}: {', '.join(f'{x:.0f}' for x in found.decibels(way))} dB" for way in found.left
+        f"{way}: {', '.join(f'{x:.0f}' for x in found.decibels(way))} dB" for way in found.remaining
     )
     price = Notch(found.rate, (1,)).response(np.array([frequency]), found.frequency)
     phase = float(np.degrees(np.abs(np.angle(price[0]))))

@@ -34,8 +34,8 @@ class PaperTrial:
 
 def _again(name: str, base: str, runs: int, **changes: Any) -> list[PaperTrial]:
     """The same trial several times with other seeds: other wind, other combustion."""
-    told = {key.replace("__", "."): value for key, value in changes.items()}
-    return [PaperTrial(f"{name}_{n}", base, {**told, "seed": n}) for n in range(1, runs + 1)]
+    changed = {key.replace("__", "."): value for key, value in changes.items()}
+    return [PaperTrial(f"{name}_{n}", base, {**changed, "seed": n}) for n in range(1, runs + 1)]
 
 
 PAPER: tuple[PaperTrial, ...] = (
@@ -56,24 +56,26 @@ PAPER: tuple[PaperTrial, ...] = (
 
 
 def record_all(
-    trials: list[PaperTrial], folder: Path, trial_files: Path, told: Callable[[str], None]
+    trials: list[PaperTrial], folder: Path, trial_files: Path, report: Callable[[str], None]
 ) -> dict[str, Recording]:
     """Recording of every trial, from `folder` where it exists, else simulated.
 
     Raises InputError where a trial cannot be run or trips.
     """
     with ThreadPoolExecutor(TOGETHER) as several:
-        recordings = several.map(lambda trial: _recorded(trial, folder, trial_files, told), trials)
+        recordings = several.map(
+            lambda trial: _recorded(trial, folder, trial_files, report), trials
+        )
         return dict(zip((trial.name for trial in trials), recordings, strict=True))
 
 
 def _recorded(
-    trial: PaperTrial, folder: Path, trial_files: Path, told: Callable[[str], None]
+    trial: PaperTrial, folder: Path, trial_files: Path, report: Callable[[str], None]
 ) -> Recording:
     run = folder / trial.name
     if not run.exists():
         _ride(trial, folder, trial_files)
-    told(trial.name)
+    report(trial.name)
     return read(run)
 
 

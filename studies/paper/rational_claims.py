@@ -209,8 +209,8 @@ def path_in_words(known: KnownPath) -> str:
     """Prior knowledge of a path as text."""
     parts = [("lag", lag) for lag in known.lags] + [("lead", lead) for lead in known.leads]
     parts += [("instruments' delay", known.delay)] if known.delay else []
-    told = ", ".join(f"{what} {1e3 * size:.3g} ms" for what, size in parts)
-    return told + (
+    text = ", ".join(f"{what} {1e3 * size:.3g} ms" for what, size in parts)
+    return text + (
         f" (95 %: {1e3 * ACROSS * known.doubt:.2g} ms either way)" if known.doubt else ""
     )
 

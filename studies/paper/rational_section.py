@@ -36,7 +36,7 @@ def studies_of(found: Found, context: Context) -> Studies:
 
 def rational(found: Found, studies: Studies, context: Context) -> Section:
     """Section on orders, dead time and fit of both first harmonics."""
-    told = [
+    paragraphs = [
         "Fitted as in the paper, by damped Gauss-Newton on the weighted distance "
         "from the first harmonic (equation 4), and by maximum likelihood with the "
         "variances of the response. Every order that is also plausible is listed.",
@@ -51,7 +51,9 @@ def rational(found: Found, studies: Studies, context: Context) -> Section:
             claims += rational_claims(study)
     # 4 ms of the spark turn by 17 degrees at 12 Hz: no zero is needed for that
     kept = tuple(c for c in claims if c.name != f"right_zero_without_delay_{SPARK}")
-    return Section("6", "Transfer functions with dead time", tuple(told), tuple(figures), kept)
+    return Section(
+        "6", "Transfer functions with dead time", tuple(paragraphs), tuple(figures), kept
+    )
 
 
 def _figures(

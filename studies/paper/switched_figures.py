@@ -99,13 +99,15 @@ def steps_figure(study: SwitchedStudy) -> Figure:
         for mode, (side, sign, colour, mark, name) in enumerate(sides):
             u = side.input.mean(axis=0)
             modes = np.full(u.size, mode)
-            told = simulate(study.switched.model, u, modes, steps.rate)
-            mean = side.mean - _slow(side.mean - told, steps.time)
+            simulated = simulate(study.switched.model, u, modes, steps.rate)
+            mean = side.mean - _slow(side.mean - simulated, steps.time)
             look = {"ms": 3, "ls": "none", "color": colour, "alpha": 0.6, "mew": 0}
             axes[0].plot(time[::6], 100 * sign * mean[::6], mark, label=name, **look)  # type: ignore[arg-type]
-            axes[0].plot(time, 100 * sign * told, color=colour, label=f"{name}, switched model")
+            axes[0].plot(
+                time, 100 * sign * simulated, color=colour, label=f"{name}, switched model"
+            )
             same = simulate(linear, u, modes, steps.rate)
-            axes[1].plot(time, 100 * sign * (told - same), color=colour)
+            axes[1].plot(time, 100 * sign * (simulated - same), color=colour)
             axes[1].plot(time[::6], 100 * sign * (mean - same)[::6], mark, **look)  # type: ignore[arg-type]
         axes[0].set_ylabel("slip / %")
         axes[1].set(ylabel="linear residual / %", xlabel="time since the command / ms")

@@ -105,9 +105,9 @@ def charge_of(x: Floats, dx: Floats, arriving: float, m: Machine, e: MotionFault
 
 
 @njit(cache=True, error_model="numpy")
-def spark_factor(x: Floats, dx: Floats, asked: float, m: Machine, e: MotionFaults) -> float:
-    """Torque factor of the spark, 1: linear, or a limited parabola. asked: rad; x, dx: (STATES,)."""
-    advance = limited(asked, -e.spark_clip, e.spark_clip)
+def spark_factor(x: Floats, dx: Floats, command: float, m: Machine, e: MotionFaults) -> float:
+    """Torque factor of the spark, 1: linear, or a limited parabola. command: rad; x, dx: (STATES,)."""
+    advance = limited(command, -e.spark_clip, e.spark_clip)
     dx[SPARK] = 0.0
     if e.spark_lag > 0.0:
         dx[SPARK] = (advance - x[SPARK]) / e.spark_lag
@@ -174,7 +174,7 @@ def chain_torque(x: Floats, dx: Floats, m: Machine, e: MotionFaults) -> float:
 
 
 @njit(cache=True, error_model="numpy")
-def stretch(way: float, place: float, length: float, rounding: float) -> float:
+def section(way: float, place: float, length: float, rounding: float) -> float:
     """1 on a section of road, 0 elsewhere, with rounded ends. way, place, length, rounding: m."""
     begun = 1.0 / (1.0 + math.exp(-limited(2.0 * (way - place) / rounding, -40.0, 40.0)))
     ended = 1.0 / (1.0 + math.exp(-limited(2.0 * (way - place - length) / rounding, -40.0, 40.0)))
@@ -195,7 +195,7 @@ def tyre_force(
     load = m.load * (1.0 + bump) + m.mass * e.height * x[FELT]
     load = limited(load + e.squat * x[SQUAT_RATE] / e.squat_frequency, 50.0, m.mass * G)
     grip = m.grip * max(1.0 + e.heat_sensitivity * x[WARMTH], 0.3) * (1.0 - e.wear * x[WAY])
-    grip *= 1.0 - e.wet * stretch(x[WAY], e.wet_place, e.wet_length, 1.0)
+    grip *= 1.0 - e.wet * section(x[WAY], e.wet_place, e.wet_length, 1.0)
     stiffness = m.slip_stiffness * load / m.load
     if s < 0.0:
         stiffness *= 1.0 + e.sign_stiffness
@@ -215,7 +215,7 @@ def body(
     v = x[SPEED]
     through = v + u[WIND] + e.head_wind + e.gust * math.sin(2.0 * math.pi * t / e.gust_period)
     drag = 0.5 * m.air_density * m.drag_area * through * abs(through)
-    slope = e.slope * stretch(x[WAY], e.slope_place, e.slope_length, 10.0)
+    slope = e.slope * section(x[WAY], e.slope_place, e.slope_length, 10.0)
     resisting = drag + m.mass * G * (m.rolling_resistance + slope)
     push = driving - resisting + u[SHOVE]
     a = push / m.mass

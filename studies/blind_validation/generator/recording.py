@@ -127,13 +127,13 @@ def write_run(
     rng = np.random.default_rng((*trial.seed, 2))
     clocks = {name: draw_clock(rng) for name in CLOCKS}
     devices = Devices(database, clocks, truth.noises.latency, rng)
-    told = faults.sensors.channels
+    hidden = faults.sensors.channels
     samples = {
         channel: sampled(
             channel,
             course,
             truth.noises,
-            told.get(channel, ChannelFaults()),
+            hidden.get(channel, ChannelFaults()),
             channel_chance(trial, channel),
         )
         for channel in PERIODS

@@ -138,8 +138,8 @@ def _ride(
         t0 = n * STEP
         strokes = int(x[p.CRANK] / np.pi)
         u[p.SCATTER] = scatter[strokes % scatter.size]
-        asked = _mean(throttle, t0 - m.servo_delay, tick)
-        flank = _played(asked, flank, e.play)
+        command = _mean(throttle, t0 - m.servo_delay, tick)
+        flank = _played(command, flank, e.play)
         advance = _mean(spark, t0 - m.spark_delay, tick)
         delay = (
             m.air_delay + e.air_delay + e.crank_turns * 2.0 * np.pi / max(x[p.CRANK_SPEED], 30.0)

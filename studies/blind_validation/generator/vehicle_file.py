@@ -1,7 +1,7 @@
 """A true motorcycle, and its vehicle file with measured parameters and their uncertainty.
 
-Every number is told wrong by a normal error of its logarithm whose 95 % half width stands beside
-it. A tyre that is no magic formula is told as the magic formula that fits its curve.
+Every parameter has a normal error of its logarithm; its 95 % half width is stated beside it. A tyre
+that is no magic formula is stated as the magic formula that fits its curve.
 """
 
 import math
@@ -21,7 +21,7 @@ FURTHEST = 3.0  # standard deviations
 GEARS = (11.4, 8.75, 7.25, 6.3, 5.65, 5.2)
 
 Range = tuple[float, float]
-# field: (block, parameter, unit, range of true values, 95 % half width of what is told)
+# field: (block, parameter, unit, range of true values, 95 % half width of the stated value)
 FIELDS: Mapping[str, tuple[str, str, str, Range, float]] = {
     "servo_frequency": ("throttle_servo", "natural_frequency", "rad/s", (69.0, 88.0), 0.05),
     "servo_damping": ("throttle_servo", "damping", "1", (0.35, 0.7), 0.12),
@@ -54,7 +54,7 @@ FIELDS: Mapping[str, tuple[str, str, str, Range, float]] = {
     "rolling_resistance": ("body", "rolling_resistance", "1", (0.010, 0.016), 0.25),
     "front_radius": ("front_wheel", "radius", "m", (0.294, 0.306), 0.009),
 }
-OTHER_SHAPE = 0.2  # of a tyre that is no magic formula: the shape is told less well
+OTHER_SHAPE = 0.2  # of a tyre that is no magic formula: the shape is less certain
 RATIO = 0.0012
 
 
@@ -104,8 +104,8 @@ def vehicle_tree(rng: np.random.Generator, truth: Truth) -> dict[str, Any]:
     true = as_magic_formula(truth)
     for name, (block, parameter, unit, _, share) in FIELDS.items():
         wide = truth.formula != MAGIC and name == "shape"
-        told = _measured(rng, true[name], unit, OTHER_SHAPE if wide else share)
-        tree.setdefault(block, {})[parameter] = told
+        stated = _measured(rng, true[name], unit, OTHER_SHAPE if wide else share)
+        tree.setdefault(block, {})[parameter] = stated
     tree["tyre"]["shape"]["value"] = min(max(tree["tyre"]["shape"]["value"], 1.06), 1.94)
     tree["channels"] = channels(truth.noises)
     return tree
@@ -134,8 +134,8 @@ def _channel(noises: Noises, noise: float, quantum: float, unit: str) -> dict[st
 
 def _measured(rng: np.random.Generator, true: float, unit: str, share: float) -> dict[str, Any]:
     error = float(np.clip(rng.standard_normal(), -FURTHEST, FURTHEST)) * share / NORMAL_95
-    told = true * math.exp(-error)
-    return {"value": told, "unit": unit, "plus_minus": share * told}
+    stated = true * math.exp(-error)
+    return {"value": stated, "unit": unit, "plus_minus": share * stated}
 
 
 def as_magic_formula(truth: Truth) -> dict[str, float]:

@@ -72,7 +72,7 @@ def hidden(kind: str, **parameters) -> dict:
 
 
 def answer(case: int, sort: str, *things: dict) -> dict:
-    return {"case": case, "sort": sort, "tyre": "brush", "hidden": list(things)}
+    return {"case": case, "category": sort, "tyre": "brush", "hidden": list(things)}
 
 
 def effect(name: str, **intervals) -> dict:
@@ -242,7 +242,7 @@ def test_results_of_other_source_text_do_not_mix(tmp_path: Path, scheduler: str)
 
 
 def test_a_scheduler_that_is_not_there_is_named(tmp_path: Path, monkeypatch) -> None:
-    monkeypatch.setattr("slipbench.identification.cluster.PATIENCE", 0.5)
+    monkeypatch.setattr("slipbench.identification.cluster.CONNECT_TIMEOUT", 0.5)
     study = Study(1, 3, tmp_path, Workers(scheduler="tcp://127.0.0.1:9"))
     with pytest.raises(InputError, match="does not answer"):
         run_study(study, work=square)
