@@ -26,7 +26,7 @@ class ThrottleServo(Block):
 class Intake(Block):
     """The way of the air from the throttle plate into the cylinder: a delay, then a lag."""
 
-    delay: float = parameter(10e-3, "s", 0.0, 0.06, "pure delay of the air path")
+    delay: float = parameter(10e-3, "s", 0.0, 0.06, "dead time of the air path")
     filling_time: float = parameter(5e-3, "s", 1e-3, 0.1, "time constant of the manifold")
 
 

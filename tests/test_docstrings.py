@@ -20,15 +20,14 @@ from tests.paths import ROOT
 # Directories whose docstrings are complete. The list ends as PACKAGES and "src/slipbench".
 CLEAN: tuple[str, ...] = (
     "controllers",
-    "identification/models",
-    "identification/response",
-    "identification/signals",
+    "identification",
     "plant",
     "protocol/export",
     "protocol/logs",
     "protocol/recording",
     "protocol/tables",
     "src/slipbench",
+    "studies",
 )
 
 

@@ -1,1 +1,1 @@
-"""A season, a fleet: many analyses of one kind, side by side."""
+"""Analyses of many vehicles or a whole season in one command."""

@@ -1,4 +1,4 @@
-"""Every analysis of a fleet, on as many workers as there are, and one table of all verdicts."""
+"""Run every analysis of a fleet in parallel, and write one table of all verdicts."""
 
 import json
 from collections.abc import Callable, Mapping, Sequence
@@ -23,27 +23,27 @@ def explain_fleet(
     entries: Sequence[Entry],
     out: Path,
     workers: Workers,
-    told: Callable[[int, int], None] = lambda *_: None,
+    progress: Callable[[int, int], None] = lambda *_: None,
 ) -> list[Row]:
-    """Analyse what has no verdict in `out` yet, and write the table of all.
+    """Run the analyses without a verdict in `out` yet, and write the table of all.
 
-    Every analysis leaves its verdict, its memo and its improved vehicle file in a folder of its
-    name. One whose input is wrong says so in its row. told: how many are done, of how many.
+    Every analysis writes its verdict, memo and improved vehicle file into a folder of its name.
+    Invalid input is reported in the row of the analysis. progress: number done, and total.
     """
     out.mkdir(parents=True, exist_ok=True)
     rows = {e.name: row for e in entries if (row := _there(out / e.name)) is not None}
-    told(len(rows), len(entries))
-    left = {e.name: (e, str(out / e.name)) for e in entries if e.name not in rows}
-    for name, row in done_by(workers, explain_one, left) if left else ():
+    progress(len(rows), len(entries))
+    pending = {e.name: (e, str(out / e.name)) for e in entries if e.name not in rows}
+    for name, row in done_by(workers, explain_one, pending) if pending else ():
         rows[name] = row
-        told(len(rows), len(entries))
+        progress(len(rows), len(entries))
     ordered = [{"name": e.name, **rows[e.name]} for e in entries]
     (out / TABLE).write_text(table(ordered), encoding="utf-8")
     return ordered
 
 
 def explain_one(entry: Entry, folder: str) -> Row:
-    """Do one analysis into a folder of its own; returns its row."""
+    """Row of one analysis, which is written into a folder of its own."""
     place = Path(folder)
     try:
         analysis = open_analysis(
@@ -81,18 +81,18 @@ def _row(tree: Mapping[str, Any]) -> Row:
 
 
 def table(rows: Sequence[Row]) -> str:
-    """Return the table of all verdicts as Markdown."""
-    text = ["| analysis | mismatch | missing | in a sentence |", "|---|---|---|---|"]
+    """Table of all verdicts as Markdown."""
+    text = ["| analysis | mismatch | missing effects | result |", "|---|---|---|---|"]
     for row in rows:
         if "trouble" in row:
-            text.append(f"| {row['name']} | not judged | | {_cell(row['trouble'])} |")
+            text.append(f"| {row['name']} | not analysed | | {_cell(row['trouble'])} |")
             continue
-        named = ", ".join(row["effects"]) or ("no name for it" if row["unknown"] else "")
+        named = ", ".join(row["effects"]) or ("unknown effect" if row["unknown"] else "")
         mismatch = "yes" if row["mismatch"] else "no"
         text.append(f"| {row['name']} | {mismatch} | {named} | {_cell(row['sentence'])} |")
     return "\n".join(text) + "\n"
 
 
 def _cell(text: str) -> str:
-    """Return a text as one cell of a table: one line, no bars."""
+    """A text as one cell of a table: one line, no bars."""
     return "; ".join(line.strip() for line in text.splitlines()).replace("|", r"\|")

@@ -1,4 +1,4 @@
-"""Which recordings of a season or a fleet belong together, as a TOML file tells it.
+"""Read a fleet file (TOML): vehicles with their recordings.
 
     [[analyses]]
     name = "bike_7_round_3"
@@ -48,7 +48,7 @@ class FleetFile(Section):
 
 
 def read_fleet(path: Path) -> tuple[Entry, ...]:
-    """Read a fleet file; paths in the result stand by themselves. Raises InputError."""
+    """Fleet file with absolute paths. Raises InputError where it is invalid."""
     entries = read_toml(path, FleetFile).analyses
     base = path.resolve().parent
 

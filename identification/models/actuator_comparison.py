@@ -1,7 +1,7 @@
 """Throttle or spark: what each can do for a slip controller, from two measured first harmonics.
 
 Both are put on one footing as in figure 11 of Corno and Savaresi 2009: gain 1 at low frequency,
-pure delay taken off. The delays come from the recordings (`delay_profile`) unless they are given.
+dead time taken off. The delays come from the recordings (`delay_profile`) unless they are given.
 
     found = compare_actuators(throttle.main, spark.main)     # Comparison or NoComparison
     found.lead, found.lead_band                # degrees at w_c by which the spark is ahead
@@ -31,7 +31,7 @@ POINTS = 2000
 
 
 @dataclass(frozen=True)
-class PureDelay:
+class DeadTime:
     """A delay and the ends of its 95 % interval, s."""
 
     value: float
@@ -49,7 +49,7 @@ class Actuator:
 
     response: FrequencyResponse
     fit: RationalFit
-    delay: PureDelay
+    delay: DeadTime
     low_gain: float
 
     def gain(self, frequency: FloatArray) -> FloatArray:
@@ -119,7 +119,7 @@ def compare_actuators(
     throttle: FrequencyResponse,
     spark: FrequencyResponse,
     cutoff: float = CUTOFF,
-    delays: tuple[PureDelay | None, PureDelay | None] = (None, None),
+    delays: tuple[DeadTime | None, DeadTime | None] = (None, None),
 ) -> Comparison | NoComparison:
     """Compare throttle and spark. cutoff: Hz; delays: of both where they are known."""
     found = []
@@ -140,9 +140,9 @@ def compare_actuators(
 
 
 def actuator(
-    response: FrequencyResponse, cutoff: float, delay: PureDelay | None = None
+    response: FrequencyResponse, cutoff: float, delay: DeadTime | None = None
 ) -> Actuator | NoComparison:
-    """Fit one input's first harmonic with its pure delay set apart."""
+    """Fit one input's first harmonic with its dead time set apart."""
     lines = independent_lines(response)
     if isinstance(lines, NoRational):
         return NoComparison(lines.reason)
@@ -162,11 +162,11 @@ def actuator(
     return Actuator(response, fit, known, low)
 
 
-def _profiled(choice: OrderChoice[RationalFit]) -> PureDelay | NoDelay:
+def _profiled(choice: OrderChoice[RationalFit]) -> DeadTime | NoDelay:
     profile = delay_profile(choice)
     if isinstance(profile, NoDelay):
         return profile
-    return PureDelay(profile.delay, profile.low, profile.high)
+    return DeadTime(profile.delay, profile.low, profile.high)
 
 
 def answer(found: Comparison) -> str:

@@ -1,4 +1,4 @@
-"""The cost of a fit against the pure delay that it is given: what a recording knows of a delay.
+"""The cost of a fit against the dead time that it is given: what a recording knows of a delay.
 
     profile = delay_profile(choose_order(lines, all_pole()))
     profile.delay, profile.low, profile.high       # s, 95 % interval

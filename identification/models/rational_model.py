@@ -1,4 +1,4 @@
-"""A rational function of s behind a pure delay: what a traction-control design takes away.
+"""A rational function of s behind a dead time: what a traction-control design takes away.
 
 G(s) = gain prod(s - z_i) / prod(s - p_i) e^(-s delay)
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class RationalModel:
-    """A proper rational function with a pure delay.
+    """A proper rational function with a dead time.
 
     input, output  roles; the response is in the output's SI unit per the input's
     zeros, poles   rad/s, complex ones in pairs

@@ -4,7 +4,7 @@
     found.fit.model.to_control(), found.delay, found.words
 
 The order is that of least description length. Lags and springs in a chain have no zeros, and only
-without zeros does a recording tell a pure delay; so a chain is taken where the data do not reject
+without zeros does a recording tell a dead time; so a chain is taken where the data do not reject
 it, and zeros are let in where they reject every chain. What was taken for granted is in `words`.
 """
 

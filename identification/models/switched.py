@@ -7,7 +7,7 @@ the output and its derivatives, so that the slip does not jump. In each directio
     G_i = k_i (1 + s T_z,i) / (1 + s T_p,i)  prod_j w_j^2 / (s^2 + 2 z_j w_j s + w_j^2)  e^(-s tau)
 
 Gain k_i, real pole -1 / T_p,i and zero -1 / T_z,i belong to the direction; resonances (w_j, z_j)
-and the pure delay tau are shared. A linear model is one whose two directions are the same.
+and the dead time tau are shared. A linear model is one whose two directions are the same.
 
     model = fit_steps(steps).model                       # identification/models/switched_fit.py
     slip = simulate(model, command - command[0], opening(command), 1000.0)
@@ -133,7 +133,7 @@ def simulate(
 ) -> FloatArray:
     """Response of a model that starts at rest. u: (n,) change of the input; mode: (n,); rate: Hz.
 
-    lag: s by which the mode is late; None: as late as the input, by the pure delay. The input is
+    lag: s by which the mode is late; None: as late as the input, by the dead time. The input is
     taken as straight between samples.
     """
     index, count = np.arange(u.size), u.size

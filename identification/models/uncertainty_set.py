@@ -2,7 +2,7 @@
 
     G(jw) = G_0(jw) (1 + Delta(jw)),  |Delta(jw)| <= |W(jw)|
 
-G_0 is a rational function behind a pure delay. W is stable and minimum phase, and lies above every
+G_0 is a rational function behind a dead time. W is stable and minimum phase, and lies above every
 measured response, its 95 % band included, at every frequency that was measured (multiplicative
 uncertainty: Doyle, Francis and Tannenbaum, Feedback Control Theory, 1992, chapter 4).
 

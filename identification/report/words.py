@@ -43,14 +43,6 @@ def shown(value: FloatArray, si: str) -> FloatArray:
     return value * factor + offset
 
 
-def swing(value: FloatArray, si: str) -> FloatArray:
-    """Amplitudes or differences in the display unit, without offset, shape of `value`.
-
-    value: in the unit `si`, any shape.
-    """
-    return value * _SHOWN.get(si, (1.0, 0.0, si))[0]
-
-
 def of_role(role: str) -> str:
     """SI unit of an input role, of slip or of the engine speed."""
     if role.startswith("spark"):

@@ -60,7 +60,7 @@ class KnownPath:
     delay  s: of instruments; below zero where a channel is stamped late
     doubt  s: standard deviation of the sum of lags less leads, as well as it is known
 
-    A lag that is short beside the band and a pure delay look alike: what is known of the one is
+    A lag that is short beside the band and a dead time look alike: what is known of the one is
     what tells the other.
     """
 

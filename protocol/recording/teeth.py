@@ -3,8 +3,8 @@
 A frame reports how many teeth have passed (a wrapping count) and the intervals that end with its last
 tooth. Frames that follow each other without a gap make a run; inside a run every time is exact
 relative to every other. The encoder's status gives the absolute time of one tooth now and then and
-so anchors the run in which that tooth lies. A run between two losses that holds no anchor is laid
-by its arrival, the transit time taken from anchored neighbours, and is marked as such.
+so anchors the run in which that tooth lies. A run between two losses that holds no anchor is
+placed by its arrival, with the transit time of anchored neighbours, and is marked as such.
 """
 
 from dataclasses import dataclass
@@ -33,7 +33,7 @@ class Teeth:
     count       (m,) running count; a step of 1 is an exact interval, a greater one says how many
                 teeth are unknown
     arrival_ns  (m,) arrival of the frame that reported the tooth, on the log's clock
-    anchored    (m,) False where the time was laid by arrival: exact only relative to the teeth
+    anchored    (m,) False where the time follows from the arrival: exact only relative to the teeth
                 to which steps of 1 join it
     """
 
@@ -55,10 +55,10 @@ def teeth(frames: Frames, anchors: Frames, time_ns: IntArray) -> Teeth:
     must not be mixed.
     """
     good = frames.select(frames.protected)
-    return lay(tooth_frames(good, time_ns), tooth_anchors(anchors, time_ns))
+    return placed_teeth(tooth_frames(good, time_ns), tooth_anchors(anchors, time_ns))
 
 
-def lay(frames: ToothFrames, anchors: Anchors) -> Teeth:
+def placed_teeth(frames: ToothFrames, anchors: Anchors) -> Teeth:
     """Time and count of every tooth, from frames and anchors."""
     frames = frames.select(~_repeated(frames))
     if not frames.count.size:
@@ -71,11 +71,11 @@ def lay(frames: ToothFrames, anchors: Anchors) -> Teeth:
         reported + starts
     )  # the first frame of a run also reports the tooth it counts from
     frame = np.repeat(np.arange(last.size), teeth_reported)
-    place = np.arange(frame.size) - np.repeat(
+    index = np.arange(frame.size) - np.repeat(
         np.cumsum(teeth_reported) - teeth_reported, teeth_reported
     )
-    count = last[frame] - teeth_reported[frame] + 1 + place
-    first = starts[frame] & (place == 0)
+    count = last[frame] - teeth_reported[frame] + 1 + index
+    first = starts[frame] & (index == 0)
     elapsed = np.zeros(frame.size, np.int64)
     elapsed[~first] = frames.intervals[frames.intervals > 0]
     run = np.cumsum(first) - 1
@@ -83,11 +83,11 @@ def lay(frames: ToothFrames, anchors: Anchors) -> Teeth:
     elapsed -= elapsed[first][run]
     arrival = frames.arrival[frame]
     time, anchored = _times(count, elapsed, run, arrival, anchors)
-    sure = _sure(count, first, anchored)
-    return Teeth(time[sure], count[sure], arrival[sure], anchored[sure])
+    certain = _certain(count, first, anchored)
+    return Teeth(time[certain], count[certain], arrival[certain], anchored[certain])
 
 
-def _sure(
+def _certain(
     count: IntArray, first: npt.NDArray[np.bool_], anchored: npt.NDArray[np.bool_]
 ) -> npt.NDArray[np.bool_]:
     """Mask without the first tooth of a run where only the interval before it is lost.
@@ -120,11 +120,11 @@ def _times(
     anchored[run[tooth]] = True
     time, known = start[run] + elapsed, anchored[run]
     if not anchored.all():
-        _lay_by_arrival(time, known, elapsed, run, arrival)
+        _place_by_arrival(time, known, elapsed, run, arrival)
     return time, known
 
 
-def _lay_by_arrival(
+def _place_by_arrival(
     time: IntArray,
     known: npt.NDArray[np.bool_],
     elapsed: IntArray,

@@ -56,7 +56,7 @@ LEADS_IN = {
 }
 """Recorded quantities that lead a simulation in, and what they show."""
 BY_CHANCE = ("held_frames", "stale_frames")
-"""Kinds whose course in time no number tells: which frames are stale, when a value is renewed."""
+"""Kinds whose time series no parameter determines: which frames are stale, when a value is updated."""
 COLUMNS = {
     "throttle": "plate",
     "engine_speed": "crank_speed",
@@ -71,10 +71,10 @@ COLUMNS = {
 
 @dataclass(frozen=True)
 class Ideal:
-    """gain: nats of all that is missing; each: of every one, in the others' presence.
+    """gain: nats of all hidden effects together; each: of every one, given the others.
 
-    difference: nats of the true difference, for whoever has the true formula as well; NaN where
-    more than motion is concerned. fit: with the truth in it; None where the library has it not.
+    difference: nats of the true difference, with the true formula known; NaN where effects of
+    sensors are hidden. fit: with the true effects; None where the library lacks one of them.
     """
 
     gain: float
@@ -88,27 +88,27 @@ def ideal(case: Case, base: Fit) -> Ideal:
     if not case.hidden:
         return Ideal(0.0, ())
     if len(case.hidden) == 1 and case.hidden[0].kind in BY_CHANCE:
-        gain = told_difference(case, base)
+        gain = sensor_difference(case, base)
         return Ideal(gain, (gain,))
     moves = not any(h.subject for h in case.hidden)
-    difference = seen_difference(case, base, case.training) if moves else math.nan
+    difference = motion_difference(case, base, case.training) if moves else math.nan
     if all(BY_NAME[h.kind].inside for h in case.hidden):
         return replace(_of_library(case.hidden, base), difference=difference)
     return Ideal(difference, (difference,), difference)
 
 
 def on_held_out(case: Case, base: Fit, found: Ideal, held_out: Model) -> float:
-    """Nats that the truth gains on the held-out recordings."""
+    """Log-likelihood gain of the true effects on the held-out recordings, nats."""
     before = carried_over(base, held_out)
     if math.isfinite(found.difference):
-        return seen_difference(case, before, case.held_out)
+        return motion_difference(case, before, case.held_out)
     if found.fit is None:
         return math.nan
     return carried_over(found.fit, held_out).score - before.score
 
 
 def _of_library(hidden: Sequence[Hidden], base: Fit) -> Ideal:
-    """Fit the truth, all of it and each left out."""
+    """Gains of fits with all true effects, and with each left out."""
     candidates = [as_recorded(at_truth(h), base.model) for h in hidden]
     whole = _fitted(base, candidates)
     if whole is None:
@@ -124,9 +124,9 @@ def _of_library(hidden: Sequence[Hidden], base: Fit) -> Ideal:
 
 
 def _fitted(base: Fit, candidates: Sequence[Candidate]) -> Fit | None:
-    """Return the best of fits that begin at the truth, angles of what turns unseen either way on.
+    """Best of several fits that start at the true effects, with several start angles.
 
-    Those are the recordings' and not the truth's: an opposite line stands half a turn on.
+    Angles of rotating parts belong to a recording: an opposite line is half a turn away.
     """
     found = [_fitted_from(base, begun) for begun in product(*map(_either_way_on, candidates))]
     return max((f for f in found if f is not None), key=lambda f: f.score, default=None)
@@ -138,7 +138,7 @@ def _either_way_on(candidate: Candidate) -> list[Candidate]:
 
 
 def _fitted_from(base: Fit, candidates: Sequence[Candidate]) -> Fit | None:
-    """Return the better of fits from where the engine's calibration went and from the file."""
+    """Better of two fits: started at the engine's calibration, and at the vehicle file."""
     found = []
     with suppress(PlantError):
         found.append(followed(settle(with_effects(base, candidates), noises=2)))
@@ -149,18 +149,18 @@ def _fitted_from(base: Fit, candidates: Sequence[Candidate]) -> Fit | None:
 
 
 def at_truth(hidden: Hidden) -> Candidate:
-    """Return the library's effect with the true numbers."""
+    """Effect of the library with the true parameters."""
     pattern = _pattern(EFFECTS[hidden.kind], hidden.subject)
-    kind, told = type(pattern), hidden.parameters
+    kind, true = type(pattern), hidden.parameters
     first = sizes(kind)[0]
-    size = as_size(first, told[first.name])
-    sought = [p.name for p in shapes(kind) if p.sought is not None and p.name in told]
-    pattern = replace(pattern, **{name: told[name] for name in sought})
+    size = as_size(first, true[first.name])
+    sought = [p.name for p in shapes(kind) if p.sought is not None and p.name in true]
+    pattern = replace(pattern, **{name: true[name] for name in sought})
     dials = [
-        as_shape(p, p.typical, told[p.name]) if p.name in told and p.sought is None else 0.0
+        as_shape(p, p.typical, true[p.name]) if p.name in true and p.sought is None else 0.0
         for p in shapes(kind)
     ]
-    whole = tuple(told.get(p.name, p.typical) for p in wholes(kind))
+    whole = tuple(true.get(p.name, p.typical) for p in wholes(kind))
     return Candidate(pattern, (size, *dials), whole)
 
 
@@ -171,19 +171,19 @@ def _pattern(kind: type[Effect], subject: str) -> Effect:
 
 @dataclass(frozen=True, eq=False)
 class Shown:
-    """A course of the generator as columns of the engine's rows. time: s, true."""
+    """Trajectory of the generator as columns of the engine's rows. time: s, true."""
 
     course: Course
     time: Floats
 
     def __getitem__(self, name: str, /) -> Floats:
-        """Return a column at the rows' ends."""
+        """A column at the rows' ends, SI, shape (T,)."""
         values = getattr(self.course, COLUMNS[name])
         return np.asarray(interpolate.CubicSpline(self.course.time, values)(self.time))
 
 
-def seen_difference(case: Case, base: Fit, trials: Sequence[Trial]) -> float:
-    """Gain of the true difference in the channels, nuisance parameters projected out, nats."""
+def motion_difference(case: Case, base: Fit, trials: Sequence[Trial]) -> float:
+    """Log-likelihood gain of the true difference in the channels, nuisances projected out, nats."""
     model = base.model
     absent = replace(case.faults, motion=MotionFaults())
     there, without = (
@@ -194,10 +194,10 @@ def seen_difference(case: Case, base: Fit, trials: Sequence[Trial]) -> float:
     difference: Series = []
     for b, block in enumerate(model.chain.blocks):
         # What the plate does is measured, so that its own secrets are seen in its block alone.
-        wanted = any(places) if block.drive == "servo" else not all(places)
+        in_servo = any(places) if block.drive == "servo" else not all(places)
         difference.append(
             [
-                (x[b] - y[b]) * (known if wanted else 0.0)
+                (x[b] - y[b]) * (known if in_servo else 0.0)
                 for x, y, known in zip(there, without, model.known_bins[b], strict=True)
             ]
         )
@@ -208,9 +208,9 @@ def seen_difference(case: Case, base: Fit, trials: Sequence[Trial]) -> float:
 
 
 def _led_in(case: Case, model: Model, r: int, trial: Trial, absent: FaultSet) -> Record:
-    """Return a record whose simulation is led in as if nothing had been missing.
+    """Record with the warm-up of the simulation without hidden effects.
 
-    What changes the ride in the first second would else set the cleared ride off at a wrong speed.
+    Otherwise an effect that acts in the first second would start the corrected run at a wrong speed.
     """
     record = model.records[r]
     there, without = (
@@ -226,8 +226,8 @@ def _led_in(case: Case, model: Model, r: int, trial: Trial, absent: FaultSet) ->
     return replace(record, measured=measured)
 
 
-def told_difference(case: Case, base: Fit) -> float:
-    """Nats of the true difference that secrets of channels make in what is told, without noise."""
+def sensor_difference(case: Case, base: Fit) -> float:
+    """Log-likelihood gain of the true difference that sensor effects make, without noise, nats."""
     model = base.model
     silent = replace(
         case.truth.noises, throttle=0.0, throttle_quantum=0.0, engine_speed=0.0, optical=0.0
@@ -236,10 +236,10 @@ def told_difference(case: Case, base: Fit) -> float:
     for r, trial in enumerate(case.training):
         course, _ = course_of(case.truth, case.faults, trial)
         record = model.records[r]
-        for channel, told in case.faults.sensors.channels.items():
+        for channel, hidden in case.faults.sensors.channels.items():
             there, without = (
                 sampled(channel, course, silent, t, channel_chance(trial, channel))
-                for t in (told, ChannelFaults())
+                for t in (hidden, ChannelFaults())
             )
             bins = into_bins(there.true - record.start, record.grid)
             for b, block in enumerate(model.chain.blocks):
@@ -250,7 +250,7 @@ def told_difference(case: Case, base: Fit) -> float:
 
 
 def _shown(case: Case, model: Model, r: int, trial: Trial, faults: FaultSet) -> list[Floats]:
-    """What every block would show of a ride, (T, m) each, without noise."""
+    """Outputs of every output group in a run without noise, each of shape (T, m)."""
     course, _ = course_of(case.truth, faults, trial, case.faults)
     record = model.records[r]
     columns = Shown(course, record.time + record.start)
@@ -261,7 +261,7 @@ def _shown(case: Case, model: Model, r: int, trial: Trial, faults: FaultSet) -> 
 
 
 def _worth(base: Fit, difference: Series, records: Sequence[Record] | None = None) -> float:
-    """Log-posterior gained by whoever takes the difference off the recordings and calibrates.
+    """Gain of the log-posterior when the difference is subtracted and the model recalibrated.
 
     What is hidden may have led the first calibration far off, and the file may be far off itself.
     A ride that drifts far away is no longer the same noise beside another course: then the shape of
@@ -279,7 +279,7 @@ def _worth(base: Fit, difference: Series, records: Sequence[Record] | None = Non
 
 
 def _of_its_shape(base: Fit, difference: Series) -> float:
-    """Nats that a course of this shape takes from what calibration leaves, its size fitted."""
+    """Log-likelihood gain of a trajectory of this shape with fitted magnitude, nats."""
     judge = Judge.of(base)
     course = judge.nuisances.off(flat(base.model, base.noise, difference))
     return float(course @ judge.left) ** 2 / max(2.0 * float(course @ course), 1e-300)

@@ -45,7 +45,7 @@ def run_case(seed: int, number: int, keep: Path | None = None) -> dict[str, Any]
         recorded = time.process_time()
         try:
             analysis = analyse(open_analysis(*paths))
-            told = as_tree(verdict(analysis))
+            tree = as_tree(verdict(analysis))
         except Exception as fault:  # any failure of the analysis is part of the result
             return {
                 "case": number,
@@ -56,7 +56,7 @@ def run_case(seed: int, number: int, keep: Path | None = None) -> dict[str, Any]
     seen = _seen(case, analysis)
     return {
         "case": number,
-        "verdict": {key: told[key] for key in KEPT if key in told},
+        "verdict": {key: tree[key] for key in KEPT if key in tree},
         **seen,
         "seconds": {
             "recording": recorded - started,
@@ -70,18 +70,18 @@ def observe(seed: int, number: int) -> dict[str, Any]:
     """Ideal observer of a case alone, without an analysis."""
     case = draw_case(seed, number)
     if not case.hidden:
-        return {"ideal": _told(Ideal(0.0, ()))}
+        return {"ideal": _ideal_tree(Ideal(0.0, ()))}
     with tempfile.TemporaryDirectory(prefix="slipbench-case-") as place:
         analysis = open_analysis(*write_case(case, Path(place) / "case"))
     base = calibrate(analysis.training, analysis.training.origin())
     found = ideal(case, base)
-    told: dict[str, Any] = {"ideal": _told(found)}
+    observed: dict[str, Any] = {"ideal": _ideal_tree(found)}
     if analysis.held_out is not None:
-        told["possible"] = on_held_out(case, base, found, analysis.held_out)
-    return told
+        observed["possible"] = on_held_out(case, base, found, analysis.held_out)
+    return observed
 
 
-def _told(found: Ideal) -> dict[str, Any]:
+def _ideal_tree(found: Ideal) -> dict[str, Any]:
     difference = found.difference if math.isfinite(found.difference) else None
     return {"gain": found.gain, "each": list(found.each), "difference": difference}
 
@@ -90,12 +90,12 @@ def _seen(case: Case, analysis: Analysis) -> dict[str, Any]:
     """Gain of the ideal observer, and improvement of the held-out runs by the truth."""
     assert analysis.base is not None
     found = ideal(case, analysis.base)
-    told: dict[str, Any] = {"ideal": _told(found), "truth": _proven(analysis, found)}
+    observed: dict[str, Any] = {"ideal": _ideal_tree(found), "truth": _proven(analysis, found)}
     if analysis.free is not None and case.hidden and analysis.held_out is not None:
         possible = on_held_out(case, analysis.base, found, analysis.held_out)
         if math.isfinite(possible):
-            told["curve"] = {"confirmed": analysis.free.confirmed, "possible": possible}
-    return told
+            observed["curve"] = {"confirmed": analysis.free.confirmed, "possible": possible}
+    return observed
 
 
 def _proven(analysis: Analysis, found: Ideal) -> list[dict[str, Any]]:

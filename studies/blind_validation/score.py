@@ -76,7 +76,7 @@ def _score(answer: Mapping[str, Any], result: Mapping[str, Any]) -> ScoredCase:
     if "failed" in result:
         return ScoredCase(
             answer["case"],
-            answer["sort"],
+            answer["category"],
             answer["tyre"],
             truth,
             truth,
@@ -102,7 +102,7 @@ def _score(answer: Mapping[str, Any], result: Mapping[str, Any]) -> ScoredCase:
     gain = result["ideal"]["gain"]
     return ScoredCase(
         case=answer["case"],
-        category=answer["sort"],
+        category=answer["category"],
         tyre=answer["tyre"],
         truth=truth,
         visible=visible,

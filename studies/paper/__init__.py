@@ -1,1 +1,1 @@
-"""Corno and Savaresi's findings, claim by claim."""
+"""Reproduction of Corno and Savaresi (SYSID 2009), claim by claim."""

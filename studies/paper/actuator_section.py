@@ -1,14 +1,14 @@
-"""Step 9: throttle or spark, on one footing (figure 11), and the answer to the paper's question.
+"""Step 9: throttle and spark compared (figure 11), and the answer to the paper's question.
 
-The pure delays come from the recordings. From the spark it is the profile of step 6. From the
-throttle's command it is the servo's, told by command and position, and that of the path behind the
-position: the position is measured, so the servo's resonance need not be guessed from slip.
+The dead times come from the recordings. That of the spark is the profile likelihood of step 6.
+That of the throttle command is the sum of two: of the servo, from command to measured position, and
+of the path from measured position to slip. So the servo's resonance is not estimated from slip.
 """
 
 from slipbench.identification.models.actuator_comparison import (
     Comparison,
+    DeadTime,
     NoComparison,
-    PureDelay,
     answer,
     compare_actuators,
 )
@@ -28,7 +28,7 @@ Compared = Comparison | NoComparison
 
 
 def actuators(found: Found, studies: Studies, context: Context) -> Compared:
-    """Compare the first runs on throttle and on spark."""
+    """Comparison of the first run on the throttle with the first on the spark."""
     throttle, spark = (runs_of(found, kind)[0] for kind in ("throttle", "spark"))
     responses = response_of(throttle, COMMAND), response_of(spark, SPARK)
     if responses[0] is None or responses[1] is None:
@@ -41,12 +41,12 @@ def actuators(found: Found, studies: Studies, context: Context) -> Compared:
 
 
 def paper_answer(compared: Compared) -> str:
-    """Answer the paper's question in a sentence."""
+    """Answer to the paper's question in a sentence."""
     return answer(compared) if isinstance(compared, Comparison) else compared.reason
 
 
 def throttle_or_spark(compared: Compared) -> Section:
-    """Show the comparison and the answer."""
+    """Section with the comparison and the answer."""
     figures: tuple[Drawn, ...] = ()
     if isinstance(compared, Comparison):
         figures = drawn(
@@ -60,31 +60,31 @@ def throttle_or_spark(compared: Compared) -> Section:
     )
 
 
-def _delay(studies: Studies, role: str) -> PureDelay | None:
+def _delay(studies: Studies, role: str) -> DeadTime | None:
     study = studies[role]
     profile = study.profile if isinstance(study, RationalStudy) else None
-    return _told(profile) if isinstance(profile, DelayProfile) else None
+    return _dead_time(profile) if isinstance(profile, DelayProfile) else None
 
 
-def _of_servo(found: Found) -> PureDelay | None:
-    """Delay from the command to the throttle's position."""
+def _of_servo(found: Found) -> DeadTime | None:
+    """Dead time from the throttle command to the measured position."""
     response = response_of(runs_of(found, "throttle")[0], COMMAND, THROTTLE)
     lines = None if response is None else independent_lines(response)
     if not isinstance(lines, Lines):
         return None
     profile = delay_profile(choose_order(lines, all_pole()))
-    return _told(profile) if isinstance(profile, DelayProfile) else None
+    return _dead_time(profile) if isinstance(profile, DelayProfile) else None
 
 
-def _told(profile: DelayProfile) -> PureDelay:
-    return PureDelay(profile.delay, profile.low, profile.high)
+def _dead_time(profile: DelayProfile) -> DeadTime:
+    return DeadTime(profile.delay, profile.low, profile.high)
 
 
-def _after(first: PureDelay, second: PureDelay) -> PureDelay:
-    """Delay of one path behind another; the half widths add as squares."""
+def _after(first: DeadTime, second: DeadTime) -> DeadTime:
+    """Dead time of two paths in series; the half widths add as squares."""
     value = first.value + second.value
     below, above = (
         float(((a.value - getattr(a, end)) ** 2 + (b.value - getattr(b, end)) ** 2) ** 0.5)
         for a, b, end in ((first, second, "low"), (first, second, "high"))
     )
-    return PureDelay(value, value - below, value + above)
+    return DeadTime(value, value - below, value + above)

@@ -1,4 +1,4 @@
-"""A claim is a figure with the band that it must lie in, and where the claim comes from."""
+"""A claim: a figure, the bounds that it must lie in, and its source."""
 
 import math
 from dataclasses import dataclass
@@ -7,15 +7,15 @@ from typing import Any
 
 @dataclass(frozen=True)
 class Claim:
-    """One statement that a recording must bear out.
+    """One statement of the paper or the method that the recordings must confirm.
 
     name       short and unique: "first_harmonic_resonance_throttle"
-    statement  what is claimed, in a sentence for people
-    value      what was found, in `unit`; NaN where it could not be found
-    low, high  the band that it must lie in, both ends included
-    unit       as shown to people: "w_c", "°", "ms", "dB", "1"
+    statement  what is claimed, in a sentence
+    value      result, in `unit`; NaN where it could not be determined
+    low, high  bounds of the value, both included
+    unit       unit as displayed: "w_c", "°", "ms", "dB", "1"
     source     figure or equation of the paper, or of the method
-    note       how it was found, or why it was not
+    note       how it was determined, or why it could not be
     """
 
     name: str
@@ -29,11 +29,11 @@ class Claim:
 
     @property
     def holds(self) -> bool:
-        """Tell whether the figure lies in its band; an unknown one does not."""
+        """Whether the value lies in its bounds; False where it is unknown."""
         return bool(self.low <= self.value <= self.high)  # NaN lies nowhere
 
     def described(self) -> dict[str, Any]:
-        """Lay it out for claims.json; an unknown figure is null, an open end is null."""
+        """Claim as a tree for claims.json; null for an unknown value or an open bound."""
         finite = {
             key: float(value) if math.isfinite(value) else None
             for key, value in (("value", self.value), ("low", self.low), ("high", self.high))

@@ -1,4 +1,4 @@
-"""What the paper's steps are given: identified recordings by name, and what is known beside them.
+"""Input of the paper's steps: identified recordings by name, and prior knowledge.
 
 context = Context(nominal.motorcycle, bandwidth=2 * math.pi * 10)
 runs_of(found, "spark")          # spark_1, spark_2, ...
@@ -17,7 +17,7 @@ Found = Mapping[str, Identification]
 
 @dataclass(frozen=True)
 class Context:
-    """What is known beside the recordings.
+    """Prior knowledge beside the recordings.
 
     nominal    the motorcycle as its vehicle file describes it
     bandwidth  w_c, rad/s, of the throttle servo
@@ -30,16 +30,16 @@ class Context:
 
     @property
     def cutoff(self) -> float:
-        """Give w_c in Hz."""
+        """Bandwidth w_c of the throttle servo, Hz."""
         return self.bandwidth / (2 * math.pi)
 
 
 def runs_of(found: Found, kind: str) -> list[Identification]:
-    """Give all runs of one kind: "spark" has spark_1, spark_2, ..."""
+    """All runs of one kind, in order: "spark" has spark_1, spark_2, ..."""
     return [one for name, one in found.items() if name.rpartition("_")[0] == kind]
 
 
 def response_of(one: Identification, given: str, taken: str = "slip") -> FrequencyResponse | None:
-    """Give the response between two roles; nothing where the recording has none."""
+    """Frequency response between two roles; None where the recording has none."""
     pairs = {(r.input, r.output): r for r in one.responses}
     return pairs.get((given, taken))

@@ -1,4 +1,4 @@
-"""Figures 1 and 2: what a toothed wheel can know, and the line that it draws.
+"""Figures 1 and 2: error and delay of a toothed-wheel encoder, and its 1X order in spectra.
 
 with drawing.style():
     drawing.png(encoder_figures.encoder(radius=0.32), path)
@@ -24,7 +24,7 @@ FAMILY = 8
 
 
 def encoder(radius: float, fastest: float = 80.0) -> Figure:
-    """Draw error bound and delay against speed, lines by the formula, markers measured."""
+    """Figure of error bound and delay over speed: lines from the formula, markers measured."""
     speed = np.linspace(2.0, fastest, 400)
     figure, (left, right) = d.side_by_side(2, 3.4)
     for teeth, colour in zip(TEETH, COLOURS, strict=True):
@@ -47,7 +47,7 @@ def encoder(radius: float, fastest: float = 80.0) -> Figure:
 
 
 def orders(found: Identification) -> Figure | None:
-    """Draw spectra of rear wheel, suspension and engine speed with the 1X family marked."""
+    """Figure of the spectra of rear wheel, suspension and engine speed; 1X and harmonics marked."""
     made = sorted(found.spectra, key=lambda s: _PLACES.get(s.role, 1))
     if not made:
         return None
@@ -86,18 +86,18 @@ def _spectrum(panel: Axes, item: Spectrum) -> None:
 
 
 def teeth(pitch: ToothPitch, radius: float | None = None) -> Figure:
-    """Draw where every tooth stands, with its 95 % interval. radius: m, of the circle of teeth."""
+    """Figure of position and pitch error of every tooth, 95 % intervals. radius: m, of the teeth."""
     scale, label = (180 / np.pi, "°") if radius is None else (1e3 * radius, "mm")
     figure, (left, right) = d.side_by_side(2, 3.0)
     number = np.arange(pitch.teeth)
     error = pitch.quantile * pitch.deviation
     at = pitch.positions - np.median(pitch.positions)
     left.stem(number, scale * at, linefmt=d.BLUE, markerfmt="o", basefmt=" ")
-    left.set(title="Where the teeth stand", xlabel="tooth", ylabel=f"late by / {label}")
+    left.set(title="Tooth position error", xlabel="tooth", ylabel=f"error / {label}")
     look = {"fmt": "o", "ms": 3.5, "color": d.BLUE, "ecolor": d.INK, "capsize": 2}
     right.errorbar(number, 100 * pitch.gaps, 100 * error, **look)  # type: ignore[arg-type]
     right.set_yscale("symlog", linthresh=max(200 * float(error.max()), 1e-6))
-    right.set(title="Gap after each tooth", xlabel="tooth", ylabel="longer than even / %")
+    right.set(title="Tooth pitch error", xlabel="tooth", ylabel="error of the next pitch / %")
     for axes in (left, right):
         axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     return figure

@@ -1,4 +1,4 @@
-"""Steps 1 and 2: what a toothed wheel can know, and the line that it draws (figures 1 and 2)."""
+"""Steps 1 and 2: error and delay of a toothed-wheel encoder, and its 1X order (figures 1 and 2)."""
 
 from slipbench.studies.paper import encoder_figures
 from slipbench.studies.paper.context import Context, Found, runs_of
@@ -8,7 +8,7 @@ from slipbench.studies.paper.wheel_orders import order_claims
 
 
 def encoder(context: Context) -> Section:
-    """Tell error and delay of a toothed wheel against speed; nothing is recorded for that."""
+    """Section on error and delay of an encoder over speed; it needs no recording."""
     radius = context.nominal.rear_wheel.radius
     return Section(
         "1",
@@ -28,7 +28,7 @@ def encoder(context: Context) -> Section:
 
 
 def wheel_lines(found: Found) -> Section:
-    """Show the line of the wheel in the spectra."""
+    """Section on the 1X order of the wheel in the spectra."""
     one = runs_of(found, "throttle")[0]
     return Section(
         "2",

@@ -1,7 +1,8 @@
-"""What a toothed wheel can know: error and age of its speed against speed (the paper's figure 1).
+"""Error and delay of the speed from a toothed-wheel encoder, over speed (the paper's figure 1).
 
-The fixed-position formula w = 2 pi / (N TT) is as exact as the timer beside TT, and as old as TT:
-half an interval while it is measured, half while it is held. More teeth are younger and less exact.
+The fixed-position formula is w = 2 pi / (N TT). Its relative error is the timer's resolution over
+TT. Its delay is TT: half an interval for the mean over it, half for the hold. More teeth reduce the
+delay and increase the error.
 
     curves = [encoder_curve(np.linspace(1, 80, 200), 0.32, teeth) for teeth in (16, 32, 48)]
     claims = encoder_claims(radius=0.32)
@@ -38,11 +39,11 @@ class EncoderCurve:
 
 @dataclass(frozen=True)
 class ShownWave:
-    """How an encoder shows a sine in the wheel's speed while it turns.
+    """Response of an encoder to a sine in the wheel's speed.
 
-    gain   shown amplitude over true amplitude
-    lag    rad, by which the shown sine is late
-    error  largest relative error that the timer made in the speed of an interval
+    gain   measured amplitude over true amplitude
+    lag    rad, phase lag of the measured sine
+    error  largest relative error of the speed of an interval due to the timer
     """
 
     frequency: float
@@ -52,7 +53,7 @@ class ShownWave:
 
     @property
     def delay(self) -> float:
-        """Time by which the sine is late, s."""
+        """Delay of the sine, s."""
         return self.lag / (2 * np.pi * self.frequency)
 
 
@@ -66,14 +67,14 @@ def encoder_curve(
 
 
 def slowest(late: float, radius: float, teeth: int) -> float:
-    """Speed (m/s) at which an encoder is `late` seconds late; under it, later."""
+    """Speed (m/s) at which the delay of an encoder is `late` s; it is longer at lower speeds."""
     return 2 * np.pi * radius / (teeth * late)
 
 
 def shown_wave(
     speed: float, radius: float, teeth: int, frequency: float = 10.0, share: float = 0.01
 ) -> ShownWave:
-    """Turn a wheel whose speed is a mean and a sine, time its teeth, and read what is held.
+    """Measured response of an encoder on a wheel whose speed is a mean and a sine.
 
     speed: m/s; radius: m; frequency: Hz; share: amplitude over mean. Measured, not computed.
     """
@@ -101,7 +102,7 @@ def _worst(time: FloatArray, shown: FloatArray, t: FloatArray, angle: FloatArray
 def _compared(
     t: FloatArray, shown: FloatArray, mean: float, frequency: float, share: float, error: float
 ) -> ShownWave:
-    """Fit a sine by least squares and compare it with the true one."""
+    """Gain and lag of a sine fitted by least squares, against the true one."""
     w = 2 * np.pi * frequency
     basis = np.column_stack((np.ones_like(t), np.sin(w * t), np.cos(w * t)))
     _, sine, cosine = np.linalg.lstsq(basis, shown, rcond=None)[0]

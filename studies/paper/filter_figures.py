@@ -1,4 +1,4 @@
-"""Figure 3: the rear wheel's speed before and behind the filters, and the phase that they cost.
+"""Figure 3: the rear wheel's speed before and after the filters, and their phase lag.
 
 found = line_reductions(identified)
 with drawing.style():
@@ -25,23 +25,23 @@ TURNS = 12  # of the wheel that are shown
 
 
 def filtering(found: Identification, lines: LineReductions) -> Figure:
-    """Draw a stretch of the wheel's speed raw, filtered as in the paper, and with true teeth."""
+    """Figure of a segment of the wheel speed: raw, filtered as in the paper, with corrected teeth."""
     figure, (left, right) = d.side_by_side(2, 3.6)
-    _stretch(left, found, lines)
+    _segment(left, found, lines)
     _reductions(right, lines)
     return figure
 
 
-def _stretch(axes: Axes, found: Identification, lines: LineReductions) -> None:
+def _segment(axes: Axes, found: Identification, lines: LineReductions) -> None:
     assert isinstance(found.motion, Motion)
     rate, middle = found.base.rate, _middle(found)
     part = slice(middle, middle + round(TURNS / lines.frequency * rate))
     time = found.base.time[part]
     smooth = low_pass(lines.cleaned[OFFLINE], rate, CUTOFF)
     axes.plot(time, 3.6 * found.motion.raw[part], color="#aab3bd", lw=1.0, label="raw")
-    axes.plot(time, 3.6 * smooth[part], color=d.ORANGE, label="low-passed, notched")
+    axes.plot(time, 3.6 * smooth[part], color=d.ORANGE, label="low-pass and notch filter")
     true = lines.cleaned[LEARNT][part]
-    axes.plot(time, 3.6 * true, color=d.BLUE, label="true teeth, no filter")
+    axes.plot(time, 3.6 * true, color=d.BLUE, label="corrected teeth, no filter")
     axes.set(xlabel="time / s", ylabel="rear wheel / km/h", xlim=(time[0], time[-1]))
     axes.legend(
         loc="lower right",
@@ -62,9 +62,9 @@ def _middle(found: Identification) -> int:
 
 
 def _reductions(axes: Axes, lines: LineReductions) -> None:
-    width = 0.8 / len(lines.left)
-    for index, way in enumerate(lines.left):
-        at = np.array(lines.orders) + (index - (len(lines.left) - 1) / 2) * width
+    width = 0.8 / len(lines.remaining)
+    for index, way in enumerate(lines.remaining):
+        at = np.array(lines.orders) + (index - (len(lines.remaining) - 1) / 2) * width
         height = np.maximum(lines.decibels(way), 0.3)
         axes.bar(at, height, width, color=LOOKS.get(way, d.MUTED), label=way)
     axes.set(xlabel="wheel order", ylabel="reduction / dB", xticks=lines.orders)
@@ -76,7 +76,7 @@ def _reductions(axes: Axes, lines: LineReductions) -> None:
 def phases(
     lines: LineReductions, speed: float, radius: float, teeth: int, cutoff: float = CUTOFF
 ) -> Figure:
-    """Draw gain and phase of what runs online against frequency. speed: m/s; radius: m."""
+    """Figure of gain and phase of the online filters over frequency. speed: m/s; radius: m."""
     frequency = np.linspace(0.2, min(1.5 * cutoff, 0.45 * lines.rate), 1500)
     late = tooth_interval(speed, radius, teeth)
     figure, (top, bottom) = d.panels(2, 4.6)
@@ -101,7 +101,7 @@ def phases(
         phase[np.abs(np.diff(phase, prepend=phase[0])) > 180] = np.nan  # a turn is not a line
         top.plot(frequency, 20 * np.log10(np.maximum(np.abs(value), 1e-4)), color=colour)
         bottom.plot(frequency, phase, color=colour, label=label)
-    top.set(ylabel="gain / dB", ylim=(-30, 3), title="What online filters cost")
+    top.set(ylabel="gain / dB", ylim=(-30, 3), title="Gain and phase of the online filters")
     bottom.set(
         xlabel="frequency / Hz", ylabel="phase / °", ylim=(-180, 95), xlim=(0, frequency[-1])
     )

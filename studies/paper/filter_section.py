@@ -1,4 +1,4 @@
-"""Step 3: taking the wheel's line off, and what that costs (figure 3)."""
+"""Step 3: reduction of the 1X order, and its phase lag (figure 3)."""
 
 import math
 
@@ -16,7 +16,7 @@ SHOWN = (2.0, 5.0, 8.0, 10.0, 15.0)  # Hz
 
 
 def filtering(found: Found, context: Context) -> Section:
-    """Filter offline, online, and by learnt teeth."""
+    """Section on filtering offline, online, and by learnt tooth pitch."""
     one = runs_of(found, "throttle")[0]
     lines, motion = line_reductions(one), one.motion
     if not isinstance(lines, LineReductions) or not isinstance(motion, Motion):

@@ -1,12 +1,12 @@
-"""What the paper finds in the describing functions, as figures with bands (figures 6 and 10).
+"""Claims on the describing functions (the paper's figures 6 and 10).
 
     claims = describing_function_claims(harmonics(throttle_runs), harmonics(spark_runs))
 
-Distortion is sqrt(|G_2|^2 + |G_3|^2) / |G_1| at the same excitation frequency, less what noise
-adds to it. Harmonics count as negligible where it is below a tenth in the mean, and as something
-that matters where it exceeds a tenth. A resonance is the highest gain among the lines that are
-known to half their size, and not at the end of those. The input of these claims is the command:
-from the measured throttle on, the servo's own resonance is missing and the peaks lie lower.
+Distortion is sqrt(|G_2|^2 + |G_3|^2) / |G_1| at the same excitation frequency, without the
+contribution of noise. Harmonics count as negligible where its mean is below 0.1, and as relevant
+where it exceeds 0.1. A resonance is the highest gain among the lines whose 95 % interval is within
+half the gain, and not at the end of those. The input of these claims is the command: with the
+measured throttle as input the servo's resonance is missing and the peaks lie lower.
 """
 
 import math
@@ -37,9 +37,9 @@ Found = DescribingFunction | NoHarmonics
 
 @dataclass(frozen=True)
 class HarmonicPeak:
-    """Highest gain of one harmonic: frequency in Hz, NaN where there is none, and why in `note`.
+    """Highest gain of one harmonic: frequency in Hz; NaN where there is none, with the reason in `note`.
 
-    low, high: Hz, where the gain could be as high for all that the 95 % bands tell.
+    low, high: Hz, range in which the gain may be as high within the 95 % intervals.
     """
 
     frequency: float
@@ -51,7 +51,7 @@ class HarmonicPeak:
 def describing_function_claims(
     throttle: Found, spark: Found | None = None, cutoff: float = CUTOFF
 ) -> tuple[Claim, ...]:
-    """Judge zones and resonances. cutoff: Hz."""
+    """Claims on zones and resonances. cutoff: Hz."""
     found = [_resonance_claim(throttle, "throttle", k, cutoff) for k in (1, 2, 3)]
     if spark is not None:
         found.insert(1, _resonance_claim(spark, "spark", 1, cutoff))
@@ -59,13 +59,13 @@ def describing_function_claims(
 
 
 def distortion(found: DescribingFunction) -> FloatArray:
-    """Second and third harmonic beside the first, (n,), without what noise adds to their power."""
+    """Second and third harmonic relative to the first, (n,), without the power of noise."""
     power = found.gain[1:3] ** 2 - found.deviation[1:3] ** 2
     return np.asarray(np.sqrt(np.maximum(power.sum(axis=0), 0.0)) / found.gain[0])
 
 
 def peak(found: DescribingFunction, k: int) -> HarmonicPeak:
-    """Find where the k-th harmonic is highest."""
+    """Frequency at which the k-th harmonic has its highest gain."""
     known = found.gain_band[k - 1] <= KNOWN * found.gain[k - 1]
     if np.count_nonzero(known) < FEWEST:
         return _none(f"fewer than {FEWEST} frequencies at which it is known to half its size")
@@ -127,7 +127,7 @@ def _zone_claims(found: Found, cutoff: float) -> tuple[Claim, ...]:
 
 
 def _zone_levels(found: Found, cutoff: float) -> tuple[float, float, float, str]:
-    """Mean distortion below, greatest in the middle and above."""
+    """Mean distortion in the low zone, and greatest distortion in the middle and the high zone."""
     if isinstance(found, NoHarmonics):
         return math.nan, math.nan, math.nan, found.reason
     x, level = found.frequency / cutoff, distortion(found)

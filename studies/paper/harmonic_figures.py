@@ -24,9 +24,9 @@ DEEPEST = 60.0  # dB that the gain's panel shows
 def describing_figure(
     found: DescribingFunction, points: DescribingFunction | None = None, cutoff: float = CUTOFF
 ) -> Figure:
-    """Draw gain, phase and the share of the first harmonic over f / f_c.
+    """Figure of gain, phase and ratio to the first harmonic over f / f_c.
 
-    found: lines with their 95 % bands; points: another estimate, as markers; cutoff: Hz.
+    found: lines with their 95 % intervals; points: another estimate, as markers; cutoff: Hz.
     """
     with d.style():
         figure, axes = d.panels(3, 7.6, [3, 2, 2])
@@ -38,7 +38,7 @@ def describing_figure(
         top = 20 * np.log10(factor * found.gain[0].max())
         axes[0].set(ylabel=f"gain / dB ({unit})", ylim=(top - DEEPEST, top + 5))
         axes[1].set(ylabel="phase / °", ylim=(-200, 200), yticks=(-180, -90, 0, 90, 180))
-        axes[2].set(ylabel="share of the first / %", ylim=(0, None))
+        axes[2].set(ylabel="ratio to first harmonic / %", ylim=(0, None))
         axes[2].set_xlabel(f"excitation frequency / f_c (f_c = {cutoff:g} Hz)")
         for panel in axes:
             _zones(panel)
@@ -48,7 +48,7 @@ def describing_figure(
 
 
 def linear_figure(found: BestLinearApproximation, cutoff: float = CUTOFF) -> Figure:
-    """Draw the best linear gain with noise, even and odd distortion beside it. cutoff: Hz."""
+    """Figure of the best linear approximation, noise, even and odd distortion. cutoff: Hz."""
     with d.style():
         figure, axes = d.panels(2, 6.0, [3, 2])
         factor, unit = gain_unit(found.input, found.output)

@@ -20,7 +20,7 @@ Harmonics = DescribingFunction | NoHarmonics
 
 
 def trials(found: Found) -> Section:
-    """Show sweep and step trials on both actuators."""
+    """Section on the sweep and step trials of both actuators."""
     throttle, steps = runs_of(found, "throttle")[0], runs_of(found, "steps")[0]
     spark, spark_steps = runs_of(found, "spark")[0], runs_of(found, "sparksteps")[0]
     return Section(
@@ -43,7 +43,7 @@ def trials(found: Found) -> Section:
 
 
 def describing_functions(found: Found, context: Context) -> Section:
-    """Find describing functions from sweeps."""
+    """Section on the describing functions from sweeps."""
     throttle, spark = (_sweeps(runs_of(found, kind)) for kind in ("large", "spark"))
     from_throttle, from_spark = harmonics(throttle), harmonics(spark)
     return Section(

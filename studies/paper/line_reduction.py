@@ -1,8 +1,8 @@
-"""How much of the wheel's own line each filter takes off, and the phase that it costs.
+"""Reduction of the wheel orders by each filter, and its phase lag.
 
-Four ways on one recording: the notch run forwards and backwards, the notch as a controller runs it,
-teeth where they really stand, and the same learnt while riding. All are judged on the second half
-of the recording; the learnt gaps come from the first half.
+Four methods on one recording: zero-phase notch (forwards and backwards), causal notch, tooth pitch
+learnt offline, and tooth pitch learnt online. All are evaluated on the second half of the
+recording; the tooth pitch is learnt on the first half.
 
     found = line_reductions(identified)          # an Identification
     if isinstance(found, LineReductions):
@@ -43,36 +43,36 @@ class LineReductions:
     """Amplitudes of wheel orders in the second half of a recording.
 
     orders     wheel orders, once per turn first
-    notched    those of them that the notches take
+    notched    those of them that the notches reduce
     raw        (k,) amplitude over speed before any filter
-    left       way -> (k,) the same behind it
+    remaining  method -> (k,) the same after it
     frequency  Hz, mean of the wheel's
     rate       Hz, of the samples
-    cleaned    way -> (n,) m/s on the recording's time base
+    cleaned    method -> (n,) m/s on the recording's time base
     """
 
     orders: tuple[int, ...]
     notched: tuple[int, ...]
     raw: FloatArray
-    left: Mapping[str, FloatArray]
+    remaining: Mapping[str, FloatArray]
     frequency: float
     rate: float
     cleaned: Mapping[str, FloatArray]
 
     def decibels(self, way: str) -> FloatArray:
-        """By how much each order got smaller, dB, (k,)."""
-        return np.asarray(20 * np.log10(self.raw / np.maximum(self.left[way], 1e-12)))
+        """Reduction of each order, dB, shape (k,)."""
+        return np.asarray(20 * np.log10(self.raw / np.maximum(self.remaining[way], 1e-12)))
 
     def family(self, way: str) -> float:
-        """By how much the root sum of squares of all orders got smaller, dB."""
-        whole = np.sum(self.raw**2) / max(float(np.sum(self.left[way] ** 2)), 1e-24)
+        """Reduction of the root sum of squares of all orders, dB."""
+        whole = np.sum(self.raw**2) / max(float(np.sum(self.remaining[way] ** 2)), 1e-24)
         return float(10 * np.log10(whole))
 
 
 def line_reductions(
     found: Identification, orders: tuple[int, ...] = ORDERS
 ) -> LineReductions | NoToothPitch:
-    """Take the line off in four ways and read what is left of it."""
+    """Wheel orders before and after each of the four methods."""
     moved = found.motion
     if not isinstance(moved, Motion) or moved.wheel_frequency is None or not moved.axle.radius:
         return NoToothPitch("the driven wheel was not timed tooth by tooth")
@@ -94,9 +94,9 @@ def line_reductions(
     def read(speed: FloatArray) -> FloatArray:
         return order_amplitudes(relative(speed, found.base.rate)[half], angle[half], orders)
 
-    left = {way: read(speed) for way, speed in cleaned.items()}
+    remaining = {way: read(speed) for way, speed in cleaned.items()}
     rate = found.base.rate
-    return LineReductions(orders, taken, read(moved.raw), left, wheel, rate, cleaned)
+    return LineReductions(orders, taken, read(moved.raw), remaining, wheel, rate, cleaned)
 
 
 def _by_notches(
@@ -124,7 +124,7 @@ def _by_teeth(
 
 
 def _learning(time: FloatArray, count: FloatArray, teeth: int) -> Samples:
-    """Speed as a learner gives it tooth by tooth, at the middle of each interval."""
+    """Speed from the online learner, tooth by tooth, at the middle of each interval."""
     learner = PitchLearner(teeth)
     state = learner.initial()
     speed = np.empty(time.size)
@@ -137,9 +137,9 @@ def _learning(time: FloatArray, count: FloatArray, teeth: int) -> Samples:
 
 
 def reduction_claims(found: LineReductions, frequency: float = 10.0) -> tuple[Claim, ...]:
-    """Claims of the paper's figure 3 and of what goes beyond it. frequency: Hz, of the phase."""
+    """Claims on the paper's figure 3 and beyond it. frequency: Hz, at which phase is evaluated."""
     table = "; ".join(
-        f"{way}: {', '.join(f'{x:.0f}' for x in found.decibels(way))} dB" for way in found.left
+        f"{way}: {', '.join(f'{x:.0f}' for x in found.decibels(way))} dB" for way in found.remaining
     )
     price = Notch(found.rate, (1,)).response(np.array([frequency]), found.frequency)
     phase = float(np.degrees(np.abs(np.angle(price[0]))))

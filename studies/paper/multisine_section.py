@@ -1,4 +1,4 @@
-"""Beyond the paper: the best linear approximation, with noise and distortion told apart."""
+"""Beyond the paper: best linear approximation, with noise and distortion separated."""
 
 from itertools import pairwise
 
@@ -19,7 +19,7 @@ ZONES = (0.0, 0.25, 0.7, 1.2)  # of w_c, as the paper divides the band
 
 
 def multisine(found: Found, context: Context) -> Section:
-    """Average random-phase odd multisines."""
+    """Section on the average of random-phase odd multisines."""
     tried = [periodic_record_of(one) for one in runs_of(found, "multisine")]
     made = best_linear([record for record in tried if isinstance(record, PeriodicRecord)])
     title = "Best linear approximation, noise and distortion"
@@ -46,7 +46,7 @@ def multisine(found: Found, context: Context) -> Section:
 
 
 def _levels(made: BestLinearApproximation, cutoff: float) -> Table:
-    """Noise, even and odd distortion over the gain, zone by zone."""
+    """Noise, even and odd distortion relative to the gain, by zone."""
     head = ("w / w_c", "noise", "even distortion", "odd distortion")
     zones = tuple(pairwise(ZONES))
     one = made.noise_deviation * np.sqrt(made.realisations)
@@ -62,7 +62,7 @@ def _levels(made: BestLinearApproximation, cutoff: float) -> Table:
 
 
 def _above(level: Level) -> FloatArray:
-    """Distortion without what noise adds to it."""
+    """Distortion without the contribution of noise."""
     return np.sqrt(np.maximum(level.level**2 - level.noise**2, 0))
 
 

@@ -1,4 +1,4 @@
-"""The paper's identification, step by step, on recordings that came over CAN.
+"""The paper's identification, step by step, on recordings over CAN.
 
 Corno and Savaresi, "Experimental Identification of Rear Wheel Slip Dynamics of a Motorbike", IFAC
 SYSID 2009. Each step is a function from what was identified to a section with figures and claims.
@@ -24,19 +24,19 @@ from slipbench.studies.paper.switched_section import switched
 
 @dataclass(frozen=True)
 class Paper:
-    """The answer to the paper's question, and the sections in its order."""
+    """Answer to the paper's question, and sections in the paper's order."""
 
     answer: str
     sections: tuple[Section, ...]
 
     @property
     def claims(self) -> tuple[Claim, ...]:
-        """Give the claims of all sections."""
+        """Claims of all sections."""
         return tuple(claim for section in self.sections for claim in section.claims)
 
 
 def paper(found: Found, context: Context) -> Paper:
-    """Go through the paper's steps in its order, then beyond it."""
+    """Sections of all steps in the paper's order, then those beyond it."""
     studies = studies_of(found, context)
     compared = actuators(found, studies, context)
     sections = (

@@ -1,4 +1,4 @@
-"""The whole reproduction: trials, identification, sections, page."""
+"""Reproduce the paper: trials, identification, sections, page."""
 
 import math
 from collections.abc import Callable
@@ -19,7 +19,7 @@ from slipbench.studies.paper.paper_trials import PAPER, record_all
 
 @dataclass(frozen=True)
 class Reproduced:
-    """What came out: every claim, the answer to the paper's question, and the page."""
+    """Result: every claim, the answer to the paper's question, and the page."""
 
     claims: tuple[Claim, ...]
     answer: str
@@ -32,23 +32,25 @@ def reproduce(
     nominal: Path,
     trials: Path,
     bandwidth: float,
-    told: Callable[[str], None] = lambda _: None,
+    report: Callable[[str], None] = lambda _: None,
     document: Path | None = None,
 ) -> Reproduced:
-    """Run what is missing, identify all, judge the claims, write the page. bandwidth: Hz.
+    """Claims, answer and page; trials without a recording in `runs` are run first.
 
-    document: the Markdown page that is to be written as well.
+    bandwidth: w_c of the throttle servo, Hz. report: called with each step's description. document:
+    Markdown page to write as well. Raises InputError where the vehicle file is invalid, or a trial
+    cannot be run or trips.
     """
     try:
         vehicle = load_vehicle(nominal)
     except VehicleFileError as fault:
         raise InputError(str(fault)) from fault
-    recordings = record_all(list(PAPER), runs, trials, lambda name: told(f"recorded {name}"))
+    recordings = record_all(list(PAPER), runs, trials, lambda name: report(f"recorded {name}"))
     found = {}
     for name, recording in recordings.items():
-        told(f"identifying {name}")
+        report(f"identifying {name}")
         found[name] = identify(recording)
-    told("judging the claims")
+    report("evaluating the claims")
     context = Context(vehicle.motorcycle, 2 * math.pi * bandwidth, vehicle.plus_minus)
     made = paper(found, context)
     page = write_paper(made, recordings, out)

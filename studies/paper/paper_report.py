@@ -1,4 +1,4 @@
-"""The page that shows the paper's steps on our recordings, and claims.json beside it."""
+"""Page with the paper's steps on our recordings, and claims.json."""
 
 import json
 import math
@@ -65,12 +65,12 @@ def _inline(drawn: Drawn) -> Markup:
 
 
 def found_in_words(claim: Claim) -> str:
-    """Write what was found, with its unit."""
+    """Value of a claim as text with its unit."""
     return "not found" if math.isnan(claim.value) else _quantity(claim.value, claim.unit)
 
 
 def band_in_words(claim: Claim) -> str:
-    """Write the band that it must lie in."""
+    """Bounds of a claim as text."""
     low, high = math.isfinite(claim.low), math.isfinite(claim.high)
     if low and high:
         return f"{claim.low:.4g} … {_quantity(claim.high, claim.unit)}"

@@ -1,4 +1,4 @@
-"""One section of the paper's reproduction: what was done, its figures, its claims."""
+"""One section of the reproduction: method and result, figures, claims."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -17,9 +17,9 @@ class Section:
     """A section of the report.
 
     number      of the step in the paper's order, "5"
-    paragraphs  what was done and what came out, in sentences
+    paragraphs  method and result, in sentences
     drawn       figures with captions
-    claims      what the recordings must bear out
+    claims      statements that the recordings must confirm
     tables      by caption; the first row of each is its head
     """
 
@@ -32,7 +32,7 @@ class Section:
 
 
 def drawn(name: str, caption: str, make: Callable[[], Figure | None]) -> tuple[Drawn, ...]:
-    """Draw one figure in the project's hand; nothing where it cannot be drawn."""
+    """One figure in the common style, with its caption; empty where it cannot be drawn."""
     with drawing.style():
         figure = make()
     return () if figure is None else (Drawn(name, caption, figure),)

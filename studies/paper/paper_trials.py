@@ -1,4 +1,4 @@
-"""The trials that the paper's findings rest on, run over CAN unless their recordings are there.
+"""Trials for the reproduction, run over CAN where their recordings are missing.
 
 Bench and identification meet only on disk, here too: each trial is a file, and `slipbench trial`, a
 program of its own, turns it into a recording.
@@ -25,7 +25,7 @@ TOGETHER = 2  # trials that run at once
 
 @dataclass(frozen=True)
 class PaperTrial:
-    """An example trial, and what is changed in it ("excitation.amplitude": "4 %")."""
+    """An example trial and its changes ("excitation.amplitude": "4 %")."""
 
     name: str
     base: str
@@ -33,9 +33,9 @@ class PaperTrial:
 
 
 def _again(name: str, base: str, runs: int, **changes: Any) -> list[PaperTrial]:
-    """Give the same trial several times, with other seeds: other wind, other combustion."""
-    told = {key.replace("__", "."): value for key, value in changes.items()}
-    return [PaperTrial(f"{name}_{n}", base, {**told, "seed": n}) for n in range(1, runs + 1)]
+    """The same trial several times with other seeds: other wind, other combustion."""
+    changed = {key.replace("__", "."): value for key, value in changes.items()}
+    return [PaperTrial(f"{name}_{n}", base, {**changed, "seed": n}) for n in range(1, runs + 1)]
 
 
 PAPER: tuple[PaperTrial, ...] = (
@@ -56,29 +56,31 @@ PAPER: tuple[PaperTrial, ...] = (
 
 
 def record_all(
-    trials: list[PaperTrial], folder: Path, trial_files: Path, told: Callable[[str], None]
+    trials: list[PaperTrial], folder: Path, trial_files: Path, report: Callable[[str], None]
 ) -> dict[str, Recording]:
-    """Give the recording of every trial, from `folder` where it is there, else by riding it.
+    """Recording of every trial, from `folder` where it exists, else simulated.
 
     Raises InputError where a trial cannot be run or trips.
     """
     with ThreadPoolExecutor(TOGETHER) as several:
-        recordings = several.map(lambda trial: _recorded(trial, folder, trial_files, told), trials)
+        recordings = several.map(
+            lambda trial: _recorded(trial, folder, trial_files, report), trials
+        )
         return dict(zip((trial.name for trial in trials), recordings, strict=True))
 
 
 def _recorded(
-    trial: PaperTrial, folder: Path, trial_files: Path, told: Callable[[str], None]
+    trial: PaperTrial, folder: Path, trial_files: Path, report: Callable[[str], None]
 ) -> Recording:
     run = folder / trial.name
     if not run.exists():
         _ride(trial, folder, trial_files)
-    told(trial.name)
+    report(trial.name)
     return read(run)
 
 
 def _ride(trial: PaperTrial, folder: Path, trial_files: Path) -> None:
-    """Write the trial's file and run it in a program of its own."""
+    """Write the trial's file and run it in a process of its own."""
     file = folder / f"{trial.name}.toml"
     text = tomli_w.dumps(_changed(trial, trial_files))
     file.parent.mkdir(parents=True, exist_ok=True)

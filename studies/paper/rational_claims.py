@@ -1,4 +1,4 @@
-"""What the paper claims of rational functions with delay, and what a recording says to it.
+"""Claims on rational transfer functions with dead time.
 
 found = rational_study(response, delay=0.010, KnownPath(lags=(0.003,)))
 claims = (*rational_claims(found), *time_claims(stretches, least=85.0))
@@ -41,13 +41,13 @@ CLOSE = 1.0  # ms, of a delay that is found
 
 @dataclass(frozen=True)
 class RationalStudy:
-    """One response, as the paper and as today's best take it.
+    """One response, analysed as in the paper and by maximum likelihood.
 
-    delay         s, that the paper takes as known; known: what else is known of the path
-    with_delay    orders by the paper's method with the known delay; without_delay: with none
-    likely        orders by maximum likelihood, the delay free
-    profile       delay of an all-pole chain beside the known path
-    plain_profile the same without any knowledge
+    delay         s, taken as known in the paper; known: other prior knowledge of the path
+    with_delay    orders by the paper's method with the known dead time; without_delay: with none
+    likely        orders by maximum likelihood, dead time free
+    profile       profile likelihood of the dead time of an all-pole model, known path included
+    plain_profile the same without prior knowledge
     """
 
     lines: Lines
@@ -63,7 +63,7 @@ class RationalStudy:
 def rational_study(
     response: FrequencyResponse, delay: float, known: KnownPath = NOTHING
 ) -> RationalStudy | NoRational:
-    """Fit a first harmonic. delay: s, known from the vehicle."""
+    """Study of a first harmonic. delay: s, dead time known from the vehicle."""
     lines = independent_lines(response)
     if isinstance(lines, NoRational):
         return lines
@@ -85,7 +85,7 @@ def rational_study(
 
 
 def rational_claims(study: RationalStudy) -> tuple[Claim, ...]:
-    """Minimum phase with the delay, a zero on the right without it, and the delay itself."""
+    """Claims: minimum phase with the dead time, a right-half-plane zero without it, and its value."""
     name = study.lines.input
     poles = _poles_that_suffice(study)
     ms = 1e3 * study.delay
@@ -116,7 +116,7 @@ def rational_claims(study: RationalStudy) -> tuple[Claim, ...]:
 
 
 def time_claims(stretches: tuple[Stretch | NoStretch, ...], least: float) -> tuple[Claim, ...]:
-    """The model answers the measured input as the motorcycle did. least: %, of the fit."""
+    """Claims on the simulated response to the measured input. least: minimum NRMSE fit, %."""
     return tuple(
         Claim(
             f"time_check_{s.frequency:g}_Hz",
@@ -182,14 +182,14 @@ def _whiteness(study: RationalStudy) -> Claim:
 
 
 def _poles_that_suffice(study: RationalStudy) -> int:
-    """Poles of the first order within two nats that with the delay is minimum phase."""
+    """Poles of the first order within 2 nats of the best that is minimum phase with the dead time."""
     rows = study.with_delay.within()
     right = [row for row in rows if not _felt(row, study)]
     return (right or list(rows))[0].order.poles
 
 
 def _needed_zeros(table: OrderChoice[PaperFit], study: RationalStudy, poles: int) -> float:
-    """Fewest zeros on the right among the orders of so many poles that the data do not reject."""
+    """Fewest right-half-plane zeros of the orders with so many poles that are not rejected."""
     rows = [row for row in table.rows if row.order.poles <= poles]
     if not rows:
         return float("nan")
@@ -206,11 +206,11 @@ def _orders_in_words(table: OrderChoice[PaperFit]) -> str:
 
 
 def path_in_words(known: KnownPath) -> str:
-    """Say what was taken as known of a path."""
+    """Prior knowledge of a path as text."""
     parts = [("lag", lag) for lag in known.lags] + [("lead", lead) for lead in known.leads]
     parts += [("instruments' delay", known.delay)] if known.delay else []
-    told = ", ".join(f"{what} {1e3 * size:.3g} ms" for what, size in parts)
-    return told + (
+    text = ", ".join(f"{what} {1e3 * size:.3g} ms" for what, size in parts)
+    return text + (
         f" (95 %: {1e3 * ACROSS * known.doubt:.2g} ms either way)" if known.doubt else ""
     )
 

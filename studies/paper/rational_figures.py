@@ -1,4 +1,4 @@
-"""Figures of rational functions with delay: the fit, the delay's profile, the check in time.
+"""Figures of rational functions with dead time: fit, profile likelihood, time-domain check.
 
 figure = fit_figure(response, study, bandwidth=2 * np.pi * 10)
 figure = delay_figure(study)
@@ -24,9 +24,9 @@ HZ = 2 * np.pi
 
 
 def fit_figure(response: FrequencyResponse, study: RationalStudy, bandwidth: float) -> Figure:
-    """Gain and phase: markers for the estimate, lines for the fits, a band of 95 %.
+    """Figure of gain and phase: estimate (markers), fits (lines), 95 % interval (band).
 
-    bandwidth: w_c, rad/s, by which the frequency axis is divided.
+    bandwidth: w_c, rad/s, which normalises the frequency axis.
     """
     with d.style():
         figure, axes = d.panels(2, 5.8)
@@ -61,15 +61,15 @@ def fit_figure(response: FrequencyResponse, study: RationalStudy, bandwidth: flo
 
 
 def delay_figure(study: RationalStudy) -> Figure:
-    """Cost above the least, in nats, against the delay; every order that the data allow."""
+    """Figure of the cost above its minimum, nats, over the dead time, for every plausible order."""
     with d.style():
         figure, axes = d.side_by_side(2, 3.6)
-        titles = ("nothing known of the path", path_in_words(study.known) or "the same")
+        titles = ("no prior knowledge", path_in_words(study.known) or "no prior knowledge")
         for panel, profile, title in zip(
             axes, (study.plain_profile, study.profile), titles, strict=True
         ):
             panel.set_title(title)
-            panel.set(xlabel="delay / ms", ylabel="nats above the least", ylim=(-0.2, 12))
+            panel.set(xlabel="dead time / ms", ylabel="cost above minimum / nats", ylim=(-0.2, 12))
             if isinstance(profile, DelayProfile):
                 _profile(panel, profile)
                 panel.axvline(1e3 * study.delay, color=d.GREEN, lw=1, label="true")
@@ -80,7 +80,7 @@ def delay_figure(study: RationalStudy) -> Figure:
 
 
 def time_figure(stretches: tuple[Stretch | NoStretch, ...], bandwidth: float) -> Figure:
-    """Measured and simulated slip where the sweep passes each frequency, figure 7 of the paper."""
+    """Figure of measured and simulated slip about each frequency of the sweep (figure 7)."""
     with d.style():
         figure, axes = d.side_by_side(len(stretches), 3.2)
         for panel, s in zip(axes, stretches, strict=True):
@@ -100,7 +100,7 @@ def time_figure(stretches: tuple[Stretch | NoStretch, ...], bandwidth: float) ->
 
 
 def order_figure(study: RationalStudy) -> Figure:
-    """AIC, MDL and FPE of every order, above their least, and the limit of two nats."""
+    """Figure of AIC, MDL and FPE of every order above their minimum, and the limit of 2 nats."""
     with d.style():
         figure, axes = d.panels(1, 3.4)
         rows = sorted(study.likely.rows, key=lambda row: row.order)
@@ -115,7 +115,9 @@ def order_figure(study: RationalStudy) -> Figure:
         axes[0].axhspan(0, 2, color=d.SHADE, lw=0)
         labels = [f"{row.order.zeros}/{row.order.poles}" for row in rows]
         axes[0].set_xticks(x, labels, rotation=90 if len(rows) > 12 else 0)
-        axes[0].set(ylim=(-0.5, 15), ylabel="nats above the least", xlabel="zeros / poles")
+        axes[0].set(
+            ylim=(-0.5, 15), ylabel="criterion above minimum / nats", xlabel="zeros / poles"
+        )
         d.legend(axes[0], 3)
     return figure
 

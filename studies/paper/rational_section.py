@@ -1,4 +1,4 @@
-"""Steps 6 and 7: rational functions with delay, and their answer in time (figures 6, 7 and 10)."""
+"""Steps 6 and 7: rational functions with dead time, and their time response (figures 6, 7, 10)."""
 
 from slipbench.identification.report.report import Drawn
 from slipbench.identification.response.independent_lines import NoRational
@@ -22,7 +22,7 @@ Studies = dict[str, RationalStudy | NoRational]
 
 
 def studies_of(found: Found, context: Context) -> Studies:
-    """Fit the first run on each actuator."""
+    """Study of the first run on each actuator."""
     return {
         role: study_of(
             runs_of(found, role.partition("_")[0])[0],
@@ -35,8 +35,8 @@ def studies_of(found: Found, context: Context) -> Studies:
 
 
 def rational(found: Found, studies: Studies, context: Context) -> Section:
-    """Show orders, delay and fit of both first harmonics."""
-    told = [
+    """Section on orders, dead time and fit of both first harmonics."""
+    paragraphs = [
         "Fitted as in the paper, by damped Gauss-Newton on the weighted distance "
         "from the first harmonic (equation 4), and by maximum likelihood with the "
         "variances of the response. Every order that is also plausible is listed.",
@@ -51,7 +51,9 @@ def rational(found: Found, studies: Studies, context: Context) -> Section:
             claims += rational_claims(study)
     # 4 ms of the spark turn by 17 degrees at 12 Hz: no zero is needed for that
     kept = tuple(c for c in claims if c.name != f"right_zero_without_delay_{SPARK}")
-    return Section("6", "Transfer functions with dead time", tuple(told), tuple(figures), kept)
+    return Section(
+        "6", "Transfer functions with dead time", tuple(paragraphs), tuple(figures), kept
+    )
 
 
 def _figures(
@@ -74,7 +76,7 @@ def _figures(
 
 
 def time_domain(found: Found, studies: Studies, context: Context) -> Section:
-    """Drive the likeliest model by the measured throttle."""
+    """Section on the maximum-likelihood model simulated with the measured throttle."""
     title, study = "Time-domain check of the model", studies[THROTTLE]
     if isinstance(study, NoRational):
         return Section("7", title, (study.reason,))

@@ -1,4 +1,4 @@
-"""Rational functions of a recorded sweep: from an identification to a study, checked in time.
+"""Rational functions of a recorded sweep: study of an identification, and time-domain check.
 
 study = study_of(found, "throttle_position", delay=0.010, known=known_path(nominal))
 stretches = stretches_of(found, study, bandwidth=2 * np.pi * 10)
@@ -27,7 +27,7 @@ def known_path(
     input: str = "throttle_position",
     plus_minus: Mapping[str, float] = MappingProxyType({}),
 ) -> KnownPath:
-    """Say what a nominal vehicle knows of the path from an input to slip, beside resonances.
+    """Prior knowledge from a nominal vehicle of the path from an input to slip, without resonances.
 
     The filling time of the intake is a lag behind the throttle; the driveline's damping leads by
     c / k. plus_minus: 95 % half widths as a vehicle file has them, SI, by block and parameter.
@@ -46,7 +46,7 @@ def known_path(
 def study_of(
     found: Identification, input: str, delay: float, known: KnownPath = NOTHING
 ) -> RationalStudy | NoRational:
-    """Study the response from an input's role to slip; delay: s, known from the vehicle."""
+    """Study of the response from an input's role to slip. delay: s, known from the vehicle."""
     for response in found.responses:
         if (response.input, response.output) == (input, "slip"):
             return rational_study(response, delay, known)
@@ -59,7 +59,7 @@ def stretches_of(
     bandwidth: float,
     shares: tuple[float, ...] = SHARES,
 ) -> tuple[Stretch | NoStretch, ...]:
-    """Check the likeliest model in time at shares of the bandwidth w_c (rad/s)."""
+    """Time-domain check of the maximum-likelihood model at ratios of w_c (bandwidth, rad/s)."""
     at = tuple(share * bandwidth / (2 * np.pi) for share in shares)
     moved, window = found.motion, found.window
     u = found.base.get(study.lines.input)

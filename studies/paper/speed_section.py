@@ -1,4 +1,4 @@
-"""Beyond the paper: the model over speed, and what a controller must survive."""
+"""Beyond the paper: gain-scheduled model over speed, and uncertainty set for a controller."""
 
 from collections.abc import Sequence
 
@@ -23,7 +23,7 @@ from slipbench.studies.paper.switched_claims import scheduled_claims
 
 
 def speed_trials(runs: Sequence[Identification]) -> list[Trial]:
-    """Give the main response of each run with its mean speed."""
+    """Main response of each run with its mean speed."""
     return [
         Trial(float(np.nanmean(run.motion.reference[run.window.exciting])), run.main)
         for run in runs
@@ -32,7 +32,7 @@ def speed_trials(runs: Sequence[Identification]) -> list[Trial]:
 
 
 def scheduled(found: Found) -> Section:
-    """Fit one model over speed."""
+    """Section on one model over speed."""
     trials = speed_trials([*runs_of(found, "speed"), runs_of(found, "throttle")[0]])
     fit = fit_scheduled(trials)
     figures: tuple[Drawn, ...] = ()
@@ -52,7 +52,7 @@ def scheduled(found: Found) -> Section:
 
 
 def uncertainty(found: Found, context: Context) -> Section:
-    """Bound how far the motorcycle may be from the model, over speeds and amplitudes."""
+    """Section on the uncertainty set over speeds and amplitudes."""
     title = "Uncertainty set for controller design"
     kinds = ("throttle", "large", "speed")
     members = [

@@ -1,4 +1,4 @@
-"""What the paper claims of opening and closing, and of throttle and spark, with bands.
+"""Claims on opening and closing, and on throttle and spark.
 
 claims = (*switched_claims(study), *actuator_claims(compare_actuators(throttle, spark)))
 """
@@ -18,7 +18,7 @@ THROTTLE, SPARK = (0.7, 0.8), (0.8, 0.9)  # w_c, usable bandwidth
 
 
 def switched_claims(study: SwitchedStudy | NoSteps) -> tuple[Claim, ...]:
-    """Opening and closing dynamics, and to know it predicts sweeps better."""
+    """Claims: opening and closing differ, and a switched model predicts sweeps better."""
     differ = "The responses to opening and closing differ"
     beats = "On held-out sweeps the switched model has a smaller error than the linear one"
     if isinstance(study, NoSteps):
@@ -66,7 +66,7 @@ def _constants(study: SwitchedStudy) -> str:
 
 
 def actuator_claims(found: Comparison | NoComparison) -> tuple[Claim, ...]:
-    """Lead of the spark at w_c and both usable bandwidths."""
+    """Claims on the phase lead of the spark at w_c and on both usable bandwidths."""
     known = isinstance(found, Comparison)
     lead = found.lead if isinstance(found, Comparison) else UNKNOWN
     bands = (
@@ -76,7 +76,7 @@ def actuator_claims(found: Comparison | NoComparison) -> tuple[Claim, ...]:
     )
     note = answer(found) if isinstance(found, Comparison) else found.reason
     delays = _delays(found) if isinstance(found, Comparison) else note
-    margin = "phase margin of 60 degrees without pure delay" if known else note
+    margin = "phase margin of 60 degrees without dead time" if known else note
     return (
         Claim(
             "spark_leads",
@@ -109,17 +109,17 @@ def actuator_claims(found: Comparison | NoComparison) -> tuple[Claim, ...]:
 
 
 def _delays(found: Comparison) -> str:
-    told = [
+    delays = [
         f"{name} {1e3 * one.delay.value:.1f} ms ({1e3 * one.delay.low:.1f} to "
         f"{1e3 * one.delay.high:.1f})"
         for name, one in (("throttle", found.throttle), ("spark", found.spark))
     ]
-    return f"± {found.lead_band:.0f} degrees; pure delays: {', '.join(told)}"
+    return f"± {found.lead_band:.0f} degrees; dead times: {', '.join(delays)}"
 
 
 def scheduled_claims(rows: tuple[LeftOutSpeed, ...] | NoSchedule) -> tuple[Claim, ...]:
-    """A model over speed foretells a speed that it has not seen better than one for all speeds."""
-    told = "A held-out speed is predicted better by the scheduled model than by one model for all speeds"
+    """Claim: a scheduled model predicts a held-out speed better than one model for all speeds."""
+    statement = "A held-out speed is predicted better by the scheduled model than by one model for all speeds"
     if isinstance(rows, NoSchedule):
         worst, note = UNKNOWN, rows.reason
     else:
@@ -131,7 +131,7 @@ def scheduled_claims(rows: tuple[LeftOutSpeed, ...] | NoSchedule) -> tuple[Claim
     return (
         Claim(
             "scheduled_beats_constant",
-            f"{told}: worst ratio of errors",
+            f"{statement}: worst ratio of errors",
             worst,
             0,
             1,

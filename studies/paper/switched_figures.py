@@ -1,4 +1,4 @@
-"""Trials, opening and closing, throttle and spark, drawn as in the paper's figures 4, 8, 9 and 11.
+"""Figures 4, 8, 9 and 11 of the paper: trials, opening and closing, throttle and spark.
 
 figure = trials_figure(identify(read(sweep)), identify(read(steps)))     # figure 4 and its twin
 figure = steps_figure(study)                                             # figure 8
@@ -35,7 +35,7 @@ MEASURED = {"color": d.INK, "lw": 0.9}
 
 
 def trials_figure(sweep: Identification, steps: Identification) -> Figure:
-    """Draw requested and actual actuator over the slip: a sweep on the left, steps on the right."""
+    """Figure of requested and actual actuator above slip: sweep on the left, steps on the right."""
     with d.style():
         figure = Figure(figsize=(d.WIDTH, 4.6))
         FigureCanvasAgg(figure)
@@ -55,7 +55,7 @@ def trials_figure(sweep: Identification, steps: Identification) -> Figure:
 
 
 def _trial(upper: Axes, lower: Axes, found: Identification, lasts: float | None) -> None:
-    """One trial, or its first stretch; what was not recorded is not drawn."""
+    """Draw one trial, or its first segment; channels that were not recorded are omitted."""
     if isinstance(found.window, NoExcitation) or isinstance(found.motion, NoMotion):
         upper.text(0.5, 0.5, "no excitation or no slip", transform=upper.transAxes, ha="center")
         return
@@ -77,7 +77,7 @@ def _trial(upper: Axes, lower: Axes, found: Identification, lasts: float | None)
 
 
 def _map(found: Identification, role: str, part: slice) -> float:
-    """Level of a spark advance about which the offset was asked for; zero for anything else."""
+    """Spark advance without the commanded offset; 0 for any other channel."""
     signal = found.base.get(role)
     if signal is None or not role.startswith("spark"):
         return 0.0
@@ -86,7 +86,7 @@ def _map(found: Identification, role: str, part: slice) -> float:
 
 
 def steps_figure(study: SwitchedStudy) -> Figure:
-    """Draw the mean opening and closing step, the closing one turned over, and both models."""
+    """Figure of the mean opening and closing step, the latter inverted, and both models."""
     steps = study.steps
     with d.style():
         figure, axes = d.panels(2, 5.6, [3, 1.5])
@@ -99,31 +99,33 @@ def steps_figure(study: SwitchedStudy) -> Figure:
         for mode, (side, sign, colour, mark, name) in enumerate(sides):
             u = side.input.mean(axis=0)
             modes = np.full(u.size, mode)
-            told = simulate(study.switched.model, u, modes, steps.rate)
-            mean = side.mean - _slow(side.mean - told, steps.time)
+            simulated = simulate(study.switched.model, u, modes, steps.rate)
+            mean = side.mean - _slow(side.mean - simulated, steps.time)
             look = {"ms": 3, "ls": "none", "color": colour, "alpha": 0.6, "mew": 0}
             axes[0].plot(time[::6], 100 * sign * mean[::6], mark, label=name, **look)  # type: ignore[arg-type]
-            axes[0].plot(time, 100 * sign * told, color=colour, label=f"{name}, switched model")
+            axes[0].plot(
+                time, 100 * sign * simulated, color=colour, label=f"{name}, switched model"
+            )
             same = simulate(linear, u, modes, steps.rate)
-            axes[1].plot(time, 100 * sign * (told - same), color=colour)
+            axes[1].plot(time, 100 * sign * (simulated - same), color=colour)
             axes[1].plot(time[::6], 100 * sign * (mean - same)[::6], mark, **look)  # type: ignore[arg-type]
         axes[0].set_ylabel("slip / %")
-        axes[1].set(ylabel="beyond linear / %", xlabel="time since the command / ms")
+        axes[1].set(ylabel="linear residual / %", xlabel="time since the command / ms")
         d.legend(axes[0], 4)
     return figure
 
 
 def _slow(y: FloatArray, time: FloatArray) -> FloatArray:
-    """Constant and slope after the step: the drift of the speed, which no model is asked for."""
+    """Constant and slope after the step: drift of the speed, which the models do not describe."""
     rows = np.stack((np.ones_like(time), np.maximum(time, 0.0)), axis=1)
     return np.asarray(rows @ np.linalg.lstsq(rows, y, rcond=None)[0])
 
 
 def held_out_figure(study: SwitchedStudy, cutoff: float = CUTOFF) -> Figure:
-    """Draw a held-out sweep about some frequencies, and what lies beyond the linear model.
+    """Figure of a held-out sweep about some frequencies, and the residual of the linear model.
 
-    Above: measured, linear, switched. Below: measured and switched less linear, below 40 Hz: what
-    the linear model misses and how much of it the switched one foretells. cutoff: Hz.
+    Above: measured, linear, switched. Below, low-passed at 40 Hz: measured and switched minus
+    linear, so the residual and the part of it that the switched model predicts. cutoff: Hz.
     """
     run = study.held_out[0]
     y = without_trend(run.y, run.part)
@@ -154,13 +156,13 @@ def held_out_figure(study: SwitchedStudy, cutoff: float = CUTOFF) -> Figure:
             upper.set_title(f"{place:g} w_c")
             lower.set_xlabel("time / s")
         grid[0, 0].set_ylabel("slip / %")
-        grid[1, 0].set_ylabel("beyond linear / %")
+        grid[1, 0].set_ylabel("linear residual / %")
         grid[0, -1].legend(loc="lower right", bbox_to_anchor=(1.0, 1.1), ncols=3)
     return figure
 
 
 def _when(u: FloatArray, rate: float, frequency: float) -> float:
-    """When a sweep passes a frequency, from the count of its zero crossings, s."""
+    """Time at which a sweep passes a frequency, from the count of its zero crossings, s."""
     crossings = np.flatnonzero(np.diff(np.signbit(u))) / rate
     half = np.diff(crossings)
     middle = (crossings[1:] + crossings[:-1]) / 2
@@ -168,7 +170,7 @@ def _when(u: FloatArray, rate: float, frequency: float) -> float:
 
 
 def actuators_figure(found: Comparison) -> Figure:
-    """Draw both first harmonics over f / f_c, gain 1 at low frequency, pure delays taken off."""
+    """Figure of both first harmonics over f / f_c, gain 1 at low frequency, dead times removed."""
     with d.style():
         figure, axes = d.panels(2, 5.6, [1, 1])
         for one, colour, mark, name in (
@@ -204,7 +206,7 @@ def _actuator(
 
 
 def schedule_figure(fit: ScheduledFit) -> Figure:
-    """Draw gain, driveline frequency and damping over speed with their 95 % bands."""
+    """Figure of gain, driveline frequency and damping over speed with 95 % intervals."""
     with d.style():
         figure, axes = d.side_by_side(3, 3.2)
         speed = np.linspace(fit.low, fit.high, 60)
@@ -223,7 +225,7 @@ def schedule_figure(fit: ScheduledFit) -> Figure:
 
 
 def uncertainty_figure(found: UncertaintySet, cutoff: float = CUTOFF) -> Figure:
-    """Draw members and nominal model over the bound and the weight above it. cutoff: Hz."""
+    """Figure of members and nominal model above error bound and weight. cutoff: Hz."""
     with d.style():
         figure, axes = d.panels(2, 5.4, [1.4, 1])
         x = found.frequency / cutoff
@@ -231,11 +233,13 @@ def uncertainty_figure(found: UncertaintySet, cutoff: float = CUTOFF) -> Figure:
             axes[0].semilogx(x, 20 * np.log10(np.abs(value)), color=d.MUTED, lw=0.8)
         nominal = np.abs(found.nominal.response(found.frequency))
         axes[0].plot(x, 20 * np.log10(nominal), color=d.BLUE, label="nominal")
-        axes[1].plot(x, found.bound, color=d.MUTED, label="distance, bands included")
+        axes[1].plot(x, found.bound, color=d.MUTED, label="largest error with 95 % interval")
         weight = np.abs(found.weight.response(found.frequency))
         axes[1].plot(x, weight, color=d.RED, label="weight")
         axes[0].set(ylabel="gain / dB", title="Members and nominal model")
-        axes[1].set(ylabel="relative", ylim=(0, None), xlabel=f"f / f_c (f_c = {cutoff:g} Hz)")
+        axes[1].set(
+            ylabel="relative error", ylim=(0, None), xlabel=f"f / f_c (f_c = {cutoff:g} Hz)"
+        )
         d.plain_frequency(axes[1])
         for panel in axes:
             d.legend(panel, 2)

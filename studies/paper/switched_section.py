@@ -1,4 +1,4 @@
-"""Step 8: opening differs from closing, and and a model gains by knowing it (figures 8, 9)."""
+"""Step 8: opening and closing differ, and a switched model predicts better (figures 8, 9)."""
 
 from slipbench.identification.models.experiment import Experiment, experiment_of
 from slipbench.identification.models.model_comparison import Row, compare
@@ -20,7 +20,7 @@ THERE = "A held-out sweep at another speed, which the scheduled model covers."
 
 
 def switched(found: Found, context: Context) -> Section:
-    """Fit on steps, judge on sweeps; the schedule on sweeps at other speeds than theirs."""
+    """Section on models fitted to steps and validated on sweeps, the scheduled one at other speeds."""
     sweeps = [*runs_of(found, "throttle"), *runs_of(found, "large")]
     study = switched_study(runs_of(found, "steps"), sweeps, _scheduled(found))
     title = "Opening and closing dynamics"
@@ -54,7 +54,7 @@ def switched(found: Found, context: Context) -> Section:
 
 
 def _scheduled(found: Found) -> ScheduledFit | None:
-    """Fit over speed on sweeps none of which is held out."""
+    """Scheduled model over speed, fitted to sweeps that are not held out."""
     seen = [one for name, one in found.items() if name in _fitted(found)]
     fit = fit_scheduled(speed_trials(seen))
     return fit if isinstance(fit, ScheduledFit) else None
@@ -65,7 +65,7 @@ def _fitted(found: Found) -> list[str]:
 
 
 def _elsewhere(found: Found, study: SwitchedStudy) -> dict[str, Table]:
-    """Judge the same models on the sweep at another speed, where there is one."""
+    """Validation of the same models on the sweep at another speed, where there is one."""
     one: Identification | None = found.get(f"speed_{ELSEWHERE}")
     run = experiment_of(one) if one is not None else None
     return {THERE: _table(compare(study.rivals, [run]))} if isinstance(run, Experiment) else {}

@@ -1,4 +1,4 @@
-"""Switched against linear, from the recordings to the table: fitted on steps, judged on sweeps.
+"""Switched and linear model, fitted to steps and validated on held-out sweeps.
 
 study = switched_study([identify(read(steps))], [identify(read(sweep)) for sweep in sweeps])
 study.rows                     # linear, by u', by torque rate, by twist, scheduled
@@ -26,7 +26,7 @@ OTHERS = {"torque rate": (0.0, 0.005, 0.010, 0.015), "twist": (0.0,)}
 
 @dataclass(frozen=True)
 class SwitchedStudy:
-    """What steps and sweeps tell of the direction's part.
+    """Comparison of switched and linear models.
 
     switched, linear  fitted on the steps, with as many resonances; held_out: trials not fitted on
     rivals            the models in the order of `rows`, the linear one first, the one by u' second
@@ -45,7 +45,7 @@ def switched_study(
     sweeps: Sequence[Identification],
     scheduled: ScheduledFit | None = None,
 ) -> SwitchedStudy | NoSteps:
-    """Fit on step trials and compare on held-out sweeps. scheduled: of other trials, joins in."""
+    """Study: fit on step trials, validation on held-out sweeps. scheduled: model of other trials."""
     cut = [steps_of(found) for found in steps]
     for part in cut:
         if isinstance(part, NoSteps):
@@ -67,7 +67,7 @@ def study_of(
     held_out: Sequence[Experiment],
     scheduled: ScheduledFit | None = None,
 ) -> SwitchedStudy:
-    """Do the same with steps that are cut and trials that are ready; runs: the step trials."""
+    """The same study from steps that are cut and prepared trials. runs: the step trials."""
     switched = fit_steps(steps)
     linear = fit_steps(steps, len(switched.model.resonances), split=False)
     rivals = [rival("linear", linear.model), rival("switched by u'", switched.model)]
@@ -89,7 +89,7 @@ def scheduled_rival(fit: ScheduledFit) -> Rival:
 
 
 def _by(name: str, steps: Steps, run: Experiment, first: SwitchedFit) -> Rival:
-    """Switch by a measured signal; of some lags the one that fits the steps best."""
+    """Model switched by a measured signal, with the lag that fits the steps best."""
     modes = _modes(name, steps, run)
     fits = [(lag, fit_by(steps, first, modes, lag)) for lag in OTHERS[name]]
     lag, best = min(fits, key=lambda pair: pair[1].error)

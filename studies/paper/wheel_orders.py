@@ -1,7 +1,7 @@
-"""The line that a wheel draws into a spectrum: where it lies, how high it is, and whose it is.
+"""Wheel orders in a spectrum: frequency, amplitude and source.
 
-Order m of a wheel is what repeats m times in a turn. It is read by the wheel's own angle, from the
-running count of its teeth, so that a wheel that speeds up does not smear it.
+Order m of a wheel repeats m times per revolution. It is computed over the wheel's angle, from the
+running count of its teeth, so that a change of speed does not smear it.
 
     claims = order_claims(found)                # found: what `identify` gives
     amplitude = order_amplitudes(speed, angle, (1, 2, 3))
@@ -58,7 +58,7 @@ def displaced_tooth(displacement: float, circle: float, teeth: int) -> FloatArra
 def order_claims(
     found: "Identification", displacement: float = DISPLACED, circle: float = CIRCLE
 ) -> tuple[Claim, ...]:
-    """Claims of the paper's figure 2 on a recording; empty where no teeth were timed."""
+    """Claims on the paper's figure 2 from a recording; empty without tooth times."""
     from slipbench.identification.signals.motion import Motion
 
     moved = found.motion
@@ -122,7 +122,7 @@ def driven_angle(found: "Identification") -> FloatArray:
 
 
 def relative(value: FloatArray, rate: float) -> FloatArray:
-    """Take what is slower than 1 Hz as the mean: what is over it, as a share of it. (n,)."""
+    """Relative deviation of a signal from its mean below 1 Hz, no unit, shape (n,)."""
     slow = low_pass(value, rate, SMOOTH)
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.where(np.abs(slow) > 0, value / slow - 1, np.nan)
@@ -143,7 +143,7 @@ def line_frequency(value: FloatArray, angle: FloatArray, rate: float) -> float:
 
 
 def _displacement(pitch: object, displacement: float, circle: float) -> Claim:
-    """Claim that the learnt disc has one tooth out of place, by that much."""
+    """Claim: the learnt disc has one displaced tooth, by the true distance."""
     value, note = np.nan, "the gaps between teeth were not learnt"
     if isinstance(pitch, ToothPitch):
         at = pitch.positions - np.median(pitch.positions)

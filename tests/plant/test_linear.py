@@ -70,7 +70,7 @@ def harmonic(time: np.ndarray, values: np.ndarray, frequency: float) -> complex:
 
 @pytest.mark.parametrize("source", ["throttle_command", "spark"])
 def test_small_motion_of_the_simulation_is_that_of_the_linear_model(nominal, source):
-    """At 5 Hz, gain and phase agree once the pure delay and the command's hold are put back."""
+    """At 5 Hz, gain and phase agree once the dead time and the command's hold are put back."""
     model = linearise(nominal, 2, CRANK_SPEED)
     frequency, period, rows = 2 * np.pi * 5, 1e-3, 4000
     simulation = Simulation(nominal, every=4)

@@ -71,7 +71,7 @@ class Case:
     """Ground truth and trials of a case. vehicle: tree of the file that is handed out."""
 
     number: int
-    sort: str
+    category: str
     truth: Truth
     hidden: tuple[Hidden, ...]
     vehicle: Mapping[str, Any]
@@ -80,19 +80,19 @@ class Case:
 
     @property
     def faults(self) -> FaultSet:
-        """What the motorcycle has beyond its file."""
+        """Hidden effects of the motorcycle, which its vehicle file lacks."""
         return secret_of(self.hidden)
 
 
 def draw_case(seed: int, number: int) -> Case:
-    """Draw case `number`, from 0, of a study."""
+    """Case `number`, from 0, of a study."""
     rng = np.random.default_rng((seed, number))
-    sort = ROUND[number % len(ROUND)]
+    category = ROUND[number % len(ROUND)]
     formula = int(rng.integers(1, len(NAMES))) if rng.uniform() < OTHER_TYRES else 0
     truth = draw_truth(rng, formula)
-    hidden = _hidden(rng, sort, seed, number)
+    hidden = _hidden(rng, category, seed, number)
     vehicle = vehicle_tree(rng, truth)
-    gentle = sort == UNEXCITED
+    gentle = category == UNEXCITED
     sets = draw_excitations(rng, gentle)
     rough = Roughness(
         wind=float(rng.uniform(0.3, 0.7)),
@@ -103,7 +103,7 @@ def draw_case(seed: int, number: int) -> Case:
         tuple(_trial(rng, f"{name}_{i + 1}", e, rough, (seed, number)) for i, e in enumerate(es))
         for name, es in zip(("training", "held_out"), sets, strict=True)
     ]
-    return Case(number, sort, truth, hidden, vehicle, *trials)
+    return Case(number, category, truth, hidden, vehicle, *trials)
 
 
 def _trial(
@@ -116,28 +116,30 @@ def _trial(
     return Trial(name, excitation, rough, (*origin, int(rng.integers(1 << 30))), (*origin, 7))
 
 
-def _hidden(rng: np.random.Generator, sort: str, seed: int, number: int) -> tuple[Hidden, ...]:
-    """Draw what is missing; over the cases of one sort every kind has its turn."""
-    if sort == NOTHING:
+def _hidden(rng: np.random.Generator, category: str, seed: int, number: int) -> tuple[Hidden, ...]:
+    """Hidden effects of a case; over the cases of one category every fault type occurs in turn."""
+    if category == NOTHING:
         return ()
-    if sort == UNEXCITED:
-        kind = _turn(seed, sort, number, [k for k in LIBRARY if k.needs])
+    if category == UNEXCITED:
+        kind = _turn(seed, category, number, [k for k in LIBRARY if k.needs])
         return (draw_hidden(rng, kind, "moderate"),)
-    if sort == ELSE:
-        return (draw_hidden(rng, _turn(seed, sort, number, OUTSIDE), "moderate"),)
-    if sort in (MODERATE, SMALL):
-        return (draw_hidden(rng, _turn(seed, sort, number, LIBRARY), sort),)
-    return _several(rng, 2 if sort == PAIR else 3)
+    if category == ELSE:
+        return (draw_hidden(rng, _turn(seed, category, number, OUTSIDE), "moderate"),)
+    if category in (MODERATE, SMALL):
+        return (draw_hidden(rng, _turn(seed, category, number, LIBRARY), category),)
+    return _several(rng, 2 if category == PAIR else 3)
 
 
-def _turn(seed: int, sort: str, number: int, kinds: Sequence[FaultType]) -> FaultType:
-    before = number // len(ROUND) * ROUND.count(sort) + ROUND[: number % len(ROUND)].count(sort)
-    order = np.random.default_rng((seed, ROUND.index(sort), 99)).permutation(len(kinds))
+def _turn(seed: int, category: str, number: int, kinds: Sequence[FaultType]) -> FaultType:
+    before = number // len(ROUND) * ROUND.count(category) + ROUND[: number % len(ROUND)].count(
+        category
+    )
+    order = np.random.default_rng((seed, ROUND.index(category), 99)).permutation(len(kinds))
     return kinds[int(order[before % len(kinds)])]
 
 
 def _several(rng: np.random.Generator, count: int) -> tuple[Hidden, ...]:
-    """Draw several of different places, none of them hidden by design."""
+    """Several effects at different injection points, all of them visible."""
     found: list[Hidden] = []
     loud = [k for k in LIBRARY if not k.quiet]
     while len(found) < count:
@@ -148,7 +150,7 @@ def _several(rng: np.random.Generator, count: int) -> tuple[Hidden, ...]:
 
 
 def secret_of(hidden: Sequence[Hidden]) -> FaultSet:
-    """Put what is missing where the motorcycle and its sensors look for it."""
+    """Parameters of the hidden effects, as motorcycle and sensors take them."""
     motion: dict[str, float] = {}
     channels: dict[str, dict[str, float]] = {}
     discs: dict[str, dict[str, float]] = {}
@@ -181,7 +183,7 @@ def _disc(values: Mapping[str, float]) -> Disc:
 
 
 def write_case(case: Case, folder: Path) -> tuple[Path, list[Path], list[Path]]:
-    """Record all trials; returns the vehicle file, the training runs and the held-out runs."""
+    """Vehicle file, training runs and held-out runs of a case, all recorded into a folder."""
     folder.mkdir(parents=True, exist_ok=True)
     vehicle = folder / "vehicle.toml"
     vehicle.write_text(tomli_w.dumps(dict(case.vehicle)), encoding="utf-8")
@@ -196,7 +198,7 @@ def answer(case: Case) -> dict[str, Any]:
     """Ground truth of a case, as a tree."""
     return {
         "case": case.number,
-        "sort": case.sort,
+        "category": case.category,
         "tyre": NAMES[case.truth.formula],
         "hidden": [{**asdict(h), "places": list(h.places)} for h in case.hidden],
         "machine": case.truth.machine._asdict(),

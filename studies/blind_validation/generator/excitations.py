@@ -1,4 +1,4 @@
-"""What a trial asks of throttle or spark, and the steady state that it begins from."""
+"""Excitation of throttle or spark in a trial, and the steady state at its start."""
 
 import math
 from dataclasses import dataclass, replace
@@ -34,7 +34,7 @@ class Excitation:
     seed: int
 
     def wave(self, t: Floats) -> Floats:
-        """Deviation from the operating point. t: s since the excitation began."""
+        """Deviation from the operating point, shape (n,). t: s since the excitation began, (n,)."""
         inside = (t >= 0.0) & (t < EXCITING)
         return np.where(inside, self.amplitude * getattr(self, f"_{self.kind}")(t), 0.0)
 
@@ -53,20 +53,20 @@ class Excitation:
         return np.where(np.floor(2.0 * self.low * t) % 2 == 0, 1.0, -1.0)
 
     def _blips(self, t: Floats) -> Floats:
-        """Open wide for a moment, close below the operating point for longer."""
+        """Short opening, then longer closing below the operating point."""
         place = (t * self.low) % 1.0
         return np.where(place < 0.25, 1.0, np.where(place < 0.85, -0.5, 0.0))
 
     def _coast(self, t: Floats) -> Floats:
-        """Close for long, then open to make up for it."""
+        """Long closing, then an opening that restores the mean."""
         place = (t * self.low) % 1.0
         return np.where(place < 0.55, -1.0, 1.0)
 
 
 def draw_excitations(rng: np.random.Generator, gentle: bool) -> tuple[list[Excitation], ...]:
-    """Draw four trials to learn from and three to hold out, at different speeds and shapes.
+    """Four training trials and three held-out trials, of different speeds and waveforms.
 
-    gentle: small and slow ones, as somebody would ride who does not know what to look for.
+    gentle: small and slow ones, as without a hypothesis.
     """
     if gentle:
         return [_gentle(rng, i) for i in range(4)], [_gentle(rng, i + 4) for i in range(3)]
@@ -134,7 +134,7 @@ def _gentle(rng: np.random.Generator, number: int) -> Excitation:
 
 
 def steady(truth: Truth, missing: MotionFaults, excitation: Excitation) -> tuple[Machine, Floats]:
-    """Return the machine in its gear, and states that are steady but for what is missing."""
+    """Machine in its gear, and its steady state without the hidden effects, SI, (STATES,)."""
     m = truth.machine._replace(ratio=truth.gears[excitation.gear - 1])
     w = excitation.engine_speed
     v = w / m.ratio * m.radius / 1.012

@@ -1,4 +1,4 @@
-"""What a motorcycle has and its vehicle file does not tell: every number at rest means nothing."""
+"""Parameters of the hidden effects on the motion; each default means that the effect is absent."""
 
 from math import inf
 from typing import NamedTuple

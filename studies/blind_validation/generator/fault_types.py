@@ -1,4 +1,4 @@
-"""Everything that may be missing: sizes, shapes, and where it truly acts.
+"""Types of hidden effects: magnitudes, shapes, and the injection points at which they act.
 
 A kind of the library bears the library's name and tells its parameters by the library's words, so
 that verdicts can be compared with it; the formulas are those of `physics` and `instruments`. What
@@ -50,7 +50,7 @@ class FaultType:
 def _of(
     name: str, places: tuple[str, ...], small: float, typical: float, **more: object
 ) -> FaultType:
-    """A kind with one size; `parameter` and `to` name it on both sides."""
+    """Fault type with one magnitude; `parameter` and `to` name it in library and generator."""
     parameter, to = str(more.pop("parameter")), str(more.pop("to"))
     more.setdefault("like", (parameter,))
     return FaultType(name, places, {parameter: (to, small, typical)}, **more)  # type: ignore[arg-type]
@@ -449,7 +449,7 @@ class Hidden:
 
     @property
     def key(self) -> str:
-        """The name by which a verdict would tell it."""
+        """Name of the effect in a verdict."""
         return f"{self.kind}.{self.subject}" if self.subject else self.kind
 
     @property
@@ -459,7 +459,7 @@ class Hidden:
 
 
 def draw_hidden(rng: np.random.Generator, kind: FaultType, grade: str) -> Hidden:
-    """Draw one. grade: "moderate" is about typical, "small" just above the smallest of interest."""
+    """One hidden effect. grade: "moderate", about typical; "small", just above the relevance limit."""
     factor = float(rng.uniform(1.0, 1.5) if grade == "small" else rng.uniform(0.7, 1.5))
     sign = float(rng.choice((-1.0, 1.0))) if kind.signed else 1.0
     subject = str(rng.choice(kind.subjects)) if kind.subjects else ""

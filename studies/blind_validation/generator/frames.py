@@ -1,4 +1,4 @@
-"""What the devices told becomes frames on one bus, each at its time, as a candump log."""
+"""Frames of all devices on one bus, each at its time, as a candump log."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -35,7 +35,7 @@ class Sent:
 
 @dataclass(frozen=True)
 class Devices:
-    """Speaks for all devices. clocks: by device; latency: s."""
+    """All devices that send. clocks: by device; latency: s, from sample to frame."""
 
     database: Database
     clocks: Mapping[str, Clock]
@@ -43,19 +43,25 @@ class Devices:
     rng: np.random.Generator
 
     def message(self, name: str, clock: str, true: Floats, **columns: npt.ArrayLike) -> Sent:
-        """Tell samples taken at true times, stamped by a clock, in a message."""
+        """Frames of a message with time stamps. true: true times of the n samples, s, shape (n,).
+
+        clock: device that stamps; columns: signals of the message, SI, shape (n,).
+        """
         late = self.latency + self.rng.exponential(JITTER, true.size)
         stamp = self.clocks[clock].read(true)
         data = encode(self.database, name, {**columns, "time": stamp})
         return Sent(name, np.maximum.accumulate(true + late), data)
 
-    def plain(self, name: str, true: Floats, **columns: npt.ArrayLike) -> Sent:
-        """Tell what carries no stamp."""
+    def unstamped(self, name: str, true: Floats, **columns: npt.ArrayLike) -> Sent:
+        """Frames of a message without time stamps. true: true times of the n samples, s, shape (n,)."""
         ready = np.maximum.accumulate(true + self.rng.exponential(JITTER, true.size))
         return Sent(name, ready, encode(self.database, name, columns))
 
     def teeth(self, wheel: str, true: Floats, first: int) -> list[Sent]:
-        """Tell the teeth of a wheel. first: number of the first tooth on its disc."""
+        """Tooth frames and status frames of an encoder. true: true times of the teeth, s, shape (n,).
+
+        first: index of the first tooth on its disc.
+        """
         stamps = np.floor(self.clocks[f"{wheel}_encoder"].read(true) * 1e6).astype(np.int64)
         stamps = np.maximum.accumulate(stamps + np.arange(stamps.size)) - np.arange(stamps.size)
         count = first + np.arange(stamps.size)
@@ -73,7 +79,7 @@ class Devices:
             "layout": np.full(held.size, int(Intervals.SHORT)),
             "tooth_count": count[begins + held],
         }
-        # The sender looks each millisecond, and has nothing to tell before it looked.
+        # The sender polls each millisecond, so a tooth is not sent before the next poll.
         ready = np.ceil(true[begins + held] * 1e3) * 1e-3 + self.latency
         ready = np.maximum.accumulate(ready + self.rng.exponential(JITTER, ready.size))
         name = wheel.capitalize()
@@ -91,11 +97,11 @@ class Devices:
             "tooth_time": stamps[last] * 1e-6,
             "teeth_per_turn": np.full(last.size, TEETH),
         }
-        return self.plain(f"{name}EncoderStatus", at, **columns)
+        return self.unstamped(f"{name}EncoderStatus", at, **columns)
 
 
-def told_by_ecu(devices: Devices, throttle: Samples, spark: Floats, actuator: str) -> Sent:
-    """Tell what the ECU holds."""
+def ecu_frames(devices: Devices, throttle: Samples, spark: Floats, actuator: str) -> Sent:
+    """Frames of EcuStatus: the applied commands. spark: rad, shape (n,), one per throttle sample."""
     held = Authority.THROTTLE if actuator == "throttle" else Authority.SPARK
     return devices.message(
         "EcuStatus",
@@ -107,14 +113,16 @@ def told_by_ecu(devices: Devices, throttle: Samples, spark: Floats, actuator: st
     )
 
 
-def told_of_trial(devices: Devices, seconds: float, begins: float, ends: float) -> list[Sent]:
-    """Tell the phases of the trial, and the rider's hand."""
+def trial_frames(devices: Devices, seconds: float, begins: float, ends: float) -> list[Sent]:
+    """Frames of TrialStatus and RiderControls. seconds: length; begins, ends: of the excitation, s."""
     status, hand = np.arange(0.003, seconds, 0.02), np.arange(0.002, seconds, 0.005)
     phase = np.where(status < begins, int(Phase.ARMED), int(Phase.EXCITING))
     phase = np.where(status >= ends, int(Phase.SETTLING), phase)
     return [
-        devices.plain("TrialStatus", status, phase=phase, tick=np.round(status * 1e3).astype(int)),
-        devices.plain(
+        devices.unstamped(
+            "TrialStatus", status, phase=phase, tick=np.round(status * 1e3).astype(int)
+        ),
+        devices.unstamped(
             "RiderControls",
             hand,
             button=(hand > begins - 0.05).astype(int),
@@ -124,7 +132,7 @@ def told_of_trial(devices: Devices, seconds: float, begins: float, ends: float) 
 
 
 def on_the_bus(database: Database, sent: list[Sent]) -> FrameLog:
-    """Let all frames contend for the wire; returns them in the order of their arrival."""
+    """All frames in the order of their arrival, after arbitration."""
     ready = np.concatenate([s.ready for s in sent])
     order = np.argsort(ready, kind="stable")
     identifiers = np.concatenate(
@@ -158,7 +166,7 @@ def on_the_bus(database: Database, sent: list[Sent]) -> FrameLog:
 
 
 def candump_text(log: FrameLog) -> str:
-    """Write a log as `candump -L -x` does."""
+    """A log as text, as `candump -L -x` writes it."""
     seconds, rest = np.divmod(log.time_ns, 1_000_000_000)
     payload = log.data.tobytes().hex().upper()
     return "".join(

@@ -1,4 +1,4 @@
-"""What the devices tell of a course: samples on their own clocks, with noise and whole quanta."""
+"""Measurements of a simulated run: samples on the devices' clocks, with noise and quantization."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -33,7 +33,7 @@ class ChannelFaults:
 
 @dataclass(frozen=True)
 class Disc:
-    """What is missing on a toothed disc. displacement: m of one tooth; run_out: relative."""
+    """Hidden errors of a toothed disc. displacement: m of one tooth; run_out: relative."""
 
     displacement: float = 0.0
     tooth: int = 0
@@ -44,7 +44,7 @@ class Disc:
 
 @dataclass(frozen=True)
 class Sensors:
-    """What is missing in what the devices tell, by channel and by wheel."""
+    """Hidden effects of the sensors, by channel and by wheel."""
 
     channels: Mapping[str, ChannelFaults] = field(default_factory=dict)
     discs: Mapping[str, Disc] = field(default_factory=dict)
@@ -58,7 +58,7 @@ class Clock:
     drift: float
 
     def read(self, time: Floats) -> Floats:
-        """Read it at true times."""
+        """Clock readings, s, at true times, s; shape (n,)."""
         return self.offset + time * (1.0 + self.drift)
 
 
@@ -71,30 +71,30 @@ class Samples:
 
 
 def draw_clock(rng: np.random.Generator) -> Clock:
-    """Switch a device on at some time before."""
+    """Clock of a device that was switched on at a random time before."""
     return Clock(float(rng.uniform(0.5, 12.0)), float(rng.normal(0.0, DRIFT)))
 
 
 def sampled(
-    channel: str, course: Course, noises: Noises, told: ChannelFaults, rng: np.random.Generator
+    channel: str, course: Course, noises: Noises, faults: ChannelFaults, rng: np.random.Generator
 ) -> Samples:
-    """Sample a channel in its own rhythm."""
+    """Samples of a channel at its own period."""
     period = PERIODS[channel]
     phase = float(rng.uniform(0.1, 1.0)) * period
     time = np.arange(phase + 0.01, course.time[-1] - 2e-3, period)
     seen = getattr(course, COLUMNS[channel])
-    if told.lag:
-        seen = _trailing(seen, float(course.time[1] - course.time[0]), told.lag)
-    value = (1.0 + told.error) * np.interp(time - told.latency, course.time, seen)
+    if faults.lag:
+        seen = _trailing(seen, float(course.time[1] - course.time[0]), faults.lag)
+    value = (1.0 + faults.error) * np.interp(time - faults.latency, course.time, seen)
     noise, quantum = {
         "throttle_position": (noises.throttle, noises.throttle_quantum),
         "engine_speed": (noises.engine_speed, 0.0),
         "optical_speed": (noises.optical, 0.0),
     }[channel]
     value = value + noise * rng.standard_normal(time.size)
-    for step in (told.quantum, quantum):
+    for step in (faults.quantum, quantum):
         value = step * np.round(value / step) if step else value
-    return Samples(time, _repeated(time, value, told, rng))
+    return Samples(time, _repeated(time, value, faults, rng))
 
 
 def _trailing(seen: Floats, step: float, lag: float) -> Floats:
@@ -103,25 +103,27 @@ def _trailing(seen: Floats, step: float, lag: float) -> Floats:
     return np.asarray(signal.lfilter([1.0 - keep], [1.0, -keep], seen, zi=start)[0])
 
 
-def _repeated(time: Floats, value: Floats, told: ChannelFaults, rng: np.random.Generator) -> Floats:
-    """Repeat what is not renewed."""
+def _repeated(
+    time: Floats, value: Floats, faults: ChannelFaults, rng: np.random.Generator
+) -> Floats:
+    """Values, each repeated until the next update."""
     fresh = np.ones(time.size, np.bool_)
-    if told.hold:
-        slot = np.floor((time + rng.uniform(0.0, told.hold)) / told.hold)
+    if faults.hold:
+        slot = np.floor((time + rng.uniform(0.0, faults.hold)) / faults.hold)
         fresh &= np.diff(slot, prepend=-1.0) != 0.0
-    if told.stale:
-        fresh &= rng.uniform(size=time.size) >= told.stale
+    if faults.stale:
+        fresh &= rng.uniform(size=time.size) >= faults.stale
     fresh[0] = True
     return np.asarray(value[np.maximum.accumulate(np.where(fresh, np.arange(time.size), 0))])
 
 
 def echoed(values: Floats, commands: Commands) -> Samples:
-    """The ECU tells at every tick what it holds from then on."""
+    """Commands that the ECU reports at every tick, SI. values: one per tick, shape (n,)."""
     return Samples(np.asarray(commands.period * np.arange(values.size), np.float64), values)
 
 
 def tooth_places(disc: Disc, rng: np.random.Generator) -> Floats:
-    """Where every tooth of a disc stands, rad: nearly even, but for what is wrong with it."""
+    """Angle of every tooth of a disc, rad, shape (TEETH,): even spacing, tolerance, hidden errors."""
     place = 2 * np.pi / TEETH * np.arange(TEETH)
     late = TOLERANCE / PITCH_RADIUS * rng.standard_normal(TEETH)
     late[disc.tooth] += disc.displacement / PITCH_RADIUS
@@ -133,7 +135,7 @@ def tooth_places(disc: Disc, rng: np.random.Generator) -> Floats:
 def tooth_times(
     wheel: str, course: Course, places: Floats, noises: Noises, rng: np.random.Generator
 ) -> tuple[Floats, int]:
-    """True times (s) at which teeth pass, with the pickup's jitter, and the first one's number."""
+    """True times (s) at which teeth pass, with the pickup's jitter, and index of the first tooth."""
     rear = wheel == "rear"
     speed = course.wheel_speed if rear else course.front_speed
     angle = course.wheel if rear else course.front

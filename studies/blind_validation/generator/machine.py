@@ -1,4 +1,4 @@
-"""A true motorcycle: the numbers that a vehicle file tries to tell, in SI."""
+"""True parameters of a motorcycle, SI; its vehicle file states them with errors."""
 
 from typing import NamedTuple
 

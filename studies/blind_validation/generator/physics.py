@@ -1,4 +1,4 @@
-"""How the true motorcycle moves: the rates of its states, from the servo to the road.
+"""Equations of motion of the true motorcycle: rates of its states, from the servo to the road.
 
 Written from the textbook's equations. Effects that the vehicle file leaves out stand where they act
 and vanish with their numbers (`MotionFaults`). Dry friction of the throttle shaft is LuGre's bristle
@@ -47,7 +47,7 @@ Floats = NDArray[np.float64]
     RIDER_RATE,
 ) = range(26)
 STATES = 26
-COMMAND, SPARK_ASKED, DELAYED, WIND, SHOVE, BUMP, SCATTER = range(7)
+COMMAND, SPARK_COMMAND, DELAYED, WIND, SHOVE, BUMP, SCATTER = range(7)
 """What acts at an instant: commands, delayed throttle, m/s, N, relative load, relative torque."""
 G = 9.80665
 BRISTLE_BEND = 2e-4  # opening, at which a bristle of the throttle shaft lets go
@@ -57,13 +57,13 @@ RUBBER_BEND = 3e-3  # rad, at which the dry friction of the rubber is developed
 
 @njit(cache=True, error_model="numpy")
 def limited(value: float, low: float, high: float) -> float:
-    """Return the value within its limits."""
+    """Value, limited to a range."""
     return min(max(value, low), high)
 
 
 @njit(cache=True, error_model="numpy")
 def servo(x: Floats, dx: Floats, command: float, m: Machine, e: MotionFaults) -> None:
-    """Move the plate and its bristles."""
+    """Write the rates of throttle plate and friction bristles into dx. x, dx: SI, (STATES,)."""
     position, rate = x[PLATE], x[PLATE_RATE]
     stiffness = m.servo_frequency**2
     push = stiffness * (1.0 + e.servo_gain * (position - 0.1)) * (command - position)
@@ -89,7 +89,10 @@ def servo(x: Floats, dx: Floats, command: float, m: Machine, e: MotionFaults) ->
 
 @njit(cache=True, error_model="numpy")
 def charge_of(x: Floats, dx: Floats, arriving: float, m: Machine, e: MotionFaults) -> float:
-    """Fill manifold, film and runner; return what the cylinders get, as an opening."""
+    """Charge of the cylinders as an equivalent opening, 1; writes the rates of manifold, film, runner.
+
+    x, dx: states and rates, SI, (STATES,). arriving: delayed throttle opening, 1.
+    """
     air = x[AIR]
     emptying = 0.5 * (1.0 + math.tanh((air - arriving) / 5e-4))
     dx[AIR] = (arriving - air) / (m.filling_time * (1.0 + e.asymmetry * emptying))
@@ -102,9 +105,9 @@ def charge_of(x: Floats, dx: Floats, arriving: float, m: Machine, e: MotionFault
 
 
 @njit(cache=True, error_model="numpy")
-def spark_factor(x: Floats, dx: Floats, asked: float, m: Machine, e: MotionFaults) -> float:
-    """Torque by spark: a straight line, or a hill with caps."""
-    advance = limited(asked, -e.spark_clip, e.spark_clip)
+def spark_factor(x: Floats, dx: Floats, command: float, m: Machine, e: MotionFaults) -> float:
+    """Torque factor of the spark, 1: linear, or a limited parabola. command: rad; x, dx: (STATES,)."""
+    advance = limited(command, -e.spark_clip, e.spark_clip)
     dx[SPARK] = 0.0
     if e.spark_lag > 0.0:
         dx[SPARK] = (advance - x[SPARK]) / e.spark_lag
@@ -116,7 +119,7 @@ def spark_factor(x: Floats, dx: Floats, asked: float, m: Machine, e: MotionFault
 def crank_torque(
     t: float, x: Floats, dx: Floats, charge: float, u: Floats, m: Machine, e: MotionFaults
 ) -> float:
-    """Torque of gas, friction and pistons at the crank [N m]."""
+    """Torque of gas, friction and pistons at the crank, N m. x, dx: SI, (STATES,)."""
     w, angle, opening = x[CRANK_SPEED], x[CRANK], max(charge, 0.0)
     friction = m.friction + m.friction_rise * w
     friction += e.pumping * 1e-3 * w * math.exp(-opening / e.pumping_opening)
@@ -127,7 +130,7 @@ def crank_torque(
     gas = (full + friction) * (1.0 - math.exp(-opening / m.opening_scale))
     dx[HEAT] = (gas * w / 6e4 - x[HEAT]) / e.derate_time
     gas *= 1.0 - e.derate * x[HEAT]
-    torque = m.torque_scale * (gas - friction) * spark_factor(x, dx, u[SPARK_ASKED], m, e)
+    torque = m.torque_scale * (gas - friction) * spark_factor(x, dx, u[SPARK_COMMAND], m, e)
     torque += gas * u[SCATTER]
     if e.firing > 0.0 or e.firing_spread > 0.0:
         pulses = math.sin(2.0 * angle) + 0.25 * math.sin(4.0 * angle + 0.7)
@@ -171,8 +174,8 @@ def chain_torque(x: Floats, dx: Floats, m: Machine, e: MotionFaults) -> float:
 
 
 @njit(cache=True, error_model="numpy")
-def stretch(way: float, place: float, length: float, rounding: float) -> float:
-    """Return 1 on a stretch of road, 0 elsewhere, with rounded ends."""
+def section(way: float, place: float, length: float, rounding: float) -> float:
+    """1 on a section of road, 0 elsewhere, with rounded ends. way, place, length, rounding: m."""
     begun = 1.0 / (1.0 + math.exp(-limited(2.0 * (way - place) / rounding, -40.0, 40.0)))
     ended = 1.0 / (1.0 + math.exp(-limited(2.0 * (way - place - length) / rounding, -40.0, 40.0)))
     return begun - ended
@@ -182,7 +185,7 @@ def stretch(way: float, place: float, length: float, rounding: float) -> float:
 def tyre_force(
     x: Floats, dx: Floats, radius: float, bump: float, formula: int, m: Machine, e: MotionFaults
 ) -> float:
-    """Force of the rear tyre [N]."""
+    """Force of the rear tyre, N; writes the rates of its states. x, dx: SI, (STATES,)."""
     v = max(abs(x[SPEED]), 3.0)
     s = (x[WHEEL_SPEED] * radius - x[SPEED]) / v
     dx[SLIP] = 0.0
@@ -192,7 +195,7 @@ def tyre_force(
     load = m.load * (1.0 + bump) + m.mass * e.height * x[FELT]
     load = limited(load + e.squat * x[SQUAT_RATE] / e.squat_frequency, 50.0, m.mass * G)
     grip = m.grip * max(1.0 + e.heat_sensitivity * x[WARMTH], 0.3) * (1.0 - e.wear * x[WAY])
-    grip *= 1.0 - e.wet * stretch(x[WAY], e.wet_place, e.wet_length, 1.0)
+    grip *= 1.0 - e.wet * section(x[WAY], e.wet_place, e.wet_length, 1.0)
     stiffness = m.slip_stiffness * load / m.load
     if s < 0.0:
         stiffness *= 1.0 + e.sign_stiffness
@@ -208,11 +211,11 @@ def tyre_force(
 def body(
     t: float, x: Floats, dx: Floats, driving: float, u: Floats, m: Machine, e: MotionFaults
 ) -> None:
-    """Move motorcycle and rider along the road."""
+    """Write the rates of motorcycle and rider along the road. driving: N; x, dx: SI, (STATES,)."""
     v = x[SPEED]
     through = v + u[WIND] + e.head_wind + e.gust * math.sin(2.0 * math.pi * t / e.gust_period)
     drag = 0.5 * m.air_density * m.drag_area * through * abs(through)
-    slope = e.slope * stretch(x[WAY], e.slope_place, e.slope_length, 10.0)
+    slope = e.slope * section(x[WAY], e.slope_place, e.slope_length, 10.0)
     resisting = drag + m.mass * G * (m.rolling_resistance + slope)
     push = driving - resisting + u[SHOVE]
     a = push / m.mass
@@ -228,8 +231,8 @@ def body(
 
 
 @njit(cache=True, error_model="numpy")
-def told_speed(x: Floats, a: float, e: MotionFaults) -> float:
-    """Return what the optical sensor sees before its own lag [m/s]."""
+def optical_speed(x: Floats, a: float, e: MotionFaults) -> float:
+    """Speed at the optical sensor before its own lag, m/s. a: m/s²; x: SI, (STATES,)."""
     return float(x[SPEED]) * (1.0 + e.optical_error) * math.cos(e.aside + e.aside_pitch * a)
 
 
@@ -237,7 +240,7 @@ def told_speed(x: Floats, a: float, e: MotionFaults) -> float:
 def rates(
     t: float, x: Floats, dx: Floats, u: Floats, formula: int, m: Machine, e: MotionFaults
 ) -> None:
-    """Write the rates of all states."""
+    """Write the rates of all states into dx. t: s; x, dx: SI, (STATES,); u: inputs, SI, (7,)."""
     servo(x, dx, u[COMMAND], m, e)
     charge = charge_of(x, dx, u[DELAYED], m, e)
     torque = crank_torque(t, x, dx, charge, u, m, e)
@@ -252,4 +255,4 @@ def rates(
     body(t, x, dx, driving, u, m, e)
     dx[SEEN] = 0.0
     if e.optical_lag > 0.0:
-        dx[SEEN] = (told_speed(x, dx[SPEED], e) - x[SEEN]) / e.optical_lag
+        dx[SEEN] = (optical_speed(x, dx[SPEED], e) - x[SEEN]) / e.optical_lag

@@ -1,4 +1,4 @@
-"""A trial of a true motorcycle becomes a run folder like any other."""
+"""Record a trial of a true motorcycle into a run folder."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -34,9 +34,9 @@ from slipbench.studies.blind_validation.generator.frames import (
     START,
     Devices,
     candump_text,
+    ecu_frames,
     on_the_bus,
-    told_by_ecu,
-    told_of_trial,
+    trial_frames,
 )
 from slipbench.studies.blind_validation.generator.instruments import (
     PERIODS,
@@ -63,7 +63,7 @@ CLOCKS = ("ecu", "throttle", "optical", "rear_encoder", "front_encoder")
 
 @dataclass(frozen=True)
 class FaultSet:
-    """Hidden effects: what the motorcycle has beyond its vehicle file."""
+    """Hidden effects of a motorcycle, which its vehicle file lacks."""
 
     motion: MotionFaults
     sensors: Sensors
@@ -83,7 +83,7 @@ class Trial:
 def course_of(
     truth: Truth, faults: FaultSet, trial: Trial, ridden_for: FaultSet | None = None
 ) -> tuple[Course, Commands]:
-    """Ride a trial; time counts from the beginning of the recording, the run-up left out.
+    """Simulated run of a trial; time counts from the start of the recording, after the warm-up.
 
     ridden_for: the faults for which start and throttle are computed, if different.
     """
@@ -114,26 +114,26 @@ def course_of(
 
 
 def channel_chance(trial: Trial, channel: str) -> np.random.Generator:
-    """Return what decides the chance of one channel in a trial, and of no other."""
+    """Random generator of one channel in a trial, independent of the other channels."""
     return np.random.default_rng((*trial.seed, 3, list(PERIODS).index(channel)))
 
 
 def write_run(
     folder: Path, truth: Truth, faults: FaultSet, trial: Trial, vehicle: dict[str, Any]
 ) -> Path:
-    """Ride a trial and record it into a new run folder."""
+    """Simulate a trial and record it into a new run folder."""
     course, commands = course_of(truth, faults, trial)
     database = load_database(dbc.MOTORBIKE)
     rng = np.random.default_rng((*trial.seed, 2))
     clocks = {name: draw_clock(rng) for name in CLOCKS}
     devices = Devices(database, clocks, truth.noises.latency, rng)
-    told = faults.sensors.channels
+    hidden = faults.sensors.channels
     samples = {
         channel: sampled(
             channel,
             course,
             truth.noises,
-            told.get(channel, ChannelFaults()),
+            hidden.get(channel, ChannelFaults()),
             channel_chance(trial, channel),
         )
         for channel in PERIODS
@@ -142,7 +142,7 @@ def write_run(
     plate, crank, optical = samples.values()
     held = commands.spark[np.clip((crank.true / TICK).astype(int), 0, commands.spark.size - 1)]
     sent = [
-        told_by_ecu(devices, throttle, spark.value, trial.excitation.actuator),
+        ecu_frames(devices, throttle, spark.value, trial.excitation.actuator),
         devices.message(
             "ThrottleStatus", "throttle", plate.true, position=np.clip(plate.value, 0.0, 1.0)
         ),
@@ -161,7 +161,7 @@ def write_run(
             speed=optical.value,
             valid=np.ones(optical.true.size, int),
         ),
-        *told_of_trial(devices, SECONDS, BEFORE, BEFORE + EXCITING),
+        *trial_frames(devices, SECONDS, BEFORE, BEFORE + EXCITING),
     ]
     for wheel in ("rear", "front"):
         disc = faults.sensors.discs.get(wheel, Disc())

@@ -23,7 +23,7 @@ SEEN_COLUMNS = 9
 
 @dataclass(frozen=True)
 class Course:
-    """What happened, one row each 0.5 ms. time: s, since the ECU's first tick."""
+    """Time series of a simulated run, one row each 0.5 ms. time: s, since the ECU's first tick."""
 
     time: Floats
     plate: Floats
@@ -38,7 +38,7 @@ class Course:
 
 @dataclass(frozen=True)
 class Commands:
-    """What the ECU applies, held from tick to tick. period: s, of its ticks, in true time."""
+    """Commands that the ECU applies, held from tick to tick. period: s, of its ticks, true time."""
 
     throttle: Floats
     spark: Floats
@@ -78,7 +78,7 @@ def ride(
 
 @njit(cache=True, error_model="numpy")
 def _mean(table: Floats, time: float, period: float) -> float:
-    """Mean over the step that begins at a time of what is held from tick to tick."""
+    """Mean of a held command over one integration step."""
     last = table.size - 1
     first = min(max(math.floor(time / period), 0), last)
     next_ = min(max(math.floor((time + STEP) / period), 0), last)
@@ -88,7 +88,7 @@ def _mean(table: Floats, time: float, period: float) -> float:
 
 @njit(cache=True, error_model="numpy")
 def _between(table: Floats, time: float, period: float) -> float:
-    """Value on the line between samples."""
+    """Linear interpolation between samples."""
     place = min(max(time / period, 0.0), table.size - 1.001)
     i = int(place)
     return float(table[i] + (place - i) * (table[i + 1] - table[i]))
@@ -96,13 +96,13 @@ def _between(table: Floats, time: float, period: float) -> float:
 
 @njit(cache=True, error_model="numpy")
 def _played(value: float, held: float, play: float) -> float:
-    """Follow a value with play: it is pushed from either flank."""
+    """Output of a backlash that follows a value."""
     return min(max(held, value - 0.5 * play), value + 0.5 * play)
 
 
 @njit(cache=True, error_model="numpy")
 def _ago(history: Floats, count: int, steps: float) -> float:
-    """Throttle so many steps before the step under way began; positive: the past."""
+    """Throttle a number of steps before the current step; positive: the past."""
     if steps <= 0.0:
         return float(history[count % HISTORY])
     steps = min(steps, HISTORY - 2.0)
@@ -138,8 +138,8 @@ def _ride(
         t0 = n * STEP
         strokes = int(x[p.CRANK] / np.pi)
         u[p.SCATTER] = scatter[strokes % scatter.size]
-        asked = _mean(throttle, t0 - m.servo_delay, tick)
-        flank = _played(asked, flank, e.play)
+        command = _mean(throttle, t0 - m.servo_delay, tick)
+        flank = _played(command, flank, e.play)
         advance = _mean(spark, t0 - m.spark_delay, tick)
         delay = (
             m.air_delay + e.air_delay + e.crank_turns * 2.0 * np.pi / max(x[p.CRANK_SPEED], 30.0)
@@ -151,7 +151,7 @@ def _ride(
             for i in range(p.STATES):
                 y[i] = x[i] + (ahead * STEP * k[stage - 1, i] if stage > 0 else 0.0)
             u[p.COMMAND] = flank
-            u[p.SPARK_ASKED] = advance
+            u[p.SPARK_COMMAND] = advance
             u[p.WIND] = _between(wind, t, road_period)
             u[p.SHOVE] = _between(shove, t, road_period)
             u[p.BUMP] = _between(bump, t, road_period)
@@ -167,7 +167,7 @@ def _ride(
             x[p.WAY] = 0.0
         history[(n + 1) % HISTORY] = x[p.PLATE]
         if (n + 1) % EVERY == 0:
-            seen = x[p.SEEN] if e.optical_lag > 0.0 else p.told_speed(x, k[0, p.SPEED], e)
+            seen = x[p.SEEN] if e.optical_lag > 0.0 else p.optical_speed(x, k[0, p.SPEED], e)
             row = table[(n + 1) // EVERY - 1]
             row[0], row[1], row[2], row[3] = (
                 x[p.PLATE],

@@ -1,4 +1,4 @@
-"""What moves a motorcycle beside its rider: wind, the road's roughness, combustion that varies.
+"""Disturbances of a motorcycle: wind, road roughness, cycle-to-cycle variation of combustion.
 
 None of it is in any model of the other side. Gusts follow Dryden's spectrum of first order
 (MIL-F-8785C) with a second, faster one on top; the road undulates; bumps change the tyre's load
@@ -43,7 +43,7 @@ class Roughness:
 
 
 def draw_road(rng: np.random.Generator, seconds: float, rough: Roughness, mass: float) -> Road:
-    """Draw the disturbances of one ride."""
+    """Random disturbances of one run."""
     n = round(seconds / PERIOD) + 2
     slow = _coloured(rng, n, rough.wind, rough.wind_time)
     fast = _coloured(rng, n, 0.3 * rough.wind, 0.1 * rough.wind_time)

@@ -16,7 +16,7 @@ FALL = 0.35  # of Burckhardt's curve, per slip and peak
 
 @njit(cache=True, error_model="numpy")
 def force(formula: int, s: float, C: float, D: float, shape: float) -> float:
-    """Return the force [N]."""
+    """Longitudinal force of the tyre, N."""
     if formula == BRUSH:
         return brush(s, C, D)
     if formula == DUGOFF:
@@ -28,14 +28,14 @@ def force(formula: int, s: float, C: float, D: float, shape: float) -> float:
 
 @njit(cache=True, error_model="numpy")
 def brush(s: float, C: float, D: float) -> float:
-    """Bristles under a parabolic pressure: they slide from the rear of the patch on."""
+    """Brush model with parabolic pressure: sliding begins at the rear of the contact patch."""
     left = max(1.0 - C / (3.0 * D) * abs(s), 0.0)
     return math.copysign(D * (1.0 - left**3), s)
 
 
 @njit(cache=True, error_model="numpy")
 def dugoff(s: float, C: float, D: float) -> float:
-    """Linear up to half the peak, then a hyperbola towards it."""
+    """Dugoff's model: linear up to half the peak, then a hyperbola towards it."""
     linear = C * abs(s)
     reached = linear if linear < 0.5 * D else D * (1.0 - 0.25 * D / linear)
     return math.copysign(reached, s)
@@ -43,7 +43,7 @@ def dugoff(s: float, C: float, D: float) -> float:
 
 @njit(cache=True, error_model="numpy")
 def burckhardt(s: float, C: float, D: float) -> float:
-    """A saturating exponential less a slow fall."""
+    """Burckhardt's model: a saturating exponential less a linear fall."""
     high, fall = 1.05 * D, FALL * D
     rise = (C + fall) / high
     return math.copysign(high * (1.0 - math.exp(-rise * abs(s))) - fall * abs(s), s)

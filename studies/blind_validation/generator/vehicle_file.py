@@ -1,7 +1,7 @@
-"""A true machine and the vehicle file that somebody wrote of it, honestly, after measuring it.
+"""A true motorcycle, and its vehicle file with measured parameters and their uncertainty.
 
-Every number is told wrong by a normal error of its logarithm whose 95 % half width stands beside
-it. A tyre that is no magic formula is told as the magic formula that fits its curve.
+Every parameter has a normal error of its logarithm; its 95 % half width is stated beside it. A tyre
+that is no magic formula is stated as the magic formula that fits its curve.
 """
 
 import math
@@ -21,7 +21,7 @@ FURTHEST = 3.0  # standard deviations
 GEARS = (11.4, 8.75, 7.25, 6.3, 5.65, 5.2)
 
 Range = tuple[float, float]
-# field: (block, parameter, unit, range of true values, 95 % half width of what is told)
+# field: (block, parameter, unit, range of true values, 95 % half width of the stated value)
 FIELDS: Mapping[str, tuple[str, str, str, Range, float]] = {
     "servo_frequency": ("throttle_servo", "natural_frequency", "rad/s", (69.0, 88.0), 0.05),
     "servo_damping": ("throttle_servo", "damping", "1", (0.35, 0.7), 0.12),
@@ -54,13 +54,13 @@ FIELDS: Mapping[str, tuple[str, str, str, Range, float]] = {
     "rolling_resistance": ("body", "rolling_resistance", "1", (0.010, 0.016), 0.25),
     "front_radius": ("front_wheel", "radius", "m", (0.294, 0.306), 0.009),
 }
-OTHER_SHAPE = 0.2  # of a tyre that is no magic formula: the shape is told less well
+OTHER_SHAPE = 0.2  # of a tyre that is no magic formula: the shape is less certain
 RATIO = 0.0012
 
 
 @dataclass(frozen=True)
 class Noises:
-    """What sensors add, SI: told in the vehicle file. jitter: s, of a tooth's time."""
+    """Sensor noise, SI, as the vehicle file states it. jitter: s, of a tooth's time."""
 
     throttle: float
     throttle_quantum: float
@@ -72,7 +72,7 @@ class Noises:
 
 @dataclass(frozen=True)
 class Truth:
-    """A motorcycle as it is. gears: true ratios."""
+    """Ground truth of a motorcycle. gears: true ratios."""
 
     machine: Machine
     formula: int
@@ -81,7 +81,7 @@ class Truth:
 
 
 def draw_truth(rng: np.random.Generator, formula: int) -> Truth:
-    """Draw a motorcycle of the class."""
+    """Random motorcycle of the class."""
     values = {name: float(rng.uniform(*entry[3])) for name, entry in FIELDS.items()}
     gears = tuple(float(g * np.exp(0.01 * rng.standard_normal())) for g in GEARS)
     noises = Noises(
@@ -96,7 +96,7 @@ def draw_truth(rng: np.random.Generator, formula: int) -> Truth:
 
 
 def vehicle_tree(rng: np.random.Generator, truth: Truth) -> dict[str, Any]:
-    """Return the tree of the vehicle file: every number with its error and how well it is known."""
+    """Tree of the vehicle file: every parameter with its error and its uncertainty."""
     tree: dict[str, Any] = {"name": "sealed", "description": "Measured in the workshop"}
     tree["gears"] = {
         str(i): _measured(rng, g, "1", RATIO) for i, g in enumerate(truth.gears, start=1)
@@ -104,15 +104,15 @@ def vehicle_tree(rng: np.random.Generator, truth: Truth) -> dict[str, Any]:
     true = as_magic_formula(truth)
     for name, (block, parameter, unit, _, share) in FIELDS.items():
         wide = truth.formula != MAGIC and name == "shape"
-        told = _measured(rng, true[name], unit, OTHER_SHAPE if wide else share)
-        tree.setdefault(block, {})[parameter] = told
+        stated = _measured(rng, true[name], unit, OTHER_SHAPE if wide else share)
+        tree.setdefault(block, {})[parameter] = stated
     tree["tyre"]["shape"]["value"] = min(max(tree["tyre"]["shape"]["value"], 1.06), 1.94)
     tree["channels"] = channels(truth.noises)
     return tree
 
 
 def channels(noises: Noises) -> dict[str, Any]:
-    """What the data sheets say of the sensors."""
+    """Data-sheet values of the sensors."""
     return {
         "throttle_position": _channel(noises, noises.throttle, noises.throttle_quantum, "1"),
         "engine_speed": _channel(noises, noises.engine_speed, 0.5 * RPM, "rad/s"),
@@ -134,12 +134,12 @@ def _channel(noises: Noises, noise: float, quantum: float, unit: str) -> dict[st
 
 def _measured(rng: np.random.Generator, true: float, unit: str, share: float) -> dict[str, Any]:
     error = float(np.clip(rng.standard_normal(), -FURTHEST, FURTHEST)) * share / NORMAL_95
-    told = true * math.exp(-error)
-    return {"value": told, "unit": unit, "plus_minus": share * told}
+    stated = true * math.exp(-error)
+    return {"value": stated, "unit": unit, "plus_minus": share * stated}
 
 
 def as_magic_formula(truth: Truth) -> dict[str, float]:
-    """Return the machine's numbers, the tyre's as the magic formula nearest to its curve."""
+    """Parameters of the machine; those of the tyre as the magic formula closest to its curve."""
     true = truth.machine._asdict()
     if truth.formula == MAGIC:
         return true

@@ -1,4 +1,4 @@
-"""A bus with arbitration: frames that are ready contend, the lowest identifier goes first."""
+"""Bus arbitration: of the frames that are ready, the lowest identifier is sent first."""
 
 import numpy as np
 import numpy.typing as npt
@@ -36,22 +36,22 @@ def arrivals(ready: Integers, identifier: Integers, length: Integers) -> Integer
 
 @njit(cache=True, error_model="numpy")
 def packed(tooth: Integers, most: int, wait: int) -> Integers:
-    """Number of the frame that tells each tooth: full ones, or what has waited so long.
+    """Number of the frame that reports each tooth: a frame is sent when full or after a timeout.
 
-    tooth: ns. The sender looks once a millisecond.
+    tooth: ns, shape (n,). The sender polls once a millisecond.
     """
     frame = np.zeros(tooth.size, np.int64)
-    number, held, told = 0, 0, tooth[0]
+    number, held, first = 0, 0, tooth[0]
     now = tooth[0] // 1_000_000 * 1_000_000
     i = 0
     while i < tooth.size:
         now += 1_000_000
         while i < tooth.size and tooth[i] <= now:
             if held == most:
-                number, held, told = number + 1, 0, now
+                number, held, first = number + 1, 0, now
             frame[i] = number
             held += 1
             i += 1
-        if held == most or (held > 0 and now - told >= wait):
-            number, held, told = number + 1, 0, now
+        if held == most or (held > 0 and now - first >= wait):
+            number, held, first = number + 1, 0, now
     return frame

@@ -65,17 +65,17 @@ def test_what_is_done_stays_and_what_cannot_be_judged_says_why(tmp_path: Path) -
         one, two = explain_fleet(entries, tmp_path / "out", place)
     assert one["effects"] == ["channel_lag.engine_speed"]
     assert "two.toml" in two["trouble"]
-    assert "not judged" in (tmp_path / "out" / TABLE).read_text(encoding="utf-8")
+    assert "not analysed" in (tmp_path / "out" / TABLE).read_text(encoding="utf-8")
 
 
 def test_a_mismatch_without_a_name_is_told_as_such() -> None:
     row = {"name": "x", "mismatch": True, "sentence": "", "effects": [], "unknown": True}
-    assert "no name for it" in table([row])
+    assert "unknown effect" in table([row])
 
 
 def test_a_trouble_of_several_lines_is_one_cell() -> None:
     text = table([{"name": "x", "trouble": str(InputError("a | b", found="c", remedy="d"))}])
-    assert text.splitlines()[2] == r"| x | not judged | | a \| b; found: c; remedy: d |"
+    assert text.splitlines()[2] == r"| x | not analysed | | a \| b; found: c; remedy: d |"
 
 
 def test_an_analysis_that_failed_is_told_as_trouble(tmp_path: Path) -> None:

@@ -7,8 +7,8 @@ import pytest
 
 from slipbench.identification.models.actuator_comparison import (
     Comparison,
+    DeadTime,
     NoComparison,
-    PureDelay,
     answer,
     compare_actuators,
 )
@@ -47,7 +47,7 @@ def response(actuator, delay, gain=0.17, seed=1, noise=0.01, top=14.0) -> Freque
     )
 
 
-KNOWN = (PureDelay(0.014, 0.0135, 0.0145), PureDelay(0.004, 0.0035, 0.0045))
+KNOWN = (DeadTime(0.014, 0.0135, 0.0145), DeadTime(0.004, 0.0035, 0.0045))
 
 
 def compared(gain=0.17, seed=1, delays=KNOWN, spark_gain=0.008) -> Comparison:

@@ -72,7 +72,7 @@ def hidden(kind: str, **parameters) -> dict:
 
 
 def answer(case: int, sort: str, *things: dict) -> dict:
-    return {"case": case, "sort": sort, "tyre": "brush", "hidden": list(things)}
+    return {"case": case, "category": sort, "tyre": "brush", "hidden": list(things)}
 
 
 def effect(name: str, **intervals) -> dict:
