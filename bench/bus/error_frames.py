@@ -1,6 +1,6 @@
-"""What SocketCAN tells in an error frame: its class and eight bytes of details (linux/can/error.h).
+"""Error frames in the format of SocketCAN: error class and eight bytes (linux/can/error.h).
 
-candump, python-can and the gateway read it the same on every interface.
+candump, python-can and the gateway then read error frames of all interfaces in the same way.
 """
 
 from slipbench.bench.bus.counters import Confinement, Counters
@@ -28,7 +28,7 @@ CLASSES = {
 
 
 def error_content(cause: Cause, counters: Counters, sending: bool) -> tuple[int, bytes]:
-    """Give class and details of SocketCAN's error frame."""
+    """Error class and eight data bytes of SocketCAN's error frame. sending: error of a sender."""
     state = counters.state
     controller = 0
     if state is Confinement.PASSIVE:
@@ -42,5 +42,5 @@ def error_content(cause: Cause, counters: Counters, sending: bool) -> tuple[int,
     identifier |= CONTROLLER if controller else 0
     protocol = BIT_ERROR if cause in (Cause.BIT, Cause.COLLISION) else 0
     protocol |= SENDING if sending and protocol else 0
-    told = (min(counters.transmit, 255), min(counters.receive, 255))
-    return identifier, bytes((0, controller, protocol, 0, 0, 0, *told))
+    counts = (min(counters.transmit, 255), min(counters.receive, 255))
+    return identifier, bytes((0, controller, protocol, 0, 0, 0, *counts))

@@ -66,7 +66,7 @@ def test_a_tripped_trial_ends_with_3_and_says_why(monkeypatch, capsys, short, tm
         (('stop = "5 Hz"', 'stop = "80 Hz"'), "lower it or shorten command.period"),
         (('stop = "5 Hz"', 'stop = "5 bananas"'), "one of: Hz, mHz, kHz"),
         (('amplitude = "2 %"', 'amplitude = "9 %"'), "limits.throttle_deviation"),
-        (("gear = 2", "gear = 6"), "cannot stand at the trial's operating point"),
+        (("gear = 2", "gear = 6"), "no steady state at the operating point"),
         (("gear = 2", 'gear = "second"'), "operating_point.gear"),
         (("[limits]", "[limits"), "not valid TOML"),
         (('duration = "1 s"', 'duration = "3600 s"'), "more than the 3600000 ticks"),

@@ -197,5 +197,5 @@ def test_what_cannot_happen_cannot_be_planned(fault: Fault) -> None:
     ],
 )
 def test_what_is_no_plan_is_refused(text: str) -> None:
-    with pytest.raises(InputError, match="not a plan of faults"):
+    with pytest.raises(InputError, match="not a fault plan"):
         read_plan(text)

@@ -108,7 +108,7 @@ def test_a_broker_without_descriptors_refuses_newcomers_and_serves_who_is_there(
 @pytest.mark.skipif(os.getuid() != 0, reason="needs a second user: run as root")
 def test_a_broker_of_another_user_is_not_believed(channel: str) -> None:
     with program(LISTEN, address(channel).hex()) as other:
-        with pytest.raises(can.CanInitializationError, match="taken by user 65534") as told:
+        with pytest.raises(can.CanInitializationError, match="user 65534") as told:
             SlipbenchBus(channel)
         assert "choose another channel" in str(told.value)
         assert other.stdin

@@ -33,7 +33,7 @@ def test_who_shares_the_one_processor_does_not_go_before_those_who_listen() -> N
         alone, policy, refused = pool.apply(_on_one_processor)
     assert alone
     assert policy == os.SCHED_OTHER
-    assert any("SCHED_FIFO" in words and "listeners" in words for words in refused)
+    assert any("SCHED_FIFO" in words and "receivers" in words for words in refused)
 
 
 @pytest.mark.parametrize("number", range(len(_CLAIMS)))

@@ -84,7 +84,7 @@ def test_a_full_disk_is_told_to_the_loop_and_keeps_what_was_written():
     recorder.drain()
     assert ring.failed
     assert ring.why_failed == os.strerror(errno.ENOSPC)
-    assert "No space left" in recorder.trouble
+    assert "No space left" in recorder.error
     assert disk.kept.startswith(candump_line(Slot(0, 0x10, 0, bytes(8)), "can0").encode())
 
 

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from slipbench.bench.bus.opening import BusAddress, open_bus
 from slipbench.bench.commands import _watch
 from slipbench.bench.loop.clock import MILLISECOND, SECOND, SimulatedClock
-from slipbench.bench.replay.replay import NEVER, replay
+from slipbench.bench.replay.replay import NOT_SENT, replay
 from slipbench.bench.replay.replay_controls import Controls
 from slipbench.bench.replay.replay_keys import steer
 from slipbench.bench.replay.replay_process import Ready, ReplayOrder, Report, running_replay
@@ -128,7 +128,7 @@ def test_a_pause_moves_everything_after_it_and_loses_nothing():
     sent, done = steered([0, 100, 200, 300], (150, Controls.pause), (1150, Controls.resume))
     assert [identifier for _, identifier in sent] == [0, 1, 2, 3]
     assert [t for t, _ in sent[:2]] == [0, 100]
-    assert 1200 <= sent[2][0] <= 1240  # noticed within a nap at either end
+    assert 1200 <= sent[2][0] <= 1240  # noticed within LONGEST_WAIT at either end
     assert sent[3][0] - sent[2][0] == pytest.approx(100)
     assert done.sent == 4
 
@@ -140,7 +140,7 @@ def test_a_seek_goes_on_with_the_first_frame_there_forwards_and_back():
         (150, lambda controls: controls.seek(200 * MILLISECOND)),
     )
     assert [identifier for _, identifier in sent] == [0, 3, 2, 3, 4]
-    assert done.lateness[1] == NEVER
+    assert done.lateness[1] == NOT_SENT
 
 
 def test_another_speed_holds_from_where_it_was_asked_for():
@@ -238,8 +238,8 @@ def test_buses_and_identifiers_are_selected():
     ("action", "words"),
     [
         (lambda log: select_buses(log, ["can7"], "x.log"), "no bus 'can7'"),
-        (lambda log: select_identifiers(log, "0xZZ", ""), "no identifier"),
-        (lambda log: select_identifiers(log, "", "1-0x3FFFFFFFF"), "no identifier"),
+        (lambda log: select_identifiers(log, "0xZZ", ""), "not an identifier"),
+        (lambda log: select_identifiers(log, "", "1-0x3FFFFFFFF"), "not an identifier"),
         (lambda log: channels_by_bus(["can7=vcan0"], log), "BUS=CHANNEL"),
         (lambda log: channels_by_bus(["a", "b"], log), "BUS=CHANNEL"),
     ],
@@ -329,7 +329,7 @@ def test_a_replay_whose_process_dies_is_told(endless):
     running, number = endless
     running.begin()
     os.kill(number, signal.SIGKILL)
-    with pytest.raises(InputError, match="process died\n  found: signal 9"):
+    with pytest.raises(InputError, match="replay process died\n  found: signal 9"):
         running.report(within=20.0)
 
 

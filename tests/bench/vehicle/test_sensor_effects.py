@@ -66,5 +66,5 @@ def test_a_wrong_clock_shows_in_the_stamps_of_its_channels_only():
 
 @pytest.mark.parametrize("effect", [ChannelScale("temperatures"), ClockOffset("sundial")])
 def test_an_effect_on_what_nobody_tells_is_refused(effect):
-    with pytest.raises(InputError, match="no such channel or clock"):
+    with pytest.raises(InputError, match="acts on a channel or clock"):
         said(EngineStatus, effect, milliseconds=1)
