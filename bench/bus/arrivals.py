@@ -14,8 +14,8 @@ class Arrivals:
     def __init__(self, plan: FaultPlan, begin_ns: int) -> None:
         """Apply `plan` from `begin_ns` on."""
         self._faults, self._begin = Faults(plan), begin_ns
-        self._late: list[tuple[int, int, Delivery]] = []  # by time
-        self._overtaken: list[tuple[int, Delivery]] = []  # until when each waits
+        self._late: list[tuple[int, int, Delivery]] = []  # heap of delayed frames, by arrival time
+        self._overtaken: list[tuple[int, Delivery]] = []  # latest arrival (ns) and frame
         self._order = 0
 
     def set_faults(self, plan: FaultPlan, begin_ns: int) -> None:

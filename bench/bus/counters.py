@@ -8,9 +8,7 @@ from enum import IntEnum
 from typing import NamedTuple
 
 WARNING, PASSIVE, OFF = 96, 128, 256
-REC_AFTER_PASSIVE = (
-    119  # REC of an error-passive node after a good frame; the norm allows 119 to 127
-)
+REC_AFTER_PASSIVE = 119  # after a good frame; the norm allows 119 to 127
 
 
 class Confinement(IntEnum):

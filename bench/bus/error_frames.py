@@ -15,9 +15,9 @@ CONTROLLER, PROTOCOL, NO_ACK, BUS_OFF, BUS_ERROR, RESTARTED, COUNTERS = (
     0x100,
     0x200,
 )
-WARNED, PASSIVE, ACTIVE = (0x08, 0x04), (0x20, 0x10), 0x40  # transmit and receive; data[1]
+WARNED, PASSIVE, ACTIVE = (0x08, 0x04), (0x20, 0x10), 0x40  # data[1]; TEC and REC
 OVERFLOW = 0x01  # data[1]: the receive buffer was full
-BIT_ERROR, SENDING = 0x04, 0x80  # data[2]: a bit was not as sent; while transmitting
+BIT_ERROR, SENDING = 0x04, 0x80  # data[2]: bit error; while transmitting
 CLASSES = {
     Cause.BIT: PROTOCOL | BUS_ERROR,
     Cause.COLLISION: PROTOCOL | BUS_ERROR,

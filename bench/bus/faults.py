@@ -5,8 +5,8 @@ the fault in the plan, the number of the frame on the wire and its receiver. It 
 on no other random draw.
 
     FaultPlan(seed=7, faults=(
-        Lost(0.01),                                             # 1 % of everything, always
-        Disturbed(1.0, Where(begin=2.0, senders={"gateway"})),  # the gateway to bus-off at 2 s
+        Lost(0.01),                                             # 1 % of all frames, always
+        Disturbed(1.0, Where(begin=2.0, senders={"gateway"})),  # the gateway goes bus-off at 2 s
         Frozen(Where(begin=3.0, end=3.5, identifiers={0x30})),  # one message is frozen
     ))
 

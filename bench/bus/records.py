@@ -19,7 +19,7 @@ from slipbench.bench.bus.frame import Frame, checked
 
 HEAD = struct.Struct("=BBBBIqQ")
 FASTEST = 20_000_000  # bit/s
-LARGEST = 1 << 16  # bytes of a record: a plan of faults
+LARGEST = 1 << 16  # bytes of a record: a fault plan
 EXTENDED, REMOTE, FD, SWITCHES_RATE, ERROR_PASSIVE, OWN = 1, 2, 4, 8, 16, 32
 
 

@@ -136,7 +136,7 @@ class Wire:
         self._remove_detached()
         return events
 
-    # Beginning
+    # Begin of a frame
 
     def _next_begin(self) -> int | None:
         """Time at which the next frame begins, ns; None where no node has one."""
@@ -177,7 +177,7 @@ class Wire:
             return destroyed(self.rates, begin, frame, (sender,), part)
         return successful(self.rates, begin, frame, (sender,))
 
-    # Ending
+    # End of a frame
 
     def _end(self, attempt: Attempt, events: list[Event]) -> None:
         """Deliver the frame or the error of an attempt to every node."""
@@ -241,7 +241,7 @@ class Wire:
         if cause is not Cause.STATE or node.state is not before:
             events.append(Notice(time_ns, node, cause, counters, sending, dropped))
 
-    # Recovery
+    # Recovery from bus-off
 
     def _recovery_time(self, node: Node) -> int:
         """Time at which the recovery of a node ends if the wire stays idle, ns."""

@@ -65,10 +65,8 @@ class _Player:
         self._sent = self._refused = self._passes = 0
         self._next = 0
         self._position, self._moment = 0.0, clock.now_ns()  # ns in the log, ns on the clock
-        self._speed, self._changes_applied = (
-            controls.speed,
-            0,
-        )  # changes made before the start hold as well
+        self._speed = controls.speed
+        self._changes_applied = 0  # changes made before the start are applied as well
         self._speeds = [(0, self._speed)]
 
     def play(self) -> ReplayResult:

@@ -82,7 +82,7 @@ def vehicle_process(
     """Process that simulates the motorcycle on the bus at `address` until the block ends."""
     watching, watched = process_pipe()
     process = multiprocessing.get_context("spawn").Process(
-        target=_ride_on, args=(scenario, database, address, watched), name="slipbench vehicle"
+        target=_simulate, args=(scenario, database, address, watched), name="slipbench vehicle"
     )
     try:
         start(process)
@@ -98,7 +98,7 @@ def vehicle_process(
             process.join()
 
 
-def _ride_on(
+def _simulate(
     scenario: Scenario, database: Database, address: BusAddress, _pipe: Connection
 ) -> None:
     """Simulate until SIGTERM; signals of the terminal are handled by the process of the trial."""

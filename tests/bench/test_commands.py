@@ -1,4 +1,4 @@
-"""The bench's commands as a user meets them."""
+"""The commands of the bench at the command line."""
 
 import os
 import signal
@@ -142,7 +142,7 @@ def test_a_missing_trial_or_vehicle_file_is_named(monkeypatch, capsys, short):
 
 
 @pytest.mark.parametrize("command", ["trial", "vehicle", "replay", "decode", "import", "identify"])
-def test_every_command_explains_itself_with_an_example(monkeypatch, capsys, command):
+def test_the_help_of_every_command_has_an_example(monkeypatch, capsys, command):
     status, out, _ = run(monkeypatch, capsys, command, "--help")
     assert status == 0
     assert f"slipbench {command}" in " ".join(out.replace("│", " ").split())

@@ -33,7 +33,7 @@ NAMES = (
     "rear tooth missing",
     "counter of EngineStatus",
 )
-REACH = 0.054  # of the controller, 0..1
+HALF_RANGE = 0.054  # of the controller, 0..1
 FASTEST = 5.4  # of the controller, 1/s
 FRAME, TICK = 0.005, 0.001  # s: longest period of the encoder frames; period of the controller
 SHORTER = {
@@ -95,7 +95,7 @@ def test_the_rider_has_the_throttle_in_time(case: Case, results) -> None:
     result: CaseResult = results(case)
     either = {case.reason, TripReason.STALE} if case.reason == TripReason.FAULTY else {case.reason}
     assert result.reason in either  # so many frames in a row, or so long: what comes first
-    assert result.truth.deviation <= REACH + 1e-4
+    assert result.truth.deviation <= HALF_RANGE + 1e-4
     if case.reason == TripReason.NONE:
         assert result.outcome is not None
         assert result.outcome.done
