@@ -49,6 +49,7 @@ DatabasePath = Annotated[
     typer.Option(
         "--dbc",
         help="CAN database of the motorcycle.",
+        show_default="motorbike.dbc, which ships with slipbench",
         metavar="FILE",
         parser=file_of("database"),
         autocompletion=completion_of("database"),
@@ -184,7 +185,9 @@ def vehicle(
 
 
 def replay(
-    log: Annotated[Path, typer.Argument(help="CAN log: candump, ASC, BLF, TRC, MF4, ...")],
+    log: Annotated[
+        Path, typer.Argument(help="CAN log: candump, ASC, BLF, TRC, MF4, ...", metavar="LOG")
+    ],
     interface: Annotated[str, typer.Option(help=INTERFACES)],
     channel: Annotated[
         list[str] | None,
