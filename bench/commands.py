@@ -49,6 +49,7 @@ DatabasePath = Annotated[
     typer.Option(
         "--dbc",
         help="CAN database of the motorcycle.",
+        show_default="motorbike.dbc, which ships with slipbench",
         metavar="FILE",
         parser=file_of("database"),
         autocompletion=completion_of("database"),
@@ -184,7 +185,9 @@ def vehicle(
 
 
 def replay(
-    log: Annotated[Path, typer.Argument(help="CAN log: candump, ASC, BLF, TRC, MF4, ...")],
+    log: Annotated[
+        Path, typer.Argument(help="CAN log: candump, ASC, BLF, TRC, MF4, ...", metavar="LOG")
+    ],
     interface: Annotated[str, typer.Option(help=INTERFACES)],
     channel: Annotated[
         list[str] | None,
@@ -240,20 +243,25 @@ def replay(
         log, interface, tuple(channel or ["can0"]), tuple(bus or []), only, without, bitrate, fd
     )
     with running_replay(order, speed, passes) as running:
-        if start * 1e9 > running.ready.span:
-            raise InputError(
-                "--start is after the last frame",
-                where=str(log),
-                expected=f"at most {running.ready.span * 1e-9:g} s",
-                found=f"{start:g} s",
-            )
-        if start:
-            running.controls.seek(round(start * 1e9))
+        _seek(running, start, log)
         done = _watch(running, log.name)
         table = timing(running.ready, done)
     typer.echo(summary(table))
     if report is not None:
         write(table, report)
+
+
+def _seek(running: "RunningReplay", start: float, log: Path) -> None:
+    """Begin at `start` s of the log. Raises InputError where this is after its last frame."""
+    if start * 1e9 > running.ready.span:
+        raise InputError(
+            "--start is after the last frame",
+            where=str(log),
+            expected=f"at most {running.ready.span * 1e-9:g} s",
+            found=f"{start:g} s",
+        )
+    if start:
+        running.controls.seek(round(start * 1e9))
 
 
 def _print(console: Console, text: str) -> None:
@@ -266,7 +274,7 @@ def _watch(running: "RunningReplay", name: str) -> "Report":
     """Report of a replay; until it ends, show its progress and apply the keys that are pressed."""
     from slipbench.bench.loop.interrupts import interrupts
     from slipbench.bench.replay.replay_keys import HELP, keys, pressed, steer
-    from slipbench.bench.replay.replay_process import ENDING
+    from slipbench.bench.replay.replay_process import END_TIMEOUT
     from slipbench.bench.replay.replay_report import position
 
     console = Console(stderr=True)
@@ -289,11 +297,11 @@ def _watch(running: "RunningReplay", name: str) -> "Report":
                 steer(controls, key)
             if stop.is_set():
                 controls.stop()
-                deadline = min(deadline, monotonic() + ENDING)
+                deadline = min(deadline, monotonic() + END_TIMEOUT)
             if monotonic() > deadline:
                 raise InputError(
                     "the replay process did not end when asked to, and was killed",
-                    found=f"no response within {ENDING:g} s",
+                    found=f"no response within {END_TIMEOUT:g} s",
                     remedy="check the CAN interface, and that the process was not stopped (SIGSTOP)",
                 )
     return done

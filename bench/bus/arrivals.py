@@ -1,4 +1,4 @@
-"""Between the wire and a receiver: what planned faults leave of a frame, and when it arrives."""
+"""Reception of frames: content and arrival time after the faults of a fault plan."""
 
 import heapq
 
@@ -9,40 +9,40 @@ from slipbench.bench.bus.node import Node
 
 
 class Arrivals:
-    """Follows a plan of faults, and keeps what is late or waits to be overtaken."""
+    """Applies a fault plan to received frames; holds delayed and reordered frames."""
 
     def __init__(self, plan: FaultPlan, begin_ns: int) -> None:
-        """Follow `plan` from `begin_ns` on."""
+        """Apply `plan` from `begin_ns` on."""
         self._faults, self._begin = Faults(plan), begin_ns
-        self._late: list[tuple[int, int, Delivery]] = []  # by time
-        self._overtaken: list[tuple[int, Delivery]] = []  # until when each waits
+        self._late: list[tuple[int, int, Delivery]] = []  # heap of delayed frames, by arrival time
+        self._overtaken: list[tuple[int, Delivery]] = []  # latest arrival (ns) and frame
         self._order = 0
 
-    def follow(self, plan: FaultPlan, begin_ns: int) -> None:
-        """Follow another plan from `begin_ns` on; what is under way stays so."""
+    def set_faults(self, plan: FaultPlan, begin_ns: int) -> None:
+        """Apply another plan from `begin_ns` on; frames that are held already stay held."""
         self._faults, self._begin = Faults(plan), begin_ns
 
     @property
     def next_ns(self) -> int | None:
-        """Tell when the next late frame arrives; None where there is none."""
+        """Arrival time of the next held frame, ns; None where there is none."""
         times = [self._late[0][0]] if self._late else []
         return min([*times, *(time_ns for time_ns, _ in self._overtaken)], default=None)
 
     def disturbed(self, time_ns: int, number: int, frame: Frame, sender: str) -> float | None:
-        """Tell after which part (0..1) of its length attempt `number` is destroyed, if it is."""
+        """Fraction (0..1) of its length after which attempt `number` is destroyed, or None."""
         if not self._faults:
             return None
         return self._faults.disturbed(self._passage(time_ns, number, frame, sender, ""))
 
     def remember(self, time_ns: int, number: int, frame: Frame, sender: str) -> None:
-        """Keep what was carried, for whoever freezes the next."""
+        """Store the payload of a frame, for faults that repeat it."""
         if self._faults:
             self._faults.remember(self._passage(time_ns, number, frame, sender, ""))
 
     def deliver(
         self, time_ns: int, number: int, frame: Frame, sender: str, node: Node, events: list[Event]
     ) -> None:
-        """Give a receiver the frame, or what the faults leave of it."""
+        """Deliver the frame to a receiver, as changed by the faults."""
         if not self._faults:
             self._arrive(Delivery(time_ns, node, frame, False), events)
             return
@@ -57,8 +57,8 @@ class Arrivals:
             else:
                 self._arrive(delivery, events)
 
-    def come(self, time_ns: int, events: list[Event]) -> None:
-        """Let everything arrive that is due by `time_ns`."""
+    def deliver_due(self, time_ns: int, events: list[Event]) -> None:
+        """Deliver every held frame that is due by `time_ns`."""
         while self._late and self._late[0][0] <= time_ns:
             self._arrive(heapq.heappop(self._late)[2], events)
         if self._overtaken:
@@ -67,7 +67,7 @@ class Arrivals:
             events.extend(held._replace(time_ns=until) for until, held in over)
 
     def _arrive(self, delivery: Delivery, events: list[Event]) -> None:
-        """Deliver, and after it whatever waited to be overtaken by it."""
+        """Deliver a frame, and after it the reordered frames that waited for it."""
         events.append(delivery)
         if not self._overtaken:
             return

@@ -1,6 +1,6 @@
-"""An attempt to send a frame: how long it holds the wire, and how it ends.
+"""Attempt to send a frame: how long it occupies the wire, and how it ends.
 
-An error is met at some bit; from there an error frame follows, and the frame is sent again.
+An error occurs at some bit; then an error frame follows, and the frame is sent again.
 """
 
 from collections.abc import Sequence
@@ -12,14 +12,14 @@ from slipbench.bench.bus.frame import END_OF_FRAME, INTERMISSION, BitRates, Fram
 from slipbench.bench.bus.node import Node
 
 FLAG = 12 + 8  # bits of an error frame: superposed flags, delimiter
-SUSPENDED = 8  # bits that a passive node waits after a frame of its own
+SUSPENDED = 8  # bits that an error-passive node waits after a frame of its own
 
 
 @dataclass(frozen=True, slots=True)
 class Attempt:
-    """A frame on the wire; `ends` and `free` in ns, at its last bit and after its intermission.
+    """A frame on the wire. begin, ends, free: ns; ends: last bit, free: end of the intermission.
 
-    failed  those of its senders that meet the error; the others get through
+    failed  senders that detect the error; the other senders succeed
     """
 
     begin: int
@@ -31,8 +31,8 @@ class Attempt:
     failed: tuple[Node, ...] = ()
 
 
-def whole(rates: BitRates, begin: int, frame: Frame, senders: tuple[Node, ...]) -> Attempt:
-    """Give the attempt that succeeds."""
+def successful(rates: BitRates, begin: int, frame: Frame, senders: tuple[Node, ...]) -> Attempt:
+    """Attempt without an error. begin: ns."""
     free = begin + round(rates.duration(frame))
     return Attempt(begin, free - round(INTERMISSION * rates.bit), free, senders, frame)
 
@@ -40,7 +40,7 @@ def whole(rates: BitRates, begin: int, frame: Frame, senders: tuple[Node, ...]) 
 def destroyed(
     rates: BitRates, begin: int, frame: Frame, senders: tuple[Node, ...], part: float
 ) -> Attempt:
-    """Give an attempt of which a bit is destroyed after `part` (0..1) of its length."""
+    """Attempt in which a bit is destroyed after `part` (0..1) of its length. begin: ns."""
     after = rates.bit + part * (rates.duration(frame) - (INTERMISSION + 1) * rates.bit)
     return _failing(rates, begin, after, frame, senders, Cause.BIT)
 
@@ -48,10 +48,10 @@ def destroyed(
 def unacknowledged(
     rates: BitRates, begin: int, until: int, frame: Frame, sender: Node
 ) -> tuple[Attempt, int]:
-    """Give an attempt that nobody hears, and for how long (ns) the ones before it were busy.
+    """Attempt that no node acknowledges, and bus time (ns) of the skipped attempts before it.
 
-    It is repeated in vain. A passive node's counters no longer move, so that of all attempts that
-    end before `until` only the last is given.
+    It is repeated without success. The counters of an error-passive node no longer change, so that
+    of all attempts that end before `until` (ns) only the last is returned.
     """
     after = rates.duration(frame) - (INTERMISSION + END_OF_FRAME + 1) * rates.bit
     once = _failing(rates, begin, after, frame, (sender,), Cause.UNACKNOWLEDGED)
@@ -66,18 +66,18 @@ def unacknowledged(
 
 
 def collision(rates: BitRates, begin: int, winners: Sequence[tuple[Frame, Node]]) -> Attempt:
-    """Let frames with one identifier meet: the first bit that differs decides.
+    """Attempt of several frames with one identifier; the first different bit decides. begin: ns.
 
-    Equal frames are one. An active node that loses destroys the other's frame too; a passive one
-    cannot.
+    Equal frames merge. An error-active node that loses also destroys the other frame; an
+    error-passive node cannot.
     """
     dominant = min((frame for frame, _ in winners), key=lambda frame: frame.after_arbitration)
     through = tuple(node for frame, node in winners if frame == dominant)
     losers = tuple(node for frame, node in winners if frame != dominant)
     if not losers:
-        return whole(rates, begin, dominant, through)
+        return successful(rates, begin, dominant, through)
     if all(node.state is Confinement.PASSIVE for node in losers):
-        wins = whole(rates, begin, dominant, through + losers)
+        wins = successful(rates, begin, dominant, through + losers)
         return replace(wins, error=Cause.COLLISION, failed=losers)
     other = next(frame for frame, _ in winners if frame != dominant)
     after = _common_bits(dominant, other) * rates.bit
@@ -87,14 +87,14 @@ def collision(rates: BitRates, begin: int, winners: Sequence[tuple[Frame, Node]]
 def _failing(
     rates: BitRates, begin: int, after: float, frame: Frame, senders: tuple[Node, ...], cause: Cause
 ) -> Attempt:
-    """Give an attempt that ends by an error frame, which begins `after` ns into it."""
+    """Attempt that ends with an error frame, which begins `after` ns after its begin."""
     ends = begin + round(after + FLAG * rates.bit)
     free = ends + round(INTERMISSION * rates.bit)
     return Attempt(begin, ends, free, senders, frame, cause, senders)
 
 
 def _common_bits(one: Frame, other: Frame) -> int:
-    """Count the bits that two frames with one identifier share, stuff bits left out."""
+    """Number of equal leading bits of two frames with one identifier, without stuff bits."""
     head = 39 if one.extended else 19
     if one.fd != other.fd or one.after_arbitration[1] != other.after_arbitration[1]:
         return head

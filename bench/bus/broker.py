@@ -1,11 +1,12 @@
-"""A bus in real time: one process owns the wire, and others are its nodes through a local socket.
+"""Broker: a process that simulates a CAN bus in real time for nodes in other processes.
 
-The wire's own time runs on from frame to frame, so that lateness of this process delays a delivery
-and never adds up; a frame's time stamp is the wire's. Frames are stamped by who sends them, and
-contend as of then, if they are here before the wire has gone on.
+Nodes connect through a local socket. The time of the wire advances from frame to frame, so that
+lateness of this process delays a delivery but never accumulates; time stamps are those of the wire.
+Senders stamp their frames. A frame takes part in arbitration from its stamp on, if it arrives here
+before the wire has advanced further.
 
-It is started by the first node and ends a moment after the last has left. Linux only: the socket's
-address is abstract, so that nothing is left behind, and only its own user may connect.
+The first node starts the broker; it ends shortly after the last node has left. Linux only: the address
+of the socket is abstract, so that no file remains, and only the same user may connect.
 """
 
 import os
@@ -39,14 +40,17 @@ from slipbench.bench.bus.wire import Wire
 from slipbench.bench.loop.realtime_process import realtime_process
 from slipbench.protocol.errors import InputError
 
-LINGER = 1.0  # s after the last node has left
+LIFETIME = 1.0  # s, after the last node has left
 MOST_MEMBERS = 256  # connections; `select`, which waits for microseconds, takes descriptors to 1023
-FULL = f"the bus is full: {MOST_MEMBERS} nodes are on it"
-BACKLOG = 1 << 16  # records that wait for a node that does not read; what comes then is lost
+FULL = f"the bus is full: it has {MOST_MEMBERS} nodes"
+BACKLOG = 1 << 16  # records that wait for a node that does not read; further ones are lost
 
 
 def address(channel: str) -> bytes:
-    """Name the socket of a channel: abstract, of this user, 108 bytes at the most."""
+    """Abstract socket address of a channel of this user, of at most 108 bytes.
+
+    Raises ValueError where the name of the channel is too long.
+    """
     name = f"\0slipbench-bus/{os.getuid()}/".encode() + channel.encode()
     if len(name) > 108:
         raise ValueError(f"the name of the channel is longer than {108 - len(name)} bytes")
@@ -60,17 +64,17 @@ def user_of_peer(link: socket.socket) -> int:
 
 
 class Member:
-    """A process on the bus: its socket, its node once it said hello, what waits for it to read."""
+    """Connection of a node: its socket, its node after its HELLO, the records that wait for it."""
 
     def __init__(self, link: socket.socket) -> None:
-        """Talk through `link`, which never blocks."""
+        """Use the non-blocking socket `link`."""
         self.link = link
         self.node: Node | None = None
         self.waiting: deque[bytes] = deque()
         self.lost = 0
 
-    def tell(self, record: bytes) -> None:
-        """Send a record now, or as soon as there is room for it."""
+    def send(self, record: bytes) -> None:
+        """Send a record now, or when the socket has room for it."""
         if len(self.waiting) >= BACKLOG:
             self.lost += 1
             return
@@ -78,7 +82,7 @@ class Member:
         self.flush()
 
     def flush(self) -> None:
-        """Send what waits, as far as there is room."""
+        """Send the waiting records, as far as the socket has room."""
         try:
             while self.waiting:
                 self.link.send(self.waiting[0])
@@ -86,18 +90,18 @@ class Member:
         except BlockingIOError:
             return
         except OSError:
-            self.waiting.clear()  # it has gone; reading will tell
+            self.waiting.clear()  # the node has left; the next read shows it
         if self.lost:
             self.lost = 0
             state = self.node.state if self.node else Confinement.ACTIVE
-            self.tell(packed_overflow(state, time.monotonic_ns()))
+            self.send(packed_overflow(state, time.monotonic_ns()))
 
 
 class Broker:
-    """The wire, and who is on it."""
+    """The wire and the connections of its nodes."""
 
     def __init__(self, listener: socket.socket) -> None:
-        """Take in whoever connects to `listener`."""
+        """Accept connections at `listener`."""
         self._listener = listener
         self._members: dict[int, Member] = {}
         self._of_node: dict[Node, Member] = {}
@@ -105,7 +109,7 @@ class Broker:
         self._spare = os.open(os.devnull, os.O_RDONLY)
 
     def serve(self) -> None:
-        """Keep the bus running until everybody has left."""
+        """Run the bus until every node has left."""
         alone_since = time.monotonic_ns()
         while True:
             readable, writable = self._wait()
@@ -115,19 +119,19 @@ class Broker:
             for number in readable:
                 if number == self._listener.fileno():
                     self._accept()
-                elif number in self._members:  # it may have been closed to make room meanwhile
+                elif number in self._members:  # it may have been closed meanwhile, to make room
                     self._read(number)
             self._advance()
             now = time.monotonic_ns()
             if self._members:
                 alone_since = now
-            elif now - alone_since > LINGER * 1e9:
+            elif now - alone_since > LIFETIME * 1e9:
                 return
 
     def _wait(self) -> tuple[list[int], list[int]]:
-        """Sleep until somebody speaks, somebody reads, or something ends on the wire."""
+        """Sockets to read and to write, after waiting for one of them or for an event on the wire."""
         due = None if self._wire is None else self._wire.next_ns
-        pause = None if self._members else LINGER
+        pause = None if self._members else LIFETIME
         if due is not None:
             pause = max(0.0, (due - time.monotonic_ns()) * 1e-9)
         readers = [self._listener.fileno(), *self._members]
@@ -136,82 +140,82 @@ class Broker:
         return readable, writable
 
     def _read(self, number: int) -> None:
-        """Read all records that one member has sent."""
+        """Read and handle all records that one member has sent."""
         member = self._members[number]
         try:
             while packet := received(member.link):
-                self._understand(member, unpacked(packet))
+                self._handle(member, unpacked(packet))
         except BlockingIOError:
             return
         except (OSError, ValueError, TypeError, InputError) as cause:
-            member.tell(packed(Kind.REFUSED, str(cause).encode()))
-        self._leave(number, member)
+            member.send(packed(Kind.REFUSED, str(cause).encode()))
+        self._remove(number, member)
 
     def _accept(self) -> None:
-        """Accept a connection of this user; where there is no room, instead of the oldest idle one.
+        """Accept a connection of this user; where there is no room, close the oldest idle one.
 
-        A connection is idle until it says hello.
+        A connection is idle until its HELLO.
         """
         try:
             link, _ = self._listener.accept()
         except BlockingIOError:
-            return  # it has gone again
+            return  # it was closed meanwhile
         except OSError:  # no descriptor is left
             if not self._close_idle():
-                self._turn_away()
+                self._reject_connection()
             return
         if user_of_peer(link) != os.getuid():
             link.close()
             return
         link.setblocking(False)
         if len(self._members) >= MOST_MEMBERS and not self._close_idle():
-            Member(link).tell(packed(Kind.REFUSED, FULL.encode()))
+            Member(link).send(packed(Kind.REFUSED, FULL.encode()))
             link.close()
             return
         self._members[link.fileno()] = Member(link)
 
     def _close_idle(self) -> bool:
-        """Close the oldest connection that has not said hello; False: there is none."""
+        """Close the oldest connection without a HELLO; False where there is none."""
         idle = next((pair for pair in self._members.items() if pair[1].node is None), None)
         if idle is not None:
-            self._leave(*idle)
+            self._remove(*idle)
         return idle is not None
 
-    def _turn_away(self) -> None:
-        """Accept and close a connection with the spare descriptor: it would wait for ever."""
+    def _reject_connection(self) -> None:
+        """Accept and close a connection with the spare descriptor; it would wait for ever otherwise."""
         os.close(self._spare)
         try:
             self._listener.accept()[0].close()
         except OSError:
-            pass  # it has gone again
+            pass  # it was closed meanwhile
         finally:
             self._spare = os.open(os.devnull, os.O_RDONLY)
 
-    def _leave(self, number: int, member: Member) -> None:
+    def _remove(self, number: int, member: Member) -> None:
         del self._members[number]
         if member.node is not None and self._wire is not None:
             del self._of_node[member.node]
             self._wire.detach(member.node)
         member.link.close()
 
-    def _understand(self, member: Member, record: Record) -> None:
-        """Act on a record; raises ValueError, TypeError or InputError for one without sense."""
+    def _handle(self, member: Member, record: Record) -> None:
+        """Act on a record. Raises ValueError, TypeError or InputError for an invalid one."""
         if record.kind is Kind.HELLO:
             self._join(member, Hello.read(record.content))
             return
         if member.node is None or self._wire is None:
-            raise ValueError("the first record must say hello")
+            raise ValueError("the first record must be a HELLO")
         now = min(max(record.time_ns, self._wire.now_ns), time.monotonic_ns())
         if record.kind is Kind.FRAME:
             if not self._wire.offer(frame_in(record), member.node, now):
-                member.tell(packed_refusal(member.node.state, now))
+                member.send(packed_refusal(member.node.state, now))
         elif record.kind is Kind.RESTART:
             self._wire.restart(member.node, now)
         elif record.kind is Kind.FAULTS:
-            self._wire.follow(read_plan(record.content.decode()), now)
+            self._wire.set_faults(read_plan(record.content.decode()), now)
 
     def _join(self, member: Member, hello: Hello) -> None:
-        """Let a member onto the wire, which the first one makes."""
+        """Attach a member to the wire; the first member creates the wire."""
         rates = BitRates(hello.bitrate, hello.data_bitrate)
         if self._wire is None or not self._of_node:
             self._wire = Wire(rates, start_ns=time.monotonic_ns())
@@ -227,10 +231,10 @@ class Broker:
             hello.name, queue, hello.fd, hello.restart_after, hello.room
         )
         self._of_node[member.node] = member
-        member.tell(packed(Kind.WELCOME, time_ns=self._wire.now_ns))
+        member.send(packed(Kind.WELCOME, time_ns=self._wire.now_ns))
 
     def _advance(self) -> None:
-        """Let the wire come up to now, and tell everybody what they heard."""
+        """Advance the wire to the present, and send each member its events."""
         wire = self._wire
         if wire is None:
             return
@@ -239,18 +243,18 @@ class Broker:
             if member is None:
                 continue
             if isinstance(event, Delivery):
-                member.tell(packed_delivery(event, wire.busy_ns))
+                member.send(packed_delivery(event, wire.busy_ns))
             else:
-                member.tell(packed_notice(event))
+                member.send(packed_notice(event))
 
 
 def main(channel: str) -> None:
-    """Serve a channel from a process in the background; returns when it can be connected to."""
+    """Serve a channel from a process in the background; returns when nodes can connect."""
     listener = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
     try:
         listener.bind(address(channel))
     except OSError:
-        return  # somebody else was faster, and serves it
+        return  # another broker was faster, and serves the channel
     listener.listen(64)
     listener.setblocking(False)
     if os.fork():

@@ -1,18 +1,18 @@
-"""A node's error counters, and what they make of it: the fault confinement of ISO 11898-1.
+"""Error counters and error states of a node: the fault confinement of ISO 11898-1.
 
-The counters rise by 8 with an error in what the node sends and by 1 with one in what it hears,
-and fall by 1 with every frame that succeeds. So a node that disturbs the bus takes itself off it.
+An error in a sent frame adds 8, an error in a received frame adds 1, and every successful frame
+subtracts 1. So a node that disturbs the bus goes bus-off.
 """
 
 from enum import IntEnum
 from typing import NamedTuple
 
 WARNING, PASSIVE, OFF = 96, 128, 256
-HEARD_AGAIN = 119  # a passive listener's counter after a good frame; the norm allows 119..127
+REC_AFTER_PASSIVE = 119  # after a good frame; the norm allows 119 to 127
 
 
 class Confinement(IntEnum):
-    """How far a node is trusted with the bus."""
+    """Error state of a node: error-active, error warning, error-passive, bus-off."""
 
     ACTIVE = 0
     WARNED = 1
@@ -28,7 +28,7 @@ class Counters(NamedTuple):
 
     @property
     def state(self) -> Confinement:
-        """Tell how far the node is trusted."""
+        """Error state that follows from the counters."""
         if self.transmit >= OFF:
             return Confinement.OFF
         most = max(self.transmit, self.receive)
@@ -37,23 +37,24 @@ class Counters(NamedTuple):
         return Confinement.WARNED if most >= WARNING else Confinement.ACTIVE
 
     def sent(self) -> "Counters":
-        """Count a frame that was sent and acknowledged."""
+        """Counters after a frame that was sent and acknowledged."""
         return Counters(max(self.transmit - 1, 0), self.receive)
 
-    def heard(self) -> "Counters":
-        """Count a frame that was received."""
-        receive = HEARD_AGAIN if self.receive >= PASSIVE else max(self.receive - 1, 0)
+    def received(self) -> "Counters":
+        """Counters after a frame that was received."""
+        receive = REC_AFTER_PASSIVE if self.receive >= PASSIVE else max(self.receive - 1, 0)
         return Counters(self.transmit, receive)
 
     def send_failed(self, unacknowledged: bool = False) -> "Counters":
-        """Count an error in a frame of its own.
+        """Counters after an error in a sent frame.
 
-        A passive node that merely nobody acknowledges stays as it is: a lone node never goes off.
+        A missing acknowledgement does not count in the error-passive state: a single node on a bus
+        never goes bus-off.
         """
         if unacknowledged and self.state is Confinement.PASSIVE:
             return self
         return Counters(self.transmit + 8, self.receive)
 
-    def hearing_failed(self) -> "Counters":
-        """Count an error in a frame of another; the counter stays where it cannot fall from."""
+    def receive_failed(self) -> "Counters":
+        """Counters after an error in a received frame; REC does not exceed 128."""
         return Counters(self.transmit, min(self.receive + 1, PASSIVE))

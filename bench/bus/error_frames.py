@@ -1,6 +1,6 @@
-"""What SocketCAN tells in an error frame: its class and eight bytes of details (linux/can/error.h).
+"""Error frames in the format of SocketCAN: error class and eight bytes (linux/can/error.h).
 
-candump, python-can and the gateway read it the same on every interface.
+candump, python-can and the gateway then read error frames of all interfaces in the same way.
 """
 
 from slipbench.bench.bus.counters import Confinement, Counters
@@ -15,9 +15,9 @@ CONTROLLER, PROTOCOL, NO_ACK, BUS_OFF, BUS_ERROR, RESTARTED, COUNTERS = (
     0x100,
     0x200,
 )
-WARNED, PASSIVE, ACTIVE = (0x08, 0x04), (0x20, 0x10), 0x40  # transmit and receive; data[1]
+WARNED, PASSIVE, ACTIVE = (0x08, 0x04), (0x20, 0x10), 0x40  # data[1]; TEC and REC
 OVERFLOW = 0x01  # data[1]: the receive buffer was full
-BIT_ERROR, SENDING = 0x04, 0x80  # data[2]: a bit was not as sent; while transmitting
+BIT_ERROR, SENDING = 0x04, 0x80  # data[2]: bit error; while transmitting
 CLASSES = {
     Cause.BIT: PROTOCOL | BUS_ERROR,
     Cause.COLLISION: PROTOCOL | BUS_ERROR,
@@ -28,7 +28,7 @@ CLASSES = {
 
 
 def error_content(cause: Cause, counters: Counters, sending: bool) -> tuple[int, bytes]:
-    """Give class and details of SocketCAN's error frame."""
+    """Error class and eight data bytes of SocketCAN's error frame. sending: error of a sender."""
     state = counters.state
     controller = 0
     if state is Confinement.PASSIVE:
@@ -42,5 +42,5 @@ def error_content(cause: Cause, counters: Counters, sending: bool) -> tuple[int,
     identifier |= CONTROLLER if controller else 0
     protocol = BIT_ERROR if cause in (Cause.BIT, Cause.COLLISION) else 0
     protocol |= SENDING if sending and protocol else 0
-    told = (min(counters.transmit, 255), min(counters.receive, 255))
-    return identifier, bytes((0, controller, protocol, 0, 0, 0, *told))
+    counts = (min(counters.transmit, 255), min(counters.receive, 255))
+    return identifier, bytes((0, controller, protocol, 0, 0, 0, *counts))

@@ -1,4 +1,4 @@
-"""What happens on a wire, as its nodes learn of it."""
+"""Events on the wire, as its nodes receive them."""
 
 from enum import Enum
 from typing import NamedTuple
@@ -9,17 +9,17 @@ from slipbench.bench.bus.node import Node
 
 
 class Cause(Enum):
-    """What a node is told beside frames."""
+    """Cause of a notice to a node."""
 
     BIT = "a bit of the frame was destroyed"
     COLLISION = "another node sent another frame with this identifier"
-    UNACKNOWLEDGED = "no other node heard the frame"
+    UNACKNOWLEDGED = "no other node acknowledged the frame"
     STATE = "the error counters fell"
     RESTARTED = "the node is on the bus again"
 
 
 class Delivery(NamedTuple):
-    """A frame at a node; `own`: the sender learns that its frame was sent."""
+    """Reception of a frame by a node; own: confirmation to the sender that its frame was sent."""
 
     time_ns: int
     node: Node
@@ -28,7 +28,7 @@ class Delivery(NamedTuple):
 
 
 class Notice(NamedTuple):
-    """An error that a node saw, or a change of its state; `dropped` frames of its own are gone."""
+    """Error at a node, or change of its state; dropped: number of its own frames that were lost."""
 
     time_ns: int
     node: Node

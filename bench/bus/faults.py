@@ -1,16 +1,17 @@
-"""What goes wrong on a bus, and when: a plan that gives the same faults whenever it is followed.
+"""Fault injection on a bus: a fault plan gives the same faults whenever it is applied.
 
-A plan is data. Whether a fault strikes a frame is a function of the plan's seed, the fault's place
-in the plan, the frame's number on the wire and its receiver: no state, and no other draw, moves it.
+A plan is data. Whether a fault acts on a frame is a function of the seed of the plan, the position of
+the fault in the plan, the number of the frame on the wire and its receiver. It depends on no state and
+on no other random draw.
 
     FaultPlan(seed=7, faults=(
-        Lost(0.01),                                             # 1 % of everything, always
-        Disturbed(1.0, Where(begin=2.0, senders={"gateway"})),  # the gateway to bus-off at 2 s
-        Frozen(Where(begin=3.0, end=3.5, identifiers={0x30})),  # one message stands still
+        Lost(0.01),                                             # 1 % of all frames, always
+        Disturbed(1.0, Where(begin=2.0, senders={"gateway"})),  # the gateway goes bus-off at 2 s
+        Frozen(Where(begin=3.0, end=3.5, identifiers={0x30})),  # one message is frozen
     ))
 
-What CAN itself detects and repeats is `Disturbed`; all others happen beyond its checks, in a
-receiver's buffer or driver, where nobody on the wire is told.
+`Disturbed` is the fault that CAN itself detects and repeats. All others act after its checks, in the
+buffer or driver of a receiver, where no node on the wire can detect them.
 """
 
 from collections.abc import Set as AbstractSet
@@ -20,13 +21,13 @@ from typing import NamedTuple
 
 from slipbench.bench.bus.frame import Frame
 
-ALL: frozenset[int] = frozenset()
-ANYBODY: frozenset[str] = frozenset()
-LONGEST = 3600.0  # s that a frame may be late
+ALL_IDENTIFIERS: frozenset[int] = frozenset()
+ALL_NODES: frozenset[str] = frozenset()
+LONGEST = 3600.0  # s, largest delay of a frame
 
 
 class Passage(NamedTuple):
-    """A frame on its way to one receiver; `time` in s of the plan, `number` of its attempt."""
+    """Transmission of a frame to one receiver. time: s since the plan began; number: attempt."""
 
     frame: Frame
     number: int
@@ -36,25 +37,25 @@ class Passage(NamedTuple):
 
 
 class Copy(NamedTuple):
-    """What a receiver gets of a frame: the payload, how much later (s), and whether overtaken."""
+    """Copy of a frame at a receiver. delay: s."""
 
     data: bytes
     delay: float = 0.0
-    overtaken: float = 0.0  # s that it waits at most for a later frame to pass it
+    overtaken: float = 0.0  # s, longest wait for a later frame that is delivered first
 
 
 @dataclass(frozen=True, slots=True)
 class Where:
-    """Which frames, and when: s since the plan began; an empty set means every one."""
+    """Frames on which a fault acts. begin, end: s since the plan began; an empty set means all."""
 
     begin: float = 0.0
     end: float = inf
-    identifiers: AbstractSet[int] = ALL
-    senders: AbstractSet[str] = ANYBODY
-    receivers: AbstractSet[str] = ANYBODY
+    identifiers: AbstractSet[int] = ALL_IDENTIFIERS
+    senders: AbstractSet[str] = ALL_NODES
+    receivers: AbstractSet[str] = ALL_NODES
 
     def holds(self, passage: Passage) -> bool:
-        """Tell whether the fault may strike this frame on its way to this receiver."""
+        """Whether the fault may act on this frame at this receiver."""
         return (
             self.begin <= passage.time < self.end
             and (not self.identifiers or passage.frame.identifier in self.identifiers)
@@ -68,9 +69,9 @@ EVERYWHERE = Where()
 
 @dataclass(frozen=True, slots=True)
 class Disturbed:
-    """A bit of the frame is destroyed on the wire: all nodes see it, and the sender repeats it.
+    """A bit of the frame is destroyed on the wire: all nodes detect it, the sender repeats it.
 
-    `chance` per attempt. `where.receivers` has no say: nobody receives a destroyed frame.
+    chance  0..1, of each attempt. `where.receivers` has no effect: no node receives the frame.
     """
 
     chance: float
@@ -79,25 +80,25 @@ class Disturbed:
 
 @dataclass(frozen=True, slots=True)
 class Lost:
-    """A receiver acknowledged the frame and then lost it, as a full buffer does."""
+    """The receiver acknowledges the frame and then loses it, as a full buffer does."""
 
     chance: float
     where: Where = EVERYWHERE
 
-    def strike(self, copies: list[Copy], passage: Passage, draw: float) -> list[Copy]:
-        """Leave nothing."""
+    def apply(self, copies: list[Copy], passage: Passage, draw: float) -> list[Copy]:
+        """No copies."""
         return []
 
 
 @dataclass(frozen=True, slots=True)
 class Corrupted:
-    """One bit of the payload is inverted behind the bus's own CRC, as in a faulty memory."""
+    """One bit of the payload is inverted after the CRC check of CAN, as by a faulty memory."""
 
     chance: float
     where: Where = EVERYWHERE
 
-    def strike(self, copies: list[Copy], passage: Passage, draw: float) -> list[Copy]:
-        """Invert the bit that `draw` names."""
+    def apply(self, copies: list[Copy], passage: Passage, draw: float) -> list[Copy]:
+        """Copies with one inverted bit, selected by `draw` (0..1)."""
         return [copy._replace(data=_inverted(copy.data, draw)) for copy in copies]
 
 
@@ -108,48 +109,48 @@ class Duplicated:
     chance: float
     where: Where = EVERYWHERE
 
-    def strike(self, copies: list[Copy], passage: Passage, draw: float) -> list[Copy]:
-        """Double what there is."""
+    def apply(self, copies: list[Copy], passage: Passage, draw: float) -> list[Copy]:
+        """All copies twice."""
         return [*copies, *copies]
 
 
 @dataclass(frozen=True, slots=True)
 class Delayed:
-    """The receiver gets the frame later: by `by` s, and up to `spread` s more."""
+    """The receiver gets the frame late: by `by` s, and up to `spread` s more."""
 
     chance: float
     by: float
     spread: float = 0.0
     where: Where = EVERYWHERE
 
-    def strike(self, copies: list[Copy], passage: Passage, draw: float) -> list[Copy]:
-        """Let it come later; `draw` says by how much of the spread."""
+    def apply(self, copies: list[Copy], passage: Passage, draw: float) -> list[Copy]:
+        """Delayed copies; `draw` (0..1) is the fraction of `spread` that is added."""
         later = self.by + self.spread * draw
         return [copy._replace(delay=copy.delay + later) for copy in copies]
 
 
 @dataclass(frozen=True, slots=True)
 class Reordered:
-    """The next frame to this receiver overtakes this one, which waits for it `at_most` s."""
+    """The next frame is delivered before this one, which waits for it for `at_most` s."""
 
     chance: float
     at_most: float = 0.010
     where: Where = EVERYWHERE
 
-    def strike(self, copies: list[Copy], passage: Passage, draw: float) -> list[Copy]:
-        """Hold it back."""
+    def apply(self, copies: list[Copy], passage: Passage, draw: float) -> list[Copy]:
+        """Copies that wait for the next frame."""
         return [copy._replace(overtaken=self.at_most) for copy in copies]
 
 
 @dataclass(frozen=True, slots=True)
 class Frozen:
-    """Frames keep the payload of the last one before: counter, CRC and values all stand still."""
+    """Frames repeat the payload before the fault: counter, CRC and values are all frozen."""
 
     where: Where
     chance: float = 1.0
 
-    def strike(self, copies: list[Copy], passage: Passage, draw: float) -> list[Copy]:
-        """Leave it to the wire, which remembers: `Faults` puts the old payload in first."""
+    def apply(self, copies: list[Copy], passage: Passage, draw: float) -> list[Copy]:
+        """Copies as they are: `Faults` has put the old payload in before."""
         return copies
 
 
@@ -158,13 +159,13 @@ Fault = Disturbed | Lost | Corrupted | Duplicated | Delayed | Reordered | Frozen
 
 @dataclass(frozen=True, slots=True)
 class FaultPlan:
-    """Faults, in the order in which they act on a frame, and the seed of their chances."""
+    """Faults, in the order in which they act on a frame, and the seed of their random draws."""
 
     faults: tuple[Fault, ...] = ()
     seed: int = 0
 
     def __post_init__(self) -> None:
-        """Refuse what cannot be followed; raises ValueError."""
+        """Check the values. Raises ValueError for a plan that cannot be applied."""
         for fault in self.faults:
             if not 0 <= fault.chance <= 1:
                 raise ValueError(f"chance = {fault.chance} is not between 0 and 1")
@@ -184,17 +185,17 @@ NO_FAULTS = FaultPlan()
 
 @dataclass
 class Faults:
-    """A plan at work: the plan, and the last payload of each identifier that it may freeze."""
+    """A fault plan and its state: the last payload of each identifier, for `Frozen`."""
 
     plan: FaultPlan
     _last: dict[int, bytes] = field(default_factory=dict)
 
     def __bool__(self) -> bool:
-        """Tell whether anything can go wrong."""
+        """Whether the plan has any fault."""
         return bool(self.plan.faults)
 
     def disturbed(self, passage: Passage) -> float | None:
-        """Tell after which part of its length (0..1) an attempt is destroyed, if it is."""
+        """Fraction (0..1) of its length after which an attempt is destroyed, or None."""
         for index, fault in enumerate(self.plan.faults):
             if isinstance(fault, Disturbed) and fault.where.holds(passage):
                 draw = _draw(self.plan.seed, index, passage.number, "")
@@ -203,7 +204,7 @@ class Faults:
         return None
 
     def remember(self, passage: Passage) -> None:
-        """Keep the payload of a frame that was carried, for whoever freezes the next."""
+        """Store the payload of a frame that was sent, for `Frozen`."""
         for fault in self.plan.faults:
             if isinstance(fault, Frozen):
                 identifier = passage.frame.identifier
@@ -212,7 +213,7 @@ class Faults:
                     self._last[identifier] = passage.frame.data
 
     def copies(self, passage: Passage) -> list[Copy]:
-        """Give what the receiver gets of a frame that the wire carried."""
+        """Copies of a sent frame at the receiver; none where it is lost."""
         copies = [Copy(passage.frame.data)]
         for index, fault in enumerate(self.plan.faults):
             if isinstance(fault, Disturbed) or not fault.where.holds(passage):
@@ -223,7 +224,7 @@ class Faults:
             if isinstance(fault, Frozen):
                 old = self._last.get(passage.frame.identifier, passage.frame.data)
                 copies = [copy._replace(data=old) for copy in copies]
-            copies = fault.strike(copies, passage, draw / fault.chance)
+            copies = fault.apply(copies, passage, draw / fault.chance)
         return copies
 
 
@@ -236,7 +237,7 @@ def _inverted(data: bytes, draw: float) -> bytes:
 
 
 def _draw(seed: int, fault: int, number: int, receiver: str) -> float:
-    """Draw from [0, 1) by hashing what names the draw (splitmix64, Steele et al. 2014)."""
+    """Random number in [0, 1): hash of the arguments (splitmix64, Steele et al. 2014)."""
     name = int.from_bytes(receiver.encode(), "little") % 0xFFFF_FFFB
     state = 0
     for part in (seed, fault, number, name):

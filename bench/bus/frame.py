@@ -1,4 +1,4 @@
-"""A frame as the wire knows it: what it contends with, and how long it takes."""
+"""Frame on the wire: its priority in arbitration and its duration."""
 
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -12,9 +12,9 @@ END_OF_FRAME = 7
 class Frame(NamedTuple):
     """One data or remote frame.
 
-    requested      payload bytes that a remote frame asks for; None for a data frame
-    switches_rate  its data goes at the data rate (BRS); CAN FD only
-    error_passive  what its sender says of itself (ESI); CAN FD only
+    requested      payload bytes that a remote frame requests; None for a data frame
+    switches_rate  its payload is sent at the data rate (BRS); CAN FD only
+    error_passive  error state indicator of its sender (ESI); CAN FD only
     """
 
     identifier: int
@@ -27,10 +27,10 @@ class Frame(NamedTuple):
 
     @property
     def priority(self) -> int:
-        """Give the bits of arbitration as a number: the lowest wins (ISO 11898-1).
+        """Arbitration bits as a number; the lowest wins (ISO 11898-1).
 
-        Base identifier, RTR or SRR, IDE, the rest of a long identifier, its RTR: a data frame wins
-        over a remote one, and a short identifier over a long one that begins with it.
+        Base identifier, RTR or SRR, IDE, identifier extension, RTR: a data frame wins against a
+        remote frame, and a standard identifier against an extended one that begins with it.
         """
         remote = self.requested is not None
         if self.extended:
@@ -40,13 +40,13 @@ class Frame(NamedTuple):
 
     @property
     def after_arbitration(self) -> tuple[bool, int, bytes]:
-        """Give what follows: where two frames with one identifier differ, the lower is dominant."""
+        """Content after arbitration; of two frames with one identifier the lower is dominant."""
         length = len(self.data) if self.requested is None else self.requested
         return self.fd, length, self.data
 
 
 def checked(frame: Frame) -> Frame:
-    """Give a frame back that a controller can send; raises ValueError for any other."""
+    """The frame itself. Raises ValueError where no CAN controller can send it."""
     highest = 0x1FFF_FFFF if frame.extended else 0x7FF
     if not 0 <= frame.identifier <= highest:
         raise ValueError(f"identifier {frame.identifier:#x} is above {highest:#x}")
@@ -70,7 +70,7 @@ class BitRates:
         return 1e9 / self.nominal
 
     def duration(self, frame: Frame) -> float:
-        """Time that a frame holds the wire, its intermission included, ns."""
+        """Duration of a frame with its intermission, ns."""
         if not frame.fd:
             bits = classic_bits(frame.identifier, frame.extended, frame.data, frame.requested)
             return bits * 1e9 / self.nominal

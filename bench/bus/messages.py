@@ -1,4 +1,4 @@
-"""python-can's messages and the wire's frames, each as the other; errors as SocketCAN has them."""
+"""Conversion between messages of python-can and frames of the wire; errors as in SocketCAN."""
 
 import can
 
@@ -16,7 +16,7 @@ STATES = {
 
 
 def frame_of(message: can.Message) -> Frame:
-    """Give the frame that a message asks to be sent; raises ValueError for what is none."""
+    """Frame of a message. Raises ValueError where no CAN controller can send it."""
     return checked(
         Frame(
             message.arbitration_id,
@@ -31,7 +31,7 @@ def frame_of(message: can.Message) -> Frame:
 
 
 def message_of(frame: Frame, timestamp: float, own: bool, channel: str | None) -> can.Message:
-    """Give a frame as python-can does; `timestamp` in s."""
+    """Message of a frame. timestamp: s; own: sent by the receiver itself."""
     return can.Message(
         timestamp,
         frame.identifier,
@@ -49,7 +49,7 @@ def message_of(frame: Frame, timestamp: float, own: bool, channel: str | None) -
 
 
 def error_of(notice: Notice, timestamp: float, channel: str | None) -> can.Message:
-    """Give what a node was told beside frames as an error frame."""
+    """Error frame of a notice to a node. timestamp: s."""
     identifier, data = error_content(notice.cause, notice.counters, notice.sending)
     return error_message(identifier, data, timestamp, channel)
 
@@ -57,7 +57,7 @@ def error_of(notice: Notice, timestamp: float, channel: str | None) -> can.Messa
 def error_message(
     identifier: int, data: bytes, timestamp: float, channel: str | None
 ) -> can.Message:
-    """Make an error frame of its class and details."""
+    """Error frame with a class (identifier) and eight data bytes. timestamp: s."""
     return can.Message(
         timestamp,
         identifier,

@@ -1,4 +1,4 @@
-"""Opening a python-can bus: room for what is not read at once, and errors that say what to do."""
+"""Opening a python-can bus: receive buffer, transmit queue, and errors with their remedies."""
 
 import contextlib
 import errno
@@ -23,18 +23,18 @@ BIT_RATE_SET_ELSEWHERE = ("socketcan", "virtual")  # by `ip link`, or not at all
 
 LONGEST_NAME = 15  # characters of a bus's name in a record: IFNAMSIZ of <net/if.h>
 
-QUEUE_LENGTH = 16  # frames: what a node sends within 3 ms; older ones are better not sent at all
+QUEUE_LENGTH = 16  # frames: what a node sends within 3 ms; older frames should not be sent at all
 
-# Bytes of the kernel's memory for frames that were not read yet, as it counts them itself: some
-# 760 a frame. The default of 208 KiB is full after 280 frames, 70 ms of a bus at 60 % load, and
-# what comes then is lost without a word; this holds more than 2 s.
+# Bytes of kernel memory for frames that were not read yet, as the kernel counts them: about 760 for
+# each frame. The default of 208 KiB is full after 280 frames, 70 ms of a bus at 60 % load; further
+# frames are lost without an error. This size holds more than 2 s.
 RECEIVE_BUFFER = 8 << 20
-SO_RCVBUFFORCE = 33  # of <asm/socket.h>: beyond net.core.rmem_max, for who may administer networks
+SO_RCVBUFFORCE = 33  # of <asm/socket.h>: above net.core.rmem_max, with the right CAP_NET_ADMIN
 
 
 @dataclass(frozen=True)
 class BusAddress:
-    """Where a bus is: python-can's interface and channel, its bit rate (bit/s), and CAN FD."""
+    """Address of a bus: python-can's interface and channel, bit rate (bit/s), CAN FD or not."""
 
     interface: str
     channel: str
@@ -43,16 +43,17 @@ class BusAddress:
 
     @property
     def name(self) -> str:
-        """Name the bus as recordings do: without spaces, no longer than a Linux interface is."""
+        """Name of the bus in recordings: no spaces, at most as long as a Linux interface name."""
         name = "".join(c if c.isalnum() else "_" for c in self.channel) or self.interface
         return name[-LONGEST_NAME:]
 
 
 def open_bus(address: BusAddress, receive_own_messages: bool, in_order: bool = False) -> can.BusABC:
-    """Open the bus; raises InputError with the remedy where it cannot be.
+    """Open bus. Raises InputError with the remedy where it cannot be opened.
 
-    in_order  frames leave as they were sent, on the virtual bus too, where a node otherwise offers
-              its most urgent one first; SocketCAN's queue keeps order, other hardware may not
+    receive_own_messages  the bus also receives the frames that it sent
+    in_order  frames are sent in order on the virtual bus too, where a node otherwise sends its most
+              urgent frame first; SocketCAN keeps the order, other hardware may not
     """
     channel: str | int = address.channel
     if address.interface == "kvaser" and address.channel.isdigit():
@@ -62,7 +63,7 @@ def open_bus(address: BusAddress, receive_own_messages: bool, in_order: bool = F
     )
     if address.fd:
         options["fd"] = True
-    # On the virtual bus one node speaks for several devices, as does a gateway.
+    # On the virtual bus one node sends the messages of several devices, as a gateway does.
     if address.interface == "slipbench" and not in_order:
         options |= {"urgent_first": True, "queue_length": QUEUE_LENGTH}
     try:
@@ -82,48 +83,48 @@ def open_bus(address: BusAddress, receive_own_messages: bool, in_order: bool = F
             found=f"{type(cause).__name__}: {cause}",
             remedy=remedy.format(channel=address.channel, bitrate=address.bitrate),
         ) from cause
-    widen(bus)
+    enlarge_receive_buffer(bus)
     return bus
 
 
 def interface_down(fault: can.CanError) -> bool:
-    """Tell whether the interface itself is no more, or down; a queue that is full has room later.
+    """Whether the error means that the interface is down or removed, and not a full queue.
 
-    Linux reports it once, to whichever call comes next: one that sends may be the only one told.
+    Linux reports this once, to the next call: it may be only a call that sends.
     """
     return fault.error_code in (errno.ENETDOWN, errno.ENODEV, errno.ENXIO)
 
 
 @contextlib.contextmanager
 def bus_failure_as_input_error(address: BusAddress) -> Iterator[None]:
-    """Raise InputError with the remedy where the bus at `address` fails within the block."""
+    """Raises InputError with the remedy where a CanError ends the block."""
     try:
         yield
     except can.CanError as cause:
         raise InputError(
-            f"the CAN bus is gone: interface {address.interface!r}, channel {address.channel!r}",
+            f"the CAN bus failed: interface {address.interface!r}, channel {address.channel!r}",
             found=f"{type(cause).__name__}: {cause}",
-            remedy="see to the interface, and start again",
+            remedy="check the interface, and start again",
         ) from cause
 
 
-def widen(bus: can.BusABC) -> None:
-    """Ask the kernel for room for `RECEIVE_BUFFER` bytes of frames; SocketCAN only."""
+def enlarge_receive_buffer(bus: can.BusABC) -> None:
+    """Request a receive buffer of `RECEIVE_BUFFER` bytes from the kernel; SocketCAN only."""
     if not isinstance(bus, SocketcanBus):
         return
     for option in (SO_RCVBUFFORCE, socket.SO_RCVBUF):
-        with contextlib.suppress(OSError):  # what was granted is asked for, and told
+        with contextlib.suppress(OSError):  # `receive_buffer` reads what was granted
             bus.socket.setsockopt(socket.SOL_SOCKET, option, RECEIVE_BUFFER // 2)  # it doubles it
             return
 
 
 def receive_buffer(bus: can.BusABC) -> int | None:
-    """Tell how many bytes of frames the kernel keeps for this bus; None where it is not asked."""
+    """Size of the kernel's receive buffer of this bus, bytes; None except for SocketCAN."""
     if not isinstance(bus, SocketcanBus):
         return None
     return bus.socket.getsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF)
 
 
 def stamps_wall_time(bus: can.BusABC) -> bool:
-    """Tell whether this bus stamps frames with the wall clock, as Linux does."""
+    """Whether the time stamps of this bus are those of the wall clock, as in Linux."""
     return isinstance(bus, SocketcanBus)

@@ -1,4 +1,4 @@
-"""A plan of faults as JSON text, so that it can be kept in a file and sent to another process."""
+"""Fault plan as JSON text, for files and for other processes."""
 
 import json
 from dataclasses import asdict, fields
@@ -26,19 +26,19 @@ SETS = ("identifiers", "senders", "receivers")
 
 
 def plan_text(plan: FaultPlan) -> str:
-    """Write a plan; `read_plan` gives it back as it was."""
+    """JSON text of a fault plan; `read_plan` reads it back unchanged."""
     faults = [{"fault": type(fault).__name__.lower(), **_plain(fault)} for fault in plan.faults]
     return json.dumps({"seed": plan.seed, "faults": faults})
 
 
 def read_plan(text: str) -> FaultPlan:
-    """Read a plan. Raises InputError for what is none."""
+    """Fault plan of a JSON text. Raises InputError where it is not valid."""
     try:
-        told = json.loads(text)
-        return FaultPlan(tuple(_fault(each) for each in told["faults"]), int(told["seed"]))
+        document = json.loads(text)
+        return FaultPlan(tuple(_fault(each) for each in document["faults"]), int(document["seed"]))
     except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as cause:
         raise InputError(
-            "not a plan of faults",
+            "not a fault plan",
             expected=f'{{"seed": 0, "faults": [{{"fault": one of {", ".join(KINDS)}, ...}}]}}',
             found=f"{type(cause).__name__}: {cause}",
         ) from cause
@@ -52,8 +52,8 @@ def _plain(fault: Fault) -> dict[str, Any]:
     return plain
 
 
-def _fault(told: dict[str, Any]) -> Fault:
-    values = dict(told)
+def _fault(entry: dict[str, Any]) -> Fault:
+    values = dict(entry)
     kind = KINDS[values.pop("fault")]
     where: dict[str, Any] = {
         name: frozenset(value) if name in SETS else float(value)

@@ -1,4 +1,4 @@
-"""The python-can interface "slipbench": a node of a virtual bus that other processes share."""
+"""python-can interface "slipbench": a node of a virtual bus that several processes share."""
 
 import os
 import select
@@ -33,23 +33,23 @@ from slipbench.bench.bus.records import (
     unpacked,
 )
 
-ROOT = Path(__file__).parents[3]  # what a broker must find on its path
-PATIENCE = 5.0  # s for a broker to answer
-GLANCE = 0.05  # s: how long one thread may miss what another has taken in
-RECORD = 1024  # bytes that the kernel counts for a record under way to the broker, 768 here
-SEND_BUFFER_FORCE = 32  # SO_SNDBUFFORCE of <asm/socket.h>: beyond the limit, for those who may
+ROOT = Path(__file__).parents[3]  # the broker needs it in its import path
+TIMEOUT = 5.0  # s, for a reply of the broker
+POLL_PERIOD = 0.05  # s between two checks of the inbox: another thread may have filled it
+RECORD = 1024  # bytes that the kernel counts for a record to the broker, 768 here
+SEND_BUFFER_FORCE = 32  # SO_SNDBUFFORCE of <asm/socket.h>: above the limit, with the right to
 
 
 class SlipbenchBus(can.BusABC):
-    """A bus with the timing, the arbitration and the faults of a real one, without hardware.
+    """Bus with the timing, the arbitration and the faults of a real bus, without hardware.
 
         can.Bus(interface="slipbench", channel="bike", bitrate=1_000_000)
 
-    All that open one channel, of this user and this machine, share a wire. What the wire imitates,
-    and what it does not, is told in `bench/bus/wire.py`. Beyond that, in real time: deliveries are
-    as late as the machine is (their time stamps are not); a frame that reaches the broker after
-    the wire has gone on contends with the next; all nodes must ask for the same bit rates. A
-    channel's wire lives as long as anybody is on it.
+    All nodes of one channel, of one user on one machine, share a wire. `bench/bus/wire.py` states
+    what it models and what it does not. In addition, in real time: deliveries are late where the
+    machine is (their time stamps are not); a frame that reaches the broker after the wire has
+    advanced takes part in the next arbitration; all nodes must request the same bit rates. The wire
+    of a channel exists as long as a node is on it.
     """
 
     def __init__(
@@ -66,16 +66,15 @@ class SlipbenchBus(can.BusABC):
         urgent_first: bool = False,
         single_handle: bool = True,
     ) -> None:
-        """Join the bus `channel`; the first to do so starts it.
+        """Join the bus `channel`; the first node starts it.
 
         bitrate, data_bitrate  bit/s; the latter for CAN FD frames that switch their rate
-        name                   what a plan of faults calls this node
-        restart_after          s after which a node that went off the bus begins to recover; None:
-                               it stays off until `restart`
-        queue_length           frames that wait in this node; Linux has 10 on hardware
-        urgent_first           it offers its most urgent frame, as a controller with mailboxes does,
-                               instead of sending in order
-        single_handle          means nothing here; python-can's tests pass it to every interface
+        name                   name of this node in a fault plan
+        restart_after          s after bus-off at which recovery begins; None: only at `restart`
+        queue_length           frames, capacity of the transmit queue; Linux has 10 on hardware
+        urgent_first           sends its most urgent frame first, as a controller with mailboxes
+                               does, instead of sending in order
+        single_handle          has no effect; python-can's tests pass it to every interface
 
         Raises CanInitializationError where the bus cannot be joined.
         """
@@ -97,7 +96,7 @@ class SlipbenchBus(can.BusABC):
             queue_length,
             urgent_first,
         )
-        self._link = _joined(self._channel, hello)
+        self._link = _join(self._channel, hello)
         _make_room(self._link, queue_length * RECORD)
         self._since = self._until = (time.monotonic_ns(), 0)  # time and busy time, ns
         super().__init__(channel=channel, can_filters=can_filters)
@@ -105,67 +104,67 @@ class SlipbenchBus(can.BusABC):
     def send(self, msg: can.Message, timeout: float | None = None) -> None:
         """Queue a frame; waits up to `timeout` s where the queue is full, by default not at all.
 
-        Raises CanOperationError where it stays full, or the node is off the bus.
+        Raises CanOperationError where the queue stays full, or the node is bus-off.
         """
         frame = self._sendable(msg)
         deadline = time.monotonic() + (timeout or 0.0)
         if self._unsent >= self._room:
-            self._take_in()
+            self._receive_waiting()
         while self._unsent >= self._room and time.monotonic() < deadline:
-            self._wait(min(GLANCE, max(0.0, deadline - time.monotonic())))
-            self._take_in()
+            self._wait(min(POLL_PERIOD, max(0.0, deadline - time.monotonic())))
+            self._receive_waiting()
         if self._confinement is Confinement.OFF:
-            raise can.CanOperationError("bus off: the node has left the bus after too many errors")
+            raise can.CanOperationError("bus off: too many errors")
         if self._unsent >= self._room:
             raise can.CanOperationError("Transmit buffer full")
-        self._tell(packed_frame(frame, time.monotonic_ns()), deadline)
+        self._send_record(packed_frame(frame, time.monotonic_ns()), deadline)
         self._unsent += 1
 
     @property
     def state(self) -> can.BusState:
-        """Tell the controller's state: ACTIVE, PASSIVE (error-passive) or ERROR (off the bus)."""
-        self._take_in()
+        """State of the controller: ACTIVE, PASSIVE (error-passive) or ERROR (bus-off)."""
+        self._receive_waiting()
         return STATES[self._confinement]
 
     @state.setter
     def state(self, new_state: can.BusState) -> None:
-        raise NotImplementedError("a controller's state follows from its error counters")
+        raise NotImplementedError("the state of a controller follows from its error counters")
 
     def restart(self) -> None:
-        """Begin to recover, when off the bus: after 128 times 11 recessive bits it is back."""
-        self._tell(packed(Kind.RESTART, time_ns=time.monotonic_ns()))
+        """Begin recovery from bus-off: it ends after 128 times 11 recessive bits."""
+        self._send_record(packed(Kind.RESTART, time_ns=time.monotonic_ns()))
 
     def inject(self, plan: FaultPlan) -> None:
-        """Let the whole bus follow this plan of faults from now on, instead of any other."""
-        self._tell(packed(Kind.FAULTS, plan_text(plan).encode(), time.monotonic_ns()))
+        """Apply this fault plan to the whole bus from now on, instead of any other."""
+        self._send_record(packed(Kind.FAULTS, plan_text(plan).encode(), time.monotonic_ns()))
 
     def load(self) -> float:
-        """Tell which part of the time (0..1) the wire was busy, from joining to the last frame."""
-        self._take_in()
+        """Bus load (0..1): fraction of time in which the wire was busy, from joining to the last frame."""
+        self._receive_waiting()
         (begin, busy_before), (end, busy) = self._since, self._until
         return (busy - busy_before) / (end - begin) if end > begin else 0.0
 
     def fileno(self) -> int:
-        """Give what `select` waits on; what `recv(0)` still gives has been taken from it before."""
+        """File descriptor for `select`; `recv(0)` may also have frames that were read from it before."""
         return self._link.fileno()
 
     def shutdown(self) -> None:
-        """Leave the bus; what was sent is still sent."""
+        """Leave the bus; queued frames are still sent."""
         super().shutdown()
         self._link.close()
 
     def _recv_internal(self, timeout: float | None) -> tuple[can.Message | None, bool]:
         deadline = None if timeout is None else time.monotonic() + timeout
         while True:
-            self._take_in()
+            self._receive_waiting()
             try:
                 return self._inbox.popleft(), False
             except IndexError:
                 pass
-            left = GLANCE if deadline is None else deadline - time.monotonic()
-            if left <= 0:
+            remaining = POLL_PERIOD if deadline is None else deadline - time.monotonic()
+            if remaining <= 0:
                 return None, False
-            self._wait(min(left, GLANCE))
+            self._wait(min(remaining, POLL_PERIOD))
 
     def _wait(self, seconds: float) -> None:
         try:
@@ -173,8 +172,8 @@ class SlipbenchBus(can.BusABC):
         except (OSError, ValueError) as cause:
             raise can.CanOperationError(f"the bus is closed: {cause}") from cause
 
-    def _take_in(self) -> None:
-        """Read all that the broker has said."""
+    def _receive_waiting(self) -> None:
+        """Read and handle all records that the broker has sent."""
         with self._reading:
             while True:
                 try:
@@ -184,10 +183,10 @@ class SlipbenchBus(can.BusABC):
                 except OSError as cause:
                     raise can.CanOperationError(f"the bus is closed: {cause}") from cause
                 if not packet:
-                    raise can.CanOperationError("the bus is gone: its broker has ended")
-                self._understand(unpacked(packet))
+                    raise can.CanOperationError("the broker of the bus has ended")
+                self._handle(unpacked(packet))
 
-    def _understand(self, record: Record) -> None:
+    def _handle(self, record: Record) -> None:
         stamp = (record.time_ns + self._origin) * 1e-9
         if record.kind is Kind.FRAME:
             own = bool(record.flags & OWN)
@@ -204,50 +203,56 @@ class SlipbenchBus(can.BusABC):
             message = error_message(record.number, record.content, stamp, self._channel)
             self._inbox.append(message)
         elif record.kind is Kind.REFUSED:
-            raise can.CanOperationError(f"the bus refused: {record.content.decode()}")
+            raise can.CanOperationError(f"rejected by the bus: {record.content.decode()}")
 
     def _sendable(self, message: can.Message) -> Frame:
         if message.is_error_frame:
             raise can.CanOperationError(
-                "a controller sends error frames by itself; inject a plan of faults instead"
+                "only a controller itself sends error frames; inject a fault plan instead"
             )
         if message.is_fd and not self._fd:
             raise can.CanOperationError("the bus was opened for classic CAN; open it with fd=True")
         return frame_of(message)
 
-    def _tell(self, record: bytes, deadline: float = 0.0) -> None:
-        """Give a record to the broker; where it is far behind, wait for it until `deadline`, s."""
+    def _send_record(self, record: bytes, deadline: float = 0.0) -> None:
+        """Send a record to the broker; where its socket is full, wait until `deadline` (s).
+
+        Raises CanOperationError where the socket stays full or is closed.
+        """
         while True:
             try:
                 self._link.send(record)
             except BlockingIOError as cause:
-                left = deadline - time.monotonic()
-                if left <= 0:
+                remaining = deadline - time.monotonic()
+                if remaining <= 0:
                     raise can.CanOperationError("Transmit buffer full") from cause
-                select.select([], [self._link], [], left)
+                select.select([], [self._link], [], remaining)
             except OSError as cause:
                 raise can.CanOperationError(f"the bus is closed: {cause}") from cause
             else:
                 return
 
 
-def _joined(channel: str, hello: Hello) -> socket.socket:
-    """Connect to the channel's broker, which is started where there is none, and be let in."""
+def _join(channel: str, hello: Hello) -> socket.socket:
+    """Connection to the broker of a channel after HELLO and WELCOME; starts a broker if needed.
+
+    Raises CanInitializationError where the bus cannot be joined.
+    """
     try:
         link = _connected(channel)
         link.send(packed(Kind.HELLO, hello.text()))
-        answer = unpacked(received(link))
+        reply = unpacked(received(link))
     except (OSError, ValueError, subprocess.SubprocessError) as cause:
         raise can.CanInitializationError(f"slipbench bus '{channel}': {cause}") from cause
-    if answer.kind is not Kind.WELCOME:
+    if reply.kind is not Kind.WELCOME:
         link.close()
-        raise can.CanInitializationError(f"slipbench bus '{channel}': {answer.content.decode()}")
+        raise can.CanInitializationError(f"slipbench bus '{channel}': {reply.content.decode()}")
     link.setblocking(False)
     return link
 
 
 def _make_room(link: socket.socket, size: int) -> None:
-    """Let `size` bytes wait for the broker, or as many as the system allows."""
+    """Set the send buffer to `size` bytes, or to as many as the system allows."""
     try:
         link.setsockopt(socket.SOL_SOCKET, SEND_BUFFER_FORCE, size)
     except OSError:
@@ -255,10 +260,10 @@ def _make_room(link: socket.socket, size: int) -> None:
 
 
 def _connected(channel: str) -> socket.socket:
-    deadline = time.monotonic() + PATIENCE
+    deadline = time.monotonic() + TIMEOUT
     while True:
         link = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
-        link.settimeout(PATIENCE)
+        link.settimeout(TIMEOUT)
         try:
             link.connect(address(channel))
         except ConnectionRefusedError:
@@ -271,21 +276,21 @@ def _connected(channel: str) -> socket.socket:
     if (user := user_of_peer(link)) != os.getuid():
         link.close()
         raise PermissionError(
-            f"its address is taken by user {user}, and a broker of user {os.getuid()} is expected; "
+            f"user {user} has taken its address, but a broker of user {os.getuid()} is expected; "
             "choose another channel"
         )
     return link
 
 
 def _start_broker(channel: str) -> None:
-    """Start a broker, which goes into the background once it can be connected to."""
+    """Start a broker; returns when nodes can connect to it."""
     path = os.pathsep.join(filter(None, (str(ROOT), os.environ.get("PYTHONPATH"))))
     subprocess.run(
         [sys.executable, "-m", "slipbench.bench.bus.broker", channel],
         check=True,
-        timeout=PATIENCE,
+        timeout=TIMEOUT,
         env={**os.environ, "PYTHONPATH": path},
-        start_new_session=True,  # Ctrl-C is for whoever opens the bus
+        start_new_session=True,  # Ctrl-C must not end the broker
         stdin=subprocess.DEVNULL,
         stdout=subprocess.DEVNULL,
         stderr=subprocess.DEVNULL,

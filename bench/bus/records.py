@@ -1,7 +1,7 @@
-"""What a broker of a bus and its nodes tell each other: one record, one packet.
+"""Protocol between the broker of a bus and its nodes: one record in each packet.
 
-A head of fixed size, then up to 64 bytes of payload, or the JSON text of what is said once. Times
-are of the machine's monotonic clock, which all its processes share.
+A record has a head of fixed size, then a payload of up to 64 bytes or a JSON text. Times are those of
+the monotonic clock of the machine, which all its processes share.
 """
 
 import json
@@ -19,12 +19,12 @@ from slipbench.bench.bus.frame import Frame, checked
 
 HEAD = struct.Struct("=BBBBIqQ")
 FASTEST = 20_000_000  # bit/s
-LARGEST = 1 << 16  # bytes of a record: a plan of faults
+LARGEST = 1 << 16  # bytes of a record: a fault plan
 EXTENDED, REMOTE, FD, SWITCHES_RATE, ERROR_PASSIVE, OWN = 1, 2, 4, 8, 16, 32
 
 
 class Kind(IntEnum):
-    """What a record says; nodes say the first four."""
+    """Type of a record; nodes send the first four."""
 
     HELLO = 1
     FRAME = 2
@@ -38,10 +38,10 @@ class Kind(IntEnum):
 class Record(NamedTuple):
     """One record.
 
-    detail    of a frame, what a remote one asks for; of an error, the node's `Confinement`
-    number    of a frame, its identifier; of an error, SocketCAN's class
-    time_ns   when it was sent, or arrived
-    busy_ns   how long the wire had been busy until then; of an error, the frames that it dropped
+    detail    frame: payload length that a remote frame requests; error: state (`Confinement`)
+    number    frame: identifier; error: error class of SocketCAN
+    time_ns   time of sending or of arrival
+    busy_ns   frame: time for which the wire has been busy; error: number of dropped frames
     """
 
     kind: Kind
@@ -55,7 +55,7 @@ class Record(NamedTuple):
 
 @dataclass(frozen=True)
 class Hello:
-    """Who wants to join, how it sends, and at which rates the bus must run (bit/s)."""
+    """Request of a node to join: its name, its transmit queue, and bit rates in bit/s."""
 
     name: str
     bitrate: int
@@ -66,24 +66,24 @@ class Hello:
     urgent_first: bool
 
     def text(self) -> bytes:
-        """Write it as JSON."""
+        """JSON text of the request."""
         return json.dumps(asdict(self)).encode()
 
     @classmethod
     def read(cls, text: bytes) -> "Hello":
-        """Read it; raises ValueError or TypeError for what is none."""
+        """Request of a JSON text. Raises ValueError or TypeError where it is not valid."""
         try:
-            told = json.loads(text)
+            document = json.loads(text)
         except RecursionError as cause:
-            raise ValueError("this is no hello") from cause
-        hello = cls(**told) if isinstance(told, dict) else None
-        if hello is None or not hello.sensible:
-            raise ValueError(f"this is no hello: {told!r:.200}")
+            raise ValueError("not a valid HELLO") from cause
+        hello = cls(**document) if isinstance(document, dict) else None
+        if hello is None or not hello.valid:
+            raise ValueError(f"not a valid HELLO: {document!r:.200}")
         return hello
 
     @property
-    def sensible(self) -> bool:
-        """Tell whether a wire can do what this asks for."""
+    def valid(self) -> bool:
+        """Whether all values are of the right type and within their bounds."""
         counts = (self.bitrate, self.data_bitrate, self.room)
         wait = self.restart_after
         return (
@@ -94,10 +94,10 @@ class Hello:
 
 
 def received(link: socket.socket) -> bytes:
-    """Receive a record, or b"" where the other side has left and all that it sent is here.
+    """Next record, or b"" where the other side has left and all its records were read.
 
-    Who leaves without having read everything resets the connection. That is told once, and before
-    the records that it sent, which may be what hands a vehicle back.
+    A process that leaves with unread records resets the connection. The reset is reported once,
+    before the records that it sent; these may release authority, and must be read.
     """
     try:
         return link.recv(LARGEST)
@@ -106,12 +106,12 @@ def received(link: socket.socket) -> bytes:
 
 
 def packed(kind: Kind, content: bytes = b"", time_ns: int = 0) -> bytes:
-    """Write a record that is no frame."""
+    """Packet of a record that is not a frame."""
     return HEAD.pack(kind, 0, 0, 0, 0, time_ns, 0) + content
 
 
 def packed_frame(frame: Frame, time_ns: int, own: bool = False, busy_ns: int = 0) -> bytes:
-    """Write a frame."""
+    """Packet of a frame."""
     flags = (
         (EXTENDED if frame.extended else 0)
         | (FD if frame.fd else 0)
@@ -127,39 +127,39 @@ def packed_frame(frame: Frame, time_ns: int, own: bool = False, busy_ns: int = 0
 
 
 def packed_delivery(delivery: Delivery, busy_ns: int) -> bytes:
-    """Write what a node hears."""
+    """Packet of a frame that a node receives."""
     return packed_frame(delivery.frame, delivery.time_ns, delivery.own, busy_ns)
 
 
 def packed_notice(notice: Notice) -> bytes:
-    """Write what a node is told beside frames."""
+    """Packet of a notice to a node."""
     number, data = error_content(notice.cause, notice.counters, notice.sending)
     state = notice.counters.state
     return HEAD.pack(Kind.ERROR, 0, state, 0, number, notice.time_ns, notice.dropped) + data
 
 
 def packed_refusal(state: Confinement, time_ns: int) -> bytes:
-    """Write that a node's frame was dropped, for the node is off the bus or its queue is full."""
+    """Packet that reports a dropped frame: its sender is bus-off or its queue is full."""
     number = BUS_OFF if state is Confinement.OFF else 0
     return HEAD.pack(Kind.ERROR, 0, state, 0, number | CONTROLLER, time_ns, 1) + bytes(8)
 
 
 def packed_overflow(state: Confinement, time_ns: int) -> bytes:
-    """Write that frames were lost because the node did not read."""
+    """Packet that reports lost frames, because the node did not read."""
     details = bytes((0, OVERFLOW, 0, 0, 0, 0, 0, 0))
     return HEAD.pack(Kind.ERROR, 0, state, 0, CONTROLLER, time_ns, 0) + details
 
 
 def unpacked(packet: bytes) -> Record:
-    """Read a record; raises ValueError for what is none."""
+    """Record of a packet. Raises ValueError where it is not valid."""
     if len(packet) < HEAD.size:
-        raise ValueError(f"{len(packet)} bytes are no record")
+        raise ValueError(f"a record has at least {HEAD.size} bytes, not {len(packet)}")
     kind, flags, detail, _, number, time_ns, busy_ns = HEAD.unpack_from(packet)
     return Record(Kind(kind), flags, detail, number, time_ns, busy_ns, packet[HEAD.size :])
 
 
 def frame_in(record: Record) -> Frame:
-    """Give the frame of a record; raises ValueError for what no controller can send."""
+    """Frame of a record. Raises ValueError where no CAN controller can send it."""
     flags = record.flags
     return checked(
         Frame(
@@ -175,5 +175,5 @@ def frame_in(record: Record) -> Frame:
 
 
 def state_in(record: Record) -> Confinement:
-    """Give the state of the node that an error record tells."""
+    """State of the node in an error record."""
     return Confinement(record.detail)

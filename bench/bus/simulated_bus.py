@@ -1,6 +1,6 @@
-"""A CAN bus on the simulated clock: the model of the wire under python-can's buses.
+"""CAN bus on the simulated clock: python-can buses as nodes of the model of the wire.
 
-What it imitates, and what it does not, stands in `bench/bus/wire.py`.
+`bench/bus/wire.py` states what it models and what it does not.
 """
 
 from collections import deque
@@ -18,7 +18,7 @@ from slipbench.bench.bus.wire import Wire
 
 
 class SimulatedBus:
-    """The wire; nodes are python-can buses, so that the gateway cannot tell the difference."""
+    """The wire; its nodes are python-can buses, as on hardware."""
 
     def __init__(
         self,
@@ -27,33 +27,33 @@ class SimulatedBus:
         faults: FaultPlan = NO_FAULTS,
         start_ns: int = 0,
     ) -> None:
-        """Run at these rates (bit/s); the plan of faults begins at `start_ns`."""
+        """Run at these bit rates (bit/s); the fault plan begins at `start_ns`."""
         self.wire = Wire(BitRates(bitrate, data_bitrate), faults, start_ns)
         self._nodes: dict[Node, SimulatedNode] = {}
 
     @property
     def now_ns(self) -> int:
-        """Tell the time to which the bus has been advanced."""
+        """Time to which the bus has been advanced, ns."""
         return self.wire.now_ns
 
     def node(
         self, name: str, receive_own_messages: bool = False, restart_after: float | None = None
     ) -> "SimulatedNode":
-        """Attach one more node, which offers its most urgent frame first.
+        """New node, which sends its most urgent frame first.
 
-        `restart_after` s after it went off the bus it begins to recover; None: never.
+        restart_after: s after bus-off at which recovery begins; None: never.
         """
         node = self.wire.attach(name, MostUrgent(), restart_after=restart_after)
         self._nodes[node] = SimulatedNode(self, node, receive_own_messages)
         return self._nodes[node]
 
     def detach(self, node: Node) -> None:
-        """Take a node off the bus."""
+        """Remove a node from the bus."""
         self.wire.detach(node)
         self._nodes.pop(node, None)
 
     def advance_to(self, time_ns: int) -> None:
-        """Deliver every frame that ends by `time_ns`; one that has begun is not preempted."""
+        """Deliver every frame that ends by `time_ns`; a frame that has begun is not preempted."""
         for event in self.wire.advance(time_ns):
             listener = self._nodes.get(event.node)
             if listener is None:
@@ -69,25 +69,25 @@ class SimulatedNode(can.BusABC):
     """One node of the simulated bus."""
 
     def __init__(self, bus: SimulatedBus, node: Node, receive_own_messages: bool) -> None:
-        """Speak for `node` of `bus`."""
+        """Send and receive as `node` of `bus`."""
         self._wire, self._node, self.receive_own_messages = bus, node, receive_own_messages
         self.inbox: deque[can.Message] = deque()
         self.channel_info = f"simulated: {node.name}"
         super().__init__(channel=node.name)
 
     def send(self, msg: can.Message, timeout: float | None = None) -> None:
-        """Queue a frame for arbitration."""
+        """Queue a frame. Raises CanOperationError where the queue is full or the node is bus-off."""
         if not self._wire.wire.offer(frame_of(msg), self._node, self._wire.now_ns):
             raise can.CanOperationError("bus off" if self._node.off else "Transmit buffer full")
 
     @property
     def state(self) -> can.BusState:
-        """Tell the controller's state: ACTIVE, PASSIVE (error-passive) or ERROR (off the bus)."""
+        """State of the controller: ACTIVE, PASSIVE (error-passive) or ERROR (bus-off)."""
         return STATES[self._node.state]
 
     @state.setter
     def state(self, new_state: can.BusState) -> None:
-        raise NotImplementedError("a controller's state follows from its error counters")
+        raise NotImplementedError("the state of a controller follows from its error counters")
 
     def shutdown(self) -> None:
         """Leave the bus."""

@@ -1,24 +1,24 @@
-"""The wire of a CAN bus and the controllers on it, as a model: times and frames in, events out.
+"""Model of the wire of a CAN bus and its controllers: frames and times in, events out.
 
-No clock, no I/O and no chance of its own: `advance(t)` gives everything that happens until `t`, and
-the same calls give the same events. It imitates, after ISO 11898-1:
+It has no clock, no I/O and no random state: `advance(t)` returns all events until `t`, and the same
+calls return the same events. It models, after ISO 11898-1:
 
 - arbitration by identifier, a frame that has begun never preempted;
 - the time of every frame, its stuff bits exact, classic and FD, with a nominal and a data rate;
-- acknowledgement: a frame that no other node hears is an error, and is sent again;
-- error frames, at the bit where the error is met, and the repetition that follows;
+- acknowledgement: a frame that no other node acknowledges is an error, and is sent again;
+- error frames, at the bit where the error occurs, and the repetition that follows;
 - error counters, error-passive with its suspended transmission, bus-off, and recovery after 128
   times 11 recessive bits;
-- two senders of one identifier: equal frames merge, others collide where they first differ.
+- two senders of one identifier: equal frames merge, others collide at the first different bit.
 
-It does not imitate:
+It does not model:
 
 - single bits: sampling, phase errors, edges, the part of a bit at which FD switches its rate;
-- an error that only some of the nodes see, so no overload frames and no receiver's +8; flags are
-  superposed to 12 bits, the longest; the place of a collision is counted without stuff bits;
-- classic controllers that destroy CAN FD frames (they are merely not given any), nodes of unequal
+- an error that only some of the nodes detect, hence no overload frames and no +8 of a receiver; error
+  flags are superposed to 12 bits, the longest; the bit of a collision is counted without stuff bits;
+- classic controllers that destroy CAN FD frames (they receive none instead), nodes with different
   bit rates, listen-only nodes, CAN XL;
-- cables: opens, shorts, missing termination. `Disturbed` and `Lost` stand for what they do.
+- cables: opens, shorts, missing termination. `Disturbed` and `Lost` model their effects.
 """
 
 from slipbench.bench.bus.arrivals import Arrivals
@@ -27,8 +27,8 @@ from slipbench.bench.bus.attempt import (
     Attempt,
     collision,
     destroyed,
+    successful,
     unacknowledged,
-    whole,
 )
 from slipbench.bench.bus.counters import Confinement, Counters
 from slipbench.bench.bus.events import Cause, Delivery, Event, Notice
@@ -37,15 +37,15 @@ from slipbench.bench.bus.frame import BitRates, Frame
 from slipbench.bench.bus.node import ROOM, Node
 from slipbench.bench.bus.queues import InOrder, Queue
 
-RECESSIVE = 11  # bits in a row, of which a node off the bus must see as many sequences as
-SEQUENCES = 128
+RECESSIVE = 11  # recessive bits of a sequence
+SEQUENCES = 128  # such sequences after which a node recovers from bus-off
 
 
 class Wire:
-    """A bus and its nodes."""
+    """Wire of a bus, and its nodes."""
 
     def __init__(self, rates: BitRates, faults: FaultPlan = NO_FAULTS, start_ns: int = 0) -> None:
-        """Be idle since `start_ns`, which is also when the plan of faults begins."""
+        """Start idle at `start_ns`, at which the fault plan begins as well."""
         self.rates = rates
         self.now_ns = self._free = self._recessive_from = start_ns
         self._nodes: list[Node] = []
@@ -56,9 +56,9 @@ class Wire:
         self._busy = 0
         self._arrivals = Arrivals(faults, start_ns)
 
-    def follow(self, faults: FaultPlan, begin_ns: int) -> None:
-        """Follow this plan of faults from `begin_ns` on."""
-        self._arrivals.follow(faults, begin_ns)
+    def set_faults(self, faults: FaultPlan, begin_ns: int) -> None:
+        """Apply this fault plan from `begin_ns` on."""
+        self._arrivals.set_faults(faults, begin_ns)
 
     def attach(
         self,
@@ -68,10 +68,11 @@ class Wire:
         restart_after: float | None = None,
         room: int = ROOM,
     ) -> Node:
-        """Put one more node on the bus; it sends in order unless `queue` says otherwise.
+        """New node on the bus.
 
-        `room` frames may wait in it. A node that went off the bus stays off, or begins to recover
-        `restart_after` s later.
+        queue          its transmit queue; None: first in, first out
+        restart_after  s after bus-off at which recovery begins; None: it stays bus-off
+        room           frames, capacity of the queue
         """
         queue = InOrder() if queue is None else queue
         node = Node(name, queue, room, fd, restart_after, self.now_ns)
@@ -79,19 +80,19 @@ class Wire:
         return node
 
     def detach(self, node: Node) -> None:
-        """Take a node off; what it was given to send is still sent, as long as anybody listens."""
+        """Remove a node; its queued frames are still sent while another node receives them."""
         node.leaving = self._leaving = True
-        self._forget_the_gone()
+        self._remove_detached()
 
     def offer(self, frame: Frame, node: Node, time_ns: int) -> bool:
-        """Give a node a frame to send; False where its queue is full or it is off the bus."""
+        """Whether the node queued the frame; False where its queue is full or it is bus-off."""
         if node.off or len(node.queue) >= node.room:
             return False
         node.queue.push(time_ns, frame)
         return True
 
     def restart(self, node: Node, time_ns: int) -> None:
-        """Let a node that is off the bus begin to recover."""
+        """Begin the recovery of a node that is bus-off."""
         if node.off and node.recovers_from is None:
             node.recovers_from, node.sequences = time_ns, 0
             self._recovering.append(node)
@@ -104,16 +105,16 @@ class Wire:
 
     @property
     def next_ns(self) -> int | None:
-        """Tell when something will happen if nobody offers a frame; None: nothing will."""
-        times = [self._arrivals.next_ns, *map(self._recovers, self._recovering)]
-        if not self._unheard():
+        """Time of the next event if no node queues a frame, ns; None: there is none."""
+        times = [self._arrivals.next_ns, *map(self._recovery_time, self._recovering)]
+        if not self._sends_unacknowledged():
             times.append(self._attempt.ends if self._attempt else self._next_begin())
         return min((time_ns for time_ns in times if time_ns is not None), default=None)
 
     def advance(self, time_ns: int) -> list[Event]:
-        """Give all that happens until `time_ns`, in order; a frame may then be half sent.
+        """All events until `time_ns`, in order; a frame may be half sent then.
 
-        A frame offered at `time_ns` itself still contends with those that wait for that moment.
+        A frame that is queued at `time_ns` itself still takes part in the arbitration at that time.
         """
         events: list[Event] = []
         while True:
@@ -128,17 +129,17 @@ class Wire:
             if attempt.ends > time_ns:
                 break
             self._attempt = None
-            self._arrivals.come(attempt.ends, events)
+            self._arrivals.deliver_due(attempt.ends, events)
             self._end(attempt, events)
-        self._arrivals.come(time_ns, events)
+        self._arrivals.deliver_due(time_ns, events)
         self.now_ns = time_ns
-        self._forget_the_gone()
+        self._remove_detached()
         return events
 
-    # Beginning
+    # Begin of a frame
 
     def _next_begin(self) -> int | None:
-        """Tell when the next frame begins, ns; None where no node has one."""
+        """Time at which the next frame begins, ns; None where no node has one."""
         earliest = None
         for node in self._nodes:
             ready = node.queue.ready_ns
@@ -151,7 +152,7 @@ class Wire:
         return None if earliest is None else max(earliest, self._free)
 
     def _begin(self, begin: int, until: int) -> Attempt:
-        """Let the nodes that are ready contend at `begin`, and see what becomes of the winner."""
+        """Attempt that begins at `begin`, after arbitration between the nodes that are ready."""
         self._count_recessive(begin)
         ready = [
             (node.queue.first(begin), node)
@@ -167,19 +168,19 @@ class Wire:
             if len(ready) > 1:
                 return collision(self.rates, begin, ready)
         frame, sender = ready[0]
-        if not any(node.hears(begin) for node in self._nodes if node is not sender):
+        if not any(node.receives(begin) for node in self._nodes if node is not sender):
             attempt, busy = unacknowledged(self.rates, begin, until, frame, sender)
             self._busy += busy
             return attempt
         part = self._arrivals.disturbed(begin, self._number, frame, sender.name)
         if part is not None:
             return destroyed(self.rates, begin, frame, (sender,), part)
-        return whole(self.rates, begin, frame, (sender,))
+        return successful(self.rates, begin, frame, (sender,))
 
-    # Ending
+    # End of a frame
 
     def _end(self, attempt: Attempt, events: list[Event]) -> None:
-        """Let every node draw its conclusions from what was on the wire."""
+        """Deliver the frame or the error of an attempt to every node."""
         self._free = attempt.free
         self._recessive_from = attempt.free - round(RECESSIVE * self.rates.bit)
         self._busy += attempt.free - attempt.begin
@@ -196,7 +197,7 @@ class Wire:
         frame, ends, sender = attempt.frame, attempt.ends, through[0].name
         self._arrivals.remember(ends, self._number, frame, sender)
         for node in self._nodes:
-            if node in attempt.failed or not node.hears(attempt.begin):
+            if node in attempt.failed or not node.receives(attempt.begin):
                 continue
             own = node in through
             if own:
@@ -205,19 +206,19 @@ class Wire:
             elif not node.leaving and (node.fd or not frame.fd):
                 self._arrivals.deliver(ends, self._number, frame, sender, node, events)
             if any(node.counters):
-                now = node.counters.sent() if own else node.counters.heard()
+                now = node.counters.sent() if own else node.counters.received()
                 self._set(node, now, Cause.STATE, own, ends, events)
 
     def _fail(self, attempt: Attempt, others_through: bool, events: list[Event]) -> None:
-        """Count the error at everybody who met it."""
+        """Count the error at every node that detected it."""
         assert attempt.error is not None
         unheard = attempt.error is Cause.UNACKNOWLEDGED
         for node in list(self._nodes):
             if node in attempt.failed:
                 counters = node.counters.send_failed(unheard)
                 self._set(node, counters, attempt.error, True, attempt.ends, events)
-            elif not others_through and node.hears(attempt.begin):
-                counters = node.counters.hearing_failed()
+            elif not others_through and node.receives(attempt.begin):
+                counters = node.counters.receive_failed()
                 self._set(node, counters, attempt.error, False, attempt.ends, events)
 
     def _set(
@@ -229,7 +230,7 @@ class Wire:
         time_ns: int,
         events: list[Event],
     ) -> None:
-        """Give a node its new counters, and tell it of errors and of changes of its state."""
+        """Set the counters of a node, and notify it of errors and of changes of its state."""
         before, node.counters, node.state = node.state, counters, counters.state
         dropped = 0
         if node.off:
@@ -240,16 +241,16 @@ class Wire:
         if cause is not Cause.STATE or node.state is not before:
             events.append(Notice(time_ns, node, cause, counters, sending, dropped))
 
-    # Recovery
+    # Recovery from bus-off
 
-    def _recovers(self, node: Node) -> int:
-        """Tell when a node is on the bus again if the wire stays idle, ns."""
+    def _recovery_time(self, node: Node) -> int:
+        """Time at which the recovery of a node ends if the wire stays idle, ns."""
         missing = (SEQUENCES - node.sequences) * RECESSIVE * self.rates.bit
         return max(self._recessive_from, node.recovers_from or 0) + round(missing)
 
     def _recover(self, time_ns: int, events: list[Event]) -> None:
         for node in tuple(self._recovering):
-            back = self._recovers(node)
+            back = self._recovery_time(node)
             if back <= time_ns:
                 self._recovering.remove(node)
                 node.recovers_from = None
@@ -257,19 +258,19 @@ class Wire:
                 self._set(node, Counters(), Cause.RESTARTED, False, back, events)
 
     def _count_recessive(self, begin: int) -> None:
-        """Count the sequences of 11 recessive bits that a frame at `begin` brings to an end."""
+        """Count the sequences of 11 recessive bits before a frame that begins at `begin`."""
         for node in self._recovering:
             quiet = begin - max(self._recessive_from, node.recovers_from or 0)
             node.sequences += max(0, int(quiet / (RECESSIVE * self.rates.bit)))
 
     # Nodes
 
-    def _unheard(self) -> bool:
-        """Tell whether a passive node sends in vain, to which nothing new can happen."""
+    def _sends_unacknowledged(self) -> bool:
+        """Whether one error-passive node sends without acknowledgement: its state is constant."""
         live = [node for node in self._nodes if not node.off]
         return len(live) == 1 and live[0].state is Confinement.PASSIVE
 
-    def _forget_the_gone(self) -> None:
+    def _remove_detached(self) -> None:
         if self._leaving and self._attempt is None:
             listening = any(not node.leaving for node in self._nodes)
             self._nodes = [

@@ -1,1 +1,1 @@
-"""The periodic loop and what runs beside it: clock, ticks, ring, recorder, real-time process."""
+"""Periodic loop of the bench, its clock, its ring buffer and its recorder."""

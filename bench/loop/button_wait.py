@@ -1,7 +1,7 @@
-"""The wait for the next tick; while the bench is armed it listens for the button meanwhile.
+"""Wait for the next tick that ends early when the button is pressed while the bench is armed.
 
-A press arrives anywhere between two ticks. Were it to wait for the next one, a period of 1 ms would
-go by in the worst case; instead the ticks begin anew with it.
+A press can arrive at any time between two ticks. Without this, it would wait for the next tick, up to
+1 ms. Instead the next tick is due at once, and later ticks one period apart from it.
 See `bench.loop.loop.run_periodic`.
 """
 
@@ -15,17 +15,20 @@ from slipbench.bench.loop.loop import Wait
 
 
 def button_wait(gateway: Gateway, bus: can.BusABC, clock: Clock) -> Wait | None:
-    """Make the wait; None where the interface has nothing to wait on (python-can's `virtual`)."""
+    """Wait function for `run_periodic`; None where the bus has no file descriptor to wait on.
+
+    python-can's `virtual` interface has none.
+    """
     try:
         number = bus.fileno()
     except NotImplementedError:
         return None
 
     def wait(deadline: int) -> bool:
-        while gateway.expects_the_button and (left := deadline - clock.now_ns()) > SPIN:
+        while gateway.expects_the_button and (remaining := deadline - clock.now_ns()) > SPIN:
             if gateway.attend(min(clock.now_ns(), deadline)):
                 return True
-            if not select.select([number], [], [], (left - SPIN) * 1e-9)[0]:
+            if not select.select([number], [], [], (remaining - SPIN) * 1e-9)[0]:
                 break
         clock.sleep_until_ns(deadline)
         return False

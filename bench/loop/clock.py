@@ -1,4 +1,4 @@
-"""Time is passed in: a monotonic clock for hardware, a simulated one for lock step."""
+"""Clocks of the bench: a monotonic clock for hardware, a simulated clock for simulated trials."""
 
 import time
 from collections.abc import Callable
@@ -6,43 +6,42 @@ from typing import Protocol
 
 SECOND = 1_000_000_000  # ns
 MILLISECOND = 1_000_000  # ns
-
-
-SPIN = 200_000  # ns: sleeping overshoots by the kernel's wake-up latency, so the last bit spins
+# ns: the last part of a wait is a busy loop, because a sleep ends late by the wake-up latency
+SPIN = 200_000
 
 
 class Clock(Protocol):
-    """Something that can be read and waited for; ns, never going back."""
+    """A clock that never goes back, in ns."""
 
     def now_ns(self) -> int:
-        """Read the clock."""
+        """Time of the clock, ns."""
 
     def sleep_until_ns(self, deadline: int) -> None:
-        """Return at `deadline`, or at once where it is past."""
+        """Return at `deadline` (ns), or at once where it is past."""
 
 
 class MonotonicClock:
-    """The machine's steady clock, in ns since the epoch at which it was made.
+    """Monotonic clock of the machine, in ns since 1970.
 
-    Wall time is read once, so that recordings carry a date, and never again: a clock that is set
-    while the rider is on the straight moves nothing.
+    The wall clock is read once, so that recordings have a date. A wall clock that is set during a
+    trial has no effect.
     """
 
     def __init__(self, spin: int = SPIN) -> None:
-        """Spin for the last `spin` ns of every wait."""
+        """Wait in a busy loop for the last `spin` ns of every wait."""
         self._origin = time.time_ns() - time.monotonic_ns()
         self._spin = spin
 
     def now_ns(self) -> int:
-        """Read the clock."""
+        """Time of the clock, ns."""
         return time.monotonic_ns() + self._origin
 
     def set_by_ns(self) -> int:
-        """Tell by how much the wall clock was set, or slewed, since this one was made."""
+        """Change of the wall clock against this clock since this one was made, ns."""
         return time.time_ns() - time.monotonic_ns() - self._origin
 
     def sleep_until_ns(self, deadline: int) -> None:
-        """Sleep to just before `deadline`, then spin."""
+        """Sleep until just before `deadline` (ns), then wait in a busy loop."""
         target = deadline - self._origin
         remaining = target - time.monotonic_ns()
         if remaining > self._spin:
@@ -52,10 +51,10 @@ class MonotonicClock:
 
 
 class SimulatedClock:
-    """A clock that moves only when somebody waits for it; the world is advanced meanwhile.
+    """Clock that advances only during a wait.
 
-    Whoever must live through the simulated time (the virtual motorcycle, the bus, the recorder)
-    is given as `world`: a function called with the time up to which it is to run.
+    `world` simulates everything else (virtual motorcycle, bus, recorder): it is called with the time
+    (ns) up to which it must advance.
     """
 
     def __init__(self, start_ns: int = SECOND, world: Callable[[int], None] | None = None) -> None:
@@ -63,11 +62,11 @@ class SimulatedClock:
         self._world = world
 
     def now_ns(self) -> int:
-        """Read the clock."""
+        """Time of the clock, ns."""
         return self._now
 
     def sleep_until_ns(self, deadline: int) -> None:
-        """Let the world run to `deadline`."""
+        """Advance the world, then the clock, to `deadline` (ns)."""
         if deadline <= self._now:
             return
         if self._world is not None:

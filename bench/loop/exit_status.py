@@ -1,10 +1,10 @@
-"""How a process ended that ought not to have: in words."""
+"""Exit status of a process in words."""
 
 from multiprocessing.process import BaseProcess
 
 
 def exit_reason(process: BaseProcess) -> str:
-    """Say how `process` ended; empty where it lives or ended well."""
+    """How `process` failed, in words; empty where it runs or ended without an error."""
     status = process.exitcode
     if not status:
         return ""

@@ -1,4 +1,4 @@
-"""Ctrl-C, a polite kill, or a terminal that is gone: what has authority hands it back first."""
+"""Ctrl-C, SIGTERM and the loss of the terminal: a trial first returns control to the rider."""
 
 import signal
 import threading
@@ -11,7 +11,7 @@ from typing import Any
 
 
 def termination_signals() -> tuple[signal.Signals, ...]:
-    """Name the signals that ask for an end; not that of a lost terminal under `nohup`."""
+    """Signals that ask a process to end; without SIGHUP where it is ignored, as under `nohup`."""
     lost = getattr(signal, "SIGHUP", None)  # POSIX only
     if lost is None or signal.getsignal(lost) == signal.SIG_IGN:
         return signal.SIGINT, signal.SIGTERM
@@ -19,29 +19,30 @@ def termination_signals() -> tuple[signal.Signals, ...]:
 
 
 def start(process: BaseProcess) -> None:
-    """Start a process that is not interrupted before it can handle it.
+    """Start a process that is not interrupted before it can handle signals.
 
-    It begins with Ctrl-C and the loss of its terminal held back, until it calls `interrupts` or
-    `ignore_interrupts`; either would end it with a traceback while it is still importing.
+    SIGINT and SIGHUP are blocked until it calls `interrupts` or `ignore_interrupts`. Otherwise they
+    would end it with a traceback while it imports its modules.
     """
     start_resource_tracker()
-    with _held_back():
+    with _signals_blocked():
         process.start()
 
 
 def start_resource_tracker() -> None:
-    """Start multiprocessing's process that removes shared memory, so that a lost terminal spares it.
+    """Start multiprocessing's resource tracker with SIGINT and SIGHUP blocked.
 
-    Called before the first shared memory is made, which would start it otherwise.
+    The tracker removes shared memory. Call this before the first shared memory is created, which
+    would start the tracker without blocked signals.
     """
     if hasattr(signal, "pthread_sigmask"):
-        with _held_back():
+        with _signals_blocked():
             resource_tracker.ensure_running()
 
 
 @contextmanager
 def keyboard_interrupt_on_signals() -> Iterator[None]:
-    """Raise KeyboardInterrupt for all that ask for an end, so that what is open is closed."""
+    """Raise KeyboardInterrupt on each of the termination signals, so that open files are closed."""
     before = {
         number: signal.signal(number, signal.default_int_handler)
         for number in termination_signals()
@@ -54,21 +55,22 @@ def keyboard_interrupt_on_signals() -> Iterator[None]:
 
 
 def ignore_interrupts() -> None:
-    """Ignore Ctrl-C and the loss of the terminal: whoever started this process tells it to end."""
+    """Ignore Ctrl-C and the loss of the terminal: the parent process ends this one."""
     for number in set(termination_signals()) - {signal.SIGTERM}:
         signal.signal(number, signal.SIG_IGN)
-    _let_through()
+    _unblock_signals()
 
 
 @contextmanager
-def _held_back() -> Iterator[None]:
-    """Hold Ctrl-C and the loss of the terminal back until the block ends, here and in children."""
+def _signals_blocked() -> Iterator[None]:
+    """Block SIGINT and SIGHUP in this process and in its children until the block ends."""
     if not hasattr(signal, "pthread_sigmask"):  # POSIX only
         yield
         return
-    came: list[int] = []  # another thread may receive what this one blocks: children need the mask
+    # Another thread may still receive them: collect them here, and block them for the children.
+    pending: list[int] = []
     handlers: dict[int, Any] = {
-        int(number): signal.signal(number, lambda caught, _frame: came.append(caught))
+        int(number): signal.signal(number, lambda caught, _frame: pending.append(caught))
         for number in termination_signals()
         if threading.current_thread() is threading.main_thread()
     }
@@ -79,25 +81,25 @@ def _held_back() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
         for number, handler in handlers.items():
             signal.signal(number, handler)
-        for number in dict.fromkeys(came):
+        for number in dict.fromkeys(pending):
             signal.raise_signal(number)
 
 
-def _let_through() -> None:
-    """End what `start` holds back in a new process."""
+def _unblock_signals() -> None:
+    """Unblock the signals that `start` blocked in a new process."""
     if hasattr(signal, "pthread_sigmask"):
         signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT, signal.SIGHUP})
 
 
 @contextmanager
 def interrupts(stop: threading.Event) -> Iterator[None]:
-    """Let each of them set `stop` for as long as the block lasts."""
+    """Set `stop` on each of the termination signals until the block ends."""
 
-    def ask(_signal: int, _frame: FrameType | None) -> None:
+    def handle(_signal: int, _frame: FrameType | None) -> None:
         stop.set()
 
-    before = {number: signal.signal(number, ask) for number in termination_signals()}
-    _let_through()
+    before = {number: signal.signal(number, handle) for number in termination_signals()}
+    _unblock_signals()
     try:
         yield
     finally:

@@ -1,22 +1,23 @@
-"""A loop that was stopped neither dies nor reports: it only puts no more ticks into its ring."""
+"""Detection of a stopped loop: it neither ends nor reports, but writes no more to its ring."""
 
 from slipbench.bench.loop.ring import Ring
 
 
 class Liveness:
-    """Counts looks at a ring in which nothing was new.
+    """Number of checks in a row in which a ring had no new entry.
 
-    Looks and not seconds: whoever is stopped together with the loop (Ctrl-Z) does not look.
+    It counts checks and not seconds: a process that is stopped together with the loop (Ctrl-Z) makes
+    no checks meanwhile.
     """
 
     def __init__(self, ring: Ring, patience: int) -> None:
-        """Call it standing after more than `patience` looks in a row without anything new."""
+        """Report the loop as stopped after more than `patience` checks without a new entry."""
         self._ring, self._patience = ring, patience
-        self._written = self._looks = 0
+        self._written = self._checks = 0
 
     def stopped(self) -> bool:
-        """Look once more; tell whether nothing has come for longer than the patience lasts."""
+        """Check the ring; True after too many checks in a row without a new entry."""
         written = self._ring.written
-        self._looks = self._looks + 1 if written == self._written else 0
+        self._checks = self._checks + 1 if written == self._written else 0
         self._written = written
-        return self._looks > self._patience
+        return self._checks > self._patience

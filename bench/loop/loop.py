@@ -1,4 +1,4 @@
-"""The periodic loop: deadlines are absolute; each tick is sent, late, refused or skipped."""
+"""Periodic loop with absolute deadlines; each tick is sent, late, refused or skipped."""
 
 import math
 from collections.abc import Callable
@@ -9,27 +9,26 @@ import numpy.typing as npt
 
 from slipbench.bench.loop.clock import Clock
 
-MOST_TICKS = 3_600_000  # for which there is room: an hour of ticks of 1 ms
-LAST_TICK = MOST_TICKS - 1000  # after it there is only time to hand back and to say so
+MOST_TICKS = 3_600_000  # capacity: an hour of ticks of 1 ms
+LAST_TICK = MOST_TICKS - 1000  # after it there is only time to return control to the rider
 
-# A tick is told its number and the time at which it was due; it answers whether to go on.
+# (number, due time in ns) -> whether the loop continues.
 Tick = Callable[[int, int], bool]
-# Waits until a deadline (ns), or answers True earlier: then the next tick is due now.
+# (deadline in ns) -> False at the deadline, or True earlier: then the next tick is due at once.
 Wait = Callable[[int], bool]
-# Is told of each tick once it ran: its number, when it was due, how late it began (ns), and whether
-# what it sent was refused.
+# (number, due time in ns, lateness in ns, whether the bus refused its frame); called after each tick.
 TickObserver = Callable[[int, int, int, bool], None]
 
 
 @dataclass(frozen=True)
 class Lateness:
-    """What became of every tick.
+    """Lateness of every tick of a loop.
 
     tick      (n,) int64, number of each tick that ran, increasing
-    lateness  (n,) int64, ns from when it was due to when it began
+    lateness  (n,) int64, ns from the due time of the tick to its begin
     period    ns
-    start     ns, when tick 0 was due, or would have been where the ticks began anew since
-    refused   (n,) bool, whether the bus refused what the tick sent
+    start     ns, due time of tick 0, extrapolated back where the ticks were restarted
+    refused   (n,) bool, whether the bus refused the frame of the tick
     """
 
     tick: npt.NDArray[np.int64]
@@ -40,16 +39,16 @@ class Lateness:
 
     @property
     def due(self) -> int:
-        """Count the ticks that fell due."""
+        """Number of ticks that were due."""
         return int(self.tick[-1]) + 1 if self.tick.size else 0
 
     @property
     def skipped(self) -> int:
-        """Count the ticks that were past before they could run."""
+        """Number of ticks that did not run because they were a whole period late."""
         return self.due - int(self.tick.size)
 
     def quantiles(self) -> dict[str, float]:
-        """Give lateness at p50, p99, p99.9 and the maximum, in s."""
+        """Lateness in s at p50, p99, p99.9 and the maximum; empty without ticks."""
         if not self.tick.size:
             return {}
         names = {"p50": 50.0, "p99": 99.0, "p99_9": 99.9, "max": 100.0}
@@ -57,11 +56,11 @@ class Lateness:
 
 
 def no_observer(_number: int, _due: int, _late: int, _refused: bool) -> None:
-    """Take no note of a tick."""
+    """Do nothing after a tick."""
 
 
 def not_refused() -> bool:
-    """Tell that nothing is refused."""
+    """Return False: no frame was refused."""
     return False
 
 
@@ -95,7 +94,7 @@ def run_periodic(
     wait: Wait | None = None,
     refused: Callable[[], bool] = not_refused,
 ) -> Lateness:
-    """Run `tick` every `period` ns as `run_ticks` does, and return the lateness of every tick.
+    """Lateness of every tick, after running `tick` every `period` ns as `run_ticks` does.
 
     The arrays for `most` ticks are allocated before the first tick: 17 bytes a tick.
     """
@@ -118,12 +117,12 @@ def run_ticks(
     wait: Wait | None = None,
     refused: Callable[[], bool] = not_refused,
 ) -> int:
-    """Run `tick` every `period` ns until it returns False or `most` ticks fell due; keep nothing.
+    """Due time of tick 0 in ns (`Lateness.start`), after running `tick` every `period` ns.
 
-    A late tick runs at once with its own number; ticks that are wholly past are skipped, so the
-    value sent is always the one that is due now. Where `wait` returns early the next tick is due at
-    that moment, and later ones a period apart from there. `refused` is whether the bus refused what
-    the last tick sent. Returns when tick 0 was due, ns, as `Lateness.start`.
+    The loop ends when `tick` returns False or `most` ticks were due. A late tick runs at once, with
+    its own number. A tick that is a whole period late is skipped, so that the value sent is always
+    the one that is due now. Where `wait` returns True, the next tick is due at once and later ticks
+    one period apart from it. `refused` returns whether the bus refused the frame of the last tick.
     """
     start = clock.now_ns() + period
     number = 0

@@ -1,7 +1,7 @@
-"""The loop as a process of its own: it opens the bus, runs the ticks and reports at the end.
+"""Process of the loop: it opens the bus, runs the ticks and reports at the end.
 
-Between its start and its report it speaks to other processes only through two rings in shared
-memory: frames and ticks for the recorder, phases for whoever watches.
+Between its start and its report it sends data to other processes only through two rings in shared
+memory: frames and ticks to the recorder, phases to the process of the command.
 """
 
 import signal
@@ -36,16 +36,16 @@ from slipbench.protocol.database.layout import Database
 from slipbench.protocol.errors import InputError
 
 VEHICLE_ENDED = "the process of the virtual motorcycle has ended"
-PHASES = 1 << 10  # phases that wait for whoever watches; more are only in the report
+PHASES = 1 << 10  # capacity of the ring of phases; further ones are only in the report
 
 
 @dataclass(frozen=True)
 class LoopOrder:
-    """What the loop needs.
+    """Parameters of the loop process.
 
     frames, phases  names of rings in shared memory
     recorder        pipe whose other end the recorder holds
-    vehicle         pipe whose other end the virtual motorcycle's process holds; None: it has none
+    vehicle         pipe whose other end the process of the virtual motorcycle holds, if there is one
     """
 
     plan: Plan
@@ -60,7 +60,7 @@ class LoopOrder:
 
 @dataclass(frozen=True)
 class LoopReport:
-    """What became of the trial, and what the operating system refused."""
+    """Result of the trial, lateness of its ticks, and notes on refused real-time rights."""
 
     state: TrialState
     changes: tuple[PhaseChange, ...]
@@ -69,14 +69,14 @@ class LoopReport:
 
 
 def serve(order: LoopOrder, pipe: Connection) -> None:
-    """Open the bus and say so, wait for the word to begin, run, report; the process's main."""
+    """Open the bus and report it, wait for the start, run, report: main function of the process."""
     signal_on_parent_exit(signal.SIGTERM)
     stop = threading.Event()
     with interrupts(stop), ExitStack() as open_things:
         try:
             bus = open_things.enter_context(open_bus(order.address, receive_own_messages=True))
         except InputError as fault:
-            with suppress(ConnectionError):  # whoever started this may have been interrupted
+            with suppress(ConnectionError):  # the parent may have been interrupted
                 pipe.send(fault)
             return
         frames = open_things.enter_context(shared_ring(order.frames))
@@ -84,7 +84,7 @@ def serve(order: LoopOrder, pipe: Connection) -> None:
         try:
             pipe.send(receive_buffer(bus))
             pipe.recv()
-        except (EOFError, ConnectionError):  # whoever started this ended before it began
+        except (EOFError, ConnectionError):  # the parent ended before the start
             return
         pipe.send(run_loop(order, bus, frames, phases, stop))
 
@@ -92,15 +92,18 @@ def serve(order: LoopOrder, pipe: Connection) -> None:
 def run_loop(
     order: LoopOrder, bus: can.BusABC, frames: Ring, phases: Ring, stop: threading.Event
 ) -> LoopReport:
-    """Run the gateway's ticks until the trial has ended; `stop` ends it by a release."""
+    """Report after running the ticks of the gateway until the trial has ended.
+
+    `stop` aborts the trial: the gateway returns control to the rider.
+    """
     alone = one_processor()
     clock = MonotonicClock(0 if alone else SPIN)
     stamp = SteadyStamps(clock) if stamps_wall_time(bus) else as_stamped
     gateway = Gateway(order.plan, bus, order.database, frames, order.wheels, stamp)
     period = round(order.plan.trial.command.period * SECOND)
-    tick = _watching(order, gateway, frames, _telling(gateway, phases, stop))
+    tick = _watching(order, gateway, frames, _reporting(gateway, phases, stop))
     with realtime_process() as refused:
-        _forget(bus)
+        _discard_waiting(bus)
         wait = button_wait(gateway, bus, clock)
         lateness = run_periodic(
             tick,
@@ -115,41 +118,44 @@ def run_loop(
     return LoopReport(gateway.state, tuple(gateway.changes), lateness, notes)
 
 
-def _forget(bus: can.BusABC) -> None:
-    """Throw away what was heard before the first tick: it would all seem to come at once."""
+def _discard_waiting(bus: can.BusABC) -> None:
+    """Discard frames from before the first tick; they would all get the same arrival time."""
     try:
         while bus.recv(0) is not None:
             pass
     except can.CanError:
-        return  # the first tick meets it again, and says so
+        return  # the first tick gets the error again, and reports it
 
 
-def _telling(gateway: Gateway, phases: Ring, stop: threading.Event) -> Tick:
-    """Wrap the gateway's tick: an interrupt stops the trial, and a new phase is told."""
-    told = 0
+def _reporting(gateway: Gateway, phases: Ring, stop: threading.Event) -> Tick:
+    """Tick of the gateway that also applies `stop` and writes new phases to the ring."""
+    reported = 0
 
     def tick(number: int, due: int) -> bool:
-        nonlocal told
+        nonlocal reported
         if stop.is_set():
             gateway.stop(due)
         goes_on = gateway.tick(number, due)
-        while told < len(gateway.changes):
-            change = gateway.changes[told]
+        while reported < len(gateway.changes):
+            change = gateway.changes[reported]
             phases.append(change.time_ns, change.phase, PHASE, b"")
-            told += 1
+            reported += 1
         return goes_on
 
     return tick
 
 
 def _watching(order: LoopOrder, gateway: Gateway, frames: Ring, tick: Tick) -> Tick:
-    """Wrap a tick: a recorder that ended fails the ring, a vehicle that ended stops the trial."""
+    """Tick that first checks whether the recorder or the vehicle process has ended.
+
+    An ended recorder marks the ring as failed; an ended vehicle stops the trial.
+    """
     recorder = ProcessWatch(order.recorder)
     vehicle = None if order.vehicle is None else ProcessWatch(order.vehicle)
 
     def watched(number: int, due: int) -> bool:
         if recorder.ended():
-            frames.fail()  # the gateway reads it in this tick, and releases the motorcycle
+            frames.fail()  # the gateway reads this in the same tick, and releases authority
         if vehicle is not None and vehicle.ended():
             gateway.stop(due, VEHICLE_ENDED)
         return tick(number, due)
@@ -158,13 +164,13 @@ def _watching(order: LoopOrder, gateway: Gateway, frames: Ring, tick: Tick) -> T
 
 
 def drain_phases(phases: Ring) -> list[PhaseChange]:
-    """Take out the phases that were told since the last look."""
+    """Remove and return the phases that were reported since the last call."""
     return [PhaseChange(Phase(slot.identifier), slot.time_ns) for slot in phases.drain()]
 
 
 @contextmanager
 def shared_ring(name: str, slots: int = 1 << 16) -> Iterator[Ring]:
-    """Open a ring that another process made, for as long as the block lasts."""
+    """Ring in shared memory of another process, open until the block ends."""
     memory, ring = attach_shared(name, slots)
     try:
         yield ring

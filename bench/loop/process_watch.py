@@ -1,8 +1,8 @@
-"""End of another process, read in one system call from its end of a pipe.
+"""Detection of the end of another process, in one system call on a pipe.
 
-The kernel closes the pipe when the watched process ends, however it ends. The loop reads this by itself
-in every tick, so that no ordinary process, which may wait for a processor, stands between. Shared memory
-is not enough here: a process that was killed cannot write to it.
+The kernel closes the pipe when the watched process ends, however it ends. The loop itself checks this in
+every tick, because an ordinary process between them may have to wait for a processor. Shared memory
+is not enough: a process that was killed cannot write to it.
 """
 
 import multiprocessing
@@ -12,9 +12,9 @@ from multiprocessing.connection import Connection
 
 
 def process_pipe() -> tuple[Connection, Connection]:
-    """Make the two ends of a pipe: one for the process that watches, one for the watched one.
+    """Two ends of a pipe: the first for the watching process, the second for the watched one.
 
-    Whoever starts the watched process closes its own copy of the second end afterwards.
+    The parent of the watched process closes its own copy of the second end afterwards.
     """
     return multiprocessing.get_context("spawn").Pipe(duplex=False)
 

@@ -1,7 +1,7 @@
-"""The recorder: every frame that the gateway saw, appended to a candump log as it comes.
+"""Recorder: appends every frame that the gateway sent or received to a candump log.
 
-Text lines, written at once and in order, so that a killed process loses what was still in the
-ring and a torn last line at the most. The ticks of the loop go into a table beside the log.
+The lines are written at once and in order. A killed recorder loses at most the frames that were still
+in the ring and an incomplete last line. The ticks of the loop go into a table beside the log.
 """
 
 import multiprocessing
@@ -34,13 +34,13 @@ from slipbench.bench.loop.ticks import HEADER, TICKS, TickTable
 from slipbench.protocol.logs.candump_line import ERROR_FLAG
 from slipbench.protocol.recording.run_folder import FRAMES
 
-PAUSE = 0.005  # s between two looks at the ring
-JOIN = 30.0  # s that the recorder has to write what is left
-ORPHANED = 0.5  # s of silence after which a recorder that nobody waits for ends
+PAUSE = 0.005  # s between two reads of the ring
+JOIN = 30.0  # s within which the recorder must write the remaining frames
+ORPHANED = 0.5  # s without an entry after which a recorder without a parent ends
 
 
 def candump_line(frame: Slot, bus: str) -> str:
-    """Write one frame as `candump -L -x` does: time, bus, frame, and T for sent or R."""
+    """One frame in the format of `candump -L -x`: time, bus, frame, T (sent) or R (received)."""
     seconds, nanoseconds = divmod(frame.time_ns, 1_000_000_000)
     number = frame.identifier | (ERROR_FLAG if frame.flags & ERROR else 0)
     identifier = f"{number:08X}" if frame.flags & (EXTENDED | ERROR) else f"{number:03X}"
@@ -61,32 +61,35 @@ class Recorder:
     def __init__(
         self, ring: Ring, log: BinaryIO, bus: str, ticks: BinaryIO, table: TickTable
     ) -> None:
-        """Write the frames of `ring` to `log` as from `bus`, its ticks to `ticks`; unbuffered."""
+        """Write the frames of `ring` to `log`, with bus name `bus`, and its ticks to `ticks`.
+
+        Both files are unbuffered.
+        """
         self._ring, self._log, self._bus, self._ticks, self._table = ring, log, bus, ticks, table
         self.lines = 0
-        self.trouble = ""
+        self.error = ""
         self._append(ticks, [HEADER])
 
     def drain(self) -> int:
-        """Write what is in the ring; a disk that refuses is told to the writer of the ring.
+        """Number of frames and ticks that were in the ring, after writing them.
 
-        Returns how many frames and ticks there were.
+        A write error marks the ring as failed, so that the loop reads it.
         """
         slots = list(self._ring.drain())
         frames = [candump_line(slot, self._bus) for slot in slots if not slot.flags & TICK]
         self._append(self._log, frames)
         self._append(self._ticks, [self._table.lines(slot) for slot in slots if slot.flags & TICK])
-        self.lines += 0 if self.trouble else len(frames)
+        self.lines += 0 if self.error else len(frames)
         return len(slots)
 
     def _append(self, file: BinaryIO, lines: Iterable[str]) -> None:
         text = "".join(lines)
-        if not text or self.trouble:
+        if not text or self.error:
             return
         try:
             _write_all(file, text.encode("ascii"))
         except OSError as fault:
-            self.trouble = str(fault)
+            self.error = str(fault)
             self._ring.fail(fault.errno or UNKNOWN_CAUSE)
 
 
@@ -97,7 +100,7 @@ def _write_all(log: BinaryIO, data: bytes) -> None:
 
 
 def recorder_failure(ring: Ring) -> list[str]:
-    """Say what kept the reader of `ring` from writing all of it; nothing where it did."""
+    """Notes on why the recorder did not write all of `ring`; none where it did."""
     if not ring.failed:
         return []
     if ring.why_failed:
@@ -106,16 +109,16 @@ def recorder_failure(ring: Ring) -> list[str]:
 
 
 def open_log(path: Path) -> BinaryIO:
-    """Open a new log; every write reaches the operating system before it returns."""
+    """New unbuffered log file. Raises FileExistsError where it exists."""
     return path.open("xb", buffering=0)
 
 
 def start_recorder(
     ring_name: str, folder: Path, bus: str, table: TickTable, pipe: Connection | None = None
 ) -> BaseProcess:
-    """Start the recorder as a process of its own: it shares no interpreter with the loop.
+    """Process of the recorder, started; it shares no interpreter with the loop.
 
-    `pipe` is the watched end of `process_pipe`: the kernel closes it when the recorder ends.
+    pipe  watched end of `process_pipe`: the kernel closes it when the recorder ends
     """
     process = multiprocessing.get_context("spawn").Process(
         target=_record,
@@ -136,10 +139,10 @@ def _record(
     parent: int,
     _pipe: Connection | None = None,
 ) -> None:
-    """Follow the ring until it is closed, or until nobody is left who would fill it.
+    """Record from the ring until it is closed, or until the processes that write to it have ended.
 
-    The operator's Ctrl-C, or the terminal's end, reaches every process of the terminal: it ends the
-    trial, and only when that has handed back the recorder.
+    Ctrl-C and the loss of the terminal reach every process of the terminal. They are ignored here:
+    they end the trial, and the end of the trial ends the recorder.
     """
     ignore_interrupts()
     signal.signal(signal.SIGTERM, signal.SIG_IGN)
@@ -148,14 +151,14 @@ def _record(
     with ExitStack() as files:
         log, ticks = (files.enter_context(open_log(folder / name)) for name in (FRAMES, TICKS))
         recorder = Recorder(ring, log, bus, ticks, table)
-        last_words = time.monotonic()
+        last_entry = time.monotonic()
         while True:
             now = time.monotonic()
             if os.getppid() == parent:
-                last_words = now
-            last_round = ring.closed or now - last_words > ORPHANED
+                last_entry = now
+            last_round = ring.closed or now - last_entry > ORPHANED
             if recorder.drain():
-                last_words = now
+                last_entry = now
             if last_round:
                 break
             time.sleep(PAUSE)

@@ -1,7 +1,7 @@
-"""A bounded ring of frames between the loop and the recorder: one writer, one reader, no lock.
+"""Ring buffer of frames between the loop and the recorder: one writer, one reader, no lock.
 
-The loop must never wait for a disk. It copies a frame into the next free slot and moves a
-counter; the recorder, in a process of its own, follows. A full ring refuses: the trial trips.
+The loop must never wait for a disk. It copies a frame into the next free slot and increments a
+counter; the recorder reads in a process of its own. A full ring rejects the frame and the trial trips.
 """
 
 import os
@@ -17,12 +17,12 @@ HEADER = 64  # bytes: written, read, closed, failed, each a uint64
 WRITTEN, READ, CLOSED, FAILED = range(4)
 
 EXTENDED, FD, SENT, BIT_RATE_SWITCH, ERROR, REMOTE = 1, 2, 4, 8, 16, 32
-TICK, PHASE = 64, 128  # no frame, but what the loop says of itself (bench/loop/ticks.py)
-UNKNOWN_CAUSE = 1 << 32  # beyond every errno: a failure of which nobody said why
+TICK, PHASE = 64, 128  # not a frame but a tick or a phase of the loop (bench/loop/ticks.py)
+UNKNOWN_CAUSE = 1 << 32  # above every errno: a failure with an unknown cause
 
 
 class Slot(NamedTuple):
-    """One frame as it lies in the ring."""
+    """One entry of the ring. time_ns: ns; data: payload of up to 64 bytes."""
 
     time_ns: int
     identifier: int
@@ -31,26 +31,26 @@ class Slot(NamedTuple):
 
 
 class Ring:
-    """Frames in a buffer that two processes may share."""
+    """Ring buffer of frames, in memory that two processes may share."""
 
     def __init__(self, buffer: memoryview, slots: int) -> None:
-        """Lay a ring of `slots` frames over `buffer`; its first bytes hold the counters."""
+        """Use `buffer` for `slots` frames; its first `HEADER` bytes hold the counters."""
         self._slots = slots
-        self._counters = buffer[:HEADER].cast("Q")  # one aligned store each: never seen half
+        self._counters = buffer[:HEADER].cast("Q")  # aligned 64-bit stores, which are atomic
         self._frames = buffer[HEADER : HEADER + slots * SLOT.size]
 
     @staticmethod
     def size(slots: int) -> int:
-        """Give the bytes that a ring of `slots` frames needs."""
+        """Size of a ring of `slots` frames, bytes."""
         return HEADER + slots * SLOT.size
 
     @classmethod
     def local(cls, slots: int = 1 << 14) -> "Ring":
-        """Make a ring for use inside one process."""
+        """Ring for use inside one process."""
         return cls(memoryview(bytearray(cls.size(slots))), slots)
 
     def append(self, time_ns: int, identifier: int, flags: int, data: bytes) -> bool:
-        """Add a frame; False, and nothing written, where the ring is full."""
+        """Whether the frame was written; False where the ring is full."""
         counters = self._counters
         written = counters[WRITTEN]
         if written - counters[READ] >= self._slots:
@@ -68,7 +68,7 @@ class Ring:
         return True
 
     def drain(self) -> Iterator[Slot]:
-        """Take out every frame that was in the ring when this began, oldest first."""
+        """Remove and yield every frame that is in the ring at the first step, oldest first."""
         counters = self._counters
         read, written = counters[READ], counters[WRITTEN]
         for index in range(read, written):
@@ -78,49 +78,49 @@ class Ring:
             counters[READ] = index + 1
 
     def close(self) -> None:
-        """Say that no frame will follow."""
+        """State that no frame will follow."""
         self._counters[CLOSED] = 1
 
     def fail(self, why: int = UNKNOWN_CAUSE) -> None:
-        """Say that the reader cannot write what it takes out; why: errno. The first word stays."""
+        """State that the recorder failed. why: errno; the first call determines the cause."""
         self._counters[FAILED] = self._counters[FAILED] or why
 
     @property
     def closed(self) -> bool:
-        """Tell whether the writer is done."""
+        """Whether the writer has closed the ring."""
         return bool(self._counters[CLOSED])
 
     @property
     def failed(self) -> bool:
-        """Tell whether the reader gave up."""
+        """Whether the recorder failed."""
         return bool(self._counters[FAILED])
 
     @property
     def why_failed(self) -> str:
-        """Say what kept the reader from writing; empty where it did not fail, or did not say."""
+        """Cause of the failure in words; empty without a failure, or where the cause is unknown."""
         why = self._counters[FAILED]
         return os.strerror(why) if 0 < why < UNKNOWN_CAUSE else ""
 
     @property
     def written(self) -> int:
-        """Count what was ever put in."""
+        """Number of entries that were ever written."""
         return self._counters[WRITTEN]
 
     def release(self) -> None:
-        """Let go of the buffer, so that shared memory can be closed."""
+        """Release the buffer, so that shared memory can be closed."""
         self._counters.release()
         self._frames.release()
 
 
 def create_shared(slots: int = 1 << 16) -> tuple[SharedMemory, Ring]:
-    """Make a ring in shared memory; the default holds about 15 s of a bus at 60 % load."""
+    """New ring in shared memory; the default holds about 15 s of a bus at 60 % load."""
     start_resource_tracker()
     memory = SharedMemory(create=True, size=Ring.size(slots))
     return memory, Ring(_buffer(memory), slots)
 
 
 def attach_shared(name: str, slots: int = 1 << 16) -> tuple[SharedMemory, Ring]:
-    """Open the ring that another process made."""
+    """Ring that another process created, with its shared memory."""
     memory = SharedMemory(name=name)
     return memory, Ring(_buffer(memory), slots)
 

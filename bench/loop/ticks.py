@@ -1,8 +1,8 @@
-"""Every tick of the loop in a table of the recording: sent when due, late, refused, or skipped.
+"""Table of all ticks of the loop in a recording: sent on time, late, refused or skipped.
 
-The loop puts a tick into the ring that its frames go through; the recorder appends it to ticks.csv.
-So a loop that is killed has told of every tick but those of its last milliseconds. A tick whose
-command the bus refused moved nothing, however punctual it was.
+The loop writes each tick to the ring of its frames; the recorder appends it to ticks.csv. A loop that
+is killed therefore loses only the ticks of its last milliseconds. A tick whose command the bus refused
+had no effect, even where it was on time.
 """
 
 from dataclasses import dataclass
@@ -17,15 +17,15 @@ from slipbench.protocol.trial_file import TrialFile
 
 TICKS = "ticks.csv"
 HEADER = "tick,due_ns,lateness_ns,fate\n"
-LARGEST = (1 << 32) - 1  # ns of lateness that a slot holds: over 4 s
+LARGEST = (1 << 32) - 1  # ns, largest lateness in a slot: over 4 s
 
 
 def tick_recorder(ring: Ring) -> TickObserver:
-    """Put each tick into `ring`; a ring without room for it has failed, and the trial trips."""
+    """Observer that writes each tick to `ring`; a full ring is marked as failed, which trips."""
 
     def note(number: int, due: int, late: int, refused: bool) -> None:
-        told = (number << 1 | refused).to_bytes(8, "little")
-        if not ring.append(due, min(late, LARGEST), TICK, told):
+        packed = (number << 1 | refused).to_bytes(8, "little")
+        if not ring.append(due, min(late, LARGEST), TICK, packed):
             ring.fail()
 
     return note
@@ -40,9 +40,9 @@ class TickTable:
     expected: int = 0
 
     def lines(self, tick: Slot) -> str:
-        """Write a tick as it lies in the ring, and before it those that were skipped."""
-        told = int.from_bytes(tick.data, "little")
-        number, refused = told >> 1, told & 1
+        """Lines of the skipped ticks before a tick, and of the tick itself."""
+        packed = int.from_bytes(tick.data, "little")
+        number, refused = packed >> 1, packed & 1
         skipped = "".join(
             f"{missing},{tick.time_ns - (number - missing) * self.period},,skipped\n"
             for missing in range(self.expected, number)
@@ -53,12 +53,12 @@ class TickTable:
 
 
 def tick_table(trial: TrialFile) -> TickTable:
-    """Begin the table of a trial."""
+    """Empty table of a trial."""
     return TickTable(round(trial.command.period * SECOND), round(trial.timing.late * SECOND))
 
 
 def read_ticks(path: Path, period: int) -> Lateness:
-    """Read ticks.csv as it was left, be it by a loop that was killed; period: ns."""
+    """Lateness of the ticks in a ticks.csv, even of a killed loop. period: ns."""
     if not path.exists():
         nothing = np.zeros(0, np.int64)
         return Lateness(nothing, nothing, period, 0, nothing.astype(np.bool_))

@@ -1,1 +1,1 @@
-"""Replay of a recorded log on one bus or several, by absolute deadlines."""
+"""Replay of a CAN log on one or more buses, with absolute deadlines."""

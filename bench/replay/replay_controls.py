@@ -1,108 +1,108 @@
-"""What steers a replay while it runs: pause, seek, speed, stop; whoever steers may be elsewhere.
+"""Controls of a running replay: pause, seek, speed, stop; another process may use them.
 
-A few aligned integers in memory that two processes may share: each is stored at once, never seen
-half, and `changes` is counted up last.
+They are aligned 64-bit integers in memory that two processes may share. Each store is atomic, and
+`changes` is incremented last.
 """
 
-CHANGES, PAUSED, STOPPED, SPEED, SEEK, PASSES, SENT, NEXT, PLACE = range(9)
+CHANGES, PAUSED, STOPPED, SPEED, SEEK, PASSES, SENT, NEXT, POSITION = range(9)
 SIZE = 9 * 8  # bytes
 ENDLESS = 0  # passes
-NOWHERE = -1
+NO_SEEK = -1
 UNIT = 1_000_000  # of speed
-FASTEST = 1_000_000  # times as fast as recorded: no bus carries more
+FASTEST = 1_000_000  # largest speed, times as fast as recorded
 
 
 class Controls:
-    """The controls of one replay. speed: times as fast as recorded."""
+    """Controls of one replay. speed: 1 is as recorded, 2 twice as fast."""
 
     def __init__(self, buffer: memoryview) -> None:
-        """Lay the controls over `buffer`, SIZE bytes."""
+        """Use `buffer`, of SIZE bytes."""
         self._cells = buffer[:SIZE].cast("q")
 
     @classmethod
     def local(cls, speed: float = 1.0, passes: int = 1) -> "Controls":
-        """Make controls for use inside one process; passes: how often the log goes by."""
+        """Controls for use inside one process. passes: number of passes through the log."""
         return cls(memoryview(bytearray(SIZE))).begin(speed, passes)
 
     def begin(self, speed: float, passes: int) -> "Controls":
-        """Set everything as it is to be at the beginning."""
-        self._cells[SEEK], self._cells[PASSES] = NOWHERE, passes
+        """These controls, with the initial speed and number of passes."""
+        self._cells[SEEK], self._cells[PASSES] = NO_SEEK, passes
         self._cells[SPEED] = round(speed * UNIT)
         return self
 
     def pause(self) -> None:
-        """Stay where the replay is."""
+        """Pause the replay."""
         self._change(PAUSED, 1)
 
     def resume(self) -> None:
-        """Go on from there."""
+        """Continue after a pause."""
         self._change(PAUSED, 0)
 
-    def seek(self, place: int) -> None:
-        """Go on with the first frame at `place` or later, ns since the log's first frame."""
-        self._change(SEEK, max(place, 0))
+    def seek(self, position: int) -> None:
+        """Continue with the first frame at `position` or later, ns since the first frame."""
+        self._change(SEEK, max(position, 0))
 
     def set_speed(self, speed: float) -> None:
-        """Go on at another speed."""
+        """Continue at another speed."""
         self._change(SPEED, max(round(min(speed, FASTEST) * UNIT), 1))
 
     def stop(self) -> None:
         """End the replay."""
         self._change(STOPPED, 1)
 
-    def report_progress(self, sent: int, following: int, place: int) -> None:
-        """Tell the frames sent, the row that follows and the place; the replay's to call."""
-        self._cells[SENT], self._cells[NEXT], self._cells[PLACE] = sent, following, place
+    def report_progress(self, sent: int, following: int, position: int) -> None:
+        """Store number of frames sent, next row and position (ns); called by the replay."""
+        self._cells[SENT], self._cells[NEXT], self._cells[POSITION] = sent, following, position
 
     def take_seek(self) -> int | None:
-        """Give the place that was asked for, once; the replay's to call."""
-        place = self._cells[SEEK]
-        self._cells[SEEK] = NOWHERE
-        return None if place == NOWHERE else place
+        """Requested position, ns, once; None without a request. Called by the replay."""
+        position = self._cells[SEEK]
+        self._cells[SEEK] = NO_SEEK
+        return None if position == NO_SEEK else position
 
     def release(self) -> None:
-        """Let go of the buffer, so that shared memory can be closed."""
+        """Release the buffer, so that shared memory can be closed."""
         self._cells.release()
 
     @property
     def changes(self) -> int:
-        """Count of all changes so far."""
+        """Number of changes so far."""
         return self._cells[CHANGES]
 
     @property
     def paused(self) -> bool:
-        """Tell whether the replay is to stay where it is."""
+        """Whether the replay is paused."""
         return bool(self._cells[PAUSED])
 
     @property
     def stopped(self) -> bool:
-        """Tell whether the replay is to end."""
+        """Whether the replay must end."""
         return bool(self._cells[STOPPED])
 
     @property
     def speed(self) -> float:
-        """Times as fast as recorded."""
+        """Speed: 1 is as recorded, 2 twice as fast."""
         return self._cells[SPEED] / UNIT
 
     @property
     def passes(self) -> int:
-        """How often the log goes by; ENDLESS: until it is stopped."""
+        """Number of passes; ENDLESS: until it is stopped."""
         return self._cells[PASSES]
 
     @property
     def sent(self) -> int:
-        """Frames sent so far."""
+        """Number of frames sent so far."""
         return self._cells[SENT]
 
     @property
     def following(self) -> int:
-        """Row of the frame that follows."""
+        """Row of the next frame."""
         return self._cells[NEXT]
 
     @property
     def position(self) -> int:
-        """Place of the frame that was sent last, ns since the log's first frame."""
-        return self._cells[PLACE]
+        """Position of the last sent frame, ns since the first frame of the log."""
+        return self._cells[POSITION]
 
     def _change(self, cell: int, value: int) -> None:
         self._cells[cell] = value

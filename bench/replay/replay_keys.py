@@ -1,4 +1,4 @@
-"""Keys that steer a replay from the terminal it was started on."""
+"""Keys that control a replay from its terminal."""
 
 import os
 import re
@@ -9,14 +9,16 @@ from contextlib import contextmanager
 
 from slipbench.bench.replay.replay_controls import Controls
 
-HELP = "space: pause, left and right: 10 s, - and +: half and twice as fast, q: stop"
+HELP = (
+    "space: pause, left and right: 10 s back and forward, - and +: half and double speed, q: stop"
+)
 JUMP = 10_000_000_000  # ns
 KEY = re.compile(r"\x1b\[[A-D]|.", re.DOTALL)
-MOST = 1024  # bytes of keys at a look
+MOST = 1024  # bytes of keys in one read
 
 
 def steer(controls: Controls, key: str) -> None:
-    """Do what `key` asks for."""
+    """Apply a key to the controls; other keys have no effect."""
     if key == " ":
         (controls.resume if controls.paused else controls.pause)()
     elif key in ("\x1b[C", "\x1b[D"):
@@ -29,7 +31,7 @@ def steer(controls: Controls, key: str) -> None:
 
 @contextmanager
 def keys() -> Iterator[bool]:
-    """Have single keys come without the return key; False where there is no terminal to do so."""
+    """Whether single keys can be read, without the return key; False without a terminal."""
     if not sys.stdin.isatty():
         yield False
         return
@@ -45,9 +47,9 @@ def keys() -> Iterator[bool]:
 
 
 def pressed() -> list[str]:
-    """Give the keys that were pressed since the last look, arrows as their escape sequences.
+    """Keys that were pressed since the last call, arrows as their escape sequences.
 
-    Read past Python's own buffer, and only what is there: Escape alone is a key and no beginning.
+    It bypasses Python's own buffer and reads only what is available, so that Escape alone is a key.
     """
     number = sys.stdin.fileno()
     if not select.select([number], [], [], 0)[0]:

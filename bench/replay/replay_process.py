@@ -1,4 +1,4 @@
-"""A replay as a process of its own, which keeps its deadlines whatever else goes on."""
+"""Process of a replay, which keeps its deadlines while the command shows progress."""
 
 import multiprocessing
 import signal
@@ -35,19 +35,20 @@ from slipbench.protocol.errors import InputError
 from slipbench.protocol.logs import read_log
 from slipbench.protocol.logs.frame_log import FrameLog
 
-Answer = TypeVar("Answer")
+Reply = TypeVar("Reply")
 
-ENDING = 5.0  # s that the process has to end; its bus may refuse a frame for 2 s of them
-SPIN = 100_000  # ns; with frames every 250 us a longer one would take a whole processor
+END_TIMEOUT = 5.0  # s for the process to end; a bus may refuse a frame for 2 s of this time
+SPIN = 100_000  # ns; with a frame every 250 us, a longer busy wait would use a whole processor
 
 
 @dataclass(frozen=True)
 class ReplayOrder:
-    """What is replayed, and where.
+    """Frames to replay, and the buses to replay them on.
 
-    channels  channels of `interface`, one for all or BUS=CHANNEL each
-    buses     only these buses of the log, none: all
-    only, without  identifiers, as `select_identifiers` reads them
+    channels  channels of `interface`: one for all buses, or BUS=CHANNEL for each
+    buses     buses of the log to replay; empty: all
+    only, without  identifiers, in the format of `select_identifiers`
+    bitrate   bit/s
     """
 
     log: Path
@@ -62,7 +63,7 @@ class ReplayOrder:
 
 @dataclass(frozen=True)
 class Ready:
-    """A log that was read. span: ns from its first to its last frame; buses: log's -> channel."""
+    """A log that was read. span: ns from first to last frame; buses: bus of the log -> channel."""
 
     frames: int
     span: int
@@ -72,7 +73,7 @@ class Ready:
 
 @dataclass(frozen=True)
 class Report:
-    """What a replay did, in how long (ns), and what the operating system refused it."""
+    """Result of a replay. took: duration, ns; refused: real-time rights that were refused."""
 
     replayed: ReplayResult
     took: int
@@ -80,21 +81,21 @@ class Report:
 
 
 class RunningReplay:
-    """A replay that waits for the word to begin, or runs."""
+    """A replay that is ready to begin, or runs."""
 
     def __init__(
         self, pipe: Connection, process: BaseProcess, ready: Ready, controls: Controls
     ) -> None:
-        """Steer the replay of `process` by `controls`; it reports through `pipe`."""
+        """Control the replay of `process` by `controls`; it reports through `pipe`."""
         self._pipe, self._process = pipe, process
         self.ready, self.controls = ready, controls
 
     def begin(self) -> None:
-        """Let the first frame go."""
+        """Start the replay."""
         self._pipe.send("begin")
 
     def report(self, within: float) -> Report | None:
-        """Wait `within` s for the end; None: it goes on. Raises InputError where it failed."""
+        """Report, or None where the replay still runs after `within` s. Raises InputError."""
         if not self._pipe.poll(within):
             return None
         return _received(self._pipe, Report, self._process)
@@ -102,32 +103,35 @@ class RunningReplay:
 
 @contextmanager
 def running_replay(order: ReplayOrder, speed: float, passes: int) -> Iterator[RunningReplay]:
-    """Start the process; raises InputError where the log or a bus cannot be used."""
+    """Replay that is ready to begin, until the block ends.
+
+    Raises InputError where the log cannot be read or a bus cannot be opened.
+    """
     spawning = multiprocessing.get_context("spawn")
-    ours, theirs = spawning.Pipe()
+    own_end, child_end = spawning.Pipe()
     with _shared_controls() as (name, controls):
         controls.begin(speed, passes)
-        process = spawning.Process(target=_serve, args=(order, name, theirs), name="replay")
+        process = spawning.Process(target=_serve, args=(order, name, child_end), name="replay")
         try:
             start(process)
-            theirs.close()
-            ready = _received(ours, Ready, process)
-            yield RunningReplay(ours, process, ready, controls)
+            child_end.close()
+            ready = _received(own_end, Ready, process)
+            yield RunningReplay(own_end, process, ready, controls)
         finally:
             controls.stop()
-            ours.close()
-            theirs.close()
+            own_end.close()
+            child_end.close()
             if process.pid is not None:
-                process.join(ENDING)
+                process.join(END_TIMEOUT)
             if process.is_alive():
                 process.kill()
                 process.join()
 
 
 def _serve(order: ReplayOrder, controls_name: str, pipe: Connection) -> None:
-    """Read, open, say so, wait for the word, replay, report; the process's main."""
+    """Read the log, open the buses, wait for the start, replay, report: main of the process."""
     signal_on_parent_exit(signal.SIGTERM)
-    ignore_interrupts()  # who started this stops it by the controls
+    ignore_interrupts()  # the parent stops it by the controls
     with ExitStack() as stack:
         _, controls = stack.enter_context(_shared_controls(controls_name))
         try:
@@ -137,9 +141,9 @@ def _serve(order: ReplayOrder, controls_name: str, pipe: Connection) -> None:
             pipe.recv()
             pipe.send(_run(log, outputs, controls))
         except InputError as fault:
-            with suppress(ConnectionError):  # whoever started this may have been interrupted
+            with suppress(ConnectionError):  # the parent may have been interrupted
                 pipe.send(fault)
-        except (EOFError, ConnectionError):  # whoever started this ended before it began
+        except (EOFError, ConnectionError):  # the parent ended before the start
             return
 
 
@@ -150,7 +154,11 @@ def _read(order: ReplayOrder) -> tuple[FrameLog, Mapping[str, str], tuple[str, .
     channels = channels_by_bus(order.channels, log)
     log = select_buses(log, tuple(channels), str(order.log))
     if not len(log):
-        raise InputError("nothing is left to replay", where=str(order.log), remedy="ask for more")
+        raise InputError(
+            "no frame of the log is selected",
+            where=str(order.log),
+            remedy="change --bus, --only, --without or --channel",
+        )
     beside = tuple(f"{count} {kind} are not replayed" for kind, count in log.skipped)
     return log, channels, (*reading.warnings, *beside)
 
@@ -158,7 +166,7 @@ def _read(order: ReplayOrder) -> tuple[FrameLog, Mapping[str, str], tuple[str, .
 def _open(
     order: ReplayOrder, log: FrameLog, channels: Mapping[str, str], stack: ExitStack
 ) -> list[can.BusABC]:
-    """Open every channel once; gives the bus for each bus of the log."""
+    """Open bus for each bus of the log; every channel is opened once."""
     opened = {}
     for channel in dict.fromkeys(channels.values()):
         address = BusAddress(order.interface, channel, order.bitrate, order.fd)
@@ -177,33 +185,33 @@ def _run(log: FrameLog, outputs: list[can.BusABC], controls: Controls) -> Report
             replayed = replay(log, outputs, clock, controls)
         except can.CanError as cause:
             raise InputError(
-                f"the bus refuses frames after {controls.sent} were replayed",
+                f"the bus refused a frame after {controls.sent} sent frames",
                 found=str(cause),
-                remedy="is another node on the bus that acknowledges them, and the bit rate right?",
+                remedy="check that another node acknowledges frames, and the bit rate",
             ) from cause
         took = clock.now_ns() - began
     return Report(replayed, took, (*refused, *([NO_SPIN] if alone else ())))
 
 
-def _received(pipe: Connection, kind: type[Answer], process: BaseProcess) -> Answer:
+def _received(pipe: Connection, kind: type[Reply], process: BaseProcess) -> Reply:
     try:
-        answer = pipe.recv()
+        reply = pipe.recv()
     except (EOFError, ConnectionError) as cause:
-        process.join(ENDING)
+        process.join(END_TIMEOUT)
         raise InputError(
-            "the replay's process died",
-            found=exit_reason(process) or "no report of it",
-            remedy="is there memory enough for the whole log? see the system's own log",
+            "the replay process died",
+            found=exit_reason(process) or "no report",
+            remedy="check that the whole log fits into memory, and read the system log",
         ) from cause
-    if isinstance(answer, InputError):
-        raise answer
-    assert isinstance(answer, kind)
-    return answer
+    if isinstance(reply, InputError):
+        raise reply
+    assert isinstance(reply, kind)
+    return reply
 
 
 @contextmanager
 def _shared_controls(name: str | None = None) -> Iterator[tuple[str, Controls]]:
-    """Make controls in shared memory, or open those of that name."""
+    """Name and controls in shared memory: new ones, or those of `name`."""
     start_resource_tracker()
     memory = SharedMemory(name=name, create=name is None, size=SIZE)
     assert memory.buf is not None

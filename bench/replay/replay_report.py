@@ -1,4 +1,4 @@
-"""The timing of a replay, told on the terminal and in a file."""
+"""Timing report of a replay, on the terminal and in a file."""
 
 from pathlib import Path
 from typing import Any
@@ -25,23 +25,23 @@ def position(controls: Controls, span: int) -> str:
 
 
 def timing(ready: Ready, report: Report) -> dict[str, Any]:
-    """Table of a replay's timing; times in s, speeds with the positions from which they held."""
-    known = report.replayed.known
+    """Timing of a replay as a table; times in s, each speed with the position where it began."""
+    lateness = report.replayed.of_sent_frames
     return {
         "frames": ready.frames,
         "sent": report.replayed.sent,
         "passes": report.replayed.passes,
         "speeds": [
-            {"from": place * 1e-9, "speed": speed} for place, speed in report.replayed.speeds
+            {"from": position * 1e-9, "speed": speed} for position, speed in report.replayed.speeds
         ],
         "recorded_duration": ready.span * 1e-9,
         "took": report.took * 1e-9,
         "queue_full": report.replayed.refused,
         "channels": dict(ready.buses),
         "lateness": {
-            name: float(np.percentile(known, share)) * 1e-9 for name, share in QUANTILES.items()
+            name: float(np.percentile(lateness, share)) * 1e-9 for name, share in QUANTILES.items()
         }
-        if known.size
+        if lateness.size
         else {},
         "refused": list(report.refused),
         "warnings": list(ready.warnings),
@@ -49,17 +49,17 @@ def timing(ready: Ready, report: Report) -> dict[str, Any]:
 
 
 def summary(table: dict[str, Any]) -> str:
-    """Say in a few lines what a replay did."""
+    """Timing of a replay as a few lines of text."""
     lateness = ", ".join(
         f"{name} {value * 1e6:.1f} us" for name, value in table["lateness"].items()
     )
     lines = [
         f"{table['sent']} frames replayed of a log of {table['frames']}, in {table['took']:.3f} s "
         f"(recorded in {table['recorded_duration']:.3f} s, speed {_speeds(table['speeds'])})",
-        f"lateness {lateness.replace('p99_9', 'p99.9')}" if lateness else "nothing was sent",
+        f"lateness {lateness.replace('p99_9', 'p99.9')}" if lateness else "no frame was sent",
     ]
     if table["queue_full"]:
-        lines.append(f"{table['queue_full']} frames waited for a bus whose queue was full")
+        lines.append(f"{table['queue_full']} frames waited because the transmit queue was full")
     return "\n".join([*lines, *table["refused"], *table["warnings"]])
 
 
@@ -75,7 +75,7 @@ def _speeds(changes: list[dict[str, float]]) -> str:
 
 
 def write(table: dict[str, Any], path: Path) -> None:
-    """Write the table as a new TOML file."""
+    """Write the table to a new TOML file. Raises InputError where it cannot be written."""
     try:
         with path.open("xb") as file:
             tomli_w.dump(table, file)

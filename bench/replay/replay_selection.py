@@ -1,4 +1,4 @@
-"""Which frames of a log are replayed, and onto which bus each of them goes."""
+"""Selection of the frames of a log to replay, and of the bus for each."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -13,7 +13,10 @@ HIGHEST = (1 << 29) - 1
 
 
 def select_buses(log: FrameLog, names: Sequence[str], where: str) -> FrameLog:
-    """Keep the frames of some buses, in this order; none named: all. Raises InputError."""
+    """Log with the frames of these buses, in this order; no names: all.
+
+    Raises InputError where the log has no such bus.
+    """
     if not names:
         return log
     for name in names:
@@ -24,25 +27,25 @@ def select_buses(log: FrameLog, names: Sequence[str], where: str) -> FrameLog:
                 expected=" or ".join(log.buses),
                 found=name,
             )
-    place = np.full(len(log.buses), len(names), np.uint8)
-    place[[log.buses.index(name) for name in names]] = np.arange(len(names), dtype=np.uint8)
-    bus = place[log.bus]
+    new_index = np.full(len(log.buses), len(names), np.uint8)
+    new_index[[log.buses.index(name) for name in names]] = np.arange(len(names), dtype=np.uint8)
+    bus = new_index[log.bus]
     return replace(log, bus=bus, buses=tuple(names)).select(bus < len(names))
 
 
 def select_identifiers(log: FrameLog, only: str, without: str) -> FrameLog:
-    """Keep the identifiers of `only` (empty: all) but for those of `without`.
+    """Log with the identifiers of `only` (empty: all) and without those of `without`.
 
-    Both are lists such as "0x10, 0x200-0x2FF".
+    Both are lists such as "0x10, 0x200-0x2FF". Raises InputError for other texts.
     """
     keep = _among(log, only) if only.strip() else np.ones(len(log), np.bool_)
     return log.select(keep & ~_among(log, without))
 
 
 def channels_by_bus(texts: Sequence[str], log: FrameLog) -> Mapping[str, str]:
-    """Take "can0=vcan0" apart: which channel each bus of the log goes onto.
+    """Channel for each bus of the log, from texts such as "can0=vcan0".
 
-    One channel without a name of a bus takes all of them.
+    One channel without the name of a bus is used for all of them. Raises InputError for other texts.
     """
     if len(texts) == 1 and "=" not in texts[0]:
         return dict.fromkeys(log.buses, texts[0])
@@ -51,9 +54,9 @@ def channels_by_bus(texts: Sequence[str], log: FrameLog) -> Mapping[str, str]:
         bus, equals, channel = text.partition("=")
         if not equals or not channel or bus not in log.buses or bus in found:
             raise InputError(
-                f"--channel {text!r} is not understood",
+                f"--channel {text!r} is not valid",
                 expected=f"BUS=CHANNEL, each bus once, of {', '.join(log.buses)}",
-                remedy=f"as in --channel {log.buses[0]}=vcan0; one channel alone takes all buses",
+                remedy=f"write --channel {log.buses[0]}=vcan0, or one channel for all buses",
             )
         found[bus] = channel
     return found
@@ -75,7 +78,7 @@ def _identifier(text: str, part: str) -> int:
         value = -1
     if not 0 <= value <= HIGHEST:
         raise InputError(
-            f"{part!r} is no identifier and no range of them",
+            f"{part!r} is not an identifier or a range of identifiers",
             expected="as in 0x10,0x200-0x2FF",
             found=text.strip(),
         )

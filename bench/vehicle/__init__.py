@@ -1,1 +1,1 @@
-"""The virtual motorcycle on a CAN bus: devices, instruments, rider and road."""
+"""Virtual motorcycle on a CAN bus: devices, instruments, rider and road."""

@@ -1,7 +1,9 @@
-"""The virtual motorcycle's suspension: both ends move with acceleration, and with the wheel's turn.
+"""Suspension travel of the virtual motorcycle, driven by acceleration and tyre run-out.
 
-x'' = w^2 (x_static +- g_x a - x) - 2 z w x', one mode per end; an out-of-round tyre adds its turn.
-It is what the travel sensors show, and acts on nothing: load transfer is an effect of the tyre.
+x'' = w^2 (x_static + g_x a - x) - 2 z w x', one mode for each end; the run-out of the tyre adds a
+sine of the wheel angle. x: travel (m), x_static: `rest` (m), g_x: `squat` (m per m/s^2), a:
+acceleration (m/s^2), w: `frequency` (rad/s), z: `damping`. The travel is measured and acts on nothing
+else: load transfer is an effect of the tyre.
 """
 
 import math
@@ -10,13 +12,13 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Suspension:
-    """One end of the motorcycle.
+    """Parameters of the suspension at one end.
 
     rest       m, travel at steady speed
     squat      m per m/s^2, quasi-static travel with acceleration (rear positive, front negative)
-    frequency  rad/s, of the mode: 2 to 4 Hz on racing motorcycles
-    damping    1
-    runout     m, of the tyre, once per turn
+    frequency  rad/s, natural frequency: 2 to 4 Hz on racing motorcycles
+    damping    1, damping ratio
+    runout     m, radial run-out of the tyre, once per turn
     """
 
     rest: float
@@ -31,21 +33,21 @@ FRONT = Suspension(rest=0.055, squat=-2.8e-3)
 
 
 class Chassis:
-    """Both travels, integrated with semi-implicit Euler steps of a millisecond."""
+    """Travel of both ends, integrated with semi-implicit Euler steps of a millisecond."""
 
     def __init__(self) -> None:
-        """Rest at steady speed."""
+        """Start at the travel of steady speed."""
         self._ends = {REAR: (REAR.rest, 0.0), FRONT: (FRONT.rest, 0.0)}
 
-    def move(self, acceleration: float, step: float) -> None:
-        """Live through `step` s at `acceleration` (m/s^2)."""
+    def advance(self, acceleration: float, step: float) -> None:
+        """Integrate over `step` s at a constant `acceleration` (m/s^2)."""
         for end, (travel, rate) in self._ends.items():
-            aim = end.rest + end.squat * acceleration
-            rate += step * end.frequency**2 * (aim - travel)
+            target = end.rest + end.squat * acceleration
+            rate += step * end.frequency**2 * (target - travel)
             rate -= step * 2 * end.damping * end.frequency * rate
             self._ends[end] = (travel + step * rate, rate)
 
     def travels(self, rear_angle: float, front_angle: float) -> tuple[float, float]:
-        """Give front and rear travel in m."""
+        """Front and rear travel, m. rear_angle, front_angle: rad, of the wheels."""
         front = self._ends[FRONT][0] + FRONT.runout * math.sin(front_angle)
         return front, self._ends[REAR][0] + REAR.runout * math.sin(rear_angle)

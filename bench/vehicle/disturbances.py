@@ -1,4 +1,4 @@
-"""What moves the virtual motorcycle beside the commands: wind, and combustion that varies."""
+"""Disturbances of the virtual motorcycle: wind force and cycle-to-cycle variation of combustion."""
 
 import math
 from dataclasses import dataclass
@@ -8,13 +8,13 @@ import numpy as np
 
 @dataclass(frozen=True)
 class DisturbanceLevels:
-    """How rough the ride is; zero everywhere is a test stand.
+    """Levels of the disturbances; all are zero on a test stand.
 
     wind         N, standard deviation of the force along the road
     wind_time    s, correlation time of the gusts
-    combustion   N m, standard deviation of the torque from one millisecond to the next: 2 % of the
-                 40 N m that hold 14 000 rpm, the scatter of indicated work between the cycles of a
-                 healthy engine (Heywood, Internal Combustion Engine Fundamentals, section 9.4)
+    combustion   N m, standard deviation of the torque, white at 1 kHz: 2 % of the 40 N m that hold
+                 14 000 rpm, the cycle-to-cycle variation of indicated work of a healthy engine
+                 (Heywood, Internal Combustion Engine Fundamentals, section 9.4)
     """
 
     wind: float = 12.0
@@ -27,16 +27,16 @@ TEST_STAND = DisturbanceLevels(wind=0.0, combustion=0.0)
 
 
 class Disturbances:
-    """Draws the disturbances of a scenario, millisecond by millisecond, from a seed."""
+    """Disturbances of a trial, drawn every millisecond from a seeded random generator."""
 
     def __init__(self, disturbances: DisturbanceLevels, seed: int) -> None:
-        """Start in a random gust."""
+        """Draw the initial wind force from its stationary distribution."""
         self._roughness = disturbances
         self._random = np.random.default_rng(seed)
         self._wind = float(self._random.normal(0.0, disturbances.wind))
 
     def draw(self, step: float) -> tuple[float, float]:
-        """Give road force (N) and engine torque (N m) for the next `step` (s)."""
+        """Force along the road (N) and engine torque (N m) for the next `step` (s)."""
         keep = math.exp(-step / self._roughness.wind_time)
         gust = self._roughness.wind * math.sqrt(1.0 - keep * keep)
         self._wind = keep * self._wind + gust * float(self._random.standard_normal())

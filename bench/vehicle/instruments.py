@@ -1,4 +1,4 @@
-"""The instruments of the virtual motorcycle: what each device says, when, and on which clock."""
+"""Instruments of the virtual motorcycle: the message of each device, its period and its clock."""
 
 import math
 from collections.abc import Callable, Mapping
@@ -28,7 +28,7 @@ HOLDING_CURRENT = 1.5  # A against the return spring
 CURRENT_PER_ACCELERATION = 3e-3  # A per 1/s^2 of the plate
 TEMPERATURES = Temperatures(coolant=353.0, intake_air=308.0, rear_tyre=358.0, front_tyre=348.0)
 
-# Every `period` ms, `phase` ms into it: the devices do not all speak in the same millisecond.
+# (period, phase) in ms. The phases differ, so that the devices do not all send in one millisecond.
 SCHEDULE: Mapping[str, tuple[int, int]] = {
     "EcuStatus": (1, 0),
     "ThrottleStatus": (1, 0),
@@ -45,45 +45,46 @@ SCHEDULE: Mapping[str, tuple[int, int]] = {
 TRUE_TIME = DeviceClock()
 
 
-def as_it_is(_: float, value: float) -> float:
-    """Tell a value as it is, whatever the time."""
+def unchanged(_: float, value: float) -> float:
+    """Value without a measurement error."""
     return value
 
 
 @dataclass(frozen=True)
 class Timing:
-    """How a device tells one channel: its clock, and what it adds.
+    """How a device measures and sends one channel.
 
-    latency  s, from the moment that a value holds for to the frame
+    clock    clock of its time stamps
+    latency  s, from the time of the measurement to the frame
     noise    standard deviation of white noise, SI unit of the channel
-    tell     (true time, value) -> what the frame tells; called once for every frame, in order
+    measure  (true time in s, value) -> value in the frame; called once for every frame, in order
     """
 
     clock: DeviceClock = TRUE_TIME
     latency: float = 0.0
     noise: float = 0.0
-    tell: Callable[[float, float], float] = as_it_is
+    measure: Callable[[float, float], float] = unchanged
 
 
 @dataclass(frozen=True, slots=True)
 class Motion:
-    """What the motorcycle does at one moment, SI: the truth that the instruments look at."""
+    """True motion of the motorcycle at one time, in SI units; the instruments measure it."""
 
     throttle: float
     throttle_acceleration: float  # 1/s^2
     engine_speed: float
     gear: int
-    optical_speed: float  # behind the optical sensor's own dynamics
+    optical_speed: float  # after the dynamics of the optical sensor
     acceleration: float
     rear_angle: float
     front_angle: float
 
 
 class Instruments:
-    """Turns motion into messages, each at its period and after its latency."""
+    """Messages of all devices from the true motion, each with its period and latency."""
 
     def __init__(self, timings: Mapping[str, Timing], codec: Codec, rider: Rider, seed: int):
-        """Take `timings` by channel; noise is drawn from `seed`."""
+        """Measure with the timings of each channel; noise is drawn from `seed`."""
         self._timings, self._rider = timings, rider
         self._random = np.random.default_rng((seed, 1))
         self._outbox, self._chassis = Outbox(), Chassis()
@@ -92,7 +93,7 @@ class Instruments:
             for name in ("rear", "front")
         }
         self._teeth_per_turn: dict[str, int] = {}
-        self._says: dict[str, Callable[[float, Motion, Grant], tuple[BenchMessage, float]]] = {
+        self._sources: dict[str, Callable[[float, Motion, Grant], tuple[BenchMessage, float]]] = {
             "EcuStatus": self._ecu,
             "ThrottleStatus": self._throttle,
             "EngineStatus": self._engine,
@@ -105,19 +106,19 @@ class Instruments:
         }
 
     def teeth(self, name: str, times: list[float], per_turn: int) -> None:
-        """Take in the true times (s) at which teeth passed the "rear" or "front" pickup."""
+        """Add the true times (s) at which teeth passed the "rear" or "front" pickup."""
         clock = self._timings[f"{name}_teeth"].clock
         self._teeth_per_turn[name] = per_turn
         self._encoders[name].add(round(clock.read(time) * 1e6) for time in times)
 
-    def speak(
+    def messages_due(
         self, number: int, now: float, motion: Motion, grant: Grant
     ) -> list[tuple[str, BenchMessage]]:
-        """Give what goes out in millisecond `number`, which ends at `now` (s)."""
-        self._chassis.move(motion.acceleration, 0.001)
+        """Names and messages that are sent in millisecond `number`, which ends at `now` (s)."""
+        self._chassis.advance(motion.acceleration, 0.001)
         for name, (period, phase) in SCHEDULE.items():
             if number % period == phase:
-                message, latency = self._says[name](now, motion, grant)
+                message, latency = self._sources[name](now, motion, grant)
                 self._outbox.put(now + latency, name, message)
         for name, encoder in self._encoders.items():
             timing = self._timings[f"{name}_teeth"]
@@ -125,23 +126,24 @@ class Instruments:
                 self._outbox.put(now + timing.latency, f"{name.capitalize()}Teeth", message)
         return self._outbox.due(now)
 
-    def _told(self, channel: str, now: float, value: float) -> float:
+    def _measured(self, channel: str, now: float, value: float) -> float:
+        """Value of a channel with its noise and measurement error, SI unit of the channel."""
         timing = self._timings[channel]
         if timing.noise:
             value += timing.noise * float(self._random.standard_normal())
-        return timing.tell(now, value)
+        return timing.measure(now, value)
 
     def _ecu(self, now: float, motion: Motion, grant: Grant) -> tuple[BenchMessage, float]:
         timing, authority = self._timings["throttle_command"], grant.authority
         throttle = grant.command.throttle if authority & Authority.THROTTLE else self._rider.grip
         spark = grant.command.spark if authority & Authority.SPARK else 0.0
-        throttle = min(max(self._told("throttle_command", now, throttle), 0.0), 1.0)
-        spark = self._told("spark_command", now, spark)
+        throttle = min(max(self._measured("throttle_command", now, throttle), 0.0), 1.0)
+        spark = self._measured("spark_command", now, spark)
         return EcuStatus(authority, throttle, spark, timing.clock.read(now)), timing.latency
 
     def _throttle(self, now: float, motion: Motion, grant: Grant) -> tuple[BenchMessage, float]:
         timing = self._timings["throttle_position"]
-        position = min(max(self._told("throttle_position", now, motion.throttle), 0.0), 1.0)
+        position = min(max(self._measured("throttle_position", now, motion.throttle), 0.0), 1.0)
         current = HOLDING_CURRENT + CURRENT_PER_ACCELERATION * motion.throttle_acceleration
         current = min(max(current, -25.0), 25.0)
         status = ThrottleStatus(grant.authority, position, current, False, timing.clock.read(now))
@@ -149,14 +151,14 @@ class Instruments:
 
     def _engine(self, now: float, motion: Motion, grant: Grant) -> tuple[BenchMessage, float]:
         timing = self._timings["engine_speed"]
-        speed = max(self._told("engine_speed", now, motion.engine_speed), 0.0)
+        speed = max(self._measured("engine_speed", now, motion.engine_speed), 0.0)
         offset = grant.command.spark if grant.authority & Authority.SPARK else 0.0
-        advance = MAP_ADVANCE + self._told("spark_applied", now, offset)
+        advance = MAP_ADVANCE + self._measured("spark_applied", now, offset)
         return EngineStatus(speed, motion.gear, advance, timing.clock.read(now)), timing.latency
 
     def _optical(self, now: float, motion: Motion, _: Grant) -> tuple[BenchMessage, float]:
         timing = self._timings["optical_speed"]
-        speed = self._told("optical_speed", now, motion.optical_speed)
+        speed = self._measured("optical_speed", now, motion.optical_speed)
         return OpticalSpeed(speed, True, timing.clock.read(now)), timing.latency
 
     def _controls(self, now: float, _: Motion, __: Grant) -> tuple[BenchMessage, float]:
@@ -165,7 +167,9 @@ class Instruments:
     def _travel(self, now: float, motion: Motion, __: Grant) -> tuple[BenchMessage, float]:
         timing = self._timings["suspension_travel"]
         travels = self._chassis.travels(motion.rear_angle, motion.front_angle)
-        front, rear = (max(self._told("suspension_travel", now, travel), 0.0) for travel in travels)
+        front, rear = (
+            max(self._measured("suspension_travel", now, travel), 0.0) for travel in travels
+        )
         return ChassisStatus(front, rear), timing.latency
 
     def _encoder(self, name: str) -> tuple[BenchMessage, float]:

@@ -1,4 +1,4 @@
-"""The virtual motorcycle in real time: a program of its own, or a process beside a trial."""
+"""Virtual motorcycle in real time: as a command, or as a process beside a trial."""
 
 import copyreg
 import multiprocessing
@@ -24,15 +24,15 @@ from slipbench.protocol.codec.codec import Codec
 from slipbench.protocol.database.layout import Database
 from slipbench.protocol.errors import InputError
 
-LEAVING = 10.0  # s that a vehicle has to leave the bus
-SPIN = 20_000  # ns: a motorcycle may be late by that much; the processor is the bench's
+END_TIMEOUT = 10.0  # s within which the vehicle process must end when asked to
+SPIN = 20_000  # ns: short, because the bench needs the processor more than the motorcycle does
 
 
 def _view(of: dict[str, Any]) -> MappingProxyType[str, Any]:
     return MappingProxyType(of)
 
 
-# A vehicle's tables are read-only views, which pickle does not know; they travel as what they view.
+# Tables of a vehicle are read-only views. Pickle does not know them and sends what they view.
 copyreg.pickle(MappingProxyType, lambda view: (_view, (dict(view),)))
 
 
@@ -41,14 +41,15 @@ def simulate_until(
     scenario: Scenario,
     database: Database,
     address: BusAddress,
-    calm: Callable[[], AbstractContextManager[object]] = nullcontext,
+    scheduling: Callable[[], AbstractContextManager[object]] = nullcontext,
     ready: Callable[[], None] = lambda: None,
 ) -> VirtualMotorcycle:
-    """Scenario on the bus until `over` says so, in `calm`; returns the motorcycle as it then is.
+    """Final state of the virtual motorcycle, simulated on the bus until `over` returns True.
 
-    `ready` is called once the bus is open and the motorcycle about to scenario.
+    scheduling  context in which the simulation runs, such as `realtime_process`
+    ready       called when the bus is open, before the first millisecond
 
-    Raises InputError where the bus cannot be opened, or is gone meanwhile.
+    Raises InputError where the bus cannot be opened, or fails during the simulation.
     """
     with open_bus(address, receive_own_messages=False) as bus, bus_failure_as_input_error(address):
         motorcycle = VirtualMotorcycle(scenario, bus, Codec(database))
@@ -57,20 +58,20 @@ def simulate_until(
             return motorcycle.tick(number, due) and not over()
 
         ready()
-        with calm():
+        with scheduling():
             run_ticks(tick, MILLISECOND, MonotonicClock(SPIN))
         return motorcycle
 
 
 @dataclass(frozen=True)
 class VehicleProcess:
-    """A process in which the virtual motorcycle rides. pipe: closed by the kernel when it ends."""
+    """Process that simulates the motorcycle. pipe: the kernel closes it when the process ends."""
 
     process: BaseProcess
     pipe: Connection
 
     def why_ended(self) -> str:
-        """How the process died, in words; empty where it lives or ended as it was asked to."""
+        """How the process died, in words; empty where it runs or ended without an error."""
         return exit_reason(self.process)
 
 
@@ -78,10 +79,10 @@ class VehicleProcess:
 def vehicle_process(
     scenario: Scenario, database: Database, address: BusAddress
 ) -> Iterator[VehicleProcess]:
-    """Scenario in a process of its own for as long as the block lasts, on a bus that it shares."""
+    """Process that simulates the motorcycle on the bus at `address` until the block ends."""
     watching, watched = process_pipe()
     process = multiprocessing.get_context("spawn").Process(
-        target=_ride_on, args=(scenario, database, address, watched), name="slipbench vehicle"
+        target=_simulate, args=(scenario, database, address, watched), name="slipbench vehicle"
     )
     try:
         start(process)
@@ -91,16 +92,16 @@ def vehicle_process(
         watching.close()
         if process.pid is not None:
             process.terminate()
-            process.join(LEAVING)
-        if process.is_alive():  # stopped, or hanging: it holds nothing that would be lost
+            process.join(END_TIMEOUT)
+        if process.is_alive():  # stopped or blocked; it has no data that could be lost
             process.kill()
             process.join()
 
 
-def _ride_on(
+def _simulate(
     scenario: Scenario, database: Database, address: BusAddress, _pipe: Connection
 ) -> None:
-    """Scenario until asked to end; what the terminal says is the trial's, which hands back to it."""
+    """Simulate until SIGTERM; signals of the terminal are handled by the process of the trial."""
     signal_on_parent_exit(signal.SIGTERM)
     over = threading.Event()
     with interrupts(over):

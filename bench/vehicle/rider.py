@@ -1,4 +1,4 @@
-"""The scripted rider: holds the grip, presses the button, lets go when the bench is done."""
+"""Simulated rider: holds the grip, presses the button and releases it when the trial has ended."""
 
 from slipbench.protocol.codec.messages import Phase, RiderControls
 from slipbench.protocol.trial_file import VirtualRider
@@ -7,32 +7,33 @@ AFTER = frozenset({Phase.DONE, Phase.TRIPPED})
 
 
 class Rider:
-    """Looks at the dashboard (the trial's phase) and moves as the trial file says."""
+    """Controls of the rider, from the phase of the trial and the script of the trial file."""
 
     def __init__(self, script: VirtualRider, grip: float) -> None:
-        """Hold `grip` (0..1) until told otherwise."""
+        """Start with the throttle grip at `grip` (0..1) and the button released."""
         self._script = script
         self._armed_at: float | None = None
         self._pressed_at: float | None = None
         self._phase = Phase.IDLE
         self.grip = grip
 
-    def sees(self, phase: Phase, now: float) -> None:
-        """Read the dashboard at `now` (s)."""
+    def read_phase(self, phase: Phase, now: float) -> None:
+        """Read the phase of the trial from the dashboard at `now` (s)."""
         if phase == Phase.ARMED and self._phase != Phase.ARMED:
             self._armed_at = now
         self._phase = phase
 
     def controls(self, now: float) -> RiderControls:
-        """Tell where the controls are at `now` (s)."""
+        """Positions of the controls at `now` (s)."""
         return RiderControls(self._presses(now), self.grip, 0.0, 0.0, 0.0)
 
     @property
     def pressed(self) -> bool:
-        """Tell whether the button was pressed, now or before."""
+        """Whether the button is or was pressed."""
         return self._pressed_at is not None
 
     def _presses(self, now: float) -> bool:
+        """Whether the rider holds the button at `now` (s)."""
         if self._armed_at is None or now < self._armed_at + self._script.presses_button_after:
             return False
         if self._pressed_at is None:

@@ -1,4 +1,4 @@
-"""The road that the virtual motorcycle meets: stretches with less grip, or that carry less load."""
+"""Road of the virtual motorcycle: segments with other tyre grip or other rear load."""
 
 from collections.abc import Sequence
 
@@ -6,17 +6,17 @@ from slipbench.protocol.trial_file import Stretch
 
 
 class Road:
-    """Stretches by their place, m from the button; where several lie, their factors multiply."""
+    """Segments of the road by distance, m from the button; factors of overlapping ones multiply."""
 
-    def __init__(self, stretches: Sequence[Stretch]) -> None:
-        """Know the whole road."""
-        self._stretches = tuple(stretches)
+    def __init__(self, segments: Sequence[Stretch]) -> None:
+        """Store the segments of the whole road."""
+        self._segments = tuple(segments)
 
-    def factors(self, place: float) -> tuple[float, float]:
-        """Return the factors of grip and of rear load at a place, m."""
+    def factors(self, distance: float) -> tuple[float, float]:
+        """Factors of grip and of rear load, 1, at a distance, m from the button."""
         grip = load = 1.0
-        for stretch in self._stretches:
-            if stretch.start <= place < stretch.end:
-                grip *= stretch.factor if stretch.of == "grip" else 1.0
-                load *= stretch.factor if stretch.of == "load" else 1.0
+        for segment in self._segments:
+            if segment.start <= distance < segment.end:
+                grip *= segment.factor if segment.of == "grip" else 1.0
+                load *= segment.factor if segment.of == "load" else 1.0
         return grip, load

@@ -1,7 +1,8 @@
-"""The virtual motorcycle: ECU, throttle, encoders, optical sensor and rider, on any CAN bus.
+"""Virtual motorcycle: ECU, throttle body, encoders, optical sensor and rider on any CAN bus.
 
-The one file of the bench that knows the physics. It speaks the database like the real devices,
-each on its own clock, and it takes authority back when the bench falls silent.
+The only file of the bench that uses the vehicle dynamics. It sends the messages of the database as the
+real devices do, each with its own clock, and returns authority to the rider when no command arrives
+(watchdog timeout).
 """
 
 from collections.abc import Mapping
@@ -40,13 +41,13 @@ from slipbench.protocol.codec.messages import ActuatorCommand, Authority, TrialS
 from slipbench.protocol.errors import InputError
 from slipbench.protocol.trial_file import TrialFile
 
-STEP = 0.001  # s, the devices' own cycle
-LIVED = ("throttle_position", "engine_speed", "optical_speed")  # told between frames as well
-ECHOED = ("throttle_command", "spark_command", "spark_applied")  # told by the frame only
+STEP = 0.001  # s, cycle of the devices
+CONTINUOUS = ("throttle_position", "engine_speed", "optical_speed")  # simulated between frames too
+PER_FRAME = ("throttle_command", "spark_command", "spark_applied")  # computed for each frame only
 
 
 def read_vehicle(path: Path) -> Vehicle:
-    """Load a vehicle file; its faults are a user's mistake like any other."""
+    """Read a vehicle file. Raises InputError where it is not valid."""
     try:
         return load_vehicle(path)
     except VehicleFileError as fault:
@@ -54,33 +55,36 @@ def read_vehicle(path: Path) -> Vehicle:
 
 
 def wheels_of(vehicle: Vehicle) -> Wheels:
-    """Tell the gateway what turns tooth intervals into speeds."""
+    """Wheel radii (m) and number of teeth, from which the gateway computes wheel speeds."""
     motorcycle = vehicle.motorcycle
     rear, front = motorcycle.rear_wheel.radius, motorcycle.front_wheel.radius
     return Wheels(rear, front, int(motorcycle.rear_encoder.teeth))
 
 
 def equilibrium_throttle(scenario: "Scenario") -> float:
-    """Tell which throttle opening (0..1) holds the trial's operating point."""
+    """Throttle opening (0..1) that holds the operating point of the trial."""
     return scenario.equilibrium(Simulation(scenario.vehicle.motorcycle))[1]
 
 
 @dataclass(frozen=True)
 class Scenario:
-    """What the virtual motorcycle is to do: a vehicle, a trial's operating point, a seed."""
+    """What is simulated: a vehicle, a trial (operating point, rider, seed), and disturbances."""
 
     vehicle: Vehicle
     trial: TrialFile
     disturbances: DisturbanceLevels = ON_THE_ROAD
 
     def equilibrium(self, simulation: Simulation) -> tuple[Floats, float]:
-        """Find the steady state of the operating point, and the opening that holds it."""
+        """Steady state of the operating point, and the throttle opening (0..1) that holds it.
+
+        The state has the shape (n,) and SI units. Raises InputError where there is none.
+        """
         point = self.trial.operating_point
         try:
             return equilibrium(simulation, point.gear, point.engine_speed)
         except (ValueError, IndexError) as fault:
             raise InputError(
-                "the vehicle cannot stand at the trial's operating point",
+                "the vehicle has no steady state at the operating point of the trial",
                 where=self.trial.name,
                 found=str(fault),
                 remedy="change operating_point in the trial, or the vehicle file",
@@ -88,29 +92,29 @@ class Scenario:
 
 
 class Sensor:
-    """What the vehicle's effects make of one channel, moment by moment."""
+    """Measurement of one channel by the sensor effects of the vehicle."""
 
     def __init__(self, motorcycle: Motorcycle, channel: str, *stages: str) -> None:
-        """Remember nothing yet; act with the effects of these stages."""
+        """Start in the initial state, with the effects of these stages."""
         self._effects = sensor_effects(motorcycle.effects, channel, *stages)
         self._memories: Memories = ()
 
-    def follow(self, times: Floats, values: Floats) -> float:
-        """Live through these moments (s, true time) and tell the last one's value."""
+    def sample(self, times: Floats, values: Floats) -> float:
+        """Last measured value. times: s, true time, shape (n,); values: SI, shape (n,)."""
         if self._effects:
             self._memories, values = measure(self._effects, self._memories, times, values)
         return float(values[-1])
 
-    def tell(self, now: float, value: float) -> float:
-        """Tell the value of one frame."""
-        return self.follow(np.array([now]), np.array([value])) if self._effects else value
+    def frame_value(self, now: float, value: float) -> float:
+        """Measured value of one frame. now: s, true time; value: true value, SI."""
+        return self.sample(np.array([now]), np.array([value])) if self._effects else value
 
 
 class VirtualMotorcycle:
-    """Lives a millisecond at a time and speaks for all devices on the bus."""
+    """Simulation in steps of a millisecond; it sends the messages of all devices."""
 
     def __init__(self, scenario: Scenario, bus: can.BusABC, codec: Codec) -> None:
-        """Scenario at the trial's operating point, the rider's hand on the grip."""
+        """Start at the operating point of the trial, with authority at the rider."""
         trial, motorcycle = scenario.trial, scenario.vehicle.motorcycle
         self._silence = trial.command.silence
         self._gear = trial.operating_point.gear
@@ -120,7 +124,7 @@ class VirtualMotorcycle:
         self._rider = Rider(trial.rider, grip)
         _check_channels(scenario.vehicle)
         self._instruments = Instruments(_timings(scenario.vehicle), codec, self._rider, trial.seed)
-        self._sensors = {channel: Sensor(motorcycle, channel, "signal") for channel in LIVED}
+        self._sensors = {channel: Sensor(motorcycle, channel, "signal") for channel in CONTINUOUS}
         self._disturbances = Disturbances(scenario.disturbances, trial.seed)
         self._inputs = Inputs.held(1, gear=float(self._gear), throttle_command=grip)
         self._grant = Grant()
@@ -131,71 +135,71 @@ class VirtualMotorcycle:
         }
         self._pickups: dict[str, Floats] = {}
         self._road = Road(trial.road)
-        self._place = 0.0  # m since the button
+        self._distance = 0.0  # m, from the button
         self._start: int | None = None
-        self._lived = 0
+        self._elapsed = 0
         self._throttle_rate = 0.0
-        self.watchdog_timeouts: list[float] = []  # s, when silence ended the bench's authority
+        self.watchdog_timeouts: list[float] = []  # s, when authority returned to the rider
 
     def tick(self, number: int, due: int) -> bool:
-        """Live up to and including millisecond `number`, due at `due` ns; go on for ever."""
+        """Simulate up to millisecond `number`, inclusive, due at `due` ns; always True."""
         if self._start is None:
             self._start = due - round((number + 1) * STEP * SECOND)
-        while self._lived <= number:
-            self._lived += 1
-            self._live(self._lived * STEP)
+        while self._elapsed <= number:
+            self._elapsed += 1
+            self._advance(self._elapsed * STEP)
         return True
 
-    def _live(self, now: float) -> None:
-        """Live the millisecond that ends at `now`, s since the ride began.
+    def _advance(self, now: float) -> None:
+        """Simulate the millisecond that ends at `now`, s since the start.
 
-        The motorcycle moves under what the devices held since the last one; then they take in what
-        arrived meanwhile, and hold and echo that from `now` on.
+        The motorcycle moves under the commands of the millisecond before. Then the devices read the
+        frames that arrived meanwhile, and apply and report these commands from `now` on.
         """
         motion = self._move(now)
-        self._listen(now)
-        grant = self._grant.at(now, self._silence)
+        self._receive(now)
+        grant = self._grant.with_watchdog(now, self._silence)
         if grant.latched and not self._grant.latched:
             self.watchdog_timeouts.append(now)
         self._grant = grant
-        for name, message in self._instruments.speak(self._lived - 1, now, motion, grant):
+        for name, message in self._instruments.messages_due(self._elapsed - 1, now, motion, grant):
             self._send(*self._sender.encode(message, name=name))
 
-    def _listen(self, now: float) -> None:
+    def _receive(self, now: float) -> None:
         while (frame := self._bus.recv(0)) is not None:
             if frame.is_error_frame or frame.is_remote_frame or frame.is_extended_id:
                 continue
             message = self._codec.decode(frame.arbitration_id, frame.data)
             match message:
                 case ActuatorCommand() if self._in_sequence(frame, now):
-                    self._grant = self._grant.hear(message, now)
+                    self._grant = self._grant.receive(message, now)
                 case TrialStatus():
-                    self._rider.sees(message.phase, now)
+                    self._rider.read_phase(message.phase, now)
 
     def _in_sequence(self, frame: can.Message, now: float) -> bool:
-        """Tell whether the counter moved; one that stands is not believed after silence either."""
+        """Whether the counter of a command advanced; a frozen counter is not a valid command."""
         counter = self._codec.counter(frame.arbitration_id, frame.data)
         moved = counter is None or counter != self._counter
         self._counter = counter
         return moved
 
     def _move(self, now: float) -> Motion:
-        """Let devices and disturbances drive the motorcycle for a millisecond."""
+        """True motion after one millisecond under the commands and the disturbances."""
         authority, command, inputs = self._grant.authority, self._grant.command, self._inputs
         throttle = command.throttle if authority & Authority.THROTTLE else self._rider.grip
         inputs.throttle_command[0] = throttle
         inputs.spark[0] = command.spark if authority & Authority.SPARK else 0.0
         inputs.road_force[0], inputs.engine_disturbance[0] = self._disturbances.draw(STEP)
-        inputs.grip[0], inputs.load[0] = self._road.factors(self._place)
+        inputs.grip[0], inputs.load[0] = self._road.factors(self._distance)
         self._state, out = self._simulation.advance(self._state, inputs)
         if self._rider.pressed:
-            self._place += float(out.speed[-1]) * STEP
+            self._distance += float(out.speed[-1]) * STEP
         times = now + (out.time - out.time[-1])
-        self._turn("rear", times, out.rear_angle, out.rear_speed)
-        self._turn("front", times, out.front_angle, out.front_speed)
+        self._pass_teeth("rear", times, out.rear_angle, out.rear_speed)
+        self._pass_teeth("front", times, out.front_angle, out.front_speed)
         return self._motion(times, out)
 
-    def _turn(self, wheel: str, times: Floats, angle: Floats, speed: Floats) -> None:
+    def _pass_teeth(self, wheel: str, times: Floats, angle: Floats, speed: Floats) -> None:
         disc = self._discs[wheel]
         if wheel not in self._pickups:
             self._pickups[wheel] = begin(float(times[0]), float(angle[0]), float(speed[0]))
@@ -211,11 +215,11 @@ class VirtualMotorcycle:
         acceleration = (rate - self._throttle_rate) / STEP
         self._throttle_rate = rate
         return Motion(
-            throttle=self._sensors["throttle_position"].follow(times, out.throttle),
+            throttle=self._sensors["throttle_position"].sample(times, out.throttle),
             throttle_acceleration=acceleration,
-            engine_speed=self._sensors["engine_speed"].follow(times, out.engine_speed),
+            engine_speed=self._sensors["engine_speed"].sample(times, out.engine_speed),
             gear=self._gear,
-            optical_speed=self._sensors["optical_speed"].follow(times, out.optical_speed),
+            optical_speed=self._sensors["optical_speed"].sample(times, out.optical_speed),
             acceleration=float(out.acceleration[-1]),
             rear_angle=float(out.rear_angle[-1]),
             front_angle=float(out.front_angle[-1]),
@@ -228,7 +232,7 @@ class VirtualMotorcycle:
         except can.CanOperationError as refusal:
             if interface_down(refusal):
                 raise
-            return  # a full queue loses the frame, as on a real device; its counter tells
+            return  # a full queue loses the frame, as on a real device; its counter shows it
 
 
 def _teeth(disc: ToothedDisc) -> int:
@@ -236,30 +240,32 @@ def _teeth(disc: ToothedDisc) -> int:
 
 
 def _timings(vehicle: Vehicle) -> Mapping[str, Timing]:
-    """Turn the vehicle file's channels into what the instruments add to the truth."""
+    """Timing of each channel of the vehicle file."""
     return {name: _timing(vehicle, name, channel) for name, channel in vehicle.channels.items()}
 
 
 def _timing(vehicle: Vehicle, name: str, channel: ChannelTiming) -> Timing:
-    stages = ("frame",) if name in LIVED else ("signal", "frame")
+    stages = ("frame",) if name in CONTINUOUS else ("signal", "frame")
     return Timing(
         DeviceClock(*clock_of(vehicle.motorcycle.effects, channel)),
         channel.latency,
         channel.noise,
-        Sensor(vehicle.motorcycle, name, *stages).tell,
+        Sensor(vehicle.motorcycle, name, *stages).frame_value,
     )
 
 
 def _check_channels(vehicle: Vehicle) -> None:
-    """Refuse effects on what the virtual motorcycle does not tell, or tells without a stamp."""
+    """Reject effects on channels that the virtual motorcycle does not send, or on unknown clocks."""
     clocks = {channel.clock for channel in vehicle.channels.values()}
     for effect in vehicle.motorcycle.effects:
-        known = (*LIVED, *ECHOED) if isinstance(effect, SensorEffect) else tuple(sorted(clocks))
+        known = (
+            (*CONTINUOUS, *PER_FRAME) if isinstance(effect, SensorEffect) else tuple(sorted(clocks))
+        )
         if isinstance(effect, (SensorEffect, Misdates)) and effect.subject not in known:
             raise InputError(
-                "the virtual motorcycle has no such channel or clock to act on",
+                "an effect acts on a channel or clock that the virtual motorcycle does not have",
                 where=f"{vehicle.name}: effects.{effect.name}",
                 expected=", ".join(known),
                 found=effect.subject,
-                remedy="let the effect act on one of these",
+                remedy="use one of these channels or clocks",
             )

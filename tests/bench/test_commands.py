@@ -1,4 +1,4 @@
-"""The bench's commands as a user meets them."""
+"""The commands of the bench at the command line."""
 
 import os
 import signal
@@ -66,7 +66,7 @@ def test_a_tripped_trial_ends_with_3_and_says_why(monkeypatch, capsys, short, tm
         (('stop = "5 Hz"', 'stop = "80 Hz"'), "lower it or shorten command.period"),
         (('stop = "5 Hz"', 'stop = "5 bananas"'), "one of: Hz, mHz, kHz"),
         (('amplitude = "2 %"', 'amplitude = "9 %"'), "limits.throttle_deviation"),
-        (("gear = 2", "gear = 6"), "cannot stand at the trial's operating point"),
+        (("gear = 2", "gear = 6"), "no steady state at the operating point"),
         (("gear = 2", 'gear = "second"'), "operating_point.gear"),
         (("[limits]", "[limits"), "not valid TOML"),
         (('duration = "1 s"', 'duration = "3600 s"'), "more than the 3600000 ticks"),
@@ -142,7 +142,7 @@ def test_a_missing_trial_or_vehicle_file_is_named(monkeypatch, capsys, short):
 
 
 @pytest.mark.parametrize("command", ["trial", "vehicle", "replay", "decode", "import", "identify"])
-def test_every_command_explains_itself_with_an_example(monkeypatch, capsys, command):
+def test_the_help_of_every_command_has_an_example(monkeypatch, capsys, command):
     status, out, _ = run(monkeypatch, capsys, command, "--help")
     assert status == 0
     assert f"slipbench {command}" in " ".join(out.replace("│", " ").split())

@@ -32,16 +32,16 @@ def command(folder: Path, *arguments: str, **options: object) -> "subprocess.Pop
 
 
 def spawned(process: int) -> int:
-    """Count the processes that it has started and that still live."""
+    """Number of running child processes of a process."""
     return len(Path(f"/proc/{process}/task/{process}/children").read_text().split())
 
 
 @pytest.mark.parametrize("children", [1, 2, 3])
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGHUP])
-def test_a_whole_group_that_is_interrupted_while_a_trial_starts_ends_in_silence(
+def test_a_group_that_is_interrupted_while_a_trial_starts_ends_without_a_traceback(
     tmp_path: Path, number: int, children: int
 ) -> None:
-    """As soon as so many processes are there: each of them still imports."""
+    """The signal is sent as soon as that many processes exist, while they still import."""
     with command(tmp_path, "trial", TRIAL, "--real-time") as trial:
         deadline = time.monotonic() + WITHIN
         while spawned(trial.pid) < children and time.monotonic() < deadline:
@@ -72,7 +72,7 @@ def _wait_for_group(group: int) -> None:
         ("replay", "x.log", "--interface", "slipbench"),
     ],
 )
-def test_a_command_that_may_open_few_files_says_so_and_leaves_nothing(
+def test_a_command_with_too_few_file_descriptors_reports_it_and_leaves_no_file(
     tmp_path: Path, arguments: tuple[str, ...]
 ) -> None:
     (tmp_path / "x.log").write_text("(1.000000) can0 123#00\n")

@@ -1,4 +1,4 @@
-"""Everything that is made to go wrong, one case a row of docs/fault_matrix.md."""
+"""Every fault that is injected; one case is one row of docs/fault_matrix.md."""
 
 from functools import partial
 
@@ -16,19 +16,19 @@ from slipbench.protocol.codec.messages import TripReason
 from tests.faults import ending
 from tests.faults.devices import (
     AT,
+    FieldReplaced,
+    FieldsFrozen,
     OneToothOfATurn,
     Silent,
     Slowing,
-    Standing,
     Teeth,
-    Tells,
     second_vehicle,
 )
-from tests.faults.ride import Case
+from tests.faults.run_case import Case
 
-SEEN = frozenset({"gateway"})
-TOLD = frozenset({"motorcycle"})
-TO_US, TO_IT = Where(AT, receivers=SEEN), Where(AT, receivers=TOLD)
+GATEWAY = frozenset({"gateway"})
+MOTORCYCLE = frozenset({"motorcycle"})
+TO_BENCH, TO_MOTORCYCLE = Where(AT, receivers=GATEWAY), Where(AT, receivers=MOTORCYCLE)
 TEETH = 16  # of the demonstration vehicle's encoders
 
 
@@ -48,98 +48,99 @@ BUS = (
         "lost some",
         "1 % of the frames to the bench lost",
         TripReason.NONE,
-        bus=(Lost(0.01, Where(receivers=SEEN)),),
-        why="the next one comes within `limits.stale`",
+        bus=(Lost(0.01, Where(receivers=GATEWAY)),),
+        why="the next frame arrives within `limits.stale`",
         vcan="test_sockets.py::test_a_listener_that_does_not_read_loses_the_newest_and_is_not_told",
     ),
-    Case("lost to us", "all frames to the bench lost", TripReason.STALE, bus=(Lost(1.0, TO_US),)),
+    Case(
+        "lost to us", "all frames to the bench lost", TripReason.STALE, bus=(Lost(1.0, TO_BENCH),)
+    ),
     Case(
         "lost to it",
         "all frames to the motorcycle lost",
         TripReason.AUTHORITY_LOST,
-        bus=(Lost(1.0, TO_IT),),
+        bus=(Lost(1.0, TO_MOTORCYCLE),),
     ),
     Case(
         "corrupted some",
         "1 % of the frames to the bench corrupted",
         TripReason.NONE,
-        bus=(Corrupted(0.01, Where(receivers=SEEN)),),
-        why="`limits.faults` in a row trip",
+        bus=(Corrupted(0.01, Where(receivers=GATEWAY)),),
+        why="only `limits.faults` faulty frames in a row trip",
     ),
     Case(
         "corrupted to us",
         "all frames to the bench corrupted",
         TripReason.FAULTY,
-        bus=(Corrupted(1.0, TO_US),),
+        bus=(Corrupted(1.0, TO_BENCH),),
     ),
     Case(
         "corrupted to it",
         "all frames to the motorcycle corrupted",
         TripReason.AUTHORITY_LOST,
-        bus=(Corrupted(1.0, TO_IT),),
+        bus=(Corrupted(1.0, TO_MOTORCYCLE),),
     ),
     Case(
         "duplicated to us",
-        "all frames to the bench come twice",
+        "all frames to the bench duplicated",
         TripReason.TWO_SENDERS,
-        bus=(Duplicated(1.0, TO_US),),
-        why="a repetition is left out by its counter, and now and then is no fault; so many may "
-        "be a second vehicle",
+        bus=(Duplicated(1.0, TO_BENCH),),
+        why="a single repeated counter is ignored; so many may be a second vehicle",
     ),
     Case(
         "duplicated to it",
-        "all frames to the motorcycle come twice",
+        "all frames to the motorcycle duplicated",
         TripReason.NONE,
-        bus=(Duplicated(1.0, TO_IT),),
-        why="the devices leave out repetitions",
+        bus=(Duplicated(1.0, TO_MOTORCYCLE),),
+        why="the devices ignore a repeated counter",
     ),
     Case(
         "reordered some",
-        "5 % of the frames to the bench overtaken by the next",
+        "5 % of the frames to the bench arrive after the next frame",
         TripReason.NONE,
-        bus=(Reordered(0.05, where=Where(receivers=SEEN)),),
-        why="what comes late is older by one frame",
+        bus=(Reordered(0.05, where=Where(receivers=GATEWAY)),),
+        why="a late value is one period old",
     ),
     Case(
         "delayed a little",
-        "all frames to the bench 5 ms late",
+        "all frames to the bench delayed by 5 ms",
         TripReason.NONE,
-        bus=(Delayed(1.0, 0.005, where=TO_US),),
-        why="less than `limits.stale`; a steady delay shows only when it begins",
+        bus=(Delayed(1.0, 0.005, where=TO_BENCH),),
+        why="less than `limits.stale`; a constant delay can be detected only when it begins",
     ),
     Case(
         "delayed",
-        "all frames to the bench 30 ms late",
+        "all frames to the bench delayed by 30 ms",
         TripReason.STALE,
-        bus=(Delayed(1.0, 0.030, where=TO_US),),
+        bus=(Delayed(1.0, 0.030, where=TO_BENCH),),
     ),
     Case(
         "repeated to us",
-        "all frames to the bench repeat the last one",
+        "all frames to the bench repeat the last payload",
         TripReason.FAULTY,
-        bus=(Frozen(TO_US),),
+        bus=(Frozen(TO_BENCH),),
     ),
     Case(
         "repeated to it",
-        "all frames to the motorcycle repeat the last one",
+        "all frames to the motorcycle repeat the last payload",
         TripReason.AUTHORITY_LOST,
-        bus=(Frozen(TO_IT),),
+        bus=(Frozen(TO_MOTORCYCLE),),
     ),
     Case(
         "bench off the bus",
         "bus-off of the bench",
         TripReason.BUS_OFF,
-        bus=(Disturbed(1.0, Where(AT, senders=SEEN)),),
+        bus=(Disturbed(1.0, Where(AT, senders=GATEWAY)),),
         vcan="test_sockets.py::test_an_error_frame_of_the_kernel_tells_that_the_controller_is_off",
     ),
     Case(
         "motorcycle off the bus",
         "bus-off of the motorcycle",
         TripReason.STALE,
-        bus=(Disturbed(1.0, Where(AT, senders=TOLD)),),
+        bus=(Disturbed(1.0, Where(AT, senders=MOTORCYCLE)),),
         within=0.0245,
-        why="CAN's own rule: 32 attempts, 3 ms, until its controller is off the bus; from then "
-        "on it hears no command, and 20 ms of silence count",
+        why="by the rules of CAN its controller goes bus-off after 32 attempts, 3 ms; then it "
+        "receives no command, and the watchdog of 20 ms runs",
     ),
 )
 
@@ -147,81 +148,81 @@ DEVICES = (
     *(
         Case(
             f"counter of {name}",
-            f"counter of {name} stands, values live",
+            f"counter of {name} frozen, values change",
             TripReason.STALE if name == "EngineStatus" else TripReason.FAULTY,
-            failing=partial(Standing, name),
+            failing=partial(FieldsFrozen, name),
         )
         for name in ("EcuStatus", "ThrottleStatus", "EngineStatus", "OpticalSpeed")
     ),
     Case(
         "counter of RiderControls",
-        "counter of RiderControls stands, values live",
+        "counter of RiderControls frozen, values change",
         TripReason.STALE,
-        failing=partial(Standing, "RiderControls"),
+        failing=partial(FieldsFrozen, "RiderControls"),
     ),
-    # Its age and its faulty frames pass their limits within a tick; the age comes first.
+    # Age and number of faulty frames exceed their limits within one tick; the age is checked first.
     Case(
         "engine speed frozen",
-        "engine speed and its stamp frozen",
+        "engine speed and its time stamp frozen",
         TripReason.STALE,
-        failing=partial(Standing, "EngineStatus", ("engine_speed", "time")),
+        failing=partial(FieldsFrozen, "EngineStatus", ("engine_speed", "time")),
     ),
     Case(
         "engine speed stuck",
-        "engine speed frozen, its stamp runs",
+        "engine speed frozen, its time stamp advances",
         TripReason.NONE,
-        failing=partial(Standing, "EngineStatus", ("engine_speed",)),
-        why="no other sensor tells engine speed; in gear, `limits.speed` and `limits.slip` of "
-        "the rear wheel bound it as well",
+        failing=partial(FieldsFrozen, "EngineStatus", ("engine_speed",)),
+        why="no other sensor measures engine speed; in gear, `limits.speed` and `limits.slip` "
+        "of the rear wheel bound it as well",
     ),
     Case(
         "throttle stuck",
-        "throttle position frozen, its stamp runs",
+        "throttle position frozen, its time stamp advances",
         TripReason.NONE,
-        failing=partial(Standing, "ThrottleStatus", ("position",)),
-        why="no decision rests on it: the command is judged, and what the devices grant",
+        failing=partial(FieldsFrozen, "ThrottleStatus", ("position",)),
+        why="no decision uses it: the gate checks the command and what the devices grant",
     ),
     Case(
         "optical frozen",
-        "optical speed and its stamp frozen",
+        "optical speed and its time stamp frozen",
         TripReason.FAULTY,
-        failing=partial(Standing, "OpticalSpeed", ("speed", "time")),
+        failing=partial(FieldsFrozen, "OpticalSpeed", ("speed", "time")),
     ),
     Case(
         "optical stuck",
-        "optical speed frozen, its stamp runs",
+        "optical speed frozen, its time stamp advances",
         TripReason.NONE,
-        failing=partial(Standing, "OpticalSpeed", ("speed",)),
-        why="found when the motorcycle's speed has changed by `limits.front_slip` or "
-        "`limits.slip`; here it hardly changes",
+        failing=partial(FieldsFrozen, "OpticalSpeed", ("speed",)),
+        why="detected when the speed of the motorcycle has changed by `limits.front_slip` or "
+        "`limits.slip`; here it is almost constant",
     ),
     Case(
         "engine speed jumps",
         "engine speed jumps by 3000 rpm",
         TripReason.ENGINE_SPEED,
-        failing=partial(Tells, "EngineStatus", "engine_speed", lambda speed: speed + 314.0),
+        failing=partial(FieldReplaced, "EngineStatus", "engine_speed", lambda speed: speed + 314.0),
     ),
     Case(
         "gear jumps",
         "gear jumps to neutral",
         TripReason.GEAR,
-        failing=partial(Tells, "EngineStatus", "gear", lambda _: 0),
+        failing=partial(FieldReplaced, "EngineStatus", "gear", lambda _: 0),
     ),
     Case(
         "optical jumps",
         "optical speed jumps by 15 %",
         TripReason.SLIP,
-        failing=partial(Tells, "OpticalSpeed", "speed", lambda speed: 1.15 * speed),
+        failing=partial(FieldReplaced, "OpticalSpeed", "speed", lambda speed: 1.15 * speed),
     ),
     Case(
         "optical drops out",
-        "optical sensor sees nothing",
+        "optical sensor reports an invalid speed",
         TripReason.STALE,
-        failing=partial(Tells, "OpticalSpeed", "valid", lambda _: False),
+        failing=partial(FieldReplaced, "OpticalSpeed", "valid", lambda _: False),
     ),
     Case(
         "optical silent",
-        "optical sensor says nothing",
+        "optical sensor silent",
         TripReason.STALE,
         failing=partial(Silent, frozenset({"OpticalSpeed"})),
     ),
@@ -229,14 +230,14 @@ DEVICES = (
         "throttle fault",
         "throttle body reports a fault",
         TripReason.THROTTLE_FAULT,
-        failing=partial(Tells, "ThrottleStatus", "faulty", lambda _: True),
+        failing=partial(FieldReplaced, "ThrottleStatus", "faulty", lambda _: True),
     ),
     Case(
         "device clock",
         "the ECU's clock jumps by an hour",
         TripReason.NONE,
-        failing=partial(Tells, "EcuStatus", "time", lambda time: time + 3600.0),
-        why="stamps must move, not be right; the record's arrival times are the bench's own",
+        failing=partial(FieldReplaced, "EcuStatus", "time", lambda time: time + 3600.0),
+        why="time stamps must advance, not be right; the record has the bench's arrival times",
     ),
     Case(
         "second vehicle",
@@ -250,7 +251,7 @@ DEVICES = (
             f"{wheel} encoder: a tooth {words}",
             reason,
             teeth=partial(_encoder, wheel, missing),
-            why="counted from the first turn that shows it, at most 38 ms after it broke",
+            why="counted from the first wrong tooth, at most 38 ms after the fault",
         )
         for wheel, reason in (("rear", TripReason.SLIP), ("front", TripReason.FRONT_WHEEL))
         for words, missing in (("missing", True), ("doubled", False))
@@ -273,10 +274,10 @@ DEVICES = (
         TripReason.FRONT_WHEEL,
         teeth=lambda: {"front": Slowing(0.3)},
         within=0.36,
-        why="a wheel in the air turns on: nothing that is measured differs from a wheel that "
-        "rolls until it is `limits.front_slip` (10 %) slow, which takes 0.33 s here; growth "
-        "with speed (4 %) and a misplaced tooth (4 %) look the same below that; a trial may "
-        "set it lower",
+        why="a wheel in the air keeps turning; it cannot be told from a rolling wheel until it is "
+        "`limits.front_slip` (10 %) slower, which takes 0.33 s here; below that limit, tyre "
+        "growth with speed (4 %) and a misplaced tooth (4 %) look the same; a trial may set a "
+        "lower limit",
     ),
     Case(
         "vehicle killed",
@@ -293,7 +294,7 @@ BENCH = (
         "kill -9 of the loop",
         TripReason.NONE,
         bench=ending.killed_loop,
-        told="the loop's process died (signal 9)",
+        message="the loop's process died (signal 9)",
         vcan="test_killed_bench.py::test_the_devices_take_authority_back_within_their_time",
     ),
     Case(
@@ -308,6 +309,7 @@ BENCH = (
         "kill -9 of the recorder",
         TripReason.RECORDER,
         bench=ending.dead_recorder,
+        why="on real processes and a loaded machine see below: killed recorder under load",
         vcan="test_faults.py::test_a_recorder_that_is_killed_ends_the_trial",
     ),
     Case(
@@ -316,7 +318,7 @@ BENCH = (
         TripReason.RECORDER,
         bench=ending.recorder_that_does_not_read,
         within=0.035,
-        why="noticed when the ring is full: 64 slots here, 12 s of frames in real time",
+        why="detected when the ring is full: 64 slots here, 12 s of frames in real time",
         vcan="test_faults.py::test_a_recorder_that_is_stopped_for_a_while_loses_nothing",
     ),
     Case(

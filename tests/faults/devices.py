@@ -1,8 +1,8 @@
-"""Devices that fail: the virtual motorcycle, with one of its devices telling something else.
+"""Faults of devices: the virtual motorcycle with faulty messages or faulty teeth.
 
-The motorcycle itself, and what it does, stay as they are: only what is told of it changes, between
-a pickup and its encoder (teeth) or between a device and its controller (messages). Frames are laid
-out and protected anew, with the counter that they had.
+The motion of the motorcycle is not changed. Faults are injected between a pickup and its encoder
+(teeth) or between a device and its CAN controller (messages). A changed message is encoded again,
+with its own counter and a valid CRC.
 """
 
 import math
@@ -14,86 +14,88 @@ from slipbench.bench.vehicle.virtual_motorcycle import VirtualMotorcycle
 from slipbench.protocol.codec import e2e
 from slipbench.protocol.codec.messages import Authority
 
-AT = 0.6  # s into the trial: in the midst of the excitation
+AT = 0.6  # s, time of the fault in the trial: during the excitation
 
 
-# What is sent for a message: none, one or several, each with its counter.
+# What is sent instead of a message: any number of messages, each with its counter.
 Sent = tuple[tuple[Any, int], ...]
 
 
 class Failing(Protocol):
-    """What is sent for a message that a device has to tell at `now` (s)."""
+    """What is sent instead of a message of a device at `now` (s)."""
 
-    def __call__(self, name: str, told: Any, counter: int, now: float) -> Sent:
-        """Tell it."""
-
-
-def sound(_name: str, told: Any, counter: int, _now: float) -> Sent:
-    """Tell it as it is."""
-    return ((told, counter),)
+    def __call__(self, name: str, message: Any, counter: int, now: float) -> Sent:
+        """Messages to send, each with its counter."""
 
 
-def second_vehicle(_name: str, told: Any, counter: int, now: float) -> Sent:
-    """A vehicle of the same kind, in the same state, is switched on: it counts for itself."""
-    both = (told, counter), (told, (counter + 7) % e2e.PERIOD)
+def no_fault(_name: str, message: Any, counter: int, _now: float) -> Sent:
+    """The message, unchanged."""
+    return ((message, counter),)
+
+
+def second_vehicle(_name: str, message: Any, counter: int, now: float) -> Sent:
+    """A second vehicle of the same kind, in the same state, with counters of its own."""
+    both = (message, counter), (message, (counter + 7) % e2e.PERIOD)
     return both if now >= AT else both[:1]
 
 
 @dataclass(frozen=True)
 class Silent:
-    """Nothing is sent by the devices of these messages, or by any device."""
+    """Messages with these names are not sent; without names, no message is sent."""
 
     names: frozenset[str] = frozenset()
 
-    def __call__(self, name: str, told: Any, counter: int, now: float) -> Sent:
-        return () if now >= AT and name in (self.names or {name}) else ((told, counter),)
+    def __call__(self, name: str, message: Any, counter: int, now: float) -> Sent:
+        return () if now >= AT and name in (self.names or {name}) else ((message, counter),)
 
 
 @dataclass
-class Standing:
-    """Fields, or with none named the counter, stand while everything else goes on."""
+class FieldsFrozen:
+    """These fields keep their values, or without fields the counter; all else advances."""
 
     name: str
     fields: tuple[str, ...] = ()
     _first: dict[str, Any] = field(default_factory=dict)
     _counter: int | None = None
 
-    def __call__(self, name: str, told: Any, counter: int, now: float) -> Sent:
+    def __call__(self, name: str, message: Any, counter: int, now: float) -> Sent:
         if name != self.name or now < AT:
-            return ((told, counter),)
+            return ((message, counter),)
         if not self.fields:
             self._counter = counter if self._counter is None else self._counter
-            return ((told, self._counter),)
-        self._first = self._first or {each: getattr(told, each) for each in self.fields}
-        return ((replace(told, **self._first), counter),)
+            return ((message, self._counter),)
+        self._first = self._first or {each: getattr(message, each) for each in self.fields}
+        return ((replace(message, **self._first), counter),)
 
 
 @dataclass(frozen=True)
-class Tells:
-    """A field takes a value of its own, which may depend on what it should be."""
+class FieldReplaced:
+    """One field is replaced by `value(true value)`."""
 
     name: str
     field: str
     value: Callable[[Any], Any]
 
-    def __call__(self, name: str, told: Any, counter: int, now: float) -> Sent:
+    def __call__(self, name: str, message: Any, counter: int, now: float) -> Sent:
         if name != self.name or now < AT:
-            return ((told, counter),)
-        return ((replace(told, **{self.field: self.value(getattr(told, self.field))}), counter),)
+            return ((message, counter),)
+        return (
+            (replace(message, **{self.field: self.value(getattr(message, self.field))}), counter),
+        )
 
 
 class Teeth(Protocol):
-    """What becomes of the times (s) at which teeth pass. began: s, when the first was untrue."""
+    """A fault of an encoder's teeth. began: s, time of the first wrong tooth."""
 
     began: float
 
     def __call__(self, times: list[float]) -> list[float]:
-        """Tell when they pass."""
+        """Times (s) at which the encoder counts teeth, from the true times."""
 
 
 @dataclass
 class OneToothOfATurn:
-    """A tooth is missing, or a burr between two of them counts as a tooth."""
+    """One tooth of each turn is missing, or a burr between two teeth counts as a tooth."""
 
     teeth: int
     missing: bool
@@ -102,22 +104,22 @@ class OneToothOfATurn:
     _last: float = 0.0
 
     def __call__(self, times: list[float]) -> list[float]:
-        told = []
+        passed = []
         for time in times:
             self._count += 1
             if time < AT or self._count % self.teeth:
-                told.append(time)
+                passed.append(time)
             else:
                 wrong = [] if self.missing else [(self._last + time) / 2, time]
                 self.began = min(self.began, *wrong, time)
-                told += wrong
+                passed += wrong
             self._last = time
-        return told
+        return passed
 
 
 @dataclass
 class Slowing:
-    """The wheel itself turns slower: by `rate` (1/s) of its speed, until it stands."""
+    """The wheel slows down by `rate` (1/s) of its speed, until it stands still."""
 
     rate: float
     began: float = AT
@@ -125,67 +127,67 @@ class Slowing:
     _last: float = 0.0
 
     def __call__(self, times: list[float]) -> list[float]:
-        told = []
+        passed = []
         for time in times:
             pace = max(0.0, 1.0 - self.rate * max(0.0, time - AT))
             before, self._passed = self._passed, self._passed + pace
             if self._passed >= 1.0:
-                told.append(self._last + (1.0 - before) / pace * (time - self._last))
+                passed.append(self._last + (1.0 - before) / pace * (time - self._last))
                 self._passed -= 1.0
             self._last = time
-        return told
+        return passed
 
 
 @dataclass
-class Witness:
-    """What happened inside the motorcycle: every millisecond's authority, and what the servo did.
+class GroundTruth:
+    """True state of the simulated motorcycle, every millisecond.
 
-    now       s into the trial
-    held      s, last moment at which the bench held anything
-    off_hand  furthest that the servo was told to be from the rider's hand since the fault, 0..1
+    now        s in the trial
+    held       s, last time at which the bench had authority
+    deviation  largest distance of the commanded throttle from the rider's grip since the fault, 0..1
     """
 
     now: float = 0.0
     held: float = 0.0
-    off_hand: float = 0.0
+    deviation: float = 0.0
 
 
 class FailingMotorcycle(VirtualMotorcycle):
-    """The virtual motorcycle, some of its devices failing: no physics of their failure."""
+    """The virtual motorcycle with faults of its devices; the cause of a fault is not modelled."""
 
-    witness: Witness
-    failing: Failing = staticmethod(sound)
+    truth: GroundTruth
+    failing: Failing = staticmethod(no_fault)
 
     @classmethod
     def with_faults(
-        cls, witness: Witness, failing: Failing, teeth: dict[str, Teeth], *parts: Any
+        cls, truth: GroundTruth, failing: Failing, teeth: dict[str, Teeth], *parts: Any
     ) -> "FailingMotorcycle":
         motorcycle = cls(*parts)
-        motorcycle.witness, motorcycle.failing = witness, failing
+        motorcycle.truth, motorcycle.failing = truth, failing
         passing = motorcycle._instruments.teeth
 
-        def told(wheel: str, times: list[float], per_turn: int) -> None:
+        def with_teeth_faults(wheel: str, times: list[float], per_turn: int) -> None:
             passing(wheel, teeth[wheel](times) if wheel in teeth else times, per_turn)
 
-        motorcycle._instruments.teeth = told  # type: ignore[method-assign]
+        motorcycle._instruments.teeth = with_teeth_faults  # type: ignore[method-assign]
         return motorcycle
 
-    def _live(self, now: float) -> None:
-        self.witness.now = now
-        super()._live(now)
+    def _advance(self, now: float) -> None:
+        self.truth.now = now
+        super()._advance(now)
         grant = self._grant
         if grant.authority != Authority.NONE:
-            self.witness.held = now
+            self.truth.held = now
         if now >= AT and grant.authority & Authority.THROTTLE:
             off = abs(grant.command.throttle - self._rider.grip)
-            self.witness.off_hand = max(self.witness.off_hand, off)
+            self.truth.deviation = max(self.truth.deviation, off)
 
     def _send(self, identifier: int, data: bytes) -> None:
-        name, told = self._codec.name(identifier), self._codec.decode(identifier, data)
+        name, message = self._codec.name(identifier), self._codec.decode(identifier, data)
         counter = self._codec.counter(identifier, data)
         assert name is not None
-        for answer in self.failing(name, told, counter or 0, self._lived * 1e-3):
-            if answer == (told, counter or 0):
+        for sent in self.failing(name, message, counter or 0, self._elapsed * 1e-3):
+            if sent == (message, counter or 0):
                 super()._send(identifier, data)
             else:
-                super()._send(*self._codec.encode(answer[0], counter=answer[1], name=name))
+                super()._send(*self._codec.encode(sent[0], counter=sent[1], name=name))

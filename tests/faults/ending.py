@@ -1,7 +1,8 @@
-"""What breaks on the bench's own side: its processes, its disk, its memory and its clock.
+"""Faults of the bench: its processes, its disk, its ring buffer and its clock.
 
-On the simulated clock a process that is killed or stopped is one whose calls do not happen any
-more, or for a while; real signals and real processes are in tests/socketcan/inside/test_faults.py.
+On the simulated clock, a killed process is one whose calls no longer happen, and a stopped process
+one whose calls do not happen for a while. tests/socketcan/inside/test_faults.py has real signals and
+real processes.
 """
 
 from collections.abc import Iterator
@@ -14,30 +15,30 @@ from slipbench.bench.loop.clock import SECOND, SimulatedClock
 from slipbench.bench.loop.recorder import Recorder, open_log
 from slipbench.bench.loop.ring import Ring
 from slipbench.bench.trials.simulated_trial import START
-from tests.faults.devices import AT, Witness
+from tests.faults.devices import AT, GroundTruth
 
 STOPPED_FOR = 0.1  # s
-LITTLE = 64  # slots of a ring that is soon full
+SMALL_RING = 64  # slots
 
 
 class Killed(BaseException):
-    """The process is gone."""
+    """The process was killed."""
 
 
 @contextmanager
-def nothing(_: Witness) -> Iterator[None]:
+def nothing(_: GroundTruth) -> Iterator[None]:
     yield
 
 
 @contextmanager
-def full_disk(witness: Witness) -> Iterator[None]:
+def full_disk(truth: GroundTruth) -> Iterator[None]:
     """From `AT` on every write is refused."""
 
     def opened(path: Path) -> Any:
         log = open_log(path)
 
         def write(data: bytes) -> int:
-            if witness.now >= AT:
+            if truth.now >= AT:
                 raise OSError(28, "No space left on device")
             return log.write(data)
 
@@ -51,12 +52,12 @@ def full_disk(witness: Witness) -> Iterator[None]:
 
 
 @contextmanager
-def recorder_that_does_not_read(witness: Witness) -> Iterator[None]:
-    """From `AT` on nobody takes frames out of the ring, until the trial is over."""
-    drain, ring = Recorder.drain, Ring.local(LITTLE)
+def recorder_that_does_not_read(truth: GroundTruth) -> Iterator[None]:
+    """From `AT` on the recorder reads no frames from the ring, for `STOPPED_FOR` s."""
+    drain, ring = Recorder.drain, Ring.local(SMALL_RING)
 
     def idle(recorder: Recorder) -> int:
-        return 0 if AT <= witness.now < AT + STOPPED_FOR else drain(recorder)
+        return 0 if AT <= truth.now < AT + STOPPED_FOR else drain(recorder)
 
     with (
         mock.patch.object(Recorder, "drain", idle),
@@ -66,12 +67,12 @@ def recorder_that_does_not_read(witness: Witness) -> Iterator[None]:
 
 
 @contextmanager
-def dead_recorder(witness: Witness) -> Iterator[None]:
-    """At `AT` the recorder is gone, and whoever watches it says so to the ring."""
+def dead_recorder(truth: GroundTruth) -> Iterator[None]:
+    """At `AT` the recorder has ended, and the loop marks the ring as failed."""
     drain = Recorder.drain
 
     def gone(recorder: Recorder) -> int:
-        if witness.now < AT:
+        if truth.now < AT:
             return drain(recorder)
         recorder._ring.fail()
         return 0
@@ -81,7 +82,7 @@ def dead_recorder(witness: Witness) -> Iterator[None]:
 
 
 class Stalling(SimulatedClock):
-    """A clock whose owner sleeps too long, once; or does not wake up again."""
+    """A clock whose process is stopped once for `STOPPED_FOR` s, or killed."""
 
     wakes_up = True
 
@@ -96,18 +97,18 @@ class Stalling(SimulatedClock):
 
 
 class Ending(Stalling):
-    """A clock whose owner is killed."""
+    """A clock whose process is killed."""
 
     wakes_up = False
 
 
 @contextmanager
-def stopped_loop(_: Witness) -> Iterator[None]:
+def stopped_loop(_: GroundTruth) -> Iterator[None]:
     with mock.patch("slipbench.bench.trials.simulated_trial.SimulatedClock", Stalling):
         yield
 
 
 @contextmanager
-def killed_loop(_: Witness) -> Iterator[None]:
+def killed_loop(_: GroundTruth) -> Iterator[None]:
     with mock.patch("slipbench.bench.trials.simulated_trial.SimulatedClock", Ending):
         yield

@@ -1,4 +1,4 @@
-"""`python -m tests.faults.matrix` rides every case and writes docs/fault_matrix.md."""
+"""`python -m tests.faults.matrix` runs every case and writes docs/fault_matrix.md."""
 
 import math
 import re
@@ -8,7 +8,7 @@ from pathlib import Path
 
 from slipbench.protocol.codec.messages import Phase, TripReason
 from tests.faults.cases import BENCH, BUS, DEVICES
-from tests.faults.ride import Case, Ridden, ride
+from tests.faults.run_case import Case, CaseResult, run_case
 from tests.paths import ROOT
 
 PAGE = ROOT / "docs" / "fault_matrix.md"
@@ -20,19 +20,19 @@ CLOCK = "test_a_clock_that_is_set_moves_neither_the_throttle_nor_the_record"
 
 
 def main() -> None:
-    """Ride, and write."""
+    """Run every case and write the page."""
     with tempfile.TemporaryDirectory() as folder:
-        rides = {
-            case.name: ride(case, Path(folder) / case.name.replace(" ", "_"))
+        results = {
+            case.name: run_case(case, Path(folder) / case.name.replace(" ", "_"))
             for case in (*BUS, *DEVICES, *BENCH)
         }
-    PAGE.write_text(page(rides), encoding="utf-8")
+    PAGE.write_text(page(results), encoding="utf-8")
 
 
-def page(rides: dict[str, Ridden]) -> str:
-    """The whole page."""
+def page(results: dict[str, CaseResult]) -> str:
+    """Text of the page."""
     tables = {
-        name: "\n".join([*table_head(), *(row(case, rides[case.name]) for case in cases)])
+        name: "\n".join([*table_head(), *(row(case, results[case.name]) for case in cases)])
         for name, cases in (("bus", BUS), ("devices", DEVICES), ("bench", BENCH))
     }
     down, clock = (words(f"test_faults.py::{test}") for test in (INTERFACE, CLOCK))
@@ -41,37 +41,37 @@ def page(rides: dict[str, Ridden]) -> str:
 
 
 def table_head() -> list[str]:
-    names = ("what goes wrong", "the trial", "back, ms", "off, %", "recorded", "told", "vcan0")
+    names = ("fault", "trial", "return, ms", "deviation, %", "recorded", "message", "vcan0")
     return [f"| {' | '.join(names)} |", "|" + "---|" * len(names)]
 
 
-def row(case: Case, ridden: Ridden) -> str:
-    """One line of the table, from what was measured."""
-    goes_on = ridden.outcome is not None and ridden.outcome.done
-    ended = "is done" if goes_on else f"trips: {ridden.reason.name.lower()}"
-    if ridden.outcome is None:
-        ended = "is gone"
+def row(case: Case, result: CaseResult) -> str:
+    """One row of the table, with the measured figures."""
+    goes_on = result.outcome is not None and result.outcome.done
+    ended = "completes" if goes_on else f"trips: {result.reason.name.lower()}"
+    if result.outcome is None:
+        ended = "ends: its process is killed"
     why = f"; {case.why}" if case.why else ""
-    told = case.told or (ridden.outcome.trip if ridden.outcome else "")
+    message = case.message or (result.outcome.trip if result.outcome else "")
     cells = (
         case.what,
         ended + why,
-        "" if goes_on else f"{ridden.back * 1e3:.0f}",
-        f"{ridden.witness.off_hand:.2%}"[:-1],
-        recorded(ridden),
-        told,
+        "" if goes_on else f"{result.back * 1e3:.0f}",
+        f"{result.truth.deviation:.2%}"[:-1],
+        recorded(result),
+        message,
         words(case.vcan),
     )
     return f"| {' | '.join(cells)} |"
 
 
-def recorded(ridden: Ridden) -> str:
-    """Frames, and by kind how many messages had a fault."""
-    kinds = Counter(fault.fault for fault in ridden.recording.faults)
+def recorded(result: CaseResult) -> str:
+    """Number of frames, and for each kind of fault the number of messages that had it."""
+    kinds = Counter(fault.fault for fault in result.recording.faults)
     found = [f"{kind} ({count} messages)" for kind, count in sorted(kinds.items())]
-    if ridden.error_frames:
-        found.append(f"{ridden.error_frames} error frames")
-    return "; ".join([f"{ridden.recording.frame_count} frames", *found])
+    if result.error_frames:
+        found.append(f"{result.error_frames} error frames")
+    return "; ".join([f"{result.recording.frame_count} frames", *found])
 
 
 def words(test: str) -> str:
@@ -81,21 +81,21 @@ def words(test: str) -> str:
 
 
 def content(text: str) -> str:
-    """What a page says, its figures left out."""
+    """Text of a page without its figures."""
     return re.sub(r"\d+(\.\d+)?", "#", text)
 
 
-def in_order(ridden: Ridden) -> bool:
-    """Tell whether the record of a trial that ended early has it as such."""
-    told = ridden.recording.description.get("outcome", {})
-    if ridden.outcome is None:
-        return told == {}
-    state = ridden.outcome.state
+def in_order(result: CaseResult) -> bool:
+    """Whether run.toml has the outcome of the trial; none where the command was killed."""
+    described = result.recording.description.get("outcome", {})
+    if result.outcome is None:
+        return described == {}
+    state = result.outcome.state
     reason = state.trip.reason if state.trip else TripReason.NONE
     return bool(
-        told["trip"] == reason.name.lower()
-        and told["detail"] == ridden.outcome.trip
-        and (state.phase == Phase.DONE or not math.isnan(ridden.tripped))
+        described["trip"] == reason.name.lower()
+        and described["detail"] == result.outcome.trip
+        and (state.phase == Phase.DONE or not math.isnan(result.tripped))
     )
 
 

@@ -1,4 +1,4 @@
-"""`python -m tests.faults.on_vcan`: real programs, real signals and a real kernel's bus.
+"""`python -m tests.faults.on_vcan`: real processes, real signals and the CAN bus of a real kernel.
 
 Some 110 s of processor time on user-mode Linux, so CI runs it beside `make test`, not in it.
 """
@@ -14,7 +14,7 @@ LIMIT = 140.0  # s of the kernel's own time
 
 
 def main() -> None:
-    """Run them, and say what became of them; without a kernel it is CI that must fail."""
+    """Run the tests and print the result. Without a kernel that has CAN, this fails in CI only."""
     kernel = usable()
     if isinstance(kernel, str):
         print(f"not run: no kernel with CAN: {kernel}")

@@ -1,4 +1,4 @@
-"""A bus that never rests, or a backlog: a tick's work is bounded, the past is not believed."""
+"""Overload of the bus, or a backlog: the work of a tick is bounded, old frames are not used."""
 
 from itertools import cycle
 
@@ -40,7 +40,7 @@ class Flooded(can.BusABC):
 
 
 def statuses() -> list[can.Message]:
-    """A turn of counters of a status that tells nothing wrong."""
+    """One cycle of counters of a valid EcuStatus."""
     sender = Sender(Codec(DATABASE))
     made = [sender.encode(EcuStatus(Authority.NONE, OPENING, 0.0, n * 1e-3)) for n in range(15)]
     return [can.Message(arbitration_id=i, data=d, is_extended_id=False) for i, d in made]
@@ -71,7 +71,7 @@ def test_with_authority_a_backlog_trips_and_says_so(phase: Phase) -> None:
 
 
 def test_nothing_stays_armed_on_what_was_said_in_the_past(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Were it believed, all that is seen here would be as it must be."""
+    """With the old frames all conditions would be met."""
     with Flooded(statuses(), MOST_FRAMES + 1) as bus:
         ours = gateway(bus, Phase.ARMED)
         monkeypatch.setattr(ours._monitor, "seen", lambda *_, **__: seen())

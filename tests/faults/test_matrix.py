@@ -1,4 +1,4 @@
-"""Laws of everything that goes wrong: the rider has the throttle, the record stays, it is told."""
+"""Laws of fault injection: the rider has the throttle in time, record and reason remain."""
 
 import math
 from functools import cache
@@ -9,7 +9,7 @@ import pytest
 from slipbench.protocol.codec.messages import TripReason
 from tests.faults.cases import CASES
 from tests.faults.matrix import INSIDE, PAGE, content, in_order, page
-from tests.faults.ride import AMPLITUDE, Case, Ridden, ride
+from tests.faults.run_case import AMPLITUDE, Case, CaseResult, run_case
 from tests.paths import ROOT
 
 RESOLUTION = 1e-4  # of a throttle on the wire
@@ -17,43 +17,43 @@ A_CYCLE = 0.0025  # s: a tick's release, its frame, and the devices' own millise
 
 
 @pytest.fixture(scope="module")
-def riding(tmp_path_factory: pytest.TempPathFactory):
+def results(tmp_path_factory: pytest.TempPathFactory):
     @cache
-    def ridden(case: Case) -> Ridden:
-        return ride(case, tmp_path_factory.mktemp("faults") / "run")
+    def cached(case: Case) -> CaseResult:
+        return run_case(case, tmp_path_factory.mktemp("faults") / "run")
 
-    return ridden
+    return cached
 
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
-def test_the_rider_has_the_throttle_in_time_and_the_record_says_why(case: Case, riding) -> None:
-    ridden: Ridden = riding(case)
-    assert ridden.witness.off_hand <= AMPLITUDE + RESOLUTION
-    assert ridden.reason == case.reason
-    assert in_order(ridden)
-    assert ridden.recording.frame_count > 2000
-    if ridden.outcome is not None and case.reason == TripReason.NONE:
-        assert ridden.outcome.done
+def test_the_rider_has_the_throttle_in_time_and_the_record_says_why(case: Case, results) -> None:
+    result: CaseResult = results(case)
+    assert result.truth.deviation <= AMPLITUDE + RESOLUTION
+    assert result.reason == case.reason
+    assert in_order(result)
+    assert result.recording.frame_count > 2000
+    if result.outcome is not None and case.reason == TripReason.NONE:
+        assert result.outcome.done
         assert case.why, "a fault that ends nothing needs a reason"
         return
-    assert ridden.back <= case.within
+    assert result.back <= case.within
     assert case.within <= 0.0215 or case.why
 
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
 def test_after_a_trip_the_devices_hold_nothing_within_a_cycle_or_had_taken_it_back(
-    case: Case, riding
+    case: Case, results
 ) -> None:
-    """A release needs a bus: where there is none, the devices' own 20 ms count from the fault."""
-    ridden: Ridden = riding(case)
-    if math.isnan(ridden.tripped):
+    """A release needs a working bus; without one, the devices' watchdog of 20 ms counts."""
+    result: CaseResult = results(case)
+    if math.isnan(result.tripped):
         return
     unheard = {"bench off the bus", "motorcycle off the bus"}
-    assert ridden.back <= ridden.tripped + A_CYCLE or case.name in unheard
+    assert result.back <= result.tripped + A_CYCLE or case.name in unheard
 
 
-def test_the_page_says_what_happens(riding) -> None:
-    made = page({case.name: riding(case) for case in CASES})
+def test_the_page_says_what_happens(results) -> None:
+    made = page({case.name: results(case) for case in CASES})
     assert content(PAGE.read_text(encoding="utf-8")) == content(made), "run: make faults"
 
 

@@ -1,9 +1,9 @@
-"""Sensors fail while a slip controller has authority: the throttle does not follow what is untrue.
+"""Sensors fail while a slip controller has authority: the throttle does not follow wrong values.
 
-The controller believes its slip, and what it believes moves the throttle at up to 540 %/s. So what
-counts is how far the throttle was moved between the fault and its being the rider's again: no more
-than in as long before the fault. The gate sees to it, which trips in the very tick of the first
-untrue frame; where a sensor falls silent, the slip that was last known is what the controller has.
+The controller acts on its slip and may move the throttle at up to 540 %/s. The law: between the fault
+and the return of authority, the throttle moves no further than in the same time before the fault.
+The safety gate ensures this, as it trips in the tick of the first wrong frame. Where a sensor falls
+silent, the controller has the last known slip.
 """
 
 from functools import cache, lru_cache, partial
@@ -21,10 +21,10 @@ from slipbench.protocol.codec.messages import Authority, TripReason
 from tests.bench.trials.test_whole_trial import commands
 from tests.faults.cases import CASES
 from tests.faults.devices import Silent, Slowing
-from tests.faults.ride import Case, Ridden, ride
+from tests.faults.run_case import Case, CaseResult, run_case
 from tests.paths import TRIALS, with_full_paths
 
-LATE = 2.4  # s into the trial: the teeth are learnt, and the controller has held for half a second
+LATE = 2.4  # s in the trial: the tooth pitches are learnt, the controller has been active for 0.5 s
 NAMES = (
     "optical drops out",
     "optical silent",
@@ -33,9 +33,9 @@ NAMES = (
     "rear tooth missing",
     "counter of EngineStatus",
 )
-REACH = 0.054  # of the controller, 0..1
+HALF_RANGE = 0.054  # of the controller, 0..1
 FASTEST = 5.4  # of the controller, 1/s
-FRAME, TICK = 0.005, 0.001  # s: an encoder waits no longer before it tells; the controller's step
+FRAME, TICK = 0.005, 0.001  # s: longest period of the encoder frames; period of the controller
 SHORTER = {
     'duration = "8 s"': 'duration = "1 s"',
     'after = "5 s"': 'after = "1.8 s"',
@@ -60,7 +60,7 @@ LOCK = OURS[-1]
 
 
 @pytest.fixture(scope="module")
-def riding(tmp_path_factory: pytest.TempPathFactory):
+def results(tmp_path_factory: pytest.TempPathFactory):
     folder = tmp_path_factory.mktemp("slip_faults")
 
     @lru_cache(1)
@@ -68,11 +68,14 @@ def riding(tmp_path_factory: pytest.TempPathFactory):
         return prepare(_shortened(folder), dbc.MOTORBIKE)
 
     @cache
-    def ridden(case: Case) -> Ridden:
-        with mock.patch("tests.faults.devices.AT", LATE), mock.patch("tests.faults.ride.AT", LATE):
-            return ride(case, folder / case.name.replace(" ", "_"), trial)
+    def cached(case: Case) -> CaseResult:
+        with (
+            mock.patch("tests.faults.devices.AT", LATE),
+            mock.patch("tests.faults.run_case.AT", LATE),
+        ):
+            return run_case(case, folder / case.name.replace(" ", "_"), trial)
 
-    return ridden
+    return cached
 
 
 def _shortened(folder: Path) -> Path:
@@ -88,48 +91,50 @@ def _shortened(folder: Path) -> Path:
 
 
 @pytest.mark.parametrize("case", FAULTS, ids=lambda case: case.name)
-def test_the_rider_has_the_throttle_in_time(case: Case, riding) -> None:
-    ridden: Ridden = riding(case)
+def test_the_rider_has_the_throttle_in_time(case: Case, results) -> None:
+    result: CaseResult = results(case)
     either = {case.reason, TripReason.STALE} if case.reason == TripReason.FAULTY else {case.reason}
-    assert ridden.reason in either  # so many frames in a row, or so long: what comes first
-    assert ridden.witness.off_hand <= REACH + 1e-4
+    assert result.reason in either  # so many frames in a row, or so long: what comes first
+    assert result.truth.deviation <= HALF_RANGE + 1e-4
     if case.reason == TripReason.NONE:
-        assert ridden.outcome is not None
-        assert ridden.outcome.done
+        assert result.outcome is not None
+        assert result.outcome.done
     else:
-        assert ridden.back <= case.within
+        assert result.back <= case.within
 
 
 @pytest.mark.parametrize("case", [c for c in FAULTS if c != LOCK], ids=lambda case: case.name)
-def test_the_throttle_does_not_follow_what_is_untrue(case: Case, riding) -> None:
-    """What it moved until it was the rider's, against what it moved in as long before the fault."""
-    before, after = moved(riding(case))
+def test_the_throttle_does_not_follow_what_is_untrue(case: Case, results) -> None:
+    """Movement until the return of authority, against that in the same time before the fault."""
+    before, after = moved(results(case))
     print(f"{case.name}: {before:.2%} in the 20 ms before, {after:.2%} in those after")
     assert after <= before
 
 
-def test_a_wheel_that_seizes_is_believed_for_one_frame(riding) -> None:
-    """The first frame of it tells of a slip that falls, and to answer that is what the controller
-    is for: it opens as quickly as it may. The second one tells of a slip that no drive makes.
+def test_a_wheel_that_seizes_moves_the_throttle_for_one_frame(results) -> None:
+    """The first frame reports a falling slip, and the controller opens the throttle as it should.
+    The second frame reports a slip that a driven wheel cannot have.
     """
-    time, throttle, fault = sent(riding(LOCK))
-    _, after = moved(riding(LOCK))
+    time, throttle, fault = sent(results(LOCK))
+    _, after = moved(results(LOCK))
     print(f"{after:.2%} in all")
     known = fault + 2 * FRAME + 3 * TICK  # two frames, each on its way and until the next tick
     assert _way(throttle[time >= known]) == 0.0
     assert after <= FASTEST * (FRAME + TICK)
 
 
-def sent(ridden: Ridden) -> tuple[np.ndarray, np.ndarray, float]:
-    """Give time (s) and throttle of every command with authority, and when the fault began (s)."""
-    told = [(t, c) for t, c in commands(ridden.recording.folder) if c.authority != Authority.NONE]
-    time, throttle = np.array([(t, c.throttle) for t, c in told]).T
-    return time, throttle, START / SECOND + ridden.began
+def sent(result: CaseResult) -> tuple[np.ndarray, np.ndarray, float]:
+    """Time (s) and throttle of every command with authority, and time of the fault (s)."""
+    sent_commands = [
+        (t, c) for t, c in commands(result.recording.folder) if c.authority != Authority.NONE
+    ]
+    time, throttle = np.array([(t, c.throttle) for t, c in sent_commands]).T
+    return time, throttle, START / SECOND + result.began
 
 
-def moved(ridden: Ridden, span: float = 0.0215) -> tuple[float, float]:
-    """Furthest way of the commanded throttle in windows of `span` s before the fault, and after."""
-    time, throttle, fault = sent(ridden)
+def moved(result: CaseResult, span: float = 0.0215) -> tuple[float, float]:
+    """Largest movement of the commanded throttle within `span` s before the fault, and after it."""
+    time, throttle, fault = sent(result)
     ends = np.arange(time[0] + span, fault, span)
     ways = [_way(throttle[(time > e - span) & (time <= e)]) for e in ends]
     return max(ways), _way(throttle[(time > fault - 0.001) & (time <= fault + span)])

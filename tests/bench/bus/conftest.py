@@ -1,4 +1,4 @@
-"""Every law of a bus is tried on every wire there is."""
+"""Every law of a bus is tested on every kind of bus."""
 
 from collections.abc import Iterator
 

@@ -1,4 +1,4 @@
-"""The laws of planned faults: what strikes, whom, when, and always the same."""
+"""Laws of fault plans: which frames, which receivers, when, and reproducible."""
 
 from collections import Counter
 from dataclasses import replace
@@ -31,7 +31,7 @@ COUNT = 400
 
 
 def heard(*faults: Fault, seed: int = 1, count: int = COUNT) -> dict[str, list[Delivery]]:
-    """What two listeners hear of numbered frames, a millisecond apart, identifiers 1 and 2."""
+    """Numbered frames, a millisecond apart, identifiers 1 and 2, as two listeners receive them."""
     wire = Wire(BitRates(), FaultPlan(faults, seed))
     sender, *listeners = (wire.attach(name) for name in ("sender", "one", "two"))
     events = []
@@ -74,7 +74,7 @@ def test_a_plan_gives_the_same_faults_again_and_other_ones_with_another_seed(fau
 
 
 def outside(deliveries: list[Delivery]) -> list[Frame]:
-    """What came before 0.1 s, and when all that was late from before 0.2 s had come."""
+    """Frames that arrived before 0.1 s, and those after all delayed ones from before 0.2 s."""
     late = 0.2e9 + 20 * PERIOD
     return [each.frame for each in deliveries if each.time_ns < 0.1e9 or each.time_ns > late]
 
@@ -89,7 +89,7 @@ def test_outside_its_window_a_fault_does_nothing(fault: Fault) -> None:
 
 
 @pytest.mark.parametrize("fault", KINDS[1:], ids=lambda fault: type(fault).__name__)
-def test_a_fault_strikes_only_the_receiver_and_the_identifier_it_names(fault: Fault) -> None:
+def test_a_fault_acts_only_on_the_receiver_and_the_identifier_it_names(fault: Fault) -> None:
     where = replace(fault.where, identifiers=frozenset({2}), receivers=frozenset({"two"}))
     found = heard(replace(fault, where=where))
     assert content({"one": found["one"]}) == content({"one": WHOLE["one"]})
@@ -103,7 +103,7 @@ def test_a_fault_that_names_another_sender_does_nothing() -> None:
 
 
 @pytest.mark.parametrize("chance", [0.0, 0.1, 0.5, 1.0])
-def test_a_fault_strikes_as_often_as_its_chance_says(chance: float) -> None:
+def test_a_fault_acts_as_often_as_its_chance_states(chance: float) -> None:
     """Four standard deviations of a binomial count; 800 independent draws."""
     found = heard(Lost(chance))
     lost = 2 * COUNT - sum(map(len, found.values()))
@@ -197,5 +197,5 @@ def test_what_cannot_happen_cannot_be_planned(fault: Fault) -> None:
     ],
 )
 def test_what_is_no_plan_is_refused(text: str) -> None:
-    with pytest.raises(InputError, match="not a plan of faults"):
+    with pytest.raises(InputError, match="not a fault plan"):
         read_plan(text)

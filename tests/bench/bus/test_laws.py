@@ -1,4 +1,4 @@
-"""What the bench relies on, whichever bus it is given: the same laws on every wire."""
+"""Properties that the bench needs of every bus: the same laws on every kind of bus."""
 
 import can
 import pytest
@@ -83,7 +83,7 @@ def test_every_listener_gets_every_frame(wire: Wire) -> None:
     assert heard[0] == heard[1] == heard[2]
 
 
-def test_a_listener_that_changes_its_frame_changes_nobody_elses(wire: Wire) -> None:
+def test_a_listener_that_changes_its_frame_changes_no_other_copy(wire: Wire) -> None:
     sender, first, second = (wire.node(False) for _ in range(3))
     sent = frame(data=b"\x01\x02")
     send(sender, sent)
@@ -93,7 +93,7 @@ def test_a_listener_that_changes_its_frame_changes_nobody_elses(wire: Wire) -> N
     assert bytes(sent.data) == b"\x01\x02"
 
 
-def test_a_sender_hears_itself_only_when_it_asked_to(wire: Wire) -> None:
+def test_a_sender_receives_its_own_frames_only_on_request(wire: Wire) -> None:
     deaf, other = wire.node(False), wire.node(False)
     send(deaf, frame(0x101))
     send(other, frame(0x102))
@@ -102,7 +102,7 @@ def test_a_sender_hears_itself_only_when_it_asked_to(wire: Wire) -> None:
     assert deaf.recv(0) is None
 
 
-def test_what_a_node_hears_of_itself_is_marked_as_sent(wire: Wire) -> None:
+def test_the_own_frames_of_a_node_are_marked_as_sent(wire: Wire) -> None:
     hearing, other = wire.node(True), wire.node(False)
     send(hearing, frame(0x101))
     wire.settle()
@@ -140,7 +140,7 @@ def test_times_of_arrival_never_go_back(wire: Wire) -> None:
     assert times == sorted(times)
 
 
-def test_nobody_hears_what_was_sent_before_it_came(wire: Wire) -> None:
+def test_no_node_receives_what_was_sent_before_it_joined(wire: Wire) -> None:
     sender, witness = wire.node(False), wire.node(False)
     send(sender, frame(0x101))
     wire.settle()

@@ -1,4 +1,4 @@
-"""A bus under more load than a trial makes: nothing lost, or said so."""
+"""A bus under more load than a trial causes: no loss is unreported."""
 
 import can
 

@@ -1,4 +1,4 @@
-"""Who may serve the virtual bus, and who keeps a place on it."""
+"""Which broker may serve the virtual bus, and which nodes may stay on it."""
 
 import os
 import resource
@@ -42,7 +42,7 @@ def channel() -> str:
 
 
 def program(text: str, *arguments: object) -> "subprocess.Popen[str]":
-    """Start a program that goes on until its input ends; it has said its first line."""
+    """Program that runs until its input ends, after its first line of output."""
     process = subprocess.Popen(
         [sys.executable, "-c", text, *map(str, arguments)],
         stdin=subprocess.PIPE,
@@ -68,7 +68,7 @@ def exchanges(one: SlipbenchBus, other: SlipbenchBus, identifier: int) -> bool:
     reason="needs 1300 open files: raise the hard limit (ulimit -Hn)",
 )
 @pytest.mark.parametrize("count", [MOST_MEMBERS, 1080])
-def test_connections_that_say_nothing_keep_nobody_from_the_bus(channel: str, count: int) -> None:
+def test_idle_connections_keep_no_node_from_the_bus(channel: str, count: int) -> None:
     with SlipbenchBus(channel) as one, SlipbenchBus(channel) as two:
         with program(IDLE, address(channel).hex(), count) as idle:
             assert exchanges(one, two, 0x123)
@@ -90,7 +90,7 @@ with SlipbenchBus(sys.argv[1]) as bus:
 """
 
 
-def test_a_broker_without_descriptors_refuses_newcomers_and_serves_who_is_there(
+def test_a_broker_without_descriptors_rejects_new_nodes_and_serves_the_others(
     channel: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """It inherits the limit of the program that started it."""
@@ -106,9 +106,9 @@ def test_a_broker_without_descriptors_refuses_newcomers_and_serves_who_is_there(
 
 
 @pytest.mark.skipif(os.getuid() != 0, reason="needs a second user: run as root")
-def test_a_broker_of_another_user_is_not_believed(channel: str) -> None:
+def test_a_broker_of_another_user_is_rejected(channel: str) -> None:
     with program(LISTEN, address(channel).hex()) as other:
-        with pytest.raises(can.CanInitializationError, match="taken by user 65534") as told:
+        with pytest.raises(can.CanInitializationError, match="user 65534 has taken") as told:
             SlipbenchBus(channel)
         assert "choose another channel" in str(told.value)
         assert other.stdin

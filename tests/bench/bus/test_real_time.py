@@ -66,7 +66,7 @@ def frame(identifier: int = 0x100, data: bytes = b"", **kind: bool) -> can.Messa
 
 
 def until(bus: SlipbenchBus, state: can.BusState) -> list[can.Message]:
-    """Wait until the bus is in `state`; returns what it was told until then."""
+    """Messages that the bus received until it is in `state`."""
     deadline = time.monotonic() + PATIENCE
     while bus.state is not state:
         assert time.monotonic() < deadline, f"{bus.state}, not {state}"
@@ -82,7 +82,7 @@ def test_the_interface_is_known_to_python_can_by_its_name(channel: str) -> None:
         assert isinstance(bus, SlipbenchBus)
 
 
-def test_another_process_hears_and_answers(channel: str) -> None:
+def test_another_process_receives_and_replies(channel: str) -> None:
     with joined(channel) as bus:
         echo = subprocess.Popen(
             [sys.executable, "-c", ECHO, channel],
@@ -120,7 +120,7 @@ def test_frames_follow_each_other_by_their_bits_over_the_bit_rate_and_never_clos
     assert 0 < other.load() <= 1
 
 
-def test_the_urgent_go_first_whoever_has_waited_longer(channel: str) -> None:
+def test_urgent_frames_are_sent_first_however_long_others_have_waited(channel: str) -> None:
     with (
         joined(channel) as listener,
         joined(channel) as patient,
@@ -136,7 +136,7 @@ def test_the_urgent_go_first_whoever_has_waited_longer(channel: str) -> None:
 
 
 def contended(listener: SlipbenchBus, patient: SlipbenchBus, urgent: SlipbenchBus) -> list[int]:
-    """Identifiers as heard when three urgent frames are sent after many that wait already."""
+    """Received identifiers when three urgent frames are sent after many that already wait."""
     for _ in range(900):
         patient.send(frame(0x700, bytes(8)))
     for number in (0x120, 0x110, 0x100):
@@ -144,8 +144,8 @@ def contended(listener: SlipbenchBus, patient: SlipbenchBus, urgent: SlipbenchBu
     return [message.arbitration_id for message in receive(listener, 903)]
 
 
-def test_the_bench_s_own_nodes_keep_little_that_is_stale(channel: str) -> None:
-    """What a lone vehicle did not get rid of must not look like a second one to who comes later."""
+def test_the_nodes_of_the_bench_queue_few_old_frames(channel: str) -> None:
+    """Old frames of a single vehicle must not look like a second vehicle to a node that joins later."""
     with open_bus(BusAddress("slipbench", channel), receive_own_messages=False) as alone:
         assert isinstance(alone, SlipbenchBus)
         with pytest.raises(can.CanOperationError, match="Transmit buffer full"):
@@ -165,7 +165,7 @@ def overfill(bus: SlipbenchBus) -> None:
         bus.send(frame(0x100, bytes(8)))
 
 
-def test_a_full_queue_refuses_and_a_patient_sender_gets_in(channel: str) -> None:
+def test_a_full_queue_rejects_and_a_sender_with_a_timeout_succeeds(channel: str) -> None:
     with joined(channel, queue_length=5) as one, joined(channel) as other:
         with pytest.raises(can.CanOperationError, match="Transmit buffer full"):
             overfill(one)
@@ -178,13 +178,13 @@ def test_a_full_queue_refuses_and_a_patient_sender_gets_in(channel: str) -> None
 def test_what_no_controller_can_send_is_refused(two: Two) -> None:
     for wrong, words in (
         (frame(is_fd=True), "fd=True"),
-        (frame(is_error_frame=True), "controller sends error frames by itself"),
+        (frame(is_error_frame=True), "only a controller itself sends error frames"),
     ):
         with pytest.raises(can.CanOperationError, match=words):
             two[0].send(wrong)
 
 
-def test_a_plan_of_faults_acts_on_the_running_bus(two: Two) -> None:
+def test_a_fault_plan_acts_on_the_running_bus(two: Two) -> None:
     one, other = two
     other.inject(FaultPlan((Lost(1.0, Where(receivers={"two"}, identifiers={0x100})),)))
     time.sleep(0.05)  # it travels to the broker on its own way
@@ -193,7 +193,7 @@ def test_a_plan_of_faults_acts_on_the_running_bus(two: Two) -> None:
     assert [message.arbitration_id for message in receive(other, 1)] == [0x101]
 
 
-def test_a_node_is_driven_off_the_bus_told_so_and_comes_back(two: Two) -> None:
+def test_a_node_goes_bus_off_is_notified_and_recovers(two: Two) -> None:
     one, other = two
     other.inject(FaultPlan((Disturbed(1.0, Where(senders={"one"})),)))
     time.sleep(0.05)
@@ -213,7 +213,7 @@ def test_a_node_is_driven_off_the_bus_told_so_and_comes_back(two: Two) -> None:
     assert [message.arbitration_id for message in heard if not message.is_error_frame] == [0x123]
 
 
-def test_a_node_that_is_left_alone_is_passive_and_not_off(channel: str) -> None:
+def test_a_single_node_becomes_passive_and_not_bus_off(channel: str) -> None:
     with joined(channel) as one:
         one.send(frame())
         until(one, can.BusState.PASSIVE)
@@ -228,8 +228,8 @@ def test_what_was_sent_before_leaving_still_arrives(two: Two) -> None:
     assert [message.data[0] for message in receive(other, 100)] == list(range(100))
 
 
-def test_who_leaves_with_unread_news_before_a_late_broker_has_still_sent_all(two: Two) -> None:
-    """A release is the last that a gateway says, and it has no time for the bus's answers."""
+def test_frames_of_a_node_that_leaves_with_unread_records_are_all_sent(two: Two) -> None:
+    """A release is the last frame of a gateway, which does not read the confirmation."""
     one, other = two
     one.send(frame(0x100, bytes([0])))
     receive(other, 1)
@@ -245,13 +245,15 @@ def test_who_leaves_with_unread_news_before_a_late_broker_has_still_sent_all(two
     assert [message.data[0] for message in receive(other, 100)] == list(range(100))
 
 
-def test_a_broker_that_is_killed_is_told_at_once_and_the_channel_can_be_used_again(
+def test_a_killed_broker_is_reported_at_once_and_the_channel_can_be_used_again(
     channel: str,
 ) -> None:
     with joined(channel) as one:
         broker = _broker_of(channel)
         subprocess.run(["kill", "-9", str(broker)], check=True)
-        with pytest.raises(can.CanOperationError, match=r"the bus is gone|the bus is closed"):
+        with pytest.raises(
+            can.CanOperationError, match=r"the broker of the bus has ended|the bus is closed"
+        ):
             one.recv(PATIENCE)
     with joined(channel) as one, joined(channel) as other:
         one.send(frame())
@@ -259,7 +261,7 @@ def test_a_broker_that_is_killed_is_told_at_once_and_the_channel_can_be_used_aga
 
 
 def test_a_broker_that_comes_late_has_lost_nothing(channel: str) -> None:
-    """A machine under load may stop the broker for long; a whole queue must fit between."""
+    """A loaded machine may stop the broker for long; a whole queue must fit into the socket."""
     with joined(channel, queue_length=600) as sender, joined(channel) as listener:
         broker = _broker_of(channel)
         os.kill(broker, signal.SIGSTOP)
@@ -291,7 +293,7 @@ def test_a_broker_that_comes_late_has_lost_nothing(channel: str) -> None:
     ],
     ids=len,
 )
-def test_a_stranger_who_talks_nonsense_is_sent_away_and_disturbs_nobody(
+def test_a_connection_with_invalid_records_is_rejected_and_disturbs_no_node(
     two: Two, nonsense: bytes
 ) -> None:
     with socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET) as stranger:
@@ -315,13 +317,15 @@ def test_a_stranger_who_talks_nonsense_is_sent_away_and_disturbs_nobody(
     ],
     ids=["identifier", "too long", "no such length", "no plan", "torn"],
 )
-def test_a_member_that_sends_what_cannot_be_is_sent_away_and_disturbs_nobody(
+def test_a_node_with_invalid_records_is_removed_and_disturbs_no_other(
     two: Two, channel: str, record: bytes
 ) -> None:
     one, other = two
     with joined(channel) as wrong:
-        wrong._tell(record)
-        with pytest.raises(can.CanOperationError, match=r"the bus refused|the bus is gone"):
+        wrong._send_record(record)
+        with pytest.raises(
+            can.CanOperationError, match=r"rejected by the bus|the broker of the bus has ended"
+        ):
             wrong.recv(PATIENCE)
     one.send(frame(0x123))
     assert [message.arbitration_id for message in receive(other, 1)] == [0x123]

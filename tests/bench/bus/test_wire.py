@@ -1,4 +1,4 @@
-"""The laws of the wire: order, time, conservation, and the confinement of faults."""
+"""Laws of the wire: order, time, conservation of frames, and fault confinement."""
 
 from itertools import pairwise
 
@@ -113,7 +113,7 @@ def notices(events: list[Event], node: Node) -> list[Notice]:
 
 @few
 @given(offers(), st.booleans())
-def test_without_a_fault_everybody_gets_everything_once(sent: Offers, urgent: bool) -> None:
+def test_without_a_fault_every_node_receives_every_frame_once(sent: Offers, urgent: bool) -> None:
     wire, nodes = bus(urgent)
     events = carried(wire, nodes, sent)
     for number, node in enumerate(nodes):
@@ -137,7 +137,7 @@ def test_what_one_queue_sends_keeps_its_order(sent: Offers) -> None:
 def test_a_frame_that_begins_has_the_lowest_identifier_of_all_that_are_ready(
     sent: Offers, urgent: bool
 ) -> None:
-    """Whoever was overtaken came later, was less urgent, or stood behind another in its queue."""
+    """A frame that was sent later came later, was less urgent, or was behind another in its queue."""
     wire, nodes = bus(urgent)
     witness = nodes[3]
     waiting = [(time * 1000, sender, frame) for time, sender, frame in sent]
@@ -187,7 +187,9 @@ def test_the_load_never_exceeds_the_wire(sent: Offers, now: int) -> None:
 
 @few
 @given(offers(), st.lists(st.integers(0, 40_000), max_size=20), st.integers(0, 2**32))
-def test_how_often_one_looks_changes_nothing(sent: Offers, looks: list[int], seed: int) -> None:
+def test_the_steps_of_advance_do_not_change_the_events(
+    sent: Offers, looks: list[int], seed: int
+) -> None:
     plan = FaultPlan((Disturbed(0.2),), seed)
     wire, nodes = bus(faults=plan)
     once = content(carried(wire, nodes, sent))
@@ -222,7 +224,7 @@ def test_what_is_destroyed_on_the_wire_is_sent_again_and_still_arrives_once(
 FOREVER_DISTURBED = FaultPlan((Disturbed(1.0, Where(senders={"node 0"})),))
 
 
-def test_a_node_that_only_fails_is_off_the_bus_after_32_errors_and_passive_after_16() -> None:
+def test_a_node_that_only_fails_is_passive_after_16_errors_and_bus_off_after_32() -> None:
     wire, nodes = bus(faults=FOREVER_DISTURBED)
     events = carried(wire, nodes, [(0, 0, Frame(1, b"")), (0, 0, Frame(2, b""))], SECOND)
     told = notices(events, nodes[0])
@@ -234,7 +236,7 @@ def test_a_node_that_only_fails_is_off_the_bus_after_32_errors_and_passive_after
     assert not wire.offer(Frame(3, b""), nodes[0], wire.now_ns)
 
 
-def test_listeners_count_one_for_each_error_and_never_go_off() -> None:
+def test_receivers_count_one_for_each_error_and_never_go_bus_off() -> None:
     wire, nodes = bus(faults=FaultPlan((Disturbed(1.0),)), restart=0.0)
     for _ in range(10):
         wire.offer(Frame(1, b""), nodes[0], wire.now_ns)
@@ -243,7 +245,7 @@ def test_listeners_count_one_for_each_error_and_never_go_off() -> None:
     assert nodes[1].state is Confinement.PASSIVE
 
 
-def test_a_bus_off_node_neither_hears_nor_acknowledges() -> None:
+def test_a_bus_off_node_neither_receives_nor_acknowledges() -> None:
     wire, nodes = bus(faults=FOREVER_DISTURBED)
     carried(wire, nodes, [(0, 0, Frame(1, b""))], SECOND)
     wire.offer(Frame(5, b""), nodes[1], wire.now_ns)
@@ -283,7 +285,7 @@ def test_under_traffic_each_frame_counts_once_towards_recovery(count: int) -> No
     assert nodes[0].off == (count < 128)
 
 
-def test_a_lone_node_becomes_passive_and_never_goes_off() -> None:
+def test_a_single_node_becomes_passive_and_never_goes_bus_off() -> None:
     wire = Wire(RATES)
     node = wire.attach("alone")
     wire.offer(Frame(1, b""), node, 0)
@@ -345,7 +347,7 @@ def test_what_a_node_was_given_before_it_left_is_still_sent() -> None:
     assert [frame.identifier for frame in received(wire.advance(SECOND), nodes[1])] == [1, 2]
 
 
-def test_a_node_that_comes_during_a_frame_does_not_hear_it() -> None:
+def test_a_node_that_joins_during_a_frame_does_not_receive_it() -> None:
     wire, nodes = bus()
     wire.offer(Frame(1, b"12345678"), nodes[0], 0)
     wire.advance(50 * BIT)

@@ -1,4 +1,4 @@
-"""A wire to hang nodes on, of each kind that the bench is used with."""
+"""Buses of each kind that the bench is used with."""
 
 import contextlib
 import itertools

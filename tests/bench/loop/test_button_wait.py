@@ -1,4 +1,4 @@
-"""While the bench is armed it hears the button between two ticks, and then does not wait."""
+"""While the bench is armed, a press of the button between two ticks starts the next tick at once."""
 
 import os
 
@@ -26,7 +26,7 @@ def press(world: World) -> None:
     world.say("RiderControls", world.message("RiderControls"))
 
 
-def test_a_press_between_two_ticks_is_heard_and_the_next_tick_excites():
+def test_a_press_between_two_ticks_makes_the_next_tick_due_at_once_and_it_excites():
     world = armed()
     assert world.gateway.expects_the_button
     assert not world.gateway.attend(world.due + 100_000)
@@ -39,7 +39,7 @@ def test_a_press_between_two_ticks_is_heard_and_the_next_tick_excites():
     assert not world.gateway.expects_the_button
 
 
-def test_nobody_listens_between_ticks_unless_the_button_is_what_is_missing():
+def test_frames_are_read_between_ticks_only_while_the_button_is_awaited():
     world = World("throttle")
     assert not world.gateway.expects_the_button
     world.button = True  # never seen released
@@ -48,7 +48,7 @@ def test_nobody_listens_between_ticks_unless_the_button_is_what_is_missing():
         assert not world.gateway.expects_the_button
 
 
-def test_a_flood_between_two_ticks_is_the_past_and_arms_nothing():
+def test_a_flood_between_two_ticks_does_not_arm():
     world = armed()
     for _ in range(MOST_FRAMES):
         world.put(0x7FF, b"")
@@ -60,8 +60,8 @@ def test_a_flood_between_two_ticks_is_the_past_and_arms_nothing():
     assert world.judge.commands == 0
 
 
-def test_a_trial_that_cannot_begin_does_not_make_the_loop_run_wild():
-    """Each early tick leaves `armed`: a press is waited for again only after another release."""
+def test_a_trial_that_cannot_begin_does_not_cause_early_ticks_without_end():
+    """Each early tick leaves the phase `armed`; it returns there only after a release of the button."""
     world = armed()
     press(world)
     assert world.gateway.attend(world.due + 300_000)
@@ -71,8 +71,8 @@ def test_a_trial_that_cannot_begin_does_not_make_the_loop_run_wild():
     assert not world.gateway.expects_the_button
 
 
-def test_a_bus_that_is_gone_is_met_once_a_tick(monkeypatch):
-    """Its end can be read at once, for ever: that must not keep the loop busy until the tick."""
+def test_a_bus_that_failed_is_reported_once_a_tick(monkeypatch):
+    """A failed socket is always readable; this must not keep the loop busy until the tick."""
     world = armed()
 
     def gone(_timeout):
@@ -85,7 +85,7 @@ def test_a_bus_that_is_gone_is_met_once_a_tick(monkeypatch):
 
 
 class Stepping:
-    """A clock that goes on by 50 us whenever it is read, and at once to where one sleeps until."""
+    """A clock that advances by 50 us at every reading, and at once to the end of every sleep."""
 
     def __init__(self):
         self.now = 0
@@ -99,7 +99,7 @@ class Stepping:
 
 
 class Armed:
-    """A gateway that hears the button when it is asked for the `heard`th time."""
+    """A gateway that reports the button at the `heard`th check."""
 
     def __init__(self, heard):
         self.heard, self.asked = heard, []
@@ -114,7 +114,7 @@ class Armed:
 
 
 class Readable(can.BusABC):
-    """A bus on which something waits to be read at every look. It imitates no frames."""
+    """A bus that is always readable. It imitates no frames."""
 
     def __init__(self, number):
         super().__init__(channel="readable")
@@ -144,13 +144,13 @@ def test_the_wait_ends_with_the_press(busy):
     assert all(due <= MILLISECOND for due in gateway.asked)
 
 
-def test_without_a_press_the_wait_ends_at_the_deadline_and_leaves_its_last_part_in_peace(busy):
+def test_without_a_press_the_wait_ends_at_the_deadline_and_reads_nothing_in_its_last_part(busy):
     clock, gateway = Stepping(), Armed(heard=1000)
     assert not button_wait(gateway, busy, clock)(MILLISECOND)
     assert clock.now >= MILLISECOND
     assert max(gateway.asked) <= MILLISECOND - SPIN + 50_000
 
 
-def test_an_interface_without_anything_to_wait_on_is_met_at_the_ticks():
+def test_an_interface_without_a_file_descriptor_is_read_at_the_ticks_only():
     with can.Bus(interface="virtual", channel="nothing to wait on") as bus:
         assert button_wait(Armed(1), bus, Stepping()) is None

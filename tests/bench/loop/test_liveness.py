@@ -1,4 +1,4 @@
-"""A loop that was stopped is told from one that works, or that nobody looks at."""
+"""Laws of the detection of a stopped loop."""
 
 from hypothesis import given
 from hypothesis import strategies as st
@@ -8,7 +8,7 @@ from slipbench.bench.loop.ring import TICK, Ring
 
 
 @given(st.lists(st.booleans(), max_size=60), st.integers(0, 8))
-def test_it_stands_after_as_many_looks_without_a_tick_and_not_before(
+def test_a_loop_counts_as_stopped_after_that_many_checks_without_a_tick_and_not_before(
     ticks: list[bool], patience: int
 ) -> None:
     ring = Ring.local(1 << 8)
@@ -20,7 +20,7 @@ def test_it_stands_after_as_many_looks_without_a_tick_and_not_before(
         assert pulse.stopped() == (idle > patience)
 
 
-def test_a_tick_counts_whoever_has_taken_it_out_meanwhile() -> None:
+def test_a_tick_counts_even_where_the_recorder_has_read_it_meanwhile() -> None:
     ring = Ring.local(4)
     pulse = Liveness(ring, 0)
     for _ in range(10):

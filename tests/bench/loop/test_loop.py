@@ -1,4 +1,4 @@
-"""Every tick is accounted for, whatever the clock or the bus does."""
+"""Laws of the loop: every tick is counted, whatever the clock or the bus does."""
 
 import numpy as np
 from hypothesis import given
@@ -53,7 +53,7 @@ def test_every_tick_is_on_time_late_or_skipped_and_all_are_counted(durations):
 
 
 @given(st.dictionaries(st.integers(0, 40), st.integers(0, MILLISECOND - 1)))
-def test_where_the_wait_ends_early_the_ticks_begin_anew_and_all_are_counted(early):
+def test_where_the_wait_ends_early_the_ticks_restart_and_all_are_counted(early):
     """Keys: ticks that are called before they are due; values: by how much, ns."""
     clock, dues = SimulatedClock(), []
 
@@ -82,7 +82,7 @@ def test_on_the_simulated_clock_nothing_is_ever_late():
     assert np.all(lateness.lateness == 0)
 
 
-def test_the_world_lives_through_all_of_the_simulated_time():
+def test_the_world_is_advanced_over_all_of_the_simulated_time():
     lived = []
     clock = SimulatedClock(0, lived.append)
     run_periodic(lambda number, _due: number < 9, MILLISECOND, clock)
@@ -95,7 +95,7 @@ def test_the_world_lives_through_all_of_the_simulated_time():
     st.sets(st.integers(0, 199)),
 )
 def test_the_table_of_ticks_holds_every_tick_once_with_its_fate(tmp_path_factory, d, late, refuses):
-    """`refuses` are ticks whose commands the bus does not take."""
+    """refuses: ticks whose commands the bus refuses."""
     slow, ring, told = SlowTicks(d), Ring.local(), []
 
     def tick(number, _due):
@@ -119,7 +119,7 @@ def test_the_table_of_ticks_holds_every_tick_once_with_its_fate(tmp_path_factory
     assert fates.count("refused") == len(refuses.intersection(told))
     assert fates.count("late") == int(np.sum((lateness.lateness > late) & ~lateness.refused))
     path = tmp_path_factory.getbasetemp() / "ticks.csv"
-    path.write_text(text + "99999,12")  # torn while it was written
+    path.write_text(text + "99999,12")  # an incomplete last line
     again = read_ticks(path, MILLISECOND)
     assert again.start == lateness.start
     assert list(again.tick) == list(lateness.tick)
@@ -127,7 +127,7 @@ def test_the_table_of_ticks_holds_every_tick_once_with_its_fate(tmp_path_factory
     assert list(again.refused) == list(lateness.refused)
 
 
-def test_a_ring_without_room_for_a_tick_has_failed():
+def test_a_full_ring_is_marked_as_failed_at_the_next_tick():
     ring = Ring.local(2)
     note = tick_recorder(ring)
     for number in range(3):
@@ -166,7 +166,7 @@ def test_a_trial_is_invalid_when_over_its_budget_while_it_holds_authority(
 
 
 @given(st.integers(1, MILLISECOND - 1), st.integers(0, 8))
-def test_ticks_that_began_anew_are_judged_from_there(early, late_ticks):
+def test_restarted_ticks_are_checked_from_their_restart(early, late_ticks):
     """The press comes before tick 100; ticks 100 to 300 hold authority, some of them late."""
     clock, dues = SimulatedClock(), []
 

@@ -1,4 +1,4 @@
-"""A laptop at the track loses its terminal: the trial hands back, and the record is whole."""
+"""Loss of the terminal: the trial returns control to the rider, and the record is complete."""
 
 import fcntl
 import os
@@ -20,12 +20,14 @@ WITHIN = 60.0  # s, on a machine however loaded
 
 
 def own_terminal() -> None:
-    """Make the terminal that is standard input this session's own, as without `nohup`."""
+    """Make the terminal at standard input the controlling terminal, as without `nohup`."""
     signal.signal(signal.SIGHUP, signal.SIG_DFL)  # these tests may run under it themselves
     fcntl.ioctl(0, termios.TIOCSCTTY, 0)
 
 
-def test_a_trial_whose_terminal_goes_ends_by_a_release_and_describes_itself(tmp_path: Path) -> None:
+def test_a_trial_that_loses_its_terminal_releases_and_writes_its_description(
+    tmp_path: Path,
+) -> None:
     ours, theirs = pty.openpty()
     command = [
         sys.executable,
@@ -62,7 +64,7 @@ def test_a_trial_whose_terminal_goes_ends_by_a_release_and_describes_itself(tmp_
 
 
 @pytest.mark.parametrize("ignored", [False, True])
-def test_under_nohup_a_lost_terminal_asks_for_nothing(ignored: bool) -> None:
+def test_under_nohup_the_loss_of_the_terminal_ends_nothing(ignored: bool) -> None:
     before = signal.signal(signal.SIGHUP, signal.SIG_IGN if ignored else signal.SIG_DFL)
     try:
         assert (signal.SIGHUP in termination_signals()) == (not ignored)

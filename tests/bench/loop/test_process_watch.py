@@ -1,4 +1,4 @@
-"""The end of a process is known without the help of a third one, and never too early."""
+"""The end of a process is detected without a third process, and never too early."""
 
 import multiprocessing
 import os
@@ -32,7 +32,7 @@ def test_a_process_has_ended_once_it_was_killed_and_not_before(number: int) -> N
     assert not any(watch.ended() for _ in range(1000))
     assert process.pid
     os.kill(process.pid, number)
-    os.waitid(os.P_PID, process.pid, os.WEXITED | os.WNOWAIT)  # it is dead, and nobody reaped it
+    os.waitid(os.P_PID, process.pid, os.WEXITED | os.WNOWAIT)  # it has ended and was not reaped
     assert watch.ended()
     process.join()
     assert watch.ended()
@@ -40,7 +40,7 @@ def test_a_process_has_ended_once_it_was_killed_and_not_before(number: int) -> N
 
 
 def test_ticks_without_a_history_allocate_nothing_for_ticks_to_come() -> None:
-    """Room for eight hours of ticks was 490 MB, locked, and the vehicle read none of it."""
+    """Arrays for eight hours of ticks were 490 MB of locked memory that the vehicle did not use."""
     import tracemalloc
 
     tracemalloc.start()

@@ -1,4 +1,4 @@
-"""What a process that keeps deadlines claims of the machine, and what it leaves to others."""
+"""Laws of a real-time process: the rights that it requests, reports and returns."""
 
 import errno
 import multiprocessing
@@ -28,16 +28,16 @@ def _on_one_processor() -> tuple[bool, int, list[str]]:
 
 
 @needs_linux
-def test_who_shares_the_one_processor_does_not_go_before_those_who_listen() -> None:
+def test_with_one_processor_the_receivers_are_not_preempted() -> None:
     with multiprocessing.get_context("spawn").Pool(1) as pool:
         alone, policy, refused = pool.apply(_on_one_processor)
     assert alone
     assert policy == os.SCHED_OTHER
-    assert any("SCHED_FIFO" in words and "listeners" in words for words in refused)
+    assert any("SCHED_FIFO" in words and "receivers" in words for words in refused)
 
 
 @pytest.mark.parametrize("number", range(len(_CLAIMS)))
-def test_whatever_the_system_refuses_is_told_by_its_name_and_reason(
+def test_every_refused_right_is_reported_with_name_and_reason(
     number: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def refuse() -> None:
@@ -51,7 +51,7 @@ def test_whatever_the_system_refuses_is_told_by_its_name_and_reason(
 
 
 @needs_linux
-def test_what_was_claimed_is_given_back() -> None:
+def test_every_granted_right_is_returned() -> None:
     before = os.sched_getscheduler(0)
     with realtime_process() as refused:
         said = any("SCHED_FIFO" in words for words in refused)
@@ -75,7 +75,7 @@ def _priorities_of_all_threads() -> tuple[list[tuple[int, int]], list[str]]:
 
 @needs_linux
 def test_no_thread_of_the_recorder_waits_for_ordinary_processes() -> None:
-    """A process that was killed ends with the last of its threads: 400 ms later under load."""
+    """A killed process ends with the last of its threads: 400 ms later under load."""
     with multiprocessing.get_context("spawn").Pool(1) as pool:
         priorities, refused = pool.apply(_priorities_of_all_threads)
     allowed = not any("SCHED_FIFO" in words for words in refused)

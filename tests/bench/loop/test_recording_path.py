@@ -1,4 +1,4 @@
-"""From the loop to the disk: nothing is reordered, nothing is lost without a word."""
+"""From the loop to the disk: no frame is reordered, no loss is unreported."""
 
 import errno
 import io
@@ -33,7 +33,7 @@ frames = st.builds(
 
 
 @given(st.lists(st.one_of(frames, st.none()), max_size=200), st.integers(1, 16))
-def test_a_ring_gives_back_what_it_took_in_order_and_refuses_when_full(actions, slots):
+def test_a_ring_returns_its_frames_in_order_and_rejects_when_full(actions, slots):
     ring, inside, taken, given_back = Ring.local(slots), 0, [], []
     for frame in actions:
         if frame is None:
@@ -76,7 +76,7 @@ class FullDisk(io.RawIOBase):
         return len(part)
 
 
-def test_a_full_disk_is_told_to_the_loop_and_keeps_what_was_written():
+def test_a_full_disk_is_reported_to_the_loop_and_keeps_what_was_written():
     ring, disk = Ring.local(), FullDisk(100)
     recorder = Recorder(ring, disk, "can0", io.BytesIO(), TABLE)
     for number in range(10):
@@ -84,7 +84,7 @@ def test_a_full_disk_is_told_to_the_loop_and_keeps_what_was_written():
     recorder.drain()
     assert ring.failed
     assert ring.why_failed == os.strerror(errno.ENOSPC)
-    assert "No space left" in recorder.trouble
+    assert "No space left" in recorder.error
     assert disk.kept.startswith(candump_line(Slot(0, 0x10, 0, bytes(8)), "can0").encode())
 
 
@@ -118,8 +118,8 @@ def small_files():
         resource.setrlimit(resource.RLIMIT_FSIZE, before)
 
 
-def test_a_recorder_that_the_kernel_refuses_says_why_and_keeps_what_it_wrote(tmp_path):
-    """A process of its own, and a refusal of the kernel's: as a full disk, by another number."""
+def test_a_recorder_with_a_refused_write_reports_the_cause_and_keeps_what_it_wrote(tmp_path):
+    """A separate process whose writes the kernel refuses: as a full disk, with another errno."""
     memory, ring = create_shared()
     with small_files():
         process = start_recorder(memory.name, tmp_path, "can0", TABLE)
@@ -140,7 +140,7 @@ def test_a_recorder_that_the_kernel_refuses_says_why_and_keeps_what_it_wrote(tmp
     assert all(line.endswith(b" R") for line in log.splitlines()[:-1])
 
 
-def test_a_ring_that_nobody_empties_is_told_as_such():
+def test_a_ring_that_is_not_read_is_reported_as_such():
     ring = Ring.local()
     ring.fail()
     assert ring.failed

@@ -1,4 +1,4 @@
-"""A replay is never early and never out of order, whatever is done to it while it runs."""
+"""A replay is never early and never out of order, however it is controlled while it runs."""
 
 import multiprocessing
 import os
@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from slipbench.bench.bus.opening import BusAddress, open_bus
 from slipbench.bench.commands import _watch
 from slipbench.bench.loop.clock import MILLISECOND, SECOND, SimulatedClock
-from slipbench.bench.replay.replay import NEVER, replay
+from slipbench.bench.replay.replay import NOT_SENT, replay
 from slipbench.bench.replay.replay_controls import Controls
 from slipbench.bench.replay.replay_keys import steer
 from slipbench.bench.replay.replay_process import Ready, ReplayOrder, Report, running_replay
@@ -46,7 +46,7 @@ def log_of(times_ms, identifiers) -> FrameLog:
 
 
 class Listening(can.BusABC):
-    """A bus that notes what is sent and when, on a simulated clock. It imitates no wire."""
+    """A bus that stores frames and their times, on a simulated clock. It imitates no wire."""
 
     def __init__(self, clock, into=None, name="listening"):
         self.clock, self.sent = clock, [] if into is None else into
@@ -58,7 +58,7 @@ class Listening(can.BusABC):
 
 
 def played(log, controls=None, clock=None):
-    """What a bus hears of `log`: (ns, identifier, data), and what the replay says of itself."""
+    """Frames on a bus, (ns, identifier, data), and the result of the replay of `log`."""
     clock = clock or SimulatedClock()
     with Listening(clock) as bus:
         done = replay(log, [bus] * len(log.buses), clock, controls or Controls.local())
@@ -99,7 +99,7 @@ def test_every_pass_is_the_log_again_and_none_is_early(drawn, passes, speed):
 
 
 class Steering:
-    """A simulated clock at whose moments somebody touches the controls."""
+    """A simulated clock that changes the controls at given times."""
 
     def __init__(self, controls, actions):
         self.controls, self.actions = controls, sorted(actions, key=lambda action: action[0])
@@ -128,7 +128,7 @@ def test_a_pause_moves_everything_after_it_and_loses_nothing():
     sent, done = steered([0, 100, 200, 300], (150, Controls.pause), (1150, Controls.resume))
     assert [identifier for _, identifier in sent] == [0, 1, 2, 3]
     assert [t for t, _ in sent[:2]] == [0, 100]
-    assert 1200 <= sent[2][0] <= 1240  # noticed within a nap at either end
+    assert 1200 <= sent[2][0] <= 1240  # noticed within LONGEST_WAIT at either end
     assert sent[3][0] - sent[2][0] == pytest.approx(100)
     assert done.sent == 4
 
@@ -140,7 +140,7 @@ def test_a_seek_goes_on_with_the_first_frame_there_forwards_and_back():
         (150, lambda controls: controls.seek(200 * MILLISECOND)),
     )
     assert [identifier for _, identifier in sent] == [0, 3, 2, 3, 4]
-    assert done.lateness[1] == NEVER
+    assert done.lateness[1] == NOT_SENT
 
 
 def test_another_speed_holds_from_where_it_was_asked_for():
@@ -153,8 +153,8 @@ def test_another_speed_holds_from_where_it_was_asked_for():
 
 @given(st.lists(st.tuples(st.integers(1, 1900), st.sampled_from([0.5, 1.0, 2.0])), max_size=5))
 @settings(deadline=None)
-def test_the_report_tells_the_speeds_that_held(changes):
-    """From the speeds and their places alone follows when the last frame was sent."""
+def test_the_report_states_the_speeds_that_applied(changes):
+    """The time of the last frame follows from the speeds and their positions alone."""
     actions = [(t, lambda controls, s=s: controls.set_speed(s)) for t, s in changes]
     sent, done = steered([0, 1000, 2000], *actions)
     places = [place for place, _ in done.speeds] + [2000 * MILLISECOND]
@@ -194,7 +194,7 @@ def test_an_endless_replay_ends_when_it_is_stopped():
     assert sent[-1][0] <= 1020
 
 
-def test_keys_steer():
+def test_keys_control_the_replay():
     controls = Controls.local()
     controls.report_progress(5, 5, 30 * SECOND)
     steer(controls, " ")
@@ -238,13 +238,13 @@ def test_buses_and_identifiers_are_selected():
     ("action", "words"),
     [
         (lambda log: select_buses(log, ["can7"], "x.log"), "no bus 'can7'"),
-        (lambda log: select_identifiers(log, "0xZZ", ""), "no identifier"),
-        (lambda log: select_identifiers(log, "", "1-0x3FFFFFFFF"), "no identifier"),
+        (lambda log: select_identifiers(log, "0xZZ", ""), "not an identifier"),
+        (lambda log: select_identifiers(log, "", "1-0x3FFFFFFFF"), "not an identifier"),
         (lambda log: channels_by_bus(["can7=vcan0"], log), "BUS=CHANNEL"),
         (lambda log: channels_by_bus(["a", "b"], log), "BUS=CHANNEL"),
     ],
 )
-def test_a_selection_that_cannot_be_is_told(action, words):
+def test_an_invalid_selection_is_rejected(action, words):
     with pytest.raises(InputError, match=words):
         action(log_of([0], [1]))
 
@@ -309,7 +309,7 @@ def test_the_real_time_process_replays_and_reports(tmp_path):
     assert "263 frames replayed" in summary(table)
 
 
-def test_a_log_or_a_bus_that_cannot_be_used_is_told_before_anything_is_sent(tmp_path):
+def test_a_log_or_a_bus_that_cannot_be_used_is_reported_before_any_frame_is_sent(tmp_path):
     order = ReplayOrder(tmp_path / "none.log", "virtual", ("a",))
     with pytest.raises(InputError, match="no such file"), running_replay(order, 1.0, 1):
         pass
@@ -317,7 +317,7 @@ def test_a_log_or_a_bus_that_cannot_be_used_is_told_before_anything_is_sent(tmp_
 
 @pytest.fixture
 def endless(tmp_path):
-    """A replay in a process of its own that would never end, and the number of that process."""
+    """A replay without an end in a separate process, and the number of that process."""
     (tmp_path / "x.log").write_text("(1.000000) can0 123#00\n(1.010000) can0 123#01\n")
     order = ReplayOrder(tmp_path / "x.log", "virtual", ("a",))
     with running_replay(order, speed=1.0, passes=0) as running:
@@ -325,16 +325,16 @@ def endless(tmp_path):
         yield running, process.pid
 
 
-def test_a_replay_whose_process_dies_is_told(endless):
+def test_a_replay_whose_process_dies_is_reported(endless):
     running, number = endless
     running.begin()
     os.kill(number, signal.SIGKILL)
-    with pytest.raises(InputError, match="process died\n  found: signal 9"):
+    with pytest.raises(InputError, match="replay process died\n  found: signal 9"):
         running.report(within=20.0)
 
 
 def test_a_replay_that_was_stopped_does_not_keep_the_command_from_ending(endless, monkeypatch):
-    """Ctrl-C reaches the command, and the replay cannot answer any more."""
+    """Ctrl-C reaches the command, and the replay cannot respond any more."""
     monkeypatch.setattr("slipbench.bench.replay.replay_process.ENDING", 0.5)
     running, number = endless
     os.kill(number, signal.SIGSTOP)
@@ -344,7 +344,7 @@ def test_a_replay_that_was_stopped_does_not_keep_the_command_from_ending(endless
 
 
 def test_frames_of_one_moment_keep_their_order_on_a_bus_that_arbitrates(tmp_path):
-    """All due at once, the most urgent last: what another process hears is the log's order."""
+    """All due at once, the most urgent last: another process receives them in the order of the log."""
     identifiers = [0x7FF - n for n in range(300)]
     lines = [f"(1.000000) can0 {identifier:03X}#00\n" for identifier in identifiers]
     (tmp_path / "x.log").write_text("".join(lines))

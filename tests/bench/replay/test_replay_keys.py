@@ -1,4 +1,4 @@
-"""Keys at a terminal: each comes once, in order, and none is waited for."""
+"""Keys of a terminal: each is read once, in order, without waiting."""
 
 import os
 import pty
@@ -27,7 +27,7 @@ def typed(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[[bytes], None]]:
 
 
 def all_pressed(count: int) -> list[str]:
-    """Look until `count` keys have come."""
+    """The next `count` keys."""
     found: list[str] = []
     deadline = time.monotonic() + WITHIN
     while len(found) < count and time.monotonic() < deadline:
@@ -39,8 +39,8 @@ def test_nothing_pressed_is_nothing_waited_for(typed: Callable[[bytes], None]) -
     assert pressed() == []
 
 
-def test_escape_alone_is_a_key_and_holds_nobody_up(typed: Callable[[bytes], None]) -> None:
-    """A replay whose terminal waits for the rest of an arrow does not hear Ctrl-C either."""
+def test_escape_alone_is_a_key_and_does_not_block(typed: Callable[[bytes], None]) -> None:
+    """A replay that waits for the rest of an escape sequence would not react to Ctrl-C either."""
     typed(b"\x1b")
     assert all_pressed(1) == ["\x1b"]
     typed(b" ")
@@ -52,7 +52,7 @@ def test_keys_that_come_at_once_all_count(typed: Callable[[bytes], None]) -> Non
     assert all_pressed(6) == ["+", "+", "\x1b[C", "\x1b[D", " ", "q"]
 
 
-def test_what_is_no_key_of_ours_steers_nothing(typed: Callable[[bytes], None]) -> None:
+def test_other_keys_have_no_effect(typed: Callable[[bytes], None]) -> None:
     controls = Controls.local()
     typed("\u00e9\x1bOx".encode())
     for key in all_pressed(4):

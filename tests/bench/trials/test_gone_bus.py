@@ -41,7 +41,7 @@ def test_a_bus_that_vanishes_is_told_with_its_name_and_what_to_do(monkeypatch, t
     )
     the_trial = prepared()
     looks = iter(range(100))
-    with pytest.raises(InputError, match="the CAN bus is gone: interface 'socketcan'") as gone:
+    with pytest.raises(InputError, match="the CAN bus failed: interface 'socketcan'") as gone:
         simulate_until(
             lambda: next(looks) == 99,
             the_trial.scenario,

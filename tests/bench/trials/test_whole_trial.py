@@ -209,12 +209,12 @@ def test_silence_of_the_bench_gives_the_rider_the_throttle_back():
 def test_after_a_silence_the_bench_must_release_before_it_may_hold_again():
     asks = ActuatorCommand(Authority.THROTTLE, 0.1, 0.0, 0.0)
     released = ActuatorCommand(Authority.NONE, 0.0, 0.0, 0.0)
-    grant = Grant().hear(asks, 1.0)
-    assert grant.at(1.019, 0.02).authority == Authority.THROTTLE
-    silent = grant.at(1.0201, 0.02)
+    grant = Grant().receive(asks, 1.0)
+    assert grant.with_watchdog(1.019, 0.02).authority == Authority.THROTTLE
+    silent = grant.with_watchdog(1.0201, 0.02)
     assert silent.authority == Authority.NONE
-    assert silent.hear(asks, 1.03).authority == Authority.NONE
-    assert silent.hear(released, 1.03).hear(asks, 1.031).authority == Authority.THROTTLE
+    assert silent.receive(asks, 1.03).authority == Authority.NONE
+    assert silent.receive(released, 1.03).receive(asks, 1.031).authority == Authority.THROTTLE
 
 
 def test_two_vehicles_on_one_bus_are_found_out(tmp_path, monkeypatch):

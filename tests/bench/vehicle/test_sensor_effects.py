@@ -1,4 +1,4 @@
-"""Laws of sensor effects on the bus: the virtual motorcycle tells what the effects make of it."""
+"""Laws of sensor effects on the bus: messages have the values that the effects measure."""
 
 from dataclasses import replace
 
@@ -22,7 +22,7 @@ VEHICLE = read_vehicle(DEMONSTRATION)
 
 
 def said(kind: type[BenchMessage], *effects: object, milliseconds: int = 400) -> np.ndarray:
-    """Speed and stamp in every message of a kind, on a rough road, without noise."""
+    """Speed and time stamp in every message of one name, with disturbances, without noise."""
     motorcycle = replace(VEHICLE.motorcycle, effects=effects)
     channels = {name: replace(timing, noise=0.0) for name, timing in VEHICLE.channels.items()}
     scenario = Scenario(replace(VEHICLE, motorcycle=motorcycle, channels=channels), trial_file())
@@ -34,7 +34,7 @@ def said(kind: type[BenchMessage], *effects: object, milliseconds: int = 400) ->
     return np.array([(getattr(message, field), message.time) for message in heard])
 
 
-def test_a_late_channel_tells_on_the_bus_what_was_a_latency_ago():
+def test_a_late_channel_sends_the_value_of_one_latency_ago():
     plain = said(EngineStatus)[:, 0]
     late = said(EngineStatus, ChannelLatency(channel="engine_speed", latency=10e-3))[:, 0]
     assert np.ptp(plain) > 0.5
@@ -54,7 +54,7 @@ def test_a_held_value_is_renewed_once_a_hold():
     assert (np.diff(seen) != 0.0).mean() == pytest.approx(5 / 20, abs=0.03)
 
 
-def test_a_wrong_clock_shows_in_the_stamps_of_its_channels_only():
+def test_a_wrong_clock_changes_the_time_stamps_of_its_channels_only():
     plain = said(OpticalSpeed)
     wrong = said(OpticalSpeed, ClockOffset("optical", 0.3), ClockDrift("optical", 5e-3))
     assert wrong[:, 0] == pytest.approx(plain[:, 0], abs=0.02)
@@ -65,6 +65,6 @@ def test_a_wrong_clock_shows_in_the_stamps_of_its_channels_only():
 
 
 @pytest.mark.parametrize("effect", [ChannelScale("temperatures"), ClockOffset("sundial")])
-def test_an_effect_on_what_nobody_tells_is_refused(effect):
-    with pytest.raises(InputError, match="no such channel or clock"):
+def test_an_effect_on_a_channel_that_is_not_sent_is_rejected(effect):
+    with pytest.raises(InputError, match="acts on a channel or clock"):
         said(EngineStatus, effect, milliseconds=1)

@@ -140,7 +140,7 @@ def test_an_interface_that_goes_down_ends_both_programs_with_a_word_about_it(
     assert done.status == 3, done.said
     assert "tripped: the CAN controller is off the bus" in done.said
     assert done.vehicle_status == 2, done.vehicle_said
-    assert "the CAN bus is gone" in done.vehicle_said
+    assert "the CAN bus failed" in done.vehicle_said
     assert "Traceback" not in done.said + done.vehicle_said
     assert read(done.folder).description["outcome"]["trip"] == "bus_off"
 

@@ -1,4 +1,4 @@
-"""One trial on the faithful bus and the simulated clock, to which one thing is done."""
+"""One trial on the bus model and the simulated clock, with one fault injected."""
 
 from collections.abc import Callable
 from contextlib import AbstractContextManager, suppress
@@ -18,7 +18,7 @@ from slipbench.protocol.logs import read_log
 from slipbench.protocol.recording.recording import Recording
 from slipbench.protocol.recording.run_folder import FRAMES, read
 from tests.bench.trials.test_whole_trial import prepared
-from tests.faults.devices import AT, Failing, FailingMotorcycle, Teeth, Witness, sound
+from tests.faults.devices import AT, Failing, FailingMotorcycle, GroundTruth, Teeth, no_fault
 from tests.faults.ending import Killed, nothing
 
 AMPLITUDE = 0.02  # of the excitation, 0..1
@@ -33,39 +33,40 @@ SHORT = {
 
 @dataclass(frozen=True)
 class Case:
-    """One thing that goes wrong at `AT`, or (bus faults of another time) whenever they say.
+    """One fault, injected at `AT`; faults of the bus state their own times.
 
-    what     in words, for the table
-    reason   why the trial ends; NONE: it goes on to its end
-    within   s from the fault until the rider has the throttle, at most
-    why      where that is more than 20 ms and a cycle of the devices, or nothing notices: why
-    told     what the user is told where the trial itself cannot tell any more
-    vcan     the test that does the same to real programs on vcan0, in tests/socketcan/inside
+    what     description for the table
+    reason   trip reason; NONE: the trial completes
+    within   s, longest time from the fault until the rider has the throttle
+    why      reason where that exceeds 20 ms and a cycle of the devices, or the trial completes
+    message  message to the user where the trial itself was killed
+    vcan     test that does the same to real processes on vcan0, in tests/socketcan/inside
     """
 
     name: str
     what: str
     reason: TripReason
     bus: tuple[Fault, ...] = ()
-    failing: Callable[[], Failing] = lambda: sound
+    failing: Callable[[], Failing] = lambda: no_fault
     teeth: Callable[[], dict[str, Teeth]] = dict
-    bench: Callable[[Witness], AbstractContextManager[None]] = nothing
+    bench: Callable[[GroundTruth], AbstractContextManager[None]] = nothing
     within: float = 0.0215
     why: str = ""
-    told: str = ""
+    message: str = ""
     vcan: str = ""
 
 
 @dataclass(frozen=True)
-class Ridden:
-    """What became of it; times in s from the fault, NaN where it did not come to that.
+class CaseResult:
+    """Result of a case; times in s from the fault, NaN where the event did not occur.
 
-    began          s into the trial, when the fault first showed in anything that was sent
-    tripped, back  when the bench tripped, and when the devices held nothing for it any more
+    began    s in the trial, time of the first message or tooth that the fault changed
+    tripped  time of the trip
+    back     time from which the devices grant the bench nothing
     """
 
     outcome: Outcome | None
-    witness: Witness
+    truth: GroundTruth
     recording: Recording
     error_frames: int
     began: float = AT
@@ -78,7 +79,7 @@ class Ridden:
 
     @property
     def back(self) -> float:
-        return self.witness.held + 1e-3 - self.began
+        return self.truth.held + 1e-3 - self.began
 
 
 @lru_cache(1)
@@ -87,25 +88,25 @@ def the_trial() -> Prepared:
     return prepared(**SHORT)
 
 
-def ride(case: Case, folder: Path, trial: Callable[[], Prepared] = the_trial) -> Ridden:
-    """Ride a trial with what goes wrong in a case, recorded into the new `folder`."""
-    witness = Witness()
+def run_case(case: Case, folder: Path, trial: Callable[[], Prepared] = the_trial) -> CaseResult:
+    """Run a trial with the fault of a case, recorded into the new `folder`."""
+    truth = GroundTruth()
     teeth = case.teeth()
-    motorcycle = partial(FailingMotorcycle.with_faults, witness, case.failing(), teeth)
+    motorcycle = partial(FailingMotorcycle.with_faults, truth, case.failing(), teeth)
     simulated = partial(run_simulated, faults=FaultPlan(case.bus, seed=1))
     outcome = None
     with (
         mock.patch("slipbench.bench.trials.simulated_trial.VirtualMotorcycle", motorcycle),
         mock.patch("slipbench.bench.trials.run.run_simulated", simulated),
-        case.bench(witness),
-        suppress(Killed),  # what is left then is on the disk
+        case.bench(truth),
+        suppress(Killed),  # only the files on the disk remain
     ):
         outcome = run_trial(trial(), folder, None)
     errors = read_log(folder / FRAMES).frames.skipped
     began = min((each.began for each in teeth.values()), default=AT)
-    return Ridden(
+    return CaseResult(
         outcome,
-        witness,
+        truth,
         read(folder),
         dict(errors).get("error frames", 0),
         began,
