@@ -1,7 +1,8 @@
 """A trial and its recording: the run folder is made, filled while the trial runs, and described."""
 
 import shutil
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -9,10 +10,14 @@ from typing import Any
 
 from slipbench import dbc
 from slipbench.bench.bus.opening import RECEIVE_BUFFER, BusAddress
+from slipbench.bench.gateway.fail_safe import described
+from slipbench.bench.loop.clock import SECOND
+from slipbench.bench.loop.ticks import TICKS, read_ticks
+from slipbench.bench.safety.trial import TrialState
 from slipbench.bench.trials.live_trial import live_trial
 from slipbench.bench.trials.outcome import Outcome, told
 from slipbench.bench.trials.preparation import Prepared, check_swing
-from slipbench.bench.trials.simulated_trial import BITRATE, BUS, START, run_simulated
+from slipbench.bench.trials.simulated_trial import BITRATE, BUS, START, simulated_trial
 from slipbench.bench.trials.vehicle_roles import roles_text
 from slipbench.bench.vehicle.live_vehicle import VehicleProcess
 from slipbench.bench.vehicle.virtual_motorcycle import opening, wheels_of
@@ -38,13 +43,30 @@ def run_trial(
     """
     if address is None:
         check_swing(prepared, opening(prepared.ride))
-        description = _begin(prepared, folder, address)
-        outcome = run_simulated(prepared, folder, progress)
+        with simulated_trial(prepared) as trial:
+            description = _begin(prepared, folder, address)
+            with _failure_described(folder, description, prepared.trial):
+                outcome = trial.run(folder, progress)
     else:
         with live_trial(prepared, address, vehicle) as loop:
             description = _begin(prepared, folder, address, loop.receive_buffer)
-            outcome = loop.run(folder, phases, progress)
+            with _failure_described(folder, description, prepared.trial):
+                outcome = loop.run(folder, phases, progress)
     return _end(folder, description, outcome, prepared.trial)
+
+
+@contextmanager
+def _failure_described(
+    folder: Path, description: dict[str, Any], trial: TrialFile
+) -> Iterator[None]:
+    """Write the outcome of a trial that an exception ends, then raise the exception again."""
+    try:
+        yield
+    except (Exception, KeyboardInterrupt) as fault:
+        lateness = read_ticks(folder / TICKS, round(trial.command.period * SECOND))
+        why = f"the trial ended with an exception: {described(fault)}"
+        _end(folder, description, Outcome(TrialState(), (), lateness, died=why), trial)
+        raise
 
 
 def _begin(

@@ -35,6 +35,7 @@ def check_wire(trial: TrialFile, excitation: Excitation, database: Database, whe
     amplitude = trial.excitation.amplitude
     faults = [
         *_unmonitored(database),
+        *_no_release(database),
         *_beyond(trial, database),
         *_too_fine(excitation, database, amplitude),
     ]
@@ -52,6 +53,14 @@ def _unmonitored(database: Database) -> Iterator[str]:
     for name in PERIODIC:
         if not database.message(name).cycle_time:
             yield f"message {name} has no cycle time (attribute GenMsgCycleTime)"
+
+
+def _no_release(database: Database) -> Iterator[str]:
+    """Report a command signal that cannot carry the neutral value, which releases authority."""
+    for name in ("throttle", "spark"):
+        signal = _place(database, "ActuatorCommand", name)
+        if not signal.low <= round(-signal.offset / signal.scale) <= signal.high:
+            yield f"ActuatorCommand.{name} cannot carry 0, which releases authority"
 
 
 def _beyond(trial: TrialFile, database: Database) -> Iterator[str]:

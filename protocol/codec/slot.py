@@ -87,7 +87,7 @@ def slot(database: Database, message: Message, name: str, kind: type) -> Slot:
         high,
         scale,
         offset,
-        _values(kind, high, where),
+        _values(kind, low, high, where),
         signal.wraps or name in WRAPPING,
     )
 
@@ -102,20 +102,38 @@ def si(signal: Signal, where: str) -> tuple[float, float]:
 
 
 def _limits(signal: Signal) -> tuple[int, int]:
+    """Lowest and highest raw value that the database allows; a negative scale exchanges them."""
     low, high = signal.raw_range
-    if signal.minimum is not None:
-        low = max(low, ceil((signal.minimum - signal.offset) / signal.scale - 1e-6))
-    if signal.maximum is not None:
-        high = min(high, floor((signal.maximum - signal.offset) / signal.scale + 1e-6))
+    stated = [
+        None if physical is None else (physical - signal.offset) / signal.scale
+        for physical in (signal.minimum, signal.maximum)
+    ]
+    least, most = stated if signal.scale > 0 else reversed(stated)
+    if least is not None:
+        low = max(low, ceil(least - 1e-6))
+    if most is not None:
+        high = min(high, floor(most + 1e-6))
     return low, high
 
 
-def _values(kind: type, high: int, where: str) -> tuple[Any, ...] | None:
+def _values(kind: type, low: int, high: int, where: str) -> tuple[Any, ...] | None:
+    """Members of an enumeration or truth values, by raw value; None for a number.
+
+    The signal must carry every member and nothing else: a member that it cannot carry could not
+    be sent, in the middle of a trial. Raises InputError where it does not.
+    """
     if kind is bool:
-        return (False, True)
-    if not issubclass(kind, IntEnum):
+        members = [False, True]
+    elif issubclass(kind, IntEnum):
+        members = sorted(kind)
+    else:
         return None
-    missing = set(range(high + 1)) - {int(member) for member in kind}
-    if missing:
-        raise InputError(f"{kind.__name__} has no member for {sorted(missing)}", where=where)
-    return tuple(kind(number) for number in range(high + 1))
+    if (low, high) != (0, len(members) - 1):
+        raise InputError(
+            f"the signal carries {low} to {high}",
+            where=where,
+            expected=f"0 to {len(members) - 1}: "
+            + ", ".join(f"{int(member)} {getattr(member, 'name', member)}" for member in members),
+            remedy="correct length, minimum and maximum of the signal",
+        )
+    return tuple(members)

@@ -18,6 +18,13 @@ class Plan(ABC):
 
     def __init__(self, database: Database, name: str) -> None:
         self.message = database.message(name)
+        if self.message.extended:
+            raise InputError(
+                f"message {name} has a 29-bit identifier",
+                where=database.origin,
+                expected="an 11-bit identifier: the bench sends and decodes no other",
+                remedy="change the identifier of the message",
+            )
         self.name, self.identifier = name, self.message.identifier
         self.length = self.message.length
         self.data_id = _data_id(database, self.message)
@@ -113,6 +120,14 @@ class TeethPlan(Plan):
             for signal in self.message.signals
             if signal.multiplexer == "layout" and int(layout) in signal.multiplexer_ids
         ]
+        if not present or (layout is Intervals.STANDING and len(present) > 1):
+            raise InputError(
+                f"message {self.name} has {len(present)} signals with the multiplexer layout = "
+                f"{int(layout)} ({layout.name})",
+                where=database.origin,
+                expected="one" if layout is Intervals.STANDING else "at least one",
+                remedy="add the signals to the message, or give the motorcycle's own database",
+            )
         ordered = sorted(present, key=lambda signal: signal.first_bit)
         return tuple(slot(database, self.message, signal.name, float) for signal in ordered)
 
@@ -141,7 +156,10 @@ class TeethPlan(Plan):
 
     def unpack(self, word: int) -> BenchMessage | FrameFault:
         """Read the message back; a gap among the intervals is a fault."""
-        layout = Intervals((word >> self._layout.shift) & self._layout.mask)
+        raw = (word >> self._layout.shift) & self._layout.mask
+        if not self._layout.low <= raw <= self._layout.high:
+            return self.out_of_range(self._layout, raw)
+        layout = Intervals(raw)
         count = (word >> self._count.shift) & self._count.mask
         slots = self._slots[layout]
         raws = [(word >> place.shift) & place.mask for place in slots]
