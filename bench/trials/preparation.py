@@ -147,7 +147,7 @@ def _farthest(bounds: Bounds) -> float:
     return max(abs(bounds.low), abs(bounds.high))
 
 
-def check_swing(prepared: Prepared, opening: float) -> None:
+def check_amplitude(prepared: Prepared, opening: float) -> None:
     """Refuse a throttle excitation that would leave the range around `opening` (0..1)."""
     if prepared.plan.excitation.actuator != "throttle":
         return

@@ -16,7 +16,7 @@ from slipbench.bench.loop.ticks import TICKS, read_ticks
 from slipbench.bench.safety.trial import TrialState
 from slipbench.bench.trials.live_trial import live_trial
 from slipbench.bench.trials.outcome import Outcome, told
-from slipbench.bench.trials.preparation import Prepared, check_swing
+from slipbench.bench.trials.preparation import Prepared, check_amplitude
 from slipbench.bench.trials.simulated_trial import BITRATE, BUS, START, simulated_trial
 from slipbench.bench.trials.vehicle_roles import roles_text
 from slipbench.bench.vehicle.live_vehicle import VehicleProcess
@@ -42,7 +42,7 @@ def run_trial(
     vehicle, or the bus cannot be opened.
     """
     if address is None:
-        check_swing(prepared, opening(prepared.ride))
+        check_amplitude(prepared, opening(prepared.ride))
         with simulated_trial(prepared) as trial:
             description = _begin(prepared, folder, address)
             with _failure_described(folder, description, prepared.trial):
