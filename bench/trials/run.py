@@ -1,4 +1,4 @@
-"""A trial and its recording: the run folder is made, filled while the trial runs, and described."""
+"""A trial and its recording: make the run folder, record, write run.toml."""
 
 import shutil
 from collections.abc import Callable, Iterator
@@ -15,7 +15,7 @@ from slipbench.bench.loop.clock import SECOND
 from slipbench.bench.loop.ticks import TICKS, read_ticks
 from slipbench.bench.safety.trial import TrialState
 from slipbench.bench.trials.live_trial import live_trial
-from slipbench.bench.trials.outcome import Outcome, told
+from slipbench.bench.trials.outcome import Outcome, outcome_tables
 from slipbench.bench.trials.preparation import Prepared, check_amplitude
 from slipbench.bench.trials.simulated_trial import BITRATE, BUS, START, simulated_trial
 from slipbench.bench.trials.vehicle_roles import roles_text
@@ -35,11 +35,13 @@ def run_trial(
     phases: Callable[[Phase], None] = lambda _: None,
     vehicle: VehicleProcess | None = None,
 ) -> Outcome:
-    """Run a trial into `folder`: on the simulated clock, or in real time at `address`.
+    """Outcome of a trial, recorded in `folder`: on the simulated clock, or in real time at `address`.
 
-    `progress` is told the seconds of the trial's script that are over, `phases` each phase of a live trial, which ends when
-    the process `vehicle` does. Raises InputError, and leaves no folder behind, where the folder exists, the trial does not suit the
-    vehicle, or the bus cannot be opened.
+    progress: receives the seconds of the trial's script that are over; phases: receives each phase of
+    a live trial; vehicle: process of the virtual motorcycle, with which the trial ends.
+
+    Raises InputError, and leaves no folder behind, where the folder exists, the trial does not suit
+    the vehicle or the database, or the bus cannot be opened.
     """
     if address is None:
         check_amplitude(prepared, opening(prepared.ride))
@@ -72,7 +74,7 @@ def _failure_described(
 def _begin(
     prepared: Prepared, folder: Path, address: BusAddress | None, room: int | None = None
 ) -> dict[str, Any]:
-    """Make the run folder, with everything in it that is known beforehand, or none at all."""
+    """Make the run folder with all that is known before the trial, or no folder."""
     create(folder)
     description = _description(prepared, address, room)
     try:
@@ -90,17 +92,17 @@ def _begin(
 
 
 def _end(folder: Path, description: dict[str, Any], outcome: Outcome, trial: TrialFile) -> Outcome:
-    """Describe how it ended; a disk that has no room for that costs no frame that it holds."""
+    """Write the outcome into run.toml; a full disk costs no recorded frame."""
     try:
-        write_description(folder, {**description, **told(outcome, trial)})
+        write_description(folder, {**description, **outcome_tables(outcome, trial)})
     except OSError as cause:
-        note = f"run.toml does not tell how the trial ended: {cause.strerror}"
+        note = f"run.toml has no outcome of the trial: {cause.strerror}"
         return replace(outcome, notes=(*outcome.notes, note))
     return outcome
 
 
 def _keep_inputs(prepared: Prepared, folder: Path) -> None:
-    """Copy what the trial was made of, so that the folder alone repeats a judgement."""
+    """Copy the files of the trial, so that the folder alone is enough to repeat an analysis."""
     shutil.copyfile(prepared.trial_path, folder / "trial.toml")
     shutil.copyfile(prepared.vehicle_path, folder / "vehicle.toml")
     shutil.copyfile(prepared.database_path, folder / "database.dbc")
@@ -114,9 +116,9 @@ def _keep_inputs(prepared: Prepared, folder: Path) -> None:
 def _description(
     prepared: Prepared, address: BusAddress | None, room: int | None
 ) -> dict[str, Any]:
-    """Describe the run before it begins, so that even a killed one says what it was.
+    """Description of the run before it begins, so that a killed one is described as well.
 
-    `room`: bytes of frames that the kernel keeps while nobody reads them, where it was asked.
+    room: size in bytes of the receive buffer of the kernel, where it was set.
     """
     run: dict[str, Any] = {
         "kind": "trial",

@@ -26,7 +26,7 @@ from slipbench.protocol.recording.run_folder import FRAMES
 BITRATE = 1_000_000  # bit/s
 BUS = "can0"
 START = SECOND  # ns; simulated recordings begin a second into the epoch, whatever the date
-DEVICE_PHASE = 350_000  # ns after the gateway's tick at which the devices wake
+DEVICE_PHASE = 350_000  # ns after the gateway's tick at which the devices run
 
 
 class SimulatedTrial:
@@ -52,7 +52,7 @@ class SimulatedTrial:
         with open_log(folder / FRAMES) as log, open_log(folder / TICKS) as ticks:
             recorder = Recorder(ring, log, BUS, ticks, tick_table(self._trial))
             world = _World(self._wire, self._motorcycle, recorder, progress)
-            clock = SimulatedClock(START, world.live_until)
+            clock = SimulatedClock(START, world.run_until)
             try:
                 lateness = run_periodic(
                     gateway.tick, period, clock, note=noting(ring), refused=lambda: gateway.refused
@@ -90,7 +90,7 @@ def run_simulated(
 
 
 class _World:
-    """Everything that lives while the gateway waits for its next tick."""
+    """Bus, virtual motorcycle and recorder between two ticks of the gateway."""
 
     def __init__(
         self,
@@ -104,19 +104,19 @@ class _World:
         self._number = 0
         self.notes: list[str] = []
 
-    def live_until(self, time_ns: int) -> None:
-        """Wake the devices every millisecond up to `time_ns`, frames arriving in between."""
+    def run_until(self, time_ns: int) -> None:
+        """Run devices every millisecond, and the bus, up to `time_ns`."""
         while (due := START + self._number * MILLISECOND + DEVICE_PHASE) <= time_ns:
             self._wire.advance_to(due)
-            self._ride(due)
+            self._step_motorcycle(due)
             self._number += 1
         self._wire.advance_to(time_ns)
         self._recorder.drain()
         if self._number % 100 == 0:
             self._progress((time_ns - START) / SECOND)
 
-    def _ride(self, due: int) -> None:
-        """Wake the virtual motorcycle; one that failed is silent from then on, as a real one is."""
+    def _step_motorcycle(self, due: int) -> None:
+        """Run one millisecond of the virtual motorcycle; after a failure it is silent, as a real one is."""
         if self.notes:
             return
         try:

@@ -1,4 +1,4 @@
-"""Where one value lies in its frame and what it means in SI, worked out from the database."""
+"""Position of one value in its frame and its conversion to SI, from the database."""
 
 from dataclasses import dataclass
 from enum import IntEnum
@@ -35,7 +35,7 @@ SI = {
 
 @dataclass(frozen=True, slots=True)
 class Slot:
-    """One signal's place and meaning: value in SI = raw * scale + offset.
+    """Position and conversion of one signal: value in SI = raw * scale + offset.
 
     low, high: raw values that the database allows. values: of an enumeration or a truth value, by
     raw value. wraps: sent modulo 2^bits, see messages.WRAPPING.
@@ -53,7 +53,7 @@ class Slot:
     wraps: bool
 
     def pack(self, value: float) -> int:
-        """Place a value in the frame's bits. Raises ValueError where it does not fit."""
+        """Bits of a value in the frame. Raises ValueError where it does not fit."""
         try:
             raw = round((value - self.offset) / self.scale)
         except (ValueError, OverflowError):
@@ -65,13 +65,21 @@ class Slot:
             raise ValueError(f"{self.name} = {value!r} is not in {low:g} to {high:g} (SI)")
         return (raw & self.mask) << self.shift
 
-    def told(self, raw: int) -> str:
-        """Tell a raw value in SI, for people."""
+    def physical(self, raw: int) -> str:
+        """A raw value in SI, as text."""
         return f"{raw * self.scale + self.offset:g}"
 
 
 def slot(database: Database, message: Message, name: str, kind: type) -> Slot:
-    """Work out the place of one signal that holds a value of type `kind`."""
+    """Slot of one signal that holds a value of type `kind`. Raises InputError where it cannot."""
+    if name not in message.by_name:
+        raise InputError(
+            f"message {message.name} has no signal {name!r}, which the bench needs",
+            where=database.origin,
+            expected=name,
+            found=", ".join(message.by_name),
+            remedy="give the signal this name, or give the database of the motorcycle with --dbc",
+        )
     signal = message.signal(name)
     where = f"{database.origin}: {message.name}.{name}"
     if not signal.little_endian or signal.is_float:
