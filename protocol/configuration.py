@@ -45,7 +45,7 @@ Model = TypeVar("Model", bound=BaseModel)
 
 
 def load_toml(path: Path) -> dict[str, Any]:
-    """Read a TOML file as plain data; a fault names the file, the line and the remedy."""
+    """Contents of a TOML file. Raises InputError that names the file, the line and the remedy."""
     try:
         text = read_user_file(path, LARGEST)
         return tomllib.loads(_not_too_deep(text.decode("utf-8").replace("\r\n", "\n")))
@@ -58,7 +58,7 @@ def load_toml(path: Path) -> dict[str, Any]:
 
 
 def _not_too_deep(text: str) -> str:
-    """Pass a text on that has no dotted key of more than DEEPEST parts; raises ValueError."""
+    """The text unchanged. Raises ValueError for a dotted key of more than DEEPEST parts."""
     for found in _DOTTED.finditer(text):
         if found[0].count(".") > DEEPEST:
             line = text.count("\n", 0, found.start()) + 1

@@ -13,14 +13,14 @@ def make_folders(*folders: Path) -> None:
     made: list[Path] = []
     try:
         for folder in folders:
-            missing = [place for place in (folder, *folder.parents) if not place.exists()]
-            for place in reversed(missing):
-                place.mkdir()
-                made.append(place)
+            missing = [path for path in (folder, *folder.parents) if not path.exists()]
+            for path in reversed(missing):
+                path.mkdir()
+                made.append(path)
             _check_writable(folder)
     except OSError:
-        for place in reversed(made):
-            place.rmdir()
+        for path in reversed(made):
+            path.rmdir()
         raise
 
 

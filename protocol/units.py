@@ -104,7 +104,10 @@ def _check_plain(unit: str) -> None:
 
 
 def parse_quantity(text: str | float | int, to: str) -> float:
-    """Turn ``"14000 rpm"`` into SI; a bare number is taken to be in `to` already."""
+    """Value of a text such as ``"14000 rpm"`` in the unit `to`; a number without unit is in `to`.
+
+    Raises InputError where the text is no quantity of that unit.
+    """
     if isinstance(text, (int, float)):
         return float(text)
     number, _, unit = text.strip().partition(" ")

@@ -35,7 +35,10 @@ def linear_sweep(time: FloatArray, start: float, stop: float, duration: float) -
 
 
 def logarithmic_sweep(time: FloatArray, start: float, stop: float, duration: float) -> FloatArray:
-    """Sine of unit amplitude that spends the same time in every octave (Farina, AES 2000)."""
+    """Sine of unit amplitude, the same time in every octave (Farina, AES 2000).
+
+    time: s, shape (n,); start, stop: Hz; duration: s.
+    """
     if np.isclose(start, stop):
         return np.sin(2 * np.pi * start * time)
     growth = np.log(stop / start) / duration
@@ -44,7 +47,10 @@ def logarithmic_sweep(time: FloatArray, start: float, stop: float, duration: flo
 
 
 def square_wave(time: FloatArray, frequency: float) -> FloatArray:
-    """Square wave of unit amplitude, +1 first; half periods are half open, so none is doubled."""
+    """Square wave of unit amplitude, +1 first; half periods are half open, so none is doubled.
+
+    time: s, shape (n,); frequency: Hz.
+    """
     return np.where(np.floor(2 * frequency * time + 1e-9) % 2 == 0, 1.0, -1.0)
 
 

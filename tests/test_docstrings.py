@@ -24,6 +24,9 @@ CLEAN: tuple[str, ...] = (
     "bench/loop",
     "bench/replay",
     "bench/vehicle",
+    "bench/gateway",
+    "bench/safety",
+    "bench/trials",
     "controllers",
     "identification",
     "plant",
@@ -31,6 +34,8 @@ CLEAN: tuple[str, ...] = (
     "protocol/logs",
     "protocol/recording",
     "protocol/tables",
+    "protocol/codec",
+    "protocol/database",
     "src/slipbench",
     "studies",
 )

@@ -1,8 +1,8 @@
-"""Whether our CAN controller is on the bus: what it tells in error frames, and what it answers.
+"""Whether our CAN controller is on the bus, from error frames and from the state of the interface.
 
-A controller that met too many errors leaves the bus (bus-off) and then hears and sends nothing.
-SocketCAN says so in an error frame (linux/can/error.h); other interfaces of python-can answer when
-asked for `state`; some do neither, and there only refused frames tell.
+A controller with too many errors leaves the bus (bus-off) and then receives and sends nothing.
+SocketCAN reports that in an error frame (linux/can/error.h); other interfaces of python-can give it
+as `state`; with those that do neither, only refused frames show it.
 """
 
 import can
@@ -11,18 +11,18 @@ from slipbench.bench.bus.error_frames import ACTIVE, BUS_OFF, CONTROLLER, RESTAR
 
 
 class ControllerState:
-    """What is known of the controller behind one bus."""
+    """State of the controller of one bus."""
 
     def __init__(self, bus: can.BusABC) -> None:
-        """Believe that the controller is on the bus until it says otherwise."""
+        """The controller counts as on the bus until it reports otherwise."""
         self._bus = bus
         self._off = False
         self._went_off = False
-        self._answers = True
+        self._has_state = True
         self.error_frames = 0
 
-    def heard(self, message: can.Message) -> None:
-        """Take in an error frame."""
+    def error_frame(self, message: can.Message) -> None:
+        """Evaluate an error frame."""
         self.error_frames += 1
         number, data = message.arbitration_id, bytes(message.data)
         active = number & CONTROLLER and len(data) > 1 and data[1] & ACTIVE
@@ -32,17 +32,17 @@ class ControllerState:
             self._off = False
 
     def off(self) -> bool:
-        """Tell whether the controller is off the bus, or was since this was asked last."""
+        """Whether the controller is off the bus, or was since the last call."""
         went_off, self._went_off = self._went_off, False
-        return self._off or went_off or self._says_so()
+        return self._off or went_off or self._reports_off()
 
-    def _says_so(self) -> bool:
-        if not self._answers:
+    def _reports_off(self) -> bool:
+        if not self._has_state:
             return False
         try:
             return self._bus.state is can.BusState.ERROR
         except NotImplementedError:
-            self._answers = False
+            self._has_state = False
             return False
         except can.CanError:
             return True  # the bus itself is gone

@@ -49,7 +49,7 @@ class FailSafe:
             return default
 
 
-def described(fault: Exception) -> str:
+def described(fault: BaseException) -> str:
     """Return an exception in one line: kind, words, and where in the program."""
     places = traceback.extract_tb(fault.__traceback__)[-DEEPEST:]
     where = " < ".join(f"{place.name}:{place.lineno}" for place in reversed(places))

@@ -1,4 +1,4 @@
-"""The gateway: one tick reads what arrived, moves the trial, asks `permit`, and sends."""
+"""The gateway: each tick reads frames, advances the trial, calls `permit` and sends."""
 
 import math
 from dataclasses import dataclass, replace
@@ -18,17 +18,17 @@ from slipbench.bench.safety.permit import Held, Trip, permit
 from slipbench.bench.safety.trial import (
     ENDED,
     HOLDING,
-    NOTHING,
+    NO_OFFSETS,
     Plan,
     TrialState,
     advance,
-    controlling,
+    controller_active,
+    requested_command,
     tripped,
-    wanted,
+    waveform_value,
 )
-from slipbench.bench.safety.trial import due as waveform_due
 from slipbench.bench.safety.vehicle_monitor import SAFETY, VehicleMonitor, Wheels
-from slipbench.bench.safety.vehicle_state import Seen
+from slipbench.bench.safety.vehicle_state import VehicleState
 from slipbench.protocol.codec import e2e
 from slipbench.protocol.codec.codec import Codec, Sender
 from slipbench.protocol.codec.faults import Fault, FrameFault
@@ -44,10 +44,10 @@ from slipbench.protocol.database.layout import Database
 STATUS_PERIOD = 0.020  # s, of TrialStatus
 OFF_THE_BUS = 3  # frames refused in a row; a single one is a queue that is full for a moment
 MOST_NOTES = 100
-# Frames taken in within a tick: more than a bus at 1 Mbit/s carries (425 of no byte) in the 20 ms
-# after which the devices take authority back. What is left waits, and the present is not known.
+# Frames received in a tick: more than a bus at 1 Mbit/s carries (425 of no byte) in the 20 ms
+# after which the devices take authority back. The remainder waits, and the present state is unknown.
 MOST_FRAMES = 500
-BEHIND = f"more than {MOST_FRAMES} frames waited to be heard at once"
+BEHIND = f"more than {MOST_FRAMES} frames waited at one tick"
 UNRECORDED = "the recorder cannot write"
 TOO_LONG = f"the loop counts no more than {MOST_TICKS} ticks"
 AFTERWARDS = 0.2  # s for which the gateway stays on the bus after the end, released
@@ -62,7 +62,7 @@ class PhaseChange:
 
 
 class Gateway:
-    """Holds the trial's state between ticks; everything that decides is elsewhere, and pure."""
+    """State of the trial between ticks; every decision is a pure function elsewhere."""
 
     def __init__(
         self,
@@ -73,10 +73,10 @@ class Gateway:
         wheels: Wheels,
         stamp: Stamp = as_stamped,
     ) -> None:
-        """Speak `database` on `bus` and put every frame that is seen there into `ring`.
+        """Use `database` on `bus` and put every received frame into `ring`.
 
-        `stamp` turns time stamps of the bus into the recording's time. The bus must hear its own
-        frames: the record tells when a command was on the wire.
+        `stamp` turns time stamps of the bus into the recording's time. The bus must receive its own
+        frames: the record gives the time of each command on the wire.
         """
         codec = Codec(database)
         self._plan, self._bus, self._codec, self._ring = plan, bus, codec, ring
@@ -104,7 +104,7 @@ class Gateway:
         self.refused = False  # whether the bus refused the last command
 
     def tick(self, number: int, due: int) -> bool:
-        """Do what is due at `due` (ns); False once the trial has ended and its status was sent.
+        """Run one tick, due at `due` (ns); False once the trial has ended and its status was sent.
 
         An exception in it ends the trial in the same tick: authority is released, the reason is
         kept, and what comes on the bus is recorded until the end.
@@ -112,7 +112,7 @@ class Gateway:
         if not self._fail_safe.active:
             try:
                 return self._tick(number, due)
-            except Exception as fault:  # whatever it is: the rider has the throttle at once
+            except Exception as fault:  # any exception: the rider gets the throttle at once
                 self.fail(fault, due, f"in tick {number}")
         return self._fail_safe_tick(number, due)
 
@@ -166,13 +166,13 @@ class Gateway:
         behind = not self._listen(now) or self._behind
         self._behind = False
         recording = not (self._full or self._ring.failed)
-        seen = self._monitor.seen(
+        vehicle = self._monitor.state(
             now,
             bus_off=self._controller.off() or self._refused_in_a_row >= OFF_THE_BUS,
             recording=recording,
         )
-        if behind:  # what is heard now was said in the past: it arms nothing, and keeps nothing
-            seen = Seen()
+        if behind:  # the frames are old: they neither arm nor keep authority
+            vehicle = VehicleState()
             self._senders.forget()
             if self.state.phase in HOLDING:
                 self._trip(TripReason.TIMING, BEHIND, due)
@@ -182,26 +182,26 @@ class Gateway:
             self.stop(due, TOO_LONG)
         if not recording and self.state.phase not in HOLDING:  # with authority, `permit` says so
             self._trip(TripReason.RECORDER, UNRECORDED, due)
-        standing = self._control.asked if self._control else NOTHING
-        self._move_to(advance(self.state, seen, self._plan, now, standing), due)
-        self._send(self._decide(seen, now, due), now)
+        last_offsets = self._control.requested if self._control else NO_OFFSETS
+        self._move_to(advance(self.state, vehicle, self._plan, now, last_offsets), due)
+        self._send(self._decide(vehicle, now, due), now)
         self._report(number, now)
         return self._ended_at is None or now - self._ended_at < AFTERWARDS
 
     @property
     def expects_the_button(self) -> bool:
-        """Tell whether the trial would begin if the rider pressed the button now."""
+        """Whether the trial would begin if the rider pressed the button now."""
         if self._fail_safe.active:
             return False
         armed = self.state.phase == Phase.ARMED and self.state.released
         return armed and not self._behind and not self._refused_in_a_row
 
     def attend(self, due: int) -> bool:
-        """Listen between two ticks, at `due` (ns); True where the rider has pressed the button."""
+        """Receive between two ticks, at `due` (ns); True where the rider has pressed the button."""
         now = due / SECOND
         try:
             self._behind = not self._listen(now)
-            return not self._behind and self._monitor.seen(now).rider.button
+            return not self._behind and self._monitor.state(now).rider.button
         except Exception as fault:  # as in `tick`, which follows at once
             self.fail(fault, due, "between two ticks")
             return True
@@ -217,10 +217,10 @@ class Gateway:
         self._move_to(tripped(self.state, Trip(reason, detail), due / SECOND), due)
 
     def _listen(self, now: float) -> bool:
-        """Take in the frames that have arrived; False where too many have for one tick.
+        """Receive the waiting frames; False where they are too many for one tick.
 
-        They came at any time since the bench listened last, and count as old as that: a status
-        that waited to be read is no fresher for it. Where time went back, they came now.
+        They count as old as the last reception before them: a status that waited in the queue is
+        not new. Where time went back, they count as received now.
         """
         since, self._listened = min(self._listened, now), now
         for _ in range(MOST_FRAMES):
@@ -241,7 +241,7 @@ class Gateway:
             self._record(message, self._stamp(message.timestamp), own)
             self._unrecorded = None
             if message.is_error_frame:
-                self._controller.heard(message)
+                self._controller.error_frame(message)
             elif not (own or _carries_nothing(message)):
                 self._observe(identifier, data, now, since)
         return False
@@ -263,9 +263,9 @@ class Gateway:
             self._control.observe(name, decoded, now)
 
     def _in_sequence(self, name: str, identifier: int, data: bytes, now: float) -> bool:
-        """Tell whether the counter moved; frames lost before this one do not spoil it.
+        """Whether the counter moved; lost frames before this one are no fault of it.
 
-        A counter that stands is not believed after a pause either, when it may have turned once.
+        A repeated counter is a fault after a pause as well, although it may have wrapped once.
         """
         counter = self._codec.counter(identifier, data)
         if counter is None:
@@ -289,12 +289,12 @@ class Gateway:
         if not self._ring.append(time_ns, message.arbitration_id, flags, bytes(message.data)):
             self._full = True
 
-    def _decide(self, seen: Seen, now: float, due: int) -> ActuatorCommand:
-        """Ask for what the trial wants; a trip turns it into a release in this very tick."""
-        asked = None
-        if self._control and controlling(self.state, self._plan):
-            asked = self._control.ask(waveform_due(self.state, self._plan, now), now)
-        command = wanted(self.state, self._plan, now, asked)
+    def _decide(self, vehicle: VehicleState, now: float, due: int) -> ActuatorCommand:
+        """Command for this tick; a trip makes it a release in the same tick."""
+        requested = None
+        if self._control and controller_active(self.state, self._plan):
+            requested = self._control.update(waveform_value(self.state, self._plan, now), now)
+        command = requested_command(self.state, self._plan, now, requested)
         if command.authority == Authority.NONE:
             return command
         if self._last.authority == Authority.NONE:
@@ -306,12 +306,12 @@ class Gateway:
             self._last,
             self._asked_since,
         )
-        answer = permit(
-            command, held, seen, self._plan.trial.limits, self._plan.trial.command.silence
+        decision = permit(
+            command, held, vehicle, self._plan.trial.limits, self._plan.trial.command.silence
         )
-        if isinstance(answer, ActuatorCommand):
-            return answer
-        self._move_to(tripped(self.state, answer, now), due)
+        if isinstance(decision, ActuatorCommand):
+            return decision
+        self._move_to(tripped(self.state, decision, now), due)
         return ActuatorCommand(Authority.NONE, 0.0, 0.0, now)
 
     def _move_to(self, state: TrialState, due: int) -> None:
@@ -324,7 +324,7 @@ class Gateway:
         self.state = state
 
     def _send(self, command: ActuatorCommand, now: float) -> None:
-        """Send a command; one that the bus refused moved nothing, and the last one still holds."""
+        """Send a command; if the bus refuses it, the last one still holds."""
         self.refused = not self._put(*self._sender.encode(command), now)
         if not self.refused:
             self._last = replace(command, time=now)
@@ -339,7 +339,7 @@ class Gateway:
         self._put(*self._sender.encode(TrialStatus(self.state.phase, authority, trip, number)), now)
 
     def _put(self, identifier: int, data: bytes, now: float) -> bool:
-        """Send a frame; a bus that refuses several is off, until it takes one again."""
+        """Send a frame; a bus that refuses several counts as off until it accepts one."""
         message = can.Message(arbitration_id=identifier, data=data, is_extended_id=False)
         try:
             self._bus.send(message)
@@ -348,7 +348,7 @@ class Gateway:
             return False
         self._refused_in_a_row = 0
         self._own.sent(identifier, data)
-        if self._own.silent:  # never heard back: the record tells when it was handed over
+        if self._own.silent:  # never echoed: the record gives the time of sending
             self._record(message, round(now * SECOND), own=True)
         return True
 
@@ -359,12 +359,12 @@ class Gateway:
 
 
 def _carries_nothing(message: can.Message) -> bool:
-    """Tell whether a frame cannot be one of the bench's messages, all of which are 11-bit data."""
+    """Whether a frame cannot be one of the bench's messages, all of which are 11-bit data."""
     return message.is_remote_frame or message.is_extended_id
 
 
 def _cycles(database: Database) -> dict[str, float]:
-    """Name the messages that come periodically, with their cycle times (s)."""
+    """Cycle time in s of each periodic message."""
     return {
         message.name: message.cycle_time
         for message in database.messages

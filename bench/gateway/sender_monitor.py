@@ -1,6 +1,6 @@
 """Detect two senders of one message: two vehicles, or two benches, on one bus.
 
-By the counters, within milliseconds: of two senders each counts for itself, so a frame repeats the
+By the counters, within milliseconds: each of two senders has its own counter, so a frame repeats the
 counter of the one before it, or goes on from the one before that. By the number of frames, within
 half a second, where there is no counter.
 """
@@ -27,10 +27,10 @@ class _Turns:
     score: float = 0.0
     time: float = 0.0
 
-    def heard(self, counter: int, now: float, cycle: float) -> bool:
-        """Take note of a frame; True where too many have come out of turn.
+    def count(self, counter: int, now: float, cycle: float) -> bool:
+        """Evaluate a counter; True where too many frames were out of turn.
 
-        Frames that are lost leave a gap, which is no turn of somebody else's.
+        Lost frames leave a gap, which is no sign of a second sender.
         """
         self.score = max(0.0, self.score - FORGIVEN * max(0.0, now - self.time) / cycle)
         if counter == self.last or (counter == _next(self.before) != _next(self.last)):
@@ -40,12 +40,12 @@ class _Turns:
 
 
 class SenderMonitor:
-    """Judges the counters, and counts the frames, of every periodic message."""
+    """Counters and frame rates of every periodic message."""
 
     def __init__(self, cycles: Mapping[str, float]) -> None:
-        """Know the cycle time (s) of each periodic message."""
+        """cycles: cycle time of each periodic message, s."""
         self._cycles = dict(cycles)
-        self._most = {name: TOO_MANY * WINDOW / cycle + 2 for name, cycle in cycles.items()}
+        self._limit = {name: TOO_MANY * WINDOW / cycle + 2 for name, cycle in cycles.items()}
         self._window_ends = 0.0
         self._counts: dict[str, int] = {}
         self._turns: dict[str, _Turns] = {}
@@ -53,7 +53,7 @@ class SenderMonitor:
         self.forget()
 
     def heard(self, name: str, now: float, counter: int | None = None) -> None:
-        """Take note of a frame of message `name` that somebody else sent, at `now` (s)."""
+        """Evaluate a frame of message `name` from another sender, at `now` (s)."""
         if name in OURS:
             self.trouble = f"another bench sends {name} on this bus"
         if name not in self._counts:
@@ -62,13 +62,13 @@ class SenderMonitor:
             self._window_ends = now + WINDOW
             self._counts = dict.fromkeys(self._counts, 0)
         self._counts[name] += 1
-        if self._counts[name] > self._most[name]:
+        if self._counts[name] > self._limit[name]:
             self.trouble = f"{name} comes more often than one sender sends it: two vehicles?"
-        if counter is not None and self._turns[name].heard(counter, now, self._cycles[name]):
+        if counter is not None and self._turns[name].count(counter, now, self._cycles[name]):
             self.trouble = f"{name} is counted by more than one sender: two vehicles?"
 
     def forget(self) -> None:
-        """Count afresh: what has been heard came late, and much of it at once."""
+        """Restart the counts: the frames received came late, and many at once."""
         self._counts = dict.fromkeys(self._cycles, 0)
         self._turns = {name: _Turns() for name in self._cycles}
 

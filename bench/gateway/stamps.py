@@ -1,7 +1,7 @@
-"""When a frame arrived, on the bench's own clock, which nobody can set.
+"""Arrival time of a frame on the monotonic clock of the bench.
 
-SocketCAN stamps frames with wall time. A machine that is set by a time server in the midst of a
-trial would tear the record apart, or fold it back over itself.
+SocketCAN stamps frames with wall time. A machine that is set by a time server in the middle of a
+trial would leave a gap in the record, or an overlap.
 """
 
 from collections.abc import Callable
@@ -13,22 +13,22 @@ Stamp = Callable[[float], int]
 
 
 def as_stamped(timestamp: float) -> int:
-    """Believe the stamp: it was made by a clock that is not set."""
+    """Time stamp in ns, unchanged, from a clock that is never set."""
     return round(timestamp * SECOND)
 
 
 class SteadyStamps:
-    """Takes out of wall-time stamps by how much the wall clock was set since `clock` was made.
+    """Wall-time stamps minus the steps of the wall clock since `clock` was made.
 
-    A frame that waited while the clock was set is put between the one before it and now.
+    A frame that waited while the clock was set is dated between the previous frame and now.
     """
 
     def __init__(self, clock: MonotonicClock) -> None:
-        """Begin now."""
+        """Begin at the present time of `clock`."""
         self._clock, self._last = clock, 0
 
     def __call__(self, timestamp: float) -> int:
-        """Give ns on the clock, never before the frame before, never in the future."""
+        """Time in ns on the clock: not before the previous frame, not in the future."""
         time_ns = round(timestamp * SECOND) - self._clock.set_by_ns()
         self._last = min(max(time_ns, self._last), self._clock.now_ns())
         return self._last

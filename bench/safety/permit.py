@@ -1,13 +1,13 @@
 """The last word before the bus: a command passes as it is, or the trial trips.
 
 Written apart from the trial and from the controllers, and trusting neither: it decides on the
-command itself and on what was last seen of rider and motorcycle. Whatever is not known (NaN)
+command itself and on the last state of rider and motorcycle. Whatever is not known (NaN)
 counts as beyond its limit.
 """
 
 from dataclasses import dataclass
 
-from slipbench.bench.safety.vehicle_state import Seen
+from slipbench.bench.safety.vehicle_state import VehicleState
 from slipbench.protocol.codec.messages import ActuatorCommand, Authority, TripReason
 from slipbench.protocol.trial_file import RPM, Limits
 
@@ -34,20 +34,20 @@ class Held:
     grip         the rider's grip at the button, 0..1
     gear         gear of the trial
     last         command sent last; its authority is NONE where none was sent yet
-    asked_since  s, when authority was first asked for
+    requested_since  s, when authority was first requested
     """
 
     throttle: float
     grip: float
     gear: int
     last: ActuatorCommand
-    asked_since: float
+    requested_since: float
 
 
 def permit(
-    command: ActuatorCommand, held: Held, seen: Seen, limits: Limits, silence: float
+    command: ActuatorCommand, held: Held, vehicle: VehicleState, limits: Limits, silence: float
 ) -> ActuatorCommand | Trip:
-    """Let `command` pass unchanged, or say why authority goes back.
+    """The command unchanged, or the trip that ends authority.
 
     A command without authority always passes, with neutral values. `silence` is the time in s
     after which the devices take authority back, and within which they must have granted it.
@@ -56,11 +56,11 @@ def permit(
         return ActuatorCommand(Authority.NONE, 0.0, 0.0, command.time)
     return (
         _timing(command, held, silence)
-        or _links(seen, limits)
-        or _granted(command, held, seen, silence)
-        or _rider(seen, limits)
-        or _grip(command, held, seen, limits)
-        or _motion(seen, limits, held)
+        or _links(vehicle, limits)
+        or _granted(command, held, vehicle, silence)
+        or _rider(vehicle, limits)
+        or _grip(command, held, vehicle, limits)
+        or _motion(vehicle, limits, held)
         or _throttle(command, held, limits)
         or _spark(command, held, limits)
         or command
@@ -68,7 +68,7 @@ def permit(
 
 
 def _timing(command: ActuatorCommand, held: Held, silence: float) -> Trip | None:
-    """Judge the bench's own clock, on which every rate rests.
+    """Check the bench's own clock, on which every rate rests.
 
     A bench that was stopped for longer than `silence` holds nothing any more, and the motorcycle
     of before it is gone: it must not go on where it was.
@@ -79,83 +79,91 @@ def _timing(command: ActuatorCommand, held: Held, silence: float) -> Trip | None
     return Trip(TripReason.TIMING, f"the bench's last command was {elapsed * 1e3:.1f} ms ago")
 
 
-def _links(seen: Seen, limits: Limits) -> Trip | None:
-    """Judge the bus, the recorder, and whether the devices at the other end can be believed."""
-    if seen.bus_off:
+def _links(vehicle: VehicleState, limits: Limits) -> Trip | None:
+    """Check the bus, the recorder, and the devices at the other end."""
+    if vehicle.bus_off:
         return Trip(TripReason.BUS_OFF, "the CAN controller is off the bus")
-    if not seen.recording:
+    if not vehicle.recording:
         return Trip(TripReason.RECORDER, "the recorder cannot write")
-    if not 0.0 <= seen.oldest_age <= limits.stale:
-        return Trip(TripReason.STALE, f"{seen.oldest}: silent for {seen.oldest_age * 1e3:.1f} ms")
-    if seen.faults >= limits.faults:
-        return Trip(TripReason.FAULTY, f"{seen.faulty}: {seen.faults} faulty frames in a row")
-    if seen.throttle.faulty:
+    if not 0.0 <= vehicle.oldest_age <= limits.stale:
+        return Trip(
+            TripReason.STALE, f"{vehicle.oldest}: silent for {vehicle.oldest_age * 1e3:.1f} ms"
+        )
+    if vehicle.faults >= limits.faults:
+        return Trip(TripReason.FAULTY, f"{vehicle.faulty}: {vehicle.faults} faulty frames in a row")
+    if vehicle.throttle.faulty:
         return Trip(TripReason.THROTTLE_FAULT, "the throttle body reports a fault")
     return None
 
 
-def _granted(command: ActuatorCommand, held: Held, seen: Seen, silence: float) -> Trip | None:
-    """Judge whether the devices grant what is asked for, once they have had the time to."""
-    if command.time - held.asked_since <= silence:
+def _granted(
+    command: ActuatorCommand, held: Held, vehicle: VehicleState, silence: float
+) -> Trip | None:
+    """Check whether the devices grant what is requested, once the silence time is over."""
+    if command.time - held.requested_since <= silence:
         return None
-    asked, ecu, body = command.authority, seen.ecu.authority, seen.throttle.authority
-    if ecu != asked:
-        detail = f"asked for {asked.name}, the ECU grants {ecu.name}"
+    requested, ecu, body = command.authority, vehicle.ecu.authority, vehicle.throttle.authority
+    if ecu != requested:
+        detail = f"asked for {requested.name}, the ECU grants {ecu.name}"
         return Trip(TripReason.AUTHORITY_LOST, detail)
-    if body & Authority.THROTTLE != asked & Authority.THROTTLE:
-        detail = f"asked for {asked.name}, the throttle body grants {body.name}"
+    if body & Authority.THROTTLE != requested & Authority.THROTTLE:
+        detail = f"asked for {requested.name}, the throttle body grants {body.name}"
         return Trip(TripReason.AUTHORITY_LOST, detail)
     return None
 
 
-def _rider(seen: Seen, limits: Limits) -> Trip | None:
-    """Judge the rider's controls: any of them takes the motorcycle back."""
-    if not seen.rider.button:
+def _rider(vehicle: VehicleState, limits: Limits) -> Trip | None:
+    """Check the rider's controls: any of them takes the motorcycle back."""
+    if not vehicle.rider.button:
         return Trip(TripReason.BUTTON_RELEASED, "the rider let go of the button")
-    for pressure in (seen.rider.front_brake, seen.rider.rear_brake):
+    for pressure in (vehicle.rider.front_brake, vehicle.rider.rear_brake):
         if not pressure < limits.brake_pressure:
             return Trip(TripReason.BRAKE, f"brake at {pressure / 1e5:.2f} bar")
-    if not seen.rider.clutch < limits.clutch:
-        return Trip(TripReason.CLUTCH, f"clutch at {seen.rider.clutch:.0%}")
-    if not seen.rider.grip > limits.grip_closed:
-        return Trip(TripReason.GRIP_CLOSED, f"grip at {seen.rider.grip:.1%}")
+    if not vehicle.rider.clutch < limits.clutch:
+        return Trip(TripReason.CLUTCH, f"clutch at {vehicle.rider.clutch:.0%}")
+    if not vehicle.rider.grip > limits.grip_closed:
+        return Trip(TripReason.GRIP_CLOSED, f"grip at {vehicle.rider.grip:.1%}")
     return None
 
 
-def _grip(command: ActuatorCommand, held: Held, seen: Seen, limits: Limits) -> Trip | None:
-    """Judge a hand that moves while the bench holds the throttle: the rider wants something else.
+def _grip(
+    command: ActuatorCommand, held: Held, vehicle: VehicleState, limits: Limits
+) -> Trip | None:
+    """Check a hand that moves while the bench holds the throttle: the rider wants something else.
 
     It also bounds the step at the moment when authority goes back and the grip counts again.
     """
     if not command.authority & Authority.THROTTLE:
         return None
-    told = f"grip at {seen.rider.grip:.1%}, at the button {held.grip:.1%}"
-    if not seen.rider.grip >= held.grip - limits.throttle_deviation:
-        return Trip(TripReason.GRIP_CLOSED, told)
-    if not seen.rider.grip <= held.grip + limits.throttle_deviation:
-        return Trip(TripReason.GRIP_OPENED, told)
+    detail = f"grip at {vehicle.rider.grip:.1%}, at the button {held.grip:.1%}"
+    if not vehicle.rider.grip >= held.grip - limits.throttle_deviation:
+        return Trip(TripReason.GRIP_CLOSED, detail)
+    if not vehicle.rider.grip <= held.grip + limits.throttle_deviation:
+        return Trip(TripReason.GRIP_OPENED, detail)
     return None
 
 
-def _motion(seen: Seen, limits: Limits, held: Held) -> Trip | None:
-    """Judge how the motorcycle moves; a wheel that locks or leaves the ground slips."""
-    if seen.engine.gear != held.gear:
-        return Trip(TripReason.GEAR, f"gear {seen.engine.gear}, the trial began in {held.gear}")
-    if not _inside(seen.engine.engine_speed, limits.engine_speed):
-        return Trip(TripReason.ENGINE_SPEED, f"engine at {seen.engine.engine_speed / RPM:.0f} rpm")
-    if not _inside(seen.speed, limits.speed):
-        return Trip(TripReason.SPEED, f"{seen.speed:.1f} m/s")
-    if not abs(seen.slip) <= limits.slip:
-        return Trip(TripReason.SLIP, f"slip of {seen.slip:.1%}")
-    if not abs(seen.front_slip) <= limits.front_slip:
-        return Trip(TripReason.FRONT_WHEEL, f"front wheel {seen.front_slip:+.1%} off the speed")
-    if not seen.distance <= limits.distance:
-        return Trip(TripReason.DISTANCE, f"{seen.distance:.0f} m since the button")
+def _motion(vehicle: VehicleState, limits: Limits, held: Held) -> Trip | None:
+    """Check how the motorcycle moves; a wheel that locks or leaves the ground slips."""
+    if vehicle.engine.gear != held.gear:
+        return Trip(TripReason.GEAR, f"gear {vehicle.engine.gear}, the trial began in {held.gear}")
+    if not _inside(vehicle.engine.engine_speed, limits.engine_speed):
+        return Trip(
+            TripReason.ENGINE_SPEED, f"engine at {vehicle.engine.engine_speed / RPM:.0f} rpm"
+        )
+    if not _inside(vehicle.speed, limits.speed):
+        return Trip(TripReason.SPEED, f"{vehicle.speed:.1f} m/s")
+    if not abs(vehicle.slip) <= limits.slip:
+        return Trip(TripReason.SLIP, f"slip of {vehicle.slip:.1%}")
+    if not abs(vehicle.front_slip) <= limits.front_slip:
+        return Trip(TripReason.FRONT_WHEEL, f"front wheel {vehicle.front_slip:+.1%} off the speed")
+    if not vehicle.distance <= limits.distance:
+        return Trip(TripReason.DISTANCE, f"{vehicle.distance:.0f} m since the button")
     return None
 
 
 def _throttle(command: ActuatorCommand, held: Held, limits: Limits) -> Trip | None:
-    """Judge the throttle that the command asks for; without authority it must be neutral."""
+    """Check the throttle of the command; without authority it must be neutral."""
     if not command.authority & Authority.THROTTLE:
         return _neutral("throttle", command.throttle)
     deviation = abs(command.throttle - held.throttle)
@@ -163,13 +171,13 @@ def _throttle(command: ActuatorCommand, held: Held, limits: Limits) -> Trip | No
         return Trip(TripReason.AMPLITUDE, f"throttle {deviation:.2%} off the operating point")
     if not _inside(command.throttle, limits.throttle):
         return Trip(TripReason.RANGE, f"throttle command of {command.throttle:.2%}")
-    asked = held.last.authority & Authority.THROTTLE
-    before = held.last.throttle if asked else held.throttle
+    requested = held.last.authority & Authority.THROTTLE
+    before = held.last.throttle if requested else held.throttle
     return _rate("throttle", command.throttle - before, limits.throttle_rate, command, held)
 
 
 def _spark(command: ActuatorCommand, held: Held, limits: Limits) -> Trip | None:
-    """Judge the spark offset that the command asks for; without authority it must be neutral."""
+    """Check the spark offset of the command; without authority it must be neutral."""
     if not command.authority & Authority.SPARK:
         return _neutral("spark", command.spark)
     if not _inside(command.spark, limits.spark):
@@ -194,5 +202,5 @@ def _rate(
 
 
 def _inside(value: float, bounds: tuple[float, float]) -> bool:
-    """Tell whether `value` lies in `bounds`; NaN lies nowhere."""
+    """Whether `value` is within `bounds`; NaN is not."""
     return bounds[0] - TOLERANCE <= value <= bounds[1] + TOLERANCE

@@ -1,4 +1,4 @@
-"""A trial as a state machine: what phase it is in, and what it asks for, as pure functions.
+"""A trial as a state machine: its phase and the command that it requests, as pure functions.
 
 idle -> armed -> exciting -> settling -> handing back -> done
               any of them -> tripped
@@ -8,7 +8,7 @@ import math
 from dataclasses import dataclass, replace
 
 from slipbench.bench.safety.permit import CLOCK_RESOLUTION, Trip
-from slipbench.bench.safety.vehicle_state import Seen
+from slipbench.bench.safety.vehicle_state import VehicleState
 from slipbench.bench.trials.excitation import Excitation
 from slipbench.protocol.codec.messages import ActuatorCommand, Authority, Phase, TripReason
 from slipbench.protocol.controller_file import ControllerFile
@@ -37,33 +37,33 @@ class Plan:
 def plan_of(
     trial: TrialFile, excitation: Excitation, controller: ControllerFile | None = None
 ) -> Plan:
-    """Ask for authority over what is excited, or what the controller moves, and no more."""
+    """Plan of a trial: authority over what is excited or what the controller moves, and no more."""
     actuator = controller.actuator if controller else excitation.actuator
     return Plan(trial, excitation, AUTHORITY[actuator], controller)
 
 
 @dataclass(frozen=True, slots=True)
-class Asked:
-    """What is asked for beside the operating point: offsets of throttle (0..1) and spark (rad)."""
+class Offsets:
+    """Requested offsets from the operating point: throttle (0..1) and spark (rad)."""
 
     throttle: float = 0.0
     spark: float = 0.0
 
 
-NOTHING = Asked()
+NO_OFFSETS = Offsets()
 
 
 @dataclass(frozen=True, slots=True)
 class TrialState:
-    """Where a trial stands.
+    """State of a trial.
 
     since         s, when the phase began (NaN before the first tick)
     steady_since  s, since when rpm and gear have been inside the window (NaN: they are not)
-    released      the button has been seen released since arming
+    released      the button was released at least once since arming
     throttle      operating point: opening when the button was pressed, 0..1
     grip          the rider's grip then, 0..1
     target        opening that the hand-back ramps to: the rider's grip when the ramp began
-    left          what a controller asked for when the ramp began
+    ramp_start    offsets that a controller requested when the ramp began
     trip          why the trial ended early
     """
 
@@ -74,71 +74,77 @@ class TrialState:
     throttle: float = math.nan
     grip: float = math.nan
     target: float = math.nan
-    left: Asked = NOTHING
+    ramp_start: Offsets = NO_OFFSETS
     trip: Trip | None = None
 
 
 def advance(
-    state: TrialState, seen: Seen, plan: Plan, now: float, standing: Asked = NOTHING
+    state: TrialState,
+    vehicle: VehicleState,
+    plan: Plan,
+    now: float,
+    last_offsets: Offsets = NO_OFFSETS,
 ) -> TrialState:
-    """Move the trial on by what was seen; `now` in s. Ended trials stay as they are.
+    """Next state of the trial. now: s. An ended trial keeps its state.
 
-    standing: what a controller asked for last.
+    last_offsets: that a controller requested last.
     """
     if state.phase == Phase.IDLE:
-        return _idle(state, seen, plan, now)
+        return _idle(state, vehicle, plan, now)
     if state.phase == Phase.ARMED:
-        return _armed(state, seen, plan, now)
+        return _armed(state, vehicle, plan, now)
     if state.phase in HOLDING:
-        return _holding(state, seen, plan, now, standing)
+        return _holding(state, vehicle, plan, now, last_offsets)
     return state
 
 
 def tripped(state: TrialState, trip: Trip, now: float) -> TrialState:
-    """End the trial because of `trip`; an ended trial keeps its first reason."""
+    """State after `trip` at `now` (s); an ended trial keeps its first reason."""
     return state if state.phase in ENDED else replace(_enter(state, Phase.TRIPPED, now), trip=trip)
 
 
-def controlling(state: TrialState, plan: Plan) -> bool:
-    """Tell whether a controller has the say: from the button until the hand-back begins."""
+def controller_active(state: TrialState, plan: Plan) -> bool:
+    """Whether a controller sets the command: from the button until the hand-back begins."""
     return plan.controller is not None and state.phase in (Phase.EXCITING, Phase.SETTLING)
 
 
-def due(state: TrialState, plan: Plan, now: float) -> float:
-    """Say what the waveform adds at `now` (s): to the actuator, or to a controller's target."""
+def waveform_value(state: TrialState, plan: Plan, now: float) -> float:
+    """Value of the waveform at `now` (s), added to the actuator or to a controller's target."""
     return plan.excitation.value(now - state.since) if state.phase == Phase.EXCITING else 0.0
 
 
-def wanted(
-    state: TrialState, plan: Plan, now: float, asked: Asked | None = None
+def requested_command(
+    state: TrialState, plan: Plan, now: float, requested: Offsets | None = None
 ) -> ActuatorCommand:
-    """Say what the trial asks for at `now`: the operating point plus what is due.
+    """Command that the trial requests at `now` (s): operating point plus offsets.
 
-    asked: what a controller asks for, while it has the say.
+    requested: offsets of the controller, while it sets the command.
     """
     if state.phase not in HOLDING:
         return ActuatorCommand(Authority.NONE, 0.0, 0.0, now)
-    if asked is None:
-        asked = _unaided(state, plan, now)
-    throttle = state.throttle + asked.throttle if plan.authority & Authority.THROTTLE else 0.0
-    spark = asked.spark if plan.authority & Authority.SPARK else 0.0
+    if requested is None:
+        requested = _without_controller(state, plan, now)
+    throttle = state.throttle + requested.throttle if plan.authority & Authority.THROTTLE else 0.0
+    spark = requested.spark if plan.authority & Authority.SPARK else 0.0
     return ActuatorCommand(plan.authority, throttle, spark, now)
 
 
-def _unaided(state: TrialState, plan: Plan, now: float) -> Asked:
-    """Say what is asked for where no controller has the say: the waveform, then the ramp home."""
+def _without_controller(state: TrialState, plan: Plan, now: float) -> Offsets:
+    """Offsets where no controller sets the command: the waveform, then the hand-back ramp."""
     if state.phase != Phase.HANDING_BACK:
-        offset = due(state, plan, now)
-        return Asked(offset, offset)
+        offset = waveform_value(state, plan, now)
+        return Offsets(offset, offset)
     share = min((now - state.since) / plan.trial.hand_back, 1.0)
-    way = state.target - state.throttle - state.left.throttle
-    return Asked(state.left.throttle + share * way, (1.0 - share) * state.left.spark)
+    distance = state.target - state.throttle - state.ramp_start.throttle
+    return Offsets(
+        state.ramp_start.throttle + share * distance, (1.0 - share) * state.ramp_start.spark
+    )
 
 
-def _idle(state: TrialState, seen: Seen, plan: Plan, now: float) -> TrialState:
+def _idle(state: TrialState, vehicle: VehicleState, plan: Plan, now: float) -> TrialState:
     if math.isnan(state.since):
         state = replace(state, since=now)
-    trouble = unsteady(seen, plan)
+    trouble = not_ready(vehicle, plan)
     if trouble and now - state.since > plan.trial.ready_within:
         return tripped(state, Trip(TripReason.NEVER_READY, trouble), now)
     if trouble:
@@ -149,36 +155,38 @@ def _idle(state: TrialState, seen: Seen, plan: Plan, now: float) -> TrialState:
     return replace(state, steady_since=since)
 
 
-def _armed(state: TrialState, seen: Seen, plan: Plan, now: float) -> TrialState:
-    if unsteady(seen, plan):
+def _armed(state: TrialState, vehicle: VehicleState, plan: Plan, now: float) -> TrialState:
+    if not_ready(vehicle, plan):
         return replace(_enter(state, Phase.IDLE, now), steady_since=math.nan)
     if now - state.since > plan.trial.armed_for_at_most:
         return tripped(state, Trip(TripReason.NEVER_PRESSED, "the button was not pressed"), now)
-    if not seen.rider.button:
+    if not vehicle.rider.button:
         return replace(state, released=True)
-    return _pressed(state, seen, plan, now) if state.released else state
+    return _pressed(state, vehicle, plan, now) if state.released else state
 
 
-def _pressed(state: TrialState, seen: Seen, plan: Plan, now: float) -> TrialState:
-    """Take the operating point that stands now, if the whole waveform fits around it."""
+def _pressed(state: TrialState, vehicle: VehicleState, plan: Plan, now: float) -> TrialState:
+    """Take the present operating point, if the whole waveform fits around it."""
     low, high = plan.trial.limits.throttle
-    table, throttle = plan.excitation.table, seen.ecu.throttle_command
+    table, throttle = plan.excitation.table, vehicle.ecu.throttle_command
     if plan.excitation.actuator == "throttle" and not (
         low <= throttle + float(table.min()) and throttle + float(table.max()) <= high
     ):
-        swing = float(abs(table).max())
-        detail = f"{swing:.1%} about {throttle:.1%} would leave {low:.1%} .. {high:.1%}"
+        amplitude = float(abs(table).max())
+        detail = f"{amplitude:.1%} about {throttle:.1%} would leave {low:.1%} .. {high:.1%}"
         return tripped(state, Trip(TripReason.RANGE, detail), now)
     entered = _enter(state, Phase.EXCITING, now)
-    return replace(entered, throttle=throttle, grip=seen.rider.grip)
+    return replace(entered, throttle=throttle, grip=vehicle.rider.grip)
 
 
-def _holding(state: TrialState, seen: Seen, plan: Plan, now: float, standing: Asked) -> TrialState:
-    """Go on to the next phase when this one's time is up.
+def _holding(
+    state: TrialState, vehicle: VehicleState, plan: Plan, now: float, last_offsets: Offsets
+) -> TrialState:
+    """Next phase when the time of this one is over.
 
     Once the excitation is over the rider may let go: that is a hand-back, not a trip.
     """
-    if state.phase != Phase.EXCITING and not seen.rider.button:
+    if state.phase != Phase.EXCITING and not vehicle.rider.button:
         return _enter(state, Phase.DONE, now)
     lasts, then = {
         Phase.EXCITING: (plan.excitation.duration, Phase.SETTLING),
@@ -188,37 +196,37 @@ def _holding(state: TrialState, seen: Seen, plan: Plan, now: float, standing: As
     if now - state.since < lasts - CLOCK_RESOLUTION:
         return state
     if then == Phase.HANDING_BACK:
-        target = _hand_back_target(state, seen, plan)
-        state = replace(state, target=target, left=standing)
+        target = _hand_back_target(state, vehicle, plan)
+        state = replace(state, target=target, ramp_start=last_offsets)
     return _enter(state, then, now)
 
 
-def _hand_back_target(state: TrialState, seen: Seen, plan: Plan) -> float:
-    """Aim for what the rider's grip asks for, as far as range and deviation allow.
+def _hand_back_target(state: TrialState, vehicle: VehicleState, plan: Plan) -> float:
+    """Opening of the rider's grip, as far as range and deviation allow.
 
-    The aim is taken once: a grip that moves during the ramp must not make the command jump.
+    It is taken once: a grip that moves during the ramp must not make the command jump.
     """
-    most = plan.trial.limits.throttle_deviation
+    limit = plan.trial.limits.throttle_deviation
     low, high = plan.trial.limits.throttle
-    inside = min(max(seen.rider.grip, low), high)
-    return min(max(inside, state.throttle - most), state.throttle + most)
+    inside = min(max(vehicle.rider.grip, low), high)
+    return min(max(inside, state.throttle - limit), state.throttle + limit)
 
 
-def unsteady(seen: Seen, plan: Plan) -> str:
-    """Say what keeps the bench from arming; empty where nothing does."""
+def not_ready(vehicle: VehicleState, plan: Plan) -> str:
+    """Reason why the bench cannot be armed; empty where there is none."""
     point, limits = plan.trial.operating_point, plan.trial.limits
-    if not 0.0 <= seen.oldest_age <= limits.stale:
-        return f"{seen.oldest} is silent"
-    if seen.throttle.faulty:
+    if not 0.0 <= vehicle.oldest_age <= limits.stale:
+        return f"{vehicle.oldest} is silent"
+    if vehicle.throttle.faulty:
         return "the throttle body reports a fault"
-    if seen.ecu.authority != Authority.NONE:
-        return f"the ECU grants {seen.ecu.authority.name} that nobody asked for"
-    if seen.engine.gear != point.gear:
-        return f"gear {seen.engine.gear}, the trial wants {point.gear}"
-    if not abs(seen.engine.engine_speed - point.engine_speed) <= point.engine_speed_window:
-        wanted_rpm, window = point.engine_speed / RPM, point.engine_speed_window / RPM
-        return f"engine at {seen.engine.engine_speed / RPM:.0f} rpm, the trial wants " + (
-            f"{wanted_rpm:.0f} +- {window:.0f} rpm"
+    if vehicle.ecu.authority != Authority.NONE:
+        return f"the ECU grants {vehicle.ecu.authority.name} without a request"
+    if vehicle.engine.gear != point.gear:
+        return f"gear {vehicle.engine.gear}, the trial requires {point.gear}"
+    if not abs(vehicle.engine.engine_speed - point.engine_speed) <= point.engine_speed_window:
+        target_rpm, window = point.engine_speed / RPM, point.engine_speed_window / RPM
+        return f"engine at {vehicle.engine.engine_speed / RPM:.0f} rpm, the trial requires " + (
+            f"{target_rpm:.0f} +- {window:.0f} rpm"
         )
     return ""
 

@@ -1,9 +1,15 @@
-"""The lookout takes in decoded frames and says, at each tick, what is seen of the motorcycle."""
+"""The vehicle monitor: decoded frames in, the state of rider and motorcycle at each tick out."""
 
 import math
 from dataclasses import dataclass
 
-from slipbench.bench.safety.vehicle_state import NO_ECU, NO_ENGINE, NO_RIDER, NO_THROTTLE, Seen
+from slipbench.bench.safety.vehicle_state import (
+    NO_ECU,
+    NO_ENGINE,
+    NO_RIDER,
+    NO_THROTTLE,
+    VehicleState,
+)
 from slipbench.protocol.codec.messages import (
     EcuStatus,
     EncoderStatus,
@@ -15,7 +21,7 @@ from slipbench.protocol.codec.messages import (
     ToothIntervals,
 )
 
-SLOWEST = 3.0  # m/s: below it a slip is noise over nothing, and not known
+SLOWEST = 3.0  # m/s: below it the slip is unknown: noise divided by almost nothing
 
 # The statuses that a decision to keep authority rests on, by the name of their message.
 SAFETY = (
@@ -31,7 +37,7 @@ SAFETY = (
 
 @dataclass(frozen=True)
 class Wheels:
-    """What turns tooth intervals into speeds.
+    """Wheel geometry for speeds from tooth intervals.
 
     rear_radius, front_radius  m, rolling
     teeth                      per turn, of either encoder
@@ -43,15 +49,15 @@ class Wheels:
 
 
 class VehicleMonitor:
-    """Keeps the last good message of each kind, and how long ago it came."""
+    """The last good message of each kind and its age."""
 
     def __init__(self, wheels: Wheels) -> None:
-        """Know nothing yet."""
+        """Begin without any message."""
         self._pitch = {  # m of tread per tooth
             "RearTeeth": 2 * math.pi * wheels.rear_radius / wheels.teeth,
             "FrontTeeth": 2 * math.pi * wheels.front_radius / wheels.teeth,
         }
-        self._heard = dict.fromkeys(SAFETY, -math.inf)
+        self._received = dict.fromkeys(SAFETY, -math.inf)
         self._faults = dict.fromkeys(SAFETY, 0)
         self._wheel_speed = dict.fromkeys(self._pitch, math.nan)
         self._ecu, self._throttle, self._engine, self._rider = (
@@ -62,21 +68,21 @@ class VehicleMonitor:
         )
         self._speed = math.nan
         self._stamps: dict[str, float] = {}  # the sender's own time, or its count of teeth
-        self._distrusted: set[str] = set()  # whose encoder says that it is faulty
+        self._unreliable: set[str] = set()  # whose encoder reports a fault
         self._distance = 0.0
         self._counted_until = math.nan
 
     def observe(self, name: str, message: object, now: float) -> None:
         """Take in a frame of message `name` that arrived whole and in sequence at `now` (s)."""
-        if name in self._distrusted or self._tells_nothing_new(name, message):
+        if name in self._unreliable or self._repeats_stamp(name, message):
             self.fault(name)
             return
-        self._take_in(name, message)
-        if name in self._heard and not _blind(message):
-            self._heard[name] = now
+        self._store(name, message)
+        if name in self._received and not _invalid(message):
+            self._received[name] = now
             self._faults[name] = 0
 
-    def _take_in(self, name: str, message: object) -> None:
+    def _store(self, name: str, message: object) -> None:
         match message:
             case EcuStatus():
                 self._ecu = message
@@ -91,29 +97,29 @@ class VehicleMonitor:
             case OpticalSpeed(speed, True):
                 self._speed = speed
             case EncoderStatus():
-                self._distrust(name.replace("EncoderStatus", "Teeth"), message.faulty)
+                self._set_reliability(name.replace("EncoderStatus", "Teeth"), message.faulty)
 
     def fault(self, name: str) -> None:
-        """Take note of a frame of message `name` that cannot be trusted."""
+        """Count a faulty frame of message `name`."""
         if name in self._faults:
             self._faults[name] += 1
 
     def start_distance(self, now: float) -> None:
-        """Measure the distance on the straight from here."""
+        """Start the distance at 0 m at `now` (s)."""
         self._distance, self._counted_until = 0.0, now
 
-    def seen(self, now: float, *, bus_off: bool = False, recording: bool = True) -> Seen:
-        """Give the snapshot at `now` (s).
+    def state(self, now: float, *, bus_off: bool = False, recording: bool = True) -> VehicleState:
+        """State of rider and motorcycle at `now` (s).
 
-        What was heard later than now, since time went back, is of unknown age: the oldest of all.
+        A status received later than now, because time went back, has no known age: it is the oldest.
         """
         if not math.isnan(self._counted_until):
             self._distance += self._speed * (now - self._counted_until)
             self._counted_until = now
-        ages = {name: now - heard for name, heard in self._heard.items()}
+        ages = {name: now - received for name, received in self._received.items()}
         oldest = max(ages, key=lambda name: ages[name] if ages[name] >= 0.0 else math.inf)
         faulty = max(self._faults, key=self._faults.__getitem__)
-        return Seen(
+        return VehicleState(
             self._ecu,
             self._throttle,
             self._engine,
@@ -130,18 +136,18 @@ class VehicleMonitor:
             recording,
         )
 
-    def _distrust(self, name: str, faulty: bool) -> None:
-        """Believe no frame of message `name` for as long as its sender says that it is faulty."""
+    def _set_reliability(self, name: str, faulty: bool) -> None:
+        """Count frames of message `name` as faulty while its sender reports a fault."""
         if faulty:
-            self._distrusted.add(name)
+            self._unreliable.add(name)
         else:
-            self._distrusted.discard(name)
+            self._unreliable.discard(name)
 
-    def _tells_nothing_new(self, name: str, message: object) -> bool:
-        """Tell whether the sender's own time, or count of teeth, stands since its last frame.
+    def _repeats_stamp(self, name: str, message: object) -> bool:
+        """Whether the sender's own time, or count of teeth, is that of its last frame.
 
-        Counter and CRC of such a frame are right: the part that sends lives, the part that
-        measures does not. Seconds without a tooth grow, so a wheel that stands is no such case.
+        Counter and CRC of such a frame are right: the transmitter works, the
+        measurement does not. The time without a tooth grows, so a wheel at rest is no such case.
         """
         match message:
             case EcuStatus() | ThrottleStatus() | EngineStatus() | OpticalSpeed():
@@ -155,7 +161,7 @@ class VehicleMonitor:
         return stamp == before
 
     def _tooth_speed(self, name: str, teeth: ToothIntervals) -> float:
-        """Peripheral speed, m/s; while no tooth comes, the most that the silence allows."""
+        """Peripheral speed, m/s; while no tooth comes, the most that the time without one allows."""
         span = sum(teeth.intervals)
         if span <= 0:
             return self._wheel_speed[name]
@@ -169,6 +175,6 @@ class VehicleMonitor:
         return self._wheel_speed[name] / self._speed - 1.0
 
 
-def _blind(message: object) -> bool:
-    """Tell of a sensor that sees nothing; it is as silent as one that says nothing."""
+def _invalid(message: object) -> bool:
+    """Whether a sensor reports no valid value; it counts as silent."""
     return isinstance(message, OpticalSpeed) and not message.valid

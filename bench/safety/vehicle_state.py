@@ -1,4 +1,4 @@
-"""What the gateway last saw of the motorcycle, as one value that decisions are made on."""
+"""State of rider and motorcycle as last received by the gateway."""
 
 import math
 from dataclasses import dataclass
@@ -19,8 +19,8 @@ NO_RIDER = RiderControls(False, NAN, NAN, NAN, NAN)
 
 
 @dataclass(frozen=True, slots=True)
-class Seen:
-    """A snapshot at one tick: the last good status of each kind; NaN where none came yet.
+class VehicleState:
+    """Snapshot at one tick: the last good status of each kind; NaN before the first.
 
     speed            m/s, optical
     slip             of the rear wheel against `speed`; negative where it turns too slowly

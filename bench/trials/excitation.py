@@ -1,4 +1,4 @@
-"""Excitations: what is added to the operating point, as pure functions of time."""
+"""Excitations: offsets from the operating point, as pure functions of time."""
 
 import math
 from dataclasses import dataclass
@@ -30,30 +30,30 @@ class Excitation:
 
     @property
     def duration(self) -> float:
-        """Give the excitation's length in s."""
+        """Duration of the excitation, s."""
         return self.table.size * self.period
 
     def value(self, time: float) -> float:
-        """Give the deviation that is due `time` s after the button; zero outside, and for NaN."""
+        """Deviation `time` s after the button; zero outside the excitation and for NaN."""
         if not math.isfinite(time):
             return 0.0
-        index = math.floor(time / self.period + 1e-3)  # float time may fall a hair short
+        index = math.floor(time / self.period + 1e-3)  # rounding may put time below the sample
         return float(self.table[index]) if 0 <= index < self.table.size else 0.0
 
 
 def plan_excitation(trial: TrialFile, where: str = "") -> Excitation:
-    """Compute the waveform of a trial. where: the trial file, for messages.
+    """Waveform of a trial. where: the trial file, for messages.
 
     Raises InputError where a frequency is above what the command rate allows, or where amplitude or
     rate exceed the trial's own limits.
     """
     spec, limits, where = trial.excitation, trial.limits, where or trial.name
-    most, rate = {
+    limit, rate = {
         "throttle": (limits.throttle_deviation, limits.throttle_rate),
         "spark": (min(-limits.spark[0], limits.spark[1]), limits.spark_rate),
         "slip": (limits.slip, math.inf),  # a target: the controller limits its actuator itself
     }[spec.actuator]
-    _check_amplitude(trial, most, where)
+    _check_amplitude(trial, limit, where)
     _check_frequency(trial, where)
     count = round(spec.duration / trial.command.period)
     time = np.arange(count, dtype=np.float64) * trial.command.period
@@ -107,22 +107,22 @@ def _check_multisine(spec: Multisine, where: str) -> None:
         )
 
 
-def _check_amplitude(trial: TrialFile, most: float, where: str) -> None:
+def _check_amplitude(trial: TrialFile, limit: float, where: str) -> None:
     amplitude = trial.excitation.amplitude
-    if not 0 < amplitude <= most and not amplitude == 0 == _least(trial):
+    if not 0 < amplitude <= limit and not amplitude == 0 == _least_amplitude(trial):
         key = {"throttle": "throttle_deviation"}.get(
             trial.excitation.actuator, trial.excitation.actuator
         )
         raise InputError(
             f"excitation.amplitude = {trial.excitation.amplitude} is outside the trial's limits",
             where=where,
-            expected=f"above 0 and at most {shown(most, amplitude)} (limits.{key})",
+            expected=f"above 0 and at most {shown(limit, amplitude)} (limits.{key})",
             found=f"{amplitude}",
             remedy=f"lower the amplitude, or widen limits.{key} if the rider can take it",
         )
 
 
-def _least(trial: TrialFile) -> float:
+def _least_amplitude(trial: TrialFile) -> float:
     """Return the least amplitude: a target may stand still, an excitation may not."""
     return 0.0 if trial.excitation.actuator == "slip" else math.inf
 
@@ -140,7 +140,7 @@ def _check_rate(trial: TrialFile, wave: FloatArray, rate: float, where: str) -> 
 
 
 def _end_at_zero(wave: FloatArray) -> FloatArray:
-    """Rest after the last zero crossing, so that the hand-over to settling does not jump."""
+    """Waveform that is zero after the last zero crossing, so that the hand-over to settling does not jump."""
     crossings = np.flatnonzero(np.diff(np.signbit(wave)))
     at_rest = wave.size > 1 and abs(wave[-1]) <= 1.01 * abs(wave[-1] - wave[-2])  # whole periods
     if at_rest or not crossings.size:
@@ -149,11 +149,11 @@ def _end_at_zero(wave: FloatArray) -> FloatArray:
 
 
 def _limit_rate(wave: FloatArray, step: float) -> FloatArray:
-    """Turn jumps into ramps of `step` per command, from zero and back to zero."""
+    """Waveform with ramps in place of jumps, of `step` per command, from zero and back to zero."""
     limited = np.empty_like(wave)
     value, last = 0.0, wave.size - 1
     for index, target in enumerate(wave):
-        reach = (last - index) * step  # come home in time for the last command
-        value += float(np.clip(np.clip(target, -reach, reach) - value, -step, step))
+        bound = (last - index) * step  # zero at the last command
+        value += float(np.clip(np.clip(target, -bound, bound) - value, -step, step))
         limited[index] = value
     return limited

@@ -1,7 +1,7 @@
 """A trial in real time, on whatever bus python-can opens: three processes and two rings.
 
 The loop has its own process, which no other work can hold up, and the recorder another; this one
-watches both, tells the phases, and keeps what is left when one of them dies.
+watches both, reports the phases, and completes the record when one of them dies.
 """
 
 import multiprocessing
@@ -37,11 +37,11 @@ LOOK = 0.1  # s between two looks at the processes
 GLANCE = 0.01  # s between two looks for the recorder
 OPENING = 60.0  # s that a bus has to open, and a recorder to begin, on a machine however loaded
 STANDING = 15.0  # s without a tick after which a loop that lives is ended: it was stopped
-Told = Callable[[Phase], None]
+OnPhase = Callable[[Phase], None]
 
 
 class LiveTrial:
-    """A loop that has opened its bus and waits for the word to begin."""
+    """A loop that has opened its bus and waits for the start."""
 
     def __init__(
         self,
@@ -56,7 +56,7 @@ class LiveTrial:
     ) -> None:
         """Watch `loop`, which listens at the other end of `pipe`.
 
-        recorder  end of a pipe for the recorder to hold: the loop reads from it whether it lives
+        recorder  end of a pipe for the recorder to hold: its end shows the loop that the recorder died
         vehicle   process of the virtual motorcycle, where the trial has one
         """
         self._recorder_pipe, self._vehicle = recorder, vehicle
@@ -70,11 +70,11 @@ class LiveTrial:
         self._notes: list[str] = []
 
     def run(
-        self, folder: Path, told: Told, progress: Callable[[float], None] = lambda _: None
+        self, folder: Path, on_phase: OnPhase, progress: Callable[[float], None] = lambda _: None
     ) -> Outcome:
-        """Run the trial, frames and ticks into `folder`; `told` is told each phase as it begins.
+        """Run the trial, frames and ticks into `folder`; on_phase: receives each phase as it begins.
 
-        `progress` is told, ten times a second, how many seconds of the trial's script are over.
+        progress: receives, ten times a second, the seconds of the trial's script that are over.
         """
         trial, since = self._order.plan.trial, monotonic()
         table = tick_table(trial)
@@ -82,14 +82,14 @@ class LiveTrial:
             self._order.frames, folder, self._order.address.name, table, self._recorder_pipe
         )
         if not _begun(recorder, folder / TICKS):
-            self._frames.fail()  # the loop reads it in its first tick, and says so
+            self._frames.fail()  # the loop reads it in its first tick and trips
         self._pipe.send("begin")
         changes = []
         while self._running():
             for change in drain_phases(self._phases):
                 changes.append(change)
                 self._known, since = TrialState(change.phase), monotonic()
-                told(change.phase)
+                on_phase(change.phase)
             progress(script_time(trial, self._known.phase, monotonic() - since))
         self._frames.close()
         self._notes += _finish(recorder, self._frames)
@@ -105,9 +105,9 @@ class LiveTrial:
         return Outcome(self._known, tuple(changes), lateness, (died, *self._notes), died)
 
     def _running(self) -> bool:
-        """Wait a moment for the report; a loop that died meanwhile is noticed."""
+        """Wait a moment for the report, and notice a loop that died; False once all is received."""
         if self._over:
-            return False  # what was told with the report has been taken in between
+            return False  # the phases reported with the outcome have been read meanwhile
         self._pipe.poll(LOOK)
         if self._pulse.stopped() and not self._pipe.poll():
             self._notes.append(f"the loop's process stood still for {STANDING:g} s and was ended")
@@ -148,8 +148,8 @@ def live_trial(
             start(loop)
             theirs.close()
             watching.close()
-            with _interrupts_passed_on(loop) as asked:
-                room = _opened(ours, loop, address, asked)
+            with _interrupts_passed_on(loop) as interrupted:
+                room = _opened(ours, loop, address, interrupted)
                 yield LiveTrial(loop, ours, frames, phases, order, room, watched, vehicle)
         finally:
             ours.close()
@@ -164,7 +164,7 @@ def live_trial(
 
 
 def _opened(
-    pipe: Connection, loop: BaseProcess, address: BusAddress, asked: threading.Event
+    pipe: Connection, loop: BaseProcess, address: BusAddress, interrupted: threading.Event
 ) -> int | None:
     """Wait until the bus is open; returns the bytes of frames that the kernel keeps for it.
 
@@ -173,7 +173,7 @@ def _opened(
     """
     try:
         if not pipe.poll(OPENING):
-            loop.kill()  # its driver hangs: it would not hear a word
+            loop.kill()  # its driver hangs and would not react to a signal
             raise InputError(
                 "the CAN bus does not open: "
                 f"interface {address.interface!r}, channel {address.channel!r}",
@@ -184,12 +184,12 @@ def _opened(
         answer: int | InputError | None = pipe.recv()
     except EOFError as cause:
         loop.join(JOIN)
-        if asked.is_set():
+        if interrupted.is_set():
             raise KeyboardInterrupt from cause
         raise RuntimeError(f"the loop's process did not start ({exit_reason(loop)})") from cause
     if isinstance(answer, InputError):
         raise answer
-    if asked.is_set():  # the loop had opened its bus before it heard of it
+    if interrupted.is_set():  # the loop had opened its bus before the interrupt
         raise KeyboardInterrupt
     return answer
 
@@ -204,7 +204,7 @@ def _begun(recorder: BaseProcess, path: Path) -> bool:
 
 
 def _finish(recorder: BaseProcess, ring: Ring) -> list[str]:
-    """Let the recorder write what is left, and say what it could not."""
+    """Let the recorder finish; notes on what it could not write."""
     recorder.join(JOIN)
     if recorder.exitcode is None:
         recorder.kill()
@@ -228,20 +228,20 @@ def _ring(slots: int = 1 << 16) -> Iterator[tuple[str, Ring]]:
 
 @contextmanager
 def _interrupts_passed_on(loop: BaseProcess) -> Iterator[threading.Event]:
-    """Leave Ctrl-C to the loop, which hands back; what else asks for an end reaches it too.
+    """Pass Ctrl-C and other requests to end on to the loop, which returns control to the rider.
 
-    Yields what is set once the operator has asked.
+    Yields an event that is set once the operator has asked for an end.
     """
-    asked = threading.Event()
+    interrupted = threading.Event()
 
     def pass_on(_signal: int, _frame: FrameType | None) -> None:
-        asked.set()
+        interrupted.set()
         if loop.is_alive():
             loop.terminate()
 
     before = {number: signal.signal(number, pass_on) for number in termination_signals()}
     try:
-        yield asked
+        yield interrupted
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)

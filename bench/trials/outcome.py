@@ -19,7 +19,7 @@ from slipbench.protocol.trial_file import Timing, TrialFile
 
 @dataclass(frozen=True)
 class Outcome:
-    """A trial's last state, its phases, and what became of every tick.
+    """A trial's last state, its phases, and the lateness of every tick.
 
     died  why the loop could not report; state and phases are then the last reported ones
     """
@@ -32,12 +32,12 @@ class Outcome:
 
     @property
     def done(self) -> bool:
-        """Tell whether the trial ran to its end."""
+        """Whether the trial ran to its end."""
         return self.state.phase == Phase.DONE
 
     @property
     def excited(self) -> bool:
-        """Tell whether there is anything to identify."""
+        """Whether the trial was excited: otherwise there is nothing to identify."""
         return any(change.phase == Phase.EXCITING for change in self.changes)
 
     @property
@@ -65,8 +65,8 @@ class Outcome:
         return card("Trial", [*lines, *in_short(self.notes)], table(("phase", "since, s"), rows))
 
 
-def told(outcome: Outcome, trial: TrialFile) -> dict[str, Any]:
-    """Lay an outcome out as tables of run.toml."""
+def outcome_tables(outcome: Outcome, trial: TrialFile) -> dict[str, Any]:
+    """Tables of run.toml for an outcome."""
     reason = outcome.state.trip.reason if outcome.state.trip else TripReason.NONE
     lateness = outcome.lateness
     why_not = invalid(outcome, trial.timing)
@@ -96,18 +96,18 @@ def told(outcome: Outcome, trial: TrialFile) -> dict[str, Any]:
 
 
 def in_short(notes: Sequence[str], most: int = 8) -> list[str]:
-    """Tell notes on a terminal: each once, with how often it came, and what is not shown."""
+    """Notes for a terminal: each once with its count, then the number of notes that are not shown."""
     counts = Counter(notes)
-    told = [f"{note} ({n} times)" if n > 1 else note for note, n in counts.items()]
-    if len(told) <= most:
-        return told
-    return [*told[:most], f"and {len(told) - most} others, in run.toml"]
+    lines = [f"{note} ({n} times)" if n > 1 else note for note, n in counts.items()]
+    if len(lines) <= most:
+        return lines
+    return [*lines[:most], f"and {len(lines) - most} others, in run.toml"]
 
 
 def invalid(outcome: Outcome, timing: Timing) -> str:
-    """Say why the trial's timing does not count; empty where it does.
+    """Reason why the trial's timing is invalid; empty where it is valid.
 
-    Judged over the ticks while the bench held authority: what came before moved nothing.
+    Only the ticks with authority count: those before them moved nothing.
     """
     if outcome.died:
         return outcome.died
@@ -132,5 +132,5 @@ def invalid(outcome: Outcome, timing: Timing) -> str:
 
 
 def _operating_point(state: TrialState) -> dict[str, float]:
-    """Tell the opening about which was excited, where the trial came to that."""
+    """Opening at the operating point, where the trial reached it."""
     return {} if math.isnan(state.throttle) else {"operating_throttle": state.throttle}

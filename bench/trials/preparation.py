@@ -1,4 +1,4 @@
-"""Before a trial: every file is read, every check made, and only then the run folder begun."""
+"""Before a trial: every file is read and checked before the run folder exists."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,7 +21,7 @@ from slipbench.protocol.trial_file import TrialFile
 
 @dataclass(frozen=True)
 class Prepared:
-    """A trial that can be run, and where its files came from."""
+    """A trial that can be run, and the paths of its files."""
 
     plan: Plan
     scenario: Scenario
@@ -38,7 +38,7 @@ class Prepared:
 
 
 def prepare(trial_path: Path, database_path: Path) -> Prepared:
-    """Read and check a trial; raises InputError for every input error."""
+    """Files of a trial, read and checked. Raises InputError for every input error."""
     trial = read_toml(trial_path, TrialFile)
     vehicle_path = file_or_shipped(trial.vehicle, "vehicle", folder=trial_path.parent).resolve()
     controller_path = _controller_path(trial, trial_path)
@@ -62,7 +62,7 @@ def prepare(trial_path: Path, database_path: Path) -> Prepared:
 
 
 def _check_length(trial: TrialFile, where: str) -> None:
-    """Refuse a trial that would not be over before the loop must end."""
+    """Refuse a trial with more ticks than the loop can count."""
     least = trial.operating_point.steady_for + trial.settling + trial.hand_back
     longest = LAST_TICK * trial.command.period
     if least + trial.excitation.duration <= longest:
@@ -84,7 +84,7 @@ def _controller_path(trial: TrialFile, trial_path: Path) -> Path | None:
 
 
 def check_controller(controller: ControllerFile, trial: TrialFile, where: str) -> None:
-    """Refuse a controller that was made for another period, or that could trip the trial."""
+    """Check a controller against a trial. Raises InputError where its period or its limits do not suit."""
     limits, period = trial.limits, trial.command.period
     if abs(controller.period - period) > 1e-9:
         raise InputError(
@@ -94,14 +94,14 @@ def check_controller(controller: ControllerFile, trial: TrialFile, where: str) -
             found=shown(controller.period, period),
             remedy="design it again, or change command.period",
         )
-    most = limits.throttle_deviation
+    deviation = limits.throttle_deviation
     throttle = controller.mixed.throttle if controller.mixed else controller.limits
     spark = controller.limits if controller.actuator != "throttle" else None
     if controller.actuator != "spark":
-        _inside(throttle, (-most, most), limits.throttle_rate, "throttle", where)
+        _inside(throttle, (-deviation, deviation), limits.throttle_rate, "throttle", where)
     if spark is not None:
         _inside(spark, limits.spark, limits.spark_rate, "spark", where)
-    _ramps(controller, trial, where)
+    _check_ramps(controller, trial, where)
 
 
 def _inside(
@@ -120,45 +120,45 @@ def _inside(
     )
 
 
-def _ramps(controller: ControllerFile, trial: TrialFile, where: str) -> None:
-    """Refuse a hand-back that could be too quick from where the controller may stand then."""
+def _check_ramps(controller: ControllerFile, trial: TrialFile, where: str) -> None:
+    """Refuse a hand-back that could be faster than the rate limits."""
     limits = trial.limits
     throttle = controller.mixed.throttle if controller.mixed else controller.limits
-    ways = []
+    ramps = []
     if controller.actuator != "spark":
-        # the rider's grip may ask for the other end of what the trial permits
-        way = _farthest(throttle) + limits.throttle_deviation
-        ways.append(("throttle", way, limits.throttle_rate))
+        # the rider's grip may request the other end of the permitted range
+        distance = _largest(throttle) + limits.throttle_deviation
+        ramps.append(("throttle", distance, limits.throttle_rate))
     if controller.actuator != "throttle":
-        ways.append(("spark", _farthest(controller.limits), limits.spark_rate))
-    for actuator, way, rate in ways:
-        if way > rate * trial.hand_back:
-            least = shown(way / rate, trial.hand_back)
+        ramps.append(("spark", _largest(controller.limits), limits.spark_rate))
+    for actuator, distance, rate in ramps:
+        if distance > rate * trial.hand_back:
+            least = shown(distance / rate, trial.hand_back)
             raise InputError(
                 f"the hand-back could move the {actuator} faster than the trial permits",
                 where=where,
                 expected=f"up to {rate} (limits.{actuator}_rate)",
-                found=f"{shown(way / trial.hand_back, rate)} within hand_back = {trial.hand_back}",
+                found=f"{shown(distance / trial.hand_back, rate)} within hand_back = {trial.hand_back}",
                 remedy=f"lengthen hand_back to {least}",
             )
 
 
-def _farthest(bounds: Bounds) -> float:
+def _largest(bounds: Bounds) -> float:
     return max(abs(bounds.low), abs(bounds.high))
 
 
-def check_swing(prepared: Prepared, opening: float) -> None:
-    """Refuse a throttle excitation that would leave the range around `opening` (0..1)."""
+def check_amplitude(prepared: Prepared, opening: float) -> None:
+    """Check the range of the throttle about `opening` (0..1). Raises InputError where it is exceeded."""
     if prepared.plan.excitation.actuator != "throttle":
         return
     low, high = prepared.trial.limits.throttle
-    swing = float(abs(prepared.plan.excitation.table).max())
-    if low <= opening - swing and opening + swing <= high:
+    amplitude = float(abs(prepared.plan.excitation.table).max())
+    if low <= opening - amplitude and opening + amplitude <= high:
         return
     raise InputError(
         "the excitation would leave the throttle's range",
         where=str(prepared.trial_path),
         expected=f"{low:.1%} .. {high:.1%} (limits.throttle)",
-        found=f"{swing:.1%} about the {opening:.1%} that holds the operating point",
+        found=f"{amplitude:.1%} about the {opening:.1%} that holds the operating point",
         remedy="lower excitation.amplitude or choose another operating point",
     )

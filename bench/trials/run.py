@@ -1,7 +1,8 @@
-"""A trial and its recording: the run folder is made, filled while the trial runs, and described."""
+"""A trial and its recording: make the run folder, record, write run.toml."""
 
 import shutil
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -9,10 +10,14 @@ from typing import Any
 
 from slipbench import dbc
 from slipbench.bench.bus.opening import RECEIVE_BUFFER, BusAddress
+from slipbench.bench.gateway.fail_safe import described
+from slipbench.bench.loop.clock import SECOND
+from slipbench.bench.loop.ticks import TICKS, read_ticks
+from slipbench.bench.safety.trial import TrialState
 from slipbench.bench.trials.live_trial import live_trial
-from slipbench.bench.trials.outcome import Outcome, told
-from slipbench.bench.trials.preparation import Prepared, check_swing
-from slipbench.bench.trials.simulated_trial import BITRATE, BUS, START, run_simulated
+from slipbench.bench.trials.outcome import Outcome, outcome_tables
+from slipbench.bench.trials.preparation import Prepared, check_amplitude
+from slipbench.bench.trials.simulated_trial import BITRATE, BUS, START, simulated_trial
 from slipbench.bench.trials.vehicle_roles import roles_text
 from slipbench.bench.vehicle.live_vehicle import VehicleProcess
 from slipbench.bench.vehicle.virtual_motorcycle import equilibrium_throttle, wheels_of
@@ -31,27 +36,46 @@ def run_trial(
     phases: Callable[[Phase], None] = lambda _: None,
     vehicle: VehicleProcess | None = None,
 ) -> Outcome:
-    """Run a trial into `folder`: on the simulated clock, or in real time at `address`.
+    """Outcome of a trial, recorded in `folder`: on the simulated clock, or in real time at `address`.
 
-    `progress` is told the seconds of the trial's script that are over, `phases` each phase of a live trial, which ends when
-    the process `vehicle` does. Raises InputError, and leaves no folder behind, where the folder exists, the trial does not suit the
-    vehicle, or the bus cannot be opened.
+    progress: receives the seconds of the trial's script that are over; phases: receives each phase of
+    a live trial; vehicle: process of the virtual motorcycle, with which the trial ends.
+
+    Raises InputError, and leaves no folder behind, where the folder exists, the trial does not suit
+    the vehicle or the database, or the bus cannot be opened.
     """
     if address is None:
-        check_swing(prepared, equilibrium_throttle(prepared.scenario))
-        description = _begin(prepared, folder, address)
-        outcome = run_simulated(prepared, folder, progress)
+        check_amplitude(prepared, equilibrium_throttle(prepared.scenario))
+        with simulated_trial(prepared) as trial:
+            description = _begin(prepared, folder, address)
+            with _failure_described(folder, description, prepared.trial):
+                outcome = trial.run(folder, progress)
     else:
         with live_trial(prepared, address, vehicle) as loop:
             description = _begin(prepared, folder, address, loop.receive_buffer)
-            outcome = loop.run(folder, phases, progress)
+            with _failure_described(folder, description, prepared.trial):
+                outcome = loop.run(folder, phases, progress)
     return _end(folder, description, outcome, prepared.trial)
+
+
+@contextmanager
+def _failure_described(
+    folder: Path, description: dict[str, Any], trial: TrialFile
+) -> Iterator[None]:
+    """Write the outcome of a trial that an exception ends, then raise the exception again."""
+    try:
+        yield
+    except (Exception, KeyboardInterrupt) as fault:
+        lateness = read_ticks(folder / TICKS, round(trial.command.period * SECOND))
+        why = f"the trial ended with an exception: {described(fault)}"
+        _end(folder, description, Outcome(TrialState(), (), lateness, died=why), trial)
+        raise
 
 
 def _begin(
     prepared: Prepared, folder: Path, address: BusAddress | None, room: int | None = None
 ) -> dict[str, Any]:
-    """Make the run folder, with everything in it that is known beforehand, or none at all."""
+    """Make the run folder with all that is known before the trial, or no folder."""
     create(folder)
     description = _description(prepared, address, room)
     try:
@@ -69,17 +93,17 @@ def _begin(
 
 
 def _end(folder: Path, description: dict[str, Any], outcome: Outcome, trial: TrialFile) -> Outcome:
-    """Describe how it ended; a disk that has no room for that costs no frame that it holds."""
+    """Write the outcome into run.toml; a full disk costs no recorded frame."""
     try:
-        write_description(folder, {**description, **told(outcome, trial)})
+        write_description(folder, {**description, **outcome_tables(outcome, trial)})
     except OSError as cause:
-        note = f"run.toml does not tell how the trial ended: {cause.strerror}"
+        note = f"run.toml has no outcome of the trial: {cause.strerror}"
         return replace(outcome, notes=(*outcome.notes, note))
     return outcome
 
 
 def _keep_inputs(prepared: Prepared, folder: Path) -> None:
-    """Copy what the trial was made of, so that the folder alone repeats a judgement."""
+    """Copy the files of the trial, so that the folder alone is enough to repeat an analysis."""
     shutil.copyfile(prepared.trial_path, folder / "trial.toml")
     shutil.copyfile(prepared.vehicle_path, folder / "vehicle.toml")
     copy_database(prepared.database_path, folder)
@@ -93,9 +117,9 @@ def _keep_inputs(prepared: Prepared, folder: Path) -> None:
 def _description(
     prepared: Prepared, address: BusAddress | None, room: int | None
 ) -> dict[str, Any]:
-    """Describe the run before it begins, so that even a killed one says what it was.
+    """Description of the run before it begins, so that a killed one is described as well.
 
-    `room`: bytes of frames that the kernel keeps while nobody reads them, where it was asked.
+    room: size in bytes of the receive buffer of the kernel, where it was set.
     """
     run: dict[str, Any] = {
         "kind": "trial",

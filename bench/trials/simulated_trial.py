@@ -4,11 +4,12 @@ The same loop, gateway and virtual motorcycle as on a real bus, faster than real
 frames to the last bit whenever the trial is the same.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 from slipbench.bench.bus.faults import NO_FAULTS, FaultPlan
-from slipbench.bench.bus.simulated_bus import SimulatedBus
+from slipbench.bench.bus.simulated_bus import SimulatedBus, SimulatedNode
 from slipbench.bench.gateway.fail_safe import described
 from slipbench.bench.gateway.gateway import Gateway
 from slipbench.bench.loop.clock import MILLISECOND, SECOND, SimulatedClock
@@ -25,7 +26,60 @@ from slipbench.protocol.recording.run_folder import FRAMES
 BITRATE = 1_000_000  # bit/s
 BUS = "can0"
 START = SECOND  # ns; simulated recordings begin a second into the epoch, whatever the date
-DEVICE_PHASE = 350_000  # ns after the gateway's tick at which the devices wake
+DEVICE_PHASE = 350_000  # ns after the gateway's tick at which the devices run
+
+
+class SimulatedTrial:
+    """A trial whose bus, gateway and virtual motorcycle are made; nothing has run yet."""
+
+    def __init__(
+        self, prepared: Prepared, wire: SimulatedBus, ours: SimulatedNode, theirs: SimulatedNode
+    ) -> None:
+        """Connect gateway and virtual motorcycle to `wire`.
+
+        Raises InputError where the vehicle or the database does not suit the trial.
+        """
+        self._trial, self._wire = prepared.trial, wire
+        codec, wheels = Codec(prepared.database), wheels_of(prepared.scenario.vehicle)
+        self._ring = Ring.local()
+        self._motorcycle = VirtualMotorcycle(prepared.scenario, theirs, codec)
+        self._gateway = Gateway(prepared.plan, ours, prepared.database, self._ring, wheels)
+
+    def run(self, folder: Path, progress: Callable[[float], None] = lambda _: None) -> Outcome:
+        """Run the trial; record frames and ticks into `folder`. progress: receives the time in s."""
+        gateway, ring = self._gateway, self._ring
+        period = round(self._trial.command.period * SECOND)
+        with open_log(folder / FRAMES) as log, open_log(folder / TICKS) as ticks:
+            recorder = Recorder(ring, log, BUS, ticks, tick_table(self._trial))
+            world = _World(self._wire, self._motorcycle, recorder, progress)
+            clock = SimulatedClock(START, world.run_until)
+            try:
+                lateness = run_periodic(
+                    gateway.tick,
+                    period,
+                    clock,
+                    observer=tick_recorder(ring),
+                    refused=lambda: gateway.refused,
+                )
+            except Exception as fault:  # outside the gateway's tick: release, then end the trial
+                gateway.fail(fault, clock.now_ns(), "between two ticks")
+                gateway.tick(0, clock.now_ns())
+                lateness = read_ticks(folder / TICKS, period)
+            recorder.drain()
+        notes = (*gateway.refusals, *world.notes, *recorder_failure(ring))
+        return Outcome(gateway.state, tuple(gateway.changes), lateness, notes)
+
+
+@contextmanager
+def simulated_trial(prepared: Prepared, faults: FaultPlan = NO_FAULTS) -> Iterator[SimulatedTrial]:
+    """Make everything that a trial on the simulated clock needs, before any file is written.
+
+    faults: of the bus, from the trial's start; its nodes are "gateway" and "motorcycle". Raises
+    InputError where the vehicle or the database does not suit the trial.
+    """
+    wire = SimulatedBus(BITRATE, faults=faults, start_ns=START)
+    with wire.node("gateway", receive_own_messages=True) as ours, wire.node("motorcycle") as theirs:
+        yield SimulatedTrial(prepared, wire, ours, theirs)
 
 
 def run_simulated(
@@ -34,45 +88,13 @@ def run_simulated(
     progress: Callable[[float], None] = lambda _: None,
     faults: FaultPlan = NO_FAULTS,
 ) -> Outcome:
-    """Run the trial, frames and ticks into `folder`; `progress` is told the time in s.
-
-    `faults` happen on the bus, from the trial's start; its nodes are "gateway" and "motorcycle".
-    """
-    wire = SimulatedBus(BITRATE, faults=faults, start_ns=START)
-    with (
-        wire.node("gateway", receive_own_messages=True) as ours,
-        wire.node("motorcycle") as theirs,
-        open_log(folder / FRAMES) as log,
-        open_log(folder / TICKS) as ticks,
-    ):
-        motorcycle = VirtualMotorcycle(prepared.scenario, theirs, Codec(prepared.database))
-        ring = Ring.local()
-        recorder = Recorder(ring, log, BUS, ticks, tick_table(prepared.trial))
-        gateway = Gateway(
-            prepared.plan, ours, prepared.database, ring, wheels_of(prepared.scenario.vehicle)
-        )
-        world = _World(wire, motorcycle, recorder, progress)
-        clock = SimulatedClock(START, world.live_until)
-        period = round(prepared.trial.command.period * SECOND)
-        try:
-            lateness = run_periodic(
-                gateway.tick,
-                period,
-                clock,
-                observer=tick_recorder(ring),
-                refused=lambda: gateway.refused,
-            )
-        except Exception as fault:  # outside the gateway's tick: release, then tell the outcome
-            gateway.fail(fault, clock.now_ns(), "between two ticks")
-            gateway.tick(0, clock.now_ns())
-            lateness = read_ticks(folder / TICKS, period)
-        recorder.drain()
-    notes = (*gateway.refusals, *world.notes, *recorder_failure(ring))
-    return Outcome(gateway.state, tuple(gateway.changes), lateness, notes)
+    """Outcome of a trial on the simulated clock; see `simulated_trial` for faults and errors."""
+    with simulated_trial(prepared, faults) as trial:
+        return trial.run(folder, progress)
 
 
 class _World:
-    """Everything that lives while the gateway waits for its next tick."""
+    """Bus, virtual motorcycle and recorder between two ticks of the gateway."""
 
     def __init__(
         self,
@@ -86,19 +108,19 @@ class _World:
         self._number = 0
         self.notes: list[str] = []
 
-    def live_until(self, time_ns: int) -> None:
-        """Wake the devices every millisecond up to `time_ns`, frames arriving in between."""
+    def run_until(self, time_ns: int) -> None:
+        """Run devices every millisecond, and the bus, up to `time_ns`."""
         while (due := START + self._number * MILLISECOND + DEVICE_PHASE) <= time_ns:
             self._wire.advance_to(due)
-            self._ride(due)
+            self._step_motorcycle(due)
             self._number += 1
         self._wire.advance_to(time_ns)
         self._recorder.drain()
         if self._number % 100 == 0:
             self._progress((time_ns - START) / SECOND)
 
-    def _ride(self, due: int) -> None:
-        """Wake the virtual motorcycle; one that failed is silent from then on, as a real one is."""
+    def _step_motorcycle(self, due: int) -> None:
+        """Run one millisecond of the virtual motorcycle; after a failure it is silent, as a real one is."""
         if self.notes:
             return
         try:

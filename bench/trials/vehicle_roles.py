@@ -9,7 +9,7 @@ from slipbench.protocol.configuration import load_toml
 
 
 def roles_text(path: Path, wheels: Wheels) -> str:
-    """Write the role map at `path` anew, with the geometry of `wheels`."""
+    """Text of the role map at `path`, with the geometry of `wheels`."""
     roles = load_toml(path)
     roles["vehicle"] = {
         **roles.get("vehicle", {}),

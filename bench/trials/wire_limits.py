@@ -35,6 +35,7 @@ def check_wire(trial: TrialFile, excitation: Excitation, database: Database, whe
     amplitude = trial.excitation.amplitude
     faults = [
         *_unmonitored(database),
+        *_no_release(database),
         *_beyond(trial, database),
         *_too_fine(excitation, database, amplitude),
     ]
@@ -54,30 +55,41 @@ def _unmonitored(database: Database) -> Iterator[str]:
             yield f"message {name} has no cycle time (attribute GenMsgCycleTime)"
 
 
+def _no_release(database: Database) -> Iterator[str]:
+    """Report a command signal that cannot carry the neutral value, which releases authority."""
+    for name in ("throttle", "spark"):
+        signal = _slot_of(database, "ActuatorCommand", name)
+        if not signal.low <= round(-signal.offset / signal.scale) <= signal.high:
+            yield f"ActuatorCommand.{name} cannot carry 0, which releases authority"
+
+
 def _beyond(trial: TrialFile, database: Database) -> Iterator[str]:
     """Name each value that its signal cannot carry, or a limit at the end of its signal's range.
 
     A limit trips when the measured value is beyond it, so at the end of the range it never does.
     """
     for key, (message, name) in CARRIED.items():
-        place = _place(database, message, name)
-        low, high = (raw * place.scale + place.offset for raw in (place.low, place.high))
+        signal_slot = _slot_of(database, message, name)
+        low, high = (
+            raw * signal_slot.scale + signal_slot.offset
+            for raw in (signal_slot.low, signal_slot.high)
+        )
         stated = attrgetter(key)(trial)
         values = stated if isinstance(stated, tuple) else (stated,)
         measured = key.startswith("limits.") and message != "ActuatorCommand"
         slack = ROUNDING * (high - low) * (-1.0 if measured else 1.0)
         if not all(low - slack <= value <= high + slack for value in values):
-            said = " .. ".join(str(value) for value in values)
+            stated_values = " .. ".join(str(value) for value in values)
             ends = f"{shown(low, values[-1])} .. {shown(high, values[-1])}"
             within = "within" if measured else "in"
-            yield f"{key} = {said} is not {within} {ends} ({message}.{name})"
+            yield f"{key} = {stated_values} is not {within} {ends} ({message}.{name})"
 
 
 def _too_fine(excitation: Excitation, database: Database, amplitude: float) -> Iterator[str]:
     """Report an excitation that is below the resolution of its command signal."""
     if excitation.actuator == "slip":  # a target, which is on no wire
         return
-    step = _place(database, "ActuatorCommand", excitation.actuator).scale
+    step = _slot_of(database, "ActuatorCommand", excitation.actuator).scale
     largest = float(abs(excitation.table).max())
     if largest < step:
         yield (
@@ -86,5 +98,5 @@ def _too_fine(excitation: Excitation, database: Database, amplitude: float) -> I
         )
 
 
-def _place(database: Database, message: str, name: str) -> Slot:
+def _slot_of(database: Database, message: str, name: str) -> Slot:
     return slot(database, database.message(message), name, float)

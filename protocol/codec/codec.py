@@ -1,4 +1,4 @@
-"""A message of the bench becomes a frame and back: SI here, the field's units on the wire."""
+"""Frames from messages and messages from frames: SI inside, the units of the database on the wire."""
 
 from collections.abc import Mapping
 
@@ -53,7 +53,7 @@ class Codec:
     """
 
     def __init__(self, database: Database) -> None:
-        """Compile the database; raises InputError where it lacks what the bench speaks."""
+        """Compile the database. Raises InputError where it lacks a message or signal of the bench."""
         self._by_name: dict[str, Plan] = {
             name: (TeethPlan if kind is ToothIntervals else FieldsPlan)(database, name, kind)
             for name, kind in MESSAGES.items()
@@ -63,7 +63,7 @@ class Codec:
     def encode(
         self, message: BenchMessage, *, counter: int = 0, name: str | None = None
     ) -> tuple[int, bytes]:
-        """Lay a message out and protect it; returns identifier and payload.
+        """Identifier and payload of a message, with its end-to-end protection.
 
         counter: of its end-to-end protection, see `Sender`. Clocks and running counts wrap at
         their signals' widths. Raises ValueError for any other value that its signal cannot hold.
@@ -75,7 +75,7 @@ class Codec:
         return plan.identifier, bytes(payload)
 
     def decode(self, identifier: int, data: bytes | bytearray) -> BenchMessage | FrameFault:
-        """Read a frame, its CRC checked; a frame longer than its message is read as far as that."""
+        """Message of a frame, or its fault; the CRC is checked, bytes beyond the message are ignored."""
         plan = self._by_identifier.get(identifier)
         if plan is None:
             return FrameFault(Fault.UNKNOWN, expected="one of the bench's", found=hex(identifier))
@@ -88,27 +88,27 @@ class Codec:
         return plan.unpack(int.from_bytes(payload, "little"))
 
     def counter(self, identifier: int, data: bytes | bytearray) -> int | None:
-        """Read the counter of a frame; None where the message is not protected."""
+        """Counter of a frame; None where the message is not protected."""
         plan = self._by_identifier.get(identifier)
         if plan is None or plan.data_id is None or len(data) < 2:
             return None
         return data[1] & 0x0F
 
     def identifier(self, name: str) -> int:
-        """Tell under which identifier a message is sent."""
+        """Identifier of a message."""
         return self._plan(name).identifier
 
     def name(self, identifier: int) -> str | None:
-        """Tell which message an identifier stands for."""
+        """Name of the message with this identifier; None where it is unknown."""
         plan = self._by_identifier.get(identifier)
         return plan.name if plan else None
 
     def period(self, name: str, field: str) -> float:
-        """Tell after how much a clock (s) or a running count wraps."""
+        """Value at which a clock (s) or a running count wraps."""
         return self._plan(name).period(field)
 
     def capacity(self, name: str) -> Mapping[Intervals, tuple[int, float]]:
-        """Tell how many intervals a tooth frame of each layout holds, and the longest (s)."""
+        """Number of intervals in a tooth frame of each layout, and the longest interval (s)."""
         plan = self._plan(name)
         return plan.capacity() if isinstance(plan, TeethPlan) else {}
 
@@ -121,14 +121,14 @@ class Codec:
 
 
 class Sender:
-    """One node's sending side: the next counter of each message that it protects."""
+    """Sending side of a node: the next counter of each protected message."""
 
     def __init__(self, codec: Codec) -> None:
         self._codec = codec
         self.counters: dict[str, int] = {}
 
     def encode(self, message: BenchMessage, *, name: str | None = None) -> tuple[int, bytes]:
-        """Encode `message` under its next counter. Raises ValueError as `Codec.encode` does."""
+        """Identifier and payload of `message` with its next counter. Raises ValueError as `Codec.encode` does."""
         key = name or type(message).__name__
         counter = self.counters.get(key, 0)
         frame = self._codec.encode(message, counter=counter, name=key)

@@ -51,13 +51,13 @@ def _to_the_top(signal: Signal, payloads: Words) -> Words:
 
 
 def _sent_first(payloads: Words, word: int) -> Words:
-    """Turn one word round, so that byte 0 becomes the highest."""
+    """One word with its bytes reversed, so that byte 0 becomes the highest."""
     column = payloads[:, word]
     return column.byteswap() if sys.byteorder == "little" else column
 
 
 def physical(signal: Signal, values: Raw) -> npt.NDArray[Any]:
-    """Physical values in the database's unit: raw * scale + offset, rounded as cantools rounds.
+    """Physical values, shape (n,), in the database's unit: raw * scale + offset, rounded as by cantools.
 
     Whole scale and offset on whole numbers give whole numbers: int64, or uint64 where only that
     holds them. All else is float64, and where doubles cannot hold the raw value exactly the sum is

@@ -1,11 +1,11 @@
-"""What can be wrong with a frame is a value with a name, never an exception."""
+"""Faults of frames, as values and not as exceptions."""
 
 from dataclasses import dataclass
 from enum import StrEnum
 
 
 class Fault(StrEnum):
-    """The names of the faults, as recordings and reports tell them."""
+    """Names of the faults in recordings and reports."""
 
     UNKNOWN = "unknown identifier"
     SHORT = "too short"
@@ -18,9 +18,9 @@ class Fault(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class FrameFault:
-    """A frame that cannot be taken at face value.
+    """A frame that must not be used as it is.
 
-    message   name in the database, "" where it knows none
+    message   name in the database, "" where it has none
     signal    the signal that is out of range, else ""
     expected, found  for people: "8 bytes", "5 bytes"
     count     frames concerned: how many were lost
@@ -34,7 +34,7 @@ class FrameFault:
     count: int = 1
 
     def __str__(self) -> str:
-        """Tell the fault in one line."""
+        """The fault in one line."""
         where = ".".join(part for part in (self.message, self.signal) if part)
         detail = f" (expected {self.expected}, found {self.found})" if self.expected else ""
         number = f" {self.count}" if self.fault is Fault.LOST else ""

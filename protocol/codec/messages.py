@@ -1,7 +1,7 @@
-"""The messages of the bench, in SI, as the programs on the bus mean them.
+"""The messages of the bench, in SI, as the programs on the bus use them.
 
 Field names are the signal names of the database; the codec converts units, once.
-Times are the sender's own clock, s, and running counts begin where their sender likes; both are
+Times are the sender's own clock, s, and running counts begin at any value; both are
 given to the codec unwrapped, wrap on the wire at their signals' widths, and are unwrapped by the
 reader (`slipbench.protocol.codec.unwrap`).
 """
@@ -15,7 +15,7 @@ WRAPPING = frozenset({"time", "tooth_time", "tooth_count", "tick"})
 
 
 class Authority(IntEnum):
-    """Which actuators the bench asks for, or holds."""
+    """Actuators that the bench requests or controls."""
 
     NONE = 0
     THROTTLE = 1
@@ -24,7 +24,7 @@ class Authority(IntEnum):
 
 
 class Phase(IntEnum):
-    """Where a trial stands."""
+    """Phase of a trial."""
 
     IDLE = 0
     ARMED = 1
@@ -81,7 +81,7 @@ class ActuatorCommand:
     """Gateway to ECU and throttle, every 1 ms; also the heartbeat that keeps authority."""
 
     authority: Authority
-    throttle: float  # opening asked for, 0..1
+    throttle: float  # requested opening, 0..1
     spark: float  # offset from the map, rad, positive advances
     time: float  # s, gateway clock
 
@@ -91,7 +91,7 @@ class EcuStatus:
     """ECU, every 1 ms: what it applied, and when."""
 
     authority: Authority  # held by the bench at this moment
-    throttle_command: float  # opening that the servo was told, 0..1, from the bench or the rider
+    throttle_command: float  # opening commanded to the servo, 0..1, from the bench or the rider
     spark_command: float  # offset applied to the map, rad
     time: float  # s, ECU clock
 
@@ -121,7 +121,7 @@ class EngineStatus:
 class ToothIntervals:
     """Encoder, whenever enough teeth have passed or the oldest has waited long enough.
 
-    `tooth_count` is the running count of the last tooth told here, `intervals` the times between
+    `tooth_count` is the running count of the last tooth of the frame, `intervals` the times between
     successive teeth that end with it, oldest first: on the classic bus 1 to 3 of up to 16.383 ms
     (SHORT), 1 or 2 of up to 1.048 s (LONG), or one (SINGLE). A STANDING frame carries no interval:
     its single number is the time since the last tooth.

@@ -1,4 +1,4 @@
-"""Where one value lies in its frame and what it means in SI, worked out from the database."""
+"""Position of one value in its frame and its conversion to SI, from the database."""
 
 from dataclasses import dataclass
 from enum import IntEnum
@@ -35,7 +35,7 @@ SI = {
 
 @dataclass(frozen=True, slots=True)
 class Slot:
-    """One signal's place and meaning: value in SI = raw * scale + offset.
+    """Position and conversion of one signal: value in SI = raw * scale + offset.
 
     low, high: raw values that the database allows. values: of an enumeration or a truth value, by
     raw value. wraps: sent modulo 2^bits, see messages.WRAPPING.
@@ -53,7 +53,7 @@ class Slot:
     wraps: bool
 
     def pack(self, value: float) -> int:
-        """Place a value in the frame's bits. Raises ValueError where it does not fit."""
+        """Bits of a value in the frame. Raises ValueError where it does not fit."""
         try:
             raw = round((value - self.offset) / self.scale)
         except (ValueError, OverflowError):
@@ -65,13 +65,21 @@ class Slot:
             raise ValueError(f"{self.name} = {value!r} is not in {low:g} to {high:g} (SI)")
         return (raw & self.mask) << self.shift
 
-    def told(self, raw: int) -> str:
-        """Tell a raw value in SI, for people."""
+    def physical(self, raw: int) -> str:
+        """A raw value in SI, as text."""
         return f"{raw * self.scale + self.offset:g}"
 
 
 def slot(database: Database, message: Message, name: str, kind: type) -> Slot:
-    """Work out the place of one signal that holds a value of type `kind`."""
+    """Slot of one signal that holds a value of type `kind`. Raises InputError where it cannot."""
+    if name not in message.by_name:
+        raise InputError(
+            f"message {message.name} has no signal {name!r}, which the bench needs",
+            where=database.origin,
+            expected=name,
+            found=", ".join(message.by_name),
+            remedy="give the signal this name, or give the database of the motorcycle with --dbc",
+        )
     signal = message.signal(name)
     where = f"{database.origin}: {message.name}.{name}"
     if not signal.little_endian or signal.is_float:
@@ -87,7 +95,7 @@ def slot(database: Database, message: Message, name: str, kind: type) -> Slot:
         high,
         scale,
         offset,
-        _values(kind, high, where),
+        _values(kind, low, high, where),
         signal.wraps or name in WRAPPING,
     )
 
@@ -102,20 +110,38 @@ def si(signal: Signal, where: str) -> tuple[float, float]:
 
 
 def _limits(signal: Signal) -> tuple[int, int]:
+    """Lowest and highest raw value that the database allows; a negative scale exchanges them."""
     low, high = signal.raw_range
-    if signal.minimum is not None:
-        low = max(low, ceil((signal.minimum - signal.offset) / signal.scale - 1e-6))
-    if signal.maximum is not None:
-        high = min(high, floor((signal.maximum - signal.offset) / signal.scale + 1e-6))
+    stated = [
+        None if physical is None else (physical - signal.offset) / signal.scale
+        for physical in (signal.minimum, signal.maximum)
+    ]
+    least, most = stated if signal.scale > 0 else reversed(stated)
+    if least is not None:
+        low = max(low, ceil(least - 1e-6))
+    if most is not None:
+        high = min(high, floor(most + 1e-6))
     return low, high
 
 
-def _values(kind: type, high: int, where: str) -> tuple[Any, ...] | None:
+def _values(kind: type, low: int, high: int, where: str) -> tuple[Any, ...] | None:
+    """Members of an enumeration or truth values, by raw value; None for a number.
+
+    The signal must carry every member and nothing else: a member that it cannot carry could not
+    be sent, in the middle of a trial. Raises InputError where it does not.
+    """
     if kind is bool:
-        return (False, True)
-    if not issubclass(kind, IntEnum):
+        members = [False, True]
+    elif issubclass(kind, IntEnum):
+        members = sorted(kind)
+    else:
         return None
-    missing = set(range(high + 1)) - {int(member) for member in kind}
-    if missing:
-        raise InputError(f"{kind.__name__} has no member for {sorted(missing)}", where=where)
-    return tuple(kind(number) for number in range(high + 1))
+    if (low, high) != (0, len(members) - 1):
+        raise InputError(
+            f"the signal carries {low} to {high}",
+            where=where,
+            expected=f"0 to {len(members) - 1}: "
+            + ", ".join(f"{int(member)} {getattr(member, 'name', member)}" for member in members),
+            remedy="correct length, minimum and maximum of the signal",
+        )
+    return tuple(members)

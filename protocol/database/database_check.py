@@ -1,4 +1,4 @@
-"""A database that would decode frames to wrong values is refused, all its faults told at once."""
+"""Refuse a database that would decode frames to wrong values, and name all its faults."""
 
 from collections.abc import Iterator, Mapping
 from itertools import combinations
@@ -7,16 +7,16 @@ from slipbench.protocol.database.layout import Database, Message, Signal
 from slipbench.protocol.errors import InputError
 
 FD_LENGTHS = (*range(9), 12, 16, 20, 24, 32, 48, 64)  # bytes that a CAN (FD) frame can carry
-TOLD_AT_MOST = 10
+MOST_FAULTS = 10
 
 
 def check(database: Database) -> None:
     """Raise InputError where messages or signals contradict each other."""
     faults = list(_faults(database))
     if faults:
-        more = [f"and {len(faults) - TOLD_AT_MOST} more"] if len(faults) > TOLD_AT_MOST else []
+        more = [f"and {len(faults) - MOST_FAULTS} more"] if len(faults) > MOST_FAULTS else []
         raise InputError(
-            "; ".join([*faults[:TOLD_AT_MOST], *more]),
+            "; ".join([*faults[:MOST_FAULTS], *more]),
             where=database.origin,
             remedy="correct the start bits and lengths of the signals named, or the identifiers",
         )
@@ -80,7 +80,7 @@ def _overlaps(message: Message) -> Iterator[str]:
 
 
 def _bits(signal: Signal) -> int:
-    """Mask of the bits that a signal takes, as little-endian numbering counts them."""
+    """Mask of the bits of a signal, in little-endian numbering."""
     if signal.little_endian:
         return ((1 << signal.length) - 1) << signal.start
     first = signal.first_bit

@@ -1,6 +1,6 @@
-"""A DBC file that breaks off must not pass for a smaller one.
+"""Detect a truncated DBC file.
 
-cantools leaves out, in silence, the statement that the end of the file cuts short.
+cantools silently omits a statement that the end of the file cuts short.
 """
 
 import re
@@ -16,7 +16,7 @@ _STATEMENT = re.compile(
 
 
 def breaks(text: str, signals: Mapping[str, int]) -> Iterator[str]:
-    """Find where a DBC's text says more than was read of it. signals: number read, by message."""
+    """Faults of a DBC text that was not read completely. signals: number read, by message."""
     bare = _STRING.sub('""', text)
     if bare.count('"') % 2:
         yield "a text begins that does not end; the file breaks off"
@@ -31,9 +31,9 @@ def _lost_signals(bare: str, signals: Mapping[str, int]) -> Iterator[str]:
     heads = [*_MESSAGE.finditer(bare)]
     ends = [*(head.start() for head in heads[1:]), len(bare)]
     for head, end in zip(heads, ends, strict=False):
-        told = len(_SIGNAL.findall(bare, head.end(), end))
-        read = signals.get(head.group(1), told)
-        if told > read:
+        listed = len(_SIGNAL.findall(bare, head.end(), end))
+        read = signals.get(head.group(1), listed)
+        if listed > read:
             line = bare.count("\n", 0, head.start(1)) + 1
-            lost = f"only {read} of {told} signals can be read"
+            lost = f"only {read} of {listed} signals can be read"
             yield f"message {head.group(1)}: {lost} (line {line})"

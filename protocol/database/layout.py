@@ -1,4 +1,4 @@
-"""What a CAN database says of its messages, as frozen data without a library behind it."""
+"""Messages and signals of a CAN database, as frozen data."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -90,7 +90,7 @@ class Message:
         return {signal.name: signal for signal in self.signals}
 
     def signal(self, name: str) -> Signal:
-        """Look a signal up; raises InputError where there is none."""
+        """Signal of this name. Raises InputError where there is none."""
         if name not in self.by_name:
             raise InputError(
                 f"message {self.name} has no signal {name!r}", expected=", ".join(self.by_name)
@@ -118,7 +118,12 @@ class Database:
         return {(message.identifier, message.extended): message for message in self.messages}
 
     def message(self, name: str) -> Message:
-        """Look a message up; raises InputError where there is none."""
+        """Message of this name. Raises InputError where there is none."""
         if name not in self.by_name:
-            raise InputError(f"no message {name!r}", where=self.origin)
+            raise InputError(
+                f"the database has no message {name!r}",
+                where=self.origin,
+                expected="one of " + ", ".join(self.by_name),
+                remedy="give the message this name, or give the right database",
+            )
         return self.by_name[name]

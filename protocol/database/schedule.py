@@ -99,7 +99,7 @@ def _response(
     if sum(cost / period for cost, period in upto) >= 1:
         return NEVER
     blocking = max(costs[rank + 1 :], default=0.0)
-    busy = _settle(blocking, upto, jitter, costs[rank])
+    busy = _fixed_point(blocking, upto, jitter, costs[rank])
     instances = ceil((busy + jitter) / periods[rank] - 1e-9)
     return max(
         jitter + _queued(q, rank, upto, blocking, jitter, bit) - q * periods[rank] + costs[rank]
@@ -117,15 +117,15 @@ def _queued(
 ) -> float:
     """w_m(q): how long instance q waits before its transmission starts."""
     own = upto[rank][0]
-    return _settle(blocking + q * own, upto[:rank], jitter + bit, blocking + q * own)
+    return _fixed_point(blocking + q * own, upto[:rank], jitter + bit, blocking + q * own)
 
 
-def _settle(
-    fixed: float, others: Sequence[tuple[float, float]], ahead: float, start: float
+def _fixed_point(
+    fixed: float, others: Sequence[tuple[float, float]], window: float, start: float
 ) -> float:
-    """Least t with t = fixed + the frames of `others` that come within t + ahead."""
+    """Least t with t = fixed + the frames of `others` that come within t + window."""
     t, before = start, -1.0
     while t != before:
         before = t
-        t = fixed + sum(ceil((t + ahead) / period - 1e-9) * cost for cost, period in others)
+        t = fixed + sum(ceil((t + window) / period - 1e-9) * cost for cost, period in others)
     return t

@@ -4,7 +4,7 @@ from dataclasses import replace
 from typing import Any
 
 from slipbench.bench.safety.trial import Plan, plan_of
-from slipbench.bench.safety.vehicle_state import Seen
+from slipbench.bench.safety.vehicle_state import VehicleState
 from slipbench.bench.trials.excitation import plan_excitation
 from slipbench.protocol.codec.messages import (
     Authority,
@@ -47,9 +47,9 @@ def engine(**changes: Any) -> EngineStatus:
     return replace(EngineStatus(14000 * RPM, 2, 0.6, 0.0), **changes)
 
 
-def seen(**changes: Any) -> Seen:
+def vehicle_state(**changes: Any) -> VehicleState:
     """Everything as it must be for the bench to arm; the button is not pressed."""
-    fine = Seen(
+    fine = VehicleState(
         ecu=EcuStatus(Authority.NONE, OPENING, 0.0, 0.0),
         throttle=ThrottleStatus(Authority.NONE, OPENING, 0.0, False, 0.0),
         engine=engine(),

@@ -12,7 +12,7 @@ from slipbench.bench.loop.clock import SECOND
 from slipbench.bench.trials.outcome import Outcome
 from slipbench.bench.trials.preparation import Prepared
 from slipbench.bench.trials.run import run_trial
-from slipbench.bench.trials.simulated_trial import START, run_simulated
+from slipbench.bench.trials.simulated_trial import START, simulated_trial
 from slipbench.protocol.codec.messages import Phase, TripReason
 from slipbench.protocol.logs import read_log
 from slipbench.protocol.recording.recording import Recording
@@ -93,11 +93,11 @@ def run_case(case: Case, folder: Path, trial: Callable[[], Prepared] = the_trial
     truth = GroundTruth()
     teeth = case.teeth()
     motorcycle = partial(FailingMotorcycle.with_faults, truth, case.failing(), teeth)
-    simulated = partial(run_simulated, faults=FaultPlan(case.bus, seed=1))
+    simulated = partial(simulated_trial, faults=FaultPlan(case.bus, seed=1))
     outcome = None
     with (
         mock.patch("slipbench.bench.trials.simulated_trial.VirtualMotorcycle", motorcycle),
-        mock.patch("slipbench.bench.trials.run.run_simulated", simulated),
+        mock.patch("slipbench.bench.trials.run.simulated_trial", simulated),
         case.bench(truth),
         suppress(Killed),  # only the files on the disk remain
     ):

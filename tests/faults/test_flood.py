@@ -13,7 +13,7 @@ from slipbench.bench.safety.vehicle_monitor import Wheels
 from slipbench.protocol.codec.codec import Codec, Sender
 from slipbench.protocol.codec.messages import Authority, EcuStatus, Phase, TripReason
 from slipbench.protocol.database.database import load_database
-from tests.bench.conditions import OPENING, plan, seen
+from tests.bench.conditions import OPENING, plan, vehicle_state
 
 MILLISECOND = 1_000_000  # ns
 DATABASE = load_database(dbc.MOTORBIKE)
@@ -74,7 +74,7 @@ def test_nothing_stays_armed_on_what_was_said_in_the_past(monkeypatch: pytest.Mo
     """With the old frames all conditions would be met."""
     with Flooded(statuses(), MOST_FRAMES + 1) as bus:
         ours = gateway(bus, Phase.ARMED)
-        monkeypatch.setattr(ours._monitor, "seen", lambda *_, **__: seen())
+        monkeypatch.setattr(ours._monitor, "state", lambda *_, **__: vehicle_state())
         ours.tick(0, 1000 * MILLISECOND)
         assert ours.state.phase == Phase.IDLE
         assert ours.state.trip is None

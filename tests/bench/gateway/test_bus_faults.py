@@ -131,7 +131,7 @@ def test_what_breaks_the_dialogue_trips_and_releases(tmp_path, fault, reason, wi
 def heard(bus: can.BusABC, *identifiers_and_details: tuple[int, bytes]) -> ControllerState:
     state = ControllerState(bus)
     for identifier, data in identifiers_and_details:
-        state.heard(
+        state.error_frame(
             can.Message(
                 arbitration_id=identifier, data=data, is_error_frame=True, is_extended_id=False
             )

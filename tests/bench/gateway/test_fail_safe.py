@@ -48,7 +48,7 @@ SITES = [
     (Gateway, "_send"),
     (Gateway, "_report"),
     (Gateway, "_put"),
-    (VehicleMonitor, "seen"),
+    (VehicleMonitor, "state"),
     (VehicleMonitor, "observe"),
     (SenderMonitor, "heard"),
     (ControllerState, "off"),
@@ -61,9 +61,9 @@ SITES = [
     (SimulatedNode, "recv"),
     (Ring, "append"),
     (module, "advance"),
-    (module, "wanted"),
+    (module, "requested_command"),
     (module, "permit"),
-    (module, "waveform_due"),
+    (module, "waveform_value"),
 ]
 
 

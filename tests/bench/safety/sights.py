@@ -8,7 +8,7 @@ from dataclasses import replace
 from typing import Any
 
 from slipbench.bench.safety.permit import Held
-from slipbench.bench.safety.vehicle_state import Seen
+from slipbench.bench.safety.vehicle_state import VehicleState
 from slipbench.protocol.codec.messages import (
     ActuatorCommand,
     Authority,
@@ -43,9 +43,9 @@ OPENING, GRIP, GEAR = 0.25, 0.1875, 2
 THROTTLE, SPARK, BOTH, NONE = Authority.THROTTLE, Authority.SPARK, Authority.BOTH, Authority.NONE
 
 
-def seen(authority: Authority = THROTTLE, **changes: Any) -> Seen:
+def vehicle_state(authority: Authority = THROTTLE, **changes: Any) -> VehicleState:
     """All as it must be for a command to pass."""
-    fine = Seen(
+    fine = VehicleState(
         ecu=EcuStatus(authority, OPENING, 0.0, NOW),
         throttle=ThrottleStatus(authority, OPENING, 0.0, False, NOW),
         engine=EngineStatus(1280.0, GEAR, 0.5, NOW),
@@ -61,7 +61,7 @@ def seen(authority: Authority = THROTTLE, **changes: Any) -> Seen:
     return changed(fine, **changes)
 
 
-def changed(sight: Seen, **changes: Any) -> Seen:
+def changed(sight: VehicleState, **changes: Any) -> VehicleState:
     """Another sight: `rider__grip=0.1` changes one field of one status."""
     for path, value in changes.items():
         status, _, field = path.partition("__")

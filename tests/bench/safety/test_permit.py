@@ -27,7 +27,7 @@ from tests.bench.safety.sights import (
     below,
     command,
     held,
-    seen,
+    vehicle_state,
 )
 
 NAN = math.nan
@@ -35,7 +35,7 @@ R = TripReason
 
 
 def answer(asked=None, before=None, sight=None):
-    return permit(asked or command(), before or held(), sight or seen(), LIMITS, SILENCE)
+    return permit(asked or command(), before or held(), sight or vehicle_state(), LIMITS, SILENCE)
 
 
 def passes(asked=None, before=None, sight=None):
@@ -45,10 +45,12 @@ def passes(asked=None, before=None, sight=None):
 
 @pytest.mark.parametrize("authority", [THROTTLE, SPARK, BOTH])
 def test_a_command_within_all_limits_passes_unchanged(authority):
-    assert passes(command(authority), held(authority), seen(authority))
+    assert passes(command(authority), held(authority), vehicle_state(authority))
 
 
-@pytest.mark.parametrize("sight", [seen(), seen(bus_off=True), seen(rider__button=False)])
+@pytest.mark.parametrize(
+    "sight", [vehicle_state(), vehicle_state(bus_off=True), vehicle_state(rider__button=False)]
+)
 def test_a_release_always_passes_and_is_neutral(sight):
     release = ActuatorCommand(NONE, 0.7, 0.3, NOW)
     assert answer(release, None, sight) == ActuatorCommand(NONE, 0.0, 0.0, NOW)
@@ -122,26 +124,26 @@ EDGES = [
 
 @pytest.mark.parametrize(("what", "last", "first", "reason", "detail"), EDGES)
 def test_each_thing_seen_trips_beyond_its_limit_by_its_own_name(what, last, first, reason, detail):
-    assert passes(sight=seen(**{what: last}))
-    assert answer(sight=seen(**{what: first})) == Trip(reason, detail)
+    assert passes(sight=vehicle_state(**{what: last}))
+    assert answer(sight=vehicle_state(**{what: first})) == Trip(reason, detail)
 
 
 @pytest.mark.parametrize("infinite", [math.inf, -math.inf])
 @pytest.mark.parametrize("what", sorted({what for what, last, *_ in EDGES if type(last) is float}))
 def test_what_is_infinite_is_never_within_a_limit_but_for_a_pull_below_nothing(what, infinite):
     one_sided = what in ("rider__front_brake", "rider__rear_brake", "rider__clutch", "distance")
-    assert passes(sight=seen(**{what: infinite})) == (one_sided and infinite < 0)
+    assert passes(sight=vehicle_state(**{what: infinite})) == (one_sided and infinite < 0)
 
 
 def test_closed_means_closed_even_where_the_grip_hardly_moved():
     resting = held(grip=0.0625)
-    assert passes(before=resting, sight=seen(rider__grip=above(0.03125)))
-    told = answer(before=resting, sight=seen(rider__grip=0.03125))
+    assert passes(before=resting, sight=vehicle_state(rider__grip=above(0.03125)))
+    told = answer(before=resting, sight=vehicle_state(rider__grip=0.03125))
     assert told == Trip(R.GRIP_CLOSED, "grip at 3.1%")
 
 
 def test_in_a_trial_of_the_spark_the_grip_is_the_riders_and_may_move():
-    wide_open = seen(SPARK, rider__grip=1.0)
+    wide_open = vehicle_state(SPARK, rider__grip=1.0)
     assert passes(command(SPARK), held(SPARK), wide_open)
 
 
@@ -166,27 +168,27 @@ def test_a_grip_that_was_not_known_at_the_button_does_not_pass():
 def test_a_clock_that_stands_goes_back_or_jumps_trips(ago, told):
     """A bench that was stopped must not go on: its rate limit would have grown with the pause."""
     asked = command(time=ago)
-    before = held(last=command(time=0.0), asked_since=0.0)
+    before = held(last=command(time=0.0), requested_since=0.0)
     assert answer(asked, before) == Trip(R.TIMING, f"the bench's last command was {told} ago")
 
 
 @pytest.mark.parametrize("ago", [above(0.0), PERIOD, SILENCE, SILENCE + CLOCK_RESOLUTION])
 def test_a_late_tick_passes_as_long_as_the_devices_wait(ago):
-    assert passes(command(time=ago), held(last=command(time=0.0), asked_since=0.0))
+    assert passes(command(time=ago), held(last=command(time=0.0), requested_since=0.0))
 
 
 @pytest.mark.parametrize("field", ["ecu__authority", "throttle__authority"])
 def test_the_devices_have_the_silence_time_to_grant_authority(field):
-    refused = seen(**{field: NONE})
-    assert passes(before=held(asked_since=NOW - SILENCE), sight=refused)
+    refused = vehicle_state(**{field: NONE})
+    assert passes(before=held(requested_since=NOW - SILENCE), sight=refused)
     for since in (below(NOW - SILENCE), NAN):
-        assert answer(before=held(asked_since=since), sight=refused).reason == R.AUTHORITY_LOST
+        assert answer(before=held(requested_since=since), sight=refused).reason == R.AUTHORITY_LOST
 
 
 def test_the_throttle_body_is_not_asked_about_the_spark():
-    sight = seen(SPARK, throttle__authority=NONE)
+    sight = vehicle_state(SPARK, throttle__authority=NONE)
     assert passes(command(SPARK), held(SPARK), sight)
-    held_too_much = seen(SPARK, throttle__authority=THROTTLE)
+    held_too_much = vehicle_state(SPARK, throttle__authority=THROTTLE)
     assert answer(command(SPARK), held(SPARK), held_too_much).detail == (
         "asked for SPARK, the throttle body grants THROTTLE"
     )
@@ -201,7 +203,7 @@ def steps(**changes):
     after = {name: pair[1] for name, pair in changes.items()}
     authority = SPARK if "spark" in changes else THROTTLE
     last = command(authority, time=NOW - PERIOD, **before)
-    return command(authority, **after), held(authority, last=last), seen(authority)
+    return command(authority, **after), held(authority, last=last), vehicle_state(authority)
 
 
 def test_the_throttle_stays_within_the_deviation_from_the_operating_point():
@@ -259,9 +261,9 @@ def test_neither_moves_faster_than_its_rate():
     for sign in (1.0, -1.0):
         fast, faster = command(throttle=sign * most), command(throttle=sign * above(most))
         start = replace(start, throttle=sign * 0.0625)
-        assert permit(fast, start, seen(), wide, SILENCE) is fast
+        assert permit(fast, start, vehicle_state(), wide, SILENCE) is fast
         told = f"throttle asked to move {sign * 0.003910:.4g} in 0.98 ms"
-        assert permit(faster, start, seen(), wide, SILENCE) == Trip(R.RATE, told)
+        assert permit(faster, start, vehicle_state(), wide, SILENCE) == Trip(R.RATE, told)
     most = LIMITS.spark_rate * (PERIOD + CLOCK_RESOLUTION)
     assert passes(*steps(spark=(0.0, most)))
     told = "spark asked to move 0.01564 in 0.98 ms"
@@ -270,17 +272,17 @@ def test_neither_moves_faster_than_its_rate():
 
 
 def test_after_a_late_tick_the_rate_is_judged_over_the_time_that_passed():
-    late = held(SPARK, last=command(SPARK, spark=-0.25, time=0.0), asked_since=0.0)
-    assert passes(command(SPARK, time=0.0234375, spark=0.125), late, seen(SPARK))
+    late = held(SPARK, last=command(SPARK, spark=-0.25, time=0.0), requested_since=0.0)
+    assert passes(command(SPARK, time=0.0234375, spark=0.125), late, vehicle_state(SPARK))
     told = "spark asked to move 0.375 in 23.42 ms"
     hasty = command(SPARK, time=0.02342, spark=0.125)
-    assert answer(hasty, late, seen(SPARK)) == Trip(R.RATE, told)
+    assert answer(hasty, late, vehicle_state(SPARK)) == Trip(R.RATE, told)
 
 
 @pytest.mark.parametrize("authority", [THROTTLE, SPARK, BOTH])
 def test_the_rate_is_counted_from_the_last_command_of_that_actuator(authority):
     last = command(authority, throttle=0.125, spark=0.125, time=NOW - PERIOD)
-    before, sight = held(authority, last=last), seen(authority)
+    before, sight = held(authority, last=last), vehicle_state(authority)
     asked = command(authority, throttle=0.125, spark=0.125)
     asked = replace(asked, throttle=0.0) if authority == SPARK else asked
     asked = replace(asked, spark=0.0) if authority == THROTTLE else asked
@@ -297,14 +299,14 @@ def test_the_first_command_of_the_throttle_may_not_jump_from_the_operating_point
 @pytest.mark.parametrize("nothing", [NONE, THROTTLE])
 def test_the_first_command_of_the_spark_may_not_jump_from_the_map(nothing):
     first = held(SPARK, last=command(nothing, spark=0.125, time=NOW - PERIOD))
-    assert passes(command(SPARK), first, seen(SPARK))
-    assert answer(command(SPARK, spark=0.016), first, seen(SPARK)).reason == R.RATE
+    assert passes(command(SPARK), first, vehicle_state(SPARK))
+    assert answer(command(SPARK, spark=0.016), first, vehicle_state(SPARK)).reason == R.RATE
 
 
 def test_what_is_not_asked_for_stays_neutral():
     spark = answer(command(spark=0.0625))
     assert spark == Trip(R.RANGE, "spark of 0.0625 without authority over it")
-    throttle = answer(command(SPARK, throttle=0.25), held(SPARK), seen(SPARK))
+    throttle = answer(command(SPARK, throttle=0.25), held(SPARK), vehicle_state(SPARK))
     assert throttle == Trip(R.RANGE, "throttle of 0.25 without authority over it")
     assert answer(command(spark=NAN)).reason == R.RANGE
 
@@ -323,7 +325,7 @@ def test_a_ramp_at_the_rate_limit_passes_at_every_time_of_day():
         before, now = millisecond / 1000, (millisecond + 1) / 1000
         last = command(time=before)
         asked = command(throttle=OPENING + step, time=now)
-        assert passes(asked, held(last=last, asked_since=before - 1.0))
+        assert passes(asked, held(last=last, requested_since=before - 1.0))
 
 
 number = st.one_of(
@@ -335,7 +337,7 @@ number = st.one_of(
 def test_whatever_passes_lies_within_every_limit(throttle, spark, elapsed, authority):
     asked = ActuatorCommand(authority, throttle, spark, NOW + elapsed)
     before = held(authority, last=command(authority, time=NOW))
-    told = answer(asked, before, seen(authority))
+    told = answer(asked, before, vehicle_state(authority))
     if isinstance(told, Trip):
         return
     assert told is asked

@@ -15,28 +15,37 @@ from slipbench.bench.safety.permit import CLOCK_RESOLUTION, Trip
 from slipbench.bench.safety.trial import (
     ENDED,
     HOLDING,
-    NOTHING,
-    Asked,
+    NO_OFFSETS,
+    Offsets,
     Plan,
     TrialState,
     advance,
-    controlling,
-    due,
+    controller_active,
+    not_ready,
     plan_of,
+    requested_command,
     tripped,
-    unsteady,
-    wanted,
+    waveform_value,
 )
 from slipbench.bench.trials.excitation import Excitation
 from slipbench.protocol.codec.messages import ActuatorCommand, Authority, Phase, TripReason
 from slipbench.protocol.configuration import parse
 from slipbench.protocol.controller_file import ControllerFile
 from tests.bench.conditions import trial_file
-from tests.bench.safety.sights import GEAR, GRIP, LIMITS, OPENING, above, below, changed, seen
+from tests.bench.safety.sights import (
+    GEAR,
+    GRIP,
+    LIMITS,
+    OPENING,
+    above,
+    below,
+    changed,
+    vehicle_state,
+)
 
 NAN = math.nan
-RELEASED = seen(Authority.NONE, rider__button=False)
-PRESSED = seen(Authority.NONE)
+RELEASED = vehicle_state(Authority.NONE, rider__button=False)
+PRESSED = vehicle_state(Authority.NONE)
 TABLE = (0.0, 0.03125, 0.0625, -0.03125)
 TRIP = Trip(TripReason.BRAKE, "brake")
 
@@ -96,7 +105,7 @@ def controlled(actuator: str) -> Plan:
 
 
 BOUNDS = {"low": -0.05, "high": 0.05, "rate": 1.0}
-ASKED = Asked(0.03125, -0.0625)
+ASKED = Offsets(0.03125, -0.0625)
 AUTHORITIES = [
     ("throttle", Authority.THROTTLE),
     ("spark", Authority.SPARK),
@@ -180,7 +189,7 @@ def test_a_motorcycle_that_never_gets_there_ends_the_trial_by_what_is_wrong():
     away = changed(RELEASED, engine__gear=3)
     waiting = TrialState(since=8.0)
     assert astuple(advance(waiting, away, PLAN, 16.0)) == astuple(waiting)
-    told = Trip(TripReason.NEVER_READY, "gear 3, the trial wants 2")
+    told = Trip(TripReason.NEVER_READY, "gear 3, the trial requires 2")
     late = above(16.0)
     assert astuple(advance(waiting, away, PLAN, late)) == astuple(
         TrialState(Phase.TRIPPED, late, trip=told)
@@ -200,32 +209,32 @@ def test_a_motorcycle_that_never_gets_there_ends_the_trial_by_what_is_wrong():
             "ecu__authority",
             Authority.NONE,
             Authority.SPARK,
-            "the ECU grants SPARK that nobody asked for",
+            "the ECU grants SPARK without a request",
         ),
-        ("engine__gear", 2, 1, "gear 1, the trial wants 2"),
+        ("engine__gear", 2, 1, "gear 1, the trial requires 2"),
         (
             "engine__engine_speed",
             1312.0,
             above(1312.0),
-            "engine at 12529 rpm, the trial wants 12223 +- 306 rpm",
+            "engine at 12529 rpm, the trial requires 12223 +- 306 rpm",
         ),
         (
             "engine__engine_speed",
             1248.0,
             below(1248.0),
-            "engine at 11918 rpm, the trial wants 12223 +- 306 rpm",
+            "engine at 11918 rpm, the trial requires 12223 +- 306 rpm",
         ),
         (
             "engine__engine_speed",
             1280.0,
             NAN,
-            "engine at nan rpm, the trial wants 12223 +- 306 rpm",
+            "engine at nan rpm, the trial requires 12223 +- 306 rpm",
         ),
     ],
 )
 def test_what_keeps_it_from_arming_is_told(what, last, first, told):
-    assert unsteady(changed(RELEASED, **{what: last}), PLAN) == ""
-    assert unsteady(changed(RELEASED, **{what: first}), PLAN) == told
+    assert not_ready(changed(RELEASED, **{what: last}), PLAN) == ""
+    assert not_ready(changed(RELEASED, **{what: first}), PLAN) == told
 
 
 # Armed
@@ -246,7 +255,9 @@ def test_the_press_takes_the_opening_and_the_grip_that_stand_now():
     assert astuple(state) == astuple(
         TrialState(Phase.EXCITING, 17.0, released=True, throttle=OPENING, grip=GRIP)
     )
-    assert wanted(state, PLAN, 17.0) == ActuatorCommand(Authority.THROTTLE, OPENING, 0.0, 17.0)
+    assert requested_command(state, PLAN, 17.0) == ActuatorCommand(
+        Authority.THROTTLE, OPENING, 0.0, 17.0
+    )
 
 
 def test_the_button_never_pressed_ends_the_trial():
@@ -278,7 +289,7 @@ def test_a_waveform_that_would_leave_the_range_never_takes_authority(opening, to
     state = advance(armed, changed(PRESSED, ecu__throttle_command=opening), PLAN, 17.0)
     assert (state.phase, state.since) == (Phase.TRIPPED, 17.0)
     assert state.trip == Trip(TripReason.RANGE, told)
-    assert wanted(state, PLAN, 17.0).authority == Authority.NONE
+    assert requested_command(state, PLAN, 17.0).authority == Authority.NONE
 
 
 def test_a_trial_of_the_spark_begins_wherever_the_throttle_is():
@@ -369,7 +380,7 @@ def test_a_trip_ends_every_other_phase(phase):
 @pytest.mark.parametrize("phase", sorted(set(Phase) - HOLDING))
 def test_without_the_riders_leave_it_asks_for_nothing(phase):
     state = TrialState(phase, 16.0, throttle=OPENING, target=0.5)
-    assert wanted(state, PLAN, 16.25) == ActuatorCommand(Authority.NONE, 0.0, 0.0, 16.25)
+    assert requested_command(state, PLAN, 16.25) == ActuatorCommand(Authority.NONE, 0.0, 0.0, 16.25)
 
 
 @pytest.mark.parametrize(
@@ -380,19 +391,23 @@ def test_the_excitation_asks_for_what_is_due(plan_, authority, after, due):
     state = TrialState(Phase.EXCITING, 16.0, throttle=OPENING)
     throttle, spark = (OPENING + due, 0.0) if authority == Authority.THROTTLE else (0.0, due)
     asked = ActuatorCommand(authority, throttle, spark, 16.0 + after)
-    assert wanted(state, plan_, 16.0 + after) == asked
+    assert requested_command(state, plan_, 16.0 + after) == asked
 
 
 @pytest.mark.parametrize("phase", [Phase.SETTLING, Phase.HANDING_BACK])
 def test_after_the_excitation_the_spark_is_the_map_s(phase):
     """Even at a moment at which the waveform, if it were played again, would have a value."""
     state = TrialState(phase, 16.0, throttle=OPENING, target=0.125)
-    assert wanted(state, SPARK_PLAN, 16.25) == ActuatorCommand(Authority.SPARK, 0.0, 0.0, 16.25)
+    assert requested_command(state, SPARK_PLAN, 16.25) == ActuatorCommand(
+        Authority.SPARK, 0.0, 0.0, 16.25
+    )
 
 
 def test_settling_stays_at_the_operating_point():
     state = TrialState(Phase.SETTLING, 16.0, throttle=OPENING, target=0.125)
-    assert wanted(state, PLAN, 16.25) == ActuatorCommand(Authority.THROTTLE, OPENING, 0.0, 16.25)
+    assert requested_command(state, PLAN, 16.25) == ActuatorCommand(
+        Authority.THROTTLE, OPENING, 0.0, 16.25
+    )
 
 
 @pytest.mark.parametrize(
@@ -402,7 +417,9 @@ def test_settling_stays_at_the_operating_point():
 def test_the_hand_back_is_a_ramp_from_the_operating_point_to_the_aim(after, throttle):
     state = TrialState(Phase.HANDING_BACK, 16.0, throttle=OPENING, target=0.125)
     now = 16.0 + after
-    assert wanted(state, PLAN, now) == ActuatorCommand(Authority.THROTTLE, throttle, 0.0, now)
+    assert requested_command(state, PLAN, now) == ActuatorCommand(
+        Authority.THROTTLE, throttle, 0.0, now
+    )
 
 
 @pytest.mark.parametrize("now", [NAN, math.inf, -math.inf, 1e300, -1e300])
@@ -411,10 +428,13 @@ def test_no_time_however_strange_makes_it_raise(phase, now):
     """What it then asks for is judged by permit, which trips on such a clock."""
     state = TrialState(phase, 16.0, throttle=OPENING, target=OPENING, released=True)
     for the_plan in (PLAN, SPARK_PLAN):
-        assert wanted(state, the_plan, now).authority in (Authority.NONE, the_plan.authority)
+        assert requested_command(state, the_plan, now).authority in (
+            Authority.NONE,
+            the_plan.authority,
+        )
         assert advance(state, PRESSED, the_plan, now).phase in Phase
     blank = replace(state, since=NAN, throttle=NAN, target=NAN)
-    assert wanted(blank, PLAN, 16.0).authority in (Authority.NONE, Authority.THROTTLE)
+    assert requested_command(blank, PLAN, 16.0).authority in (Authority.NONE, Authority.THROTTLE)
 
 
 @given(st.lists(st.booleans(), max_size=60), st.sampled_from(list(Phase)))
@@ -422,7 +442,7 @@ def test_only_holding_phases_ever_ask_for_authority(buttons, phase):
     state = TrialState(phase, 0.0, throttle=OPENING, target=OPENING, released=True)
     for number, button in enumerate(buttons):
         state = advance(state, changed(PRESSED, rider__button=button), PLAN, number * 0.1)
-        asked = wanted(state, PLAN, number * 0.1).authority
+        asked = requested_command(state, PLAN, number * 0.1).authority
         assert (asked != Authority.NONE) == (state.phase in HOLDING)
 
 
@@ -437,7 +457,7 @@ def test_a_controllers_word_counts_for_what_it_may_move_and_for_nothing_else(
     state = TrialState(phase, 16.0, throttle=OPENING)
     throttle = OPENING + 0.03125 if authority & Authority.THROTTLE else 0.0
     spark = -0.0625 if authority & Authority.SPARK else 0.0
-    assert wanted(state, controlled(actuator), 16.25, ASKED) == ActuatorCommand(
+    assert requested_command(state, controlled(actuator), 16.25, ASKED) == ActuatorCommand(
         authority, throttle, spark, 16.25
     )
 
@@ -446,13 +466,13 @@ def test_a_controllers_word_counts_for_what_it_may_move_and_for_nothing_else(
 def test_a_controller_has_the_say_from_the_button_until_the_hand_back(phase):
     state = TrialState(phase, 16.0, throttle=OPENING)
     has_it = phase in (Phase.EXCITING, Phase.SETTLING)
-    assert controlling(state, controlled("mixed")) == has_it
-    assert not controlling(state, PLAN)
+    assert controller_active(state, controlled("mixed")) == has_it
+    assert not controller_active(state, PLAN)
 
 
 @pytest.mark.parametrize(("phase", "value"), [(Phase.EXCITING, 0.03125), (Phase.SETTLING, 0.0)])
 def test_the_waveform_is_due_while_it_excites(phase, value):
-    assert due(TrialState(phase, 16.0), PLAN, 16.25) == value
+    assert waveform_value(TrialState(phase, 16.0), PLAN, 16.25) == value
 
 
 @pytest.mark.parametrize(
@@ -460,20 +480,20 @@ def test_the_waveform_is_due_while_it_excites(phase, value):
     [(0.0, 0.28125, -0.0625), (0.125, 0.203125, -0.03125), (0.25, 0.125, 0.0), (0.5, 0.125, 0.0)],
 )
 def test_the_hand_back_begins_where_the_controller_stood(after, throttle, spark):
-    state = TrialState(Phase.HANDING_BACK, 16.0, throttle=OPENING, target=0.125, left=ASKED)
+    state = TrialState(Phase.HANDING_BACK, 16.0, throttle=OPENING, target=0.125, ramp_start=ASKED)
     now = 16.0 + after
     asked = ActuatorCommand(Authority.BOTH, throttle, spark, now)
-    assert wanted(state, controlled("mixed"), now) == asked
+    assert requested_command(state, controlled("mixed"), now) == asked
 
 
 def test_what_the_controller_asked_for_last_is_kept_for_the_hand_back():
     the_plan = controlled("mixed")
     state = TrialState(Phase.SETTLING, 16.0, throttle=OPENING)
     stays = advance(state, PRESSED, the_plan, 16.25, ASKED)
-    assert (stays.phase, stays.left) == (Phase.SETTLING, NOTHING)
+    assert (stays.phase, stays.ramp_start) == (Phase.SETTLING, NO_OFFSETS)
     ends = advance(state, PRESSED, the_plan, 16.5, ASKED)
-    assert (ends.phase, ends.left) == (Phase.HANDING_BACK, ASKED)
-    assert advance(state, PRESSED, the_plan, 16.5).left == NOTHING
+    assert (ends.phase, ends.ramp_start) == (Phase.HANDING_BACK, ASKED)
+    assert advance(state, PRESSED, the_plan, 16.5).ramp_start == NO_OFFSETS
 
 
 def test_a_target_that_swings_widely_is_not_taken_for_a_throttle():

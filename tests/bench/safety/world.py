@@ -25,7 +25,7 @@ from slipbench.bench.gateway.gateway import Gateway
 from slipbench.bench.loop.ring import Ring
 from slipbench.bench.safety.trial import ENDED, Plan, plan_of
 from slipbench.bench.safety.vehicle_monitor import VehicleMonitor, Wheels
-from slipbench.bench.safety.vehicle_state import Seen
+from slipbench.bench.safety.vehicle_state import VehicleState
 from slipbench.bench.trials.excitation import Excitation
 from slipbench.protocol.codec import e2e
 from slipbench.protocol.codec.codec import Codec
@@ -125,12 +125,12 @@ class Wire:
 
 
 class SeeingThings(VehicleMonitor):
-    """A lookout of which one number may be anything, for a tick."""
+    """A monitor of which one number may be anything, for a tick."""
 
     strange: tuple[str, float] | None = None
 
-    def seen(self, now: float, **state: bool) -> Seen:
-        sight = super().seen(now, **state)
+    def state(self, now: float, **state: bool) -> VehicleState:
+        sight = super().state(now, **state)
         if self.strange is None:
             return sight
         path, value = self.strange
@@ -149,7 +149,7 @@ def numbers(sight: Any, path: str = "") -> Iterator[str]:
             yield path + each.name
 
 
-FLOATS = tuple(numbers(Seen()))
+FLOATS = tuple(numbers(VehicleState()))
 
 
 class World:
@@ -194,8 +194,8 @@ class World:
         for name in NAMES:
             if name not in self.wrong["dropped"]:
                 self.say(name, self.message(name))
-        lookout = self.gateway._monitor
-        self.judge.sees_strangely(lookout.strange)
+        monitor = self.gateway._monitor
+        self.judge.sees_strangely(monitor.strange)
         self.frames += len(self.wire.waiting)
         if self.attends:
             self.gateway.attend(self.due)
@@ -206,7 +206,7 @@ class World:
             decoded = codec().decode(frame.arbitration_id, frame.data)
             self.asked = decoded if isinstance(decoded, ActuatorCommand) else self.asked
         self.wire.sent.clear()
-        lookout.strange = None
+        monitor.strange = None
 
     def message(self, name: str) -> Any:
         """What this device has to say."""

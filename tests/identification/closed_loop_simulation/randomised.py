@@ -20,7 +20,7 @@ from functools import partial
 import numpy as np
 
 from slipbench.bench.safety.permit import Held, Trip, permit
-from slipbench.bench.safety.trial import Asked, TrialState, plan_of, wanted
+from slipbench.bench.safety.trial import Offsets, TrialState, plan_of, requested_command
 from slipbench.bench.trials.excitation import plan_excitation
 from slipbench.bench.trials.preparation import check_controller
 from slipbench.controllers.slip_controller import from_tree
@@ -114,12 +114,15 @@ def handed_back(
 ) -> list[ActuatorCommand]:
     """Give the hand-back's ramp after the last command, as the trial's own state machine has it."""
     since = start + float(ridden.time[-1])
-    left = Asked(float(ridden.throttle[-1]), float(ridden.spark[-1]))
+    left = Offsets(float(ridden.throttle[-1]), float(ridden.spark[-1]))
     state = TrialState(Phase.HANDING_BACK, since, throttle=REST, grip=REST, target=grip, left=left)
     file = read_toml(TRIALS / str(trial.controller.file), ControllerFile)  # type: ignore[union-attr]
     plan = plan_of(trial, plan_excitation(trial), file)
     ticks = round(trial.hand_back / trial.command.period)
-    return [wanted(state, plan, since + k * trial.command.period) for k in range(1, ticks + 1)]
+    return [
+        requested_command(state, plan, since + k * trial.command.period)
+        for k in range(1, ticks + 1)
+    ]
 
 
 def one(number: int, seed: int) -> str:
