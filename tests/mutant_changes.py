@@ -59,8 +59,8 @@ def _lines(function: Function) -> list[str]:
 def only_wording(change: Change) -> bool:
     """Whether the change touches nothing but words for people, or an internal check.
 
-    Words: the arguments of a raised error, and arguments named expected, found, remedy or where.
-    An internal check: `strict` of zip, where both lengths follow from the code.
+    Words: the arguments of a raised error, arguments named expected, found, remedy or where, and
+    any text with a space in it, which no name of the program has. An internal check: `strict` of zip, where both lengths follow from the code.
     """
     try:
         before, after = (ast.parse(text) for text in (change.before, change.after))
@@ -78,6 +78,12 @@ class _WithoutWords(ast.NodeTransformer):
         """Keep the class of the error."""
         if isinstance(node.exc, ast.Call):
             node.exc = node.exc.func
+        return node
+
+    def visit_Constant(self, node: ast.Constant) -> ast.AST:
+        """Keep names; empty phrases."""
+        if isinstance(node.value, str) and " " in node.value:
+            node.value = ""
         return node
 
     def visit_Call(self, node: ast.Call) -> ast.AST:
