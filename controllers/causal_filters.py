@@ -120,10 +120,10 @@ class Notch:
         cosines = [math.cos(2 * math.pi * order * wheel / self.rate) for order in self.orders]
         poles = [z**2 - 2 * z * c + 1 for c in cosines]  # 1 / (1 + sum of loops), over them all
         whole = np.prod(poles, axis=0)
-        taken = np.zeros_like(z)
-        for index, c in enumerate(cosines):
-            others = np.prod(poles[:index] + poles[index + 1 :], axis=0)
-            taken = taken + self.gain * (z * c - 1) * others
+        taken = sum(
+            self.gain * (z * c - 1) * np.prod(poles[:index] + poles[index + 1 :], axis=0)
+            for index, c in enumerate(cosines)
+        )
         return np.asarray(whole / (whole + taken), np.complex128)
 
 

@@ -146,3 +146,12 @@ def test_the_angle_of_a_notch_turns_with_the_wheel_and_stays_within_a_turn():
         _, state = held.update(state, 1.0, 26.0)
         turned = (turned + 2 * np.pi * 26.0 / RATE) % (2 * np.pi)
         assert state.angle == pytest.approx(turned, abs=1e-9)
+
+
+@pytest.mark.parametrize("value", [0.0, 7.0, -3.0])
+def test_a_low_pass_that_starts_at_rest_gives_what_it_is_given(value):
+    smooth = LowPass(RATE, 40.0)
+    state = smooth.initial(value) if value else smooth.initial()
+    for _ in range(5):
+        out, state = smooth.update(state, value)
+        assert out == pytest.approx(value, abs=1e-12)

@@ -1,0 +1,336 @@
+"""Laws of one tick of the gateway: what it records, reports, hears in time, and when it ends."""
+
+import can
+import pytest
+
+from slipbench import dbc
+from slipbench.bench.bus.error_frames import BUS_OFF as BUS_OFF_ERROR
+from slipbench.bench.gateway.gateway import (
+    AFTERWARDS,
+    BEHIND,
+    MOST_FRAMES,
+    MOST_NOTES,
+    STATUS_PERIOD,
+    Gateway,
+    PhaseChange,
+    _cycles,
+)
+from slipbench.bench.gateway.tx_echo import PATIENCE
+from slipbench.bench.loop.ring import BIT_RATE_SWITCH, ERROR, EXTENDED, FD, REMOTE, SENT, Ring
+from slipbench.bench.safety.trial import ENDED, HOLDING
+from slipbench.protocol.codec.messages import (
+    ActuatorCommand,
+    Authority,
+    Phase,
+    TrialStatus,
+    TripReason,
+)
+from slipbench.protocol.database.database import load_database
+from slipbench.protocol.database.layout import Database, Message
+from tests.bench.safety.world import MILLISECOND, START, WHEELS, World, codec, plan
+
+DATABASE = load_database(dbc.MOTORBIKE)
+STATUS, COMMAND = (codec().identifier(name) for name in ("TrialStatus", "ActuatorCommand"))
+
+
+class Deaf:
+    """A bus that keeps what it is sent and echoes nothing of it."""
+
+    state = can.BusState.ACTIVE
+
+    def __init__(self, waiting=()) -> None:
+        self.waiting, self.sent, self.fault = list(waiting), [], None
+
+    def recv(self, _timeout):
+        if self.fault:
+            raise self.fault
+        return self.waiting.pop(0) if self.waiting else None
+
+    def send(self, message):
+        if self.fault:
+            raise self.fault
+        self.sent.append(message)
+
+
+def gateway(bus, ring=None, **options) -> Gateway:
+    return Gateway(plan("throttle"), bus, DATABASE, ring or Ring.local(64), WHEELS, **options)
+
+
+def in_phase(phase: Phase, actuator: str = "throttle") -> World:
+    """A world whose trial stands in `phase`; the rider presses once it has armed."""
+    world = World(actuator)
+    for _ in range(80):
+        if world.gateway.state.phase == phase:
+            return world
+        if world.gateway.state.phase in (Phase.IDLE, Phase.ARMED):
+            world.button = world.gateway.expects_the_button
+        world.tick()
+    pytest.fail(f"it never came to {phase.name}")
+
+
+def sent(bus, identifier):
+    return [codec().decode(identifier, m.data) for m in bus.sent if m.arbitration_id == identifier]
+
+
+@pytest.mark.parametrize(
+    ("kind", "flag"),
+    [
+        ({}, 0),
+        ({"is_extended_id": True}, EXTENDED),
+        ({"is_fd": True}, FD),
+        ({"is_fd": True, "bitrate_switch": True}, FD | BIT_RATE_SWITCH),
+        ({"is_remote_frame": True}, REMOTE),
+        ({"is_error_frame": True}, ERROR),
+    ],
+)
+def test_every_frame_is_recorded_as_what_it_is_at_the_time_of_its_stamp(kind, flag):
+    data = b"" if kind.get("is_remote_frame") else b"\1\2\3"
+    options = {"is_extended_id": False, **kind}
+    frame = can.Message(arbitration_id=0x55, data=data, timestamp=7.25, **options)
+    ring = Ring.local(8)
+    for stamp, time_ns in ((None, 7_250_000_000), (lambda t: round(t * 4), 29)):
+        own = gateway(Deaf([frame]), ring=ring, **({"stamp": stamp} if stamp else {}))
+        own.tick(1, START)
+        (slot,) = ring.drain()
+        assert (slot.time_ns, slot.identifier, slot.flags) == (time_ns, 0x55, flag)
+        assert bytes(slot.data) == data
+
+
+def test_frames_of_ours_are_recorded_as_sent_when_they_come_back():
+    bus, ring = Deaf(), Ring.local(8)
+    own = gateway(bus, ring=ring)
+    own.tick(1, START)
+    assert list(ring.drain()) == []
+    bus.waiting = list(bus.sent)
+    foreign = can.Message(arbitration_id=0x55, data=bus.sent[0].data, is_extended_id=False)
+    bus.waiting.append(foreign)
+    own.tick(2, START + MILLISECOND)
+    assert [(slot.identifier, slot.flags) for slot in ring.drain()] == [
+        (COMMAND, SENT),
+        (STATUS, SENT),
+        (0x55, 0),
+    ]
+    assert own.state.trip is None  # our own frames are nobody else's
+
+
+def test_on_an_interface_without_echo_frames_are_recorded_when_they_are_handed_over():
+    bus, ring = Deaf(), Ring.local(256)
+    own = gateway(bus, ring=ring)
+    tick = 0
+    while len(bus.sent) < PATIENCE:
+        tick += 1
+        own.tick(tick, START + tick * MILLISECOND)
+    tick += 1
+    list(ring.drain())
+    own.tick(tick, START + tick * MILLISECOND)
+    (slot, *more) = ring.drain()
+    assert (slot.identifier, slot.flags) == (COMMAND, SENT)
+    assert slot.time_ns == pytest.approx(START + tick * MILLISECOND, abs=300)
+    assert all(each.flags == SENT for each in more)
+
+
+def test_a_ring_that_is_full_is_a_recorder_that_failed():
+    frames = [can.Message(arbitration_id=0x55, is_extended_id=False) for _ in range(9)]
+    own = gateway(Deaf(frames), ring=Ring.local(8))
+    own.tick(1, START)
+    assert own.state.trip.reason == TripReason.RECORDER
+
+
+def test_a_status_is_sent_at_once_and_then_every_20_ms_with_the_number_of_its_tick():
+    bus = Deaf()
+    own = gateway(bus)
+    at = []
+    for number in range(1, 102):
+        before = len(bus.sent)
+        own.tick(number, START + number * MILLISECOND)
+        here = [m for m in bus.sent[before:] if m.arbitration_id == STATUS]
+        at += [number] * len(here)
+        assert sum(m.arbitration_id == COMMAND for m in bus.sent[before:]) == 1
+    assert at == list(range(1, 102, round(STATUS_PERIOD * 1000)))
+    assert [status.tick for status in sent(bus, STATUS)] == at
+    for status in sent(bus, STATUS):
+        assert (status.phase, status.authority) == (Phase.IDLE, Authority.NONE)
+        assert status.trip == TripReason.NONE
+    assert not any(message.is_extended_id for message in bus.sent)
+
+
+def test_a_status_names_why_the_trial_ended():
+    bus = Deaf()
+    own = gateway(bus)
+    own.tick(1, START)
+    own.stop(START + MILLISECOND)
+    assert own.state.trip.reason == TripReason.STOPPED
+    assert own.state.trip.detail == "stopped by the operator"
+    for number in range(2, 23):
+        own.tick(number, START + number * MILLISECOND)
+    last: TrialStatus = sent(bus, STATUS)[-1]
+    assert (last.phase, last.trip) == (Phase.TRIPPED, TripReason.STOPPED)
+
+
+def test_every_phase_is_noted_once_with_the_time_at_which_it_began():
+    world, seen, phase = World("throttle"), [], Phase.IDLE
+    for _ in range(80):
+        world.button = world.gateway.expects_the_button
+        world.tick()
+        if world.gateway.state.phase != phase:
+            phase = world.gateway.state.phase
+            seen.append(PhaseChange(phase, world.due))
+        if phase in ENDED:
+            break
+    assert world.gateway.changes == seen
+    assert [change.phase for change in seen][:2] == [Phase.ARMED, Phase.EXCITING]
+
+
+def test_the_gateway_stays_released_for_a_while_after_the_end_and_then_ends():
+    own = gateway(Deaf())
+    own.stop(START)
+    for number in range(1, 300):
+        due = START + number * MILLISECOND
+        goes_on = own.tick(number, due)
+        assert goes_on == (due - START < AFTERWARDS * 1e9 - 1000), number
+        if not goes_on:
+            break
+    assert number == round(AFTERWARDS * 1000)
+    assert len(own.changes) == 1
+
+
+@pytest.mark.parametrize(("number", "behind"), [(MOST_FRAMES - 1, False), (MOST_FRAMES, True)])
+@pytest.mark.parametrize("phase", [Phase.IDLE, Phase.ARMED, Phase.EXCITING])
+def test_more_frames_than_a_tick_hears_are_no_present(number, behind, phase):
+    """With authority the trial ends; before it nothing is believed."""
+    world = in_phase(phase)
+    world.wire.waiting.clear()
+    for _ in range(number):
+        world.put(0x7F0, b"")
+    world.wrong["dropped"] = set(world.counters)
+    world.tick()
+    trip = world.gateway.state.trip
+    if phase in HOLDING and behind:
+        assert (trip.reason, trip.detail) == (TripReason.TIMING, BEHIND)
+        assert world.asked.authority == Authority.NONE
+    else:
+        assert trip is None
+
+
+def test_while_frames_wait_the_button_is_not_heard_and_not_expected():
+    world = in_phase(Phase.ARMED)
+    world.button = False
+    world.tick()
+    assert world.gateway.expects_the_button
+    world.say("RiderControls", world.message("RiderControls"))
+    assert not world.gateway.attend(world.due + 100_000)
+    assert world.gateway.expects_the_button
+    world.button = True
+    world.say("RiderControls", world.message("RiderControls"))
+    assert world.gateway.attend(world.due + 200_000)
+    for _ in range(MOST_FRAMES):
+        world.put(0x7F0, b"")
+    assert not world.gateway.attend(world.due + 300_000)
+    assert not world.gateway.expects_the_button
+    world.wire.waiting.clear()
+    world.tick()  # what waited makes this tick one of the past as well
+    assert world.gateway.state.phase != Phase.EXCITING
+
+
+@pytest.mark.parametrize("phase", [Phase.IDLE, Phase.EXCITING, Phase.SETTLING])
+def test_the_button_is_expected_of_an_armed_trial_alone(phase):
+    assert not in_phase(phase).gateway.expects_the_button
+
+
+def test_refusals_are_counted_noted_and_forgotten_with_the_first_frame_that_is_taken():
+    bus = Deaf()
+    own = gateway(bus)
+    assert not own.refused
+    bus.fault = can.CanOperationError("no room")
+    own.tick(1, START)
+    assert own.refused
+    assert own.refusals[0] == "no room"
+    bus.fault = None
+    own.tick(2, START + MILLISECOND)
+    assert not own.refused
+    assert own._refused_in_a_row == 0
+    bus.fault = can.CanOperationError("no room")
+    for number in range(3, 3 + MOST_NOTES):
+        own.tick(number, START + number * MILLISECOND)
+    assert len(own.refusals) == MOST_NOTES
+
+
+def test_a_bus_that_cannot_be_read_is_off_after_three_ticks_without_a_frame():
+    world = in_phase(Phase.EXCITING)
+
+    def refuses(_timeout):
+        raise can.CanOperationError("gone")
+
+    world.wire.recv = refuses
+    world.wire.refuses = True
+    world.gateway.tick(world.number + 1, world.due + MILLISECOND)  # refused: one of each
+    world.gateway.tick(world.number + 2, world.due + 2 * MILLISECOND)
+    assert world.gateway.state.trip.reason == TripReason.BUS_OFF
+    assert "gone" in world.gateway.refusals
+
+
+def test_an_error_frame_that_says_bus_off_ends_the_trial_and_is_no_message():
+    world = in_phase(Phase.EXCITING)
+    world.put(BUS_OFF_ERROR, bytes(8), is_error_frame=True)
+    world.tick()
+    assert world.gateway.state.trip.reason == TripReason.BUS_OFF
+
+
+@pytest.mark.parametrize("kind", ["is_remote_frame", "is_extended_id", ""])
+def test_another_bench_is_found_by_its_frames_and_a_frame_of_another_kind_is_not_one(kind):
+    world = in_phase(Phase.EXCITING)
+    asks = ActuatorCommand(Authority.THROTTLE, 0.9, 0.0, 0.0)
+    identifier, data = codec().encode(asks, counter=3)
+    frame = can.Message(
+        arbitration_id=identifier,
+        data=b"" if kind == "is_remote_frame" else data,
+        **{"is_extended_id": False, **({kind: True} if kind else {})},
+    )
+    world.wire.waiting.append(frame)
+    world.tick()
+    trip = world.gateway.state.trip
+    assert (trip is not None and trip.reason == TripReason.TWO_SENDERS) == (kind == "")
+
+
+@pytest.mark.parametrize(
+    ("wrong", "reason"),
+    [("stuck", TripReason.FAULTY), ("damaged", TripReason.FAULTY), ("dropped", TripReason.STALE)],
+)
+def test_a_status_whose_counter_stands_or_whose_crc_is_wrong_is_faulty_and_a_silent_one_stale(
+    wrong, reason
+):
+    world = in_phase(Phase.EXCITING)
+    world.wrong[wrong] = {"EngineStatus"}
+    for _ in range(8):
+        world.tick()
+    trip = world.gateway.state.trip
+    assert trip is not None
+    assert trip.reason == reason
+    assert "EngineStatus" in trip.detail
+
+
+def test_frames_that_were_lost_do_not_spoil_the_next_one():
+    world = in_phase(Phase.EXCITING)
+    for _ in range(3):
+        world.counters["EngineStatus"] = (world.counters["EngineStatus"] + 3) % 15
+        world.tick()
+        assert world.gateway.state.trip is None
+
+
+def test_what_is_heard_counts_as_old_as_the_tick_before():
+    """A frame may have waited since the bench listened last."""
+    world = in_phase(Phase.ARMED)
+    before = world.due
+    world.tick(3 * MILLISECOND)
+    found = world.gateway._monitor.seen(world.due / 1e9)
+    assert found.oldest_age == pytest.approx((world.due - before) / 1e9, abs=1e-6)
+
+
+def test_periodic_messages_are_those_with_a_cycle_time_that_are_sent_by_it():
+    messages = (
+        Message("cyclic", 1, 8, cycle_time=0.01),
+        Message("named cyclic", 2, 8, cycle_time=0.02, attributes={"GenMsgSendType": 0}),
+        Message("on event", 3, 8, cycle_time=0.02, attributes={"GenMsgSendType": 1}),
+        Message("without", 4, 8),
+    )
+    assert _cycles(Database("mine.dbc", "", messages)) == {"cyclic": 0.01, "named cyclic": 0.02}

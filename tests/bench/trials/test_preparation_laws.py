@@ -1,0 +1,303 @@
+"""Laws of a trial before it begins: what its excitation is, and what is refused with which words."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from slipbench import dbc
+from slipbench.bench.loop.loop import LAST_TICK, MOST_TICKS
+from slipbench.bench.trials.excitation import Excitation, plan_excitation
+from slipbench.bench.trials.preparation import _check_length, check_controller, check_swing, prepare
+from slipbench.bench.trials.wire_limits import check_wire
+from slipbench.protocol.configuration import load_toml, parse, read_toml
+from slipbench.protocol.controller_file import ControllerFile
+from slipbench.protocol.database.database import load_database
+from slipbench.protocol.errors import InputError
+from slipbench.protocol.trial_file import TrialFile
+from slipbench.protocol.waveforms import waveform
+from tests.bench.conditions import trial_file
+from tests.paths import CONTROLLERS, TRIALS
+
+DATABASE = load_database(dbc.MOTORBIKE)
+
+
+def refused(words, call, *arguments):
+    """What an InputError says."""
+    with pytest.raises(InputError, match=words) as caught:
+        call(*arguments)
+    return str(caught.value)
+
+
+def excited(**changes):
+    return {f"excitation__{key}": value for key, value in changes.items()}
+
+
+def slip_trial(**changes) -> TrialFile:
+    """A trial under slip control."""
+    tree = load_toml(TRIALS / "slip_steps_throttle.toml")
+    tree["excitation"] |= changes
+    return parse(tree, TrialFile, "trial.toml")
+
+
+def test_a_value_is_that_of_the_command_period_it_lies_in_and_zero_outside():
+    made = Excitation("throttle", np.array([1.0, 2.0, 3.0]), 0.25)
+    assert made.duration == 0.75
+    for time, value in (
+        (0.0, 1.0),
+        (0.2, 1.0),
+        (0.25, 2.0),
+        (0.25 - 1e-5, 2.0),  # a sum of periods may fall a hair short
+        (0.5, 3.0),
+        (0.74, 3.0),
+        (0.75, 0.0),
+        (9.0, 0.0),
+        (-0.01, 0.0),
+        (math.nan, 0.0),
+        (math.inf, 0.0),
+        (-math.inf, 0.0),
+    ):
+        assert made.value(time) == value, time
+    assert made.value(0.25 - 0.001) == 1.0
+
+
+@pytest.mark.parametrize("actuator", ["throttle", "spark"])
+def test_a_sweep_is_its_waveform_times_its_amplitude_at_the_command_period(actuator):
+    amplitude = {"throttle": "4 %", "spark": "2 deg"}[actuator]
+    trial = trial_file(**excited(actuator=actuator, amplitude=amplitude, duration="1.9 s"))
+    made = plan_excitation(trial)
+    size = {"throttle": 0.04, "spark": math.radians(2.0)}[actuator]
+    time = np.arange(round(1.9 / trial.command.period)) * trial.command.period
+    assert (made.actuator, made.period) == (actuator, trial.command.period)
+    expected = size * waveform(trial.excitation)(time)
+    moving = np.flatnonzero(made.table)[-1] + 1
+    np.testing.assert_allclose(made.table[:moving], expected[:moving], atol=1e-15)
+    assert made.table.size == time.size
+    rest = expected[moving:]
+    assert np.all(np.sign(rest[1:]) == np.sign(rest[-1]))  # nothing but the last half wave is left
+
+
+def test_a_target_of_slip_keeps_its_waveform_to_the_end():
+    trial = slip_trial()
+    made = plan_excitation(trial)
+    time = np.arange(made.table.size) * trial.command.period
+    assert made.actuator == "slip"
+    np.testing.assert_array_equal(made.table, 0.001 * waveform(trial.excitation)(time))
+    assert np.all(plan_excitation(slip_trial(amplitude="0 %")).table == 0.0)
+
+
+def test_a_square_wave_ramps_at_the_rate_limit_and_is_home_with_the_last_command():
+    trial = trial_file(
+        excitation={
+            "actuator": "throttle",
+            "waveform": "square",
+            "frequency": "1 Hz",
+            "amplitude": "4 %",
+            "duration": "2.25 s",
+        },
+        limits__throttle_rate="100 %/s",
+    )
+    table = plan_excitation(trial).table
+    steps = np.diff(table, prepend=0.0, append=0.0)
+    step = 1.0 * trial.command.period
+    assert np.max(np.abs(steps)) <= step * (1 + 1e-9)
+    assert table[0] == pytest.approx(step)
+    assert table[39] == table[499] == 0.04  # 40 ms up, and there until half a period has passed
+    assert table[500 + 79] == pytest.approx(-0.04)
+    assert table[-1] == pytest.approx(0.0, abs=1e-12)
+    assert table[-2] == pytest.approx(step, abs=1e-12)
+    assert table[-41] == pytest.approx(0.04, abs=1e-9)
+
+
+@pytest.mark.parametrize("period", [0.001, 0.002])
+@pytest.mark.parametrize(
+    ("shape", "key"),
+    [
+        ({"waveform": "linear_sweep", "start": "1 Hz"}, "stop"),
+        ({"waveform": "linear_sweep", "stop": "1 Hz"}, "start"),
+        ({"waveform": "square"}, "frequency"),
+        ({"waveform": "multisine", "lowest": "1 Hz", "period": "2 s"}, "highest"),
+    ],
+)
+def test_a_frequency_of_20_commands_a_cycle_is_carried_and_a_higher_one_is_not(period, shape, key):
+    carried = 1 / (20 * period)
+    base = {"actuator": "throttle", "amplitude": "0.1 %", "duration": "4 s", **shape}
+    for factor, fits in ((1.0, True), (1.001, False)):
+        trial = trial_file(
+            excitation={**base, key: f"{carried * factor} Hz"},
+            command__period=f"{period * 1e3:g} ms",
+            limits__throttle_rate="600 %/s",
+        )
+        if fits:
+            plan_excitation(trial)
+            continue
+        words = refused("more than the command rate carries", plan_excitation, trial)
+        for part in (f"at most {carried:g} Hz", f"every {period * 1e3:g} ms", trial.name):
+            assert part in words
+
+
+def multisine(**changes):
+    shape = {"lowest": "1 Hz", "highest": "5 Hz", "period": "2 s", "duration": "4 s", **changes}
+    base = {"actuator": "throttle", "amplitude": "1 %", "waveform": "multisine"}
+    return trial_file(excitation={**base, **shape})
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"lowest": "0.6 Hz", "highest": "1.4 Hz", "period": "1 s"}, None),  # harmonic 1
+        ({"lowest": "1 Hz", "highest": "1 Hz", "period": "1 s"}, None),
+        ({"lowest": "3 Hz", "highest": "3 Hz", "period": "1 s"}, None),
+        ({"lowest": "1.1 Hz", "highest": "2.9 Hz", "period": "1 s"}, "no odd harmonic"),
+        ({"lowest": "2 Hz", "highest": "2 Hz", "period": "1 s"}, "no odd harmonic"),
+        ({"lowest": "0.3 Hz", "highest": "0.9 Hz", "period": "1 s"}, "no odd harmonic"),
+        ({"duration": "2 s"}, None),
+        ({"duration": "1.999 s"}, "shorter than one period"),
+    ],
+)
+def test_a_multisine_needs_an_odd_harmonic_and_a_whole_period(changes, words):
+    if words is None:
+        plan_excitation(multisine(**changes))
+        return
+    refused(words, plan_excitation, multisine(**changes))
+
+
+@pytest.mark.parametrize(
+    ("actuator", "limit", "most"),
+    [
+        ("throttle", {"limits__throttle_deviation": "5 %"}, "5 %"),
+        ("spark", {"limits__spark": ["-4 deg", "9 deg"]}, "4 deg"),
+        ("spark", {"limits__spark": ["-9 deg", "4 deg"]}, "4 deg"),
+    ],
+)
+def test_an_amplitude_may_be_as_large_as_the_limit_and_no_larger(actuator, limit, most):
+    number, unit = most.split()
+    slow = {"limits__throttle_rate": "600 %/s", "limits__spark_rate": "200 deg/s"}
+    for factor, fits in ((1.0, True), (1.001, False), (0.0, False)):
+        amplitude = f"{float(number) * factor} {unit}"
+        trial = trial_file(**limit, **slow, **excited(actuator=actuator, amplitude=amplitude))
+        if fits:
+            plan_excitation(trial)
+        else:
+            words = refused("excitation.amplitude", plan_excitation, trial)
+            assert f"limits.{'throttle_deviation' if actuator == 'throttle' else 'spark'}" in words
+
+
+@pytest.mark.parametrize("share", [0.999, 1.001])
+def test_a_rate_may_be_as_high_as_the_limit_and_no_higher(share):
+    trial = trial_file(limits__throttle_rate="600 %/s")
+    table = plan_excitation(trial).table
+    fastest = np.max(np.abs(np.diff(table, prepend=0.0, append=0.0))) / trial.command.period
+    other = trial_file(limits__throttle_rate=f"{share * fastest * 100} %/s")
+    if share > 1:
+        plan_excitation(other)
+    else:
+        words = refused("faster than the trial's rate limit", plan_excitation, other)
+        assert "limits.throttle_rate" in words
+
+
+def test_a_trial_may_take_as_many_ticks_as_the_loop_can_count_and_no_more():
+    trial = trial_file()
+    least = trial.operating_point.steady_for + trial.settling + trial.hand_back
+    longest = LAST_TICK * trial.command.period
+    for extra, fits in ((-1e-3, True), (1e-3, False)):
+        spec = trial.excitation.model_copy(update={"duration": longest - least + extra})
+        long = trial.model_copy(update={"excitation": spec})
+        if fits:
+            _check_length(long, "trial.toml")
+        else:
+            words = refused("ticks", _check_length, long, "trial.toml")
+            for part in (str(MOST_TICKS), f"{longest:g}", "trial.toml"):
+                assert part in words
+
+
+@pytest.mark.parametrize(("number", "fits"), [(0.09, True), (0.045, True), (0.039, False)])
+def test_an_excitation_must_stay_within_the_throttles_range_around_the_opening(number, fits):
+    prepared = prepare(TRIALS / "throttle_sweep.toml", dbc.MOTORBIKE)
+    swing = float(np.max(np.abs(prepared.plan.excitation.table)))
+    low, high = prepared.trial.limits.throttle
+    for opening in (low + swing * number / 0.04, high - swing * number / 0.04):
+        if fits and low + swing <= opening <= high - swing:
+            check_swing(prepared, opening)
+        elif not fits:
+            words = refused("leave the throttle's range", check_swing, prepared, opening)
+            for part in (f"{low:.1%}", f"{high:.1%}", f"{swing:.1%}", "throttle_sweep.toml"):
+                assert part in words
+    spark = replace(prepared.plan, excitation=replace(prepared.plan.excitation, actuator="spark"))
+    check_swing(replace(prepared, plan=spark), 0.0)
+
+
+def test_a_trial_is_prepared_from_its_own_files():
+    path = TRIALS / "slip_steps_mixed.toml"
+    prepared = prepare(path, dbc.MOTORBIKE)
+    assert prepared.trial == prepared.plan.trial == read_toml(path, TrialFile)
+    assert (prepared.trial_path, prepared.database_path) == (path, dbc.MOTORBIKE)
+    assert prepared.controller_path == (CONTROLLERS / "mixed.toml").resolve()
+    assert prepared.plan.controller == read_toml(CONTROLLERS / "mixed.toml", ControllerFile)
+    assert prepared.vehicle_path.is_absolute()
+    assert prepared.vehicle_path.name == prepared.trial.vehicle.rpartition("/")[2]
+    assert prepared.ride.trial == prepared.trial
+    assert prepared.database.origin == load_database(dbc.MOTORBIKE).origin
+    open_loop = prepare(TRIALS / "throttle_sweep.toml", dbc.MOTORBIKE)
+    assert open_loop.controller_path is None
+    assert open_loop.plan.controller is None
+    made, expected = open_loop.plan.excitation, plan_excitation(open_loop.trial)
+    np.testing.assert_array_equal(made.table, expected.table)
+
+
+@pytest.mark.parametrize(
+    ("actuator", "place"), [("mixed", "throttle"), ("mixed", "spark"), ("spark", "spark")]
+)
+@pytest.mark.parametrize("key", ["low", "high", "rate"])
+def test_a_controller_stays_within_the_trials_limits_of_each_actuator_that_it_moves(
+    actuator, place, key
+):
+    """At the limit it is accepted, a hair beyond it is not."""
+    trial = read_toml(TRIALS / f"slip_steps_{actuator}.toml", TrialFile)
+    trial = trial.model_copy(update={"hand_back": 10.0})
+    tree = load_toml(CONTROLLERS / f"{actuator}.toml")
+    bounds = tree["mixed"]["throttle"] if place == "throttle" else tree["limits"]
+    limits, most = trial.limits, trial.limits.throttle_deviation
+    allowed = {
+        "throttle": {"low": -most, "high": most, "rate": limits.throttle_rate},
+        "spark": {"low": limits.spark[0], "high": limits.spark[1], "rate": limits.spark_rate},
+    }[place]
+    for factor, fits in ((1.0, True), (1.001, False)):
+        bounds[key] = allowed[key] * factor
+        file = parse(tree, ControllerFile, "controller.toml")
+        if fits:
+            check_controller(file, trial, "controller.toml")
+        else:
+            words = refused("further or faster", check_controller, file, trial, "controller.toml")
+            assert f"move the {place}" in words
+
+
+def test_a_controllers_period_is_the_trials_to_a_nanosecond():
+    trial = read_toml(TRIALS / "slip_steps_throttle.toml", TrialFile)
+    tree = load_toml(CONTROLLERS / "throttle.toml")
+    for off, fits in ((0.5e-9, True), (-0.5e-9, True), (2e-9, False), (-2e-9, False)):
+        file = parse(tree | {"period": 0.001 + off}, ControllerFile, "controller.toml")
+        if fits:
+            check_controller(file, trial, "controller.toml")
+        else:
+            refused("another command period", check_controller, file, trial, "controller.toml")
+
+
+@pytest.mark.parametrize(("actuator", "step"), [("throttle", "0.0001"), ("spark", "0.02")])
+def test_an_excitation_of_one_step_of_the_command_is_carried_and_a_smaller_one_is_not(
+    actuator, step
+):
+    signal = DATABASE.message("ActuatorCommand").signal(actuator)
+    trial = trial_file(
+        **excited(actuator=actuator, amplitude="1 %" if actuator == "throttle" else "1 deg")
+    )
+    size = signal.scale * (0.01 if signal.unit == "%" else math.radians(1.0))
+    for factor, fits in ((1.0, True), (0.999, False)):
+        made = Excitation(actuator, np.array([0.0, -size * factor, 0.0]), 0.001)
+        if fits:
+            check_wire(trial, made, DATABASE, "trial.toml")
+        else:
+            words = refused("less than one step", check_wire, trial, made, DATABASE, "trial.toml")
+            assert f"ActuatorCommand.{actuator}" in words
+    check_wire(trial, Excitation("slip", np.zeros(3), 0.001), DATABASE, "trial.toml")
