@@ -232,7 +232,7 @@ def _change_an_option(case: Case, rng: Random) -> str:
     if not old or old[0] in case.line.out or exists(case.folder / old[0]) or old == ["new"]:
         return _change_an_output_path(case, rng)
     case.out.pop(old[0], None)
-    text = str(hostile_value(rng, old[0])).replace("\0", "")[:100_000]
+    text = str(hostile_value(rng, old[0]))[:100_000]
     case.argv[at + 1] = text
     return f"{case.argv[at]} {text[:40]!r}"
 

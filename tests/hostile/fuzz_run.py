@@ -22,9 +22,12 @@ import resource
 import signal
 import sys
 import time
+import tomllib
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
+
+from pyarrow.parquet import read_metadata
 
 from slipbench.command import main
 from tests.hostile.fuzz_commands import Case
@@ -90,7 +93,7 @@ def _in_the_child(case: Case) -> None:
         _redirect(case.folder)
         _limit(case)
         if case.disturbance.new_interpreter:
-            words = new_interpreter(case.argv)
+            words = new_interpreter([word.replace("\0", "") for word in case.argv])
             os.execve(words[0], words, os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)})
         signal.signal(signal.SIGINT, signal.default_int_handler)  # whatever the target inherited
         sys.argv = ["slipbench", *case.argv]
@@ -251,8 +254,15 @@ def _holds_something(path: Path) -> bool:
         return False
     if path.is_dir():
         return any(path.iterdir())
-    content = path.read_bytes()
-    return content.count(b"\n") > 1 if path.suffix == ".csv" else bool(content)
+    match path.suffix:
+        case ".csv":
+            return path.read_bytes().count(b"\n") > 1  # a row below the names
+        case ".parquet":
+            return read_metadata(path).num_rows > 0
+    if path.name == "run.toml":
+        run = tomllib.loads(path.read_text(encoding="utf-8"))
+        return run["run"]["frames"] > 0 or bool(run.get("tables"))
+    return path.stat().st_size > 0
 
 
 def _names(folder: Path) -> Iterable[str]:
