@@ -35,6 +35,7 @@ from tests.hostile.fuzz_materials import exists
 
 CPU = 60  # s of processor for a case
 WALL = 120.0  # s in all, for what waits without working; the machine may be loaded
+WAITING = 5  # s in all for 1 s of processor, for what waits for its workers or for a bus
 MEMORY = 2 << 30  # bytes
 LONGEST = 4000  # characters of a message
 USAGE = re.compile(r"Usage: |^slipbench: \S", re.MULTILINE)
@@ -180,10 +181,11 @@ def _disturb(running: Running, elapsed: float) -> None:
     """Send the signal of the case once its moment has come, to the whole group as a terminal does."""
     case = running.case
     after, disturbance = case.line.interrupt_after, case.disturbance
-    if after is not None and elapsed > after:
+    spent = processor_time(running.pid)
+    if after is not None and (spent > after or elapsed > WAITING * after):
         running.sent = signal.SIGINT
         os.kill(running.pid, running.sent)
-    elif disturbance.signal and processor_time(running.pid) > disturbance.after:
+    elif disturbance.signal and spent > disturbance.after:
         running.sent = disturbance.signal
         with contextlib.suppress(ProcessLookupError):  # it has not made its session yet, or ended
             os.killpg(running.pid, running.sent)
