@@ -96,7 +96,7 @@ def _that_can_be_exported(logs: Iterable[FrameLog], path: Path) -> Iterator[Fram
             raise InputError(
                 "this recording cannot be exported",
                 where=str(path),
-                expected=f"frames of at most {MOST_BUSES} buses",
+                expected=f"at least one frame, of at most {MOST_BUSES} buses",
                 found=f"{found} frames of {len(log.buses)} buses",
             )
         yield log

@@ -22,9 +22,12 @@ import resource
 import signal
 import sys
 import time
+import tomllib
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
+
+from pyarrow.parquet import read_metadata
 
 from slipbench.command import main
 from tests.hostile.fuzz_commands import Case
@@ -32,6 +35,7 @@ from tests.hostile.fuzz_materials import exists
 
 CPU = 60  # s of processor for a case
 WALL = 120.0  # s in all, for what waits without working; the machine may be loaded
+WAITING = 5  # s in all for 1 s of processor, for what waits for its workers or for a bus
 MEMORY = 2 << 30  # bytes
 LONGEST = 4000  # characters of a message
 USAGE = re.compile(r"Usage: |^slipbench: \S", re.MULTILINE)
@@ -90,7 +94,7 @@ def _in_the_child(case: Case) -> None:
         _redirect(case.folder)
         _limit(case)
         if case.disturbance.new_interpreter:
-            words = new_interpreter(case.argv)
+            words = new_interpreter([word.replace("\0", "") for word in case.argv])
             os.execve(words[0], words, os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)})
         signal.signal(signal.SIGINT, signal.default_int_handler)  # whatever the target inherited
         sys.argv = ["slipbench", *case.argv]
@@ -177,10 +181,11 @@ def _disturb(running: Running, elapsed: float) -> None:
     """Send the signal of the case once its moment has come, to the whole group as a terminal does."""
     case = running.case
     after, disturbance = case.line.interrupt_after, case.disturbance
-    if after is not None and elapsed > after:
+    spent = processor_time(running.pid)
+    if after is not None and (spent > after or elapsed > WAITING * after):
         running.sent = signal.SIGINT
         os.kill(running.pid, running.sent)
-    elif disturbance.signal and processor_time(running.pid) > disturbance.after:
+    elif disturbance.signal and spent > disturbance.after:
         running.sent = disturbance.signal
         with contextlib.suppress(ProcessLookupError):  # it has not made its session yet, or ended
             os.killpg(running.pid, running.sent)
@@ -251,8 +256,15 @@ def _holds_something(path: Path) -> bool:
         return False
     if path.is_dir():
         return any(path.iterdir())
-    content = path.read_bytes()
-    return content.count(b"\n") > 1 if path.suffix == ".csv" else bool(content)
+    match path.suffix:
+        case ".csv":
+            return path.read_bytes().count(b"\n") > 1  # a row below the names
+        case ".parquet":
+            return read_metadata(path).num_rows > 0
+    if path.name == "run.toml":
+        run = tomllib.loads(path.read_text(encoding="utf-8"))
+        return run["run"]["frames"] > 0 or bool(run.get("tables"))
+    return path.stat().st_size > 0
 
 
 def _names(folder: Path) -> Iterable[str]:
