@@ -97,16 +97,19 @@ controllers: setup
 thousand: setup
 	$(IN)/python -m tests.identification.closed_loop_simulation.randomised 1000 1
 
+# MUTANT_GROUPS: groups of tests/mutants.toml; all of them if empty.
+MUTANT_GROUPS ?=
 mutants: setup
-	$(IN)/python -m tests.mutants
+	$(IN)/python -m tests.mutants $(MUTANT_GROUPS)
 
 million: setup
 	$(IN)/python -m tests.bench.safety.sequences
 
 # Random input from a grammar over every command and file: number of cases, seed.
 .PHONY: fuzz
+FUZZ_CASES ?= 2000
 fuzz: setup
-	$(IN)/python -m tests.hostile.fuzz 2000 1
+	$(IN)/python -m tests.hostile.fuzz $(FUZZ_CASES) 1
 
 # One environment per interpreter, in build/.
 .PHONY: pythons
