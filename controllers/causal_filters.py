@@ -1,7 +1,7 @@
 """Filters for a controller: what each sample gives depends on the past alone, and has its price.
 
 Every filter is a frozen object with `initial` and `update`; the state has a fixed size, so that a
-control loop can keep it. What the price is, in phase, `response` tells for any frequency.
+control loop can keep it. What the price is, in phase, `response` gives for any frequency.
 
     notch = Notch(rate=1000.0, orders=(1,))
     state = notch.initial()

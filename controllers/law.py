@@ -36,5 +36,5 @@ class Law(Protocol[State]):
         ...
 
     def given(self, state: State, command: float, dt: float) -> State:
-        """Be told what the actuators could give of the last command, where that was not all."""
+        """State after the actuators gave only a part of the last command."""
         ...

@@ -1,6 +1,6 @@
 """A slip controller as a bench runs it: from requested and measured slip to throttle and spark.
 
-Throttle and spark are told as offsets from where they rested at the start, in SI. One interface for
+Throttle and spark are offsets from where they rested at the start, in SI. One interface for
 throttle, spark and mixed control; `from_tree` makes any of them from the numbers of a file.
 
     controller = from_tree(tree)

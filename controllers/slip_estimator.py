@@ -6,7 +6,7 @@ w_r rear wheel speed from its last tooth interval, freed of what its gaps do; r_
 speed: the optical sensor's while it speaks, else the front wheel's. How far the front wheel's speed
 is from the optical one (its rolling radius changes with load and pressure) is learnt while both
 speak, so that nothing jumps when the optical sensor is lost, or found again. A wheel speed is the
-mean over one gap and half an interval old when its tooth comes; `age` tells it, and the design of
+mean over one gap and half an interval old when its tooth comes; `age` gives it, and the design of
 the loop counts it.
 
 A controller that takes a dead encoder for a slow wheel opens the throttle. So a tooth that fails to
@@ -60,7 +60,7 @@ class Slip:
 class SlipEstimator:
     """teeth: per turn of either encoder; radii: m, rolling; silence: s after which a sensor is
     lost; memory: s over which the front wheel's scale is learnt; report: s after which teeth that
-    have passed are told at the latest: a silence of that length says nothing."""
+    have passed are reported at the latest: a silence of that length says nothing."""
 
     teeth: int
     rear_radius: float

@@ -109,14 +109,14 @@ def mean_quantised(
     spread = max(noise / quantum, least)
     if spread > MOST_SPREAD:
         return values
-    told = values.copy()
+    reading = values.copy()
     turn = 2.0 * np.pi * (values - phase) / quantum
     for k in range(1, HARMONICS):
         height = (-1) ** k * quantum / (np.pi * k) * np.exp(-2.0 * (np.pi * k * spread) ** 2)
         if abs(height) < 1e-4 * quantum:
             break
-        told += height * np.sin(k * turn)
-    return told
+        reading += height * np.sin(k * turn)
+    return reading
 
 
 def latest(fresh: NDArray[np.bool_], last: float, values: Floats) -> Floats:

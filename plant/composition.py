@@ -2,7 +2,7 @@
 
 Every effect of the set is in the kernel, behind a switch that its presence turns; parameters are
 numbers handed in at each call. So one kernel serves every combination and every size, and is
-compiled once (docs/decisions/plant-one-kernel.md tells why).
+compiled once (docs/decisions/plant-one-kernel.md states why).
 """
 
 import inspect

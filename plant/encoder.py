@@ -50,7 +50,7 @@ class Teeth:
     """Teeth that passed. ticks: times in units of the resolution, never decreasing.
 
     numbers: running number of the tooth (tooth k of the disc is number % teeth == k).
-    directions: +1 forwards, -1 backwards; a plain pickup does not tell them apart.
+    directions: +1 forwards, -1 backwards; a plain pickup does not distinguish them.
     """
 
     ticks: Integers

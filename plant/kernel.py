@@ -2,7 +2,7 @@
 
 The text of these functions is compiled together with the equations (see composition.py), where
 `rates` is written. Kutta's third-order rule evaluates three times in a step, at its start, middle
-and end; docs/decisions/plant-integrator.md tells why. Commands are held between rows; a delayed
+and end; docs/decisions/plant-integrator.md states why. Commands are held between rows; a delayed
 command that changes inside a step enters that step with its exact area and first moment. The hard
 stops of the throttle do not bounce.
 """

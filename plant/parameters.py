@@ -51,7 +51,7 @@ def parameter(
     lies between absent and typical.
     sought: of a place that no recording comes near to by chance, on the road or along a speed or a
     frequency: the first and last at which an effect is looked for, and the step between them.
-    given: whether no recording tells it beside the size, because only both together act.
+    given: whether no recording determines it beside the size, because only both together act.
     """
     metadata = {
         "unit": unit,

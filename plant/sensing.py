@@ -100,6 +100,6 @@ def measure_channel(
     effects = tuple(effects)
     _, seen = measure(sensor_effects(effects, channel, "signal"), (), time, value)
     at, frames = sample(time, seen, timing, start)
-    _, told = measure(sensor_effects(effects, channel, "frame"), (), at, frames)
+    _, reading = measure(sensor_effects(effects, channel, "frame"), (), at, frames)
     offset, drift = clock_of(effects, timing)
-    return at + offset + drift * at, told
+    return at + offset + drift * at, reading

@@ -42,7 +42,7 @@ class Inputs:
     The measured_... columns cut the chain of cause: a state that was recorded can be imposed, so
     that the rest of the motorcycle is driven by the recording instead of by the model.
     kept_rear_speed cuts nothing: an angle is the integral of a speed, so that over ten seconds a
-    speed that is off by a thousandth turns a crank away from the recorded one's angle; told what
+    speed that is off by a thousandth turns a crank away from the recorded one's angle; given what
     the rear wheel did, the crank's angle alone stays with it.
 
     table: shape (rows, len(names)), in the order of `names`. `Inputs.held(...)` makes one; columns

@@ -2,7 +2,7 @@
 
 A frame that repeats the one before it, while what is measured moves, was not renewed. Such frames
 come by chance (stale frames) or in a rhythm (a device that sends more often than it measures). A
-frame that tells another value was renewed for certain, so that the rhythm shows in these alone,
+frame with another value was certainly updated, so that the rhythm shows in these alone,
 also where nothing moves for a while: all of them are in phase with one frequency.
 """
 
@@ -15,7 +15,7 @@ from slipbench.plant.signals import Floats
 FEWEST = 0.01
 """Share of repeated frames that chance and noise bring about."""
 FEW = 20
-"""Renewals from which a rhythm can be told."""
+"""Updates from which a rhythm can be identified."""
 NEXT = 0.02
 """Share of renewals in neighbouring frames that a hold of two frames and more may have, or two."""
 KEPT = 0.7
@@ -97,5 +97,5 @@ def _strongest(fresh: np.ndarray, low: float, high: float, mirrored: bool = Fals
 def _lines(fresh: np.ndarray) -> tuple[Floats, Floats]:
     """Coherence of the renewals with every frequency per frame, 1 where all are in phase."""
     length = 8 * fresh.size
-    told = np.abs(np.fft.rfft(fresh.astype(float), length)) / np.sum(fresh)
-    return np.asarray(np.fft.rfftfreq(length), np.float64), np.asarray(told)
+    power = np.abs(np.fft.rfft(fresh.astype(float), length)) / np.sum(fresh)
+    return np.asarray(np.fft.rfftfreq(length), np.float64), np.asarray(power)

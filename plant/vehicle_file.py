@@ -3,7 +3,7 @@ known, effects.
 
 TOML. A parameter is `{ value = 245, unit = "kg", plus_minus = 5 }`; plus_minus is the half width of
 what is reliable with 95 %. Blocks are tables, gears are `[gears]` with keys 1, 2, ...; effects are
-`[[effects]]` with a `name`; `[channels.<name>]` tells how a channel is sampled. What is left out
+`[[effects]]` with a `name`; `[channels.<name>]` states how a channel is sampled. What is left out
 keeps the default of its block; what is misspelt is an error.
 """
 
@@ -183,8 +183,8 @@ class _Reader:
 
     def channels(self, table: dict[str, Any]) -> Mapping[str, ChannelTiming]:
         self.keys(table, CHANNEL_UNITS, "channels")
-        told = {name: self.channel(self.table(table, name, "channels."), name) for name in table}
-        return MappingProxyType({**DEFAULT_CHANNELS, **told})
+        stated = {name: self.channel(self.table(table, name, "channels."), name) for name in table}
+        return MappingProxyType({**DEFAULT_CHANNELS, **stated})
 
     def channel(self, table: dict[str, Any], name: str) -> ChannelTiming:
         path = f"channels.{name}"

@@ -79,14 +79,14 @@ def _block(block: Block, key: str, known: Any) -> dict[str, Any]:
 
 
 def _channel(name: str, timing: ChannelTiming) -> dict[str, Any]:
-    told: dict[str, Any] = {"clock": timing.clock}
+    entry: dict[str, Any] = {"clock": timing.clock}
     for p in timing.parameters():
-        told[p.name] = _quantity(getattr(timing, p.name), p.unit or CHANNEL_UNITS[name], None)
-    return told
+        entry[p.name] = _quantity(getattr(timing, p.name), p.unit or CHANNEL_UNITS[name], None)
+    return entry
 
 
 def _quantity(value: float, unit: str, plus_minus: float | None) -> dict[str, Any]:
-    told: dict[str, Any] = {"value": value, "unit": unit}
+    entry: dict[str, Any] = {"value": value, "unit": unit}
     if plus_minus is not None:
-        told["plus_minus"] = plus_minus
-    return told
+        entry["plus_minus"] = plus_minus
+    return entry

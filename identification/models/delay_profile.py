@@ -81,7 +81,7 @@ class NoDelay:
 def delay_profile(
     choice: OrderChoice[RationalFit], nats: float = NATS, points: int = POINTS, doubt: float = 0.0
 ) -> DelayProfile | NoDelay:
-    """Profile the delay over every order within `nats` of the best, and the shortest to tell.
+    """Profile the delay over every order within `nats` of the best, and the shortest to report.
 
     doubt: s, standard deviation of the lags that were taken off beforehand (`KnownPath.doubt`).
     """

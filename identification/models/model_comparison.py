@@ -148,10 +148,10 @@ def _in_frequency(
 ) -> float:
     """Root of the squared errors of all harmonics over the squared first harmonic, measured."""
     wrong = size = 0.0
-    for have, told in zip(measured, predicted, strict=True):
-        if have is not None and told is not None:
+    for have, modelled in zip(measured, predicted, strict=True):
+        if have is not None and modelled is not None:
             known = _known(have)
-            wrong += float(np.sum(np.abs(told.value - have.value)[:, known] ** 2))
+            wrong += float(np.sum(np.abs(modelled.value - have.value)[:, known] ** 2))
             size += float(np.sum(have.gain[0, known] ** 2))
     return float(np.sqrt(wrong / size)) if size else float("nan")
 

@@ -5,7 +5,7 @@
     [row.order for row in choice.within(2.0)]      # all that are within 2 nats of it
 
 Akaike's final prediction error and information criterion, Rissanen's description length. One nat
-is half a unit of AIC; within two the data do not tell two orders apart (Burnham and Anderson,
+is half a unit of AIC; within two the data do not distinguish two orders (Burnham and Anderson,
 Model Selection and Multimodel Inference, 2nd ed., section 2.6).
 
 An order whose fit has a resonance narrower than the spacing of the lines has described the noise of

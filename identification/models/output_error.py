@@ -7,7 +7,7 @@ measured less what the model answers, from several starts. What is left is mostl
 no linear function says, so orders are compared over the independent samples that the excited band
 holds, 2 B T of each different run, and not over all that were stored.
 
-A band that does not reach to zero does not tell where an output comes to rest: an acceleration that
+A band that does not reach to zero does not determine where an output comes to rest: an acceleration that
 follows no steady input would be given a steady gain. So the best orders are tried with a zero at
 s = 0 too, and taken so where that describes the runs as shortly.
 

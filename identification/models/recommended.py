@@ -4,7 +4,7 @@
     found.fit.model.to_control(), found.delay, found.words
 
 The order is that of least description length. Lags and springs in a chain have no zeros, and only
-without zeros does a recording tell a dead time; so a chain is taken where the data do not reject
+without zeros does a recording determine a dead time; so a chain is taken where the data do not reject
 it, and zeros are let in where they reject every chain. What was taken for granted is in `words`.
 """
 
@@ -88,7 +88,7 @@ def _doubt(of: Recommended) -> tuple[str, ...]:
     if of.delay.high - of.delay.low > reach / 10:
         return (
             "Other plausible model orders have other dead times: a pole well above the band cannot be "
-            "told from dead time. A wider band narrows the interval.",
+            "distinguished from dead time. A wider band narrows the interval.",
         )
     return ()
 

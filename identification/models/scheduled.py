@@ -146,8 +146,8 @@ def leave_one_out(trials: Sequence[Trial]) -> tuple[LeftOutSpeed, ...] | NoSched
 def _error(fit: ScheduledFit, trial: Trial) -> float:
     lines = trial.response.reliable
     value = trial.response.value[lines]
-    told = fit.at(trial.speed).response(trial.response.frequency[lines])
-    return float(np.sqrt(np.sum(np.abs(told - value) ** 2) / np.sum(np.abs(value) ** 2)))
+    modelled = fit.at(trial.speed).response(trial.response.frequency[lines])
+    return float(np.sqrt(np.sum(np.abs(modelled - value) ** 2) / np.sum(np.abs(value) ** 2)))
 
 
 @dataclass(frozen=True)

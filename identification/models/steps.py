@@ -1,7 +1,7 @@
 """Step responses from a square wave: opening and closing steps, aligned at the echoed command.
 
 Each full swing of the command is one experiment. Averaged, they show what differs between opening
-and closing; their scatter tells how sure that is (Corno and Savaresi 2009, steps of figure 8).
+and closing; their scatter gives the uncertainty (Corno and Savaresi 2009, steps of figure 8).
 
     found = identify(run_folder.read(path))
     steps = steps_of(found)                 # Steps, or NoSteps with the reason

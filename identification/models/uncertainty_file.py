@@ -24,8 +24,8 @@ def write(found: UncertaintySet, path: Path) -> None:
 
 def read(path: Path) -> UncertaintySet:
     """Uncertainty set of a file. Raises InputError without a file, KeyError for other content."""
-    told = load_toml(path)
-    nominal, weight = told["nominal"], told["weight"]
+    table = load_toml(path)
+    nominal, weight = table["nominal"], table["weight"]
     return UncertaintySet(
         RationalModel(
             nominal["input"],
@@ -36,9 +36,9 @@ def read(path: Path) -> UncertaintySet:
             nominal["delay"],
         ),
         Weight(weight["gain"], np.array(weight["sections"])),
-        np.array(told["frequency"]),
-        np.array(told["bound"]),
-        {name: _complex(pairs) for name, pairs in told["members"].items()},
+        np.array(table["frequency"]),
+        np.array(table["bound"]),
+        {name: _complex(pairs) for name, pairs in table["members"].items()},
     )
 
 

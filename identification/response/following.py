@@ -1,6 +1,6 @@
 """How well the slip followed its target in a trial under slip control.
 
-In a closed loop no response of the motorcycle can be told, but the loop itself can be judged: by
+In a closed loop no response of the motorcycle can be identified, but the loop itself can be judged: by
 its steps, by how far up it follows a sweep, and by the residual between slip and target.
 """
 

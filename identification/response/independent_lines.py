@@ -61,7 +61,7 @@ class KnownPath:
     doubt  s: standard deviation of the sum of lags less leads, as well as it is known
 
     A lag that is short beside the band and a dead time look alike: what is known of the one is
-    what tells the other.
+    what determines the other.
     """
 
     lags: tuple[float, ...] = ()

@@ -1,4 +1,4 @@
-"""Resonance of a measured frequency response, told only where the measurement carries it."""
+"""Resonance of a measured frequency response, reported only where the measurement carries it."""
 
 from dataclasses import dataclass
 

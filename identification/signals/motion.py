@@ -66,7 +66,7 @@ def motion(data: Aligned, base: Dataset) -> Motion | NoMotion:
     driven_axle = data.recording.roles.vehicle.driven_axle
     axle = axle_speed(data, "front" if driven_axle == "front" else "rear")
     if isinstance(axle, NoAxleSpeed):
-        reason = axle.reason or "no channel tells how fast the driven wheels turn"
+        reason = axle.reason or "no channel gives the speed of the driven wheels"
         return NoMotion(reason, (" or ".join(axle.roles),))
     found = _reference(data, base, axle.axle, driven_axle)
     if isinstance(found, NoMotion):

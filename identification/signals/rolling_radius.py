@@ -1,6 +1,6 @@
-"""Rolling radii are never quite as told: where little torque flows, a wheel rolls without slip.
+"""Rolling radii differ from the values in the file: where little torque flows, a wheel rolls without slip.
 
-There the ratio of the two speeds is the ratio of true to told radius. It is an estimate to be read,
+There the ratio of the two speeds is the ratio of true to nominal radius. It is an estimate to be read,
 not a correction: nothing here is applied to the slip.
 """
 

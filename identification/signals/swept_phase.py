@@ -1,6 +1,6 @@
 """The phase of a swept sine, found from the sine itself.
 
-Zero crossings tell where the phase is a multiple of pi; a sweep law, linear or logarithmic, is laid
+Zero crossings give the times at which the phase is a multiple of pi; a sweep law, linear or logarithmic, is laid
 through them and then refined on the waveform. Nothing of the trial file is needed: what was
 commanded is what was measured, and its own clock is the clock of its harmonics.
 """

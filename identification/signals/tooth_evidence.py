@@ -1,4 +1,4 @@
-"""What tooth times tell of the gaps between teeth, freed of all that is slow."""
+"""Evidence of tooth-pitch errors in tooth times, with slow motion removed."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -11,7 +11,7 @@ gaps exactly as it is. The answer to a known input goes out with a finite impuls
 together with the gaps, so that an excitation that turns with the wheel is not taken for a tooth.
 What is left is noise, of a size that is estimated turn by turn and weighs the turn.
 
-Not to be told from a gap is whatever else turns with the wheel and grows with its speed, such as a
+Not distinguishable from a tooth-pitch error is whatever else turns with the wheel and grows with its speed, such as a
 tyre that is out of round; nor an input that keeps to the wheel's order throughout the recording.
 The latter shows in the standard errors, which then are large, and is refused.
 

@@ -1,6 +1,6 @@
 """Channel lag: a channel is low-pass filtered before it is sent.
 
-A device averages its readings so that a display does not flicker. What it tells trails what there
+A device averages its readings so that a display does not flicker. What it reports trails what there
 is, with the corners rounded.
 
 Equation
@@ -46,7 +46,7 @@ def trail(memory: Floats, time: Floats, value: Floats, time_constant: float) -> 
 
     time: s, shape (n,); value: shape (n,); time_constant: s.
     """
-    told = np.empty(len(value))
+    reading = np.empty(len(value))
     t, v, s = memory[0], memory[1], memory[2]
     for i in range(len(value)):
         dt = time[i] - t
@@ -54,8 +54,8 @@ def trail(memory: Floats, time: Floats, value: Floats, time_constant: float) -> 
             behind = time_constant * (value[i] - v) / dt
             s = value[i] - behind + (s - v + behind) * math.exp(-dt / time_constant)
         t, v = time[i], value[i]
-        told[i] = s
-    return told
+        reading[i] = s
+    return reading
 
 
 @cache
@@ -89,5 +89,5 @@ class ChannelLag(Effect):
             return memory, value
         before = memory if memory.size else np.array([time[0], value[0], value[0]])
         t, v = (np.ascontiguousarray(x, dtype=np.float64) for x in (time, value))
-        told: Floats = _compiled().trail(before, t, v, self.time_constant)
-        return np.array([t[-1], v[-1], told[-1]]), told
+        reading: Floats = _compiled().trail(before, t, v, self.time_constant)
+        return np.array([t[-1], v[-1], reading[-1]]), reading

@@ -5,7 +5,7 @@ one bus to another. The whole channel is shifted, with its shape unchanged.
 
 Equation
 --------
-    told(t) = value(t - tau)
+    reading(t) = value(t - tau)
 
 Symbols
 -------
@@ -69,6 +69,6 @@ class ChannelLatency(Effect):
     def measure(self, memory: Floats, time: Floats, value: Floats) -> tuple[Floats, Floats]:
         """Memory (past times and values, shape (2, k)) and delayed values, shape (n,); time in s."""
         past = np.hstack([memory.reshape(2, -1), [time, value]])
-        told = np.interp(time - self.latency, past[0], past[1]) if self.latency > 0.0 else value
+        reading = np.interp(time - self.latency, past[0], past[1]) if self.latency > 0.0 else value
         needed = np.searchsorted(past[0], time[-1] - self.latency, side="right") - 1
-        return past[:, max(needed, 0) :], told
+        return past[:, max(needed, 0) :], reading

@@ -5,7 +5,7 @@ right in shape and wrong by a factor.
 
 Equation
 --------
-    told = (1 + e) value
+    reading = (1 + e) value
 
 Symbols
 -------

@@ -24,7 +24,7 @@ Offset and latency (do not grow): compare the beginning of a long recording with
 Reference
 ---------
 Mills, "Internet time synchronization: the network time protocol", IEEE Transactions on
-Communications 39 (1991); on what a drift must be told from, Allan, "Statistics of atomic frequency
+Communications 39 (1991); on what a drift must be distinguished from, Allan, "Statistics of atomic frequency
 standards", Proceedings of the IEEE 54 (1966).
 """
 

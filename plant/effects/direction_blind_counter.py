@@ -1,11 +1,11 @@
 """Direction-blind counter: pulses are counted, but the direction of rotation is not measured.
 
-One pickup on one toothed disc gives the same pulses forwards and backwards. What is told is the
+One pickup on one toothed disc gives the same pulses forwards and backwards. What is reported is the
 size of the speed.
 
 Equation
 --------
-    told = value + b (|value| - value)
+    reading = value + b (|value| - value)
 
 Symbols
 -------

@@ -6,7 +6,7 @@ inputs, `time`, `step`, and nominal parameters as `<block>_<field>`. It returns 
 the seam's quantities, followed by the rates of those of the effect's states that it governs. It
 may use `math` and nothing else, because its text is compiled into the kernel.
 
-What a sensor tells lies outside the kernel: such an effect has no hooks, but a method that
+What a sensor reports lies outside the kernel: such an effect has no hooks, but a method that
 `plant/sensing.py` (channels and clocks) or `plant/encoder.py` (teeth) looks for.
 """
 
@@ -43,7 +43,7 @@ class Effect(Block):
     helpers: functions that its hooks call. tuples: arguments of its hooks that are several
     quantities at once, and which.
     periodic: whether it goes with the angle of crank or wheel, so that steady means on average.
-    unseen_turn: whether that angle is the crank's, of which recordings tell no more than the speed.
+    unseen_turn: whether that angle is the crank's, of which recordings determine only the speed.
     """
 
     name: ClassVar[str]

@@ -5,7 +5,7 @@ Between two renewals the same number is repeated with fresh stamps.
 
 Equation
 --------
-    told(t) = value at the first frame with floor(t / h) = k
+    reading(t) = value at the first frame with floor(t / h) = k
 
 Symbols
 -------
@@ -64,8 +64,8 @@ class HeldFrames(Effect):
             return memory, value
         slot = np.floor(time / self.hold + 1e-6)
         before = memory if memory.size else np.array([np.nan, value[0]])
-        told = latest(np.diff(slot, prepend=before[0]) != 0.0, before[1], value)
-        return np.array([slot[-1], told[-1]]), told
+        reading = latest(np.diff(slot, prepend=before[0]) != 0.0, before[1], value)
+        return np.array([slot[-1], reading[-1]]), reading
 
     def with_repeats(self, known: Renewals, rhythm: float, time: Floats, value: Floats) -> Floats:
         """Values where it is known which frames were repeated, shape (n,); time in s.

@@ -1,6 +1,6 @@
 """Optical lag: the speed sensor averages the road's texture before it sends a speed.
 
-The sensor counts a grating frequency over a window and smooths it. What it tells is the speed of a
+The sensor counts a grating frequency over a window and smooths it. What it reports is the speed of a
 moment ago, with the corners rounded.
 
 Equation
@@ -38,8 +38,8 @@ def trail(
     optical_speed: float, seen: float, time_constant: float, step: float
 ) -> tuple[float, float]:
     """Measured speed [m/s] and its rate [m/s^2]."""
-    told = optical_speed if time_constant <= 0.0 else seen
-    return told, (optical_speed - seen) / max(time_constant, 0.5 * step)
+    reading = optical_speed if time_constant <= 0.0 else seen
+    return reading, (optical_speed - seen) / max(time_constant, 0.5 * step)
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ It keeps its period and loses its fine steps.
 
 Equation
 --------
-    told = q round(value / q)
+    reading = q round(value / q)
 
 Symbols
 -------

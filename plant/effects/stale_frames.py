@@ -74,8 +74,8 @@ class StaleFrames(Effect):
         """Memory [frames so far, sent value] and the values, some of them repeated."""
         before = memory if memory.size else np.array([0.0, value[0]])
         first = int(before[0])
-        told = latest(draw(first, len(value), int(self.seed)) >= self.share, before[1], value)
-        return np.array([first + len(value), told[-1]]), told
+        reading = latest(draw(first, len(value), int(self.seed)) >= self.share, before[1], value)
+        return np.array([first + len(value), reading[-1]]), reading
 
     def with_repeats(self, known: Renewals, rhythm: float, time: Floats, value: Floats) -> Floats:
         """Mean values where it is known which frames were repeated, shape (n,); time in s.

@@ -1,7 +1,7 @@
 """Tooth misplacement: one tooth of the encoder's disc is not where it should be.
 
 A bent tooth, a disc cut badly or mounted off centre: the tooth passes the pickup early or late,
-once in every turn. The wheel turns evenly; only what the sensor tells of it does not.
+once in every turn. The wheel turns evenly; only the sensor's reading of it does not.
 
 Equation
 --------

@@ -60,7 +60,7 @@ def fd_bits(
 ) -> tuple[int, int]:
     """Exact bits of one CAN FD frame: at the nominal rate, and at the data rate if it switches.
 
-    `error_passive` is the sender's state, which its ESI bit tells.
+    `error_passive` is the sender's state, which its ESI bit gives.
     """
     length = len(data)
     # RRS (and IDE) 0, FDF 1, res 0, BRS; then at the data rate ESI and DLC

@@ -17,7 +17,7 @@ Bytes = npt.NDArray[np.uint8]
 def encode(
     database: Database, name: str, columns: Mapping[str, npt.ArrayLike], counter: int = 0
 ) -> Bytes:
-    """Lay n messages out and protect them; signals that are not told are 0.
+    """Lay n messages out and protect them; signals that are not given are 0.
 
     columns: by signal, (n,) in SI, whole numbers for counts and choices. counter: of the end-to-end
     protection of the first. Clocks and running counts wrap. Returns (n, length). Raises ValueError

@@ -16,7 +16,7 @@ class Signal:
     minimum, maximum physical, None where the database leaves them open
     choices         raw value -> name
     start_value     raw value at power-up
-    multiplexer     the signal that tells whether this one is present, and the raw values of it
+    multiplexer     the signal that states whether this one is present, and the raw values of it
                     (`multiplexer_ids`) for which it is
     wraps           a running count or clock: sent modulo its width, by design
     """
