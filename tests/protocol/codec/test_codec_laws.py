@@ -392,3 +392,15 @@ def test_a_command_that_is_released_encodes_and_decodes_in_a_new_codec():
     codec = Codec(DATABASE)
     release = ActuatorCommand(Authority.NONE, 0.0, 0.0, 1.0)
     assert codec.decode(*codec.encode(release)) == release
+
+
+def test_the_table_is_that_of_the_crc_of_sae_j1850():
+    """Its check value: start and final inversion of 0xFF, over the digits 1 to 9, give 0x4B."""
+    table, crc = e2e._table(), 0xFF
+    assert table.dtype == np.uint8
+    assert sorted(table.tolist()) == list(range(256))
+    for byte in b"123456789":
+        crc = int(table[crc ^ byte])
+    assert crc ^ 0xFF == 0x4B
+    found = e2e.crcs(np.zeros((2, 3), np.uint8), 7)
+    assert found.dtype == np.uint8
