@@ -62,13 +62,20 @@ def only_wording(change: Change) -> bool:
     Words: the arguments of a raised error, arguments named expected, found, remedy or where, and
     any text with a space in it, which no name of the program has. An internal check: `strict` of zip, where both lengths follow from the code.
     """
-    try:
-        before, after = (ast.parse(text) for text in (change.before, change.after))
-    except SyntaxError:  # the head of a loop or a condition, without its body
-        if not change.before.endswith(":"):
-            return False
-        before, after = (ast.parse(f"{it} pass") for it in (change.before, change.after))
+    before, after = _parsed(change.before), _parsed(change.after)
+    if before is None or after is None:
+        return False
     return ast.dump(_WithoutWords().visit(before)) == ast.dump(_WithoutWords().visit(after))
+
+
+def _parsed(text: str) -> ast.Module | None:
+    """Statements; the head of a loop or a condition gets a body. None for what is neither."""
+    for candidate in (text, f"{text} pass", f"{text.removeprefix('el')} pass"):
+        try:
+            return ast.parse(candidate)
+        except SyntaxError:
+            continue
+    return None
 
 
 class _WithoutWords(ast.NodeTransformer):

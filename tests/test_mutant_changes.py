@@ -27,6 +27,8 @@ TABLE = tomllib.loads((ROOT / "tests" / "mutants.toml").read_text(encoding="utf-
         ('return f["name"]', 'return f["XXnameXX"]', False),
         ("for a, b in zip(c, d, strict=True):", "for a, b in zip(c, d):", True),
         ("for a, b in zip(c, d, strict=True):", "for a, b in zip(c, None, strict=True):", False),
+        ("elif a or b:", "elif a and b:", False),
+        ("else:", "else:\nx", False),
         ("return f(x, strict=True)", "return f(x)", False),
     ],
 )

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from operator import itemgetter
 
 import numpy as np
 import numpy.typing as npt
@@ -70,7 +71,7 @@ def _check_frequency(trial: TrialFile, where: str) -> None:
     spec, period = trial.excitation, trial.command.period
     match spec:
         case Sweep():
-            key, highest = "stop", max(spec.start, spec.stop)
+            key, highest = max(("stop", spec.stop), ("start", spec.start), key=itemgetter(1))
         case Square():
             key, highest = "frequency", spec.frequency
         case Multisine():

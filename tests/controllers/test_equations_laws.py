@@ -165,13 +165,13 @@ def test_what_the_actuators_did_not_give_is_no_disturbance():
     """A true model and half of each command given: the law hears no surprise, and answers none."""
     law, rng = internal_model(), np.random.default_rng(3)  # seed 3
     share = rng.uniform(0.2, 1.0, REFERENCES.size)
-    x, line, state = 0.0, [0.0] * 7, law.start(0.0, 0.0, 0.0)
+    x, line, state = 0.0, [0.0] * 7, law.start(0.3, 0.1, 0.1)
     commands = []
     for r, part in zip(REFERENCES, share, strict=True):
-        command, state = law.update(state, float(r), x, DT)
-        commands.append(command)
-        state = law.given(state, part * command, DT)
-        line.append(part * command)
+        command, state = law.update(state, float(r) + 0.1, x + 0.1, DT)
+        commands.append(command - 0.3)
+        state = law.given(state, 0.3 + part * (command - 0.3), DT)
+        line.append(part * (command - 0.3))
         x = POLE * x + GAIN * (1 - POLE) * line.pop(0)
     ratio = (1 - FILTER) / ((1 - POLE) * GAIN)
     alone = signal.lfilter([ratio, -ratio * POLE], [1.0, -FILTER], REFERENCES)
@@ -297,3 +297,16 @@ def test_together_two_actuators_reach_what_their_ends_give(exchange):
         pytest.approx(max(ends)),
         5.0,
     )
+
+
+@pytest.mark.parametrize("side", [1, -1])
+def test_an_inverse_at_a_limit_stands_as_if_the_error_had_been_there_for_ever(side):
+    """While the error asks for more than the limit even at rest; else it runs."""
+    law = internal_model(LIMITED)
+    limit = LIMITED.high if side > 0 else LIMITED.low
+    for error, idle in ((0.2, True), (0.001, False)):
+        start = law.start(limit - side * 0.01, 0.0, 0.0)
+        _, state = law.update(start, side * error, 0.0, DT)
+        rest = law.inverse.rest(side * error)
+        assert np.allclose(state.inverse, rest, rtol=1e-9) == idle
+        assert (state.command == limit) == (side * (law.inverse.D * side * error) > 0.01)

@@ -127,6 +127,13 @@ def test_a_governor_goes_as_far_towards_the_target_as_command_rate_and_range_all
     assert found == pytest.approx(min(max(target, low), high), abs=1e-12)
 
 
+@pytest.mark.parametrize(("command", "side"), [(0.199, 1.0), (-0.099, -1.0)])
+def test_a_reference_takes_of_a_step_what_the_command_has_left(command, side):
+    """0.001 of command is left, which is 0.0002 of slip."""
+    found = GOVERNOR.update(0.02, 0.02 + side * 0.01, command, DT)
+    assert found == pytest.approx(0.02 + side * 0.0002)
+
+
 @pytest.mark.parametrize(("command", "away"), [(0.25, 1.0), (-0.15, -1.0)])
 def test_a_command_outside_its_range_may_come_back_and_go_no_further(command, away):
     last = 0.02

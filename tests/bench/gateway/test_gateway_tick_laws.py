@@ -1,5 +1,7 @@
 """Laws of one tick of the gateway: what it records, reports, hears in time, and when it ends."""
 
+from itertools import pairwise
+
 import can
 import pytest
 
@@ -334,3 +336,57 @@ def test_periodic_messages_are_those_with_a_cycle_time_that_are_sent_by_it():
         Message("without", 4, 8),
     )
     assert _cycles(Database("mine.dbc", "", messages)) == {"cyclic": 0.01, "named cyclic": 0.02}
+
+
+def broken(*_arguments):
+    raise ZeroDivisionError("made by the test")
+
+
+def test_a_tick_that_fails_releases_reports_and_records_until_the_end():
+    """From the first failing tick on: a release each, a status every 20 ms, frames in the record."""
+    bus, ring = Deaf(), Ring.local(2048)
+    own = gateway(bus, ring)
+    own.tick(1, START)
+    own._decide = broken
+    bus.sent.clear()
+    own._status_due = 0.0
+    number = 1
+    while True:
+        number += 1
+        due = START + number * MILLISECOND
+        bus.waiting = [can.Message(arbitration_id=0x55, timestamp=7.25, is_extended_id=False)]
+        if not own.tick(number, due):
+            break
+    trip = own.state.trip
+    assert (own.state.phase, trip.reason) == (Phase.TRIPPED, TripReason.INTERNAL_ERROR)
+    assert trip.detail == own.refusals[0]
+    assert "in tick 2: ZeroDivisionError: made by the test" in trip.detail
+    first = START + 2 * MILLISECOND
+    assert own.changes == [PhaseChange(Phase.TRIPPED, first)]
+    assert number - 2 - round(AFTERWARDS * 1000) in (0, 1)  # floats of a time of day are coarse
+    releases, statuses = sent(bus, COMMAND), sent(bus, STATUS)
+    assert len(releases) == number - 1
+    assert {command.authority for command in releases} == {Authority.NONE}
+    assert [status.tick for status in statuses] == list(range(2, number + 1, 20))
+    assert {(s.phase, s.authority, s.trip) for s in statuses} == {
+        (Phase.TRIPPED, Authority.NONE, TripReason.INTERNAL_ERROR)
+    }
+    counters = [codec().counter(COMMAND, m.data) for m in bus.sent if m.arbitration_id == COMMAND]
+    assert all((b - a) % 15 == 1 for a, b in pairwise(counters))
+    frames = [slot for slot in ring.drain() if slot.identifier == 0x55]
+    assert len(frames) == number - 1
+    assert {(slot.time_ns, slot.flags) for slot in frames} == {(7_250_000_000, 0)}
+    assert not own.expects_the_button
+    assert not own.refused
+
+
+@pytest.mark.parametrize(
+    ("call", "where"), [("attend", "between two ticks"), ("stop", "while it was stopped")]
+)
+def test_what_fails_beside_a_tick_ends_the_trial_as_well(call, where):
+    own = gateway(Deaf())
+    own.tick(1, START)
+    own._listen = own._move_to = broken
+    assert getattr(own, call)(START + MILLISECOND) in (True, None)
+    assert own.state.trip.reason == TripReason.INTERNAL_ERROR
+    assert where in own.state.trip.detail

@@ -93,6 +93,7 @@ def test_no_other_error_says_bus_off_or_ends_it(other):
     state.heard(error(BUS_OFF))
     state.heard(other)
     assert state.off()
+    assert state.off()  # not only was it off since this was asked last, it is still
     assert state.error_frames == 3
 
 

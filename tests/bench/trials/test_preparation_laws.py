@@ -82,7 +82,7 @@ def test_a_target_of_slip_keeps_its_waveform_to_the_end():
     trial = slip_trial()
     made = plan_excitation(trial)
     time = np.arange(made.table.size) * trial.command.period
-    assert made.actuator == "slip"
+    assert (made.actuator, made.period) == ("slip", trial.command.period)
     np.testing.assert_array_equal(made.table, 0.001 * waveform(trial.excitation)(time))
     assert np.all(plan_excitation(slip_trial(amplitude="0 %")).table == 0.0)
 
@@ -133,6 +133,7 @@ def test_a_frequency_of_20_commands_a_cycle_is_carried_and_a_higher_one_is_not(p
             plan_excitation(trial)
             continue
         words = refused("more than the command rate carries", plan_excitation, trial)
+        assert f"excitation.{key} = " in words
         for part in (f"at most {carried:g} Hz", f"every {period * 1e3:g} ms", trial.name):
             assert part in words
 

@@ -392,3 +392,40 @@ def test_a_command_that_is_released_encodes_and_decodes_in_a_new_codec():
     codec = Codec(DATABASE)
     release = ActuatorCommand(Authority.NONE, 0.0, 0.0, 1.0)
     assert codec.decode(*codec.encode(release)) == release
+
+
+def test_the_table_is_that_of_the_crc_of_sae_j1850():
+    """Its check value: start and final inversion of 0xFF, over the digits 1 to 9, give 0x4B."""
+    table, crc = e2e._table(), 0xFF
+    assert table.dtype == np.uint8
+    assert sorted(table.tolist()) == list(range(256))
+    for byte in b"123456789":
+        crc = int(table[crc ^ byte])
+    assert crc ^ 0xFF == 0x4B
+    found = e2e.crcs(np.zeros((2, 3), np.uint8), 7)
+    assert found.dtype == np.uint8
+
+
+@pytest.mark.parametrize("name", ["crc", "counter"])
+def test_a_protected_message_without_crc_or_counter_is_refused(name):
+    signals = tuple(s for s in DATABASE.message("OpticalSpeed").signals if s.name != name)
+    messages = tuple(
+        replace(m, signals=signals) if m.name == "OpticalSpeed" else m for m in DATABASE.messages
+    )
+    with pytest.raises(InputError, match="OpticalSpeed"):
+        Codec(Database("mine.dbc", "", messages))
+
+
+def test_clocks_of_the_bench_wrap_in_columns_where_no_attribute_says_so():
+    """As in single messages; a signal of the same name in another message does not."""
+    database = changed("OpticalSpeed", time={"wraps": False})
+    period = Codec(DATABASE).period("OpticalSpeed", "time")
+    columns = {"speed": [53.21] * 2, "valid": [1, 1]}
+    late, early = (
+        encode(database, "OpticalSpeed", columns | {"time": np.full(2, t)})
+        for t in (4.5 + period, 4.5)
+    )
+    assert (late == early).all()
+    other = Message("Other", 1, 8, (Signal("time", 0, 16),))
+    with pytest.raises(ValueError, match=r"Other\.time"):
+        encode(Database("mine.dbc", "", (other,)), "Other", {"time": np.array([70_000.0])})
