@@ -88,7 +88,7 @@ def played(
         for _, name, message in arrived:
             control.observe(name, message, now)
         if now >= begin:
-            control.ask(0.001 if int(now) % 2 else -0.001, now)
+            control.update(0.001 if int(now) % 2 else -0.001, now)
         spent[now >= begin].append(time.thread_time_ns() - began)
     gc.enable()
     return np.array(spent[0]), np.array(spent[1])

@@ -90,7 +90,7 @@ class Gateway:
         self._senders = SenderMonitor(_cycles(database))
         self._protected = dict.fromkeys(SAFETY, e2e.INITIAL)
         self._last = ActuatorCommand(Authority.NONE, 0.0, 0.0, 0.0)
-        self._asked_since = 0.0
+        self._requested_since = 0.0
         self._refused_in_a_row = 0
         self._full = self._behind = False
         self._listened = -math.inf
@@ -298,13 +298,13 @@ class Gateway:
         if command.authority == Authority.NONE:
             return command
         if self._last.authority == Authority.NONE:
-            self._asked_since = now
+            self._requested_since = now
         held = Held(
             self.state.throttle,
             self.state.grip,
             self._plan.trial.operating_point.gear,
             self._last,
-            self._asked_since,
+            self._requested_since,
         )
         decision = permit(
             command, held, vehicle, self._plan.trial.limits, self._plan.trial.command.silence

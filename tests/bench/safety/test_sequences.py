@@ -54,13 +54,13 @@ def test_the_judge_finds_a_gate_that_lacks_a_check(check, monkeypatch):
 def jump_to_the_limit(monkeypatch):
     """A trial that asks for too much: only the gate stands before the bus."""
     beginnings()  # made before the trial asks for too much, or none would come as far as settling
-    asked = trial_module.wanted
+    asked = trial_module.requested_command
 
     def greedy(state, plan, now, offsets=None):
         command = asked(state, plan, now, offsets)
         return type(command)(command.authority, 3 * command.throttle, 5 * command.spark, now)
 
-    monkeypatch.setattr(gateway_module, "wanted", greedy)
+    monkeypatch.setattr(gateway_module, "requested_command", greedy)
 
 
 @pytest.mark.parametrize("seed", [1, 2])

@@ -291,7 +291,7 @@ def test_a_disk_without_room_for_the_description_keeps_the_frames(tmp_path, monk
 
     monkeypatch.setattr("slipbench.bench.trials.run.write_description", full)
     outcome = run_trial(prepared(), tmp_path / "run", None)
-    assert outcome.notes == ("run.toml does not tell how the trial ended: No space left on device",)
+    assert outcome.notes == ("run.toml has no outcome of the trial: No space left on device",)
     assert read(tmp_path / "run").frame_count > 10_000
 
 
