@@ -37,6 +37,7 @@ def import_capture(capture: Capture, out: Path, progress: Progress = quiet) -> R
     """Recording in the new folder `out`, as read back. Raises InputError; no folder is left then."""
     roles = read_toml(capture.roles, RoleMap)
     tables = _all_tables(capture, roles)
+    parents = run_folder.missing_parents(out)
     run_folder.create(out)
     try:
         description = _write(capture, roles, tables, out, progress)
@@ -46,7 +47,7 @@ def import_capture(capture: Capture, out: Path, progress: Progress = quiet) -> R
         description["run"] |= _found(recording)
         run_folder.write_description(out, description)
     except OSError as cause:
-        shutil.rmtree(out, ignore_errors=True)
+        run_folder.discard(out, parents)
         raise InputError(
             "the recording cannot be written",
             where=str(out),
@@ -54,7 +55,7 @@ def import_capture(capture: Capture, out: Path, progress: Progress = quiet) -> R
             remedy="is the disk full, or the folder not yours? nothing was left behind",
         ) from cause
     except BaseException:
-        shutil.rmtree(out, ignore_errors=True)
+        run_folder.discard(out, parents)
         raise
     return replace(recording, description={**recording.description, "run": description["run"]})
 

@@ -14,7 +14,9 @@ import hashlib
 import math
 import os
 import platform
-from collections.abc import Mapping
+import shutil
+from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from dataclasses import replace
 from importlib import metadata
 from pathlib import Path
@@ -61,6 +63,19 @@ def create(path: Path) -> Path:
             ) from cause
         raise InputError("cannot be made", where=str(path), found=str(cause)) from cause
     return path
+
+
+def missing_parents(path: Path) -> list[Path]:
+    """Folders above `path` that do not exist yet, the innermost first."""
+    return [parent for parent in path.parents if not os.path.lexists(parent)]
+
+
+def discard(path: Path, parents: Iterable[Path]) -> None:
+    """Remove a new run folder, and those of its parents that are empty, the innermost first."""
+    shutil.rmtree(path, ignore_errors=True)
+    with suppress(OSError):  # another process has written into it
+        for parent in parents:
+            parent.rmdir()
 
 
 def write_description(folder: Path, description: Mapping[str, Any]) -> None:

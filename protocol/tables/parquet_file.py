@@ -46,7 +46,8 @@ def read_parquet(path: Path) -> Table:
         clocks |= (
             {name: metadata[b"clock"].decode(errors="replace")} if b"clock" in metadata else {}
         )
-    where = (data.schema.metadata or {}).get(b"source", str(path).encode()).decode(errors="replace")
+    source = (data.schema.metadata or {}).get(b"source")
+    where = source.decode(errors="replace") if source else str(path)
     return Table(where, data.rename_columns([name for name, _ in titles]), units, clocks)
 
 
@@ -109,8 +110,10 @@ def write_parquet(table: Table, path: Path) -> None:
         for field in table.data.schema
     ]
     columns = [table.data[name] for name in table.names]
-    schema = pa.schema(fields, {"source": Path(table.where).name})
-    parquet.write_table(pa.table(columns, schema=schema), path)
+    source = Path(table.where).name.encode("utf-8", "replace")
+    schema = pa.schema(fields, {"source": source})
+    with path.open("wb") as file:  # not by name: its bytes may be no text
+        parquet.write_table(pa.table(columns, schema=schema), file)
 
 
 def _metadata(table: Table, name: str) -> dict[str, str]:

@@ -10,7 +10,7 @@ from tests.hostile.fuzz_mutations import damaged_file
 from tests.paths import TRIALS
 
 SEED = 20
-CASES = 75
+CASES = 50
 
 
 @pytest.mark.filterwarnings("ignore::DeprecationWarning")  # a process with threads forks
