@@ -115,7 +115,7 @@ def test_a_trial_completes_whatever_the_intervals_are_called(trial: Path, tmp_pa
         ("no trip reason above 25", changed("TrialStatus", "trip", maximum=25)),
         ("a truth value of two bits", changed("RiderControls", "button", length=2, maximum=3)),
         ("no authority over both", changed("ActuatorCommand", "authority", maximum=2)),
-        ("no spark of 0", changed("ActuatorCommand", "spark", minimum=-40, maximum=-1)),
+        ("no throttle of 0", changed("ActuatorCommand", "throttle", minimum=0.5)),
         (
             "a 29-bit identifier",
             with_message("EcuStatus", replace(COMPLETE.message("EcuStatus"), extended=True)),

@@ -36,7 +36,7 @@ from slipbench.protocol.codec.messages import ActuatorCommand, Authority, Phase,
 from slipbench.protocol.configuration import read_toml
 from slipbench.protocol.controller_file import ControllerFile
 from slipbench.protocol.trial_file import TrialFile
-from tests.bench.conditions import seen
+from tests.bench.conditions import vehicle_state
 from tests.paths import CONTROLLERS, TRIALS
 
 BY_THE_CONTROLLER = {TripReason.AMPLITUDE, TripReason.RANGE, TripReason.RATE}
@@ -77,7 +77,7 @@ def drawn_scenario(rng: np.random.Generator) -> Scenario:
 def judged(ridden: Ridden, actuator: str, trial: TrialFile, grip: float = REST) -> Trip | None:
     """Put every command before the gate; the first trip, or None. grip: at the hand-back."""
     authority, limits, start = ACTUATORS[actuator], trial.limits, 100.0
-    sight = seen()
+    sight = vehicle_state()
     sight = replace(
         sight,
         rider=replace(sight.rider, button=True, grip=REST),
@@ -115,7 +115,9 @@ def handed_back(
     """Give the hand-back's ramp after the last command, as the trial's own state machine has it."""
     since = start + float(ridden.time[-1])
     left = Offsets(float(ridden.throttle[-1]), float(ridden.spark[-1]))
-    state = TrialState(Phase.HANDING_BACK, since, throttle=REST, grip=REST, target=grip, left=left)
+    state = TrialState(
+        Phase.HANDING_BACK, since, throttle=REST, grip=REST, target=grip, ramp_start=left
+    )
     file = read_toml(TRIALS / str(trial.controller.file), ControllerFile)  # type: ignore[union-attr]
     plan = plan_of(trial, plan_excitation(trial), file)
     ticks = round(trial.hand_back / trial.command.period)
