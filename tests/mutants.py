@@ -134,16 +134,19 @@ def run_group(name: str, group: dict[str, list[str]]) -> dict[str, int]:
 def coverage(files: list[str], tests: list[str]) -> list[str]:
     """Run the tests of the gate; lines and branches of its files that they miss, as text."""
     names = [f"src/slipbench/{file}" for file in files]
-    include = f"--include={','.join(names)}"
+    include = f"--include={','.join([*names, *files])}"
     with tempfile.TemporaryDirectory() as folder:
         data, report = f"--data-file={folder}/data", Path(folder) / "report.json"
         pytest = ["-m", "pytest", "-q", "-p", "no:cacheprovider", "-p", "no:xdist", *tests]
         run(ROOT, "coverage", "run", data, "--branch", include, *pytest)
         run(ROOT, "coverage", "json", data, "-q", "-o", str(report))
-        found = json.loads(report.read_text(encoding="utf-8"))["files"]
+        measured = json.loads(report.read_text(encoding="utf-8"))["files"]
+    # coverage names a file with or without the link of src/slipbench, by its version
+    found = {(ROOT / name).resolve(): file["summary"] for name, file in measured.items()}
+    summaries = {name: found[(ROOT / name).resolve()] for name in names}
     missed = {
-        name: found[name]["summary"]["missing_lines"] + found[name]["summary"]["missing_branches"]
-        for name in names
+        name: summary["missing_lines"] + summary["missing_branches"]
+        for name, summary in summaries.items()
     }
     return [
         f"{name}: {number} lines and branches missed" for name, number in missed.items() if number

@@ -51,7 +51,7 @@ def _ends(monkeypatch, fault):
     "fault",
     [
         FileNotFoundError(errno.ENOENT, "No such file or directory", "mine/trial.toml"),
-        PermissionError(errno.EACCES, "Permission denied", b"/root/mine.csv"),
+        PermissionError(errno.EACCES, "Permission denied", b"/srv/mine.csv"),
         OSError(errno.ENOSPC, "No space left on device"),
         OSError(errno.EMFILE, "Too many open files", str(command.PACKAGE / "dbc/motorbike.dbc")),
     ],

@@ -324,7 +324,7 @@ def test_what_is_heard_counts_as_old_as_the_tick_before():
     world = in_phase(Phase.ARMED)
     before = world.due
     world.tick(3 * MILLISECOND)
-    found = world.gateway._monitor.seen(world.due / 1e9)
+    found = world.gateway._monitor.state(world.due / 1e9)
     assert found.oldest_age == pytest.approx((world.due - before) / 1e9, abs=1e-6)
 
 

@@ -68,10 +68,10 @@ def test_a_state_that_passes_is_off_while_it_lasts():
 )
 def test_bus_off_lasts_until_the_controller_is_restarted_or_active(back):
     state = ControllerState(Bus(NotImplementedError()))
-    state.heard(error(BUS_OFF))
+    state.error_frame(error(BUS_OFF))
     for _ in range(3):
         assert state.off()
-    state.heard(back)
+    state.error_frame(back)
     assert not state.off()
 
 
@@ -88,10 +88,10 @@ def test_bus_off_lasts_until_the_controller_is_restarted_or_active(back):
 )
 def test_no_other_error_says_bus_off_or_ends_it(other):
     state = ControllerState(Bus(NotImplementedError()))
-    state.heard(other)
+    state.error_frame(other)
     assert not state.off()
-    state.heard(error(BUS_OFF))
-    state.heard(other)
+    state.error_frame(error(BUS_OFF))
+    state.error_frame(other)
     assert state.off()
     assert state.off()  # not only was it off since this was asked last, it is still
     assert state.error_frames == 3
@@ -100,11 +100,11 @@ def test_no_other_error_says_bus_off_or_ends_it(other):
 def test_a_bus_off_that_ended_before_it_was_asked_for_is_told_once():
     """Between two ticks commands may have been lost: the trial must know."""
     state = ControllerState(Bus(NotImplementedError()))
-    state.heard(error(BUS_OFF))
-    state.heard(error(RESTARTED))
+    state.error_frame(error(BUS_OFF))
+    state.error_frame(error(RESTARTED))
     assert state.off()
     assert not state.off()
-    state.heard(error(RESTARTED | BUS_OFF))
+    state.error_frame(error(RESTARTED | BUS_OFF))
     assert state.off()
     assert state.off()
 

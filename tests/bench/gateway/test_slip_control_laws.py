@@ -9,13 +9,13 @@ import pytest
 
 from slipbench import dbc
 from slipbench.bench.gateway.slip_control import (
+    MEAN_TIME,
     REPORT,
-    USUAL,
     SlipControl,
     slip_control,
     tooth_modulo,
 )
-from slipbench.bench.safety.trial import NOTHING, Asked
+from slipbench.bench.safety.trial import NO_OFFSETS, Offsets
 from slipbench.bench.safety.vehicle_monitor import Wheels
 from slipbench.protocol.codec.messages import Intervals, OpticalSpeed, ToothIntervals
 from slipbench.protocol.database.database import load_database
@@ -74,36 +74,36 @@ def test_the_target_is_the_slip_that_stood_before_and_the_waveform_is_added():
     control, recorder = made()
     now = ride(control, slip=0.013)
     for tick, wave in enumerate((0.0, 0.002, -0.001)):
-        control.ask(wave, now + tick * 0.001)
+        control.update(wave, now + tick * 0.001)
         assert recorder.updates[-1][0] == pytest.approx(0.013 + wave, abs=1e-6)
     ride(control, 0.5, slip=0.03, start=now)  # the target stays what it was at the start
-    control.ask(0.0, now + 0.5)
+    control.update(0.0, now + 0.5)
     assert recorder.updates[-1][0] == pytest.approx(0.013, abs=1e-6)
 
 
 def test_a_target_of_the_trials_own_stands_in_place_of_the_slip_that_was_found():
     control, recorder = made(0.02)
     now = ride(control)
-    control.ask(0.001, now)
+    control.update(0.001, now)
     assert recorder.updates[-1][0] == pytest.approx(0.021)
 
 
 def test_the_slip_that_stood_is_a_mean_over_a_while():
-    """First order: a jump of the slip counts as one minus exp(-t / USUAL), a tooth at a time."""
+    """First order: a jump of the slip counts as one minus exp(-t / MEAN_TIME), a tooth at a time."""
     control, recorder = made()
     now = ride(control, 2.0, slip=0.0)
     late = ride(control, 0.1, slip=0.02, start=now)
-    control.ask(0.0, late)
-    share = 1 - math.exp(-(late - now) / USUAL)
+    control.update(0.0, late)
+    share = 1 - math.exp(-(late - now) / MEAN_TIME)
     assert recorder.updates[-1][0] == pytest.approx(0.02 * share, rel=0.1)
 
 
 def test_a_slip_that_was_not_known_is_the_target_as_soon_as_it_is():
     control, recorder = made()
-    control.ask(0.0, 0.5)
+    control.update(0.0, 0.5)
     assert math.isnan(recorder.updates[-1][0])
     now = ride(control, start=1.0, slip=0.015)
-    control.ask(0.0, now)
+    control.update(0.0, now)
     assert recorder.updates[-1][0] == pytest.approx(0.015, abs=1e-6)
 
 
@@ -111,7 +111,7 @@ def test_the_first_step_is_a_millisecond_and_the_others_are_as_long_as_they_were
     control, recorder = made()
     now = ride(control)
     for at in (now, now + 0.001, now + 0.004):
-        control.ask(0.0, at)
+        control.update(0.0, at)
     assert [step for *_, step in recorder.updates] == pytest.approx([0.001, 0.001, 0.003])
 
 
@@ -119,10 +119,10 @@ def test_a_controller_starts_once_from_rest_at_the_slip_and_speed_that_are_known
     control, recorder = made()
     now = ride(control, slip=0.012)
     assert recorder.starts == []
-    assert control.asked == NOTHING
+    assert control.requested == NO_OFFSETS
     for tick in range(3):
-        found = control.ask(0.0, now + tick * 0.001)
-        assert found == control.asked == Asked(0.01 * (tick + 1), -0.02 * (tick + 1))
+        found = control.update(0.0, now + tick * 0.001)
+        assert found == control.requested == Offsets(0.01 * (tick + 1), -0.02 * (tick + 1))
     assert recorder.starts == [(0.0, 0.0, pytest.approx(0.012, abs=1e-6), pytest.approx(SPEED))]
     assert recorder.updates[0][1:3] == (pytest.approx(0.012, abs=1e-6), pytest.approx(SPEED))
 
@@ -138,14 +138,14 @@ def test_teeth_are_learnt_until_the_controller_starts_and_not_after(name):
     wheel = "rear" if name == "RearTeeth" else "front"
     control, _ = made()
     now = ride(control)
-    before = getattr(control._known, wheel).learner.weight
+    before = getattr(control._estimate, wheel).learner.weight
     later = ride(control, 0.2, start=now)
-    learnt = getattr(control._known, wheel).learner.weight
+    learnt = getattr(control._estimate, wheel).learner.weight
     assert learnt != before
-    control.ask(0.0, later)
+    control.update(0.0, later)
     ride(control, 0.2, start=later)
-    assert getattr(control._known, wheel).learner.weight == learnt
-    assert getattr(control._known, wheel).time > later
+    assert getattr(control._estimate, wheel).learner.weight == learnt
+    assert getattr(control._estimate, wheel).time > later
 
 
 def test_each_wheel_has_its_own_teeth_and_the_optical_speed_is_the_optical_speed():
@@ -168,9 +168,9 @@ def test_each_wheel_has_its_own_teeth_and_the_optical_speed_is_the_optical_speed
 def test_an_optical_speed_counts_where_it_is_valid(message, believed):
     control, _ = made()
     now = ride(control)
-    before = control._known
+    before = control._estimate
     control.observe("OpticalSpeed", message, now)
-    assert (control._known != before) == believed
+    assert (control._estimate != before) == believed
     control.observe("Anything", object(), now)
 
 

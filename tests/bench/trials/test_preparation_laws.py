@@ -9,7 +9,12 @@ import pytest
 from slipbench import dbc
 from slipbench.bench.loop.loop import LAST_TICK, MOST_TICKS
 from slipbench.bench.trials.excitation import Excitation, plan_excitation
-from slipbench.bench.trials.preparation import _check_length, check_controller, check_swing, prepare
+from slipbench.bench.trials.preparation import (
+    _check_length,
+    check_amplitude,
+    check_controller,
+    prepare,
+)
 from slipbench.bench.trials.wire_limits import check_wire
 from slipbench.protocol.configuration import load_toml, parse, read_toml
 from slipbench.protocol.controller_file import ControllerFile
@@ -220,13 +225,13 @@ def test_an_excitation_must_stay_within_the_throttles_range_around_the_opening(n
     low, high = prepared.trial.limits.throttle
     for opening in (low + swing * number / 0.04, high - swing * number / 0.04):
         if fits and low + swing <= opening <= high - swing:
-            check_swing(prepared, opening)
+            check_amplitude(prepared, opening)
         elif not fits:
-            words = refused("leave the throttle's range", check_swing, prepared, opening)
+            words = refused("leave the throttle's range", check_amplitude, prepared, opening)
             for part in (f"{low:.1%}", f"{high:.1%}", f"{swing:.1%}", "throttle_sweep.toml"):
                 assert part in words
     spark = replace(prepared.plan, excitation=replace(prepared.plan.excitation, actuator="spark"))
-    check_swing(replace(prepared, plan=spark), 0.0)
+    check_amplitude(replace(prepared, plan=spark), 0.0)
 
 
 def test_a_trial_is_prepared_from_its_own_files():
@@ -238,7 +243,7 @@ def test_a_trial_is_prepared_from_its_own_files():
     assert prepared.plan.controller == read_toml(CONTROLLERS / "mixed.toml", ControllerFile)
     assert prepared.vehicle_path.is_absolute()
     assert prepared.vehicle_path.name == prepared.trial.vehicle.rpartition("/")[2]
-    assert prepared.ride.trial == prepared.trial
+    assert prepared.scenario.trial == prepared.trial
     assert prepared.database.origin == load_database(dbc.MOTORBIKE).origin
     open_loop = prepare(TRIALS / "throttle_sweep.toml", dbc.MOTORBIKE)
     assert open_loop.controller_path is None

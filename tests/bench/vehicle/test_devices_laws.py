@@ -27,20 +27,20 @@ def test_a_clock_without_offset_and_drift_is_true_and_one_with_them_runs_on_a_li
 
 def test_nothing_is_granted_before_a_command_was_heard():
     assert Grant().authority == Authority.NONE
-    assert Grant().at(1e9, SILENCE).authority == Authority.NONE
+    assert Grant().with_watchdog(1e9, SILENCE).authority == Authority.NONE
     assert Grant().command == ActuatorCommand(Authority.NONE, 0.0, 0.0, 0.0)
     assert Grant() == Grant(RELEASED, -math.inf, False)
 
 
 @pytest.mark.parametrize("authority", HELD)
 def test_a_grant_lasts_as_long_as_the_silence_allows_and_no_longer(authority):
-    grant = Grant().hear(command(authority), 1.0)
+    grant = Grant().receive(command(authority), 1.0)
     assert grant.authority == authority
     assert grant.command == command(authority)
-    assert grant.at(1.0 + 0.99 * SILENCE, SILENCE) == grant
-    exact = Grant().hear(command(authority), 2.0)
-    assert exact.at(2.0 + 0.25, 0.25).authority == authority  # these are exact in binary
-    gone = exact.at(2.0 + 0.25 + 2**-30, 0.25)
+    assert grant.with_watchdog(1.0 + 0.99 * SILENCE, SILENCE) == grant
+    exact = Grant().receive(command(authority), 2.0)
+    assert exact.with_watchdog(2.0 + 0.25, 0.25).authority == authority  # these are exact in binary
+    gone = exact.with_watchdog(2.0 + 0.25 + 2**-30, 0.25)
     assert gone.authority == Authority.NONE
     assert (gone.command, gone.heard_at) == (exact.command, exact.heard_at)
 
@@ -48,13 +48,13 @@ def test_a_grant_lasts_as_long_as_the_silence_allows_and_no_longer(authority):
 @pytest.mark.parametrize("authority", HELD)
 def test_after_a_silence_only_a_release_opens_the_way_to_another_grant(authority):
     """A bench that comes back in the midst of its excitation gets nothing."""
-    grant = Grant().hear(command(authority), 1.0).at(1.02, SILENCE)
+    grant = Grant().receive(command(authority), 1.0).with_watchdog(1.02, SILENCE)
     for late in (1.03, 1.04):
-        grant = grant.hear(command(authority), late).at(late, SILENCE)
+        grant = grant.receive(command(authority), late).with_watchdog(late, SILENCE)
         assert grant.authority == Authority.NONE
-    grant = grant.hear(command(Authority.NONE), 1.05)
+    grant = grant.receive(command(Authority.NONE), 1.05)
     assert grant.authority == Authority.NONE
-    assert grant.hear(command(authority), 1.06).authority == authority
+    assert grant.receive(command(authority), 1.06).authority == authority
 
 
 @given(st.lists(commands, max_size=30))
@@ -62,11 +62,11 @@ def test_a_device_grants_the_last_command_unless_a_silence_came_since_the_last_r
     now, grant, held, latched = 0.0, Grant(), Authority.NONE, False
     for gap, authority in heard:
         now += gap
-        grant = grant.at(now, SILENCE)
+        grant = grant.with_watchdog(now, SILENCE)
         latched = latched or (held != Authority.NONE and gap > SILENCE)
         if abs(gap - SILENCE) < 1e-12:
             return  # on the edge rounding decides
-        grant = grant.hear(command(authority), now)
+        grant = grant.receive(command(authority), now)
         latched, held = latched and authority != Authority.NONE, authority
         assert grant.authority == (Authority.NONE if latched else authority)
 

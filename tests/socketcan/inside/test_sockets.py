@@ -98,7 +98,7 @@ def test_an_error_frame_of_the_kernel_tells_that_the_controller_is_off() -> None
             driver.send(struct.pack("=IB3x8s", identifier, 8, details))
             [heard] = receive(bus, 1)
             assert heard.is_error_frame
-            controller.heard(heard)
+            controller.error_frame(heard)
             controller.off()  # what was since it was asked last
             assert controller.off() is is_off
 
