@@ -335,7 +335,7 @@ def test_a_replay_whose_process_dies_is_reported(endless):
 
 def test_a_replay_that_was_stopped_does_not_keep_the_command_from_ending(endless, monkeypatch):
     """Ctrl-C reaches the command, and the replay cannot respond any more."""
-    monkeypatch.setattr("slipbench.bench.replay.replay_process.ENDING", 0.5)
+    monkeypatch.setattr("slipbench.bench.replay.replay_process.END_TIMEOUT", 0.5)
     running, number = endless
     os.kill(number, signal.SIGSTOP)
     threading.Timer(0.5, os.kill, (os.getpid(), signal.SIGINT)).start()

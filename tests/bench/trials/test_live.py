@@ -107,7 +107,7 @@ def test_a_loop_that_is_stopped_for_good_is_ended_and_told(tmp_path, monkeypatch
 
 
 def test_a_vehicle_that_is_stopped_keeps_nobody_from_ending(tmp_path, monkeypatch):
-    monkeypatch.setattr("slipbench.bench.vehicle.live_vehicle.LEAVING", 0.5)
+    monkeypatch.setattr("slipbench.bench.vehicle.live_vehicle.END_TIMEOUT", 0.5)
     the_trial = prepared()
     address = BusAddress("slipbench", f"{tmp_path.name}-{os.getpid()}")
     with open_bus(address, receive_own_messages=False) as listener:

@@ -42,7 +42,7 @@ def test_a_grant_lasts_as_long_as_the_silence_allows_and_no_longer(authority):
     assert exact.with_watchdog(2.0 + 0.25, 0.25).authority == authority  # these are exact in binary
     gone = exact.with_watchdog(2.0 + 0.25 + 2**-30, 0.25)
     assert gone.authority == Authority.NONE
-    assert (gone.command, gone.heard_at) == (exact.command, exact.heard_at)
+    assert (gone.command, gone.received_at) == (exact.command, exact.received_at)
 
 
 @pytest.mark.parametrize("authority", HELD)
