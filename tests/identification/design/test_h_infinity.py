@@ -12,7 +12,8 @@ import pytest
 from slipbench.controllers.limits import Range
 from slipbench.controllers.linear import in_series
 from slipbench.controllers.slip_controller import from_tree
-from slipbench.identification.design import commands, h_infinity, mixed_sensitivity
+from slipbench.identification.design import controller_design, h_infinity, mixed_sensitivity
+from slipbench.identification.design.controller_design import Specification
 from slipbench.identification.design.h_infinity import INSTALL
 from slipbench.identification.design.mixed_sensitivity import (
     WeightParameters,
@@ -20,6 +21,7 @@ from slipbench.identification.design.mixed_sensitivity import (
     reduced,
     synthesis,
 )
+from slipbench.identification.design.problem import Requirements
 from slipbench.identification.design.steps import step_response
 from slipbench.identification.design.widest import Designed, NoDesign, allowed
 from slipbench.identification.models.uncertainty_set import UncertaintySet, Weight
@@ -154,12 +156,13 @@ def test_the_file_gives_the_controller_back():
 
 def test_without_slycot_it_says_what_to_install(monkeypatch):
     monkeypatch.setattr(h_infinity, "available", lambda: False)
-    monkeypatch.setattr(mixed_sensitivity, "available", lambda: False)
+    for module in (mixed_sensitivity, controller_design):
+        monkeypatch.setattr(module, "available", lambda: False)
     found = h_infinity.h_infinity(problem())
     assert isinstance(found, NoDesign)
     assert INSTALL in found.reason
     with pytest.raises(InputError, match=r"slipbench\[robust\]"):
-        commands._fits("throttle", "h_infinity", False)
+        Specification("throttle", Requirements(), law="h_infinity").check()
 
 
 @pytest.mark.parametrize(
@@ -168,4 +171,4 @@ def test_without_slycot_it_says_what_to_install(monkeypatch):
 )
 def test_what_does_not_go_together_is_refused(actuator, law, schedule):
     with pytest.raises(InputError, match=law):
-        commands._fits(actuator, law, schedule)
+        Specification(actuator, Requirements(), law=law, scheduled=schedule).check()
