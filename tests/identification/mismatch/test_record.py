@@ -25,7 +25,7 @@ def ready(tmp_path_factory):
     """Blips, whose commands are steps, with clocks that drift and frames that wait."""
     case = draw_case(SEED, 0)
     folder = tmp_path_factory.mktemp("runs") / "one"
-    write_run(folder, case.truth, case.secret, case.training[1], dict(case.vehicle))
+    write_run(folder, case.truth, case.faults, case.training[1], dict(case.vehicle))
     vehicle = load_vehicle(folder / VEHICLE)
     return vehicle, prepare(read(folder), vehicle)
 
