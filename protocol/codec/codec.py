@@ -1,136 +1,254 @@
 """Frames from messages and messages from frames: SI inside, the units of the database on the wire."""
 
 from collections.abc import Mapping
+from typing import NamedTuple
 
-from slipbench.protocol.codec import e2e
 from slipbench.protocol.codec.faults import Fault, FrameFault
-from slipbench.protocol.codec.messages import (
-    ActuatorCommand,
-    BenchMessage,
-    ChassisStatus,
-    EcuStatus,
-    EncoderStatus,
-    EngineStatus,
-    Intervals,
-    OpticalSpeed,
-    RiderControls,
-    Temperatures,
-    ThrottleStatus,
-    ToothIntervals,
-    TrialStatus,
-)
-from slipbench.protocol.codec.wire import FieldsPlan, Plan, TeethPlan
-from slipbench.protocol.database.layout import Database
+from slipbench.protocol.codec.messages import BenchMessage, Intervals
+from slipbench.protocol.codec.placement import KINDS, MESSAGES, OWN, Placement, TeethAt
+from slipbench.protocol.codec.protection import guard_of
+from slipbench.protocol.codec.wire import FieldsPart, FramePlan, Part, TeethPart, Words, period
+from slipbench.protocol.database.layout import Database, Message
 from slipbench.protocol.errors import InputError
 
-MESSAGES: dict[str, type[BenchMessage]] = {
-    **{
-        message.__name__: message
-        for message in (
-            ActuatorCommand,
-            EcuStatus,
-            ThrottleStatus,
-            EngineStatus,
-            OpticalSpeed,
-            RiderControls,
-            ChassisStatus,
-            Temperatures,
-            TrialStatus,
-        )
-    },
-    "RearTeeth": ToothIntervals,
-    "FrontTeeth": ToothIntervals,
-    "RearEncoderStatus": EncoderStatus,
-    "FrontEncoderStatus": EncoderStatus,
-}
+__all__ = ["MESSAGES", "Codec", "Frame", "Sender"]
+
+
+class Frame(NamedTuple):
+    """A frame to be sent."""
+
+    identifier: int
+    data: bytes
+    extended: bool = False
 
 
 class Codec:
     """Encodes and decodes the bench's messages as one database lays them out.
 
     A message is named by its class; tooth intervals and encoder statuses, which both encoders
-    send, by their name in the database: "RearTeeth", "FrontEncoderStatus".
+    send, by wheel: "RearTeeth", "FrontEncoderStatus". With a placement from a binding, a frame can hold
+    fields of several messages, and a message can lie in several frames.
     """
 
-    def __init__(self, database: Database) -> None:
-        """Compile the database. Raises InputError where it lacks a message or signal of the bench."""
-        self._by_name: dict[str, Plan] = {
-            name: (TeethPlan if kind is ToothIntervals else FieldsPlan)(database, name, kind)
-            for name, kind in MESSAGES.items()
+    def __init__(self, database: Database, placement: Placement = OWN) -> None:
+        """Compile the database. Raises InputError where it lacks a message or signal that is placed."""
+        self.placement = placement
+        parts: dict[str, list[Part]] = {}
+        self._frames_of: dict[str, list[str]] = {}
+        for name, at in placement.items():
+            for carrier in _carriers(name, at):
+                part = _part(database, database.message(carrier), name, placement)
+                parts.setdefault(carrier, []).append(part)
+                self._frames_of.setdefault(name, []).append(carrier)
+        self._plans = {
+            carrier: _plan(database, database.message(carrier), tuple(held), own=placement is OWN)
+            for carrier, held in parts.items()
         }
-        self._by_identifier = {plan.identifier: plan for plan in self._by_name.values()}
+        self._by_key = {key_of(plan.message): plan for plan in self._plans.values()}
 
     def encode(
         self, message: BenchMessage, *, counter: int = 0, name: str | None = None
     ) -> tuple[int, bytes]:
-        """Identifier and payload of a message, with its end-to-end protection.
+        """Identifier and payload of a message that lies in one frame, with its end-to-end protection.
 
         counter: of its end-to-end protection, see `Sender`. Clocks and running counts wrap at
         their signals' widths. Raises ValueError for any other value that its signal cannot hold.
         """
-        plan = self._plan(name or type(message).__name__)
-        payload = bytearray(plan.pack(message).to_bytes(plan.length, "little"))
-        if plan.data_id is not None:
-            e2e.protect(payload, plan.data_id, counter)
-        return plan.identifier, bytes(payload)
+        key = name or type(message).__name__
+        plan = self._plans[self.carriers(key)[0]]
+        frame = self.finish(plan, [part_of(plan, key).pack(message)], counter)
+        return frame.identifier, frame.data
 
-    def decode(self, identifier: int, data: bytes | bytearray) -> BenchMessage | FrameFault:
-        """Message of a frame, or its fault; the CRC is checked, bytes beyond the message are ignored."""
-        plan = self._by_identifier.get(identifier)
+    @staticmethod
+    def finish(plan: FramePlan, words: list[Words], counter: int) -> Frame:
+        """Frame of the bits of its parts, protected."""
+        payload = plan.payload(words)
+        if plan.guard is not None:
+            guard = plan.guard
+            guard.protect(payload, counter % guard.period if guard.period else 0)
+        return Frame(plan.message.identifier, bytes(payload), plan.message.extended)
+
+    def plan(self, identifier: int, extended: bool = False) -> FramePlan | None:
+        """Layout of the frames with this identifier; None where they hold nothing of the bench's."""
+        return self._by_key.get((identifier, extended))
+
+    def plan_of(self, carrier: str) -> FramePlan:
+        """Layout of a message of the database. Raises KeyError where it holds nothing of the bench's."""
+        return self._plans[carrier]
+
+    def decode(
+        self, identifier: int, data: bytes | bytearray, extended: bool = False
+    ) -> BenchMessage | FrameFault:
+        """Message of a frame that holds one whole message, or its fault.
+
+        The CRC is checked, bytes beyond the message are ignored. Of a frame that holds more, see
+        `slipbench.protocol.codec.receiver`.
+        """
+        plan = self.plan(identifier, extended)
         if plan is None:
             return FrameFault(Fault.UNKNOWN, expected="one of the bench's", found=hex(identifier))
-        length = plan.length
-        if len(data) < length:
-            return plan.fault(Fault.SHORT, f"{length} bytes", f"{len(data)} bytes")
-        payload = bytearray(data[:length])
-        if plan.data_id is not None and not e2e.crc_is_right(payload, plan.data_id):
-            return plan.fault(Fault.CRC, "the CRC of its content", f"{payload[0]:#04x}")
-        return plan.unpack(int.from_bytes(payload, "little"))
+        payload = plan.check(data)
+        if isinstance(payload, FrameFault):
+            return payload
+        found = plan.parts[0].unpack(plan.words(payload))
+        if isinstance(found, Mapping) or found is None:
+            return plan.fault(Fault.UNKNOWN, "a whole message of the bench", "a part of one")
+        return found
 
-    def counter(self, identifier: int, data: bytes | bytearray) -> int | None:
-        """Counter of a frame; None where the message is not protected."""
-        plan = self._by_identifier.get(identifier)
-        if plan is None or plan.data_id is None or len(data) < 2:
+    def counter(
+        self, identifier: int, data: bytes | bytearray, extended: bool = False
+    ) -> int | None:
+        """Counter of a whole frame; None where the message is not protected."""
+        plan = self.plan(identifier, extended)
+        if plan is None or plan.guard is None or len(data) < plan.message.length:
             return None
-        return data[1] & 0x0F
+        return plan.guard.counter(data)
 
     def identifier(self, name: str) -> int:
-        """Identifier of a message."""
-        return self._plan(name).identifier
+        """Identifier of the first frame of a message of the bench."""
+        return self._plans[self.carriers(name)[0]].message.identifier
 
-    def name(self, identifier: int) -> str | None:
-        """Name of the message with this identifier; None where it is unknown."""
-        plan = self._by_identifier.get(identifier)
-        return plan.name if plan else None
+    def name(self, identifier: int, extended: bool = False) -> str | None:
+        """Name of the message with this identifier in the database; None where it is unknown."""
+        plan = self.plan(identifier, extended)
+        return plan.message.name if plan else None
+
+    def carriers(self, name: str) -> list[str]:
+        """Messages of the database that hold a message of the bench. Raises InputError where none does."""
+        if name not in self._frames_of:
+            known = ", ".join(self._frames_of)
+            raise InputError(f"no message {name!r}", expected=known)
+        return self._frames_of[name]
+
+    def has(self, name: str) -> bool:
+        """Whether the database holds a message of the bench."""
+        return name in self._frames_of
+
+    @property
+    def plans(self) -> Mapping[str, FramePlan]:
+        """Layout of each message of the database that holds something of the bench's, by name."""
+        return self._plans
+
+    def parts(self, name: str) -> list[Part]:
+        """Parts of a message of the bench, one for each frame that holds some of it."""
+        return [part_of(self._plans[carrier], name) for carrier in self.carriers(name)]
 
     def period(self, name: str, field: str) -> float:
         """Value at which a clock (s) or a running count wraps."""
-        return self._plan(name).period(field)
+        return period(self._plans[self.carriers(name)[0]].message, field)
 
     def capacity(self, name: str) -> Mapping[Intervals, tuple[int, float]]:
         """Number of intervals in a tooth frame of each layout, and the longest interval (s)."""
-        plan = self._plan(name)
-        return plan.capacity() if isinstance(plan, TeethPlan) else {}
+        part = self.parts(name)[0]
+        return part.capacity() if isinstance(part, TeethPart) else {}
 
-    def _plan(self, name: str) -> Plan:
-        try:
-            return self._by_name[name]
-        except KeyError:
-            known = ", ".join(self._by_name)
-            raise InputError(f"no message {name!r}", expected=known) from None
+
+def key_of(message: Message) -> tuple[int, bool]:
+    """Identifier of a message, and whether it is a 29-bit one."""
+    return message.identifier, message.extended
+
+
+def part_of(plan: FramePlan, name: str) -> Part:
+    """What a frame holds of one message of the bench."""
+    return next(part for part in plan.parts if part.name == name)
+
+
+def _carriers(name: str, at: object) -> list[str]:
+    if isinstance(at, TeethAt):
+        return [at.message]
+    assert isinstance(at, Mapping)
+    found = [place.message for place in at.values() if hasattr(place, "message")]
+    return list(dict.fromkeys(found))
+
+
+def _part(database: Database, message: Message, name: str, placement: Placement) -> Part:
+    at = placement[name]
+    if isinstance(at, TeethAt):
+        return TeethPart(database, message, name, at)
+    return FieldsPart(database, message, name, KINDS[name], at)
+
+
+def _plan(database: Database, message: Message, parts: tuple[Part, ...], *, own: bool) -> FramePlan:
+    if own:
+        _require_own(database, message)
+    return FramePlan(message, guard_of(message), parts)
+
+
+def _require_own(database: Database, message: Message) -> None:
+    """Check a message of the bench's own database. Raises InputError where the bench cannot use it."""
+    if message.extended:
+        raise InputError(
+            f"message {message.name} has a 29-bit identifier",
+            where=database.origin,
+            expected="an 11-bit identifier in the bench's own database",
+            remedy="change the identifier of the message, or use a binding file",
+        )
+    if message.protection is None:
+        if not {"crc", "counter"} <= message.by_name.keys():
+            return
+        raise InputError(
+            f"message {message.name} has crc and counter, but no end-to-end protection is declared",
+            where=database.origin,
+            expected="the message attributes E2EProfile and E2EDataId",
+            remedy="add both attributes to the message: without them no CRC would be checked",
+        )
+    header = [message.signal(name) for name in ("crc", "counter")]
+    positions = [(signal.start, signal.length) for signal in header]
+    if message.protection.profile != 1 or positions != [(0, 8), (8, 4)]:
+        raise InputError(
+            f"message {message.name}: end-to-end protection is not laid out as profile 1",
+            where=database.origin,
+            expected="E2EProfile 1, crc at 0|8, counter at 8|4",
+        )
 
 
 class Sender:
-    """Sending side of a node: the next counter of each protected message."""
+    """Sending side of a node: the next counter of each frame, and what the others of its parts hold."""
 
     def __init__(self, codec: Codec) -> None:
         self._codec = codec
+        self._held: dict[str, dict[str, Words]] = {}
+        self._sent_at: dict[str, float] = {}
         self.counters: dict[str, int] = {}
 
     def encode(self, message: BenchMessage, *, name: str | None = None) -> tuple[int, bytes]:
-        """Identifier and payload of `message` with its next counter. Raises ValueError as `Codec.encode` does."""
+        """Identifier and payload of a message that lies in one frame. Raises ValueError as `Codec.encode` does."""
+        frame = self.frames(message, name=name)[0]
+        return frame.identifier, frame.data
+
+    def frames(
+        self, message: BenchMessage, *, name: str | None = None, now: float | None = None
+    ) -> list[Frame]:
+        """Frames to send for a message, with their next counters.
+
+        now: s; a frame whose cycle time is not over yet keeps what it holds until the next message.
+        None: every frame is sent. Raises ValueError as `Codec.encode` does.
+        """
         key = name or type(message).__name__
-        counter = self.counters.get(key, 0)
-        frame = self._codec.encode(message, counter=counter, name=key)
-        self.counters[key] = (counter + 1) % e2e.PERIOD
-        return frame
+        carriers = self._codec.carriers(key)
+        words = [part.pack(message) for part in self._codec.parts(key)]
+        made = []
+        for carrier, each in zip(carriers, words, strict=True):
+            held = self._held.setdefault(carrier, {})
+            held[key] = each
+            plan = self._codec.plan_of(carrier)
+            if len(held) < len(plan.parts) or not self._due(plan, now):
+                continue
+            counter = self.counters.get(carrier, 0)
+            made.append(self._codec.finish(plan, list(held.values()), counter))
+            period = plan.guard.period if plan.guard else 0
+            self.counters[carrier] = (counter + 1) % (period or 1)
+        return made
+
+    def _due(self, plan: FramePlan, now: float | None) -> bool:
+        message = plan.message
+        if now is None or message.attributes.get("GenMsgSendType") == 1:
+            return True
+        before = self._sent_at.get(message.name)
+        if before is not None and now - before < (message.cycle_time or 0.0) - HALF_TICK:
+            return False
+        self._sent_at[message.name] = now
+        return True
+
+
+HALF_TICK = 0.0005  # s

@@ -143,6 +143,13 @@ class EncoderStatus:
 
 
 @dataclass(frozen=True, slots=True)
+class WheelSpeed:
+    """Peripheral speed of one wheel, of a motorcycle that sends no tooth times."""
+
+    speed: float  # m/s
+
+
+@dataclass(frozen=True, slots=True)
 class OpticalSpeed:
     """Optical sensor, every 4 ms."""
 
@@ -197,6 +204,7 @@ BenchMessage = (
     | EngineStatus
     | ToothIntervals
     | EncoderStatus
+    | WheelSpeed
     | OpticalSpeed
     | RiderControls
     | ChassisStatus

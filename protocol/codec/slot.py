@@ -1,11 +1,16 @@
 """Position of one value in its frame and its conversion to SI, from the database."""
 
+import math
+import struct
+from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import IntEnum
 from math import ceil, floor
 from typing import Any
 
 from slipbench.protocol.codec.messages import WRAPPING
+from slipbench.protocol.codec.placement import SignalAt
+from slipbench.protocol.codec.protection import bits_of
 from slipbench.protocol.database.layout import Database, Message, Signal
 from slipbench.protocol.errors import InputError
 from slipbench.protocol.units import linear
@@ -31,14 +36,18 @@ SI = {
     "km/h": "m/s",
     "A": "A",
 }
+REAL = 10**30  # of a floating-point signal without limits
+_FLOATS = {16: "<e", 32: "<f", 64: "<d"}
 
 
 @dataclass(frozen=True, slots=True)
 class Slot:
     """Position and conversion of one signal: value in SI = raw * scale + offset.
 
-    low, high: raw values that the database allows. values: of an enumeration or a truth value, by
-    raw value. wraps: sent modulo 2^bits, see messages.WRAPPING.
+    big: big-endian; `shift` counts from the lowest bit of the payload as one number of that byte
+    order. low, high: raw values that the database allows. values: by raw value, of an enumeration or
+    a truth value. wraps: sent modulo 2^bits, see messages.WRAPPING. real: struct format of a
+    floating-point signal, "" for an integer. unknown: raw values that mean "not known".
     """
 
     name: str
@@ -49,69 +58,158 @@ class Slot:
     high: int
     scale: float
     offset: float
-    values: tuple[Any, ...] | None
+    values: Mapping[int, Any] | None
     wraps: bool
+    big: bool = False
+    real: str = ""
+    unknown: tuple[float, ...] = ()
+    special: bool = False
 
     def pack(self, value: float) -> int:
         """Bits of a value in the frame. Raises ValueError where it does not fit."""
-        try:
-            raw = round((value - self.offset) / self.scale)
-        except (ValueError, OverflowError):
-            raise ValueError(f"{self.name} = {value!r} is not a number that can be sent") from None
+        if self.real:
+            return self._float_bits((value - self.offset) / self.scale) << self.shift
+        if self.values is not None:
+            raw = self._raw_of(value)
+        else:
+            try:
+                raw = round((value - self.offset) / self.scale)
+            except (ValueError, OverflowError):
+                text = f"{self.name} = {value!r} is not a number that can be sent"
+                raise ValueError(text) from None
         if self.wraps:
             return (raw & self.mask) << self.shift
         if not self.low <= raw <= self.high:
-            low, high = (limit * self.scale + self.offset for limit in (self.low, self.high))
+            low, high = sorted(limit * self.scale + self.offset for limit in (self.low, self.high))
             raise ValueError(f"{self.name} = {value!r} is not in {low:g} to {high:g} (SI)")
         return (raw & self.mask) << self.shift
 
-    def physical(self, raw: int) -> str:
+    def read(self, little: int, big: int) -> float | None:
+        """Raw value from the payload as one number of either byte order; None where it has no meaning."""
+        raw = ((big if self.big else little) >> self.shift) & self.mask
+        if self.real:
+            number = self._float(raw)
+            return number if math.isfinite(number) and number not in self.unknown else None
+        if raw & self.sign:
+            raw -= self.mask + 1
+        known = raw not in self.unknown and (self.values is None or raw in self.values)
+        return raw if known else None
+
+    def value(self, raw: float) -> Any:
+        """Value in SI, or member of an enumeration, of a raw value."""
+        return raw * self.scale + self.offset if self.values is None else self.values[int(raw)]
+
+    def physical(self, raw: float) -> str:
         """A raw value in SI, as text."""
         return f"{raw * self.scale + self.offset:g}"
 
+    def shown(self, little: int, big: int) -> str:
+        """What a payload holds here, for a message."""
+        raw = ((big if self.big else little) >> self.shift) & self.mask
+        if self.real:
+            return f"{self._float(raw):g}"
+        return self.physical(raw - self.mask - 1 if raw & self.sign else raw)
 
-def slot(database: Database, message: Message, name: str, kind: type) -> Slot:
-    """Slot of one signal that holds a value of type `kind`. Raises InputError where it cannot."""
+    @property
+    def expected(self) -> str:
+        """Range of the values, for a message."""
+        if self.real:
+            return "a finite number"
+        return f"{self.physical(self.low)} to {self.physical(self.high)} (SI)"
+
+    def _raw_of(self, value: Any) -> int:
+        for raw, member in (self.values or {}).items():
+            if member == value:
+                return raw
+        raise ValueError(f"{self.name} = {value!r} is none of {list((self.values or {}).values())}")
+
+    def _float_bits(self, value: float) -> int:
+        try:
+            return int.from_bytes(struct.pack(self.real, value), "little")
+        except (OverflowError, struct.error):
+            raise ValueError(f"{self.name} = {value!r} is not a number that can be sent") from None
+
+    def _float(self, raw: int) -> float:
+        size = struct.calcsize(self.real)
+        return float(struct.unpack(self.real, raw.to_bytes(size, "little"))[0])
+
+
+def slot(
+    database: Database, message: Message, name: str, kind: type, at: SignalAt | None = None
+) -> Slot:
+    """Slot of one signal that holds a value of type `kind`.
+
+    at: how a binding converts it. Raises InputError where the signal cannot hold it.
+    """
     if name not in message.by_name:
         raise InputError(
             f"message {message.name} has no signal {name!r}, which the bench needs",
             where=database.origin,
             expected=name,
             found=", ".join(message.by_name),
-            remedy="give the signal this name, or give the database of the motorcycle with --dbc",
+            remedy="give the signal this name, or bind the signals of your database in a binding file",
         )
     signal = message.signal(name)
     where = f"{database.origin}: {message.name}.{name}"
-    if not signal.little_endian or signal.is_float:
-        raise InputError("the bench's own signals are little-endian integers", where=where)
-    scale, offset = (1, 0) if kind is int else si(signal, where)
+    scale, offset = (1, 0) if kind is int and at is None else _conversion(signal, where, at)
+    bits = bits_of(signal, message.length)
     low, high = _limits(signal)
     return Slot(
         where,
-        signal.start,
-        (1 << signal.length) - 1,
+        bits.shift,
+        bits.mask,
         1 << (signal.length - 1) if signal.signed else 0,
         low,
         high,
         scale,
         offset,
-        _values(kind, low, high, where),
-        signal.wraps or name in WRAPPING,
+        _values(kind, low, high, where, at),
+        signal.wraps or (at is None and name in WRAPPING),
+        bits.big,
+        _FLOATS[signal.length] if signal.is_float else "",
+        tuple((value - signal.offset) / signal.scale for value in (at.unknown if at else ())),
+        signal.is_float or bool(at and (at.unknown or at.values)),
     )
 
 
-def si(signal: Signal, where: str) -> tuple[float, float]:
-    """Scale and offset from raw value to SI. Raises InputError for a unit unknown here."""
-    if signal.unit not in SI:
+def _conversion(signal: Signal, where: str, at: SignalAt | None) -> tuple[float, float]:
+    """Scale and offset from raw value to SI, as a binding states them."""
+    if at is None:
+        return si(signal, where)
+    if at.values:
+        return 1.0, 0.0
+    scale, offset = si(signal, where, at.unit, at.to)
+    factor = at.sign * at.radius
+    return scale * factor, offset * factor + at.offset
+
+
+def si(
+    signal: Signal, where: str, unit: str | None = None, to: str | None = None
+) -> tuple[float, float]:
+    """Scale and offset from raw value to SI. unit: in place of the database's; to: SI unit.
+
+    Raises InputError for a unit that is unknown here, or does not convert to `to`.
+    """
+    stated = signal.unit if unit is None else unit
+    if to is None and stated not in SI:
         known = ", ".join(unit for unit in SI if unit)
-        raise InputError(f"unit {signal.unit!r} is unknown here", where=where, expected=known)
-    slope, zero = linear(signal.unit, SI[signal.unit])
+        raise InputError(f"unit {stated!r} is unknown here", where=where, expected=known)
+    try:
+        slope, zero = linear(stated, SI[stated] if to is None else to)
+    except ValueError as cause:
+        raise InputError(
+            f"the unit {stated!r} does not suit this role",
+            where=where,
+            expected=f"a unit that converts to {to or 'a pure number'}",
+            found=str(cause),
+            remedy='state the unit in the binding file, as in unit = "km/h"',
+        ) from cause
     return signal.scale * slope, signal.offset * slope + zero
 
 
 def _limits(signal: Signal) -> tuple[int, int]:
     """Lowest and highest raw value that the database allows; a negative scale exchanges them."""
-    low, high = signal.raw_range
+    low, high = (-REAL, REAL) if signal.is_float else signal.raw_range
     stated = [
         None if physical is None else (physical - signal.offset) / signal.scale
         for physical in (signal.minimum, signal.maximum)
@@ -124,24 +222,29 @@ def _limits(signal: Signal) -> tuple[int, int]:
     return low, high
 
 
-def _values(kind: type, low: int, high: int, where: str) -> tuple[Any, ...] | None:
+def _values(
+    kind: type, low: int, high: int, where: str, at: SignalAt | None
+) -> Mapping[int, Any] | None:
     """Members of an enumeration or truth values, by raw value; None for a number.
 
-    The signal must carry every member and nothing else: a member that it cannot carry could not
-    be sent, in the middle of a trial. Raises InputError where it does not.
+    The signal must carry every member and nothing else, unless a binding gives the values: a member
+    that it cannot carry could not be sent, in the middle of a trial. Raises InputError where it does
+    not.
     """
     if kind is bool:
-        members = [False, True]
+        members: list[Any] = [False, True]
     elif issubclass(kind, IntEnum):
         members = sorted(kind)
     else:
         return None
+    if at is not None and at.values:
+        return {raw: kind(member) for raw, member in at.values.items()}
     if (low, high) != (0, len(members) - 1):
         raise InputError(
             f"the signal carries {low} to {high}",
             where=where,
             expected=f"0 to {len(members) - 1}: "
             + ", ".join(f"{int(member)} {getattr(member, 'name', member)}" for member in members),
-            remedy="correct length, minimum and maximum of the signal",
+            remedy="correct length, minimum and maximum of the signal, or give `values` in a binding file",
         )
-    return tuple(members)
+    return dict(enumerate(members))

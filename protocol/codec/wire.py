@@ -1,135 +1,187 @@
-"""Layout of each message of the bench in its frame, compiled once from the database."""
+"""Layout of the bench's messages in the frames of a bus, compiled once from database and placement."""
 
-from abc import ABC, abstractmethod
-from collections.abc import Sequence
-from dataclasses import fields
-from operator import attrgetter
-from typing import Any, get_type_hints
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields
+from typing import Any, Literal, get_type_hints
 
 from slipbench.protocol.codec.faults import Fault, FrameFault
 from slipbench.protocol.codec.messages import BenchMessage, Intervals, ToothIntervals
+from slipbench.protocol.codec.placement import FieldsAt, SignalAt, TeethAt
+from slipbench.protocol.codec.protection import Guard
 from slipbench.protocol.codec.slot import Slot, si, slot
 from slipbench.protocol.database.layout import Database, Message
 from slipbench.protocol.errors import InputError
 
 
-class Plan(ABC):
-    """Layout of one message: identifier, length, data id (None: not protected)."""
+@dataclass(frozen=True, slots=True)
+class Words:
+    """A payload as one number: little-endian and big-endian."""
 
-    def __init__(self, database: Database, name: str) -> None:
-        self.message = database.message(name)
-        if self.message.extended:
-            raise InputError(
-                f"message {name} has a 29-bit identifier",
-                where=database.origin,
-                expected="an 11-bit identifier: the bench sends and decodes no other",
-                remedy="change the identifier of the message",
-            )
-        self.name, self.identifier = name, self.message.identifier
-        self.length = self.message.length
-        self.data_id = _data_id(database, self.message)
-
-    @abstractmethod
-    def pack(self, message: Any) -> int:
-        """Payload of the message as one little-endian integer. Raises ValueError where a value does not fit."""
-
-    @abstractmethod
-    def unpack(self, word: int) -> BenchMessage | FrameFault:
-        """Message of a payload given as a little-endian integer, or its fault."""
-
-    def fault(self, fault: Fault, expected: str, found: str, signal: str = "") -> FrameFault:
-        """Fault of a frame of this message."""
-        return FrameFault(fault, self.name, signal, expected, found)
-
-    def out_of_range(self, slot: Slot, raw: int) -> FrameFault:
-        """Fault of a signal whose value the database does not allow."""
-        expected = f"{slot.physical(slot.low)} to {slot.physical(slot.high)} (SI)"
-        return self.fault(Fault.RANGE, expected, slot.physical(raw), slot.name.rpartition(".")[2])
-
-    def period(self, field: str) -> float:
-        """Value at which a clock (s) or a running count wraps."""
-        signal = self.message.signal(field)
-        return (1 << signal.length) * si(signal, self.name)[0]
+    little: int
+    big: int
 
 
-def _data_id(database: Database, message: Message) -> int | None:
-    if message.protection is None:
-        if not {"crc", "counter"} <= message.by_name.keys():
-            return None
-        raise InputError(
-            f"message {message.name} has crc and counter, but no end-to-end protection is declared",
-            where=database.origin,
-            expected="the message attributes E2EProfile and E2EDataId",
-            remedy="add both attributes to the message: without them no CRC would be checked",
-        )
-    header = [message.signal(name) for name in ("crc", "counter")]
-    positions = [(signal.start, signal.length) for signal in header]
-    if message.protection.profile != 1 or positions != [(0, 8), (8, 4)]:
-        raise InputError(
-            f"message {message.name}: end-to-end protection is not laid out as profile 1",
-            where=database.origin,
-            expected="E2EProfile 1, crc at 0|8, counter at 8|4",
-        )
-    return message.protection.data_id
+class FieldsPart:
+    """Fields of one message of the bench that lie in one frame.
 
+    whole: all its fields are here, or constant.
+    """
 
-class FieldsPlan(Plan):
-    """A message whose fields are signals of the same names."""
-
-    def __init__(self, database: Database, name: str, kind: type[BenchMessage]) -> None:
-        super().__init__(database, name)
+    def __init__(
+        self,
+        database: Database,
+        message: Message,
+        name: str,
+        kind: type[BenchMessage],
+        at: FieldsAt,
+    ) -> None:
+        """Compile the fields that lie in `message`. Raises InputError where a signal is missing."""
         hints = get_type_hints(kind)
-        names = [field.name for field in fields(kind)]
-        self._kind: Any = kind
-        self._values = attrgetter(*names)
-        self._slots = tuple(slot(database, self.message, name, hints[name]) for name in names)
+        self.name, self.message = name, message
+        self.kind: Any = kind
+        self.fields: list[str] = []
+        self._slots: list[Slot] = []
+        self._valid: list[tuple[str, Slot]] = []
+        self._select: list[tuple[Slot, tuple[int, ...]]] = []
+        self._constants = {
+            key: value for key, value in at.items() if not isinstance(value, SignalAt)
+        }
+        for field, place in at.items():
+            if isinstance(place, SignalAt) and place.message == message.name:
+                self._add(database, field, place, hints[field])
+        self.whole = {*self.fields, *self._constants} == {each.name for each in fields(kind)}
+        order = [each.name for each in fields(kind)]
+        self._order = [self.fields.index(key) if key in self.fields else None for key in order]
+        self._fixed = [self._constants.get(key) for key in order]
+        self._conditions = bool(self._select or self._valid)
+        self._plain = self._order == list(range(len(order)))
 
-    def pack(self, message: BenchMessage) -> int:
-        """Payload of the message as one little-endian integer. Raises ValueError where a value does not fit."""
-        word = 0
-        for slot_, value in zip(self._slots, self._values(message), strict=True):
-            word |= slot_.pack(value)
-        return word
+    def _add(self, database: Database, field: str, place: SignalAt, hint: type) -> None:
+        own = place == SignalAt(self.name, field)
+        made = slot(database, self.message, place.signal, hint, None if own else place)
+        self.fields.append(field)
+        self._slots.append(made)
+        if place.valid:
+            self._valid.append((field, slot(database, self.message, place.valid, int)))
+        signal = self.message.signal(place.signal)
+        if signal.multiplexer:
+            selector = slot(database, self.message, signal.multiplexer, int)
+            choice = (selector, signal.multiplexer_ids)
+            if choice not in self._select:
+                self._select.append(choice)
 
-    def unpack(self, word: int) -> BenchMessage | FrameFault:
-        """Message of a payload, or the fault of a value outside its range."""
+    def slot(self, field: str) -> Slot:
+        """Slot of one field."""
+        return self._slots[self.fields.index(field)]
+
+    def pack(self, message: Any) -> Words:
+        """Bits of the message in the frame. Raises ValueError where a value does not fit."""
+        little = big = 0
+        for field, entry in zip(self.fields, self._slots, strict=True):
+            bits = entry.pack(getattr(message, field))
+            if entry.big:
+                big |= bits
+            else:
+                little |= bits
+        for entry, identifiers in self._select:
+            bits = entry.pack(identifiers[0])
+            big, little = (big | bits, little) if entry.big else (big, little | bits)
+        for _, entry in self._valid:
+            bits = entry.pack(1)
+            big, little = (big | bits, little) if entry.big else (big, little | bits)
+        return Words(little, big)
+
+    def unpack(self, words: Words) -> BenchMessage | Mapping[str, Any] | FrameFault | None:
+        """The message, or its fields that lie here; or the fault of a value; None where not in the frame."""
+        if self._conditions and (found := self._condition(words)) is not True:
+            return found
         values = []
         for entry in self._slots:
-            raw = (word >> entry.shift) & entry.mask
+            raw: Any = ((words.big if entry.big else words.little) >> entry.shift) & entry.mask
             if raw & entry.sign:
                 raw -= entry.mask + 1
-            if not entry.low <= raw <= entry.high:
-                return self.out_of_range(entry, raw)
+            if entry.special:
+                raw = entry.read(words.little, words.big)
+            if raw is None or not entry.low <= raw <= entry.high:
+                return self._out_of_range(entry, words)
             table = entry.values
             values.append(raw * entry.scale + entry.offset if table is None else table[raw])
-        return self._kind(*values)  # type: ignore[no-any-return]
+        if self._plain:
+            return self.kind(*values)  # type: ignore[no-any-return]
+        if not self.whole:
+            return dict(zip(self.fields, values, strict=True))
+        order = zip(self._order, self._fixed, strict=True)
+        return self.kind(*[fixed if at is None else values[at] for at, fixed in order])  # type: ignore[no-any-return]
+
+    def _condition(self, words: Words) -> FrameFault | Literal[True] | None:
+        """True where the frame holds valid values of the fields; None where it holds other signals."""
+        little, big = words.little, words.big
+        for entry, identifiers in self._select:
+            if entry.read(little, big) not in identifiers:
+                return None
+        for field, entry in self._valid:
+            if not entry.read(little, big):
+                return FrameFault(Fault.RANGE, self.name, field, "a valid value", "not valid")
+        return True
+
+    @property
+    def constants(self) -> Mapping[str, Any]:
+        """Fields that the placement holds constant."""
+        return self._constants
+
+    def _out_of_range(self, entry: Slot, words: Words) -> FrameFault:
+        name = entry.name.rpartition(".")[2]
+        found = entry.shown(words.little, words.big)
+        return FrameFault(Fault.RANGE, self.name, name, entry.expected, found)
 
 
-class TeethPlan(Plan):
-    """Tooth intervals: the multiplexer `layout` selects their signals; an unused one is 0."""
+class TeethPart:
+    """Tooth intervals: the multiplexer selects their signals; an unused one is 0."""
 
-    def __init__(self, database: Database, name: str, kind: type[BenchMessage]) -> None:
-        super().__init__(database, name)
-        self._layout = slot(database, self.message, "layout", Intervals)
-        self._count = slot(database, self.message, "tooth_count", int)
-        self._slots = {layout: self._of(database, layout) for layout in Intervals}
+    whole = True
+    constants: Mapping[str, Any] = {}
 
-    def _of(self, database: Database, layout: Intervals) -> tuple[Slot, ...]:
+    def __init__(self, database: Database, message: Message, name: str, at: TeethAt) -> None:
+        """Compile the layouts. Raises InputError where one has no signal."""
+        self.name, self.message = name, message
+        self.fields = [at.layout, at.count]
+        own = at.layout == "layout"
+        self._layout = slot(
+            database, message, at.layout, Intervals, None if own else SignalAt(name, at.layout)
+        )
+        self._count = slot(database, message, at.count, int, SignalAt(name, at.count))
+        self._slots = {layout: self._of(database, layout, at) for layout in Intervals}
+
+    def _of(self, database: Database, layout: Intervals, at: TeethAt) -> tuple[Slot, ...]:
         present = [
             signal
             for signal in self.message.signals
-            if signal.multiplexer == "layout" and int(layout) in signal.multiplexer_ids
+            if signal.multiplexer == at.layout and int(layout) in signal.multiplexer_ids
         ]
         if not present or (layout is Intervals.STANDING and len(present) > 1):
             raise InputError(
-                f"message {self.name} has {len(present)} signals with the multiplexer layout = "
-                f"{int(layout)} ({layout.name})",
+                f"message {self.message.name} has {len(present)} signals with the multiplexer "
+                f"{at.layout} = {int(layout)} ({layout.name})",
                 where=database.origin,
                 expected="one" if layout is Intervals.STANDING else "at least one",
                 remedy="add the signals to the message, or give the motorcycle's own database",
             )
         ordered = sorted(present, key=lambda signal: signal.first_bit)
-        return tuple(slot(database, self.message, signal.name, float) for signal in ordered)
+        return tuple(
+            slot(
+                database, self.message, signal.name, float, SignalAt(self.name, signal.name, to="s")
+            )
+            for signal in ordered
+        )
+
+    @property
+    def modulo(self) -> int:
+        """Modulo of the tooth count."""
+        return self._count.mask + 1
+
+    def slot(self, field: str) -> Slot:
+        """Slot of the layout or of the count."""
+        return self._layout if field == self.fields[0] else self._count
 
     def capacity(self) -> dict[Intervals, tuple[int, float]]:
         """Number of intervals of each layout, and the longest interval (s)."""
@@ -138,38 +190,95 @@ class TeethPlan(Plan):
             for layout, slots in self._slots.items()
         }
 
-    def pack(self, message: ToothIntervals) -> int:
-        """Payload of the message as one little-endian integer. Raises ValueError where a value does not fit."""
-        word = self._layout.pack(message.layout) | self._count.pack(message.tooth_count)
+    def pack(self, message: Any) -> Words:
+        """Bits of the message in the frame. Raises ValueError where a value does not fit."""
         slots, intervals = self._slots[message.layout], message.intervals
         if not 1 <= len(intervals) <= len(slots):
             raise ValueError(
                 f"{self.name}: {len(intervals)} intervals in a {message.layout.name} frame,"
                 f" which holds 1 to {len(slots)}"
             )
+        words = [0, 0]
+        words[self._layout.big] |= self._layout.pack(message.layout)
+        words[self._count.big] |= (message.tooth_count & self._count.mask) << self._count.shift
         for entry, interval in zip(slots, intervals, strict=False):
             bits = entry.pack(interval)
             if not bits and message.layout is not Intervals.STANDING:
                 raise ValueError(f"{entry.name} = {interval!r} is less than its resolution")
-            word |= bits
-        return word
+            words[entry.big] |= bits
+        return Words(*words)
 
-    def unpack(self, word: int) -> BenchMessage | FrameFault:
-        """Message of a payload, or the fault of a gap among its intervals."""
-        raw = (word >> self._layout.shift) & self._layout.mask
-        if not self._layout.low <= raw <= self._layout.high:
-            return self.out_of_range(self._layout, raw)
-        layout = Intervals(raw)
-        count = (word >> self._count.shift) & self._count.mask
+    def unpack(self, words: Words) -> BenchMessage | FrameFault:
+        """The message, or the fault of a gap among its intervals."""
+        raw = self._layout.read(words.little, words.big)
+        if raw is None:
+            entry = self._layout
+            found = entry.shown(words.little, words.big)
+            return FrameFault(Fault.RANGE, self.name, self.fields[0], entry.expected, found)
+        layout = Intervals(int(raw))
+        count = self._count.read(words.little, words.big)
         slots = self._slots[layout]
-        raws = [(word >> entry.shift) & entry.mask for entry in slots]
+        raws = [
+            ((words.big if entry.big else words.little) >> entry.shift) & entry.mask
+            for entry in slots
+        ]
         used = len(raws) if layout is Intervals.STANDING else _used(raws)
         if not used:
-            return self.fault(Fault.RANGE, "intervals, then zeros", str(raws), "layout")
+            expected = "intervals, then zeros"
+            return FrameFault(Fault.RANGE, self.name, self.fields[0], expected, str(raws))
         intervals = tuple(
             raw * entry.scale for raw, entry in zip(raws[:used], slots[:used], strict=True)
         )
-        return ToothIntervals(layout, count, intervals)
+        return ToothIntervals(layout, int(count or 0), intervals)
+
+
+Part = FieldsPart | TeethPart
+
+
+@dataclass(frozen=True)
+class FramePlan:
+    """One message of the database: its protection, and what it holds of the bench's messages."""
+
+    message: Message
+    guard: Guard | None
+    parts: tuple[Part, ...]
+
+    def check(self, data: bytes | bytearray) -> bytearray | FrameFault:
+        """Payload without bytes beyond the message; or the fault of its length or checksum."""
+        length = self.message.length
+        if len(data) < length:
+            return self.fault(Fault.SHORT, f"{length} bytes", f"{len(data)} bytes")
+        payload = bytearray(data[:length])
+        if self.guard is not None and not self.guard.intact(payload):
+            return self.fault(Fault.CRC, "the CRC of its content", payload[:2].hex())
+        return payload
+
+    def words(self, payload: bytearray) -> Words:
+        """Payload as a number."""
+        little = int.from_bytes(payload, "little")
+        return Words(little, int.from_bytes(payload, "big"))
+
+    def payload(self, words: Sequence[Words]) -> bytearray:
+        """Payload of the bits of several parts."""
+        little = big = 0
+        for each in words:
+            little |= each.little
+            big |= each.big
+        payload = bytearray(little.to_bytes(self.message.length, "little"))
+        if big:
+            sent = big.to_bytes(self.message.length, "big")
+            payload = bytearray(a | b for a, b in zip(payload, sent, strict=True))
+        return payload
+
+    def fault(self, fault: Fault, expected: str, found: str) -> FrameFault:
+        """Fault of a frame of this message."""
+        return FrameFault(fault, self.message.name, "", expected, found)
+
+
+def period(message: Message, signal: str) -> float:
+    """Value at which a clock (s) or a running count wraps."""
+    found = message.signal(signal)
+    return (1 << found.length) * si(found, message.name)[0]
 
 
 def _used(raws: Sequence[int]) -> int:

@@ -61,11 +61,40 @@ class Signal:
 
 
 @dataclass(frozen=True)
+class Checksum:
+    """Checksum in one byte, over all other bytes of the frame.
+
+    kind        "xor", "sum" or "crc8"
+    polynomial  of a CRC, without its highest term
+    start       value before the first byte; the share of a constant, such as the identifier
+    final_xor   is combined with the result
+    """
+
+    signal: str
+    kind: str
+    polynomial: int = 0x1D
+    start: int = 0
+    final_xor: int = 0
+
+
+@dataclass(frozen=True)
 class Protection:
-    """End-to-end protection: AUTOSAR profile and the message's data id."""
+    """End-to-end protection of a message.
+
+    profile   AUTOSAR E2E profile: 1, 2 or 5; 0 for a plain counter, checksum, or both
+    data_id   of profiles 1 and 5
+    data_ids  16 bytes, of profile 2
+    counter   name of the counter signal, of profile 0; "" where there is none
+    period    number of values of that counter; 0: 2^width
+    checksum  of profile 0; None where there is none
+    """
 
     profile: int
-    data_id: int
+    data_id: int = 0
+    data_ids: bytes = b""
+    counter: str = ""
+    period: int = 0
+    checksum: Checksum | None = None
 
 
 @dataclass(frozen=True)

@@ -67,8 +67,8 @@ def test_a_new_codec_knows_every_message_by_name_and_identifier():
 def test_a_counter_is_that_of_protected_frames_alone():
     codec = Codec(DATABASE)
     identifier, data = codec.encode(SPEED, counter=9)
-    assert codec.counter(identifier, data[:2]) == 9
-    assert codec.counter(identifier, data[:1]) is None
+    assert codec.counter(identifier, data) == 9
+    assert codec.counter(identifier, data[:-1]) is None
     assert codec.counter(0x7FF, data) is None
     unprotected = DATABASE.message("Temperatures")
     assert codec.counter(unprotected.identifier, bytes(8)) is None
@@ -91,7 +91,7 @@ def test_faults_name_the_message_and_what_was_expected_and_found():
     wrong = bytes((data[0] ^ 1, *data[1:]))
     fault = codec.decode(identifier, wrong)
     assert (fault.fault, fault.message, fault.signal) == (Fault.CRC, "OpticalSpeed", "")
-    assert fault.found == f"{wrong[0]:#04x}"
+    assert fault.found == wrong[:2].hex()
     assert fault.expected
     nobody = codec.decode(0x7FF, data)
     assert (nobody.fault, nobody.message, nobody.found) == (Fault.UNKNOWN, "", "0x7ff")
@@ -200,10 +200,7 @@ def test_a_protection_that_is_not_laid_out_as_profile_1_is_refused(signals, prot
 
 
 @pytest.mark.parametrize("change", [{"little_endian": False}, {"is_float": True}])
-def test_a_signal_that_is_no_little_endian_integer_is_refused(change):
-    with pytest.raises(InputError, match="little-endian integers") as refused:
-        Codec(changed("OpticalSpeed", speed=change))
-    assert "mine.dbc: OpticalSpeed.speed" in str(refused.value)
+def test_columns_are_encoded_for_little_endian_integers_only(change):
     with pytest.raises(ValueError, match=r"OpticalSpeed\.speed: only little-endian"):
         encode(changed("OpticalSpeed", speed=change), "OpticalSpeed", {"speed": np.ones(2)})
 
@@ -249,8 +246,8 @@ def test_the_range_of_a_signal_is_that_of_its_bits_and_of_what_the_database_allo
 
 def test_an_enumeration_must_have_a_member_for_each_value():
     place = slot(*one_signal(maximum=2.0), "x", Three)
-    assert place.values == (Three.A, Three.B, Three.C)
-    assert slot(*one_signal(maximum=1.0), "x", bool).values == (False, True)
+    assert place.values == {0: Three.A, 1: Three.B, 2: Three.C}
+    assert slot(*one_signal(maximum=1.0), "x", bool).values == {0: False, 1: True}
     assert slot(*one_signal(), "x", float).values is None
     assert slot(*one_signal(), "x", int).values is None
     with pytest.raises(InputError, match="the signal carries 0 to 2"):
