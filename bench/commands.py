@@ -14,7 +14,6 @@ from rich.console import Console
 from rich.markup import escape
 from rich.progress import Progress
 
-from slipbench import dbc
 from slipbench.bench.descriptors import require_descriptors
 from slipbench.bench.replay.replay_controls import FASTEST
 from slipbench.protocol.errors import InputError
@@ -45,14 +44,26 @@ Bitrate = Annotated[
 ]
 FlexibleDataRate = Annotated[bool, typer.Option("--fd", help="Open the bus for CAN FD.")]
 DatabasePath = Annotated[
-    Path,
+    Path | None,
     typer.Option(
         "--dbc",
         help="CAN database of the motorcycle.",
-        show_default="motorbike.dbc, which ships with slipbench",
+        show_default="that of the binding, else motorbike.dbc, which ships with slipbench",
         metavar="FILE",
         parser=file_of("database"),
         autocompletion=completion_of("database"),
+    ),
+]
+
+BindingPath = Annotated[
+    Path | None,
+    typer.Option(
+        "--binding",
+        help="Binding file: where the roles of the bench lie on your bus.",
+        show_default="the bench's own database",
+        metavar="FILE",
+        exists=True,
+        dir_okay=False,
     ),
 ]
 
@@ -76,7 +87,8 @@ def trial(
     real_time: Annotated[
         bool, typer.Option("--real-time", help="Run in real time instead of simulated time.")
     ] = False,
-    database: DatabasePath = dbc.MOTORBIKE,
+    database: DatabasePath = None,
+    binding: BindingPath = None,
 ) -> None:
     """Run a trial, record it and print the run folder.
 
@@ -102,14 +114,14 @@ def trial(
     from slipbench.bench.vehicle.live_vehicle import VehicleProcess, vehicle_process
 
     require_descriptors()
-    prepared = prepare(file, database)
+    prepared = prepare(file, database, binding)
     address: BusAddress | None = None
     beside: AbstractContextManager[VehicleProcess | None] = nullcontext()
     if interface is not None:
         address = BusAddress(interface, channel, bitrate, fd)
     elif real_time:
         address = BusAddress("slipbench", f"trial-{os.getpid()}", bitrate, fd)
-        beside = vehicle_process(prepared.scenario, prepared.database, address)
+        beside = vehicle_process(prepared.scenario, prepared.binding, address)
     folder = out or _next_folder(Path("runs"), prepared.trial.name)
     console = Console(stderr=True)
     bar = Progress(console=console, disable=not console.is_terminal, transient=True)
@@ -140,7 +152,8 @@ def vehicle(
     channel: Channel = "can0",
     bitrate: Bitrate = 1_000_000,
     fd: FlexibleDataRate = False,
-    database: DatabasePath = dbc.MOTORBIKE,
+    database: DatabasePath = None,
+    binding: BindingPath = None,
     duration: Annotated[
         float | None,
         typer.Option(help="End after this time, in s.  [default: until Ctrl-C]", min=0),
@@ -162,7 +175,7 @@ def vehicle(
     from slipbench.bench.vehicle.live_vehicle import simulate_until
 
     require_descriptors()
-    prepared = prepare(file, database)
+    prepared = prepare(file, database, binding)
     address = BusAddress(interface, channel, bitrate, fd)
     stop = threading.Event()
     ends = None if duration is None else monotonic() + duration
@@ -170,7 +183,7 @@ def vehicle(
         motorcycle = simulate_until(
             lambda: stop.is_set() or (ends is not None and monotonic() >= ends),
             prepared.scenario,
-            prepared.database,
+            prepared.binding,
             address,
             ready=lambda: typer.echo(
                 f"simulating {prepared.scenario.vehicle.name} on {interface}, channel {channel}, "

@@ -8,11 +8,9 @@ import traceback
 from collections.abc import Callable
 from typing import Any
 
-from slipbench.protocol.codec import e2e
-from slipbench.protocol.codec.codec import Codec, Sender
+from slipbench.protocol.codec.codec import Codec, Frame, Sender
 from slipbench.protocol.codec.messages import ActuatorCommand, Authority, TrialStatus
 
-Frame = tuple[int, bytes]
 RELEASE = "ActuatorCommand"
 DEEPEST = 3  # places in the program that a note names
 
@@ -20,25 +18,37 @@ DEEPEST = 3  # places in the program that a note names
 class FailSafe:
     """Frames that are ready, and steps of which each may fail without stopping the next."""
 
-    def __init__(self, codec: Codec) -> None:
-        """Encode the frames that release authority."""
+    def __init__(self, codec: Codec, *, silent: bool = False) -> None:
+        """Encode the frames that release authority. silent: an end of requests releases it."""
         self.active = False
         self.records_sent = False  # the interface does not echo what the bench sends
+        self._ready: dict[str, list[Frame]] = {}
+        if silent or not codec.has(RELEASE):
+            return
         release = ActuatorCommand(Authority.NONE, 0.0, 0.0, 0.0)
-        self._ready = [codec.encode(release, counter=n) for n in range(e2e.PERIOD)]
+        for part in codec.parts(RELEASE):
+            plan = codec.plan_of(part.message.name)
+            words = part.pack(release)
+            period = (plan.guard.period if plan.guard else 0) or 1
+            self._ready[part.message.name] = [
+                codec.finish(plan, [words], counter) for counter in range(period)
+            ]
 
-    def release(self, sender: Sender, now: float) -> Frame:
-        """Return the frame that releases authority, under the next counter; now: s."""
-        counter = sender.counters.get(RELEASE, 0)
-        made = self.attempt(sender.encode, ActuatorCommand(Authority.NONE, 0.0, 0.0, now))
-        sender.counters[RELEASE] = (counter + 1) % e2e.PERIOD
-        frame: Frame = made or self._ready[counter]
-        return frame
+    def release(self, sender: Sender, now: float) -> list[Frame]:
+        """Frames that release authority, under the next counters; now: s."""
+        if not self._ready:
+            return []
+        counters = {name: sender.counters.get(name, 0) for name in self._ready}
+        command = ActuatorCommand(Authority.NONE, 0.0, 0.0, now)
+        made: list[Frame] | None = self.attempt(sender.frames, command)
+        for name, frames in self._ready.items():
+            sender.counters[name] = (counters[name] + 1) % len(frames)
+        return made or [frames[counters[name]] for name, frames in self._ready.items()]
 
-    def status(self, sender: Sender, status: TrialStatus) -> Frame | None:
-        """Return the frame of `status`; None where it cannot be encoded."""
-        frame: Frame | None = self.attempt(sender.encode, status)
-        return frame
+    def status(self, sender: Sender, status: TrialStatus) -> list[Frame]:
+        """Frames of `status`; none where it cannot be encoded."""
+        made: list[Frame] = self.attempt(sender.frames, status, default=[])
+        return made
 
     @staticmethod
     def attempt(step: Callable[..., Any], *arguments: object, default: Any = None) -> Any:

@@ -7,10 +7,10 @@ import can
 
 from slipbench.bench.gateway.controller_state import ControllerState
 from slipbench.bench.gateway.fail_safe import FailSafe, described
-from slipbench.bench.gateway.sender_monitor import OURS, SenderMonitor
+from slipbench.bench.gateway.receiver import Receiver
 from slipbench.bench.gateway.slip_control import slip_control
 from slipbench.bench.gateway.stamps import Stamp, as_stamped
-from slipbench.bench.gateway.tx_echo import TxEcho
+from slipbench.bench.gateway.tx_echo import Key, TxEcho
 from slipbench.bench.loop.clock import SECOND
 from slipbench.bench.loop.loop import LAST_TICK, MOST_TICKS
 from slipbench.bench.loop.ring import BIT_RATE_SWITCH, ERROR, EXTENDED, FD, REMOTE, SENT, Ring
@@ -27,11 +27,11 @@ from slipbench.bench.safety.trial import (
     tripped,
     waveform_value,
 )
-from slipbench.bench.safety.vehicle_monitor import SAFETY, VehicleMonitor, Wheels
+from slipbench.bench.safety.vehicle_monitor import VehicleMonitor, Wheels
 from slipbench.bench.safety.vehicle_state import VehicleState
-from slipbench.protocol.codec import e2e
-from slipbench.protocol.codec.codec import Codec, Sender
-from slipbench.protocol.codec.faults import Fault, FrameFault
+from slipbench.protocol.binding.binding import BENCH_SENDS, Binding
+from slipbench.protocol.codec.codec import Codec, Frame, Sender, key_of
+from slipbench.protocol.codec.faults import FrameFault
 from slipbench.protocol.codec.messages import (
     ActuatorCommand,
     Authority,
@@ -39,7 +39,6 @@ from slipbench.protocol.codec.messages import (
     TrialStatus,
     TripReason,
 )
-from slipbench.protocol.database.layout import Database
 
 STATUS_PERIOD = 0.020  # s, of TrialStatus
 OFF_THE_BUS = 3  # frames refused in a row; a single one is a queue that is full for a moment
@@ -68,27 +67,33 @@ class Gateway:
         self,
         plan: Plan,
         bus: can.BusABC,
-        database: Database,
+        binding: Binding,
         ring: Ring,
         wheels: Wheels,
         stamp: Stamp = as_stamped,
     ) -> None:
-        """Use `database` on `bus` and put every received frame into `ring`.
+        """Use `binding` on `bus` and put every received frame into `ring`.
 
         `stamp` turns time stamps of the bus into the recording's time. The bus must receive its own
         frames: the record gives the time of each command on the wire.
         """
-        codec = Codec(database)
+        codec = Codec(binding.database, binding.placement)
         self._plan, self._bus, self._codec, self._ring = plan, bus, codec, ring
         self._stamp = stamp
         self._sender = Sender(codec)
         self._own = TxEcho()
         self._controller = ControllerState(bus)
-        self._ours = {codec.identifier(name) for name in OURS}
+        self._ours = {
+            key_of(codec.plan_of(carrier).message)
+            for name in BENCH_SENDS
+            for carrier in binding.carriers(name)
+        }
+        self._reports = codec.has("TrialStatus")
+        self._releases_by_silence = binding.releases_by_silence
         self._monitor = VehicleMonitor(wheels)
-        self._control = slip_control(plan, wheels, database)
-        self._senders = SenderMonitor(_cycles(database))
-        self._protected = dict.fromkeys(SAFETY, e2e.INITIAL)
+        self._control = slip_control(plan, wheels, codec)
+        limits, point = plan.trial.limits, plan.trial.operating_point
+        self._receiver = Receiver(binding, codec, wheels, limits.stale, point.gear)
         self._last = ActuatorCommand(Authority.NONE, 0.0, 0.0, 0.0)
         self._requested_since = 0.0
         self._refused_in_a_row = 0
@@ -97,7 +102,7 @@ class Gateway:
         self._status_due = 0.0
         self._ended_at: float | None = None
         self._unrecorded: can.Message | None = None
-        self._fail_safe = FailSafe(codec)
+        self._fail_safe = FailSafe(codec, silent=binding.releases_by_silence)
         self.state = TrialState()
         self.changes: list[PhaseChange] = []
         self.refusals: list[str] = []
@@ -132,18 +137,20 @@ class Gateway:
     def _fail_safe_tick(self, number: int, due: int) -> bool:
         """Send a release and a status, and record; each step whatever became of the others."""
         now, attempt = due / SECOND, self._fail_safe.attempt
-        self.refused = not attempt(self._put_now, self._fail_safe.release(self._sender, now), due)
-        if now >= self._status_due:
+        release = self._fail_safe.release(self._sender, now)
+        sent = [attempt(self._put_now, frame, due) for frame in release]
+        self.refused = not all(sent)
+        if now >= self._status_due and self._reports:
             self._status_due = now + STATUS_PERIOD - 1e-6
             trip = self.state.trip.reason if self.state.trip else TripReason.NONE
             status = TrialStatus(self.state.phase, Authority.NONE, trip, number)
-            attempt(self._put_now, self._fail_safe.status(self._sender, status), due)
+            for frame in self._fail_safe.status(self._sender, status):
+                attempt(self._put_now, frame, due)
         attempt(self._record_waiting, due)
         return self._ended_at is None or now - self._ended_at < AFTERWARDS
 
-    def _put_now(self, frame: tuple[int, bytes], due: int) -> bool:
-        identifier, data = frame
-        message = can.Message(arbitration_id=identifier, data=data, is_extended_id=False)
+    def _put_now(self, frame: Frame, due: int) -> bool:
+        message = _message(frame)
         self._bus.send(message)
         if self._fail_safe.records_sent:
             self._record(message, due, own=True)
@@ -154,7 +161,7 @@ class Gateway:
         waiting, self._unrecorded = self._unrecorded, None
         for _ in range(MOST_FRAMES):
             if waiting is not None:
-                own = waiting.arbitration_id in self._ours
+                own = _key(waiting) in self._ours
                 time_ns = self._fail_safe.attempt(self._stamp, waiting.timestamp, default=due)
                 self._record(waiting, time_ns, own)
             waiting = self._bus.recv(0)
@@ -166,6 +173,8 @@ class Gateway:
         behind = not self._listen(now) or self._behind
         self._behind = False
         recording = not (self._full or self._ring.failed)
+        for name, status, time in self._receiver.assumed(now):
+            self._monitor.observe(name, status, time)
         vehicle = self._monitor.state(
             now,
             bus_off=self._controller.off() or self._refused_in_a_row >= OFF_THE_BUS,
@@ -173,11 +182,11 @@ class Gateway:
         )
         if behind:  # the frames are old: they neither arm nor keep authority
             vehicle = VehicleState()
-            self._senders.forget()
+            self._receiver.forget()
             if self.state.phase in HOLDING:
                 self._trip(TripReason.TIMING, BEHIND, due)
-        if self._senders.trouble:
-            self._trip(TripReason.TWO_SENDERS, self._senders.trouble, due)
+        if self._receiver.trouble:
+            self._trip(TripReason.TWO_SENDERS, self._receiver.trouble, due)
         if number >= LAST_TICK:
             self.stop(due, TOO_LONG)
         if not recording and self.state.phase not in HOLDING:  # with authority, `permit` says so
@@ -232,50 +241,31 @@ class Gateway:
             if message is None:
                 return True
             self._unrecorded = message
-            identifier, data = message.arbitration_id, bytes(message.data)
+            data = bytes(message.data)
             own = (
                 not message.is_error_frame
-                and identifier in self._ours
-                and self._own.heard(identifier, data)
+                and _key(message) in self._ours
+                and self._own.heard(_key(message), data)
             )
             self._record(message, self._stamp(message.timestamp), own)
             self._unrecorded = None
             if message.is_error_frame:
                 self._controller.error_frame(message)
-            elif not (own or _carries_nothing(message)):
-                self._observe(identifier, data, now, since)
+            elif not (own or message.is_remote_frame):
+                self._observe(message, data, now, since)
         return False
 
-    def _observe(self, identifier: int, data: bytes, now: float, since: float) -> None:
-        decoded = self._codec.decode(identifier, data)
-        if isinstance(decoded, FrameFault):
-            self._monitor.fault(decoded.message)
-            return
-        name = self._codec.name(identifier)
-        if name is None:
-            return
-        self._senders.heard(name, now, self._codec.counter(identifier, data))
-        if name in self._protected and not self._in_sequence(name, identifier, data, now):
-            self._monitor.fault(name)
-            return
-        self._monitor.observe(name, decoded, since)
-        if self._control:
-            self._control.observe(name, decoded, now)
-
-    def _in_sequence(self, name: str, identifier: int, data: bytes, now: float) -> bool:
-        """Whether the counter moved; lost frames before this one are no fault of it.
-
-        A repeated counter is a fault after a pause as well, although it may have wrapped once.
-        """
-        counter = self._codec.counter(identifier, data)
-        if counter is None:
-            return True
-        if counter == self._protected[name].counter:
-            return False
-        timeout = self._plan.trial.limits.stale
-        state, fault = e2e.check(self._protected[name], counter, True, now, timeout)
-        self._protected[name] = state
-        return fault is None or fault.fault in (Fault.LOST, Fault.STALE)
+    def _observe(self, message: can.Message, data: bytes, now: float, since: float) -> None:
+        received = self._receiver.receive(
+            message.arbitration_id, message.is_extended_id, data, now, since
+        )
+        for name, content, time in received:
+            if isinstance(content, FrameFault):
+                self._monitor.fault(name)
+                continue
+            self._monitor.observe(name, content, time)
+            if self._control:
+                self._control.observe(name, content, now)
 
     def _record(self, message: can.Message, time_ns: int, own: bool) -> None:
         flags = (
@@ -325,29 +315,36 @@ class Gateway:
 
     def _send(self, command: ActuatorCommand, now: float) -> None:
         """Send a command; if the bus refuses it, the last one still holds."""
-        self.refused = not self._put(*self._sender.encode(command), now)
+        if self._releases_by_silence and command.authority == Authority.NONE:
+            self.refused = False
+        else:
+            sent = [self._put(frame, now) for frame in self._sender.frames(command)]
+            self.refused = not all(sent)
         if not self.refused:
             self._last = replace(command, time=now)
+            self._receiver.requested(command, now)
 
     def _report(self, number: int, now: float) -> None:
-        if now < self._status_due:
+        if now < self._status_due or not self._reports:
             return
         self._status_due = now + STATUS_PERIOD - 1e-6
         trip = self.state.trip.reason if self.state.trip else TripReason.NONE
         holding = self.state.phase in HOLDING
         authority = self._plan.authority if holding else Authority.NONE
-        self._put(*self._sender.encode(TrialStatus(self.state.phase, authority, trip, number)), now)
+        status = TrialStatus(self.state.phase, authority, trip, number)
+        for frame in self._sender.frames(status):
+            self._put(frame, now)
 
-    def _put(self, identifier: int, data: bytes, now: float) -> bool:
+    def _put(self, frame: Frame, now: float) -> bool:
         """Send a frame; a bus that refuses several counts as off until it accepts one."""
-        message = can.Message(arbitration_id=identifier, data=data, is_extended_id=False)
+        message = _message(frame)
         try:
             self._bus.send(message)
         except can.CanError as fault:
             self._refused(fault)
             return False
         self._refused_in_a_row = 0
-        self._own.sent(identifier, data)
+        self._own.sent(_key(message), frame.data)
         if self._own.silent:  # never echoed: the record gives the time of sending
             self._record(message, round(now * SECOND), own=True)
         return True
@@ -358,15 +355,12 @@ class Gateway:
             self.refusals.append(str(fault))
 
 
-def _carries_nothing(message: can.Message) -> bool:
-    """Whether a frame cannot be one of the bench's messages, all of which are 11-bit data."""
-    return message.is_remote_frame or message.is_extended_id
+def _key(message: can.Message) -> Key:
+    return message.arbitration_id, message.is_extended_id
 
 
-def _cycles(database: Database) -> dict[str, float]:
-    """Cycle time in s of each periodic message."""
-    return {
-        message.name: message.cycle_time
-        for message in database.messages
-        if message.cycle_time and not message.attributes.get("GenMsgSendType", 0)
-    }
+def _message(frame: Frame) -> can.Message:
+    identifier, data, extended = frame
+    return can.Message(
+        arbitration_id=identifier, data=data, is_extended_id=extended, is_fd=len(data) > 8
+    )

@@ -5,12 +5,11 @@ counter of the one before it, or goes on from the one before that. By the number
 half a second, where there is no counter.
 """
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
 from slipbench.protocol.codec import e2e
 
-OURS = frozenset({"ActuatorCommand", "TrialStatus"})
 WINDOW = 0.5  # s over which frames are counted
 TOO_MANY = 1.5  # times as many frames as the cycle time allows; one sender's jitter stays far below
 # Frames out of turn, of which half as many as are due may go by: a controller that repeats a frame
@@ -27,13 +26,14 @@ class _Turns:
     score: float = 0.0
     time: float = 0.0
 
-    def count(self, counter: int, now: float, cycle: float) -> bool:
-        """Evaluate a counter; True where too many frames were out of turn.
+    def count(self, counter: int, now: float, cycle: float, period: int) -> bool:
+        """Evaluate a counter of `period` values; True where too many frames were out of turn.
 
         Lost frames leave a gap, which is no sign of a second sender.
         """
         self.score = max(0.0, self.score - FORGIVEN * max(0.0, now - self.time) / cycle)
-        if counter == self.last or (counter == _next(self.before) != _next(self.last)):
+        follows = _next(self.last, period)
+        if counter == self.last or (counter == _next(self.before, period) != follows):
             self.score += 1.0
         self.before, self.last, self.time = self.last, counter, now
         return self.score >= OUT_OF_TURN
@@ -42,9 +42,19 @@ class _Turns:
 class SenderMonitor:
     """Counters and frame rates of every periodic message."""
 
-    def __init__(self, cycles: Mapping[str, float]) -> None:
-        """cycles: cycle time of each periodic message, s."""
-        self._cycles = dict(cycles)
+    def __init__(
+        self,
+        cycles: Mapping[str, float],
+        ours: Collection[str] = (),
+        periods: Mapping[str, int] | None = None,
+    ) -> None:
+        """Watch messages of the database, by name.
+
+        cycles   cycle time of each periodic message, s
+        ours     messages that only the bench sends
+        periods  number of values of the counter, where it is not that of E2E profile 1
+        """
+        self._cycles, self._ours, self._periods = dict(cycles), frozenset(ours), periods or {}
         self._limit = {name: TOO_MANY * WINDOW / cycle + 2 for name, cycle in cycles.items()}
         self._window_ends = 0.0
         self._counts: dict[str, int] = {}
@@ -54,7 +64,7 @@ class SenderMonitor:
 
     def heard(self, name: str, now: float, counter: int | None = None) -> None:
         """Evaluate a frame of message `name` from another sender, at `now` (s)."""
-        if name in OURS:
+        if name in self._ours:
             self.trouble = f"another bench sends {name} on this bus"
         if name not in self._counts:
             return
@@ -64,7 +74,10 @@ class SenderMonitor:
         self._counts[name] += 1
         if self._counts[name] > self._limit[name]:
             self.trouble = f"{name} comes more often than one sender sends it: two vehicles?"
-        if counter is not None and self._turns[name].count(counter, now, self._cycles[name]):
+        period = self._periods.get(name, e2e.PERIOD)
+        if counter is not None and self._turns[name].count(
+            counter, now, self._cycles[name], period
+        ):
             self.trouble = f"{name} is counted by more than one sender: two vehicles?"
 
     def forget(self) -> None:
@@ -73,5 +86,5 @@ class SenderMonitor:
         self._turns = {name: _Turns() for name in self._cycles}
 
 
-def _next(counter: int | None) -> int | None:
-    return None if counter is None else (counter + 1) % e2e.PERIOD
+def _next(counter: int | None, period: int) -> int | None:
+    return None if counter is None else (counter + 1) % period

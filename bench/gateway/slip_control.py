@@ -12,9 +12,11 @@ from slipbench.bench.safety.trial import NO_OFFSETS, Offsets, Plan
 from slipbench.bench.safety.vehicle_monitor import Wheels
 from slipbench.controllers.slip_controller import SlipController, SlipState, from_tree
 from slipbench.controllers.slip_estimator import Slip, SlipEstimator
+from slipbench.protocol.codec.codec import Codec
 from slipbench.protocol.codec.messages import OpticalSpeed, ToothIntervals
-from slipbench.protocol.database.layout import Database
+from slipbench.protocol.codec.wire import TeethPart
 
+NEVER = 1 << 62  # modulo of a count that does not wrap
 MEAN_TIME = 0.3  # s, of the mean slip before the button
 REPORT = 0.0065  # s: an encoder waits 5 ms for more teeth, and its frame is on the way
 
@@ -91,15 +93,15 @@ def _warm_up(controller: SlipController) -> None:
     controller.update(controller.start(0.0, 0.0, 0.0, 50.0), 0.0, 0.0, 50.0, 0.001)
 
 
-def slip_control(plan: Plan, wheels: Wheels, database: Database) -> SlipControl | None:
+def slip_control(plan: Plan, wheels: Wheels, codec: Codec) -> SlipControl | None:
     """Slip control of a plan; None where the plan has no controller."""
     if plan.controller is None or plan.trial.controller is None:
         return None
     controller = from_tree(plan.controller.model_dump())
-    return SlipControl(controller, wheels, tooth_modulo(database), plan.trial.controller.target)
+    return SlipControl(controller, wheels, tooth_modulo(codec), plan.trial.controller.target)
 
 
-def tooth_modulo(database: Database) -> int:
-    """Modulo of the tooth count in the tooth frames."""
-    message = next(m for m in database.messages if m.name == "RearTeeth")
-    return 1 << next(s.length for s in message.signals if s.name == "tooth_count")
+def tooth_modulo(codec: Codec) -> int:
+    """Modulo of the tooth count in the tooth frames; that of wheel speeds does not wrap."""
+    part = codec.parts("RearTeeth")[0] if codec.has("RearTeeth") else None
+    return part.modulo if isinstance(part, TeethPart) else NEVER

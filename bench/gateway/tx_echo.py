@@ -7,6 +7,7 @@ until its echo arrives.
 
 from collections import deque
 
+Key = tuple[int, bool]  # identifier, and whether it is a 29-bit one
 PATIENCE = 50  # frames sent without an echo: this interface does not echo
 WAITING = 2000  # frames; a bus that stalls for two seconds still gives back what was sent
 
@@ -19,7 +20,7 @@ class TxEcho:
 
     def __init__(self) -> None:
         """No frame is waiting for its echo."""
-        self._waiting: dict[int, deque[bytes]] = {}
+        self._waiting: dict[Key, deque[bytes]] = {}
         self._without_echo = 0
         self._any_echo = False
 
@@ -28,14 +29,14 @@ class TxEcho:
         """Whether the interface does not echo our frames."""
         return not self._any_echo and self._without_echo >= PATIENCE
 
-    def sent(self, identifier: int, data: bytes) -> None:
+    def sent(self, key: Key, data: bytes) -> None:
         """Remember a frame that was handed to the bus."""
-        self._waiting.setdefault(identifier, deque(maxlen=WAITING)).append(data)
+        self._waiting.setdefault(key, deque(maxlen=WAITING)).append(data)
         self._without_echo += 1
 
-    def heard(self, identifier: int, data: bytes) -> bool:
+    def heard(self, key: Key, data: bytes) -> bool:
         """Whether this is one of our frames; earlier ones of its identifier were lost."""
-        waiting = self._waiting.get(identifier)
+        waiting = self._waiting.get(key)
         if waiting is None or data not in waiting:
             return False
         while waiting.popleft() != data:

@@ -31,8 +31,8 @@ from slipbench.bench.loop.ring import PHASE, Ring, attach_shared
 from slipbench.bench.loop.ticks import tick_recorder
 from slipbench.bench.safety.trial import Plan, TrialState
 from slipbench.bench.safety.vehicle_monitor import Wheels
+from slipbench.protocol.binding.binding import Binding
 from slipbench.protocol.codec.messages import Phase
-from slipbench.protocol.database.layout import Database
 from slipbench.protocol.errors import InputError
 
 VEHICLE_ENDED = "the process of the virtual motorcycle has ended"
@@ -49,7 +49,7 @@ class LoopOrder:
     """
 
     plan: Plan
-    database: Database
+    binding: Binding
     wheels: Wheels
     address: BusAddress
     frames: str
@@ -99,7 +99,7 @@ def run_loop(
     alone = one_processor()
     clock = MonotonicClock(0 if alone else SPIN)
     stamp = SteadyStamps(clock) if stamps_wall_time(bus) else as_stamped
-    gateway = Gateway(order.plan, bus, order.database, frames, order.wheels, stamp)
+    gateway = Gateway(order.plan, bus, order.binding, frames, order.wheels, stamp)
     period = round(order.plan.trial.command.period * SECOND)
     tick = _watching(order, gateway, frames, _reporting(gateway, phases, stop))
     with realtime_process() as refused:

@@ -135,7 +135,7 @@ def live_trial(
     with _ring() as (frames_name, frames), _ring(PHASES) as (phases_name, phases):
         order = LoopOrder(
             prepared.plan,
-            prepared.database,
+            prepared.binding,
             wheels_of(prepared.scenario.vehicle),
             address,
             frames_name,

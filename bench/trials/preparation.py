@@ -3,11 +3,14 @@
 from dataclasses import dataclass
 from pathlib import Path
 
+from slipbench import dbc
 from slipbench.bench.loop.loop import LAST_TICK, MOST_TICKS
 from slipbench.bench.safety.trial import Plan, plan_of
+from slipbench.bench.trials.degraded import degraded_trial, modes
 from slipbench.bench.trials.excitation import plan_excitation
 from slipbench.bench.trials.wire_limits import check_wire
 from slipbench.bench.vehicle.virtual_motorcycle import Scenario, read_vehicle
+from slipbench.protocol.binding.binding import Binding, binding_database, own_binding, read_binding
 from slipbench.protocol.codec.codec import Codec
 from slipbench.protocol.configuration import read_toml
 from slipbench.protocol.controller_file import Bounds, ControllerFile
@@ -21,15 +24,24 @@ from slipbench.protocol.trial_file import TrialFile
 
 @dataclass(frozen=True)
 class Prepared:
-    """A trial that can be run, and the paths of its files."""
+    """A trial that can be run, and the paths of its files.
+
+    degraded: what the bus lacks, and what the bench does instead
+    """
 
     plan: Plan
     scenario: Scenario
-    database: Database
+    binding: Binding
     trial_path: Path
     vehicle_path: Path
     database_path: Path
     controller_path: Path | None = None
+    degraded: tuple[str, ...] = ()
+
+    @property
+    def database(self) -> Database:
+        """Database of the bus, with the protections of the binding."""
+        return self.binding.database
 
     @property
     def trial(self) -> TrialFile:
@@ -37,28 +49,53 @@ class Prepared:
         return self.plan.trial
 
 
-def prepare(trial_path: Path, database_path: Path) -> Prepared:
-    """Files of a trial, read and checked. Raises InputError for every input error."""
+def prepare(
+    trial_path: Path, database_path: Path | None = None, binding_path: Path | None = None
+) -> Prepared:
+    """Files of a trial, read and checked. Raises InputError for every input error.
+
+    database_path  of the bench's own database, or in place of the one that the binding names
+    binding_path   of a binding to another database
+    """
+    binding, database_path = _binding(binding_path, database_path)
+    codec = Codec(binding.database, binding.placement)
     trial = read_toml(trial_path, TrialFile)
-    vehicle_path = file_or_shipped(trial.vehicle, "vehicle", folder=trial_path.parent).resolve()
     controller_path = _controller_path(trial, trial_path)
     controller = read_toml(controller_path, ControllerFile) if controller_path else None
+    binding.require_trial(spark=_moves_spark(trial, controller))
+    degraded = tuple(mode.text for mode in modes(binding, codec, trial))
+    trial = degraded_trial(trial, binding, codec)
+    vehicle_path = file_or_shipped(trial.vehicle, "vehicle", folder=trial_path.parent).resolve()
     if controller:
         check_controller(controller, trial, str(controller_path))
     _check_length(trial, str(trial_path))
     excitation = plan_excitation(trial, str(trial_path))
-    database = load_database(database_path)
-    Codec(database)
-    check_wire(trial, excitation, database, str(trial_path))
+    check_wire(trial, excitation, codec, str(trial_path))
     return Prepared(
         plan_of(trial, excitation, controller),
         Scenario(read_vehicle(vehicle_path), trial),
-        database,
+        binding,
         trial_path,
         vehicle_path,
         database_path,
         controller_path,
+        degraded,
     )
+
+
+def _binding(path: Path | None, database_path: Path | None) -> tuple[Binding, Path]:
+    """Binding of a trial and the path of its database; without a file the bench's own."""
+    if path is None:
+        own = database_path or dbc.MOTORBIKE
+        return own_binding(load_database(own)), own
+    found = database_path or binding_database(path)
+    return read_binding(path, found), found
+
+
+def _moves_spark(trial: TrialFile, controller: ControllerFile | None) -> bool:
+    if controller is None:
+        return trial.excitation.actuator == "spark"
+    return controller.actuator != "throttle"
 
 
 def _check_length(trial: TrialFile, where: str) -> None:

@@ -110,7 +110,9 @@ def _keep_inputs(prepared: Prepared, folder: Path) -> None:
     if prepared.controller_path:
         shutil.copyfile(prepared.controller_path, folder / "controller.toml")
     (folder / "roles.toml").write_text(
-        roles_text(dbc.MOTORBIKE_ROLES, wheels_of(prepared.scenario.vehicle))
+        roles_text(
+            prepared.binding.path or dbc.MOTORBIKE_ROLES, wheels_of(prepared.scenario.vehicle)
+        )
     )
 
 
@@ -141,4 +143,7 @@ def _description(
         }
         if room is not None:
             bus["receive_buffer"], bus["receive_buffer_wanted"] = room, RECEIVE_BUFFER
-    return {"run": run, "bus": bus, "versions": versions()}
+    described: dict[str, Any] = {"run": run, "bus": bus, "versions": versions()}
+    if prepared.degraded:
+        described["warnings"] = [f"degraded mode: {text}" for text in prepared.degraded]
+    return described

@@ -40,10 +40,11 @@ class SimulatedTrial:
         Raises InputError where the vehicle or the database does not suit the trial.
         """
         self._trial, self._wire = prepared.trial, wire
-        codec, wheels = Codec(prepared.database), wheels_of(prepared.scenario.vehicle)
+        binding, wheels = prepared.binding, wheels_of(prepared.scenario.vehicle)
+        codec = Codec(binding.database, binding.placement)
         self._ring = Ring.local()
         self._motorcycle = VirtualMotorcycle(prepared.scenario, theirs, codec)
-        self._gateway = Gateway(prepared.plan, ours, prepared.database, self._ring, wheels)
+        self._gateway = Gateway(prepared.plan, ours, binding, self._ring, wheels)
 
     def run(self, folder: Path, progress: Callable[[float], None] = lambda _: None) -> Outcome:
         """Run the trial; record frames and ticks into `folder`. progress: receives the time in s."""

@@ -11,6 +11,7 @@ from slipbench.protocol.configuration import load_toml
 def roles_text(path: Path, wheels: Wheels) -> str:
     """Text of the role map at `path`, with the geometry of `wheels`."""
     roles = load_toml(path)
+    roles.pop("database", None)  # the recording has a copy of it
     roles["vehicle"] = {
         **roles.get("vehicle", {}),
         "rear_radius": wheels.rear_radius,

@@ -8,8 +8,8 @@ from collections.abc import Iterator
 from operator import attrgetter
 
 from slipbench.bench.trials.excitation import Excitation
-from slipbench.protocol.codec.slot import Slot, slot
-from slipbench.protocol.database.layout import Database
+from slipbench.protocol.codec.codec import Codec
+from slipbench.protocol.codec.slot import Slot
 from slipbench.protocol.errors import InputError
 from slipbench.protocol.quantity import shown
 from slipbench.protocol.trial_file import TrialFile
@@ -30,47 +30,52 @@ PERIODIC = ("EcuStatus", "ThrottleStatus", "EngineStatus", "RiderControls", "Opt
 ROUNDING = 1e-9  # of the range: a limit that is the signal's own stands in other units
 
 
-def check_wire(trial: TrialFile, excitation: Excitation, database: Database, where: str) -> None:
-    """Reject what `database` cannot carry. Raises InputError that names every such value."""
+def check_wire(trial: TrialFile, excitation: Excitation, codec: Codec, where: str) -> None:
+    """Reject what the frames cannot carry. Raises InputError that names every such value."""
     amplitude = trial.excitation.amplitude
     faults = [
-        *_unmonitored(database),
-        *_no_release(database),
-        *_beyond(trial, database),
-        *_too_fine(excitation, database, amplitude),
+        *_unmonitored(codec),
+        *_no_release(codec),
+        *_beyond(trial, codec),
+        *_too_fine(excitation, codec, amplitude),
     ]
     if faults:
         raise InputError(
             "; ".join(faults),
             where=where,
-            expected=f"what the frames of {database.origin} carry",
+            expected="what the frames of the database carry",
             remedy="change the trial, or give the motorcycle's own database with --dbc",
         )
 
 
-def _unmonitored(database: Database) -> Iterator[str]:
+def _unmonitored(codec: Codec) -> Iterator[str]:
     """Name each periodic status without a cycle time, by which a second sender is found."""
     for name in PERIODIC:
-        if not database.message(name).cycle_time:
-            yield f"message {name} has no cycle time (attribute GenMsgCycleTime)"
+        for carrier in codec.carriers(name) if codec.has(name) else ():
+            if not codec.plan_of(carrier).message.cycle_time:
+                yield f"message {carrier} has no cycle time (attribute GenMsgCycleTime)"
 
 
-def _no_release(database: Database) -> Iterator[str]:
+def _no_release(codec: Codec) -> Iterator[str]:
     """Report a command signal that cannot carry the neutral value, which releases authority."""
     for name in ("throttle", "spark"):
-        signal = _slot_of(database, "ActuatorCommand", name)
+        signal = _slot_of(codec, "ActuatorCommand", name)
+        if signal is None:
+            continue
         if not signal.low <= round(-signal.offset / signal.scale) <= signal.high:
             yield f"ActuatorCommand.{name} cannot carry 0, which releases authority"
 
 
-def _beyond(trial: TrialFile, database: Database) -> Iterator[str]:
+def _beyond(trial: TrialFile, codec: Codec) -> Iterator[str]:
     """Name each value that its signal cannot carry, or a limit at the end of its signal's range.
 
     A limit trips when the measured value is beyond it, so at the end of the range it never does.
     """
     for key, (message, name) in CARRIED.items():
-        signal_slot = _slot_of(database, message, name)
-        low, high = (
+        signal_slot = _slot_of(codec, message, name)
+        if signal_slot is None:
+            continue
+        low, high = sorted(
             raw * signal_slot.scale + signal_slot.offset
             for raw in (signal_slot.low, signal_slot.high)
         )
@@ -85,11 +90,14 @@ def _beyond(trial: TrialFile, database: Database) -> Iterator[str]:
             yield f"{key} = {stated_values} is not {within} {ends} ({message}.{name})"
 
 
-def _too_fine(excitation: Excitation, database: Database, amplitude: float) -> Iterator[str]:
+def _too_fine(excitation: Excitation, codec: Codec, amplitude: float) -> Iterator[str]:
     """Report an excitation that is below the resolution of its command signal."""
     if excitation.actuator == "slip":  # a target, which is on no wire
         return
-    step = _slot_of(database, "ActuatorCommand", excitation.actuator).scale
+    carried = _slot_of(codec, "ActuatorCommand", excitation.actuator)
+    if carried is None or carried.real:
+        return
+    step = abs(carried.scale)
     largest = float(abs(excitation.table).max())
     if largest < step:
         yield (
@@ -98,5 +106,7 @@ def _too_fine(excitation: Excitation, database: Database, amplitude: float) -> I
         )
 
 
-def _slot_of(database: Database, message: str, name: str) -> Slot:
-    return slot(database, database.message(message), name, float)
+def _slot_of(codec: Codec, message: str, name: str) -> Slot | None:
+    """Slot of a field; None where no signal holds it."""
+    parts = codec.parts(message) if codec.has(message) else []
+    return next((part.slot(name) for part in parts if name in part.fields), None)

@@ -20,8 +20,8 @@ from slipbench.bench.loop.loop import run_ticks
 from slipbench.bench.loop.process_watch import process_pipe
 from slipbench.bench.loop.realtime_process import realtime_process, signal_on_parent_exit
 from slipbench.bench.vehicle.virtual_motorcycle import Scenario, VirtualMotorcycle
+from slipbench.protocol.binding.binding import Binding
 from slipbench.protocol.codec.codec import Codec
-from slipbench.protocol.database.layout import Database
 from slipbench.protocol.errors import InputError
 
 END_TIMEOUT = 10.0  # s within which the vehicle process must end when asked to
@@ -39,7 +39,7 @@ copyreg.pickle(MappingProxyType, lambda view: (_view, (dict(view),)))
 def simulate_until(
     over: Callable[[], bool],
     scenario: Scenario,
-    database: Database,
+    binding: Binding,
     address: BusAddress,
     scheduling: Callable[[], AbstractContextManager[object]] = nullcontext,
     ready: Callable[[], None] = lambda: None,
@@ -52,7 +52,7 @@ def simulate_until(
     Raises InputError where the bus cannot be opened, or fails during the simulation.
     """
     with open_bus(address, receive_own_messages=False) as bus, bus_failure_as_input_error(address):
-        motorcycle = VirtualMotorcycle(scenario, bus, Codec(database))
+        motorcycle = VirtualMotorcycle(scenario, bus, Codec(binding.database, binding.placement))
 
         def tick(number: int, due: int) -> bool:
             return motorcycle.tick(number, due) and not over()
@@ -77,12 +77,12 @@ class VehicleProcess:
 
 @contextmanager
 def vehicle_process(
-    scenario: Scenario, database: Database, address: BusAddress
+    scenario: Scenario, binding: Binding, address: BusAddress
 ) -> Iterator[VehicleProcess]:
     """Process that simulates the motorcycle on the bus at `address` until the block ends."""
     watching, watched = process_pipe()
     process = multiprocessing.get_context("spawn").Process(
-        target=_simulate, args=(scenario, database, address, watched), name="slipbench vehicle"
+        target=_simulate, args=(scenario, binding, address, watched), name="slipbench vehicle"
     )
     try:
         start(process)
@@ -98,15 +98,13 @@ def vehicle_process(
             process.join()
 
 
-def _simulate(
-    scenario: Scenario, database: Database, address: BusAddress, _pipe: Connection
-) -> None:
+def _simulate(scenario: Scenario, binding: Binding, address: BusAddress, _pipe: Connection) -> None:
     """Simulate until SIGTERM; signals of the terminal are handled by the process of the trial."""
     signal_on_parent_exit(signal.SIGTERM)
     over = threading.Event()
     with interrupts(over):
         ignore_interrupts()
         try:
-            simulate_until(over.is_set, scenario, database, address, realtime_process)
+            simulate_until(over.is_set, scenario, binding, address, realtime_process)
         except InputError as fault:
             raise SystemExit(f"slipbench vehicle: {fault}") from fault

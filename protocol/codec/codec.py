@@ -41,7 +41,7 @@ class Codec:
                 parts.setdefault(carrier, []).append(part)
                 self._frames_of.setdefault(name, []).append(carrier)
         self._plans = {
-            carrier: _plan(database, database.message(carrier), tuple(held), own=placement is OWN)
+            carrier: _plan(database, database.message(carrier), tuple(held), own=placement == OWN)
             for carrier, held in parts.items()
         }
         self._by_key = {key_of(plan.message): plan for plan in self._plans.values()}

@@ -38,9 +38,9 @@ INITIAL = LastSeen()
 
 
 def check(
-    state: LastSeen, counter: int, crc_ok: bool, now: float, timeout: float
+    state: LastSeen, counter: int, crc_ok: bool, now: float, timeout: float, period: int = PERIOD
 ) -> tuple[LastSeen, FrameFault | None]:
-    """Judge the frame that has just come. now, timeout: in one unit, s or ns.
+    """Judge the frame that has just come. now, timeout: in one unit, s or ns. period: of the counter.
 
     A wrong CRC or a repetition does not count as having been seen: both grow stale. After a
     time-out the number of frames lost is not known (the counter may have turned), so the fault is
@@ -52,7 +52,7 @@ def check(
     late = silence(state, now, timeout)
     if state.counter is None or late is not None:
         return fresh, late
-    step = (counter - state.counter) % PERIOD
+    step = (counter - state.counter) % period
     if step == 0:
         return state, FrameFault(Fault.REPEATED)
     return fresh, FrameFault(Fault.LOST, count=step - 1) if step > 1 else None
@@ -90,7 +90,7 @@ def rightly_protected(data: npt.NDArray[np.uint8], data_id: int) -> npt.NDArray[
     return np.asarray((crcs(data, data_id) == data[:, 0]) & (data[:, 1] & 0x0F < PERIOD))
 
 
-def losses(counter: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
+def losses(counter: npt.NDArray[np.int64], period: int = PERIOD) -> npt.NDArray[np.int64]:
     """Frames lost before each of a log's good frames, (n,); -1 where a frame is repeated."""
-    before = np.diff(counter) % PERIOD - 1
+    before = np.diff(counter) % period - 1
     return np.concatenate([np.zeros(min(1, counter.size), np.int64), before])

@@ -135,11 +135,17 @@ class Slot:
 
 
 def slot(
-    database: Database, message: Message, name: str, kind: type, at: SignalAt | None = None
+    database: Database,
+    message: Message,
+    name: str,
+    kind: type,
+    at: SignalAt | None = None,
+    *,
+    field: str = "",
 ) -> Slot:
     """Slot of one signal that holds a value of type `kind`.
 
-    at: how a binding converts it. Raises InputError where the signal cannot hold it.
+    at: how a binding converts it; field: of the bench's message, where it has another name. Raises InputError where the signal cannot hold it.
     """
     if name not in message.by_name:
         raise InputError(
@@ -151,7 +157,7 @@ def slot(
         )
     signal = message.signal(name)
     where = f"{database.origin}: {message.name}.{name}"
-    scale, offset = (1, 0) if kind is int and at is None else _conversion(signal, where, at)
+    scale, offset = _conversion(signal, where, kind, at)
     bits = bits_of(signal, message.length)
     low, high = _limits(signal)
     return Slot(
@@ -164,7 +170,7 @@ def slot(
         scale,
         offset,
         _values(kind, low, high, where, at),
-        signal.wraps or (at is None and name in WRAPPING),
+        signal.wraps or (field or name) in WRAPPING,
         bits.big,
         _FLOATS[signal.length] if signal.is_float else "",
         tuple((value - signal.offset) / signal.scale for value in (at.unknown if at else ())),
@@ -172,12 +178,14 @@ def slot(
     )
 
 
-def _conversion(signal: Signal, where: str, at: SignalAt | None) -> tuple[float, float]:
+def _conversion(signal: Signal, where: str, kind: type, at: SignalAt | None) -> tuple[float, float]:
     """Scale and offset from raw value to SI, as a binding states them."""
+    if kind is int and at is not None and not at.values:
+        return signal.scale, signal.offset  # a whole number in no unit
+    if issubclass(kind, int):
+        return 1, 0
     if at is None:
         return si(signal, where)
-    if at.values:
-        return 1.0, 0.0
     scale, offset = si(signal, where, at.unit, at.to)
     factor = at.sign * at.radius
     return scale * factor, offset * factor + at.offset
@@ -231,14 +239,14 @@ def _values(
     that it cannot carry could not be sent, in the middle of a trial. Raises InputError where it does
     not.
     """
+    if at is not None and at.values:
+        return {raw: kind(member) for raw, member in at.values.items()}
     if kind is bool:
         members: list[Any] = [False, True]
     elif issubclass(kind, IntEnum):
         members = sorted(kind)
     else:
         return None
-    if at is not None and at.values:
-        return {raw: kind(member) for raw, member in at.values.items()}
     if (low, high) != (0, len(members) - 1):
         raise InputError(
             f"the signal carries {low} to {high}",

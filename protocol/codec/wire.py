@@ -58,7 +58,8 @@ class FieldsPart:
 
     def _add(self, database: Database, field: str, place: SignalAt, hint: type) -> None:
         own = place == SignalAt(self.name, field)
-        made = slot(database, self.message, place.signal, hint, None if own else place)
+        at = None if own else place
+        made = slot(database, self.message, place.signal, hint, at, field=field)
         self.fields.append(field)
         self._slots.append(made)
         if place.valid:
@@ -149,7 +150,7 @@ class TeethPart:
         self._layout = slot(
             database, message, at.layout, Intervals, None if own else SignalAt(name, at.layout)
         )
-        self._count = slot(database, message, at.count, int, SignalAt(name, at.count))
+        self._count = slot(database, message, at.count, int, field="tooth_count")
         self._slots = {layout: self._of(database, layout, at) for layout in Intervals}
 
     def _of(self, database: Database, layout: Intervals, at: TeethAt) -> tuple[Slot, ...]:
@@ -200,7 +201,7 @@ class TeethPart:
             )
         words = [0, 0]
         words[self._layout.big] |= self._layout.pack(message.layout)
-        words[self._count.big] |= (message.tooth_count & self._count.mask) << self._count.shift
+        words[self._count.big] |= self._count.pack(message.tooth_count)
         for entry, interval in zip(slots, intervals, strict=False):
             bits = entry.pack(interval)
             if not bits and message.layout is not Intervals.STANDING:

@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from slipbench.protocol.codec import e2e, extract
+from slipbench.protocol.codec import extract
+from slipbench.protocol.codec.protection import guard_of
 from slipbench.protocol.database.layout import Database, Message, Signal
 from slipbench.protocol.logs.frame_log import FrameLog
 
@@ -98,11 +99,25 @@ class Frames:
     @cached_property
     def protected(self) -> npt.NDArray[np.bool_]:
         """Whether each frame's CRC is correct, (n,); all True where the message has none."""
-        protection = self.message.protection
-        if protection is None:
-            return np.ones(len(self), np.bool_)
-        data = self.words.view(np.uint8)[:, : self.message.length]
-        return e2e.rightly_protected(data, protection.data_id)
+        guard = guard_of(self.message)
+        return np.ones(len(self), np.bool_) if guard is None else guard.all_intact(self.data)
+
+    @property
+    def data(self) -> npt.NDArray[np.uint8]:
+        """Payloads, (n, length)."""
+        return self.words.view(np.uint8)[:, : self.message.length]
+
+    @cached_property
+    def counters(self) -> npt.NDArray[np.int64]:
+        """Counter of each frame's protection, (n,); 0 where the message has none."""
+        guard = guard_of(self.message)
+        return np.zeros(len(self), np.int64) if guard is None else guard.counters(self.data)
+
+    @cached_property
+    def counter_period(self) -> int:
+        """Number of values of the counter of the protection; 0 where the message has none."""
+        guard = guard_of(self.message)
+        return guard.period if guard else 0
 
 
 @dataclass(frozen=True)

@@ -139,7 +139,9 @@ class BusLog:
         if not len(frames):
             raise Missing(self._why_none(message, source))
         anchors = self._of_bus(self.sorted_log.frames[status.name], source.anchor, source)
-        found = teeth(frames, anchors, self.sorted_log.log.time_ns)
+        found = teeth(
+            frames, anchors, self.sorted_log.log.time_ns, source.names, source.anchor_names
+        )
         if not found.count.size:
             raise Missing(f"no tooth in the {len(frames)} frames of {message.name}")
         return self._as_samples(found, f"{self._bus_name(frames)} {message.name}")

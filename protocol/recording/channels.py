@@ -92,7 +92,7 @@ def _from_bus(
             missing[role] = str(why)
             continue
         message = (source.teeth or source.signals[0]).partition(".")[0]
-        counted = database.by_name[message].protection is not None
+        counted = log.sorted_log.frames[message].counter_period > 0
         if not counted and alternates(samples.value):
             missing[role] = f"{TWO_SENDERS}: {_TWO_SERIES}"
             faults[message] = BusFault(

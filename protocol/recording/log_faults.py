@@ -21,7 +21,7 @@ def log_faults(sorted_log: SortedLog) -> tuple[BusFault, ...]:
     unknown identifier  frames that the database does not know, by identifier ("0x123")
     too short           frames shorter than their message
     wrong CRC           of protected messages; no other fault is looked for in such a frame
-    lost, repeated      by their counters, fifteen lost in a row being invisible
+    lost, repeated      by their counters; as many lost in a row as a counter has values are invisible
     stale               silences longer than `SILENCE` periods (not of event messages)
     out of range        frames in which a signal of a protected message leaves its declared range
     """
@@ -55,9 +55,10 @@ def _of_message(
     wrong = frames.rows[~frames.protected]
     yield Fault.CRC, wrong, wrong.size
     good = frames.select(frames.protected)
-    lost = e2e.losses(np.asarray(good.samples("counter").raw, np.int64))
-    yield Fault.LOST, good.rows[lost > 0], int(lost[lost > 0].sum())
-    yield Fault.REPEATED, good.rows[lost < 0], int(np.count_nonzero(lost < 0))
+    if good.counter_period:
+        lost = e2e.losses(good.counters, good.counter_period)
+        yield Fault.LOST, good.rows[lost > 0], int(lost[lost > 0].sum())
+        yield Fault.REPEATED, good.rows[lost < 0], int(np.count_nonzero(lost < 0))
     stale = good.rows[_silences(good, time_ns)]
     yield Fault.STALE, stale, stale.size
     outside = _outside(good)

@@ -76,4 +76,4 @@ def to_si(
             remedy='state the unit in the role map, as in unit = "km/h"; a wheel speed in'
             " rad/s or rpm needs radius as well",
         ) from cause
-    return source.sign * number + source.offset
+    return source.sign * source.scale * number + source.offset

@@ -1,11 +1,13 @@
 """A role map binds the signals of one vehicle to roles, with unit, sign and clock."""
 
 import difflib
+import re
 from typing import Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field, field_validator, model_validator
 
 from slipbench.protocol.configuration import Hertz, Metres, Seconds, Section
+from slipbench.protocol.recording.message_rules import Degraded, MessageRules
 from slipbench.protocol.recording.roles import ROLES
 from slipbench.protocol.units import linear
 
@@ -24,7 +26,10 @@ class Source(Section):
                   only where it is not 0
     unknown       values, in the database's unit, that say "not known": no samples
     unit          overrides the database's unit (or gives the table column's)
-    sign, offset  value = sign * SI(value) + offset
+    sign, scale, offset  value = sign * scale * SI(value) + offset
+    values        of an enumeration: raw value -> name or number, as in { "2" = "throttle" }
+    names, anchor_names  with `teeth`: signals that do not have the bench's names, as in
+                  { tooth_count = "ToothCnt" }
     clock         "bus": arrival times. A name: the device whose `time_signal` stamps the samples
     time_signal   "Message.signal" with the device's own time, wrapping at the signal's width
     delay         s, known latency, taken off the times
@@ -43,12 +48,24 @@ class Source(Section):
     unknown: tuple[float, ...] = ()
     unit: str | None = None
     sign: Literal[1, -1] = 1
+    scale: float = Field(default=1.0, gt=0, allow_inf_nan=False)
+    values: dict[str, str | int] = Field(default_factory=dict)
+    names: dict[str, str] = Field(default_factory=dict)
+    anchor_names: dict[str, str] = Field(default_factory=dict)
     offset: float = 0.0
     clock: str = "bus"
     time_signal: str = ""
     delay: Seconds = 0.0
     radius: Metres | None = Field(default=None, gt=0)
     modulo: int | None = Field(default=None, gt=1)
+
+    @field_validator("values", mode="after")
+    @classmethod
+    def _whole_numbers(cls, values: dict[str, str | int]) -> dict[str, str | int]:
+        for raw in values:
+            if not re.fullmatch(r"-?(\d{1,18}|0x[0-9A-Fa-f]{1,15})", raw):
+                raise ValueError(f'{raw!r} is no raw value; give a whole number, as in "2"')
+        return values
 
     @model_validator(mode="after")
     def _one_source(self) -> "Source":
@@ -92,17 +109,23 @@ class Geometry(Section):
 
 
 class RoleMap(Section):
-    """One role-map file.
+    """One role-map file. With the roles that the bench sends it is a binding file.
 
+    database    CAN database, a path relative to this file; "": the one beside the recording
     bitrate     bit/s, of an imported capture's buses; without it no bus load is computed
     quantities  role -> SI unit, of what is not a motorcycle's: `belt_speed = "V"`
+    messages    by message: cycle time, timeout and protection, where the database does not state them
+    degraded    what the bus lacks, and what the bench does instead
     """
 
     title: str
+    database: str = ""
     vehicle: Geometry = Geometry()
     bitrate: Hertz | None = Field(default=None, gt=0)
     tables: dict[str, TableRules] = Field(default_factory=dict)
     quantities: dict[str, str] = Field(default_factory=dict)
+    messages: dict[str, MessageRules] = Field(default_factory=dict)
+    degraded: Degraded = Degraded()
     roles: dict[str, Source]
 
     def unit(self, role: str) -> str:

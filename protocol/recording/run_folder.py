@@ -35,6 +35,7 @@ from slipbench.protocol.logs.decode import SortedLog, sort_log
 from slipbench.protocol.recording.channels import Bound, bind, start_of
 from slipbench.protocol.recording.database_copy import find_database
 from slipbench.protocol.recording.log_faults import log_faults
+from slipbench.protocol.recording.message_rules import with_rules
 from slipbench.protocol.recording.recording import BusFault, Recording
 from slipbench.protocol.recording.role_map import RoleMap
 from slipbench.protocol.recording.sender_check import interleaved_messages
@@ -116,7 +117,7 @@ def read(folder: Path, progress: Progress = quiet) -> Recording:
     description = _description(folder, warnings)
     roles = read_toml(folder / ROLES, RoleMap)
     tables = _tables(folder, description)
-    sorted_log, database = _decoded(folder, description, warnings, progress)
+    sorted_log, database = _decoded(folder, description, roles, warnings, progress)
     if sorted_log is None and not tables:
         raise InputError("it holds neither frames nor tables", where=str(folder), expected=FRAMES)
     start_ns = _start_ns(description, start_of(sorted_log, tables, roles), folder)
@@ -165,7 +166,11 @@ def _leads_below(link: Path, folder: Path) -> bool:
 
 
 def _decoded(
-    folder: Path, description: Mapping[str, Any], warnings: list[str], progress: Progress
+    folder: Path,
+    description: Mapping[str, Any],
+    roles: RoleMap,
+    warnings: list[str],
+    progress: Progress,
 ) -> tuple[SortedLog | None, Database | None]:
     """Frames sorted by message, and the database; None where there is no log of frames."""
     path = folder / FRAMES
@@ -180,7 +185,8 @@ def _decoded(
             f"{copy.name} has changed since the recording:"
             f" sha256 {database.sha256[:12]}, recorded with {str(stated)[:12]}"
         )
-    return sort_log(log, database), database
+    ruled = with_rules(database, dict(roles.messages), str(folder / ROLES))
+    return sort_log(log, ruled), ruled
 
 
 def _table(description: Mapping[str, Any], name: str) -> Mapping[str, Any]:

@@ -5,36 +5,32 @@ from collections.abc import Iterator
 import numpy as np
 import numpy.typing as npt
 
-from slipbench.protocol.codec.e2e import PERIOD
 from slipbench.protocol.logs.decode import Frames, SortedLog
 from slipbench.protocol.recording.channel import FloatArray
 from slipbench.protocol.recording.recording import BusFault
 
 TWO_SENDERS = "two senders"
 _FEWEST = 50  # samples from which two time series can be separated
+_FEWEST_COUNTS = 15  # frames from which two counters can be separated
 _ALTERNATES = 5.0  # times as far from the sample before as from the one before that
-
-
-def counters(frames: Frames) -> npt.NDArray[np.int64]:
-    """Counter of the end-to-end protection of every frame, (n,)."""
-    return np.asarray(frames.samples("counter").raw, np.int64)
 
 
 def repeated(frames: Frames) -> npt.NDArray[np.bool_]:
     """Whether each frame's counter equals that of the frame before, (n,); False without counter."""
     same = np.zeros(len(frames), np.bool_)
-    if frames.message.protection is not None:
-        same[1:] = np.diff(counters(frames)) % PERIOD == 0
+    if frames.counter_period:
+        same[1:] = np.diff(frames.counters) % frames.counter_period == 0
     return same
 
 
 def interleaved(frames: Frames) -> bool:
     """Whether two counters alternate: every second frame continues the count of its own sender."""
-    if frames.message.protection is None or len(frames) < PERIOD:
+    period = frames.counter_period
+    if not period or len(frames) < max(period, _FEWEST_COUNTS):
         return False
-    counter = counters(frames)
-    own = (counter[2:] - counter[:-2]) % PERIOD == 1
-    return bool(np.mean(own) > 0.6 and np.mean(np.diff(counter) % PERIOD == 1) < 0.6)
+    counter = frames.counters
+    own = (counter[2:] - counter[:-2]) % period == 1
+    return bool(np.mean(own) > 0.6 and np.mean(np.diff(counter) % period == 1) < 0.6)
 
 
 def interleaved_messages(sorted_log: SortedLog, start_ns: int) -> Iterator[BusFault]:

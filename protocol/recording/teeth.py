@@ -7,6 +7,7 @@ so anchors the run in which that tooth lies. A run between two losses that holds
 placed by its arrival, with the transit time of anchored neighbours, and is marked as such.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -17,6 +18,7 @@ from slipbench.protocol.logs.decode import Frames
 from slipbench.protocol.recording.tooth_counts import absolute_counts
 from slipbench.protocol.recording.tooth_frames import (
     MICROSECOND,
+    OWN_NAMES,
     Anchors,
     IntArray,
     ToothFrames,
@@ -48,14 +50,24 @@ class Teeth:
         return np.asarray(self.time_us * 1e-6, np.float64)
 
 
-def teeth(frames: Frames, anchors: Frames, time_ns: IntArray) -> Teeth:
+def teeth(
+    frames: Frames,
+    anchors: Frames,
+    time_ns: IntArray,
+    names: Mapping[str, str] = OWN_NAMES,
+    anchor_names: Mapping[str, str] = OWN_NAMES,
+) -> Teeth:
     """Times and counts of all teeth that a log reports. time_ns: of the log's n frames, ns, (n,).
+
+    names, anchor_names: of signals that do not have the names of their fields.
 
     Frames with a wrong CRC and repeated frames are left out. Frames of several encoders or buses
     must not be mixed.
     """
     good = frames.select(frames.protected)
-    return placed_teeth(tooth_frames(good, time_ns), tooth_anchors(anchors, time_ns))
+    return placed_teeth(
+        tooth_frames(good, time_ns, names), tooth_anchors(anchors, time_ns, anchor_names)
+    )
 
 
 def placed_teeth(frames: ToothFrames, anchors: Anchors) -> Teeth:

@@ -1,0 +1,244 @@
+"""Receiving side of the gateway: frames of the user's bus become messages of the bench.
+
+It checks length, checksum, counter and sender of every frame, and joins messages whose fields come in
+several frames. What the bus lacks it replaces as the binding states (see Degraded).
+"""
+
+import math
+from collections import deque
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import NamedTuple
+
+from slipbench.bench.gateway.sender_monitor import SenderMonitor
+from slipbench.bench.gateway.wheel_speed import WheelSpeedTeeth
+from slipbench.bench.safety.vehicle_monitor import SAFETY, Wheels
+from slipbench.protocol.binding.binding import BENCH_SENDS, Binding
+from slipbench.protocol.codec import e2e
+from slipbench.protocol.codec.codec import Codec
+from slipbench.protocol.codec.faults import Fault, FrameFault
+from slipbench.protocol.codec.messages import (
+    ActuatorCommand,
+    Authority,
+    BenchMessage,
+    EcuStatus,
+    EngineStatus,
+    Intervals,
+    OpticalSpeed,
+    ThrottleStatus,
+    ToothIntervals,
+    WheelSpeed,
+)
+from slipbench.protocol.codec.wire import FramePlan, Part
+from slipbench.protocol.database.layout import Database
+
+MOST_REQUESTS = 1000  # of the last requests, kept while their echo is assumed
+NO_STATUS = EcuStatus(Authority.NONE, math.nan, math.nan, math.nan)
+WHEELS = {"RearWheelSpeed": "RearTeeth", "FrontWheelSpeed": "FrontTeeth"}
+
+
+class Received(NamedTuple):
+    """One message of the bench, or the fault of the frame that should hold it; time: s."""
+
+    name: str
+    message: BenchMessage | FrameFault
+    time: float
+
+
+class Receiver:
+    """What was received on one bus."""
+
+    def __init__(
+        self, binding: Binding, codec: Codec, wheels: Wheels, stale: float, gear: int
+    ) -> None:
+        """Begin without any frame.
+
+        stale  s, limit of the trial on the age of a status
+        gear   of the operating point, where no signal gives it
+        """
+        self._codec, self._stale, self._degraded = codec, stale, binding.degraded
+        self._gear = gear if "gear" in binding.degraded.unmonitored else None
+        self._shift = {name: max(0.0, stale - at) for name, at in binding.timeouts.items()}
+        self._senders = SenderMonitor(
+            _cycles(binding.database, codec),
+            ours={carrier for name in BENCH_SENDS for carrier in binding.carriers(name)},
+            periods={
+                carrier: plan.guard.period
+                for carrier, plan in codec.plans.items()
+                if plan.guard and plan.guard.period
+            },
+        )
+        self._sequence = {
+            carrier: e2e.INITIAL
+            for carrier, plan in codec.plans.items()
+            if any(_feeds(part.name) in SAFETY for part in plan.parts)
+        }
+        self._values: dict[str, dict[str, object]] = {}
+        self._times: dict[str, dict[str, float]] = {}
+        self._pitch = {
+            "RearTeeth": 2 * math.pi * wheels.rear_radius / wheels.teeth,
+            "FrontTeeth": 2 * math.pi * wheels.front_radius / wheels.teeth,
+        }
+        self._encoders = {name: WheelSpeedTeeth(self._pitch[to]) for name, to in WHEELS.items()}
+        self._requests: deque[tuple[float, ActuatorCommand]] = deque(maxlen=MOST_REQUESTS)
+        self._applied = ActuatorCommand(Authority.NONE, 0.0, 0.0, 0.0)
+        self._authority = Authority.NONE  # that the ECU grants, or is taken to grant
+        self._authority_assumed = binding.degraded.hand_back is not None
+        self._position = math.nan
+
+    @property
+    def trouble(self) -> str:
+        """Why two senders are on the bus; "" where there is no sign of it."""
+        return self._senders.trouble
+
+    def forget(self) -> None:
+        """Restart the counts of frames: those received came late, and many at once."""
+        self._senders.forget()
+
+    def receive(
+        self, identifier: int, extended: bool, data: bytes, now: float, since: float
+    ) -> list[Received]:
+        """Messages of a frame that arrived at `now` (s), and not before `since` (s)."""
+        plan = self._codec.plan(identifier, extended)
+        if plan is None:
+            return []
+        payload = plan.check(data)
+        if isinstance(payload, FrameFault):
+            return [Received(_feeds(part.name), payload, since) for part in plan.parts]
+        carrier = plan.message.name
+        counter = None if plan.guard is None else plan.guard.counter(payload)
+        words = plan.words(payload)
+        found = []
+        for part in plan.parts:
+            message = part.unpack(words)
+            if message is None:
+                continue
+            if isinstance(message, FrameFault):
+                return [Received(_feeds(each.name), message, since) for each in plan.parts]
+            found.append((part, message))
+        self._senders.heard(carrier, now, counter)
+        if counter is not None and carrier in self._sequence:
+            fault = self._out_of_sequence(carrier, plan, counter, now)
+            if fault is not None:
+                return [Received(_feeds(part.name), fault, since) for part, _ in found]
+        since -= self._shift.get(carrier, 0.0)
+        received: list[Received] = []
+        for part, message in found:
+            joined = self._joined(part, carrier, message, since)
+            if joined is not None:
+                received += self._completed(*joined, now)
+        return received
+
+    def requested(self, command: ActuatorCommand, now: float) -> None:
+        """Take in the request that was sent at `now` (s), where its echo is assumed."""
+        if self._degraded.echo is not None or self._degraded.hand_back is not None:
+            self._requests.append((now, command))
+
+    def assumed(self, now: float) -> Iterator[Received]:
+        """Status of the ECU at `now` (s), where none comes on this bus."""
+        self._apply_requests(now)
+        if "EcuStatus" not in self._codec.placement:
+            yield Received("EcuStatus", self._replaced(NO_STATUS), now)
+
+    def _apply_requests(self, now: float) -> None:
+        """A request counts as applied after the stated latency."""
+        latency = self._degraded.echo or 0.0
+        while self._requests and now - self._requests[0][0] >= latency:
+            self._applied = self._requests.popleft()[1]
+
+    def _out_of_sequence(
+        self, carrier: str, plan: FramePlan, counter: int, now: float
+    ) -> FrameFault | None:
+        """Fault of a counter that did not move; lost frames before this one are no fault of it.
+
+        A repeated counter is a fault after a pause as well, although it may have wrapped once.
+        """
+        state = self._sequence[carrier]
+        if counter == state.counter:
+            return FrameFault(Fault.REPEATED, carrier)
+        period = plan.guard.period if plan.guard else e2e.PERIOD
+        self._sequence[carrier], fault = e2e.check(state, counter, True, now, self._stale, period)
+        if fault is None or fault.fault in (Fault.LOST, Fault.STALE):
+            return None
+        return fault
+
+    def _joined(
+        self, part: Part, carrier: str, message: object, time: float
+    ) -> tuple[str, BenchMessage, float] | None:
+        """Message and the age of its oldest field; None while fields are missing.
+
+        A message of several frames has no time of its own.
+        """
+        if part.whole:
+            return part.name, message, time  # type: ignore[return-value]
+        values = self._values.setdefault(part.name, dict(part.constants))
+        times = self._times.setdefault(part.name, {})
+        assert isinstance(message, dict)
+        values.update(message)
+        times[carrier] = time
+        if len(times) < len(self._codec.carriers(part.name)):
+            return None
+        if "time" in values:
+            values["time"] = math.nan
+        return part.name, part.kind(**values), min(times.values())  # type: ignore[union-attr]
+
+    def _completed(
+        self, name: str, message: BenchMessage, time: float, now: float
+    ) -> Iterator[Received]:
+        """The message, with what the binding replaces, and what follows from it."""
+        match message:
+            case WheelSpeed(speed):
+                yield from self._wheel(WHEELS[name], self._encoders[name].take(speed, now), time)
+                return
+            case ToothIntervals():
+                yield from self._wheel(name, message, time)
+                return
+        yield Received(name, self._replaced(message), time)
+
+    def _replaced(self, message: BenchMessage) -> BenchMessage:
+        """The message, with what no signal gives: authority, echo, gear."""
+        match message:
+            case EcuStatus():
+                return self._ecu_status(message)
+            case ThrottleStatus():
+                self._position = message.position
+                if self._degraded.throttle_body is not None:
+                    return replace(message, authority=self._authority)
+            case EngineStatus() if self._gear is not None:
+                return replace(message, gear=self._gear)
+        return message
+
+    def _ecu_status(self, message: EcuStatus) -> EcuStatus:
+        applied = self._applied
+        if self._authority_assumed:
+            message = replace(message, authority=applied.authority)
+        if self._degraded.echo is not None:
+            ours = bool(message.authority & Authority.THROTTLE)
+            throttle = applied.throttle if ours else self._position
+            message = replace(message, throttle_command=throttle, spark_command=applied.spark)
+        self._authority = message.authority
+        return message
+
+    def _wheel(self, name: str, teeth: ToothIntervals, time: float) -> Iterator[Received]:
+        yield Received(name, teeth, time)
+        if name == "FrontTeeth" and self._degraded.speed == "front_wheel":
+            span = sum(teeth.intervals)
+            if teeth.layout != Intervals.STANDING and span > 0.0:
+                speed = self._pitch[name] * len(teeth.intervals) / span
+                yield Received("OpticalSpeed", OpticalSpeed(speed, True, math.nan), time)
+
+
+def _feeds(name: str) -> str:
+    """Message of the bench that a message leads to."""
+    return WHEELS.get(name, name)
+
+
+def _cycles(database: Database, codec: Codec) -> dict[str, float]:
+    """Cycle time in s of each periodic message that the bench uses."""
+    return {
+        message.name: message.cycle_time
+        for message in database.messages
+        if message.name in codec.plans
+        and message.cycle_time
+        and not message.attributes.get("GenMsgSendType", 0)
+    }
