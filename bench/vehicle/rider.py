@@ -16,6 +16,7 @@ class Rider:
         self._pressed_at: float | None = None
         self._phase = Phase.IDLE
         self.grip = grip
+        self.clutch = 0.0  # 0 released .. 1 pulled
 
     def read_phase(self, phase: Phase, now: float) -> None:
         """Read the phase of the trial from the dashboard at `now` (s)."""
@@ -25,7 +26,13 @@ class Rider:
 
     def controls(self, now: float) -> RiderControls:
         """Positions of the controls at `now` (s)."""
-        return RiderControls(self._presses(now), self.grip, 0.0, 0.0, 0.0)
+        return RiderControls(self._presses(now), self.grip, 0.0, 0.0, self.clutch)
+
+    def follow(self, controls: RiderControls, now: float) -> None:
+        """Follow the controls of a real rider at `now` (s) instead of the script."""
+        self.grip, self.clutch = controls.grip, controls.clutch
+        if controls.button and self._pressed_at is None:
+            self._pressed_at = now
 
     @property
     def pressed(self) -> bool:

@@ -12,12 +12,15 @@ from pathlib import Path
 import can
 import numpy as np
 
-from slipbench.bench.bus.opening import interface_down
+from slipbench.bench.bus.faults import NO_FAULTS, FaultPlan
 from slipbench.bench.loop.clock import SECOND
 from slipbench.bench.safety.vehicle_monitor import Wheels
 from slipbench.bench.vehicle.devices import DeviceClock, Grant
 from slipbench.bench.vehicle.disturbances import ON_THE_ROAD, DisturbanceLevels, Disturbances
 from slipbench.bench.vehicle.instruments import Instruments, Motion, Timing
+from slipbench.bench.vehicle.nodes import ALL_NODES, NODE_OF
+from slipbench.bench.vehicle.port import Port
+from slipbench.bench.vehicle.real_devices import RealDevices
 from slipbench.bench.vehicle.rider import Rider
 from slipbench.bench.vehicle.road import Road
 from slipbench.plant.channels import ChannelTiming
@@ -37,7 +40,13 @@ from slipbench.plant.signals import Floats
 from slipbench.plant.simulation import Inputs, Outputs, Simulation
 from slipbench.plant.vehicle_file import Vehicle, load_vehicle
 from slipbench.protocol.codec.codec import Codec, Sender
-from slipbench.protocol.codec.messages import ActuatorCommand, Authority, TrialStatus
+from slipbench.protocol.codec.messages import (
+    ActuatorCommand,
+    Authority,
+    RiderControls,
+    ThrottleStatus,
+    TrialStatus,
+)
 from slipbench.protocol.errors import InputError
 from slipbench.protocol.trial_file import TrialFile
 
@@ -68,11 +77,17 @@ def equilibrium_throttle(scenario: "Scenario") -> float:
 
 @dataclass(frozen=True)
 class Scenario:
-    """What is simulated: a vehicle, a trial (operating point, rider, seed), and disturbances."""
+    """What is simulated: a vehicle, a trial (operating point, rider, seed), and disturbances.
+
+    nodes   nodes of the bus that are simulated; the others are real devices (`bench/vehicle/nodes.py`)
+    faults  faults of the simulated nodes (`bench/vehicle/node_faults.py`)
+    """
 
     vehicle: Vehicle
     trial: TrialFile
     disturbances: DisturbanceLevels = ON_THE_ROAD
+    nodes: frozenset[str] = ALL_NODES
+    faults: FaultPlan = NO_FAULTS
 
     def equilibrium(self, simulation: Simulation) -> tuple[Floats, float]:
         """Steady state of the operating point, and the throttle opening (0..1) that holds it.
@@ -118,7 +133,9 @@ class VirtualMotorcycle:
         trial, motorcycle = scenario.trial, scenario.vehicle.motorcycle
         self._silence = trial.command.silence
         self._gear = trial.operating_point.gear
-        self._bus, self._codec, self._sender = bus, codec, Sender(codec)
+        self._codec, self._sender = codec, Sender(codec)
+        self._port = Port(bus, codec, scenario.faults)
+        self._nodes, self._real = scenario.nodes, RealDevices(scenario.nodes)
         self._simulation = Simulation(motorcycle)
         self._state, grip = scenario.equilibrium(self._simulation)
         self._rider = Rider(trial.rider, grip)
@@ -138,16 +155,35 @@ class VirtualMotorcycle:
         self._distance = 0.0  # m, from the button
         self._start: int | None = None
         self._elapsed = 0
+        self._present = 0.0  # s, of the tick; after a late tick the simulation is behind it
         self._throttle_rate = 0.0
         self.watchdog_timeouts: list[float] = []  # s, when authority returned to the rider
 
+    @property
+    def waited_for(self) -> tuple[str, ...]:
+        """Nodes left to real devices that have not sent yet."""
+        return self._real.waited_for
+
+    def listen(self) -> None:
+        """Read the frames that have arrived, and send nothing.
+
+        Raises InputError where another device sends for a node that is simulated here.
+        """
+        for frame in self._port.receive(0.0):
+            self._read_device(frame.identifier, frame.data)
+
     def tick(self, number: int, due: int) -> bool:
-        """Simulate up to millisecond `number`, inclusive, due at `due` ns; always True."""
+        """Simulate up to millisecond `number`, inclusive, due at `due` ns; always True.
+
+        Raises InputError where a real device is silent or late, or sends for a simulated node.
+        """
         if self._start is None:
             self._start = due - round((number + 1) * STEP * SECOND)
+        self._present = (number + 1) * STEP
         while self._elapsed <= number:
             self._elapsed += 1
             self._advance(self._elapsed * STEP)
+        self._real.check(self._present)
         return True
 
     def _advance(self, now: float) -> None:
@@ -162,33 +198,58 @@ class VirtualMotorcycle:
         if grant.latched and not self._grant.latched:
             self.watchdog_timeouts.append(now)
         self._grant = grant
-        for name, message in self._instruments.messages_due(self._elapsed - 1, now, motion, grant):
-            self._send(*self._sender.encode(message, name=name))
+        for name, message in self._instruments.messages_due(
+            self._elapsed - 1, now, motion, self._applied(now)
+        ):
+            if NODE_OF[name] in self._nodes:
+                self._send(*self._sender.encode(message, name=name))
+
+    def _applied(self, now: float) -> Grant:
+        """What the devices apply and report at `now` (s): where the ECU is real, what it reports."""
+        if "ecu" in self._nodes:
+            return self._grant
+        command = self._real.command(now, self._silence)
+        return Grant() if command is None else Grant(command, now)
 
     def _receive(self, now: float) -> None:
-        while (frame := self._bus.recv(0)) is not None:
-            if frame.is_error_frame or frame.is_remote_frame or frame.is_extended_id:
-                continue
-            message = self._codec.decode(frame.arbitration_id, frame.data)
-            match message:
-                case ActuatorCommand() if self._in_sequence(frame, now):
-                    self._grant = self._grant.receive(message, now)
-                case TrialStatus():
-                    self._rider.read_phase(message.phase, now)
+        for frame in self._port.receive(now):
+            self._read(frame.identifier, frame.data, now)
 
-    def _in_sequence(self, frame: can.Message, now: float) -> bool:
+    def _read(self, identifier: int, data: bytes, now: float) -> None:
+        """Let the devices read a frame at `now` (s)."""
+        message = self._codec.decode(identifier, data)
+        match message:
+            case ActuatorCommand() if self._in_sequence(identifier, data):
+                self._grant = self._grant.receive(message, now)
+            case TrialStatus():
+                self._rider.read_phase(message.phase, now)
+        self._read_device(identifier, data)
+
+    def _read_device(self, identifier: int, data: bytes) -> None:
+        """Read a frame of another device, at the present."""
+        name, counter = self._codec.name(identifier), self._codec.counter(identifier, data)
+        if name not in NODE_OF:
+            return
+        message = self._codec.decode(identifier, data)
+        if self._real.receive(name, message, counter, self._present):
+            match message:
+                case RiderControls():
+                    self._rider.follow(message, self._present)
+                case ThrottleStatus():
+                    self._inputs.measured_throttle[0] = message.position
+
+    def _in_sequence(self, identifier: int, data: bytes) -> bool:
         """Whether the counter of a command advanced; a frozen counter is not a valid command."""
-        counter = self._codec.counter(frame.arbitration_id, frame.data)
+        counter = self._codec.counter(identifier, data)
         moved = counter is None or counter != self._counter
         self._counter = counter
         return moved
 
     def _move(self, now: float) -> Motion:
         """True motion after one millisecond under the commands and the disturbances."""
-        authority, command, inputs = self._grant.authority, self._grant.command, self._inputs
-        throttle = command.throttle if authority & Authority.THROTTLE else self._rider.grip
-        inputs.throttle_command[0] = throttle
-        inputs.spark[0] = command.spark if authority & Authority.SPARK else 0.0
+        inputs = self._inputs
+        inputs.throttle_command[0], inputs.spark[0] = self._commands(now)
+        inputs.clutch[0] = 1.0 - self._rider.clutch
         inputs.road_force[0], inputs.engine_disturbance[0] = self._disturbances.draw(STEP)
         inputs.grip[0], inputs.load[0] = self._road.factors(self._distance)
         self._state, out = self._simulation.advance(self._state, inputs)
@@ -198,6 +259,15 @@ class VirtualMotorcycle:
         self._pass_teeth("rear", times, out.rear_angle, out.rear_speed)
         self._pass_teeth("front", times, out.front_angle, out.front_speed)
         return self._motion(times, out)
+
+    def _commands(self, now: float) -> tuple[float, float]:
+        """Opening (0..1) commanded to the servo and spark offset (rad) at `now` (s)."""
+        if "ecu" in self._nodes:
+            authority, command = self._grant.authority, self._grant.command
+            throttle = command.throttle if authority & Authority.THROTTLE else self._rider.grip
+            return throttle, command.spark if authority & Authority.SPARK else 0.0
+        status = self._real.command(now, self._silence)
+        return (self._rider.grip, 0.0) if status is None else (status.throttle, status.spark)
 
     def _pass_teeth(self, wheel: str, times: Floats, angle: Floats, speed: Floats) -> None:
         disc = self._discs[wheel]
@@ -226,13 +296,7 @@ class VirtualMotorcycle:
         )
 
     def _send(self, identifier: int, data: bytes) -> None:
-        frame = can.Message(arbitration_id=identifier, data=data, is_extended_id=False)
-        try:
-            self._bus.send(frame)
-        except can.CanOperationError as refusal:
-            if interface_down(refusal):
-                raise
-            return  # a full queue loses the frame, as on a real device; its counter shows it
+        self._port.send(identifier, data, self._elapsed * STEP)
 
 
 def _teeth(disc: ToothedDisc) -> int:
