@@ -4,6 +4,7 @@ import math
 import os
 import threading
 from contextlib import AbstractContextManager, nullcontext, suppress
+from dataclasses import replace
 from itertools import count
 from pathlib import Path
 from time import monotonic
@@ -34,6 +35,7 @@ TrialPath = Annotated[
         autocompletion=completion_of("trial"),
     ),
 ]
+NODES = "ecu, throttle, rear_encoder, front_encoder (both: encoders), optical, rider"
 INTERFACES = (
     "python-can interface: socketcan, pcan, kvaser, ..., or slipbench (this project's own bus)."
 )
@@ -158,6 +160,11 @@ def vehicle(
         float | None,
         typer.Option(help="End after this time, in s.  [default: until Ctrl-C]", min=0),
     ] = None,
+    only: Annotated[str, typer.Option(help=f"Simulate only these nodes, of {NODES}.")] = "",
+    without: Annotated[str, typer.Option(help="Leave these nodes to real devices.")] = "",
+    faults: Annotated[
+        Path | None, typer.Option(help="Fault plan of the simulated nodes (JSON).", metavar="FILE")
+    ] = None,
 ) -> None:
     """Simulate the virtual motorcycle of a trial file on a CAN bus, in real time.
 
@@ -165,29 +172,44 @@ def vehicle(
     who follows the script of the trial file. After 20 ms without a command from the bench (command
     watchdog timeout) the devices return authority to the rider, as the real devices must.
 
-    Example:
+    With --without or --only, real devices take the place of nodes (restbus simulation): the
+    motorcycle follows what they send. It ends where one of them is silent or late, or where another
+    device sends for a simulated node.
+
+    Examples:
 
       slipbench vehicle examples/trials/throttle_sweep.toml --interface socketcan --channel vcan0
+
+      slipbench vehicle throttle_sweep --interface socketcan --without throttle
     """
+    from slipbench.bench.bus.faults import NO_FAULTS
     from slipbench.bench.bus.opening import BusAddress
+    from slipbench.bench.bus.plan_text import load_plan
     from slipbench.bench.loop.interrupts import interrupts
     from slipbench.bench.trials.preparation import prepare
     from slipbench.bench.vehicle.live_vehicle import simulate_until
+    from slipbench.bench.vehicle.nodes import simulated_nodes
 
     require_descriptors()
+    nodes = simulated_nodes(only, without)
+    plan = load_plan(faults) if faults else NO_FAULTS
     prepared = prepare(file, database, binding)
+    scenario = replace(prepared.scenario, nodes=nodes, faults=plan)
     address = BusAddress(interface, channel, bitrate, fd)
     stop = threading.Event()
     ends = None if duration is None else monotonic() + duration
     with interrupts(stop):
         motorcycle = simulate_until(
             lambda: stop.is_set() or (ends is not None and monotonic() >= ends),
-            prepared.scenario,
+            scenario,
             prepared.binding,
             address,
             ready=lambda: typer.echo(
-                f"simulating {prepared.scenario.vehicle.name} on {interface}, channel {channel}, "
+                f"simulating {scenario.vehicle.name} on {interface}, channel {channel}, "
                 f"at {bitrate} bit/s; Ctrl-C ends the simulation"
+            ),
+            waiting=lambda missing: typer.echo(
+                f"waiting for the real {', '.join(missing)}" if missing else "all real devices send"
             ),
         )
     for when in motorcycle.watchdog_timeouts:

@@ -73,7 +73,7 @@ def played(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Pass the frames of a log to a new controller; `begin`, `end`: s, in which it acts."""
     codec = Codec(prepared.database)
-    control = slip_control(prepared.plan, wheels_of(prepared.scenario.vehicle), prepared.database)
+    control = slip_control(prepared.plan, wheels_of(prepared.scenario.vehicle), codec)
     assert control is not None
     heard = messages(log, codec)
     gc.collect()

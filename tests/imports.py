@@ -25,6 +25,7 @@ ALLOWED = {
         "bench/bus/simulated_bus.py",
         "bench/loop/loop_process.py",
         "bench/vehicle/virtual_motorcycle.py",
+        "bench/vehicle/port.py",
         "bench/replay/replay.py",
         "bench/bus/messages.py",
         "bench/bus/python_can.py",

@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import asdict, fields
+from pathlib import Path
 from typing import Any
 
 from slipbench.bench.bus.faults import (
@@ -29,6 +30,20 @@ def plan_text(plan: FaultPlan) -> str:
     """JSON text of a fault plan; `read_plan` reads it back unchanged."""
     faults = [{"fault": type(fault).__name__.lower(), **_plain(fault)} for fault in plan.faults]
     return json.dumps({"seed": plan.seed, "faults": faults})
+
+
+def load_plan(path: Path) -> FaultPlan:
+    """Fault plan of a JSON file. Raises InputError where it cannot be read or is not valid."""
+    try:
+        return read_plan(path.read_text(encoding="utf-8"))
+    except InputError as fault:
+        raise InputError(
+            fault.what, where=str(path), expected=fault.expected, found=fault.found
+        ) from fault
+    except (OSError, UnicodeDecodeError) as cause:
+        raise InputError(
+            "the fault plan cannot be read", where=str(path), found=str(cause)
+        ) from cause
 
 
 def read_plan(text: str) -> FaultPlan:

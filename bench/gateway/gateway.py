@@ -30,7 +30,7 @@ from slipbench.bench.safety.trial import (
 from slipbench.bench.safety.vehicle_monitor import VehicleMonitor, Wheels
 from slipbench.bench.safety.vehicle_state import VehicleState
 from slipbench.protocol.binding.binding import BENCH_SENDS, Binding
-from slipbench.protocol.codec.codec import Codec, Frame, Sender, key_of
+from slipbench.protocol.codec.codec import Frame, Sender, key_of
 from slipbench.protocol.codec.faults import FrameFault
 from slipbench.protocol.codec.messages import (
     ActuatorCommand,
@@ -77,7 +77,7 @@ class Gateway:
         `stamp` turns time stamps of the bus into the recording's time. The bus must receive its own
         frames: the record gives the time of each command on the wire.
         """
-        codec = Codec(binding.database, binding.placement)
+        codec = binding.codec()
         self._plan, self._bus, self._codec, self._ring = plan, bus, codec, ring
         self._stamp = stamp
         self._sender = Sender(codec)
@@ -89,7 +89,7 @@ class Gateway:
             for carrier in binding.carriers(name)
         }
         self._reports = codec.has("TrialStatus")
-        self._releases_by_silence = binding.releases_by_silence
+        self._releases_by_silence = not codec.requests_authority
         self._monitor = VehicleMonitor(wheels)
         self._control = slip_control(plan, wheels, codec)
         limits, point = plan.trial.limits, plan.trial.operating_point
@@ -102,7 +102,7 @@ class Gateway:
         self._status_due = 0.0
         self._ended_at: float | None = None
         self._unrecorded: can.Message | None = None
-        self._fail_safe = FailSafe(codec, silent=binding.releases_by_silence)
+        self._fail_safe = FailSafe(codec, silent=not codec.requests_authority)
         self.state = TrialState()
         self.changes: list[PhaseChange] = []
         self.refusals: list[str] = []

@@ -15,6 +15,7 @@ from slipbench.bench.gateway.wheel_speed import WheelSpeedTeeth
 from slipbench.bench.safety.vehicle_monitor import SAFETY, Wheels
 from slipbench.protocol.binding.binding import BENCH_SENDS, Binding
 from slipbench.protocol.codec import e2e
+from slipbench.protocol.codec.assembly import Assembly
 from slipbench.protocol.codec.codec import Codec
 from slipbench.protocol.codec.faults import Fault, FrameFault
 from slipbench.protocol.codec.messages import (
@@ -29,7 +30,7 @@ from slipbench.protocol.codec.messages import (
     ToothIntervals,
     WheelSpeed,
 )
-from slipbench.protocol.codec.wire import FramePlan, Part
+from slipbench.protocol.codec.wire import FramePlan
 from slipbench.protocol.database.layout import Database
 
 MOST_REQUESTS = 1000  # of the last requests, kept while their echo is assumed
@@ -73,8 +74,7 @@ class Receiver:
             for carrier, plan in codec.plans.items()
             if any(_feeds(part.name) in SAFETY for part in plan.parts)
         }
-        self._values: dict[str, dict[str, object]] = {}
-        self._times: dict[str, dict[str, float]] = {}
+        self._assembly = Assembly(codec)
         self._pitch = {
             "RearTeeth": 2 * math.pi * wheels.rear_radius / wheels.teeth,
             "FrontTeeth": 2 * math.pi * wheels.front_radius / wheels.teeth,
@@ -106,28 +106,16 @@ class Receiver:
         if isinstance(payload, FrameFault):
             return [Received(_feeds(part.name), payload, since) for part in plan.parts]
         carrier = plan.message.name
+        found = self._assembly.take(plan, payload, since - self._shift.get(carrier, 0.0))
+        if isinstance(found, FrameFault):
+            return [Received(_feeds(part.name), found, since) for part in plan.parts]
         counter = None if plan.guard is None else plan.guard.counter(payload)
-        words = plan.words(payload)
-        found = []
-        for part in plan.parts:
-            message = part.unpack(words)
-            if message is None:
-                continue
-            if isinstance(message, FrameFault):
-                return [Received(_feeds(each.name), message, since) for each in plan.parts]
-            found.append((part, message))
         self._senders.heard(carrier, now, counter)
         if counter is not None and carrier in self._sequence:
             fault = self._out_of_sequence(carrier, plan, counter, now)
             if fault is not None:
-                return [Received(_feeds(part.name), fault, since) for part, _ in found]
-        since -= self._shift.get(carrier, 0.0)
-        received: list[Received] = []
-        for part, message in found:
-            joined = self._joined(part, carrier, message, since)
-            if joined is not None:
-                received += self._completed(*joined, now)
-        return received
+                return [Received(_feeds(part.name), fault, since) for part in plan.parts]
+        return [each for joined in found for each in self._completed(*joined, now)]
 
     def requested(self, command: ActuatorCommand, now: float) -> None:
         """Take in the request that was sent at `now` (s), where its echo is assumed."""
@@ -161,26 +149,6 @@ class Receiver:
         if fault is None or fault.fault in (Fault.LOST, Fault.STALE):
             return None
         return fault
-
-    def _joined(
-        self, part: Part, carrier: str, message: object, time: float
-    ) -> tuple[str, BenchMessage, float] | None:
-        """Message and the age of its oldest field; None while fields are missing.
-
-        A message of several frames has no time of its own.
-        """
-        if part.whole:
-            return part.name, message, time  # type: ignore[return-value]
-        values = self._values.setdefault(part.name, dict(part.constants))
-        times = self._times.setdefault(part.name, {})
-        assert isinstance(message, dict)
-        values.update(message)
-        times[carrier] = time
-        if len(times) < len(self._codec.carriers(part.name)):
-            return None
-        if "time" in values:
-            values["time"] = math.nan
-        return part.name, part.kind(**values), min(times.values())  # type: ignore[union-attr]
 
     def _completed(
         self, name: str, message: BenchMessage, time: float, now: float

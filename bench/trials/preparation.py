@@ -11,7 +11,6 @@ from slipbench.bench.trials.excitation import plan_excitation
 from slipbench.bench.trials.wire_limits import check_wire
 from slipbench.bench.vehicle.virtual_motorcycle import Scenario, read_vehicle
 from slipbench.protocol.binding.binding import Binding, binding_database, own_binding, read_binding
-from slipbench.protocol.codec.codec import Codec
 from slipbench.protocol.configuration import read_toml
 from slipbench.protocol.controller_file import Bounds, ControllerFile
 from slipbench.protocol.database.database import load_database
@@ -58,7 +57,7 @@ def prepare(
     binding_path   of a binding to another database
     """
     binding, database_path = _binding(binding_path, database_path)
-    codec = Codec(binding.database, binding.placement)
+    codec = binding.codec()
     trial = read_toml(trial_path, TrialFile)
     controller_path = _controller_path(trial, trial_path)
     controller = read_toml(controller_path, ControllerFile) if controller_path else None

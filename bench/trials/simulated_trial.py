@@ -4,9 +4,10 @@ The same loop, gateway and virtual motorcycle as on a real bus, faster than real
 frames to the last bit whenever the trial is the same.
 """
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
+from types import MappingProxyType
 
 from slipbench.bench.bus.faults import NO_FAULTS, FaultPlan
 from slipbench.bench.bus.simulated_bus import SimulatedBus, SimulatedNode
@@ -20,7 +21,6 @@ from slipbench.bench.loop.ticks import TICKS, read_ticks, tick_recorder, tick_ta
 from slipbench.bench.trials.outcome import Outcome
 from slipbench.bench.trials.preparation import Prepared
 from slipbench.bench.vehicle.virtual_motorcycle import VirtualMotorcycle, wheels_of
-from slipbench.protocol.codec.codec import Codec
 from slipbench.protocol.recording.run_folder import FRAMES
 
 BITRATE = 1_000_000  # bit/s
@@ -28,22 +28,30 @@ BUS = "can0"
 START = SECOND  # ns; simulated recordings begin a second into the epoch, whatever the date
 DEVICE_PHASE = 350_000  # ns after the gateway's tick at which the devices run
 
+# A device that is not simulated by the virtual motorcycle: connected to its node of the bus, it
+# returns the function that runs it up to a time in ns. It is called every millisecond.
+Device = Callable[[SimulatedNode], Callable[[int], None]]
+
 
 class SimulatedTrial:
     """A trial whose bus, gateway and virtual motorcycle are made; nothing has run yet."""
 
     def __init__(
-        self, prepared: Prepared, wire: SimulatedBus, ours: SimulatedNode, theirs: SimulatedNode
+        self,
+        prepared: Prepared,
+        wire: SimulatedBus,
+        ours: SimulatedNode,
+        theirs: SimulatedNode,
+        devices: Sequence[Callable[[int], None]] = (),
     ) -> None:
-        """Connect gateway and virtual motorcycle to `wire`.
+        """Connect gateway and virtual motorcycle to `wire`; devices: connected already.
 
         Raises InputError where the vehicle or the database does not suit the trial.
         """
-        self._trial, self._wire = prepared.trial, wire
+        self._trial, self._wire, self._devices = prepared.trial, wire, devices
         binding, wheels = prepared.binding, wheels_of(prepared.scenario.vehicle)
-        codec = Codec(binding.database, binding.placement)
         self._ring = Ring.local()
-        self._motorcycle = VirtualMotorcycle(prepared.scenario, theirs, codec)
+        self._motorcycle = VirtualMotorcycle(prepared.scenario, theirs, binding.codec())
         self._gateway = Gateway(prepared.plan, ours, binding, self._ring, wheels)
 
     def run(self, folder: Path, progress: Callable[[float], None] = lambda _: None) -> Outcome:
@@ -52,7 +60,7 @@ class SimulatedTrial:
         period = round(self._trial.command.period * SECOND)
         with open_log(folder / FRAMES) as log, open_log(folder / TICKS) as ticks:
             recorder = Recorder(ring, log, BUS, ticks, tick_table(self._trial))
-            world = _World(self._wire, self._motorcycle, recorder, progress)
+            world = _World(self._wire, self._motorcycle, self._devices, recorder, progress)
             clock = SimulatedClock(START, world.run_until)
             try:
                 lateness = run_periodic(
@@ -72,15 +80,26 @@ class SimulatedTrial:
 
 
 @contextmanager
-def simulated_trial(prepared: Prepared, faults: FaultPlan = NO_FAULTS) -> Iterator[SimulatedTrial]:
+def simulated_trial(
+    prepared: Prepared,
+    faults: FaultPlan = NO_FAULTS,
+    devices: Mapping[str, Device] = MappingProxyType({}),
+) -> Iterator[SimulatedTrial]:
     """Make everything that a trial on the simulated clock needs, before any file is written.
 
-    faults: of the bus, from the trial's start; its nodes are "gateway" and "motorcycle". Raises
-    InputError where the vehicle or the database does not suit the trial.
+    faults   of the bus, from the trial's start; its nodes are "gateway", "motorcycle" and `devices`
+    devices  by the name of their node; the scenario leaves these nodes to them
+
+    Raises InputError where the vehicle or the database does not suit the trial.
     """
     wire = SimulatedBus(BITRATE, faults=faults, start_ns=START)
-    with wire.node("gateway", receive_own_messages=True) as ours, wire.node("motorcycle") as theirs:
-        yield SimulatedTrial(prepared, wire, ours, theirs)
+    with ExitStack() as nodes:
+        ours = nodes.enter_context(wire.node("gateway", receive_own_messages=True))
+        theirs = nodes.enter_context(wire.node("motorcycle"))
+        connected = [
+            connect(nodes.enter_context(wire.node(name))) for name, connect in devices.items()
+        ]
+        yield SimulatedTrial(prepared, wire, ours, theirs, connected)
 
 
 def run_simulated(
@@ -101,10 +120,12 @@ class _World:
         self,
         wire: SimulatedBus,
         motorcycle: VirtualMotorcycle,
+        devices: Sequence[Callable[[int], None]],
         recorder: Recorder,
         progress: Callable[[float], None],
     ) -> None:
         self._wire, self._motorcycle, self._recorder = wire, motorcycle, recorder
+        self._devices = devices
         self._progress = progress
         self._number = 0
         self.notes: list[str] = []
@@ -113,6 +134,8 @@ class _World:
         """Run devices every millisecond, and the bus, up to `time_ns`."""
         while (due := START + self._number * MILLISECOND + DEVICE_PHASE) <= time_ns:
             self._wire.advance_to(due)
+            for run_device in self._devices:
+                run_device(due)
             self._step_motorcycle(due)
             self._number += 1
         self._wire.advance_to(time_ns)

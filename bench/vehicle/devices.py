@@ -28,21 +28,24 @@ class Grant:
     command      last valid command
     received_at  s, when it arrived
     latched      the watchdog ended a grant: a release must arrive before authority is granted again
+    latches      False where no release can arrive: the next request is granted again
     """
 
     command: ActuatorCommand = RELEASED
     received_at: float = float("-inf")
     latched: bool = False
+    latches: bool = True
 
     def receive(self, command: ActuatorCommand, now: float) -> "Grant":
         """Grant after a valid command at `now` (s)."""
-        return Grant(command, now, self.latched and command.authority != Authority.NONE)
+        latched = self.latched and command.authority != Authority.NONE
+        return replace(self, command=command, received_at=now, latched=latched)
 
     def with_watchdog(self, now: float, silence: float) -> "Grant":
         """Grant at `now` (s): none after `silence` s without a command (watchdog timeout)."""
         if self.command.authority == Authority.NONE or now - self.received_at <= silence:
             return self
-        return replace(self, latched=True)
+        return replace(self, latched=True) if self.latches else Grant(latches=False)
 
     @property
     def authority(self) -> Authority:

@@ -21,6 +21,7 @@ from slipbench.protocol.codec.messages import (
     OpticalSpeed,
     Temperatures,
     ThrottleStatus,
+    WheelSpeed,
 )
 
 MAP_ADVANCE = math.radians(36.0)  # before top dead centre; the map is flat at small openings
@@ -39,6 +40,8 @@ SCHEDULE: Mapping[str, tuple[int, int]] = {
     "RearEncoderStatus": (100, 7),
     "FrontEncoderStatus": (100, 57),
     "Temperatures": (500, 9),
+    "RearWheelSpeed": (5, 2),
+    "FrontWheelSpeed": (5, 3),
 }
 
 
@@ -78,6 +81,8 @@ class Motion:
     acceleration: float
     rear_angle: float
     front_angle: float
+    rear_speed: float  # m/s, peripheral speed of the wheel
+    front_speed: float
 
 
 class Instruments:
@@ -91,7 +96,9 @@ class Instruments:
         self._encoders = {
             name: EncoderFrames(codec.capacity(f"{name.capitalize()}Teeth"))
             for name in ("rear", "front")
+            if codec.has(f"{name.capitalize()}Teeth")
         }
+        self._schedule = {name: _scheduled(codec, name) for name in SCHEDULE if codec.has(name)}
         self._teeth_per_turn: dict[str, int] = {}
         self._sources: dict[str, Callable[[float, Motion, Grant], tuple[BenchMessage, float]]] = {
             "EcuStatus": self._ecu,
@@ -103,10 +110,14 @@ class Instruments:
             "RearEncoderStatus": lambda *_: self._encoder("rear"),
             "FrontEncoderStatus": lambda *_: self._encoder("front"),
             "Temperatures": lambda *_: (TEMPERATURES, 0.0),
+            "RearWheelSpeed": lambda _, motion, __: self._wheel("rear", motion.rear_speed),
+            "FrontWheelSpeed": lambda _, motion, __: self._wheel("front", motion.front_speed),
         }
 
     def teeth(self, name: str, times: list[float], per_turn: int) -> None:
         """Add the true times (s) at which teeth passed the "rear" or "front" pickup."""
+        if name not in self._encoders:
+            return
         clock = self._timings[f"{name}_teeth"].clock
         self._teeth_per_turn[name] = per_turn
         self._encoders[name].add(round(clock.read(time) * 1e6) for time in times)
@@ -116,7 +127,7 @@ class Instruments:
     ) -> list[tuple[str, BenchMessage]]:
         """Names and messages that are sent in millisecond `number`, which ends at `now` (s)."""
         self._chassis.advance(motion.acceleration, 0.001)
-        for name, (period, phase) in SCHEDULE.items():
+        for name, (period, phase) in self._schedule.items():
             if number % period == phase:
                 message, latency = self._sources[name](now, motion, grant)
                 self._outbox.put(now + latency, name, message)
@@ -176,3 +187,15 @@ class Instruments:
         frames = self._encoders[name]
         last = (frames.last_tooth or 0) * 1e-6
         return EncoderStatus(frames.count, last, self._teeth_per_turn.get(name, 1), False), 0.0
+
+    def _wheel(self, name: str, speed: float) -> tuple[BenchMessage, float]:
+        return WheelSpeed(max(speed, 0.0)), self._timings[f"{name}_teeth"].latency
+
+
+def _scheduled(codec: Codec, name: str) -> tuple[int, int]:
+    """Period and phase of a message in ms, where its frames come more often than here."""
+    period, phase = SCHEDULE[name]
+    cycles = [codec.plan_of(carrier).message.cycle_time for carrier in codec.carriers(name)]
+    shortest = min((round(cycle * 1e3) for cycle in cycles if cycle), default=period)
+    period = max(1, min(period, shortest))
+    return period, phase % period

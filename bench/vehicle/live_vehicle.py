@@ -21,10 +21,10 @@ from slipbench.bench.loop.process_watch import process_pipe
 from slipbench.bench.loop.realtime_process import realtime_process, signal_on_parent_exit
 from slipbench.bench.vehicle.virtual_motorcycle import Scenario, VirtualMotorcycle
 from slipbench.protocol.binding.binding import Binding
-from slipbench.protocol.codec.codec import Codec
 from slipbench.protocol.errors import InputError
 
 END_TIMEOUT = 10.0  # s within which the vehicle process must end when asked to
+LISTENING = 200  # ms, before the first frame: another sender for a simulated node shows itself
 SPIN = 20_000  # ns: short, because the bench needs the processor more than the motorcycle does
 
 
@@ -43,20 +43,34 @@ def simulate_until(
     address: BusAddress,
     scheduling: Callable[[], AbstractContextManager[object]] = nullcontext,
     ready: Callable[[], None] = lambda: None,
+    waiting: Callable[[tuple[str, ...]], None] = lambda _: None,
 ) -> VirtualMotorcycle:
     """Final state of the virtual motorcycle, simulated on the bus until `over` returns True.
 
     scheduling  context in which the simulation runs, such as `realtime_process`
-    ready       called when the bus is open, before the first millisecond
+    ready       called when the bus is open and free, before the first millisecond
+    waiting     receives the nodes left to real devices that have not sent yet, whenever they change
 
-    Raises InputError where the bus cannot be opened, or fails during the simulation.
+    Raises InputError where the bus cannot be opened, or fails during the simulation, where another
+    device sends for a simulated node, and where a real device is silent or late.
     """
     with open_bus(address, receive_own_messages=False) as bus, bus_failure_as_input_error(address):
-        motorcycle = VirtualMotorcycle(scenario, bus, Codec(binding.database, binding.placement))
+        motorcycle = VirtualMotorcycle(scenario, bus, binding.codec())
+
+        def listen(_number: int, _due: int) -> bool:
+            motorcycle.listen()
+            return not over()
+
+        waited_for: tuple[str, ...] = ()
 
         def tick(number: int, due: int) -> bool:
+            nonlocal waited_for
+            if motorcycle.waited_for != waited_for:
+                waited_for = motorcycle.waited_for
+                waiting(waited_for)
             return motorcycle.tick(number, due) and not over()
 
+        run_ticks(listen, MILLISECOND, MonotonicClock(), LISTENING)
         ready()
         with scheduling():
             run_ticks(tick, MILLISECOND, MonotonicClock(SPIN))

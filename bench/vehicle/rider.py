@@ -1,8 +1,9 @@
 """Simulated rider: holds the grip, presses the button and releases it when the trial has ended."""
 
-from slipbench.protocol.codec.messages import Phase, RiderControls
+from slipbench.protocol.codec.messages import Authority, Phase, RiderControls
 from slipbench.protocol.trial_file import VirtualRider
 
+STEADY = 2.0  # s of steady riding before a trial that no dashboard shows
 AFTER = frozenset({Phase.DONE, Phase.TRIPPED})
 
 
@@ -16,6 +17,7 @@ class Rider:
         self._pressed_at: float | None = None
         self._phase = Phase.IDLE
         self.grip = grip
+        self.clutch = 0.0  # 0 released .. 1 pulled
 
     def read_phase(self, phase: Phase, now: float) -> None:
         """Read the phase of the trial from the dashboard at `now` (s)."""
@@ -23,9 +25,27 @@ class Rider:
             self._armed_at = now
         self._phase = phase
 
+    def watch(self, authority: Authority, now: float) -> None:
+        """Follow a trial that no dashboard shows at `now` (s), by the authority of the bench.
+
+        The rider presses after a while of steady riding, and lets go once the bench has given back.
+        """
+        if self._phase == Phase.IDLE and now >= STEADY:
+            self.read_phase(Phase.ARMED, now)
+        elif authority != Authority.NONE:
+            self._phase = Phase.EXCITING
+        elif self._phase == Phase.EXCITING:
+            self._phase = Phase.DONE
+
     def controls(self, now: float) -> RiderControls:
         """Positions of the controls at `now` (s)."""
-        return RiderControls(self._presses(now), self.grip, 0.0, 0.0, 0.0)
+        return RiderControls(self._presses(now), self.grip, 0.0, 0.0, self.clutch)
+
+    def follow(self, controls: RiderControls, now: float) -> None:
+        """Follow the controls of a real rider at `now` (s) instead of the script."""
+        self.grip, self.clutch = controls.grip, controls.clutch
+        if controls.button and self._pressed_at is None:
+            self._pressed_at = now
 
     @property
     def pressed(self) -> bool:

@@ -12,12 +12,16 @@ from pathlib import Path
 import can
 import numpy as np
 
-from slipbench.bench.bus.opening import interface_down
+from slipbench.bench.bus.faults import NO_FAULTS, FaultPlan
+from slipbench.bench.bus.frame import Frame
 from slipbench.bench.loop.clock import SECOND
 from slipbench.bench.safety.vehicle_monitor import Wheels
 from slipbench.bench.vehicle.devices import DeviceClock, Grant
 from slipbench.bench.vehicle.disturbances import ON_THE_ROAD, DisturbanceLevels, Disturbances
 from slipbench.bench.vehicle.instruments import Instruments, Motion, Timing
+from slipbench.bench.vehicle.nodes import ALL_NODES, NODE_OF, carriers
+from slipbench.bench.vehicle.port import Port
+from slipbench.bench.vehicle.real_devices import RealDevices
 from slipbench.bench.vehicle.rider import Rider
 from slipbench.bench.vehicle.road import Road
 from slipbench.plant.channels import ChannelTiming
@@ -36,8 +40,17 @@ from slipbench.plant.sensing import (
 from slipbench.plant.signals import Floats
 from slipbench.plant.simulation import Inputs, Outputs, Simulation
 from slipbench.plant.vehicle_file import Vehicle, load_vehicle
+from slipbench.protocol.codec.assembly import Assembly, Joined
 from slipbench.protocol.codec.codec import Codec, Sender
-from slipbench.protocol.codec.messages import ActuatorCommand, Authority, TrialStatus
+from slipbench.protocol.codec.faults import FrameFault
+from slipbench.protocol.codec.messages import (
+    ActuatorCommand,
+    Authority,
+    RiderControls,
+    ThrottleStatus,
+    TrialStatus,
+)
+from slipbench.protocol.codec.wire import FramePlan
 from slipbench.protocol.errors import InputError
 from slipbench.protocol.trial_file import TrialFile
 
@@ -68,11 +81,17 @@ def equilibrium_throttle(scenario: "Scenario") -> float:
 
 @dataclass(frozen=True)
 class Scenario:
-    """What is simulated: a vehicle, a trial (operating point, rider, seed), and disturbances."""
+    """What is simulated: a vehicle, a trial (operating point, rider, seed), and disturbances.
+
+    nodes   nodes of the bus that are simulated; the others are real devices (`bench/vehicle/nodes.py`)
+    faults  faults of the simulated nodes (`bench/vehicle/node_faults.py`)
+    """
 
     vehicle: Vehicle
     trial: TrialFile
     disturbances: DisturbanceLevels = ON_THE_ROAD
+    nodes: frozenset[str] = ALL_NODES
+    faults: FaultPlan = NO_FAULTS
 
     def equilibrium(self, simulation: Simulation) -> tuple[Floats, float]:
         """Steady state of the operating point, and the throttle opening (0..1) that holds it.
@@ -118,7 +137,10 @@ class VirtualMotorcycle:
         trial, motorcycle = scenario.trial, scenario.vehicle.motorcycle
         self._silence = trial.command.silence
         self._gear = trial.operating_point.gear
-        self._bus, self._codec, self._sender = bus, codec, Sender(codec)
+        self._codec, self._sender = codec, Sender(codec)
+        self._port = Port(bus, codec, carriers(codec, scenario.nodes), scenario.faults)
+        self._nodes, self._real = scenario.nodes, RealDevices(scenario.nodes, codec)
+        self._assembly = Assembly(codec)
         self._simulation = Simulation(motorcycle)
         self._state, grip = scenario.equilibrium(self._simulation)
         self._rider = Rider(trial.rider, grip)
@@ -127,27 +149,47 @@ class VirtualMotorcycle:
         self._sensors = {channel: Sensor(motorcycle, channel, "signal") for channel in CONTINUOUS}
         self._disturbances = Disturbances(scenario.disturbances, trial.seed)
         self._inputs = Inputs.held(1, gear=float(self._gear), throttle_command=grip)
-        self._grant = Grant()
-        self._counter: int | None = None  # of the last command
+        self._grant = Grant(latches=codec.requests_authority)
+        self._counters: dict[str, int | None] = {}  # of the last frames of a command
         self._discs = {
             "rear": toothed_disc(motorcycle.rear_encoder, motorcycle.effects, "rear_encoder"),
             "front": toothed_disc(motorcycle.front_encoder, motorcycle.effects, "front_encoder"),
         }
         self._pickups: dict[str, Floats] = {}
+        self._radii = motorcycle.rear_wheel.radius, motorcycle.front_wheel.radius
         self._road = Road(trial.road)
         self._distance = 0.0  # m, from the button
         self._start: int | None = None
         self._elapsed = 0
+        self._present = 0.0  # s, of the tick; after a late tick the simulation is behind it
         self._throttle_rate = 0.0
         self.watchdog_timeouts: list[float] = []  # s, when authority returned to the rider
 
+    @property
+    def waited_for(self) -> tuple[str, ...]:
+        """Nodes left to real devices that have not sent yet."""
+        return self._real.waited_for
+
+    def listen(self) -> None:
+        """Read the frames that have arrived, and send nothing.
+
+        Raises InputError where another device sends for a node that is simulated here.
+        """
+        for frame in self._port.receive(0.0):
+            self._read(frame, 0.0, devices_only=True)
+
     def tick(self, number: int, due: int) -> bool:
-        """Simulate up to millisecond `number`, inclusive, due at `due` ns; always True."""
+        """Simulate up to millisecond `number`, inclusive, due at `due` ns; always True.
+
+        Raises InputError where a real device is silent or late, or sends for a simulated node.
+        """
         if self._start is None:
             self._start = due - round((number + 1) * STEP * SECOND)
+        self._present = (number + 1) * STEP
         while self._elapsed <= number:
             self._elapsed += 1
             self._advance(self._elapsed * STEP)
+        self._real.check(self._present)
         return True
 
     def _advance(self, now: float) -> None:
@@ -162,33 +204,79 @@ class VirtualMotorcycle:
         if grant.latched and not self._grant.latched:
             self.watchdog_timeouts.append(now)
         self._grant = grant
-        for name, message in self._instruments.messages_due(self._elapsed - 1, now, motion, grant):
-            self._send(*self._sender.encode(message, name=name))
+        for name, message in self._instruments.messages_due(
+            self._elapsed - 1, now, motion, self._applied(now)
+        ):
+            if NODE_OF[name] in self._nodes:
+                for frame in self._sender.frames(message, name=name, now=now):
+                    self._port.send(frame, now)
+
+    def _applied(self, now: float) -> Grant:
+        """What the devices apply and report at `now` (s): where the ECU is real, what it reports."""
+        if "ecu" in self._nodes:
+            return self._grant
+        command = self._real.command(now, self._silence)
+        return Grant() if command is None else Grant(command, now)
 
     def _receive(self, now: float) -> None:
-        while (frame := self._bus.recv(0)) is not None:
-            if frame.is_error_frame or frame.is_remote_frame or frame.is_extended_id:
-                continue
-            message = self._codec.decode(frame.arbitration_id, frame.data)
+        for frame in self._port.receive(now):
+            self._read(frame, now)
+        if not self._codec.has("TrialStatus"):
+            self._rider.watch(self._grant.authority, now)
+
+    def _read(self, frame: Frame, now: float, *, devices_only: bool = False) -> None:
+        """Let the devices read a frame at `now` (s)."""
+        plan = self._codec.plan(frame.identifier, frame.extended)
+        if plan is None:
+            return
+        payload = plan.check(frame.data)
+        if isinstance(payload, FrameFault):
+            self._real_fault(plan, payload)
+            return
+        counter = None if plan.guard is None else plan.guard.counter(payload)
+        found = self._assembly.take(plan, payload, now)
+        if isinstance(found, FrameFault):
+            self._real_fault(plan, found)
+            return
+        carrier = plan.message.name
+        commands = any(part.name == "ActuatorCommand" for part in plan.parts)
+        moved = not commands or devices_only or self._in_sequence(carrier, counter)
+        for part in plan.parts:
+            if part.name in NODE_OF:
+                self._read_device(part.name, found, counter)
+        for _name, message, _ in found:
             match message:
-                case ActuatorCommand() if self._in_sequence(frame, now):
+                case ActuatorCommand() if moved and not devices_only:
                     self._grant = self._grant.receive(message, now)
-                case TrialStatus():
+                case TrialStatus() if not devices_only:
                     self._rider.read_phase(message.phase, now)
 
-    def _in_sequence(self, frame: can.Message, now: float) -> bool:
+    def _real_fault(self, plan: FramePlan, fault: FrameFault) -> None:
+        for part in plan.parts:
+            if part.name in NODE_OF:
+                self._real.receive(part.name, fault, None, self._present)
+
+    def _read_device(self, name: str, found: list[Joined], counter: int | None) -> None:
+        """Read what another device sends of message `name`, at the present."""
+        message = next((each for key, each, _ in found if key == name), None)
+        if self._real.receive(name, message, counter, self._present):
+            match message:
+                case RiderControls():
+                    self._rider.follow(message, self._present)
+                case ThrottleStatus():
+                    self._inputs.measured_throttle[0] = message.position
+
+    def _in_sequence(self, carrier: str, counter: int | None) -> bool:
         """Whether the counter of a command advanced; a frozen counter is not a valid command."""
-        counter = self._codec.counter(frame.arbitration_id, frame.data)
-        moved = counter is None or counter != self._counter
-        self._counter = counter
+        moved = counter is None or counter != self._counters.get(carrier)
+        self._counters[carrier] = counter
         return moved
 
     def _move(self, now: float) -> Motion:
         """True motion after one millisecond under the commands and the disturbances."""
-        authority, command, inputs = self._grant.authority, self._grant.command, self._inputs
-        throttle = command.throttle if authority & Authority.THROTTLE else self._rider.grip
-        inputs.throttle_command[0] = throttle
-        inputs.spark[0] = command.spark if authority & Authority.SPARK else 0.0
+        inputs = self._inputs
+        inputs.throttle_command[0], inputs.spark[0] = self._commands(now)
+        inputs.clutch[0] = 1.0 - self._rider.clutch
         inputs.road_force[0], inputs.engine_disturbance[0] = self._disturbances.draw(STEP)
         inputs.grip[0], inputs.load[0] = self._road.factors(self._distance)
         self._state, out = self._simulation.advance(self._state, inputs)
@@ -198,6 +286,15 @@ class VirtualMotorcycle:
         self._pass_teeth("rear", times, out.rear_angle, out.rear_speed)
         self._pass_teeth("front", times, out.front_angle, out.front_speed)
         return self._motion(times, out)
+
+    def _commands(self, now: float) -> tuple[float, float]:
+        """Opening (0..1) commanded to the servo and spark offset (rad) at `now` (s)."""
+        if "ecu" in self._nodes:
+            authority, command = self._grant.authority, self._grant.command
+            throttle = command.throttle if authority & Authority.THROTTLE else self._rider.grip
+            return throttle, command.spark if authority & Authority.SPARK else 0.0
+        status = self._real.command(now, self._silence)
+        return (self._rider.grip, 0.0) if status is None else (status.throttle, status.spark)
 
     def _pass_teeth(self, wheel: str, times: Floats, angle: Floats, speed: Floats) -> None:
         disc = self._discs[wheel]
@@ -223,16 +320,9 @@ class VirtualMotorcycle:
             acceleration=float(out.acceleration[-1]),
             rear_angle=float(out.rear_angle[-1]),
             front_angle=float(out.front_angle[-1]),
+            rear_speed=float(out.rear_speed[-1]) * self._radii[0],
+            front_speed=float(out.front_speed[-1]) * self._radii[1],
         )
-
-    def _send(self, identifier: int, data: bytes) -> None:
-        frame = can.Message(arbitration_id=identifier, data=data, is_extended_id=False)
-        try:
-            self._bus.send(frame)
-        except can.CanOperationError as refusal:
-            if interface_down(refusal):
-                raise
-            return  # a full queue loses the frame, as on a real device; its counter shows it
 
 
 def _teeth(disc: ToothedDisc) -> int:

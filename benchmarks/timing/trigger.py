@@ -79,7 +79,7 @@ def _trigger(prepared: Prepared, address: BusAddress, times: int, pipe: Connecti
             while bus.recv(0) is not None:  # echoes of the trial before
                 pass
             ring = Ring.local()
-            gateway = Gateway(prepared.plan, bus, prepared.database, ring, wheels)
+            gateway = Gateway(prepared.plan, bus, prepared.binding, ring, wheels)
             wait = None if turn % 2 else button_wait(gateway, bus, clock)
             slots = _one(gateway, ring, clock, wait)
             if (taken := delay(slots, Codec(prepared.database))) is not None:

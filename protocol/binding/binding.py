@@ -15,6 +15,7 @@ from slipbench.protocol.binding.fields import (
     Field,
 )
 from slipbench.protocol.binding.missing import require_roles
+from slipbench.protocol.codec.codec import Codec
 from slipbench.protocol.codec.messages import Authority, Phase, TripReason
 from slipbench.protocol.codec.placement import KINDS, OWN, FieldsAt, Placement, SignalAt, TeethAt
 from slipbench.protocol.configuration import read_toml
@@ -50,6 +51,10 @@ class Binding:
         """Whether the bench can send requests, or only listens."""
         return "ActuatorCommand" in self.placement
 
+    def codec(self) -> Codec:
+        """Codec of the bench's messages on this bus. Raises InputError where a signal does not suit."""
+        return Codec(self.database, self.placement)
+
     def require_trial(self, spark: bool) -> None:
         """Check that a trial has all its roles. spark: it moves the spark advance.
 
@@ -57,12 +62,6 @@ class Binding:
         """
         if self.roles is not None:
             require_roles(self.roles, self.database, str(self.path), spark)
-
-    @property
-    def releases_by_silence(self) -> bool:
-        """Whether no signal requests authority: the ECU takes the throttle back when requests end."""
-        at = self.placement.get("ActuatorCommand", {})
-        return isinstance(at, Mapping) and not isinstance(at.get("authority"), SignalAt)
 
     def carriers(self, name: str) -> set[str]:
         """Messages of the database that hold fields of a message of the bench."""

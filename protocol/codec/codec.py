@@ -11,6 +11,7 @@ from slipbench.protocol.codec.wire import FieldsPart, FramePlan, Part, TeethPart
 from slipbench.protocol.database.layout import Database, Message
 from slipbench.protocol.errors import InputError
 
+REQUEST = "ActuatorCommand"
 __all__ = ["MESSAGES", "Codec", "Frame", "Sender"]
 
 
@@ -123,6 +124,12 @@ class Codec:
     def has(self, name: str) -> bool:
         """Whether the database holds a message of the bench."""
         return name in self._frames_of
+
+    @property
+    def requests_authority(self) -> bool:
+        """Whether a signal requests authority; without one, requests that end release it."""
+        parts = self.parts(REQUEST) if self.has(REQUEST) else []
+        return any("authority" in part.fields for part in parts)
 
     @property
     def plans(self) -> Mapping[str, FramePlan]:

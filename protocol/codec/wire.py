@@ -140,6 +140,7 @@ class TeethPart:
     """Tooth intervals: the multiplexer selects their signals; an unused one is 0."""
 
     whole = True
+    kind: Any = ToothIntervals
     constants: Mapping[str, Any] = {}
 
     def __init__(self, database: Database, message: Message, name: str, at: TeethAt) -> None:

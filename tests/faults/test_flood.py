@@ -10,6 +10,7 @@ from slipbench.bench.gateway.gateway import BEHIND, MOST_FRAMES, Gateway
 from slipbench.bench.loop.ring import Ring
 from slipbench.bench.safety.trial import TrialState
 from slipbench.bench.safety.vehicle_monitor import Wheels
+from slipbench.protocol.binding.binding import own_binding
 from slipbench.protocol.codec.codec import Codec, Sender
 from slipbench.protocol.codec.messages import Authority, EcuStatus, Phase, TripReason
 from slipbench.protocol.database.database import load_database
@@ -47,7 +48,7 @@ def statuses() -> list[can.Message]:
 
 
 def gateway(bus: can.BusABC, phase: Phase) -> Gateway:
-    made = Gateway(plan(), bus, DATABASE, Ring.local(), Wheels(0.32, 0.30, 16))
+    made = Gateway(plan(), bus, own_binding(DATABASE), Ring.local(), Wheels(0.32, 0.30, 16))
     made.state = TrialState(phase, since=1.0, throttle=OPENING, grip=OPENING)
     return made
 

@@ -116,7 +116,7 @@ def test_the_status_claims_authority_while_the_bench_has_it_and_at_no_other_time
 def controlled() -> SlipControl:
     """A slip control that has heard both wheels and the optical speed for a second."""
     plan = prepare(TRIALS / "slip_steps_throttle.toml", dbc.MOTORBIKE).plan
-    control = slip_control(plan, Wheels(0.32, 0.30, 16), DATABASE)
+    control = slip_control(plan, Wheels(0.32, 0.30, 16), CODEC)
     assert control is not None
     for tick in range(1000):
         now = tick * 1e-3

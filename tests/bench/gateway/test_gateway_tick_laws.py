@@ -20,6 +20,7 @@ from slipbench.bench.gateway.gateway import (
 from slipbench.bench.gateway.tx_echo import PATIENCE
 from slipbench.bench.loop.ring import BIT_RATE_SWITCH, ERROR, EXTENDED, FD, REMOTE, SENT, Ring
 from slipbench.bench.safety.trial import ENDED, HOLDING
+from slipbench.protocol.binding.binding import own_binding
 from slipbench.protocol.codec.messages import (
     ActuatorCommand,
     Authority,
@@ -55,7 +56,9 @@ class Deaf:
 
 
 def gateway(bus, ring=None, **options) -> Gateway:
-    return Gateway(plan("throttle"), bus, DATABASE, ring or Ring.local(64), WHEELS, **options)
+    return Gateway(
+        plan("throttle"), bus, own_binding(DATABASE), ring or Ring.local(64), WHEELS, **options
+    )
 
 
 def in_phase(phase: Phase, actuator: str = "throttle") -> World:

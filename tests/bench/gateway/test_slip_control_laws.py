@@ -17,6 +17,7 @@ from slipbench.bench.gateway.slip_control import (
 )
 from slipbench.bench.safety.trial import NO_OFFSETS, Offsets
 from slipbench.bench.safety.vehicle_monitor import Wheels
+from slipbench.protocol.codec.codec import Codec
 from slipbench.protocol.codec.messages import Intervals, OpticalSpeed, ToothIntervals
 from slipbench.protocol.database.database import load_database
 from tests.bench.conditions import plan
@@ -186,9 +187,9 @@ def test_a_tooth_may_be_as_late_as_its_frame_waits():
 
 
 def test_a_plan_without_a_controller_has_no_slip_control():
-    assert slip_control(plan(), WHEELS, DATABASE) is None
+    assert slip_control(plan(), WHEELS, Codec(DATABASE)) is None
 
 
 def test_the_count_of_teeth_wraps_at_its_signals_width():
     length = DATABASE.message("RearTeeth").signal("tooth_count").length
-    assert tooth_modulo(DATABASE) == 2**length
+    assert tooth_modulo(Codec(DATABASE)) == 2**length
