@@ -79,7 +79,7 @@ _CRC = _table()
 def crcs(data: npt.NDArray[np.uint8], data_id: int) -> npt.NDArray[np.uint8]:
     """CRC of every payload of a log. data: (n, length) with the CRC in column 0."""
     start = _CRC[_CRC[data_id & 0xFF] ^ (data_id >> 8)]
-    crc = np.full(len(data), start, np.uint8)
+    crc = np.full(len(data), start)
     for column in range(1, data.shape[1]):
         crc = _CRC[crc ^ data[:, column]]
     return crc

@@ -49,7 +49,7 @@ class Plan(ABC):
     def period(self, field: str) -> float:
         """Value at which a clock (s) or a running count wraps."""
         signal = self.message.signal(field)
-        return (1 << signal.length) * si(signal, self.name)[0]
+        return (1 << signal.length) * si(signal, f"{self.name}.{field}")[0]
 
 
 def _data_id(database: Database, message: Message) -> int | None:
