@@ -6,6 +6,7 @@ end-to-end counter, so that no code that may have failed is needed to send one.
 
 import traceback
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 from slipbench.protocol.codec import e2e
@@ -14,6 +15,7 @@ from slipbench.protocol.codec.messages import ActuatorCommand, Authority, TrialS
 
 Frame = tuple[int, bytes]
 RELEASE = "ActuatorCommand"
+RELEASED = ActuatorCommand(Authority.NONE, 0.0, 0.0, 0.0)
 DEEPEST = 3  # places in the program that a note names
 
 
@@ -24,13 +26,12 @@ class FailSafe:
         """Encode the frames that release authority."""
         self.active = False
         self.records_sent = False  # the interface does not echo what the bench sends
-        release = ActuatorCommand(Authority.NONE, 0.0, 0.0, 0.0)
-        self._ready = [codec.encode(release, counter=n) for n in range(e2e.PERIOD)]
+        self._ready = [codec.encode(RELEASED, counter=n) for n in range(e2e.PERIOD)]
 
     def release(self, sender: Sender, now: float) -> Frame:
         """Return the frame that releases authority, under the next counter; now: s."""
         counter = sender.counters.get(RELEASE, 0)
-        made = self.attempt(sender.encode, ActuatorCommand(Authority.NONE, 0.0, 0.0, now))
+        made = self.attempt(sender.encode, replace(RELEASED, time=now))
         sender.counters[RELEASE] = (counter + 1) % e2e.PERIOD
         frame: Frame = made or self._ready[counter]
         return frame

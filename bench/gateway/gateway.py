@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import can
 
 from slipbench.bench.gateway.controller_state import ControllerState
-from slipbench.bench.gateway.fail_safe import FailSafe, described
+from slipbench.bench.gateway.fail_safe import RELEASED, FailSafe, described
 from slipbench.bench.gateway.sender_monitor import OURS, SenderMonitor
 from slipbench.bench.gateway.slip_control import slip_control
 from slipbench.bench.gateway.stamps import Stamp, as_stamped
@@ -89,7 +89,7 @@ class Gateway:
         self._control = slip_control(plan, wheels, database)
         self._senders = SenderMonitor(_cycles(database))
         self._protected = dict.fromkeys(SAFETY, e2e.INITIAL)
-        self._last = ActuatorCommand(Authority.NONE, 0.0, 0.0, 0.0)
+        self._last = RELEASED
         self._requested_since = 0.0
         self._refused_in_a_row = 0
         self._full = self._behind = False
@@ -312,7 +312,7 @@ class Gateway:
         if isinstance(decision, ActuatorCommand):
             return decision
         self._move_to(tripped(self.state, decision, now), due)
-        return ActuatorCommand(Authority.NONE, 0.0, 0.0, now)
+        return replace(RELEASED, time=now)
 
     def _move_to(self, state: TrialState, due: int) -> None:
         if state.phase != self.state.phase:

@@ -1,5 +1,6 @@
 """Laws of one tick of the gateway: what it records, reports, hears in time, and when it ends."""
 
+import math
 from itertools import pairwise
 
 import can
@@ -18,8 +19,9 @@ from slipbench.bench.gateway.gateway import (
     _cycles,
 )
 from slipbench.bench.gateway.tx_echo import PATIENCE
+from slipbench.bench.loop.clock import SECOND
 from slipbench.bench.loop.ring import BIT_RATE_SWITCH, ERROR, EXTENDED, FD, REMOTE, SENT, Ring
-from slipbench.bench.safety.trial import ENDED, HOLDING
+from slipbench.bench.safety.trial import ENDED, HOLDING, not_ready
 from slipbench.protocol.codec.messages import (
     ActuatorCommand,
     Authority,
@@ -169,6 +171,12 @@ def test_a_status_names_why_the_trial_ended():
     assert (last.phase, last.trip) == (Phase.TRIPPED, TripReason.STOPPED)
 
 
+def test_a_clock_that_begins_at_0_has_its_first_status_at_0():
+    bus = Deaf()
+    gateway(bus).tick(1, 0)
+    assert [status.tick for status in sent(bus, STATUS)] == [1]
+
+
 def test_every_phase_is_noted_once_with_the_time_at_which_it_began():
     world, seen, phase = World("throttle"), [], Phase.IDLE
     for _ in range(80):
@@ -242,7 +250,7 @@ def test_the_button_is_expected_of_an_armed_trial_alone(phase):
 def test_refusals_are_counted_noted_and_forgotten_with_the_first_frame_that_is_taken():
     bus = Deaf()
     own = gateway(bus)
-    assert not own.refused
+    assert own.refused is False
     bus.fault = can.CanOperationError("no room")
     own.tick(1, START)
     assert own.refused
@@ -255,6 +263,55 @@ def test_refusals_are_counted_noted_and_forgotten_with_the_first_frame_that_is_t
     for number in range(3, 3 + MOST_NOTES):
         own.tick(number, START + number * MILLISECOND)
     assert len(own.refusals) == MOST_NOTES
+
+
+@pytest.mark.parametrize(("in_a_row", "off"), [(2, False), (3, True)])
+def test_the_bus_is_off_from_the_third_refused_frame_in_a_row_on(in_a_row, off):
+    """From the first tick on: then nothing has been taken before."""
+    bus, seen, left = Deaf(), [], in_a_row
+    own = gateway(bus)
+    taken, state = bus.send, own._monitor.state
+
+    def send(message):
+        nonlocal left
+        left -= 1
+        if left >= 0:
+            raise can.CanOperationError("no room")
+        taken(message)
+
+    def watched(now, **kind):
+        seen.append(kind["bus_off"])
+        return state(now, **kind)
+
+    bus.send, own._monitor.state = send, watched
+    for number in range(1, 6):
+        own.tick(number, START + number * MILLISECOND)
+    assert any(seen) == off
+
+
+def test_a_bench_none_of_whose_commands_was_taken_gets_no_authority():
+    """The bus took every status: no frame is refused in a row, and the button is expected."""
+    world = World("throttle")
+    world.judge.look = lambda *_: None  # it expects a command in each tick
+    taken, statuses = world.wire.send, 0
+
+    def send(message):
+        nonlocal statuses
+        if message.arbitration_id == COMMAND:
+            raise can.CanOperationError("no room")
+        statuses += 1
+        taken(message)
+
+    world.wire.send = send
+    while statuses < 2:  # after a status that was taken no frame is refused in a row
+        world.tick()
+    assert world.gateway.expects_the_button
+    world.button = True
+    world.tick()
+    trip = world.gateway.state.trip
+    assert trip is not None
+    assert trip.reason == TripReason.TIMING
+    assert "last command" in trip.detail
 
 
 def test_a_bus_that_cannot_be_read_is_off_after_three_ticks_without_a_frame():
@@ -326,6 +383,10 @@ def test_what_is_heard_counts_as_old_as_the_tick_before():
     world.tick(3 * MILLISECOND)
     found = world.gateway._monitor.state(world.due / 1e9)
     assert found.oldest_age == pytest.approx((world.due - before) / 1e9, abs=1e-6)
+    first = World("throttle")
+    first.tick()  # nobody knows since when these frames waited
+    assert first.gateway._monitor.state(first.due / 1e9).oldest_age == math.inf
+    assert "silent" in not_ready(first.gateway._monitor.state(first.due / 1e9), first.plan)
 
 
 def test_periodic_messages_are_those_with_a_cycle_time_that_are_sent_by_it():
@@ -350,9 +411,7 @@ def test_a_tick_that_fails_releases_reports_and_records_until_the_end():
     own._decide = broken
     bus.sent.clear()
     own._status_due = 0.0
-    number = 1
-    while True:
-        number += 1
+    for number in range(2, 400):
         due = START + number * MILLISECOND
         bus.waiting = [can.Message(arbitration_id=0x55, timestamp=7.25, is_extended_id=False)]
         if not own.tick(number, due):
@@ -378,6 +437,44 @@ def test_a_tick_that_fails_releases_reports_and_records_until_the_end():
     assert {(slot.time_ns, slot.flags) for slot in frames} == {(7_250_000_000, 0)}
     assert not own.expects_the_button
     assert not own.refused
+
+
+def test_a_first_tick_that_fails_records_what_waits_and_names_itself_before_other_notes():
+    bus, ring = Deaf([can.Message(arbitration_id=0x55, is_extended_id=False)]), Ring.local(64)
+    own = gateway(bus, ring)
+    own.refusals.append("no room")
+    own._listen = broken
+    own.tick(1, START)
+    assert [slot.identifier for slot in ring.drain()] == [0x55]
+    assert "in tick 1: ZeroDivisionError" in own.refusals[0]
+    assert own.refusals[1:] == ["no room"]
+    assert own.state.since == START / SECOND
+
+
+@pytest.mark.parametrize("echoes", [False, True])
+def test_what_is_sent_after_an_exception_is_recorded_once(echoes):
+    """By its echo, or where the interface has none when it is handed over."""
+    bus, ring = Deaf(), Ring.local(1024)
+    own = gateway(bus, ring)
+    for number in range(1, PATIENCE + 2):
+        if echoes:
+            bus.waiting = list(bus.sent[-2:])
+        own.tick(number, START + number * MILLISECOND)
+    list(ring.drain())
+    own._decide = broken
+    due = START + (PATIENCE + 2) * MILLISECOND
+    bus.waiting = []
+    before = len(bus.sent)
+    own.tick(PATIENCE + 2, due)
+    now = list(ring.drain())
+    if echoes:
+        assert now == []
+        bus.waiting = list(bus.sent[before:])
+        own._put_now = broken
+        own.tick(PATIENCE + 3, due + MILLISECOND)
+        assert [(s.identifier, s.flags) for s in ring.drain()] == [(COMMAND, SENT)]
+    else:
+        assert [(s.identifier, s.flags, s.time_ns) for s in now] == [(COMMAND, SENT, due)]
 
 
 @pytest.mark.parametrize(
