@@ -4,6 +4,7 @@ import math
 from itertools import pairwise
 
 import can
+import numpy as np
 import pytest
 
 from slipbench import dbc
@@ -45,7 +46,9 @@ class Deaf:
     def __init__(self, waiting=()) -> None:
         self.waiting, self.sent, self.fault = list(waiting), [], None
 
-    def recv(self, _timeout):
+    def recv(self, timeout):
+        if timeout != 0:
+            pytest.fail("a tick waits for a frame")
         if self.fault:
             raise self.fault
         return self.waiting.pop(0) if self.waiting else None
@@ -155,7 +158,7 @@ def test_a_status_is_sent_at_once_and_then_every_20_ms_with_the_number_of_its_ti
     for status in sent(bus, STATUS):
         assert (status.phase, status.authority) == (Phase.IDLE, Authority.NONE)
         assert status.trip == TripReason.NONE
-    assert not any(message.is_extended_id for message in bus.sent)
+    assert all(message.is_extended_id is False for message in bus.sent)
 
 
 def test_a_status_names_why_the_trial_ended():
@@ -348,7 +351,10 @@ def test_another_bench_is_found_by_its_frames_and_a_frame_of_another_kind_is_not
     world.wire.waiting.append(frame)
     world.tick()
     trip = world.gateway.state.trip
-    assert (trip is not None and trip.reason == TripReason.TWO_SENDERS) == (kind == "")
+    assert (trip is not None) == (kind == "")
+    if trip is not None:
+        assert trip.reason == TripReason.TWO_SENDERS
+        assert trip.detail == "another bench sends ActuatorCommand on this bus"
 
 
 @pytest.mark.parametrize(
@@ -426,6 +432,10 @@ def test_a_tick_that_fails_releases_reports_and_records_until_the_end():
     releases, statuses = sent(bus, COMMAND), sent(bus, STATUS)
     assert len(releases) == number - 1
     assert {command.authority for command in releases} == {Authority.NONE}
+    assert all(message.is_extended_id is False for message in bus.sent)
+    times = np.array([command.time for command in releases])
+    wrap = codec().period("ActuatorCommand", "time")
+    np.testing.assert_allclose(np.diff(times) % wrap, 0.001, atol=3e-6)
     assert [status.tick for status in statuses] == list(range(2, number + 1, 20))
     assert {(s.phase, s.authority, s.trip) for s in statuses} == {
         (Phase.TRIPPED, Authority.NONE, TripReason.INTERNAL_ERROR)
@@ -437,6 +447,30 @@ def test_a_tick_that_fails_releases_reports_and_records_until_the_end():
     assert {(slot.time_ns, slot.flags) for slot in frames} == {(7_250_000_000, 0)}
     assert not own.expects_the_button
     assert not own.refused
+
+
+def test_a_tick_that_fails_at_time_0_reports_at_once():
+    bus = Deaf()
+    own = gateway(bus)
+    own._listen = broken
+    own.tick(1, 0)
+    assert [status.trip for status in sent(bus, STATUS)] == [TripReason.INTERNAL_ERROR]
+
+
+def test_an_exception_after_the_end_changes_neither_the_outcome_nor_when_the_bench_leaves():
+    world = in_phase(Phase.DONE)
+    changes, ended = list(world.gateway.changes), world.due
+    bus = world.gateway._bus = Deaf()
+    world.gateway._decide = broken
+    for number in range(1, 300):
+        due = ended + number * MILLISECOND
+        if not world.gateway.tick(world.number + number, due):
+            break
+    assert number == pytest.approx(AFTERWARDS * 1000, abs=1)
+    assert (world.gateway.state.phase, world.gateway.state.trip) == (Phase.DONE, None)
+    assert world.gateway.changes == changes
+    assert {(s.phase, s.trip) for s in sent(bus, STATUS)} == {(Phase.DONE, TripReason.NONE)}
+    assert {command.authority for command in sent(bus, COMMAND)} == {Authority.NONE}
 
 
 def test_a_first_tick_that_fails_records_what_waits_and_names_itself_before_other_notes():
@@ -456,25 +490,51 @@ def test_what_is_sent_after_an_exception_is_recorded_once(echoes):
     """By its echo, or where the interface has none when it is handed over."""
     bus, ring = Deaf(), Ring.local(1024)
     own = gateway(bus, ring)
-    for number in range(1, PATIENCE + 2):
+    fails = 61  # a status is due in this tick
+    for number in range(1, fails):
         if echoes:
             bus.waiting = list(bus.sent[-2:])
         own.tick(number, START + number * MILLISECOND)
     list(ring.drain())
     own._decide = broken
-    due = START + (PATIENCE + 2) * MILLISECOND
+    due = START + fails * MILLISECOND
     bus.waiting = []
     before = len(bus.sent)
-    own.tick(PATIENCE + 2, due)
+    own.tick(fails, due)
     now = list(ring.drain())
     if echoes:
         assert now == []
         bus.waiting = list(bus.sent[before:])
         own._put_now = broken
-        own.tick(PATIENCE + 3, due + MILLISECOND)
-        assert [(s.identifier, s.flags) for s in ring.drain()] == [(COMMAND, SENT)]
+        own.tick(fails + 1, due + MILLISECOND)
+        assert [(s.identifier, s.flags) for s in ring.drain()] == [(COMMAND, SENT), (STATUS, SENT)]
     else:
-        assert [(s.identifier, s.flags, s.time_ns) for s in now] == [(COMMAND, SENT, due)]
+        expected = [(COMMAND, SENT, due), (STATUS, SENT, due)]
+        assert [(s.identifier, s.flags, s.time_ns) for s in now] == expected
+
+
+def test_a_frame_whose_stamp_fails_is_recorded_at_the_time_of_the_tick():
+    frames = [can.Message(arbitration_id=each, is_extended_id=False) for each in (0x55, 0x56)]
+    ring = Ring.local(64)
+    gateway(Deaf(frames), ring, stamp=broken).tick(1, START)
+    assert [(slot.identifier, slot.time_ns) for slot in ring.drain()] == [
+        (0x55, START),
+        (0x56, START),
+    ]
+
+
+@pytest.mark.parametrize("fails", [False, True])
+def test_the_bench_leaves_the_bus_exactly_when_its_time_after_the_end_is_over(fails):
+    """On a clock that begins at 0, where a float of the time is exact."""
+    own = gateway(Deaf())
+    if fails:
+        own._listen = broken
+        own.tick(0, 0)
+    else:
+        own.stop(0)
+    last = round(AFTERWARDS * SECOND)
+    assert own.tick(1, last - 1)
+    assert not own.tick(2, last)
 
 
 @pytest.mark.parametrize(
