@@ -29,9 +29,8 @@ from slipbench.bench.safety.trial import (
 )
 from slipbench.bench.safety.vehicle_monitor import SAFETY, VehicleMonitor, Wheels
 from slipbench.bench.safety.vehicle_state import VehicleState
-from slipbench.protocol.codec import e2e
 from slipbench.protocol.codec.codec import Codec, Sender
-from slipbench.protocol.codec.faults import Fault, FrameFault
+from slipbench.protocol.codec.faults import FrameFault
 from slipbench.protocol.codec.messages import (
     ActuatorCommand,
     Authority,
@@ -88,7 +87,7 @@ class Gateway:
         self._monitor = VehicleMonitor(wheels)
         self._control = slip_control(plan, wheels, database)
         self._senders = SenderMonitor(_cycles(database))
-        self._protected = dict.fromkeys(SAFETY, e2e.INITIAL)
+        self._counters: dict[str, int | None] = dict.fromkeys(SAFETY)
         self._last = RELEASED
         self._requested_since = 0.0
         self._refused_in_a_row = 0
@@ -255,27 +254,21 @@ class Gateway:
         if name is None:
             return
         self._senders.heard(name, now, self._codec.counter(identifier, data))
-        if name in self._protected and not self._in_sequence(name, identifier, data, now):
+        if name in self._counters and not self._in_sequence(name, identifier, data):
             self._monitor.fault(name)
             return
         self._monitor.observe(name, decoded, since)
         if self._control:
             self._control.observe(name, decoded, now)
 
-    def _in_sequence(self, name: str, identifier: int, data: bytes, now: float) -> bool:
+    def _in_sequence(self, name: str, identifier: int, data: bytes) -> bool:
         """Whether the counter moved; lost frames before this one are no fault of it.
 
         A repeated counter is a fault after a pause as well, although it may have wrapped once.
         """
         counter = self._codec.counter(identifier, data)
-        if counter is None:
-            return True
-        if counter == self._protected[name].counter:
-            return False
-        timeout = self._plan.trial.limits.stale
-        state, fault = e2e.check(self._protected[name], counter, True, now, timeout)
-        self._protected[name] = state
-        return fault is None or fault.fault in (Fault.LOST, Fault.STALE)
+        last, self._counters[name] = self._counters[name], counter
+        return counter is None or counter != last
 
     def _record(self, message: can.Message, time_ns: int, own: bool) -> None:
         flags = (

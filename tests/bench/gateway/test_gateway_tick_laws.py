@@ -1,6 +1,7 @@
 """Laws of one tick of the gateway: what it records, reports, hears in time, and when it ends."""
 
 import math
+from dataclasses import replace
 from itertools import pairwise
 
 import can
@@ -23,10 +24,12 @@ from slipbench.bench.gateway.tx_echo import PATIENCE
 from slipbench.bench.loop.clock import SECOND
 from slipbench.bench.loop.ring import BIT_RATE_SWITCH, ERROR, EXTENDED, FD, REMOTE, SENT, Ring
 from slipbench.bench.safety.trial import ENDED, HOLDING, not_ready
+from slipbench.protocol.codec.codec import Codec
 from slipbench.protocol.codec.messages import (
     ActuatorCommand,
     Authority,
     Phase,
+    RiderControls,
     TrialStatus,
     TripReason,
 )
@@ -168,6 +171,7 @@ def test_a_status_names_why_the_trial_ended():
     own.stop(START + MILLISECOND)
     assert own.state.trip.reason == TripReason.STOPPED
     assert own.state.trip.detail == "stopped by the operator"
+    assert own.state.since == (START + MILLISECOND) / SECOND
     for number in range(2, 23):
         own.tick(number, START + number * MILLISECOND)
     last: TrialStatus = sent(bus, STATUS)[-1]
@@ -374,6 +378,48 @@ def test_a_status_whose_counter_stands_or_whose_crc_is_wrong_is_faulty_and_a_sil
     assert "EngineStatus" in trip.detail
 
 
+@pytest.mark.parametrize("offset", [1, 7, 14])
+def test_a_second_vehicle_is_found_by_its_counter(offset):
+    world = World("throttle")
+    for _ in range(10):
+        counter = (world.counters["OpticalSpeed"] + offset) % 15
+        world.put(*codec().encode(world.message("OpticalSpeed"), counter=counter))
+        world.tick()
+    trip = world.gateway.state.trip
+    assert trip is not None
+    assert trip.reason == TripReason.TWO_SENDERS
+    assert "OpticalSpeed is counted by more than one sender" in trip.detail
+
+
+def test_a_status_without_protection_is_heard_although_nothing_counts_it():
+    message = DATABASE.message("RiderControls")
+    signals = tuple(s for s in message.signals if s.name not in ("crc", "counter"))
+    plain = replace(message, signals=signals, protection=None)
+    database = replace(
+        DATABASE, messages=tuple(plain if m is message else m for m in DATABASE.messages)
+    )
+    bus, codec_ = Deaf(), Codec(database)
+    own = Gateway(plan("throttle"), bus, database, Ring.local(64), WHEELS)
+    for number, button in enumerate((False, True, True, False)):
+        rider = RiderControls(button, 0.1, 0.0, 0.0, 0.0)
+        identifier, data = codec_.encode(rider)
+        bus.waiting.append(can.Message(arbitration_id=identifier, data=data, is_extended_id=False))
+        assert own.attend(START + number * MILLISECOND) == button
+
+
+def test_a_command_that_is_not_permitted_becomes_a_release_of_the_same_tick():
+    world = in_phase(Phase.EXCITING)
+    wrap = codec().period("ActuatorCommand", "time")
+    assert (world.due / SECOND - world.asked.time + 1e-3) % wrap == pytest.approx(1e-3, abs=2e-6)
+    world.brakes[0] = 4e6
+    world.tick()
+    assert world.gateway.state.trip.reason == TripReason.BRAKE
+    assert world.gateway.state.since == world.due / SECOND
+    assert (world.asked.authority, world.asked.throttle) == (Authority.NONE, 0.0)
+    assert (world.due / SECOND - world.asked.time + 1e-3) % wrap == pytest.approx(1e-3, abs=2e-6)
+    assert world.gateway.refusals == []
+
+
 def test_frames_that_were_lost_do_not_spoil_the_next_one():
     world = in_phase(Phase.EXCITING)
     for _ in range(3):
@@ -389,6 +435,10 @@ def test_what_is_heard_counts_as_old_as_the_tick_before():
     world.tick(3 * MILLISECOND)
     found = world.gateway._monitor.state(world.due / 1e9)
     assert found.oldest_age == pytest.approx((world.due - before) / 1e9, abs=1e-6)
+    world.gateway.attend(world.due + MILLISECOND // 2)
+    world.tick()  # the bench listened half a tick ago
+    found = world.gateway._monitor.state(world.due / 1e9)
+    assert found.oldest_age == pytest.approx(0.5e-3, abs=1e-6)
     first = World("throttle")
     first.tick()  # nobody knows since when these frames waited
     assert first.gateway._monitor.state(first.due / 1e9).oldest_age == math.inf
@@ -511,6 +561,20 @@ def test_what_is_sent_after_an_exception_is_recorded_once(echoes):
     else:
         expected = [(COMMAND, SENT, due), (STATUS, SENT, due)]
         assert [(s.identifier, s.flags, s.time_ns) for s in now] == expected
+
+
+def test_what_arrives_after_the_bench_listened_is_recorded_in_the_tick_that_fails():
+    frames = [can.Message(arbitration_id=each, is_extended_id=False) for each in (0x55, 0x56)]
+    bus, ring = Deaf(frames[:1]), Ring.local(64)
+    own = gateway(bus, ring)
+
+    def fails(*_arguments):
+        bus.waiting.append(frames[1])
+        raise ZeroDivisionError("made by the test")
+
+    own._decide = fails
+    own.tick(1, START)
+    assert [slot.identifier for slot in ring.drain()] == [0x55, 0x56]
 
 
 def test_a_frame_whose_stamp_fails_is_recorded_at_the_time_of_the_tick():
