@@ -320,7 +320,7 @@ class Gateway:
         """Send a command; if the bus refuses it, the last one still holds."""
         self.refused = not self._put(*self._sender.encode(command), now)
         if not self.refused:
-            self._last = replace(command, time=now)
+            self._last = command
 
     def _report(self, number: int, now: float) -> None:
         if now < self._status_due:
@@ -361,5 +361,5 @@ def _cycles(database: Database) -> dict[str, float]:
     return {
         message.name: message.cycle_time
         for message in database.messages
-        if message.cycle_time and not message.attributes.get("GenMsgSendType", 0)
+        if message.cycle_time and not message.attributes.get("GenMsgSendType")
     }

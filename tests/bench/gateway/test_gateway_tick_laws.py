@@ -184,6 +184,27 @@ def test_a_clock_that_begins_at_0_has_its_first_status_at_0():
     assert [status.tick for status in sent(bus, STATUS)] == [1]
 
 
+@pytest.mark.parametrize(
+    ("phase", "authority"),
+    [
+        (Phase.ARMED, Authority.NONE),
+        (Phase.EXCITING, Authority.THROTTLE),
+        (Phase.SETTLING, Authority.THROTTLE),
+        (Phase.HANDING_BACK, Authority.THROTTLE),
+        (Phase.DONE, Authority.NONE),
+    ],
+)
+def test_a_status_claims_authority_while_the_bench_holds_it(phase, authority):
+    world = in_phase(phase)
+    world.button = phase != Phase.ARMED
+    world.gateway._bus = bus = Deaf(world.wire.waiting)
+    world.gateway._status_due = 0.0
+    world.gateway.tick(world.number + 1, world.due + MILLISECOND)
+    assert [(status.phase, status.authority) for status in sent(bus, STATUS)] == [
+        (world.gateway.state.phase, authority)
+    ]
+
+
 def test_every_phase_is_noted_once_with_the_time_at_which_it_began():
     world, seen, phase = World("throttle"), [], Phase.IDLE
     for _ in range(80):
@@ -294,6 +315,7 @@ def test_the_bus_is_off_from_the_third_refused_frame_in_a_row_on(in_a_row, off):
     for number in range(1, 6):
         own.tick(number, START + number * MILLISECOND)
     assert any(seen) == off
+    assert own.refusals == ["no room"] * in_a_row
 
 
 def test_a_bench_none_of_whose_commands_was_taken_gets_no_authority():
@@ -418,6 +440,19 @@ def test_a_command_that_is_not_permitted_becomes_a_release_of_the_same_tick():
     assert (world.asked.authority, world.asked.throttle) == (Authority.NONE, 0.0)
     assert (world.due / SECOND - world.asked.time + 1e-3) % wrap == pytest.approx(1e-3, abs=2e-6)
     assert world.gateway.refusals == []
+
+
+def test_the_distance_of_a_trial_counts_from_its_button():
+    world, starts = in_phase(Phase.ARMED), []
+    world.gateway._monitor.start_distance = starts.append
+    for _ in range(80):
+        world.button = world.gateway.state.phase != Phase.ARMED or world.gateway.state.released
+        world.tick()
+        if world.gateway.state.phase in ENDED:
+            break
+    assert world.gateway.state.phase == Phase.DONE
+    (pressed,) = (c.time_ns for c in world.gateway.changes if c.phase == Phase.EXCITING)
+    assert starts == [pressed / SECOND]
 
 
 def test_frames_that_were_lost_do_not_spoil_the_next_one():

@@ -98,6 +98,14 @@ def test_the_slip_that_stood_is_a_mean_over_a_while():
     assert recorder.updates[-1][0] == pytest.approx(0.02 * share, rel=0.1)
 
 
+def test_after_a_pause_the_slip_of_now_is_the_mean():
+    control, recorder = made()
+    now = ride(control, slip=0.0)
+    late = ride(control, 0.02, slip=0.02, start=now + 2 * MEAN_TIME)
+    control.update(0.0, late)
+    assert recorder.updates[-1][0] == pytest.approx(0.02, abs=1e-4)
+
+
 def test_a_slip_that_was_not_known_is_the_target_as_soon_as_it_is():
     control, recorder = made()
     control.update(0.0, 0.5)
@@ -130,7 +138,8 @@ def test_a_controller_starts_once_from_rest_at_the_slip_and_speed_that_are_known
 def test_what_a_first_call_costs_is_paid_before_the_ticks():
     recorder = Recorder()
     SlipControl(recorder, WHEELS, 256, None)
-    assert (len(recorder.starts), len(recorder.updates)) == (1, 1)
+    assert recorder.starts == [(0.0, 0.0, 0.0, 50.0)]  # at rest, without slip
+    assert recorder.updates == [(0.0, 0.0, 50.0, 0.001)]
 
 
 @pytest.mark.parametrize("name", ["RearTeeth", "FrontTeeth"])
