@@ -4,6 +4,7 @@
 """
 
 import math
+from dataclasses import replace
 
 import pytest
 
@@ -17,9 +18,14 @@ from slipbench.bench.gateway.slip_control import (
 )
 from slipbench.bench.safety.trial import NO_OFFSETS, Offsets
 from slipbench.bench.safety.vehicle_monitor import Wheels
+from slipbench.bench.trials.preparation import prepare
+from slipbench.controllers.slip_controller import from_tree
 from slipbench.protocol.codec.messages import Intervals, OpticalSpeed, ToothIntervals
+from slipbench.protocol.configuration import load_toml, parse
+from slipbench.protocol.controller_file import ControllerFile
 from slipbench.protocol.database.database import load_database
 from tests.bench.conditions import plan
+from tests.paths import CONTROLLERS, TRIALS
 
 DATABASE = load_database(dbc.MOTORBIKE)
 WHEELS = Wheels(0.32, 0.30, 16)
@@ -196,8 +202,34 @@ def test_a_tooth_may_be_as_late_as_its_frame_waits():
 
 def test_a_plan_without_a_controller_has_no_slip_control():
     assert slip_control(plan(), WHEELS, DATABASE) is None
+    prepared = prepare(TRIALS / "slip_steps_throttle.toml", dbc.MOTORBIKE).plan
+    assert slip_control(replace(prepared, controller=None), WHEELS, DATABASE) is None
+    open_loop = prepared.trial.model_copy(update={"controller": None})
+    assert slip_control(replace(prepared, trial=open_loop), WHEELS, DATABASE) is None
+
+
+@pytest.mark.parametrize("target", [None, 0.02])
+def test_slip_control_of_a_plan_runs_its_controller_at_its_target(target):
+    prepared = prepare(TRIALS / "slip_steps_throttle.toml", dbc.MOTORBIKE).plan
+    setting = prepared.trial.controller.model_copy(update={"target": target})
+    trial = prepared.trial.model_copy(update={"controller": setting})
+    found = slip_control(replace(prepared, trial=trial), WHEELS, DATABASE)
+    file = load_toml(CONTROLLERS / "throttle.toml")
+    expected = SlipControl(
+        from_tree(parse(file, ControllerFile, "").model_dump()), WHEELS, 256, target
+    )
+    for control in (found, expected):
+        now = ride(control, slip=0.012)
+        for tick in range(50):
+            control.update(0.001, now + tick * 0.001)
+    assert found.requested.throttle != 0.0
+    assert found.requested == expected.requested
 
 
 def test_the_count_of_teeth_wraps_at_its_signals_width():
     length = DATABASE.message("RearTeeth").signal("tooth_count").length
     assert tooth_modulo(DATABASE) == 2**length
+    teeth = DATABASE.message("RearTeeth")
+    signals = tuple(replace(s, length=6) if s.name == "tooth_count" else s for s in teeth.signals)
+    messages = tuple(replace(m, signals=signals) if m is teeth else m for m in DATABASE.messages)
+    assert tooth_modulo(replace(DATABASE, messages=messages)) == 64
