@@ -6,12 +6,14 @@ end-to-end counter, so that no code that may have failed is needed to send one.
 
 import traceback
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 from slipbench.protocol.codec.codec import Codec, Frame, Sender
 from slipbench.protocol.codec.messages import ActuatorCommand, Authority, TrialStatus
 
 RELEASE = "ActuatorCommand"
+RELEASED = ActuatorCommand(Authority.NONE, 0.0, 0.0, 0.0)
 DEEPEST = 3  # places in the program that a note names
 
 
@@ -25,10 +27,9 @@ class FailSafe:
         self._ready: dict[str, list[Frame]] = {}
         if silent or not codec.has(RELEASE):
             return
-        release = ActuatorCommand(Authority.NONE, 0.0, 0.0, 0.0)
         for part in codec.parts(RELEASE):
             plan = codec.plan_of(part.message.name)
-            words = part.pack(release)
+            words = part.pack(RELEASED)
             period = (plan.guard.period if plan.guard else 0) or 1
             self._ready[part.message.name] = [
                 codec.finish(plan, [words], counter) for counter in range(period)
@@ -39,7 +40,7 @@ class FailSafe:
         if not self._ready:
             return []
         counters = {name: sender.counters.get(name, 0) for name in self._ready}
-        command = ActuatorCommand(Authority.NONE, 0.0, 0.0, now)
+        command = replace(RELEASED, time=now)
         made: list[Frame] | None = self.attempt(sender.frames, command)
         for name, frames in self._ready.items():
             sender.counters[name] = (counters[name] + 1) % len(frames)

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import can
 
 from slipbench.bench.gateway.controller_state import ControllerState
-from slipbench.bench.gateway.fail_safe import FailSafe, described
+from slipbench.bench.gateway.fail_safe import RELEASED, FailSafe, described
 from slipbench.bench.gateway.receiver import Receiver
 from slipbench.bench.gateway.slip_control import slip_control
 from slipbench.bench.gateway.stamps import Stamp, as_stamped
@@ -94,7 +94,7 @@ class Gateway:
         self._control = slip_control(plan, wheels, codec)
         limits, point = plan.trial.limits, plan.trial.operating_point
         self._receiver = Receiver(binding, codec, wheels, limits.stale, point.gear)
-        self._last = ActuatorCommand(Authority.NONE, 0.0, 0.0, 0.0)
+        self._last = RELEASED
         self._requested_since = 0.0
         self._refused_in_a_row = 0
         self._full = self._behind = False
@@ -302,7 +302,7 @@ class Gateway:
         if isinstance(decision, ActuatorCommand):
             return decision
         self._move_to(tripped(self.state, decision, now), due)
-        return ActuatorCommand(Authority.NONE, 0.0, 0.0, now)
+        return replace(RELEASED, time=now)
 
     def _move_to(self, state: TrialState, due: int) -> None:
         if state.phase != self.state.phase:
@@ -321,7 +321,7 @@ class Gateway:
             sent = [self._put(frame, now) for frame in self._sender.frames(command)]
             self.refused = not all(sent)
         if not self.refused:
-            self._last = replace(command, time=now)
+            self._last = command
             self._receiver.requested(command, now)
 
     def _report(self, number: int, now: float) -> None:

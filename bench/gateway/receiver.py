@@ -14,7 +14,6 @@ from slipbench.bench.gateway.sender_monitor import SenderMonitor
 from slipbench.bench.gateway.wheel_speed import WheelSpeedTeeth
 from slipbench.bench.safety.vehicle_monitor import SAFETY, Wheels
 from slipbench.protocol.binding.binding import BENCH_SENDS, Binding
-from slipbench.protocol.codec import e2e
 from slipbench.protocol.codec.assembly import Assembly
 from slipbench.protocol.codec.codec import Codec
 from slipbench.protocol.codec.faults import Fault, FrameFault
@@ -69,8 +68,8 @@ class Receiver:
                 if plan.guard and plan.guard.period
             },
         )
-        self._sequence = {
-            carrier: e2e.INITIAL
+        self._counters: dict[str, int | None] = {
+            carrier: None
             for carrier, plan in codec.plans.items()
             if any(_feeds(part.name) in SAFETY for part in plan.parts)
         }
@@ -111,11 +110,20 @@ class Receiver:
             return [Received(_feeds(part.name), found, since) for part in plan.parts]
         counter = None if plan.guard is None else plan.guard.counter(payload)
         self._senders.heard(carrier, now, counter)
-        if counter is not None and carrier in self._sequence:
-            fault = self._out_of_sequence(carrier, plan, counter, now)
-            if fault is not None:
-                return [Received(_feeds(part.name), fault, since) for part in plan.parts]
+        if counter is not None and self._repeated(carrier, counter):
+            fault = FrameFault(Fault.REPEATED, carrier)
+            return [Received(_feeds(part.name), fault, since) for part in plan.parts]
         return [each for joined in found for each in self._completed(*joined, now)]
+
+    def _repeated(self, carrier: str, counter: int) -> bool:
+        """Whether the counter did not move; lost frames before this one are no fault of it.
+
+        A repeated counter is a fault after a pause as well, although it may have wrapped once.
+        """
+        if carrier not in self._counters:
+            return False
+        last, self._counters[carrier] = self._counters[carrier], counter
+        return counter == last
 
     def requested(self, command: ActuatorCommand, now: float) -> None:
         """Take in the request that was sent at `now` (s), where its echo is assumed."""
@@ -133,22 +141,6 @@ class Receiver:
         latency = self._degraded.echo or 0.0
         while self._requests and now - self._requests[0][0] >= latency:
             self._applied = self._requests.popleft()[1]
-
-    def _out_of_sequence(
-        self, carrier: str, plan: FramePlan, counter: int, now: float
-    ) -> FrameFault | None:
-        """Fault of a counter that did not move; lost frames before this one are no fault of it.
-
-        A repeated counter is a fault after a pause as well, although it may have wrapped once.
-        """
-        state = self._sequence[carrier]
-        if counter == state.counter:
-            return FrameFault(Fault.REPEATED, carrier)
-        period = plan.guard.period if plan.guard else e2e.PERIOD
-        self._sequence[carrier], fault = e2e.check(state, counter, True, now, self._stale, period)
-        if fault is None or fault.fault in (Fault.LOST, Fault.STALE):
-            return None
-        return fault
 
     def _completed(
         self, name: str, message: BenchMessage, time: float, now: float
@@ -208,5 +200,5 @@ def _cycles(database: Database, codec: Codec) -> dict[str, float]:
         for message in database.messages
         if message.name in codec.plans
         and message.cycle_time
-        and not message.attributes.get("GenMsgSendType", 0)
+        and not message.attributes.get("GenMsgSendType")
     }

@@ -57,8 +57,6 @@ class SenderMonitor:
         self._cycles, self._ours, self._periods = dict(cycles), frozenset(ours), periods or {}
         self._limit = {name: TOO_MANY * WINDOW / cycle + 2 for name, cycle in cycles.items()}
         self._window_ends = 0.0
-        self._counts: dict[str, int] = {}
-        self._turns: dict[str, _Turns] = {}
         self.trouble = ""
         self.forget()
 
@@ -82,8 +80,8 @@ class SenderMonitor:
 
     def forget(self) -> None:
         """Restart the counts: the frames received came late, and many at once."""
-        self._counts = dict.fromkeys(self._cycles, 0)
-        self._turns = {name: _Turns() for name in self._cycles}
+        self._counts: dict[str, int] = dict.fromkeys(self._cycles, 0)
+        self._turns: dict[str, _Turns] = {name: _Turns() for name in self._cycles}
 
 
 def _next(counter: int | None, period: int) -> int | None:

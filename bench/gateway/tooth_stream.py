@@ -34,11 +34,10 @@ class ToothStream:
         if self._count is None:
             self._count = message.tooth_count - reported
         lost = (message.tooth_count - reported - self._count) % self._modulo
-        elapsed = now - self._late if lost else self._elapsed  # what was lost took that long
-        first = self._count + lost
+        if lost:  # how long they took is not known: this frame's delay is the least again
+            self._late = math.inf
+        elapsed, first = self._elapsed, self._count + lost
         teeth = []
-        if lost:
-            elapsed = max(elapsed - sum(message.intervals), self._elapsed)
         for k, interval in enumerate(message.intervals, 1):
             elapsed += interval
             teeth.append((elapsed, first + k))

@@ -6,10 +6,8 @@ another sender in the name of a node that is simulated.
 """
 
 from dataclasses import dataclass, field
-from math import inf
 
 from slipbench.bench.vehicle.nodes import ALL_NODES, MESSAGES_OF, NODE_OF
-from slipbench.protocol.codec import e2e
 from slipbench.protocol.codec.codec import Codec
 from slipbench.protocol.codec.faults import Fault, FrameFault
 from slipbench.protocol.codec.messages import ActuatorCommand, BenchMessage, EcuStatus
@@ -34,7 +32,7 @@ class _Reception:
     """Frames of one message of a real device. period: s, agreed; None where it sends on events."""
 
     period: float | None
-    seen: e2e.LastSeen = e2e.INITIAL
+    counter: int | None = None  # of the last frame
     last: float | None = None  # s, when the last valid frame arrived
     window: float = 0.0  # s, begin of the window
     count: int = 0  # valid frames in the window
@@ -88,7 +86,7 @@ class RealDevices:
         if name not in self._receptions:
             raise _second_sender(name)
         reception = self._receptions[name]
-        fault = message if isinstance(message, FrameFault) else _repetition(reception, counter, now)
+        fault = message if isinstance(message, FrameFault) else _repetition(reception, counter)
         if fault is not None:
             reception.invalid[fault.fault] = reception.invalid.get(fault.fault, 0) + 1
             return False
@@ -135,12 +133,12 @@ def _second_sender(name: str) -> InputError:
     )
 
 
-def _repetition(reception: _Reception, counter: int | None, now: float) -> FrameFault | None:
+def _repetition(reception: _Reception, counter: int | None) -> FrameFault | None:
     """The fault of a frame whose counter did not advance; lost frames are none."""
     if counter is None:
         return None
-    reception.seen, fault = e2e.check(reception.seen, counter, True, now, inf)
-    return fault if fault is not None and fault.fault is Fault.REPEATED else None
+    last, reception.counter = reception.counter, counter
+    return FrameFault(Fault.REPEATED) if counter == last else None
 
 
 def _agreed(period: float | None) -> str:

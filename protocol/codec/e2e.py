@@ -38,9 +38,9 @@ INITIAL = LastSeen()
 
 
 def check(
-    state: LastSeen, counter: int, crc_ok: bool, now: float, timeout: float, period: int = PERIOD
+    state: LastSeen, counter: int, crc_ok: bool, now: float, timeout: float
 ) -> tuple[LastSeen, FrameFault | None]:
-    """Judge the frame that has just come. now, timeout: in one unit, s or ns. period: of the counter.
+    """Judge the frame that has just come. now, timeout: in one unit, s or ns.
 
     A wrong CRC or a repetition does not count as having been seen: both grow stale. After a
     time-out the number of frames lost is not known (the counter may have turned), so the fault is
@@ -52,7 +52,7 @@ def check(
     late = silence(state, now, timeout)
     if state.counter is None or late is not None:
         return fresh, late
-    step = (counter - state.counter) % period
+    step = (counter - state.counter) % PERIOD
     if step == 0:
         return state, FrameFault(Fault.REPEATED)
     return fresh, FrameFault(Fault.LOST, count=step - 1) if step > 1 else None
@@ -79,7 +79,7 @@ _CRC = _table()
 def crcs(data: npt.NDArray[np.uint8], data_id: int) -> npt.NDArray[np.uint8]:
     """CRC of every payload of a log. data: (n, length) with the CRC in column 0."""
     start = _CRC[_CRC[data_id & 0xFF] ^ (data_id >> 8)]
-    crc = np.full(len(data), start, np.uint8)
+    crc = np.full(len(data), start)
     for column in range(1, data.shape[1]):
         crc = _CRC[crc ^ data[:, column]]
     return crc

@@ -280,7 +280,7 @@ class FramePlan:
 def period(message: Message, signal: str) -> float:
     """Value at which a clock (s) or a running count wraps."""
     found = message.signal(signal)
-    return (1 << found.length) * si(found, message.name)[0]
+    return (1 << found.length) * si(found, f"{message.name}.{signal}")[0]
 
 
 def _used(raws: Sequence[int]) -> int:

@@ -1,5 +1,6 @@
 """An exception inside the loop never ends a trial without release, outcome and whole record."""
 
+import re
 import tomllib
 from contextlib import ExitStack
 from dataclasses import replace
@@ -13,6 +14,7 @@ from slipbench import dbc
 from slipbench.bench.bus.simulated_bus import SimulatedNode
 from slipbench.bench.gateway import gateway as module
 from slipbench.bench.gateway.controller_state import ControllerState
+from slipbench.bench.gateway.fail_safe import RELEASED, FailSafe, described
 from slipbench.bench.gateway.gateway import Gateway
 from slipbench.bench.gateway.sender_monitor import SenderMonitor
 from slipbench.bench.gateway.tx_echo import TxEcho
@@ -21,7 +23,13 @@ from slipbench.bench.safety.vehicle_monitor import VehicleMonitor
 from slipbench.bench.trials.run import run_trial
 from slipbench.bench.vehicle.virtual_motorcycle import VirtualMotorcycle
 from slipbench.protocol.codec.codec import Codec, Sender
-from slipbench.protocol.codec.messages import ActuatorCommand, Authority, Phase, TripReason
+from slipbench.protocol.codec.messages import (
+    ActuatorCommand,
+    Authority,
+    Phase,
+    TrialStatus,
+    TripReason,
+)
 from slipbench.protocol.database.database import load_database
 from slipbench.protocol.logs import read_log
 from tests.bench.trials.test_whole_trial import prepared
@@ -183,6 +191,64 @@ def test_a_virtual_motorcycle_that_fails_is_silent_and_the_trial_trips(tmp_path)
         outcome = run_trial(SHORT, tmp_path / "run", None)
     assert outcome.state.trip.reason == TripReason.STALE
     assert any("virtual motorcycle failed: ValueError" in note for note in outcome.notes)
+
+
+class Mute(Codec):
+    """A codec that encodes until it is broken."""
+
+    broken = False
+
+    def encode(self, *arguments, **named):
+        if self.broken:
+            raise ZeroDivisionError("made by the test")
+        return super().encode(*arguments, **named)
+
+
+@pytest.mark.parametrize("breaks", range(18))
+def test_releases_follow_each_other_whether_or_not_they_can_still_be_encoded(breaks):
+    """Counters go on without a gap; what can be encoded bears its time."""
+    codec = Mute(DATABASE)
+    fail_safe, sender = FailSafe(codec), Sender(codec)
+    for number in range(36):
+        codec.broken = number >= breaks
+        identifier, data = fail_safe.release(sender, 0.25 + number)
+        time = 0.0 if codec.broken else 0.25 + number
+        assert CODEC.encode(replace(RELEASED, time=time), counter=number % 15) == (identifier, data)
+
+
+def test_a_status_that_cannot_be_encoded_is_none():
+    codec = Mute(DATABASE)
+    fail_safe, sender = FailSafe(codec), Sender(codec)
+    status = TrialStatus(Phase.TRIPPED, Authority.NONE, TripReason.INTERNAL_ERROR, 7)
+    assert fail_safe.status(sender, status) == CODEC.encode(status, counter=0)
+    codec.broken = True
+    assert fail_safe.status(sender, status) is None
+
+
+def test_nothing_has_failed_in_a_new_gateway_and_its_interface_echoes():
+    fail_safe = FailSafe(CODEC)
+    assert (fail_safe.active, fail_safe.records_sent) == (False, False)
+
+
+def test_an_exception_is_described_with_the_innermost_places_first():
+    def innermost():
+        raise ZeroDivisionError("made by the test")
+
+    def inner():
+        innermost()
+
+    def outer():
+        inner()
+
+    try:
+        outer()
+    except ZeroDivisionError as fault:
+        told = described(fault)
+    assert re.fullmatch(
+        r"ZeroDivisionError: made by the test \(innermost:\d+ < inner:\d+ < outer:\d+\)", told
+    )
+    first = innermost.__code__.co_firstlineno
+    assert f"innermost:{first + 1} " in told
 
 
 def test_clocks_and_counts_wrap_also_where_no_attribute_says_so(tmp_path):

@@ -80,6 +80,61 @@ def test_what_was_heard_before_a_backlog_is_forgotten():
     assert senders.trouble == ""
 
 
+@pytest.mark.parametrize(
+    ("counters", "found"),
+    [
+        ([0, 0, 1, 1, 2, 2, 3], False),  # three are out of turn: what follows each is in turn
+        ([0, 0, 1, 1, 2, 2, 3, 3], True),
+        ([0, 5, 1, 6, 2], False),  # 1, 6 and 2 go on from the frame before the last
+        ([0, 5, 1, 6, 2, 7], True),
+        ([0, 2, 4, 6, 8, 10, 12, 14, 1], False),  # lost frames leave gaps
+        ([13, 14, 0, 1, 2, 3], False),
+    ],
+)
+def test_four_frames_out_of_turn_at_once_are_a_second_sender(counters, found):
+    assert (found_after([0], at=[0.0]), found_after(counters, at=[0.0] * len(counters))) == (
+        None,
+        0.0 if found else None,
+    )
+
+
+def test_of_the_frames_out_of_turn_half_as_many_as_are_due_go_by():
+    """A repeated frame in two cycles is forgiven for ever, two in three cycles are not."""
+    some = [n for n in range(0, 400, 2) for n in (n, n, n + 1)]
+    assert found_after(some, at=[CYCLE * n for n in some]) is None
+    many = [n for n in range(0, 400, 3) for n in (n, n, n + 1, n + 1, n + 2)]
+    assert found_after(many, at=[CYCLE * n for n in many]) is not None
+
+
+def test_frames_are_counted_in_windows_of_half_a_second():
+    """Half as many again as are due, and two more; the window ends before its last moment."""
+    cycle, most = 0.0625, 14  # exact in binary: 1.5 * 0.5 s / 62.5 ms + 2
+    for last, found in ((0.499, True), (0.5, False)):
+        senders = SenderMonitor({NAME: cycle})
+        for number in range(most):
+            senders.heard(NAME, number / 32)
+            assert senders.trouble == ""
+        senders.heard(NAME, last)
+        assert (senders.trouble != "") == found
+    for number in range(most - 1):  # the window that began at 0.5 s
+        senders.heard(NAME, 0.75 + number / 128)
+    assert senders.trouble == ""
+    senders.heard(NAME, 0.99)
+    assert "more often" in senders.trouble
+
+
+def test_after_a_backlog_the_frames_of_its_window_do_not_count():
+    senders = SenderMonitor({NAME: 0.0625})
+    for _ in range(10):
+        senders.heard(NAME, 1.0)
+    senders.forget()
+    for _ in range(14):
+        senders.heard(NAME, 1.25)
+    assert senders.trouble == ""
+    senders.heard(NAME, 1.25)
+    assert senders.trouble != ""
+
+
 def test_a_message_without_a_counter_is_found_by_the_number_of_its_frames():
     senders = SenderMonitor({NAME: CYCLE})
     for number in range(2000):

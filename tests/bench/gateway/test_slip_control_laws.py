@@ -4,6 +4,7 @@
 """
 
 import math
+from dataclasses import replace
 
 import pytest
 
@@ -17,10 +18,15 @@ from slipbench.bench.gateway.slip_control import (
 )
 from slipbench.bench.safety.trial import NO_OFFSETS, Offsets
 from slipbench.bench.safety.vehicle_monitor import Wheels
+from slipbench.bench.trials.preparation import prepare
+from slipbench.controllers.slip_controller import from_tree
 from slipbench.protocol.codec.codec import Codec
 from slipbench.protocol.codec.messages import Intervals, OpticalSpeed, ToothIntervals
+from slipbench.protocol.configuration import load_toml, parse
+from slipbench.protocol.controller_file import ControllerFile
 from slipbench.protocol.database.database import load_database
 from tests.bench.conditions import plan
+from tests.paths import CONTROLLERS, TRIALS
 
 DATABASE = load_database(dbc.MOTORBIKE)
 WHEELS = Wheels(0.32, 0.30, 16)
@@ -99,6 +105,14 @@ def test_the_slip_that_stood_is_a_mean_over_a_while():
     assert recorder.updates[-1][0] == pytest.approx(0.02 * share, rel=0.1)
 
 
+def test_after_a_pause_the_slip_of_now_is_the_mean():
+    control, recorder = made()
+    now = ride(control, slip=0.0)
+    late = ride(control, 0.02, slip=0.02, start=now + 2 * MEAN_TIME)
+    control.update(0.0, late)
+    assert recorder.updates[-1][0] == pytest.approx(0.02, abs=1e-4)
+
+
 def test_a_slip_that_was_not_known_is_the_target_as_soon_as_it_is():
     control, recorder = made()
     control.update(0.0, 0.5)
@@ -131,7 +145,8 @@ def test_a_controller_starts_once_from_rest_at_the_slip_and_speed_that_are_known
 def test_what_a_first_call_costs_is_paid_before_the_ticks():
     recorder = Recorder()
     SlipControl(recorder, WHEELS, 256, None)
-    assert (len(recorder.starts), len(recorder.updates)) == (1, 1)
+    assert recorder.starts == [(0.0, 0.0, 0.0, 50.0)]  # at rest, without slip
+    assert recorder.updates == [(0.0, 0.0, 50.0, 0.001)]
 
 
 @pytest.mark.parametrize("name", ["RearTeeth", "FrontTeeth"])
@@ -188,8 +203,34 @@ def test_a_tooth_may_be_as_late_as_its_frame_waits():
 
 def test_a_plan_without_a_controller_has_no_slip_control():
     assert slip_control(plan(), WHEELS, Codec(DATABASE)) is None
+    prepared = prepare(TRIALS / "slip_steps_throttle.toml", dbc.MOTORBIKE).plan
+    assert slip_control(replace(prepared, controller=None), WHEELS, Codec(DATABASE)) is None
+    open_loop = prepared.trial.model_copy(update={"controller": None})
+    assert slip_control(replace(prepared, trial=open_loop), WHEELS, Codec(DATABASE)) is None
+
+
+@pytest.mark.parametrize("target", [None, 0.02])
+def test_slip_control_of_a_plan_runs_its_controller_at_its_target(target):
+    prepared = prepare(TRIALS / "slip_steps_throttle.toml", dbc.MOTORBIKE).plan
+    setting = prepared.trial.controller.model_copy(update={"target": target})
+    trial = prepared.trial.model_copy(update={"controller": setting})
+    found = slip_control(replace(prepared, trial=trial), WHEELS, Codec(DATABASE))
+    file = load_toml(CONTROLLERS / "throttle.toml")
+    expected = SlipControl(
+        from_tree(parse(file, ControllerFile, "").model_dump()), WHEELS, 256, target
+    )
+    for control in (found, expected):
+        now = ride(control, slip=0.012)
+        for tick in range(50):
+            control.update(0.001, now + tick * 0.001)
+    assert found.requested.throttle != 0.0
+    assert found.requested == expected.requested
 
 
 def test_the_count_of_teeth_wraps_at_its_signals_width():
     length = DATABASE.message("RearTeeth").signal("tooth_count").length
     assert tooth_modulo(Codec(DATABASE)) == 2**length
+    teeth = DATABASE.message("RearTeeth")
+    signals = tuple(replace(s, length=6) if s.name == "tooth_count" else s for s in teeth.signals)
+    messages = tuple(replace(m, signals=signals) if m is teeth else m for m in DATABASE.messages)
+    assert tooth_modulo(Codec(replace(DATABASE, messages=messages))) == 64

@@ -34,6 +34,18 @@ def test_a_clock_that_nobody_sets_leaves_stamps_as_they_are() -> None:
     assert as_stamped(1.5) == 1_500_000_000
 
 
+def test_a_step_of_the_wall_clock_is_taken_off() -> None:
+    clock = Watched()
+    stamp = SteadyStamps(clock)
+    for after, set_by in ((1, HOUR), (2, -HOUR), (3, 0)):
+        clock.now, clock.set_by = START + after * SECOND, set_by
+        assert abs(stamp((clock.now + set_by) / SECOND) - clock.now) <= FLOAT
+
+
+def test_a_stamp_of_zero_is_zero() -> None:
+    assert SteadyStamps(Watched())(0.0) == 0
+
+
 waits = st.lists(
     st.tuples(st.integers(0, 10**7), st.integers(0, 10**6), st.integers(-HOUR, HOUR)), max_size=40
 )

@@ -45,7 +45,31 @@ def test_lost_frames_are_a_step_of_the_count_and_time_goes_on():
     after = [stream.take(frame, complete + 2e-4) for complete, frame in made[14:20]]
     last, first = teeth[-1][-1], after[0][0]
     assert first[1] - last[1] == 13
-    assert first[0] - last[0] == pytest.approx(13 * 0.0025, abs=2e-4)
+    assert first[0] - last[0] == pytest.approx(13 * 0.0025, abs=1e-9)
+
+
+@pytest.mark.parametrize("start", [0, 100, 253])
+def test_a_running_count_begins_as_the_first_frame_counts_and_goes_on_without_a_wrap(start):
+    stream = ToothStream(MODULO)
+    for k, (complete, frame) in enumerate(frames([0.0025] * 300, start=start)):
+        offset = 0 if start + 3 < MODULO else MODULO  # what the first frame's count has wrapped by
+        expected = [start - offset + 3 * k + n for n in (1, 2, 3)]
+        assert [count for _, count in stream.take(frame, complete)] == expected
+
+
+@pytest.mark.parametrize("late", [0.0, 0.004])
+def test_after_lost_teeth_time_goes_on_from_the_arrival_of_the_next_frame(late):
+    """How long the lost ones took is not known: no delay of before is believed."""
+    stream = ToothStream(MODULO)
+    made = frames([0.0025] * 90)
+    for complete, frame in made[:10]:
+        stream.take(frame, complete + 2e-4)
+    complete, frame = made[14]
+    now = complete + 2e-4 + late
+    teeth = stream.take(frame, now)
+    assert [time for time, _ in teeth] == pytest.approx([now - 0.005, now - 0.0025, now])
+    complete, frame = made[15]
+    assert stream.take(frame, complete + 2e-4)[-1][0] == pytest.approx(complete + 2e-4, abs=1e-9)
 
 
 def test_a_late_frame_does_not_make_the_next_one_late():

@@ -12,7 +12,6 @@ from slipbench.bench.trials.preparation import prepare
 from slipbench.bench.trials.run import run_trial
 from slipbench.bench.vehicle.virtual_motorcycle import read_vehicle
 from slipbench.protocol.codec.codec import Codec
-from slipbench.protocol.codec.faults import Fault, FrameFault
 from slipbench.protocol.configuration import load_toml
 from slipbench.protocol.database.database import load_database
 from slipbench.protocol.database.layout import Database, Message, Signal
@@ -130,29 +129,6 @@ def test_a_database_that_cannot_carry_what_is_sent_is_refused(
         pytest.raises(InputError),
     ):
         prepare(trial, dbc.MOTORBIKE)
-
-
-def test_a_frame_with_an_unknown_layout_is_a_fault_and_no_exception() -> None:
-    """A layout of three bits carries 4 to 7 as well, which no frame of the bench has."""
-    message = COMPLETE.message("RearTeeth")
-    wide = tuple(
-        replace(each, length=3, maximum=3)
-        if each.name == "layout"
-        else replace(each, start=54, length=8)
-        if each.name == "tooth_count"
-        else replace(each, start=each.start, length=min(each.length, 14))
-        for each in message.signals
-    )
-    unprotected = replace(
-        message,
-        signals=tuple(each for each in wide if each.name not in ("crc", "counter")),
-        protection=None,
-    )
-    codec = Codec(with_message("RearTeeth", unprotected))
-    for raw in range(8):
-        word = raw << 12 | 1 << 22 | 1 << 36
-        decoded = codec.decode(message.identifier, word.to_bytes(8, "little"))
-        assert (raw > 3) == (isinstance(decoded, FrameFault) and decoded.fault is Fault.RANGE), raw
 
 
 def test_a_signal_with_a_negative_scale_keeps_its_range() -> None:

@@ -95,3 +95,5 @@ def test_a_message_due_within_a_nanosecond_is_due():
     outbox.put(1.0 + 0.9e-9, "now", message(1))
     outbox.put(1.0 + 1.1e-9, "later", message(2))
     assert [name for name, _ in outbox.due(1.0)] == ["now"]
+    outbox.put(1e-9, "exactly", message(3))
+    assert [name for name, _ in outbox.due(0.0)] == ["exactly"]

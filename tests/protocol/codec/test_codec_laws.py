@@ -199,6 +199,62 @@ def test_a_protection_that_is_not_laid_out_as_profile_1_is_refused(signals, prot
         Codec(database)
 
 
+def with_message(name: str, **changes) -> Database:
+    """The bench's database, one message changed."""
+    messages = (replace(m, **changes) if m.name == name else m for m in DATABASE.messages)
+    return Database("mine.dbc", "", tuple(messages))
+
+
+def test_crc_and_counter_without_a_declared_protection_are_refused():
+    """Otherwise no CRC would be checked. A message with one of them alone is not protected."""
+    signals = DATABASE.message("OpticalSpeed").signals
+    header = tuple(s for s in signals if s.name in ("crc", "counter"))
+    for kept in (signals, header):
+        with pytest.raises(InputError, match=r"OpticalSpeed.*no end-to-end protection"):
+            Codec(with_message("OpticalSpeed", signals=kept, protection=None))
+    for gone in ("crc", "counter"):
+        kept = tuple(s for s in signals if s.name != gone)
+        codec = Codec(with_message("OpticalSpeed", signals=kept, protection=None))
+        identifier, data = codec.encode(SPEED)
+        assert codec.counter(identifier, data) is None
+        other = bytes((data[0] ^ 0xFF, data[1] ^ 0x0F)) + data[2:]
+        assert codec.decode(identifier, other) == codec.decode(identifier, data)
+
+
+def test_a_frame_with_an_unknown_layout_is_a_fault_and_no_exception():
+    """A layout of three bits carries 4 to 7 as well, which no frame of the bench has."""
+    wide = {"layout": {"length": 3, "maximum": 3}, "tooth_count": {"start": 54, "length": 8}}
+    signals = tuple(
+        replace(s, **wide.get(s.name, {"length": min(s.length, 14)}))
+        for s in DATABASE.message("RearTeeth").signals
+        if s.name not in ("crc", "counter")
+    )
+    codec = Codec(with_message("RearTeeth", signals=signals, protection=None))
+    for raw in range(8):
+        word = raw << 12 | 1 << 22 | 1 << 36
+        found = codec.decode(codec.identifier("RearTeeth"), word.to_bytes(8, "little"))
+        if raw <= 3:
+            assert isinstance(found, ToothIntervals)
+        else:
+            assert found == FrameFault(Fault.RANGE, "RearTeeth", "layout", "0 to 3 (SI)", str(raw))
+
+
+@pytest.mark.parametrize("layout", Intervals)
+def test_each_layout_of_a_tooth_frame_has_signals_and_a_standing_wheel_has_one(layout):
+    signals = DATABASE.message("RearTeeth").signals
+    kept = tuple(s for s in signals if int(layout) not in s.multiplexer_ids)
+    with pytest.raises(InputError, match=f"0 signals .* layout = {int(layout)} "):
+        Codec(with_message("RearTeeth", signals=kept))
+    half = {"length": 21, "multiplexer": "layout", "multiplexer_ids": (int(layout),)}
+    pair = (Signal("one", 22, unit="us", **half), Signal("two", 43, unit="us", **half))
+    both = with_message("RearTeeth", signals=kept + pair)
+    if layout is Intervals.STANDING:
+        with pytest.raises(InputError, match=f"2 signals .* layout = {int(layout)} "):
+            Codec(both)
+    else:
+        assert Codec(both).capacity("RearTeeth")[layout] == (2, pytest.approx((2**21 - 1) * 1e-6))
+
+
 @pytest.mark.parametrize("change", [{"little_endian": False}, {"is_float": True}])
 def test_columns_are_encoded_for_little_endian_integers_only(change):
     with pytest.raises(ValueError, match=r"OpticalSpeed\.speed: only little-endian"):
@@ -210,6 +266,15 @@ def test_a_unit_that_is_not_known_is_refused_and_the_known_ones_are_named():
         Codec(changed("OpticalSpeed", speed={"unit": "furlong"}))
     assert "km/h" in str(refused.value)
     assert "OpticalSpeed.speed" in str(refused.value)
+    unknown = changed("OpticalSpeed", speed={"unit": "furlong"})
+    with pytest.raises(InputError, match="unit 'furlong'") as refused:
+        encode(unknown, "OpticalSpeed", {"speed": np.ones(2)})
+    assert "OpticalSpeed.speed" in str(refused.value)
+    # A count is raw, so a codec takes any unit of it; its period has none that is known.
+    codec = Codec(changed("RearTeeth", tooth_count={"unit": "teeth"}))
+    with pytest.raises(InputError, match="unit 'teeth'") as refused:
+        codec.period("RearTeeth", "tooth_count")
+    assert "RearTeeth.tooth_count" in str(refused.value)
 
 
 class Three(IntEnum):
@@ -237,6 +302,9 @@ def test_the_range_of_a_signal_is_that_of_its_bits_and_of_what_the_database_allo
         ({"scale": 0.1, "offset": 1.0, "minimum": 1.3, "maximum": 1.9}, 3, 9),
         ({"scale": 0.1, "offset": 1.0, "maximum": 1.9}, 0, 9),
         ({"scale": 0.1, "offset": 1.0, "minimum": 1.3}, 3, 15),
+        ({"scale": -0.1, "offset": 1.0, "maximum": 0.7}, 3, 15),
+        ({"scale": -0.1, "offset": 1.0, "minimum": 0.1}, 0, 9),
+        ({"scale": -0.1, "offset": 1.0, "minimum": 0.1, "maximum": 0.7}, 3, 9),
     ):
         place = slot(*one_signal(**changes), "x", float)
         assert (place.low, place.high) == (low, high), changes
@@ -250,8 +318,9 @@ def test_an_enumeration_must_have_a_member_for_each_value():
     assert slot(*one_signal(maximum=1.0), "x", bool).values == {0: False, 1: True}
     assert slot(*one_signal(), "x", float).values is None
     assert slot(*one_signal(), "x", int).values is None
-    with pytest.raises(InputError, match="the signal carries 0 to 2"):
+    with pytest.raises(InputError, match="the signal carries 0 to 2") as refused:
         slot(*one_signal(maximum=2.0), "x", Gap)
+    assert "mine.dbc: M.x" in str(refused.value)
     with pytest.raises(InputError, match="the signal carries 0 to 3"):
         slot(*one_signal(maximum=3.0), "x", Three)
 
