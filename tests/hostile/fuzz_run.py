@@ -8,7 +8,7 @@ A case ends well in one of these ways:
 
 Everything else is a failure: a traceback anywhere, another status, death by a signal that was not
 sent, more than 60 s of processor or 120 s in all, more than 2 GB of memory, a message that nobody
-can read.
+can read. Memory is counted from the fork: what the forking process holds already is not the case's.
 
 A case may have a disturbance: Ctrl-C or the loss of the terminal at a moment of its start, few
 files that it may open, or an interpreter of its own, as a user starts it.
@@ -60,12 +60,16 @@ class Running:
     pid: int
     began: float
     before: frozenset[str]
+    resident: int  # bytes that the forking process held, which its fork begins with
     sent: signal.Signals | None = None
 
 
 @dataclass(frozen=True)
 class Ended:
-    """How a case ended: its status (negative: a signal), what it cost, and what is wrong."""
+    """How a case ended: its status (negative: a signal), what it cost, and what is wrong.
+
+    memory: bytes at the peak, beyond what the forking process held.
+    """
 
     running: Running
     status: int
@@ -78,11 +82,12 @@ class Ended:
 def start(case: Case, number: int) -> Running:
     """Fork a process for the case, with limits, in its folder and in a session of its own."""
     before = frozenset(_names(case.folder))
+    resident = _own_memory()[1]
     sys.stdout.flush()
     pid = os.fork()
     if pid == 0:
         _in_the_child(case)
-    return Running(case, number, pid, time.monotonic(), before)
+    return Running(case, number, pid, time.monotonic(), before, resident)
 
 
 def _in_the_child(case: Case) -> None:
@@ -116,7 +121,7 @@ def _in_the_child(case: Case) -> None:
 
 def _limit(case: Case) -> None:
     resource.setrlimit(resource.RLIMIT_CPU, (CPU, CPU + 1))
-    limit = (MEMORY if case.disturbance.new_interpreter else _address_space()) + MEMORY
+    limit = (MEMORY if case.disturbance.new_interpreter else _own_memory()[0]) + MEMORY
     resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     if (files := case.disturbance.open_files) is not None:
@@ -158,9 +163,22 @@ def output(folder: Path, name: str) -> Path:
     return folder.with_name(f"{folder.name}.{name}")
 
 
-def _address_space() -> int:
-    pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[0])
-    return pages * resource.getpagesize()
+def _own_memory() -> tuple[int, ...]:
+    """Return the bytes of this process: of its address space, and resident."""
+    pages = Path("/proc/self/statm").read_text(encoding="ascii").split()[:2]
+    return tuple(int(number) * resource.getpagesize() for number in pages)
+
+
+def _memory(running: Running, usage: resource.struct_rusage) -> int:
+    """Return the peak of a case's memory in bytes, without what it began with.
+
+    The kernel's peak includes the fork's first pages. A new interpreter holds none of them, so its
+    peak is its own if it is higher; otherwise it used less than the forking process.
+    """
+    peak = usage.ru_maxrss * 1024
+    if running.case.disturbance.new_interpreter and peak > running.resident:
+        return peak
+    return max(0, peak - running.resident)
 
 
 def step(running: Running) -> Ended | None:
@@ -204,7 +222,7 @@ def _judged(running: Running, status: int, usage: resource.struct_rusage) -> End
     err = SWALLOWED.sub("", err)
     out = output(folder, "stdout").read_text(encoding="utf-8", errors="replace")
     elapsed = time.monotonic() - running.began
-    memory = usage.ru_maxrss * 1024
+    memory = _memory(running, usage)
     wrong = next(_wrong(running, status, err, out, elapsed, memory), "")
     return Ended(running, status, elapsed, memory, err, wrong)
 
