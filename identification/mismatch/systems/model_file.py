@@ -4,15 +4,23 @@ TOML. Equations are text over the names of parameters, inputs, states and seams.
 `{ value = 3, unit = "mm", plus_minus = 1 }`; plus_minus is the half width of what is believed with
 95 %, 5 % of the value if it is not told, nothing if it is 0. `size` is the usual magnitude of a
 quantity: what is large and what is small follows from it.
+
+A parameter above 0 errs by a factor: its half width is at most 10 times its value. One that may have
+either sign is written as 0 or less.
 """
 
 from pathlib import Path
 
-from pydantic import Field, model_validator
+from pydantic import Field, field_validator, model_validator
 
 from slipbench.identification.mismatch.systems.expression import FUNCTIONS
 from slipbench.protocol.configuration import Seconds, Section, read_toml
 from slipbench.protocol.units import to_base
+
+LARGEST = 1e30
+"""Largest magnitude of a number in base units: what equations do with it is still a float."""
+MOST_HALF_WIDTHS = 10.0
+"""Largest half width (95 %) of a parameter above 0, in values: a factor of 22 000."""
 
 
 class Number(Section):
@@ -24,7 +32,13 @@ class Number(Section):
 
     @model_validator(mode="after")
     def _known_unit(self) -> "Number":
-        to_base(self.unit)
+        slope, _, _ = to_base(self.unit)
+        for written in (self.value, self.plus_minus or 0.0):
+            if not abs(slope * written) <= LARGEST:
+                most = f"{LARGEST / slope:.3g} {self.unit}"
+                raise ValueError(
+                    f"{written:g} {self.unit} is too large: at most {most} is expected"
+                )
         return self
 
     @property
@@ -135,6 +149,19 @@ class ModelFile(Section):
     seams: dict[str, Seam] = Field(default_factory=dict)
     outputs: dict[str, Output] = Field(min_length=1)
     effects: tuple[ActingEffect, ...] = ()
+
+    @field_validator("parameters")
+    @classmethod
+    def _half_widths(cls, parameters: dict[str, Number]) -> dict[str, Number]:
+        for name, number in parameters.items():
+            half, most = number.si_plus_minus or 0.0, MOST_HALF_WIDTHS * number.si
+            if half > most > 0.0:
+                raise ValueError(
+                    f"{name}: plus_minus = {number.plus_minus:g} {number.unit} is more than"
+                    f" {MOST_HALF_WIDTHS:g} times the value; lower it, or write the value as 0 if"
+                    " it may have either sign"
+                )
+        return parameters
 
     @model_validator(mode="after")
     def _one_meaning_each(self) -> "ModelFile":
