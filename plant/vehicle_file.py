@@ -216,21 +216,16 @@ class _Reader:
         value = self.number(entry, "value", path, si, boundless=boundless)
         if "plus_minus" in entry and key:
             half = abs(self.number(entry, "plus_minus", path, si))
-            self.check_half_width(half, value, described, path, key, entry)
+            if not key.startswith("effects."):  # those are results, which nothing starts from
+                self.check_half_width(half, value, described, path, entry)
             self.known[key] = half
         return value
 
     def check_half_width(
-        self,
-        half: float,
-        value: float,
-        described: Parameter,
-        path: str,
-        key: str,
-        entry: dict[str, Any],
+        self, half: float, value: float, described: Parameter, path: str, entry: dict[str, Any]
     ) -> None:
         """Refuse a half width that says nothing: a wrong unit, or a wrong exponent."""
-        factor = described.low >= 0.0 and value > 0.0 and not key.startswith("effects.")
+        factor = described.low >= 0.0 and value > 0.0
         most = MOST_HALF_WIDTHS * value if factor else described.high - described.low
         if half > most:
             reason = f"{MOST_HALF_WIDTHS:g} times the value" if factor else "the width of its range"
