@@ -4,9 +4,9 @@ Each case follows from the seed and its number alone. A failure is printed with 
 it again: `python -m tests.hostile.fuzz CASES SEED --only NUMBER --keep FOLDER`. CASES is the number
 after the last case; `--first` begins later, so that a long run can be made in pieces.
 
-The commands that take minutes (explain, design, compare, prove, paper) are ended by Ctrl-C after
-some processor time: what they do with bad input they do before, and an interrupted analysis has to
-end well too.
+The commands that take minutes (explain of a motorcycle, compare, prove, paper) are ended by Ctrl-C
+after some seconds of processor time: they read their files before, and an interrupted analysis has to
+end well too. explain of a small table, and design, have the time to end by themselves.
 """
 
 import argparse
@@ -16,7 +16,7 @@ import shutil
 import sys
 import tempfile
 import time
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from random import Random
@@ -146,15 +146,18 @@ def main() -> int:
 
 
 def summary(ended: list[Ended]) -> str:
-    """Return the counts by command and status, and the number of failures."""
-    table = Counter((end.running.case.line.argv.split()[0], end.status) for end in ended)
-    lines = [
-        f"  {name:<14}"
-        + "".join(f"  {s}: {n:<5}" for (c, s), n in sorted(table.items()) if c == name)
-        for name in sorted({name for name, _ in table})
-    ]
+    """Return the counts by command and status with the mean duration, and the number of failures."""
+    by_name: dict[str, list[Ended]] = defaultdict(list)
+    for end in ended:
+        by_name[end.running.case.line.argv.split()[0]].append(end)
+    lines = []
+    for name, ends in sorted(by_name.items()):
+        counts = sorted(Counter(end.status for end in ends).items())
+        mean = sum(end.seconds for end in ends) / len(ends)
+        lines.append(f"  {name:<14}{mean:5.1f} s" + "".join(f"  {s}: {n:<5}" for s, n in counts))
     failed = sum(bool(end.wrong) for end in ended)
-    return "\n".join(["cases by command and status", *lines, f"{failed} of {len(ended)} failed"])
+    title = "cases by command: mean duration, status: cases"
+    return "\n".join([title, *lines, f"{failed} of {len(ended)} failed"])
 
 
 if __name__ == "__main__":

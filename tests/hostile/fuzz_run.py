@@ -24,7 +24,7 @@ import sys
 import time
 import tomllib
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from pyarrow.parquet import read_metadata
@@ -61,7 +61,8 @@ class Running:
     began: float
     before: frozenset[str]
     resident: int  # bytes that the forking process held, which its fork begins with
-    sent: signal.Signals | None = None
+    sent: list[signal.Signals] = field(default_factory=list)
+    interrupted: bool = False  # because its command would take minutes
 
 
 @dataclass(frozen=True)
@@ -93,7 +94,8 @@ def start(case: Case, number: int) -> Running:
 def _in_the_child(case: Case) -> None:
     status = 70
     try:
-        signal.signal(signal.SIGINT, signal.SIG_DFL)  # as the command's own start does
+        for number in (signal.SIGINT, signal.SIGHUP):  # whatever the target inherited
+            signal.signal(number, signal.SIG_DFL)
         os.setsid()
         os.chdir(case.folder)
         _redirect(case.folder)
@@ -101,7 +103,7 @@ def _in_the_child(case: Case) -> None:
         if case.disturbance.new_interpreter:
             words = new_interpreter([word.replace("\0", "") for word in case.argv])
             os.execve(words[0], words, os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)})
-        signal.signal(signal.SIGINT, signal.default_int_handler)  # whatever the target inherited
+        signal.signal(signal.SIGINT, signal.default_int_handler)
         sys.argv = ["slipbench", *case.argv]
         try:
             main()
@@ -184,8 +186,7 @@ def _memory(running: Running, usage: resource.struct_rusage) -> int:
 def step(running: Running) -> Ended | None:
     """Look after a running case; returns how it ended once it has."""
     elapsed = time.monotonic() - running.began
-    if running.sent is None:
-        _disturb(running, elapsed)
+    _disturb(running, elapsed)
     if elapsed > WALL:
         os.killpg(running.pid, signal.SIGKILL)
     pid, status, usage = os.wait4(running.pid, os.WNOHANG)
@@ -200,13 +201,18 @@ def _disturb(running: Running, elapsed: float) -> None:
     case = running.case
     after, disturbance = case.line.interrupt_after, case.disturbance
     spent = processor_time(running.pid)
-    if after is not None and (spent > after or elapsed > WAITING * after):
-        running.sent = signal.SIGINT
-        os.kill(running.pid, running.sent)
-    elif disturbance.signal and spent > disturbance.after:
-        running.sent = disturbance.signal
+    if math.isinf(spent):  # it has ended by itself
+        return
+    if disturbance.signal and spent > disturbance.after and not running.sent:
+        running.sent.append(disturbance.signal)
         with contextlib.suppress(ProcessLookupError):  # it has not made its session yet, or ended
-            os.killpg(running.pid, running.sent)
+            os.killpg(running.pid, disturbance.signal)
+    if after is None or running.interrupted:
+        return
+    if spent > after or elapsed > WAITING * after:
+        running.interrupted = True
+        running.sent.append(signal.SIGINT)
+        os.kill(running.pid, signal.SIGINT)
 
 
 def _end_what_it_started(group: int) -> None:
@@ -234,7 +240,7 @@ def _wrong(
         yield f"hang: no end within {CPU} s of processor or {WALL:g} s"
     if "Traceback (most recent" in err and not (running.sent and pythons_own(err)):
         yield f"traceback: {_last_of_traceback(err)}"
-    if status < 0 and status != -(running.sent or 0):
+    if status < 0 and -status not in running.sent:
         yield f"died of signal {-status}"
     if memory > MEMORY:
         yield f"memory: {memory / 2**30:.2f} GB"
@@ -257,7 +263,7 @@ def _wrong_for_status(running: Running, status: int, err: str, out: str) -> Iter
     elif status == 3:
         if case.argv[0] not in ("trial", "paper", "explain-fleet"):
             yield "status 3"
-    elif not (running.sent and status in (*CHANGED_BY_INTERRUPT, -running.sent)):
+    elif not (running.sent and (status in CHANGED_BY_INTERRUPT or -status in running.sent)):
         yield f"status {status}"
 
 
