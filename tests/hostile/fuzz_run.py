@@ -4,7 +4,8 @@ A case ends well in one of these ways:
 
 - status 0, and everything that the command line promises is there and not empty;
 - status 2, one message, and no file or folder left behind;
-- status 3 or 130 for a trial that tripped, or an analysis that Ctrl-C ended.
+- status 3 or 130 for a trial that tripped, or an analysis that Ctrl-C ended;
+- status 1 for an analysis that a step ended which says in the field's words what it cannot simulate.
 
 Everything else is a failure: a traceback anywhere, another status, death by a signal that was not
 sent, more than 60 s of processor or 120 s in all, more than 2 GB of memory, a message that nobody
@@ -39,6 +40,8 @@ WAITING = 5  # s in all for 1 s of processor, for what waits for its workers or 
 MEMORY = 2 << 30  # bytes
 LONGEST = 4000  # characters of a message
 USAGE = re.compile(r"Usage: |^slipbench: \S", re.MULTILINE)
+# The simulation of a part of the analysis diverged; other exceptions of a step are defects.
+STEP_FAILED = re.compile(r"^slipbench: the analysis failed in [a-z ]+: PlantError: ", re.MULTILINE)
 # Ctrl-C in a callback of LLVM, which Python prints and ignores.
 SWALLOWED = re.compile(
     r"Exception ignored on calling ctypes callback.*?\nKeyboardInterrupt: ?\n", re.DOTALL
@@ -263,6 +266,8 @@ def _wrong_for_status(running: Running, status: int, err: str, out: str) -> Iter
     elif status == 3:
         if case.argv[0] not in ("trial", "paper", "explain-fleet"):
             yield "status 3"
+    elif status == 1 and case.argv[0] == "explain" and STEP_FAILED.search(err):
+        return
     elif not (running.sent and (status in CHANGED_BY_INTERRUPT or -status in running.sent)):
         yield f"status {status}"
 

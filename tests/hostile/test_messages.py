@@ -69,6 +69,8 @@ def test_a_half_width_of_a_vehicle_file_has_a_bound(tmp_path, block, entry, most
         ("plus_minus = 20 }", "plus_minus = 1e300 }", "1e.300 N/kg/V is too large"),
         ("plus_minus = 20 }", "plus_minus = 1001 }", "gain: plus_minus.*10 times the value"),
         ("value = 100,", "value = 1e300,", "1e.300 N/kg/V is too large"),
+        ("size = { value = 1,", "size = { value = 1e-300,", "1e-300 .* is no size"),
+        ("size = { value = 1,", "size = { value = 0,", "0 .* is no size"),
     ],
 )
 def test_a_number_of_a_model_file_has_a_bound(tmp_path, old, new, expected):

@@ -10,8 +10,9 @@ either sign is written as 0 or less.
 """
 
 from pathlib import Path
+from typing import Annotated
 
-from pydantic import Field, field_validator, model_validator
+from pydantic import AfterValidator, Field, field_validator, model_validator
 
 from slipbench.identification.mismatch.systems.expression import FUNCTIONS
 from slipbench.protocol.configuration import Seconds, Section, read_toml
@@ -19,6 +20,8 @@ from slipbench.protocol.units import to_base
 
 LARGEST = 1e30
 """Largest magnitude of a number in base units: what equations do with it is still a float."""
+SMALLEST = 1e-30
+"""Smallest magnitude of a size in base units."""
 MOST_HALF_WIDTHS = 10.0
 """Largest half width (95 %) of a parameter above 0, in values: a factor of 22 000."""
 
@@ -58,6 +61,19 @@ class Number(Section):
         return to_base(self.unit)[2]
 
 
+def _magnitude(size: Number) -> Number:
+    """Return a size; raises ValueError where its magnitude or a power of it is none."""
+    if not abs(size.si) >= SMALLEST:
+        raise ValueError(
+            f"{size.value:g} {size.unit} is no size: the usual magnitude of the quantity is expected"
+        )
+    return size
+
+
+Size = Annotated[Number, AfterValidator(_magnitude)]
+"""Usual magnitude of a quantity, of either sign."""
+
+
 class Input(Section):
     """What drives the system, as it was recorded. held: between samples, else along lines.
 
@@ -70,7 +86,7 @@ class Input(Section):
     """
 
     role: str
-    size: Number
+    size: Size
     held: bool = True
     smooth: bool = False
     slope_over: Seconds = Field(default=0.0, ge=0.0)
@@ -94,7 +110,7 @@ class State(Section):
     """
 
     rate: str
-    size: Number
+    size: Size
     start: str | Number = Number(value=0.0)
     first: Number | None = None
     overflows_into: str = ""
@@ -106,7 +122,7 @@ class Seam(Section):
     """A named quantity at which something may act. along: the state that is its speed."""
 
     value: str
-    size: Number
+    size: Size
     along: str = ""
 
 
@@ -115,7 +131,7 @@ class Output(Section):
 
     role: str
     value: str
-    size: Number
+    size: Size
     latency: Seconds = 0.0
     noise: Number = Number(value=0.0)
     turn: Number | None = None
