@@ -21,6 +21,10 @@ CONNECT_TIMEOUT = 20.0  # s, for a scheduler to answer
 # 64 KiB on, and arrays of whole recordings are then mapped again page by page: 6 million page
 # faults instead of 0.12 million in one hidden case, 83 s instead of 69 s for two at a time.
 KEPT_MEMORY = {"MALLOC_TRIM_THRESHOLD_": 1 << 31, "MALLOC_MMAP_THRESHOLD_": 1 << 30}
+# A worker whose heartbeat is under way when the cluster closes logs a traceback. What a job raises is
+# returned to its caller, and the loss of a worker is logged by the process that started it.
+QUIET = {"DASK_LOGGING__DISTRIBUTED": "critical"}
+ENVIRONMENT = KEPT_MEMORY | QUIET
 Done = TypeVar("Done")
 
 
@@ -76,7 +80,7 @@ def _client(workers: Workers) -> Iterator["Client"]:
         return
     with (
         dask.config.set(
-            {f"distributed.nanny.pre-spawn-environ.{k}": v for k, v in KEPT_MEMORY.items()}
+            {f"distributed.nanny.pre-spawn-environ.{k}": v for k, v in ENVIRONMENT.items()}
         ),
         distributed.LocalCluster(
             n_workers=workers.count,

@@ -215,8 +215,23 @@ class _Reader:
         boundless = math.isinf(described.absent)  # a limit without effect is infinite
         value = self.number(entry, "value", path, si, boundless=boundless)
         if "plus_minus" in entry and key:
-            self.known[key] = abs(self.number(entry, "plus_minus", path, si))
+            half = abs(self.number(entry, "plus_minus", path, si))
+            if not key.startswith("effects."):  # those are results, which nothing starts from
+                self.check_half_width(half, value, described, path, entry)
+            self.known[key] = half
         return value
+
+    def check_half_width(
+        self, half: float, value: float, described: Parameter, path: str, entry: dict[str, Any]
+    ) -> None:
+        """Refuse a half width that says nothing: a wrong unit, or a wrong exponent."""
+        factor = described.low >= 0.0 and value > 0.0
+        most = MOST_HALF_WIDTHS * value if factor else described.high - described.low
+        if half > most:
+            reason = f"{MOST_HALF_WIDTHS:g} times the value" if factor else "the width of its range"
+            written = entry["plus_minus"]
+            limit = f"at most {most / half * abs(written):.3g} {entry['unit']}, {reason}"
+            raise self.trouble("the half width is too large", f"{path}.plus_minus", limit, written)
 
     def number(
         self, entry: dict[str, Any], key: str, path: str, si: str, *, boundless: bool = False
@@ -267,6 +282,8 @@ class _Reader:
         )
 
 
+MOST_HALF_WIDTHS = 10.0
+"""Largest half width (95 %) of a positive number, in values: it then errs by a factor of 22 000."""
 _NOMINAL = Motorcycle()
 _LARGEST = 1e300  # of a number in the file; larger integers are no floats
 _RATIO = Parameter("ratio", "1", "overall ratio of a gear", 1.0, 40.0, 8.75, 8.75, False)

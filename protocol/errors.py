@@ -26,3 +26,14 @@ def readable(text: str, longest: int) -> str:
     """Text for a terminal: control characters escaped, and at most `longest` characters of it."""
     shown = "".join(c if c.isprintable() or c == "\n" else ascii(c)[1:-1] for c in text[:longest])
     return shown if len(text) <= longest else f"{shown}... ({len(text):,} characters)"
+
+
+def is_interrupt(fault: BaseException | None) -> bool:
+    """Whether an exception is Ctrl-C, itself or as a cause.
+
+    Ctrl-C at a call into compiled code arrives as the cause of a SystemError, which may be the
+    cause of another one.
+    """
+    while fault is not None and not isinstance(fault, KeyboardInterrupt):
+        fault = fault.__cause__
+    return fault is not None

@@ -31,7 +31,7 @@ from slipbench.identification.mismatch.naming.naming import Say, name
 from slipbench.identification.mismatch.naming.next_trial import next_trial
 from slipbench.identification.mismatch.simulation.model import predict
 from slipbench.plant.effects.effect import Effect
-from slipbench.protocol.errors import InputError
+from slipbench.protocol.errors import InputError, is_interrupt
 
 
 def known_so_far(so_far: Analysis, say: Say = lambda _: None) -> bool:
@@ -49,8 +49,7 @@ def known_so_far(so_far: Analysis, say: Say = lambda _: None) -> bool:
             raise
         so_far.failure = _failure(so_far)
     except Exception as fault:  # an engineer waits for what was found, whatever a later step meets
-        # Ctrl-C at a call into compiled code arrives as the cause of a SystemError.
-        if not isinstance(fault.__cause__, KeyboardInterrupt):
+        if not is_interrupt(fault):
             so_far.failure = _failure(so_far)
     return so_far.complete
 

@@ -15,7 +15,7 @@ from slipbench.identification.closed_loop_simulation import commands as closed_l
 from slipbench.identification.design import commands as design
 from slipbench.identification.fleet import commands as fleet
 from slipbench.protocol import commands as protocol
-from slipbench.protocol.errors import InputError, readable
+from slipbench.protocol.errors import InputError, is_interrupt, readable
 from slipbench.studies.blind_validation import commands as blind_validation
 from slipbench.studies.paper import commands as paper
 
@@ -80,8 +80,7 @@ def main() -> None:
         sys.stderr.write(f"slipbench: {name}the operating system refuses: {fault.strerror}\n")
         sys.exit(2)
     except (KeyboardInterrupt, SystemError) as fault:
-        compiled = fault.__cause__  # Ctrl-C at a call into compiled code
-        if not isinstance(fault, KeyboardInterrupt) and not isinstance(compiled, KeyboardInterrupt):
+        if not is_interrupt(fault):
             raise
         sys.stderr.write("Aborted!\n")
         sys.exit(130)

@@ -73,13 +73,14 @@ LINES = [
         "explain run --vehicle vehicle.toml --json v.json --report memo",
         (),
         {"v.json": "", "memo": ""},
-        2,
-        5.0,
+        1.5,
+        3.0,
     ),
+    Line("explain table_run@0:6 --vehicle model.toml --json v.json", out={"v.json": ""}, weight=2),
     Line(
         "explain table_run@0:6 --vehicle model.toml --held-out table_run@6:11.9 --json v.json",
         out={"v.json": ""},
-        weight=3,
+        weight=1.5,
         interrupt_after=5.0,
     ),
     Line("explain-fleet fleet.toml --out new --workers 1", ("vehicle.toml",), weight=0.7),
@@ -95,15 +96,15 @@ LINES = [
         "compare controller.toml mixed.toml --page new.md --vehicle vehicle.toml --bandwidth 10",
         (),
         {"new.md": ""},
-        2,
-        5.0,
+        1.5,
+        3.0,
     ),
     Line("prove --cases 1 --seed 1 --out new --workers 1 --score-only", weight=0.5),
-    Line("prove --cases 1 --seed 1 --out new --workers 1", weight=0.2, interrupt_after=5.0),
+    Line("prove --cases 1 --seed 1 --out new --workers 1", weight=0.2, interrupt_after=3.0),
     Line(
         "paper --out new --nominal vehicle.toml --trials run --bandwidth 10",
         weight=0.3,
-        interrupt_after=5.0,
+        interrupt_after=3.0,
     ),
     *(
         Line(
@@ -136,7 +137,7 @@ LINES = [
 ]
 
 
-SLOW = ("identify", "model", "design", "vehicle", "explain-fleet")
+SLOW = ("identify", "model", "design", "vehicle", "explain")
 QUICK = [
     line
     for line in LINES

@@ -4,11 +4,12 @@ A case ends well in one of these ways:
 
 - status 0, and everything that the command line promises is there and not empty;
 - status 2, one message, and no file or folder left behind;
-- status 3 or 130 for a trial that tripped, or an analysis that Ctrl-C ended.
+- status 3 or 130 for a trial that tripped, or an analysis that Ctrl-C ended;
+- status 1 for an analysis that a step ended which says in the field's words what it cannot simulate.
 
 Everything else is a failure: a traceback anywhere, another status, death by a signal that was not
 sent, more than 60 s of processor or 120 s in all, more than 2 GB of memory, a message that nobody
-can read.
+can read. Memory is counted from the fork: what the forking process holds already is not the case's.
 
 A case may have a disturbance: Ctrl-C or the loss of the terminal at a moment of its start, few
 files that it may open, or an interpreter of its own, as a user starts it.
@@ -24,7 +25,7 @@ import sys
 import time
 import tomllib
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from pyarrow.parquet import read_metadata
@@ -39,6 +40,8 @@ WAITING = 5  # s in all for 1 s of processor, for what waits for its workers or 
 MEMORY = 2 << 30  # bytes
 LONGEST = 4000  # characters of a message
 USAGE = re.compile(r"Usage: |^slipbench: \S", re.MULTILINE)
+# The simulation of a part of the analysis diverged; other exceptions of a step are defects.
+STEP_FAILED = re.compile(r"^slipbench: the analysis failed in [a-z ]+: PlantError: ", re.MULTILINE)
 # Ctrl-C in a callback of LLVM, which Python prints and ignores.
 SWALLOWED = re.compile(
     r"Exception ignored on calling ctypes callback.*?\nKeyboardInterrupt: ?\n", re.DOTALL
@@ -60,12 +63,17 @@ class Running:
     pid: int
     began: float
     before: frozenset[str]
-    sent: signal.Signals | None = None
+    resident: int  # bytes that the forking process held, which its fork begins with
+    sent: list[signal.Signals] = field(default_factory=list)
+    interrupted: bool = False  # because its command would take minutes
 
 
 @dataclass(frozen=True)
 class Ended:
-    """How a case ended: its status (negative: a signal), what it cost, and what is wrong."""
+    """How a case ended: its status (negative: a signal), what it cost, and what is wrong.
+
+    memory: bytes at the peak, beyond what the forking process held.
+    """
 
     running: Running
     status: int
@@ -78,17 +86,19 @@ class Ended:
 def start(case: Case, number: int) -> Running:
     """Fork a process for the case, with limits, in its folder and in a session of its own."""
     before = frozenset(_names(case.folder))
+    resident = _own_memory()[1]
     sys.stdout.flush()
     pid = os.fork()
     if pid == 0:
         _in_the_child(case)
-    return Running(case, number, pid, time.monotonic(), before)
+    return Running(case, number, pid, time.monotonic(), before, resident)
 
 
 def _in_the_child(case: Case) -> None:
     status = 70
     try:
-        signal.signal(signal.SIGINT, signal.SIG_DFL)  # as the command's own start does
+        for number in (signal.SIGINT, signal.SIGHUP):  # whatever the target inherited
+            signal.signal(number, signal.SIG_DFL)
         os.setsid()
         os.chdir(case.folder)
         _redirect(case.folder)
@@ -96,7 +106,7 @@ def _in_the_child(case: Case) -> None:
         if case.disturbance.new_interpreter:
             words = new_interpreter([word.replace("\0", "") for word in case.argv])
             os.execve(words[0], words, os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)})
-        signal.signal(signal.SIGINT, signal.default_int_handler)  # whatever the target inherited
+        signal.signal(signal.SIGINT, signal.default_int_handler)
         sys.argv = ["slipbench", *case.argv]
         try:
             main()
@@ -116,7 +126,7 @@ def _in_the_child(case: Case) -> None:
 
 def _limit(case: Case) -> None:
     resource.setrlimit(resource.RLIMIT_CPU, (CPU, CPU + 1))
-    limit = (MEMORY if case.disturbance.new_interpreter else _address_space()) + MEMORY
+    limit = (MEMORY if case.disturbance.new_interpreter else _own_memory()[0]) + MEMORY
     resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     if (files := case.disturbance.open_files) is not None:
@@ -158,16 +168,28 @@ def output(folder: Path, name: str) -> Path:
     return folder.with_name(f"{folder.name}.{name}")
 
 
-def _address_space() -> int:
-    pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[0])
-    return pages * resource.getpagesize()
+def _own_memory() -> tuple[int, ...]:
+    """Return the bytes of this process: of its address space, and resident."""
+    pages = Path("/proc/self/statm").read_text(encoding="ascii").split()[:2]
+    return tuple(int(number) * resource.getpagesize() for number in pages)
+
+
+def _memory(running: Running, usage: resource.struct_rusage) -> int:
+    """Return the peak of a case's memory in bytes, without what it began with.
+
+    The kernel's peak includes the fork's first pages. A new interpreter holds none of them, so its
+    peak is its own if it is higher; otherwise it used less than the forking process.
+    """
+    peak = usage.ru_maxrss * 1024
+    if running.case.disturbance.new_interpreter and peak > running.resident:
+        return peak
+    return max(0, peak - running.resident)
 
 
 def step(running: Running) -> Ended | None:
     """Look after a running case; returns how it ended once it has."""
     elapsed = time.monotonic() - running.began
-    if running.sent is None:
-        _disturb(running, elapsed)
+    _disturb(running, elapsed)
     if elapsed > WALL:
         os.killpg(running.pid, signal.SIGKILL)
     pid, status, usage = os.wait4(running.pid, os.WNOHANG)
@@ -182,13 +204,18 @@ def _disturb(running: Running, elapsed: float) -> None:
     case = running.case
     after, disturbance = case.line.interrupt_after, case.disturbance
     spent = processor_time(running.pid)
-    if after is not None and (spent > after or elapsed > WAITING * after):
-        running.sent = signal.SIGINT
-        os.kill(running.pid, running.sent)
-    elif disturbance.signal and spent > disturbance.after:
-        running.sent = disturbance.signal
+    if math.isinf(spent):  # it has ended by itself
+        return
+    if disturbance.signal and spent > disturbance.after and not running.sent:
+        running.sent.append(disturbance.signal)
         with contextlib.suppress(ProcessLookupError):  # it has not made its session yet, or ended
-            os.killpg(running.pid, running.sent)
+            os.killpg(running.pid, disturbance.signal)
+    if after is None or running.interrupted:
+        return
+    if spent > after or elapsed > WAITING * after:
+        running.interrupted = True
+        running.sent.append(signal.SIGINT)
+        os.kill(running.pid, signal.SIGINT)
 
 
 def _end_what_it_started(group: int) -> None:
@@ -204,7 +231,7 @@ def _judged(running: Running, status: int, usage: resource.struct_rusage) -> End
     err = SWALLOWED.sub("", err)
     out = output(folder, "stdout").read_text(encoding="utf-8", errors="replace")
     elapsed = time.monotonic() - running.began
-    memory = usage.ru_maxrss * 1024
+    memory = _memory(running, usage)
     wrong = next(_wrong(running, status, err, out, elapsed, memory), "")
     return Ended(running, status, elapsed, memory, err, wrong)
 
@@ -216,7 +243,7 @@ def _wrong(
         yield f"hang: no end within {CPU} s of processor or {WALL:g} s"
     if "Traceback (most recent" in err and not (running.sent and pythons_own(err)):
         yield f"traceback: {_last_of_traceback(err)}"
-    if status < 0 and status != -(running.sent or 0):
+    if status < 0 and -status not in running.sent:
         yield f"died of signal {-status}"
     if memory > MEMORY:
         yield f"memory: {memory / 2**30:.2f} GB"
@@ -239,7 +266,9 @@ def _wrong_for_status(running: Running, status: int, err: str, out: str) -> Iter
     elif status == 3:
         if case.argv[0] not in ("trial", "paper", "explain-fleet"):
             yield "status 3"
-    elif not (running.sent and status in (*CHANGED_BY_INTERRUPT, -running.sent)):
+    elif status == 1 and case.argv[0] == "explain" and STEP_FAILED.search(err):
+        return
+    elif not (running.sent and (status in CHANGED_BY_INTERRUPT or -status in running.sent)):
         yield f"status {status}"
 
 

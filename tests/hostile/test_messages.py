@@ -14,6 +14,7 @@ from typer.testing import CliRunner
 from slipbench import command
 from slipbench.identification.fleet import fleet
 from slipbench.identification.mismatch import explain
+from slipbench.identification.mismatch.systems.model_file import load_model_file
 from slipbench.identification.report.operation import late_ticks
 from slipbench.plant.blocks import Encoder
 from slipbench.plant.errors import ParameterError, VehicleFileError
@@ -22,6 +23,7 @@ from slipbench.protocol.configuration import load_toml, parse
 from slipbench.protocol.controller_file import ControllerFile
 from slipbench.protocol.errors import InputError
 from slipbench.protocol.recording.run_folder import DESCRIPTION, write_description
+from tests.identification.mismatch.spring import MODEL
 from tests.paths import DEMONSTRATION
 
 
@@ -43,6 +45,41 @@ def test_every_number_of_a_vehicle_file_is_finite(tmp_path, key, value):
 
 
 @pytest.mark.parametrize(
+    ("block", "entry", "most"),
+    [
+        (
+            "body",
+            'mass = { value = 245, unit = "kg", plus_minus = 1e300 }',
+            r"at most 2\.45e\+03 kg",
+        ),
+        ("engine", 'peak_speed = { value = 9000, unit = "rpm", plus_minus = 1e5 }', "9e.04 rpm"),
+        ("tyre", 'form_1 = { value = 0.01, unit = "1", plus_minus = 1e300 }', r"0\.6 1, the width"),
+    ],
+)
+def test_a_half_width_of_a_vehicle_file_has_a_bound(tmp_path, block, entry, most):
+    (tmp_path / "vehicle.toml").write_text(f"[{block}]\n{entry}\n")
+    with pytest.raises(VehicleFileError, match=most) as refused:
+        load_vehicle(tmp_path / "vehicle.toml")
+    assert f"{block}.{entry.split()[0]}.plus_minus" in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "expected"),
+    [
+        ("plus_minus = 20 }", "plus_minus = 1e300 }", "1e.300 N/kg/V is too large"),
+        ("plus_minus = 20 }", "plus_minus = 1001 }", "gain: plus_minus.*10 times the value"),
+        ("value = 100,", "value = 1e300,", "1e.300 N/kg/V is too large"),
+        ("size = { value = 1,", "size = { value = 1e-300,", "1e-300 .* is no size"),
+        ("size = { value = 1,", "size = { value = 0,", "0 .* is no size"),
+    ],
+)
+def test_a_number_of_a_model_file_has_a_bound(tmp_path, old, new, expected):
+    (tmp_path / "model.toml").write_text(MODEL.replace(old, new, 1))
+    with pytest.raises(InputError, match=expected):
+        load_model_file(tmp_path / "model.toml")
+
+
+@pytest.mark.parametrize(
     "text", ["a = " + "[" * 3000, "a = " + "{a=" * 3000, "[[effects]]\nname = []"]
 )
 def test_a_vehicle_file_that_is_none_is_refused(tmp_path, text):
@@ -60,8 +97,10 @@ def test_a_message_has_no_control_characters_and_an_end():
 
 
 def interrupted_in_compiled_code(*_, **__):
-    """Raise what numba raises when Ctrl-C comes at a call into compiled code."""
-    raise SystemError("returned a result with an exception set") from KeyboardInterrupt()
+    """Raise what numba raises when Ctrl-C comes while it loads code for a call into compiled code."""
+    loaded = SystemError("_numba_unpickle returned a result with an exception set")
+    loaded.__cause__ = KeyboardInterrupt()
+    raise SystemError("returned a result with an exception set") from loaded
 
 
 def test_ctrl_c_in_compiled_code_ends_a_command_as_everywhere(monkeypatch, capsys):

@@ -4,15 +4,26 @@ TOML. Equations are text over the names of parameters, inputs, states and seams.
 `{ value = 3, unit = "mm", plus_minus = 1 }`; plus_minus is the half width of what is believed with
 95 %, 5 % of the value if it is not told, nothing if it is 0. `size` is the usual magnitude of a
 quantity: what is large and what is small follows from it.
+
+A parameter above 0 errs by a factor: its half width is at most 10 times its value. One that may have
+either sign is written as 0 or less.
 """
 
 from pathlib import Path
+from typing import Annotated
 
-from pydantic import Field, model_validator
+from pydantic import AfterValidator, Field, field_validator, model_validator
 
 from slipbench.identification.mismatch.systems.expression import FUNCTIONS
 from slipbench.protocol.configuration import Seconds, Section, read_toml
 from slipbench.protocol.units import to_base
+
+LARGEST = 1e30
+"""Largest magnitude of a number in base units: what equations do with it is still a float."""
+SMALLEST = 1e-30
+"""Smallest magnitude of a size in base units."""
+MOST_HALF_WIDTHS = 10.0
+"""Largest half width (95 %) of a parameter above 0, in values: a factor of 22 000."""
 
 
 class Number(Section):
@@ -24,7 +35,13 @@ class Number(Section):
 
     @model_validator(mode="after")
     def _known_unit(self) -> "Number":
-        to_base(self.unit)
+        slope, _, _ = to_base(self.unit)
+        for written in (self.value, self.plus_minus or 0.0):
+            if not abs(slope * written) <= LARGEST:
+                most = f"{LARGEST / slope:.3g} {self.unit}"
+                raise ValueError(
+                    f"{written:g} {self.unit} is too large: at most {most} is expected"
+                )
         return self
 
     @property
@@ -44,6 +61,19 @@ class Number(Section):
         return to_base(self.unit)[2]
 
 
+def _magnitude(size: Number) -> Number:
+    """Return a size; raises ValueError where its magnitude or a power of it is none."""
+    if not abs(size.si) >= SMALLEST:
+        raise ValueError(
+            f"{size.value:g} {size.unit} is no size: the usual magnitude of the quantity is expected"
+        )
+    return size
+
+
+Size = Annotated[Number, AfterValidator(_magnitude)]
+"""Usual magnitude of a quantity, of either sign."""
+
+
 class Input(Section):
     """What drives the system, as it was recorded. held: between samples, else along lines.
 
@@ -56,7 +86,7 @@ class Input(Section):
     """
 
     role: str
-    size: Number
+    size: Size
     held: bool = True
     smooth: bool = False
     slope_over: Seconds = Field(default=0.0, ge=0.0)
@@ -80,7 +110,7 @@ class State(Section):
     """
 
     rate: str
-    size: Number
+    size: Size
     start: str | Number = Number(value=0.0)
     first: Number | None = None
     overflows_into: str = ""
@@ -92,7 +122,7 @@ class Seam(Section):
     """A named quantity at which something may act. along: the state that is its speed."""
 
     value: str
-    size: Number
+    size: Size
     along: str = ""
 
 
@@ -101,7 +131,7 @@ class Output(Section):
 
     role: str
     value: str
-    size: Number
+    size: Size
     latency: Seconds = 0.0
     noise: Number = Number(value=0.0)
     turn: Number | None = None
@@ -135,6 +165,19 @@ class ModelFile(Section):
     seams: dict[str, Seam] = Field(default_factory=dict)
     outputs: dict[str, Output] = Field(min_length=1)
     effects: tuple[ActingEffect, ...] = ()
+
+    @field_validator("parameters")
+    @classmethod
+    def _half_widths(cls, parameters: dict[str, Number]) -> dict[str, Number]:
+        for name, number in parameters.items():
+            half, most = number.si_plus_minus or 0.0, MOST_HALF_WIDTHS * number.si
+            if half > most > 0.0:
+                raise ValueError(
+                    f"{name}: plus_minus = {number.plus_minus:g} {number.unit} is more than"
+                    f" {MOST_HALF_WIDTHS:g} times the value; lower it, or write the value as 0 if"
+                    " it may have either sign"
+                )
+        return parameters
 
     @model_validator(mode="after")
     def _one_meaning_each(self) -> "ModelFile":
