@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from typing import NamedTuple
 
-from slipbench.bench.gateway.sender_monitor import SenderMonitor
+from slipbench.bench.gateway.sender_monitor import SenderMonitor, cycles_of
 from slipbench.bench.gateway.wheel_speed import WheelSpeedTeeth
 from slipbench.bench.safety.vehicle_monitor import SAFETY, Wheels
 from slipbench.protocol.binding.binding import BENCH_SENDS, Binding
@@ -29,8 +29,6 @@ from slipbench.protocol.codec.messages import (
     ToothIntervals,
     WheelSpeed,
 )
-from slipbench.protocol.codec.wire import FramePlan
-from slipbench.protocol.database.layout import Database
 
 MOST_REQUESTS = 1000  # of the last requests, kept while their echo is assumed
 NO_STATUS = EcuStatus(Authority.NONE, math.nan, math.nan, math.nan)
@@ -60,7 +58,7 @@ class Receiver:
         self._gear = gear if "gear" in binding.degraded.unmonitored else None
         self._shift = {name: max(0.0, stale - at) for name, at in binding.timeouts.items()}
         self._senders = SenderMonitor(
-            _cycles(binding.database, codec),
+            cycles_of(plan.message for plan in codec.plans.values()),
             ours={carrier for name in BENCH_SENDS for carrier in binding.carriers(name)},
             periods={
                 carrier: plan.guard.period
@@ -191,14 +189,3 @@ class Receiver:
 def _feeds(name: str) -> str:
     """Message of the bench that a message leads to."""
     return WHEELS.get(name, name)
-
-
-def _cycles(database: Database, codec: Codec) -> dict[str, float]:
-    """Cycle time in s of each periodic message that the bench uses."""
-    return {
-        message.name: message.cycle_time
-        for message in database.messages
-        if message.name in codec.plans
-        and message.cycle_time
-        and not message.attributes.get("GenMsgSendType")
-    }

@@ -5,10 +5,11 @@ counter of the one before it, or goes on from the one before that. By the number
 half a second, where there is no counter.
 """
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 
 from slipbench.protocol.codec import e2e
+from slipbench.protocol.database.layout import Message
 
 WINDOW = 0.5  # s over which frames are counted
 TOO_MANY = 1.5  # times as many frames as the cycle time allows; one sender's jitter stays far below
@@ -41,6 +42,9 @@ class _Turns:
 
 class SenderMonitor:
     """Counters and frame rates of every periodic message."""
+
+    _counts: dict[str, int]
+    _turns: dict[str, _Turns]
 
     def __init__(
         self,
@@ -80,9 +84,18 @@ class SenderMonitor:
 
     def forget(self) -> None:
         """Restart the counts: the frames received came late, and many at once."""
-        self._counts: dict[str, int] = dict.fromkeys(self._cycles, 0)
-        self._turns: dict[str, _Turns] = {name: _Turns() for name in self._cycles}
+        self._counts = dict.fromkeys(self._cycles, 0)
+        self._turns = {name: _Turns() for name in self._cycles}
 
 
 def _next(counter: int | None, period: int) -> int | None:
     return None if counter is None else (counter + 1) % period
+
+
+def cycles_of(messages: Iterable[Message]) -> dict[str, float]:
+    """Cycle time in s of each periodic message, by name."""
+    return {
+        message.name: message.cycle_time
+        for message in messages
+        if message.cycle_time and not message.attributes.get("GenMsgSendType")
+    }

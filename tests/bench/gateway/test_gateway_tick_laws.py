@@ -18,8 +18,8 @@ from slipbench.bench.gateway.gateway import (
     STATUS_PERIOD,
     Gateway,
     PhaseChange,
-    _cycles,
 )
+from slipbench.bench.gateway.sender_monitor import cycles_of
 from slipbench.bench.gateway.tx_echo import PATIENCE
 from slipbench.bench.loop.clock import SECOND
 from slipbench.bench.loop.ring import BIT_RATE_SWITCH, ERROR, EXTENDED, FD, REMOTE, SENT, Ring
@@ -35,7 +35,7 @@ from slipbench.protocol.codec.messages import (
     TripReason,
 )
 from slipbench.protocol.database.database import load_database
-from slipbench.protocol.database.layout import Database, Message
+from slipbench.protocol.database.layout import Message
 from tests.bench.safety.world import MILLISECOND, START, WHEELS, World, codec, plan
 
 DATABASE = load_database(dbc.MOTORBIKE)
@@ -424,7 +424,7 @@ def test_a_status_without_protection_is_heard_although_nothing_counts_it():
         DATABASE, messages=tuple(plain if m is message else m for m in DATABASE.messages)
     )
     bus, codec_ = Deaf(), Codec(database)
-    own = Gateway(plan("throttle"), bus, database, Ring.local(64), WHEELS)
+    own = Gateway(plan("throttle"), bus, own_binding(database), Ring.local(64), WHEELS)
     for number, button in enumerate((False, True, True, False)):
         rider = RiderControls(button, 0.1, 0.0, 0.0, 0.0)
         identifier, data = codec_.encode(rider)
@@ -490,7 +490,7 @@ def test_periodic_messages_are_those_with_a_cycle_time_that_are_sent_by_it():
         Message("on event", 3, 8, cycle_time=0.02, attributes={"GenMsgSendType": 1}),
         Message("without", 4, 8),
     )
-    assert _cycles(Database("mine.dbc", "", messages)) == {"cyclic": 0.01, "named cyclic": 0.02}
+    assert cycles_of(messages) == {"cyclic": 0.01, "named cyclic": 0.02}
 
 
 def broken(*_arguments):

@@ -27,6 +27,7 @@ from slipbench.bench.safety.trial import ENDED, Plan, plan_of
 from slipbench.bench.safety.vehicle_monitor import VehicleMonitor, Wheels
 from slipbench.bench.safety.vehicle_state import VehicleState
 from slipbench.bench.trials.excitation import Excitation
+from slipbench.protocol.binding.binding import Binding
 from slipbench.protocol.codec import e2e
 from slipbench.protocol.codec.codec import Codec
 from slipbench.protocol.codec.faults import FrameFault
@@ -74,13 +75,22 @@ class Remembering(Codec):
         self.encode = lru_cache(1 << 15)(super().encode)  # type: ignore[method-assign]
         self._known = lru_cache(1 << 16)(super().decode)
 
-    def decode(self, identifier: int, data: bytes | bytearray) -> BenchMessage | FrameFault:
-        return self._known(identifier, bytes(data))
+    def decode(
+        self, identifier: int, data: bytes | bytearray, extended: bool = False
+    ) -> BenchMessage | FrameFault:
+        return self._known(identifier, bytes(data), extended)
 
 
 @cache
 def codec() -> Codec:
     return Remembering()
+
+
+class Known(Binding):
+    """The binding of the bench's own database, whose codec is made once."""
+
+    def codec(self) -> Codec:
+        return codec()
 
 
 @cache
@@ -159,14 +169,14 @@ class World:
         """Everything as it should be, nobody near the button."""
         self.plan = plan(actuator)
         self.wire = Wire()
-        original = gateway_module.Codec, gateway_module.VehicleMonitor
-        gateway_module.Codec, gateway_module.VehicleMonitor = (lambda _: codec()), SeeingThings
+        original = gateway_module.VehicleMonitor
+        gateway_module.VehicleMonitor = SeeingThings
         try:
             self.gateway = Gateway(
-                self.plan, self.wire, load_database(dbc.MOTORBIKE), Ring.local(8), WHEELS
+                self.plan, self.wire, Known(load_database(dbc.MOTORBIKE)), Ring.local(8), WHEELS
             )
         finally:
-            gateway_module.Codec, gateway_module.VehicleMonitor = original
+            gateway_module.VehicleMonitor = original
         self.gateway._record = _nowhere  # the recorder is another test's subject
         self.judge = Judge(self.plan, codec(), WHEELS)
         self.due, self.number = START, 0
@@ -383,7 +393,9 @@ def jump(world: World, name: str, seed: int) -> None:
     identifier, data = codec().encode(world.message(name), name=name)
     payload = bytearray(data[:2] + random.bytes(len(data) - 2))
     world.counters[name] = (world.counters[name] + 1) % e2e.PERIOD
-    e2e.protect(payload, codec()._plan(name).data_id or 0, world.counters[name])
+    guard = codec().plan_of(name).guard
+    if guard is not None:
+        guard.protect(payload, world.counters[name])
     world.put(identifier, bytes(payload))
 
 
