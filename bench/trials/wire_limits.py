@@ -43,7 +43,7 @@ def check_wire(trial: TrialFile, excitation: Excitation, codec: Codec, where: st
         raise InputError(
             "; ".join(faults),
             where=where,
-            expected="what the frames of the database carry",
+            expected=f"what the frames of {codec.origin} carry",
             remedy="change the trial, or give the motorcycle's own database with --dbc",
         )
 

@@ -42,6 +42,7 @@ from slipbench.plant.simulation import Inputs, Outputs, Simulation
 from slipbench.plant.vehicle_file import Vehicle, load_vehicle
 from slipbench.protocol.codec.assembly import Assembly, Joined
 from slipbench.protocol.codec.codec import Codec, Sender
+from slipbench.protocol.codec.codec import Frame as WireFrame
 from slipbench.protocol.codec.faults import FrameFault
 from slipbench.protocol.codec.messages import (
     ActuatorCommand,
@@ -209,7 +210,7 @@ class VirtualMotorcycle:
         ):
             if NODE_OF[name] in self._nodes:
                 for frame in self._sender.frames(message, name=name, now=now):
-                    self._port.send(frame, now)
+                    self._send(frame)
 
     def _applied(self, now: float) -> Grant:
         """What the devices apply and report at `now` (s): where the ECU is real, what it reports."""
@@ -323,6 +324,9 @@ class VirtualMotorcycle:
             rear_speed=float(out.rear_speed[-1]) * self._radii[0],
             front_speed=float(out.front_speed[-1]) * self._radii[1],
         )
+
+    def _send(self, frame: WireFrame) -> None:
+        self._port.send(frame, self._elapsed * STEP)
 
 
 def _teeth(disc: ToothedDisc) -> int:

@@ -42,7 +42,7 @@ def measure(times: int = TIMES) -> list[Row]:
     address = BusAddress("slipbench", f"trigger-{os.getpid()}")
     spawning = multiprocessing.get_context("spawn")
     ours, theirs = spawning.Pipe()
-    with vehicle_process(prepared.scenario, prepared.database, address):
+    with vehicle_process(prepared.scenario, prepared.binding, address):
         process = spawning.Process(target=_trigger, args=(prepared, address, times, theirs))
         process.start()
         theirs.close()  # so that a process that dies is an end, and no wait

@@ -33,7 +33,7 @@ class Codec:
 
     def __init__(self, database: Database, placement: Placement = OWN) -> None:
         """Compile the database. Raises InputError where it lacks a message or signal that is placed."""
-        self.placement = placement
+        self.placement, self.origin = placement, database.origin
         parts: dict[str, list[Part]] = {}
         self._frames_of: dict[str, list[str]] = {}
         for name, at in placement.items():

@@ -12,6 +12,7 @@ from typing import Any, Protocol
 
 from slipbench.bench.vehicle.virtual_motorcycle import VirtualMotorcycle
 from slipbench.protocol.codec import e2e
+from slipbench.protocol.codec.codec import Frame
 from slipbench.protocol.codec.messages import Authority
 
 AT = 0.6  # s, time of the fault in the trial: during the excitation
@@ -182,12 +183,13 @@ class FailingMotorcycle(VirtualMotorcycle):
             off = abs(grant.command.throttle - self._rider.grip)
             self.truth.deviation = max(self.truth.deviation, off)
 
-    def _send(self, identifier: int, data: bytes) -> None:
+    def _send(self, frame: Frame) -> None:
+        identifier, data, _ = frame
         name, message = self._codec.name(identifier), self._codec.decode(identifier, data)
         counter = self._codec.counter(identifier, data)
         assert name is not None
         for sent in self.failing(name, message, counter or 0, self._elapsed * 1e-3):
             if sent == (message, counter or 0):
-                super()._send(identifier, data)
+                super()._send(frame)
             else:
-                super()._send(*self._codec.encode(sent[0], counter=sent[1], name=name))
+                super()._send(Frame(*self._codec.encode(sent[0], counter=sent[1], name=name)))

@@ -11,7 +11,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from slipbench import dbc
-from slipbench.protocol.codec import e2e
 from slipbench.protocol.codec.codec import Codec
 from slipbench.protocol.codec.faults import FrameFault
 from slipbench.protocol.codec.messages import EcuStatus
@@ -170,12 +169,12 @@ def test_every_payload_is_a_message_or_a_named_fault(identifier, data):
 @settings(fuzz, max_examples=1000)
 @given(st.sampled_from([32, 48, 64, 96, 112, 128, 272, 288]), st.binary(min_size=8, max_size=8))
 def test_every_rightly_protected_payload_is_a_message_or_a_named_fault(identifier, data):
-    plan = CODEC._plan(CODEC.name(identifier))
-    payload = bytearray(data[: plan.length])
-    e2e.protect(payload, plan.data_id, data[1])
+    plan = CODEC.plan(identifier)
+    payload = bytearray(data[: plan.message.length])
+    plan.guard.protect(payload, data[1] % 15)
     decoded = CODEC.decode(identifier, payload)
     if not isinstance(decoded, FrameFault):
-        again = CODEC.encode(decoded, counter=payload[1] & 15, name=plan.name)
+        again = CODEC.encode(decoded, counter=payload[1] & 15, name=plan.message.name)
         assert CODEC.decode(*again) == decoded
 
 

@@ -62,12 +62,12 @@ def until(world, phase):
     pytest.fail(f"it never came to {phase.name}")
 
 
-def test_slip_control_is_made_of_the_plan_the_wheels_and_the_database(controlled):
+def test_slip_control_is_made_of_the_plan_the_wheels_and_the_codec(controlled):
     world, control = controlled
-    made_plan, wheels, database = control.made_of
+    made_plan, wheels, codec = control.made_of
     assert made_plan is world.plan
     assert wheels is WHEELS
-    assert database.message("RearTeeth")
+    assert codec.has("RearTeeth")
 
 
 def test_every_good_frame_is_observed_at_the_time_of_its_tick_and_a_damaged_one_never(controlled):

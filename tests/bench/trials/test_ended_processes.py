@@ -126,7 +126,7 @@ def test_a_trial_whose_virtual_motorcycle_dies_ends_and_says_so(tmp_path, when):
     the_trial = prepared(armed_for_at_most="20 s")
     address = BusAddress("slipbench", f"{tmp_path.name}-{os.getpid()}")
     told = killing("slipbench vehicle", when)
-    with vehicle_process(the_trial.scenario, the_trial.database, address) as vehicle:
+    with vehicle_process(the_trial.scenario, the_trial.binding, address) as vehicle:
         if when is None:
             told(None)
         outcome = run_trial(the_trial, tmp_path / "run", address, phases=told, vehicle=vehicle)

@@ -45,7 +45,7 @@ def test_a_bus_that_vanishes_is_told_with_its_name_and_what_to_do(monkeypatch, t
         simulate_until(
             lambda: next(looks) == 99,
             the_trial.scenario,
-            the_trial.database,
+            the_trial.binding,
             BusAddress("socketcan", "vcan7"),
         )
     assert "vcan7" in str(gone.value)

@@ -28,7 +28,7 @@ from tests.bench.trials.test_whole_trial import prepared
 def ridden(the_trial, folder, told=lambda _: None, progress=lambda _: None):
     """A trial on a virtual bus, with the virtual motorcycle in a process of its own."""
     address = BusAddress("slipbench", f"{folder.parent.name}-{os.getpid()}")
-    with vehicle_process(the_trial.scenario, the_trial.database, address) as vehicle:
+    with vehicle_process(the_trial.scenario, the_trial.binding, address) as vehicle:
         return run_trial(the_trial, folder, address, progress, told, vehicle)
 
 
@@ -111,7 +111,7 @@ def test_a_vehicle_that_is_stopped_keeps_nobody_from_ending(tmp_path, monkeypatc
     the_trial = prepared()
     address = BusAddress("slipbench", f"{tmp_path.name}-{os.getpid()}")
     with open_bus(address, receive_own_messages=False) as listener:
-        with vehicle_process(the_trial.scenario, the_trial.database, address):
+        with vehicle_process(the_trial.scenario, the_trial.binding, address):
             assert listener.recv(60.0), "it rides, and catches what asks it to end"
             stopping("slipbench vehicle", Phase.IDLE)(Phase.IDLE)
             began = time.monotonic()

@@ -16,6 +16,7 @@ from slipbench.bench.trials.preparation import (
     prepare,
 )
 from slipbench.bench.trials.wire_limits import check_wire
+from slipbench.protocol.codec.codec import Codec
 from slipbench.protocol.configuration import load_toml, parse, read_toml
 from slipbench.protocol.controller_file import ControllerFile
 from slipbench.protocol.database.database import load_database
@@ -302,8 +303,10 @@ def test_an_excitation_of_one_step_of_the_command_is_carried_and_a_smaller_one_i
     for factor, fits in ((1.0, True), (0.999, False)):
         made = Excitation(actuator, np.array([0.0, -size * factor, 0.0]), 0.001)
         if fits:
-            check_wire(trial, made, DATABASE, "trial.toml")
+            check_wire(trial, made, Codec(DATABASE), "trial.toml")
         else:
-            words = refused("less than one step", check_wire, trial, made, DATABASE, "trial.toml")
+            words = refused(
+                "less than one step", check_wire, trial, made, Codec(DATABASE), "trial.toml"
+            )
             assert f"ActuatorCommand.{actuator}" in words
-    check_wire(trial, Excitation("slip", np.zeros(3), 0.001), DATABASE, "trial.toml")
+    check_wire(trial, Excitation("slip", np.zeros(3), 0.001), Codec(DATABASE), "trial.toml")

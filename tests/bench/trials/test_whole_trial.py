@@ -15,6 +15,7 @@ from slipbench.bench.trials.run import run_trial
 from slipbench.bench.trials.simulated_trial import run_simulated
 from slipbench.bench.vehicle.devices import Grant
 from slipbench.bench.vehicle.virtual_motorcycle import Scenario, VirtualMotorcycle, read_vehicle
+from slipbench.protocol.binding.binding import own_binding
 from slipbench.protocol.codec.codec import Codec, Sender
 from slipbench.protocol.codec.messages import (
     ActuatorCommand,
@@ -43,7 +44,7 @@ def prepared(**changes) -> Prepared:
     return Prepared(
         the_plan,
         Scenario(read_vehicle(VEHICLE), the_plan.trial),
-        load_database(dbc.MOTORBIKE),
+        own_binding(load_database(dbc.MOTORBIKE)),
         TRIALS / "throttle_sweep.toml",
         VEHICLE,
         dbc.MOTORBIKE,
@@ -228,9 +229,9 @@ def test_two_vehicles_on_one_bus_are_found_out(tmp_path, monkeypatch):
 class Twins(VirtualMotorcycle):
     """Two motorcycles behind one connection: each frame goes out twice."""
 
-    def _send(self, identifier, data):
-        super()._send(identifier, data)
-        super()._send(identifier, data)
+    def _send(self, frame):
+        super()._send(frame)
+        super()._send(frame)
 
 
 class FillingDisk:

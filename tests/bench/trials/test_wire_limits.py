@@ -10,6 +10,7 @@ from slipbench import dbc
 from slipbench.bench.trials.excitation import plan_excitation
 from slipbench.bench.trials.preparation import prepare
 from slipbench.bench.trials.wire_limits import CARRIED, check_wire
+from slipbench.protocol.codec.codec import Codec
 from slipbench.protocol.database.database import load_database
 from slipbench.protocol.errors import InputError
 from slipbench.protocol.units import linear
@@ -21,7 +22,7 @@ DATABASE = load_database(dbc.MOTORBIKE)
 
 def check(**changes):
     trial = trial_file(**changes)
-    check_wire(trial, plan_excitation(trial), DATABASE, "trial.toml")
+    check_wire(trial, plan_excitation(trial), Codec(DATABASE), "trial.toml")
 
 
 def narrowed(key: str, share: float):
@@ -45,9 +46,9 @@ def narrowed(key: str, share: float):
 def test_a_value_that_the_wire_cannot_carry_is_refused_by_name_and_range(key):
     trial = trial_file()
     excitation = plan_excitation(trial)
-    check_wire(trial, excitation, narrowed(key, 1.5), "trial.toml")
+    check_wire(trial, excitation, Codec(narrowed(key, 1.5)), "trial.toml")
     with pytest.raises(InputError, match=rf"{key} = .* is not (with)?in .*\.") as refused:
-        check_wire(trial, excitation, narrowed(key, 0.7), "trial.toml")
+        check_wire(trial, excitation, Codec(narrowed(key, 0.7)), "trial.toml")
     assert CARRIED[key][1] in str(refused.value)
     assert DATABASE.origin in str(refused.value)
     stated = attrgetter(key)(trial)
@@ -60,10 +61,10 @@ def test_a_command_may_be_at_the_end_of_its_range_and_a_limit_may_not(key):
     trial = trial_file()
     ends = narrowed(key, 1.0)
     if key.startswith("operating_point") or CARRIED[key][0] == "ActuatorCommand":
-        check_wire(trial, plan_excitation(trial), ends, "trial.toml")
+        check_wire(trial, plan_excitation(trial), Codec(ends), "trial.toml")
     else:
         with pytest.raises(InputError, match=f"{key} = "):
-            check_wire(trial, plan_excitation(trial), ends, "trial.toml")
+            check_wire(trial, plan_excitation(trial), Codec(ends), "trial.toml")
 
 
 @pytest.mark.parametrize(
