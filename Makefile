@@ -1,6 +1,7 @@
 # make trial            run the throttle sweep on the virtual motorcycle, identify it
 # make test             the whole check
 # make vcan             whole trials on a real kernel's CAN bus (minutes)
+# make hil              a throttle body in C as a device under test, on a real kernel's CAN bus (minutes)
 # make conformance      python-can's own tests on the virtual bus
 # make paper            the findings of Corno and Savaresi, claim by claim
 # make prove            the blind validation: hidden cases, analysis, score; hours; continues after a stop
@@ -59,6 +60,11 @@ test-mismatch: setup
 .PHONY: vcan
 vcan: setup
 	$(IN)/python -m pytest -o addopts=-ra tests/socketcan/test_rides.py
+
+# The device of examples/hil on a real kernel's CAN bus; on the simulated clock it is part of `make test`.
+.PHONY: hil
+hil: setup
+	$(IN)/python -m pytest -o addopts=-ra tests/hil/on_vcan.py
 
 paper: setup
 	$(IN)/slipbench paper --out paper --runs paper/runs --document docs/paper.md

@@ -59,7 +59,7 @@ def simulate_until(
 
         def listen(_number: int, _due: int) -> bool:
             motorcycle.listen()
-            return not over()
+            return True
 
         waited_for: tuple[str, ...] = ()
 
