@@ -39,6 +39,7 @@ from slipbench.protocol.recording.message_rules import with_rules
 from slipbench.protocol.recording.recording import BusFault, Recording
 from slipbench.protocol.recording.role_map import RoleMap
 from slipbench.protocol.recording.sender_check import interleaved_messages
+from slipbench.protocol.recording.trial_phases import phase_channel
 from slipbench.protocol.tables import Table, read_table
 from slipbench.protocol.trial_file import TrialFile
 from slipbench.protocol.user_file import is_folder, open_user_file
@@ -122,6 +123,12 @@ def read(folder: Path, progress: Progress = quiet) -> Recording:
         raise InputError("it holds neither frames nor tables", where=str(folder), expected=FRAMES)
     start_ns = _start_ns(description, start_of(sorted_log, tables, roles), folder)
     bound = bind(sorted_log, database, tables, roles, start_ns)
+    duration = _duration(sorted_log, bound, start_ns)
+    channels, missing = dict(bound.channels), dict(bound.missing)
+    phases = phase_channel(description, start_ns, duration)
+    if "trial_phase" not in channels and phases is not None:
+        channels["trial_phase"] = phases
+        missing.pop("trial_phase", None)
     texts = [*description.get("warnings", []), *warnings, *bound.warnings]
     return Recording(
         folder=folder,
@@ -132,10 +139,10 @@ def read(folder: Path, progress: Progress = quiet) -> Recording:
             else None
         ),
         roles=roles,
-        channels=bound.channels,
-        missing=bound.missing,
+        channels=channels,
+        missing=missing,
         frame_count=len(sorted_log.log) if sorted_log else 0,
-        duration=_duration(sorted_log, bound, start_ns),
+        duration=duration,
         start_time_ns=start_ns,
         faults=_faults(sorted_log, bound, start_ns),
         bus_load=_bus_load(sorted_log, description, roles),
