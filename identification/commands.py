@@ -159,7 +159,8 @@ def summary(found: "Identification", study: "Study") -> list[str]:
     value = max((len(tile.value) for tile in shown), default=0)
     lines += [f"  {t.label:<{label}}  {t.value:<{value}}  {t.note}".rstrip() for t in shown]
     skipped = [f"  not performed: {item}" for item in (*found.left_out, *study.left_out)]
-    return [*lines, *skipped, ""]
+    warnings = [f"  warning: {text}" for text in found.recording.description.get("warnings", [])]
+    return [*lines, *skipped, *warnings, ""]
 
 
 def _plain(tree: object) -> object:

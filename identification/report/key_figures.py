@@ -38,6 +38,7 @@ def key_figures(found: Identification, study: Study) -> dict[str, Any]:
             {"message": f.message, "fault": f.fault, "count": f.count, "first_time": f.first_time}
             for f in found.recording.faults
         ],
+        "warnings": list(found.recording.description.get("warnings", [])),
         "left_out": [
             {"analysis": x.analysis, "reason": x.reason, "missing_roles": list(x.roles)}
             for x in (*found.left_out, *study.left_out)

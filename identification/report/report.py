@@ -81,6 +81,7 @@ def report(found: Identification, study: Study, drawn: list[Drawn]) -> str:
         lateness=tables.lateness(found.recording),
         models=[(model_tables.title(m), model_tables.rows(m)) for m in study.models],
         left_out=(*found.left_out, *study.left_out),
+        warnings=found.recording.description.get("warnings", []),
         roles=tables.roles(found),
         provenance=tables.provenance(found.recording),
     )

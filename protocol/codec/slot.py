@@ -8,7 +8,7 @@ from enum import IntEnum
 from math import ceil, floor
 from typing import Any
 
-from slipbench.protocol.codec.messages import WRAPPING
+from slipbench.protocol.codec.messages import WRAPPING, Authority
 from slipbench.protocol.codec.placement import SignalAt
 from slipbench.protocol.codec.protection import bits_of
 from slipbench.protocol.database.layout import Database, Message, Signal
@@ -118,10 +118,15 @@ class Slot:
         return f"{self.physical(self.low)} to {self.physical(self.high)} (SI)"
 
     def _raw_of(self, value: Any) -> int:
-        for raw, member in (self.values or {}).items():
+        members = self.values or {}
+        for raw, member in members.items():
             if member == value:
                 return raw
-        raise ValueError(f"{self.name} = {value!r} is none of {list((self.values or {}).values())}")
+        if isinstance(value, Authority):  # a signal that cannot show an actuator shows the other
+            held = [(member, raw) for raw, member in members.items() if member & value == member]
+            if held:
+                return max(held)[1]
+        raise ValueError(f"{self.name} = {value!r} is none of {list(members.values())}")
 
     def _float_bits(self, value: float) -> int:
         try:
