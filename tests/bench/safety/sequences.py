@@ -22,7 +22,7 @@ from hypothesis import strategies as st
 
 from slipbench.bench.loop.realtime_process import signal_on_parent_exit
 from tests.bench.safety import document
-from tests.bench.safety.world import ending, live
+from tests.bench.safety.world import ending, live, use_binding
 from tests.paths import ROOT
 
 MILLION = 1_000_000
@@ -51,8 +51,12 @@ class Tally:
 
 
 def batch(number: int, size: int = BATCH) -> Tally:
-    """Live through `size` sequences drawn from seed `number`; raises where one breaks a law."""
+    """Live through `size` sequences drawn from seed `number`; raises where one breaks a law.
+
+    Of an odd number: on a database that is drawn from it, through its binding.
+    """
     tally = Tally()
+    use_binding(number if number % 2 else 0)
 
     @seed(number)
     @settings(

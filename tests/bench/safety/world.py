@@ -14,6 +14,8 @@ import pickle
 from collections.abc import Iterator
 from dataclasses import dataclass, field, fields, is_dataclass, replace
 from functools import cache, lru_cache
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import can
@@ -28,7 +30,6 @@ from slipbench.bench.safety.vehicle_monitor import VehicleMonitor, Wheels
 from slipbench.bench.safety.vehicle_state import VehicleState
 from slipbench.bench.trials.excitation import Excitation
 from slipbench.protocol.binding.binding import Binding
-from slipbench.protocol.codec import e2e
 from slipbench.protocol.codec.codec import Codec
 from slipbench.protocol.codec.faults import FrameFault
 from slipbench.protocol.codec.messages import (
@@ -45,10 +46,12 @@ from slipbench.protocol.codec.messages import (
     ThrottleStatus,
     ToothIntervals,
 )
+from slipbench.protocol.codec.protection import Guard
 from slipbench.protocol.database.database import load_database
 from slipbench.protocol.trial_file import Command
 from tests.bench.conditions import trial_file
 from tests.bench.safety.judge import Judge
+from tests.protocol.binding.foreign import foreign_binding
 
 MILLISECOND = 1_000_000  # ns
 START = 1_790_000_000 * 1000 * MILLISECOND  # a time of day: floats of it are coarse
@@ -68,29 +71,68 @@ MOST_TICKS = 24
 
 
 class Remembering(Codec):
-    """The real codec, which is a pure function: what it has worked out once it need not again."""
+    """The real codec, which is a pure function: what it has worked out once it need not again.
 
-    def __init__(self) -> None:
-        super().__init__(load_database(dbc.MOTORBIKE))
+    Every message of the bench lies in one frame here, and is named by the bench's name.
+    """
+
+    def __init__(self, binding: Binding) -> None:
+        super().__init__(binding.database, binding.placement)
         self.encode = lru_cache(1 << 15)(super().encode)  # type: ignore[method-assign]
         self._known = lru_cache(1 << 16)(super().decode)
+        self.identifiers = [plan.message.identifier for plan in self.plans.values()]
 
     def decode(
         self, identifier: int, data: bytes | bytearray, extended: bool = False
     ) -> BenchMessage | FrameFault:
         return self._known(identifier, bytes(data), extended)
 
-
-@cache
-def codec() -> Codec:
-    return Remembering()
+    def name(self, identifier: int, extended: bool = False) -> str | None:
+        plan = self.plan(identifier, extended)
+        return None if plan is None else plan.parts[0].name
 
 
 class Known(Binding):
-    """The binding of the bench's own database, whose codec is made once."""
+    """A binding whose codec is made once."""
 
     def codec(self) -> Codec:
         return codec()
+
+
+def guard_of(name: str) -> Guard | None:
+    plan = codec().plan(codec().identifier(name))
+    return plan.guard if plan else None
+
+
+def period_of(name: str) -> int:
+    guard = guard_of(name)
+    return (guard.period if guard else 0) or 1
+
+
+NUMBER = [0]  # of the binding in use; 0: the bench's own database
+
+
+def use_binding(number: int) -> None:
+    """Let the worlds that are made from now on speak the database of this number (see foreign.py)."""
+    NUMBER[0] = number
+
+
+@cache
+def binding_of(number: int) -> Known:
+    if number == 0:
+        return Known(load_database(dbc.MOTORBIKE))
+    with TemporaryDirectory() as folder:
+        found = foreign_binding(number, Path(folder))
+    return Known(**{each.name: getattr(found, each.name) for each in fields(found)})
+
+
+@cache
+def codec_of(number: int) -> Remembering:
+    return Remembering(binding_of(number))
+
+
+def codec() -> Remembering:
+    return codec_of(NUMBER[0])
 
 
 @cache
@@ -173,7 +215,7 @@ class World:
         gateway_module.VehicleMonitor = SeeingThings
         try:
             self.gateway = Gateway(
-                self.plan, self.wire, Known(load_database(dbc.MOTORBIKE)), Ring.local(8), WHEELS
+                self.plan, self.wire, binding_of(NUMBER[0]), Ring.local(8), WHEELS
             )
         finally:
             gateway_module.VehicleMonitor = original
@@ -244,7 +286,7 @@ class World:
         elif name in wrong["frozen"] and isinstance(message, ToothIntervals):
             message = replace(message, tooth_count=7)
         if name not in wrong["stuck"]:
-            self.counters[name] = (self.counters[name] + 1) % e2e.PERIOD
+            self.counters[name] = (self.counters[name] + 1) % period_of(name)
         identifier, data = codec().encode(message, counter=self.counters[name], name=name)
         if name in wrong["damaged"]:
             data = data[:-1] + bytes([data[-1] ^ 0x10])
@@ -392,8 +434,8 @@ def jump(world: World, name: str, seed: int) -> None:
     random = np.random.default_rng((seed, world.number))
     identifier, data = codec().encode(world.message(name), name=name)
     payload = bytearray(data[:2] + random.bytes(len(data) - 2))
-    world.counters[name] = (world.counters[name] + 1) % e2e.PERIOD
-    guard = codec().plan_of(name).guard
+    world.counters[name] = (world.counters[name] + 1) % period_of(name)
+    guard = guard_of(name)
     if guard is not None:
         guard.protect(payload, world.counters[name])
     world.put(identifier, bytes(payload))
@@ -404,7 +446,7 @@ def foreign(world: World, seed: int) -> None:
     random = np.random.default_rng((seed, world.number, 1))
     data = random.bytes(seed % 9)
     kind = ("is_error_frame", "is_remote_frame", "is_extended_id", "")[seed % 4]
-    identifier = int(random.choice([16, 32, 48, 64, 96, 112, 128, 272, 2047, seed]))
+    identifier = int(random.choice([*codec().identifiers, 2047, seed]))
     if seed > 250:
         asks = ActuatorCommand(Authority.BOTH, 1.0, 0.5, 0.0)
         identifier, data = codec().encode(asks, counter=seed % 15)
@@ -412,9 +454,13 @@ def foreign(world: World, seed: int) -> None:
     world.put(identifier, data, **({kind: True} if kind else {}))
 
 
-@cache
 def beginnings() -> tuple[Beginning, ...]:
     """Places to begin at: armed, excited and settling, of a throttle and of a spark trial."""
+    return _beginnings(NUMBER[0])
+
+
+@cache
+def _beginnings(_number: int) -> tuple[Beginning, ...]:
     found = []
     for actuator in ("throttle", "spark"):
         world = World(actuator)
