@@ -241,25 +241,18 @@ class Gateway:
             if message is None:
                 return True
             self._unrecorded = message
-            data = bytes(message.data)
-            own = (
-                not message.is_error_frame
-                and _key(message) in self._ours
-                and self._own.heard(_key(message), data)
-            )
+            data, key = bytes(message.data), _key(message)
+            own = key in self._ours and not message.is_error_frame and self._own.heard(key, data)
             self._record(message, self._stamp(message.timestamp), own)
             self._unrecorded = None
             if message.is_error_frame:
                 self._controller.error_frame(message)
             elif not (own or message.is_remote_frame):
-                self._observe(message, data, now, since)
+                self._observe(key, data, now, since)
         return False
 
-    def _observe(self, message: can.Message, data: bytes, now: float, since: float) -> None:
-        received = self._receiver.receive(
-            message.arbitration_id, message.is_extended_id, data, now, since
-        )
-        for name, content, time in received:
+    def _observe(self, key: Key, data: bytes, now: float, since: float) -> None:
+        for name, content, time in self._receiver.receive(key, data, now, since):
             if isinstance(content, FrameFault):
                 self._monitor.fault(name)
                 continue

@@ -6,9 +6,8 @@ several frames. What the bus lacks it replaces as the binding states (see Degrad
 
 import math
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from typing import NamedTuple
 
 from slipbench.bench.gateway.sender_monitor import SenderMonitor, cycles_of
 from slipbench.bench.gateway.wheel_speed import WheelSpeedTeeth
@@ -29,18 +28,16 @@ from slipbench.protocol.codec.messages import (
     ToothIntervals,
     WheelSpeed,
 )
+from slipbench.protocol.codec.wire import FramePlan
+from slipbench.protocol.recording.message_rules import Degraded
 
 MOST_REQUESTS = 1000  # of the last requests, kept while their echo is assumed
 NO_STATUS = EcuStatus(Authority.NONE, math.nan, math.nan, math.nan)
 WHEELS = {"RearWheelSpeed": "RearTeeth", "FrontWheelSpeed": "FrontTeeth"}
 
 
-class Received(NamedTuple):
-    """One message of the bench, or the fault of the frame that should hold it; time: s."""
-
-    name: str
-    message: BenchMessage | FrameFault
-    time: float
+Received = tuple[str, BenchMessage | FrameFault, float]
+"""One message of the bench, or the fault of the frame that should hold it; its time in s."""
 
 
 class Receiver:
@@ -72,6 +69,7 @@ class Receiver:
             if any(_feeds(part.name) in SAFETY for part in plan.parts)
         }
         self._assembly = Assembly(codec)
+        self._replaces = binding.degraded != Degraded() or any(map(codec.has, WHEELS))
         self._pitch = {
             "RearTeeth": 2 * math.pi * wheels.rear_radius / wheels.teeth,
             "FrontTeeth": 2 * math.pi * wheels.front_radius / wheels.teeth,
@@ -93,24 +91,30 @@ class Receiver:
         self._senders.forget()
 
     def receive(
-        self, identifier: int, extended: bool, data: bytes, now: float, since: float
-    ) -> list[Received]:
-        """Messages of a frame that arrived at `now` (s), and not before `since` (s)."""
-        plan = self._codec.plan(identifier, extended)
+        self, key: tuple[int, bool], data: bytes, now: float, since: float
+    ) -> Sequence[Received]:
+        """Messages of a frame that arrived at `now` (s), and not before `since` (s).
+
+        key: its identifier, and whether that is a 29-bit one
+        """
+        plan = self._codec.plan(*key)
         if plan is None:
-            return []
+            return ()
         payload = plan.check(data)
         if isinstance(payload, FrameFault):
-            return [Received(_feeds(part.name), payload, since) for part in plan.parts]
+            return _faulty(plan, payload, since)
         carrier = plan.message.name
-        found = self._assembly.take(plan, payload, since - self._shift.get(carrier, 0.0))
+        if self._shift:
+            since -= self._shift.get(carrier, 0.0)
+        found = self._assembly.take(plan, payload, since)
         if isinstance(found, FrameFault):
-            return [Received(_feeds(part.name), found, since) for part in plan.parts]
+            return _faulty(plan, found, since)
         counter = None if plan.guard is None else plan.guard.counter(payload)
         self._senders.heard(carrier, now, counter)
         if counter is not None and self._repeated(carrier, counter):
-            fault = FrameFault(Fault.REPEATED, carrier)
-            return [Received(_feeds(part.name), fault, since) for part in plan.parts]
+            return _faulty(plan, FrameFault(Fault.REPEATED, carrier), since)
+        if not self._replaces:
+            return found
         return [each for joined in found for each in self._completed(*joined, now)]
 
     def _repeated(self, carrier: str, counter: int) -> bool:
@@ -125,14 +129,17 @@ class Receiver:
 
     def requested(self, command: ActuatorCommand, now: float) -> None:
         """Take in the request that was sent at `now` (s), where its echo is assumed."""
-        if self._degraded.echo is not None or self._degraded.hand_back is not None:
+        if self._replaces:
             self._requests.append((now, command))
 
-    def assumed(self, now: float) -> Iterator[Received]:
+    def assumed(self, now: float) -> Sequence[Received]:
         """Status of the ECU at `now` (s), where none comes on this bus."""
+        if not self._replaces:
+            return ()
         self._apply_requests(now)
-        if "EcuStatus" not in self._codec.placement:
-            yield Received("EcuStatus", self._replaced(NO_STATUS), now)
+        if self._codec.has("EcuStatus"):
+            return ()
+        return [("EcuStatus", self._replaced(NO_STATUS), now)]
 
     def _apply_requests(self, now: float) -> None:
         """A request counts as applied after the stated latency."""
@@ -151,7 +158,7 @@ class Receiver:
             case ToothIntervals():
                 yield from self._wheel(name, message, time)
                 return
-        yield Received(name, self._replaced(message), time)
+        yield (name, self._replaced(message), time)
 
     def _replaced(self, message: BenchMessage) -> BenchMessage:
         """The message, with what no signal gives: authority, echo, gear."""
@@ -178,12 +185,17 @@ class Receiver:
         return message
 
     def _wheel(self, name: str, teeth: ToothIntervals, time: float) -> Iterator[Received]:
-        yield Received(name, teeth, time)
+        yield (name, teeth, time)
         if name == "FrontTeeth" and self._degraded.speed == "front_wheel":
             span = sum(teeth.intervals)
             if teeth.layout != Intervals.STANDING and span > 0.0:
                 speed = self._pitch[name] * len(teeth.intervals) / span
-                yield Received("OpticalSpeed", OpticalSpeed(speed, True, math.nan), time)
+                yield ("OpticalSpeed", OpticalSpeed(speed, True, math.nan), time)
+
+
+def _faulty(plan: FramePlan, fault: FrameFault, time: float) -> list[Received]:
+    """The fault of a frame, for every message that it should hold."""
+    return [(_feeds(part.name), fault, time) for part in plan.parts]
 
 
 def _feeds(name: str) -> str:

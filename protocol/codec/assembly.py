@@ -1,7 +1,7 @@
 """Messages of the bench joined from frames: one frame may hold parts of several, one may need several."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 
 from slipbench.protocol.codec.codec import Codec
 from slipbench.protocol.codec.faults import FrameFault
@@ -23,25 +23,29 @@ class Assembly:
     def take(self, plan: FramePlan, payload: bytearray, time: float) -> list[Joined] | FrameFault:
         """Messages that are whole with a frame that arrived at `time` (s); or the fault of a value in it."""
         words = plan.words(payload)
-        found = []
+        if len(plan.parts) == 1 and plan.parts[0].whole:
+            only = plan.parts[0].unpack(words)
+            if isinstance(only, FrameFault):
+                return only
+            return [] if only is None else [(plan.parts[0].name, only, time)]  # type: ignore[list-item]
+        joined: list[Joined] = []
+        fields: list[tuple[Part, Mapping[str, object]]] = []
         for part in plan.parts:
             content = part.unpack(words)
             if isinstance(content, FrameFault):
                 return content
-            if content is not None:
-                found.append((part, content))
-        joined = []
-        for part, content in found:
-            if not isinstance(content, Mapping):
-                joined.append((part.name, content, time))
-            elif (whole := self._join(part, plan.message.name, content, time)) is not None:
-                joined.append(whole)
+            if isinstance(content, dict):
+                fields.append((part, content))
+            elif content is not None:
+                joined.append((part.name, content, time))  # type: ignore[arg-type]
+        for part, content in fields:
+            joined += self._join(part, plan.message.name, content, time)
         return joined
 
     def _join(
         self, part: Part, carrier: str, content: Mapping[str, object], time: float
-    ) -> Joined | None:
-        """Message with the last fields of its other frames; None while some have never come.
+    ) -> Iterator[Joined]:
+        """Message with the last fields of its other frames, once all have come.
 
         A message of several frames has no time of its own.
         """
@@ -50,7 +54,7 @@ class Assembly:
         values.update(content)
         times[carrier] = time
         if len(times) < len(self._codec.carriers(part.name)):
-            return None
+            return
         if "time" in values:
             values["time"] = math.nan
-        return part.name, part.kind(**values), min(times.values())
+        yield part.name, part.kind(**values), min(times.values())

@@ -1,6 +1,6 @@
 """Frames from messages and messages from frames: SI inside, the units of the database on the wire."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import NamedTuple
 
 from slipbench.protocol.codec.faults import Fault, FrameFault
@@ -61,7 +61,7 @@ class Codec:
         return frame.identifier, frame.data
 
     @staticmethod
-    def finish(plan: FramePlan, words: list[Words], counter: int) -> Frame:
+    def finish(plan: FramePlan, words: Collection[Words], counter: int) -> Frame:
         """Frame of the bits of its parts, protected."""
         payload = plan.payload(words)
         if plan.guard is not None:
@@ -214,7 +214,15 @@ class Sender:
 
     def __init__(self, codec: Codec) -> None:
         self._codec = codec
-        self._held: dict[str, dict[str, Words]] = {}
+        self._held: dict[str, dict[str, Words]] = {carrier: {} for carrier in codec.plans}
+        self._carriers = {
+            name: [
+                (codec.plan_of(carrier), part_of(codec.plan_of(carrier), name))
+                for carrier in codec.carriers(name)
+            ]
+            for name in codec.placement
+            if codec.has(name)
+        }
         self._sent_at: dict[str, float] = {}
         self.counters: dict[str, int] = {}
 
@@ -232,24 +240,26 @@ class Sender:
         None: every frame is sent. Raises ValueError as `Codec.encode` does.
         """
         key = name or type(message).__name__
-        carriers = self._codec.carriers(key)
-        words = [part.pack(message) for part in self._codec.parts(key)]
+        if key not in self._carriers:
+            self._codec.carriers(key)  # raises InputError
+        packed = [(plan, part.pack(message)) for plan, part in self._carriers[key]]
         made = []
-        for carrier, each in zip(carriers, words, strict=True):
-            held = self._held.setdefault(carrier, {})
-            held[key] = each
-            plan = self._codec.plan_of(carrier)
-            if len(held) < len(plan.parts) or not self._due(plan, now):
+        for plan, words in packed:
+            carrier = plan.message.name
+            held = self._held[carrier]
+            held[key] = words
+            if len(held) < len(plan.parts) or not (now is None or self._due(plan, now)):
                 continue
             counter = self.counters.get(carrier, 0)
-            made.append(self._codec.finish(plan, list(held.values()), counter))
+            made.append(self._codec.finish(plan, held.values(), counter))
             period = plan.guard.period if plan.guard else 0
             self.counters[carrier] = (counter + 1) % (period or 1)
         return made
 
-    def _due(self, plan: FramePlan, now: float | None) -> bool:
+    def _due(self, plan: FramePlan, now: float) -> bool:
+        """Whether the cycle time of a frame is over at `now` (s)."""
         message = plan.message
-        if now is None or message.attributes.get("GenMsgSendType") == 1:
+        if message.attributes.get("GenMsgSendType") == 1:
             return True
         before = self._sent_at.get(message.name)
         if before is not None and now - before < (message.cycle_time or 0.0) - HALF_TICK:

@@ -84,9 +84,9 @@ class Slot:
             raise ValueError(f"{self.name} = {value!r} is not in {low:g} to {high:g} (SI)")
         return (raw & self.mask) << self.shift
 
-    def read(self, little: int, big: int) -> float | None:
-        """Raw value from the payload as one number of either byte order; None where it has no meaning."""
-        raw = ((big if self.big else little) >> self.shift) & self.mask
+    def read(self, words: tuple[int, int]) -> float | None:
+        """Raw value from a payload (see wire.Words); None where it has no meaning."""
+        raw = (words[self.big] >> self.shift) & self.mask
         if self.real:
             number = self._float(raw)
             return number if math.isfinite(number) and number not in self.unknown else None
@@ -103,9 +103,9 @@ class Slot:
         """A raw value in SI, as text."""
         return f"{raw * self.scale + self.offset:g}"
 
-    def shown(self, little: int, big: int) -> str:
+    def shown(self, words: tuple[int, int]) -> str:
         """What a payload holds here, for a message."""
-        raw = ((big if self.big else little) >> self.shift) & self.mask
+        raw = (words[self.big] >> self.shift) & self.mask
         if self.real:
             return f"{self._float(raw):g}"
         return self.physical(raw - self.mask - 1 if raw & self.sign else raw)

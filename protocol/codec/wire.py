@@ -1,6 +1,6 @@
 """Layout of the bench's messages in the frames of a bus, compiled once from database and placement."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, fields
 from typing import Any, Literal, get_type_hints
 
@@ -12,13 +12,8 @@ from slipbench.protocol.codec.slot import Slot, si, slot
 from slipbench.protocol.database.layout import Database, Message
 from slipbench.protocol.errors import InputError
 
-
-@dataclass(frozen=True, slots=True)
-class Words:
-    """A payload as one number: little-endian and big-endian."""
-
-    little: int
-    big: int
+Words = tuple[int, int]
+"""A payload as one number: little-endian, big-endian. A slot takes its bits from `words[slot.big]`."""
 
 
 class FieldsPart:
@@ -77,20 +72,14 @@ class FieldsPart:
 
     def pack(self, message: Any) -> Words:
         """Bits of the message in the frame. Raises ValueError where a value does not fit."""
-        little = big = 0
+        words = [0, 0]
         for field, entry in zip(self.fields, self._slots, strict=True):
-            bits = entry.pack(getattr(message, field))
-            if entry.big:
-                big |= bits
-            else:
-                little |= bits
+            words[entry.big] |= entry.pack(getattr(message, field))
         for entry, identifiers in self._select:
-            bits = entry.pack(identifiers[0])
-            big, little = (big | bits, little) if entry.big else (big, little | bits)
+            words[entry.big] |= entry.pack(identifiers[0])
         for _, entry in self._valid:
-            bits = entry.pack(1)
-            big, little = (big | bits, little) if entry.big else (big, little | bits)
-        return Words(little, big)
+            words[entry.big] |= entry.pack(1)
+        return words[0], words[1]
 
     def unpack(self, words: Words) -> BenchMessage | Mapping[str, Any] | FrameFault | None:
         """The message, or its fields that lie here; or the fault of a value; None where not in the frame."""
@@ -98,11 +87,13 @@ class FieldsPart:
             return found
         values = []
         for entry in self._slots:
-            raw: Any = ((words.big if entry.big else words.little) >> entry.shift) & entry.mask
-            if raw & entry.sign:
-                raw -= entry.mask + 1
+            raw: Any
             if entry.special:
-                raw = entry.read(words.little, words.big)
+                raw = entry.read(words)
+            else:
+                raw = (words[entry.big] >> entry.shift) & entry.mask
+                if raw & entry.sign:
+                    raw -= entry.mask + 1
             if raw is None or not entry.low <= raw <= entry.high:
                 return self._out_of_range(entry, words)
             table = entry.values
@@ -116,12 +107,11 @@ class FieldsPart:
 
     def _condition(self, words: Words) -> FrameFault | Literal[True] | None:
         """True where the frame holds valid values of the fields; None where it holds other signals."""
-        little, big = words.little, words.big
         for entry, identifiers in self._select:
-            if entry.read(little, big) not in identifiers:
+            if entry.read(words) not in identifiers:
                 return None
         for field, entry in self._valid:
-            if not entry.read(little, big):
+            if not entry.read(words):
                 return FrameFault(Fault.RANGE, self.name, field, "a valid value", "not valid")
         return True
 
@@ -132,7 +122,7 @@ class FieldsPart:
 
     def _out_of_range(self, entry: Slot, words: Words) -> FrameFault:
         name = entry.name.rpartition(".")[2]
-        found = entry.shown(words.little, words.big)
+        found = entry.shown(words)
         return FrameFault(Fault.RANGE, self.name, name, entry.expected, found)
 
 
@@ -208,22 +198,19 @@ class TeethPart:
             if not bits and message.layout is not Intervals.STANDING:
                 raise ValueError(f"{entry.name} = {interval!r} is less than its resolution")
             words[entry.big] |= bits
-        return Words(*words)
+        return words[0], words[1]
 
     def unpack(self, words: Words) -> BenchMessage | FrameFault:
         """The message, or the fault of a gap among its intervals."""
-        raw = self._layout.read(words.little, words.big)
+        raw = self._layout.read(words)
         if raw is None:
             entry = self._layout
-            found = entry.shown(words.little, words.big)
+            found = entry.shown(words)
             return FrameFault(Fault.RANGE, self.name, self.fields[0], entry.expected, found)
         layout = Intervals(int(raw))
-        count = self._count.read(words.little, words.big)
+        count = self._count.read(words)
         slots = self._slots[layout]
-        raws = [
-            ((words.big if entry.big else words.little) >> entry.shift) & entry.mask
-            for entry in slots
-        ]
+        raws = [(words[entry.big] >> entry.shift) & entry.mask for entry in slots]
         used = len(raws) if layout is Intervals.STANDING else _used(raws)
         if not used:
             expected = "intervals, then zeros"
@@ -257,15 +244,14 @@ class FramePlan:
 
     def words(self, payload: bytearray) -> Words:
         """Payload as a number."""
-        little = int.from_bytes(payload, "little")
-        return Words(little, int.from_bytes(payload, "big"))
+        return int.from_bytes(payload, "little"), int.from_bytes(payload, "big")
 
-    def payload(self, words: Sequence[Words]) -> bytearray:
+    def payload(self, words: Collection[Words]) -> bytearray:
         """Payload of the bits of several parts."""
         little = big = 0
         for each in words:
-            little |= each.little
-            big |= each.big
+            little |= each[0]
+            big |= each[1]
         payload = bytearray(little.to_bytes(self.message.length, "little"))
         if big:
             sent = big.to_bytes(self.message.length, "big")
