@@ -12,6 +12,8 @@ import can
 import pytest
 
 from slipbench import dbc
+from slipbench.bench.bus.faults import FaultPlan, Lost, Where
+from slipbench.bench.bus.plan_text import plan_text
 from slipbench.protocol.codec.codec import Codec, Sender
 from slipbench.protocol.codec.messages import Authority, ThrottleStatus
 from slipbench.protocol.database.database import load_database
@@ -82,6 +84,20 @@ def test_it_waits_for_a_real_device_and_ends_when_that_falls_silent(channel) -> 
     for word in ("throttle: the real device", "expected:", "found:", "remedy:"):
         assert word in said
     assert "Traceback" not in said
+
+
+def test_a_fault_plan_acts_on_the_simulated_nodes(channel, tmp_path) -> None:
+    plan = FaultPlan((Lost(1.0, Where(senders=frozenset({"optical"}))),))
+    path = tmp_path / "plan.json"
+    path.write_text(plan_text(plan), encoding="utf-8")
+    with (
+        can.Bus(interface="slipbench", channel=channel) as listener,
+        vehicle(channel, "--faults", str(path)),
+    ):
+        heard = [listener.recv(PATIENCE) for _ in range(1000)]
+    names = {CODEC.name(frame.arbitration_id) for frame in heard if frame is not None}
+    assert {"EcuStatus", "RearTeeth", "RiderControls"} <= names
+    assert "OpticalSpeed" not in names
 
 
 def test_two_simulations_on_one_bus_are_refused_before_the_second_sends(

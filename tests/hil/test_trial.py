@@ -64,12 +64,18 @@ class Ridden:
         return [(t, m) for t, m in found if isinstance(m, kind)]
 
 
-def ride(folder: Path, connect, *faults: Fault, clock=None) -> Ridden:
-    """Ride a short throttle sweep through the device that `connect` connects to the bus."""
+def ride(
+    folder: Path, connect, *faults: Fault, nodes: tuple[Fault, ...] = (), clock=None
+) -> Ridden:
+    """Ride a short throttle sweep through the device that `connect` connects to the bus.
+
+    faults: of the bus; nodes: of the simulated nodes
+    """
     trial = prepared(**SHORT)
-    trial = replace(
-        trial, scenario=replace(trial.scenario, nodes=simulated_nodes(without="throttle"))
+    scenario = replace(
+        trial.scenario, nodes=simulated_nodes(without="throttle"), faults=FaultPlan(nodes, seed=1)
     )
+    trial = replace(trial, scenario=scenario)
     simulated = partial(
         simulated_trial, faults=FaultPlan(faults, seed=1), devices={"throttle": connect}
     )
@@ -89,6 +95,7 @@ def ride(folder: Path, connect, *faults: Fault, clock=None) -> Ridden:
 class Case:
     """A fault that concerns the throttle body, and the trip that ends it.
 
+    nodes   faults of the simulated nodes
     alive   whether the device runs at a time, s in the trial
     within  s, longest time from the fault to the last command with authority
     """
@@ -98,6 +105,7 @@ class Case:
     faults: tuple[Fault, ...] = ()
     alive: Callable[[float], bool] = lambda _: True
     planted: str = ""
+    nodes: tuple[Fault, ...] = ()
     within: float = 0.0215
 
 
@@ -130,6 +138,11 @@ CASES = (
         "the device runs every 20 ms",
         TripReason.STALE,
         alive=lambda now: now < AT or round(now * 1e3) % 20 == 0,
+    ),
+    Case(
+        "the rider's controls are silent for 200 ms",
+        TripReason.STALE,
+        nodes=(Lost(1.0, Where(AT, AT + 0.2, senders=frozenset({"rider"}))),),
     ),
     Case("the counter stands still", TripReason.TWO_SENDERS, planted="COUNTER_STUCK"),
     Case("the time stands still", TripReason.NEVER_READY, planted="TIME_STUCK"),
@@ -171,7 +184,8 @@ def test_a_fault_that_concerns_the_device_ends_as_it_must(case: Case, core, tmp_
     def alive(time_ns: int) -> bool:
         return case.alive((time_ns - START) / SECOND)
 
-    ridden = ride(tmp_path / "run", on_the_bus(core(case.planted), alive), *case.faults)
+    device = on_the_bus(core(case.planted), alive)
+    ridden = ride(tmp_path / "run", device, *case.faults, nodes=case.nodes)
     assert ridden.outcome is not None
     print(f"{case.name}: {ridden.outcome.trip or 'done'}")
     assert ridden.reason == case.reason

@@ -142,14 +142,9 @@ def test_the_same_plan_gives_the_same_frames() -> None:
 )
 def test_a_plan_that_no_node_can_carry_out_is_refused(fault, words) -> None:
     with pytest.raises(InputError) as refusal:
-        replace_and_start(fault)
+        NodeFaults(FaultPlan((fault,)))
     for word in words:
         assert word in str(refusal.value)
-
-
-def replace_and_start(fault) -> None:
-    with Heard(fault):
-        pass
 
 
 def test_a_plan_is_read_from_its_file(tmp_path) -> None:

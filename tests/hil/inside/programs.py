@@ -18,10 +18,10 @@ PATIENCE = 10.0  # s
 
 
 @contextmanager
-def running(program: Path) -> Iterator["subprocess.Popen[bytes]"]:
-    """The device on the interface, from its first frame on."""
-    with can.Bus(interface="socketcan", channel=VCAN) as listener:
-        process = subprocess.Popen([program, VCAN])
+def running(program: Path, channel: str = VCAN) -> Iterator["subprocess.Popen[bytes]"]:
+    """The device on an interface, from its first frame on."""
+    with can.Bus(interface="socketcan", channel=channel) as listener:
+        process = subprocess.Popen([program, channel])
         try:
             assert listener.recv(PATIENCE) is not None, "the device sends nothing"
             yield process
