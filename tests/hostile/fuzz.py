@@ -4,9 +4,9 @@ Each case follows from the seed and its number alone. A failure is printed with 
 it again: `python -m tests.hostile.fuzz CASES SEED --only NUMBER --keep FOLDER`. CASES is the number
 after the last case; `--first` begins later, so that a long run can be made in pieces.
 
-The commands that take minutes (explain of a motorcycle, compare, prove, paper) are ended by Ctrl-C
-after some seconds of processor time: they read their files before, and an interrupted analysis has to
-end well too. explain of a small table, and design, have the time to end by themselves.
+The commands that take minutes (explain of a motorcycle, design for given margins, compare, prove,
+paper) are ended by Ctrl-C after some seconds of processor time: they read their files before, and an
+interrupted analysis has to end well too. explain of a small table and a plain design run to their end.
 """
 
 import argparse
