@@ -12,6 +12,7 @@ interrupted analysis has to end well too. explain of a small table and a plain d
 import argparse
 import logging
 import os
+import resource
 import shutil
 import sys
 import tempfile
@@ -141,7 +142,10 @@ def main() -> int:
     if given.keep is None:
         shutil.rmtree(folder, ignore_errors=True)
     print(summary(ended))
-    print(f"{time.monotonic() - began:.0f} s, most memory {max(e.memory for e in ended) >> 20} MB")
+    seconds, memory = time.monotonic() - began, max(end.memory for end in ended) >> 20
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    processor = used.ru_utime + used.ru_stime
+    print(f"{seconds:.0f} s, {processor:.0f} s of processor, most memory {memory} MB")
     return 1 if any(end.wrong for end in ended) else 0
 
 
