@@ -81,9 +81,11 @@ def compare_command(
     from slipbench.identification.closed_loop_simulation.page import write_page
     from slipbench.protocol.configuration import read_toml
     from slipbench.protocol.controller_file import ControllerFile
+    from slipbench.protocol.output_folders import check_page
 
     files = {path.stem: read_toml(path, ControllerFile) for path in one_of_each_name(controllers)}
     motorcycle = _motorcycle(vehicle)
+    check_page(page)
     with Console(stderr=True).status("") as progress:
         found, rides = compare(motorcycle, files, progress.update)
         write_page(found, rides, page, bandwidth, "make controllers")

@@ -51,6 +51,7 @@ def prove_command(
     After an interruption the same command continues the study.
     """
     from slipbench.identification.cluster import Workers
+    from slipbench.protocol.output_folders import check_page
     from slipbench.studies.blind_validation.publish import publish
     from slipbench.studies.blind_validation.study import (
         Study,
@@ -59,6 +60,8 @@ def prove_command(
         run_study,
     )
 
+    page = page_path or out / "blind_validation.md"
+    check_page(page)
     console = Console(stderr=True)
     study = Study(cases, seed, out, Workers(workers, scheduler))
     if score_only:
@@ -80,5 +83,5 @@ def prove_command(
             except KeyboardInterrupt:
                 console.print("interrupted; the same command continues the study")
                 raise typer.Exit(130) from None
-    for line in publish(study, results, page_path or out / "blind_validation.md"):
+    for line in publish(study, results, page):
         typer.echo(line)

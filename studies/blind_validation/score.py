@@ -11,6 +11,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from slipbench.protocol.errors import InputError
 from slipbench.studies.blind_validation.generator.case import ELSE, NOTHING, UNEXCITED
 from slipbench.studies.blind_validation.generator.fault_types import BY_NAME
 
@@ -66,8 +67,22 @@ class ScoredCase:
 def scored(
     answers: Sequence[Mapping[str, Any]], results: Iterable[Mapping[str, Any]]
 ) -> list[ScoredCase]:
-    """Scored cases. answers: ground truth by case number; results: of the study."""
-    return [_score(answers[result["case"]], result) for result in results]
+    """Scored cases. answers: ground truth by case number; results: of the study.
+
+    Raises InputError where a result lacks a part of what is scored, or has one of another type.
+    """
+    found = []
+    for result in results:
+        try:
+            found.append(_score(answers[result["case"]], result))
+        except (KeyError, IndexError, TypeError, ValueError, AttributeError) as fault:
+            raise InputError(
+                "the result of a case is damaged or of another version",
+                where=f"case {result['case']}",
+                found=f"{type(fault).__name__}: {fault}",
+                remedy="delete its file in results/ and run the same command without --score-only",
+            ) from fault
+    return found
 
 
 def _score(answer: Mapping[str, Any], result: Mapping[str, Any]) -> ScoredCase:

@@ -97,8 +97,15 @@ def _keep(study: Study, result: Result) -> Result:
 
 
 def results_so_far(study: Study) -> list[Result]:
-    """Existing results, of any version of the source code."""
-    return [result for _, result in _done(study, {})]
+    """Existing results, of any version of the source code. Raises InputError where there is none."""
+    results = [result for _, result in _done(study, {})]
+    if not results:
+        raise InputError(
+            "no case of the study has a result yet",
+            where=str(study.folder),
+            remedy="run the same command without --score-only or --observe-again first",
+        )
+    return results
 
 
 def _done(study: Study, mark: dict[str, str]) -> Iterator[tuple[int, Result]]:
@@ -107,7 +114,7 @@ def _done(study: Study, mark: dict[str, str]) -> Iterator[tuple[int, Result]]:
         path = result_path(study.folder, number)
         if not path.exists():
             continue
-        result = json.loads(path.read_text(encoding="utf-8"))
+        result = _read(path, number)
         for key, value in mark.items():
             if result[key] != value:
                 raise InputError(
@@ -118,6 +125,26 @@ def _done(study: Study, mark: dict[str, str]) -> Iterator[tuple[int, Result]]:
                     remedy="choose another folder with --out: results of two versions cannot be combined",
                 )
         yield number, result
+
+
+def _read(path: Path, number: int) -> Result:
+    """Result of a case. Raises InputError where the file holds none."""
+    try:
+        result = json.loads(path.read_text(encoding="utf-8"))
+    except (ValueError, RecursionError):  # no text, no JSON, or nested too deeply
+        result = None
+    if (
+        not isinstance(result, dict)
+        or result.get("case") != number
+        or not {"answers", "source"} <= result.keys()
+    ):
+        raise InputError(
+            "the file does not hold the result of the case",
+            where=str(path),
+            expected=f"JSON with case = {number}, answers and source",
+            remedy="delete the file and run the same command without --score-only",
+        )
+    return result
 
 
 def observe_again(

@@ -42,9 +42,12 @@ def paper_command(
 
     Exit status: 0 every claim holds, 2 invalid input (see message), 3 a claim does not hold.
     """
+    from slipbench.protocol.output_folders import check_page
     from slipbench.studies.paper.paper_command import reproduce
     from slipbench.studies.paper.paper_report import found_in_words
 
+    if document is not None:
+        check_page(document)
     console = Console(stderr=True)
     with console.status("") as progress:
         done = reproduce(

@@ -4,14 +4,15 @@ Each case follows from the seed and its number alone. A failure is printed with 
 it again: `python -m tests.hostile.fuzz CASES SEED --only NUMBER --keep FOLDER`. CASES is the number
 after the last case; `--first` begins later, so that a long run can be made in pieces.
 
-The commands that take minutes (explain of a motorcycle, compare, prove, paper) are ended by Ctrl-C
-after some seconds of processor time: they read their files before, and an interrupted analysis has to
-end well too. explain of a small table, and design, have the time to end by themselves.
+The commands that take minutes (explain of a motorcycle, design for given margins, compare, prove,
+paper) are ended by Ctrl-C after some seconds of processor time: they read their files before, and an
+interrupted analysis has to end well too. explain of a small table and a plain design run to their end.
 """
 
 import argparse
 import logging
 import os
+import resource
 import shutil
 import sys
 import tempfile
@@ -141,7 +142,10 @@ def main() -> int:
     if given.keep is None:
         shutil.rmtree(folder, ignore_errors=True)
     print(summary(ended))
-    print(f"{time.monotonic() - began:.0f} s, most memory {max(e.memory for e in ended) >> 20} MB")
+    seconds, memory = time.monotonic() - began, max(end.memory for end in ended) >> 20
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    processor = used.ru_utime + used.ru_stime
+    print(f"{seconds:.0f} s, {processor:.0f} s of processor, most memory {memory} MB")
     return 1 if any(end.wrong for end in ended) else 0
 
 

@@ -89,8 +89,13 @@ LINES = [
         " --phase-margin 40 --sensitivity 2 --period 1 --law pid",
         (),
         {"new.toml": "", "report": ""},
-        1,
-        10.0,
+        0.7,
+        5.0,
+    ),
+    Line(
+        "design run --actuator throttle --out new.toml --period 1 --law pid",
+        out={"new.toml": ""},
+        weight=0.3,
     ),
     Line(
         "compare controller.toml mixed.toml --page new.md --vehicle vehicle.toml --bandwidth 10",
@@ -99,10 +104,14 @@ LINES = [
         1.5,
         3.0,
     ),
-    Line("prove --cases 1 --seed 1 --out new --workers 1 --score-only", weight=0.5),
+    Line(
+        "prove --cases 1 --seed 1 --out study --workers 1 --score-only --page new.md",
+        out={"new.md": ""},
+        weight=0.5,
+    ),
     Line("prove --cases 1 --seed 1 --out new --workers 1", weight=0.2, interrupt_after=3.0),
     Line(
-        "paper --out new --nominal vehicle.toml --trials run --bandwidth 10",
+        "paper --out new --nominal vehicle.toml --trials trials --bandwidth 10",
         weight=0.3,
         interrupt_after=3.0,
     ),
@@ -115,7 +124,7 @@ LINES = [
         for ending in (".log", *LOG_ENDINGS)
     ),
     Line(
-        "import drive.log --dbc motorbike.dbc --roles roles.toml --table gps=main.csv --out new",
+        "import drive.log --dbc motorbike.dbc --roles two_loggers.toml --table gps=main.csv --out new",
         out={"new": "frames.log"},
     ),
     *(

@@ -1,6 +1,7 @@
 """Small valid files of every kind that slipbench reads, made once and linked into every case."""
 
 import contextlib
+import json
 import os
 import shutil
 from collections.abc import Callable
@@ -12,7 +13,10 @@ import pandas as pd
 
 from slipbench import dbc
 from slipbench.plant.vehicles import DEMONSTRATION
-from tests.paths import CONTROLLERS, MODELS, TRIALS
+from slipbench.studies.blind_validation.generator.case import answer, draw_case
+from slipbench.studies.blind_validation.hidden_cases import store_ground_truth
+from slipbench.studies.blind_validation.study import result_path
+from tests.paths import CONTROLLERS, MODELS, TRIALS, with_full_paths
 
 SWEEP = "throttle_sweep.toml"
 STEPS = "slip_steps_throttle.toml"
@@ -35,6 +39,16 @@ unit = "V"
 [roles.pulley_speed]
 column = "y"
 unit = "V"
+"""
+SECOND_LOGGER = """
+[tables.gps]
+time_unit = "s"
+align = "start"
+
+[roles.yaw_rate]
+table = "gps"
+column = "y"
+unit = "rad/s"
 """
 FLEET = """
 [[analyses]]
@@ -62,11 +76,17 @@ def make_materials(folder: Path, command: Command) -> None:
     shutil.copy(CONTROLLERS / "mixed.toml", folder / "mixed.toml")
     shutil.copy(MODELS / "coupled_drives.toml", folder / "model.toml")
     (folder / "table_roles.toml").write_text(IMPORTED_ROLES)
+    roles = (folder / "roles.toml").read_text(encoding="utf-8")
+    (folder / "two_loggers.toml").write_text(roles + SECOND_LOGGER, encoding="utf-8")
     (folder / "fleet.toml").write_text(FLEET)
     _write_trial(folder / "trial.toml", SWEEP, "200 ms")
     _write_trial(folder / "long_trial.toml", SWEEP, "6 s")
     _write_trial(folder / "slip_trial.toml", STEPS, "200 ms")
     _write_tables(folder)
+    _write_study(folder / "study")
+    shutil.copytree(TRIALS, folder / "trials")
+    for path in (folder / "trials").glob("*.toml"):
+        path.write_text(with_full_paths(path.read_text(encoding="utf-8")), encoding="utf-8")
     command(["trial", "long_trial.toml", "--out", "run", "--dbc", "motorbike.dbc"], folder)
     imported = ["import", "main.csv", "--roles", "table_roles.toml", "--out", "table_run"]
     command(imported, folder)
@@ -85,6 +105,14 @@ def _write_trial(path: Path, example: str, duration: str) -> None:
     ):
         text = text.replace(old, new)
     path.write_text(f'settling = "200 ms"\n{text}', encoding="utf-8")
+
+
+def _write_study(folder: Path) -> None:
+    """Write a blind validation of one case, whose analysis failed."""
+    (folder / "results").mkdir(parents=True)
+    fingerprint = store_ground_truth([answer(draw_case(1, 0))], folder)
+    result = {"answers": fingerprint, "source": "", "case": 0, "failed": "an error", "trace": ""}
+    result_path(folder, 0).write_text(json.dumps(result, indent=1), encoding="utf-8")
 
 
 def _write_tables(folder: Path) -> None:

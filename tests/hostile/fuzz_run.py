@@ -3,7 +3,7 @@
 A case ends well in one of these ways:
 
 - status 0, and everything that the command line promises is there and not empty;
-- status 2, one message, and no file or folder left behind;
+- status 2, one message, and no file or folder left behind, unless nothing was changed;
 - status 3 or 130 for a trial that tripped, or an analysis that Ctrl-C ended;
 - status 1 for an analysis that a step ended which says in the field's words what it cannot simulate.
 
@@ -215,7 +215,7 @@ def _disturb(running: Running, elapsed: float) -> None:
     if spent > after or elapsed > WAITING * after:
         running.interrupted = True
         running.sent.append(signal.SIGINT)
-        os.kill(running.pid, signal.SIGINT)
+        os.killpg(running.pid, signal.SIGINT)
 
 
 def _end_what_it_started(group: int) -> None:
@@ -258,11 +258,7 @@ def _wrong_for_status(running: Running, status: int, err: str, out: str) -> Iter
         if "Usage:" not in out:
             yield from (f"status 0, but nothing in {n}" for n in _missing(case))
     elif status == 2:
-        if not USAGE.search(err):
-            yield "status 2 without a message"
-        left = sorted(set(_names(case.folder)) - running.before)
-        if left:
-            yield f"status 2 leaves behind {', '.join(left[:3])}"
+        yield from _wrong_refusal(running, err)
     elif status == 3:
         if case.argv[0] not in ("trial", "paper", "explain-fleet"):
             yield "status 3"
@@ -270,6 +266,16 @@ def _wrong_for_status(running: Running, status: int, err: str, out: str) -> Iter
         return
     elif not (running.sent and (status in CHANGED_BY_INTERRUPT or -status in running.sent)):
         yield f"status {status}"
+
+
+def _wrong_refusal(running: Running, err: str) -> Iterable[str]:
+    if not running.case.changes:
+        yield "a valid line is refused"
+    if not USAGE.search(err):
+        yield "status 2 without a message"
+    left = sorted(set(_names(running.case.folder)) - running.before)
+    if left:
+        yield f"status 2 leaves behind {', '.join(left[:3])}"
 
 
 def _missing(case: Case) -> Iterable[str]:

@@ -232,6 +232,30 @@ def test_a_study_goes_on_where_it_stopped(tmp_path: Path, scheduler: str) -> Non
     assert result_path(tmp_path, 3).stat().st_mtime_ns == untouched
 
 
+@pytest.mark.parametrize(
+    "text", ["", "[" * 3000, "[]", '{"case": 1, "answers": "", "source": ""}', "{", "\0"]
+)
+def test_a_file_without_the_result_of_its_case_is_named(tmp_path: Path, text: str) -> None:
+    path = result_path(tmp_path, 0)
+    path.parent.mkdir()
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(InputError, match=r"case-0000\.json.*does not hold the result"):
+        results_so_far(Study(2, 3, tmp_path))
+
+
+def test_a_study_without_results_has_no_score(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="no case of the study has a result yet"):
+        results_so_far(Study(2, 3, tmp_path))
+
+
+@pytest.mark.parametrize("part", ["verdict", "ideal", "seconds"])
+@pytest.mark.parametrize("value", [None, {}, 3])
+def test_a_result_that_lacks_a_part_is_named(part: str, value: object) -> None:
+    damaged = result(0, verdict(), []) | {part: value}
+    with pytest.raises(InputError, match="case 0: the result of a case is damaged"):
+        scored([answer(0, "nothing")], [damaged])
+
+
 def test_results_of_other_source_text_do_not_mix(tmp_path: Path, scheduler: str) -> None:
     study = Study(2, 3, tmp_path, Workers(scheduler=scheduler))
     run_study(study, work=square)
@@ -255,7 +279,8 @@ def seen_again(seed: int, number: int) -> dict:
 def test_to_observe_again_changes_no_verdict(tmp_path: Path, scheduler: str) -> None:
     study = Study(2, 3, tmp_path, Workers(scheduler=scheduler))
     for number in range(2):
-        old = {**result(number, FOUND, [3.0]), "curve": {"confirmed": 20.0, "possible": -9.0}}
+        old = {"answers": "", "source": "", **result(number, FOUND, [3.0])}
+        old["curve"] = {"confirmed": 20.0, "possible": -9.0}
         result_path(tmp_path, number).parent.mkdir(exist_ok=True)
         result_path(tmp_path, number).write_text(json.dumps(old))
     for new in observe_again(study, work=seen_again):
