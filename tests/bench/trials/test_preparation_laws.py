@@ -158,6 +158,7 @@ def multisine(**changes):
         ({"lowest": "1.1 Hz", "highest": "2.9 Hz", "period": "1 s"}, "no odd harmonic"),
         ({"lowest": "2 Hz", "highest": "2 Hz", "period": "1 s"}, "no odd harmonic"),
         ({"lowest": "0.3 Hz", "highest": "0.9 Hz", "period": "1 s"}, "no odd harmonic"),
+        ({"lowest": "2 Hz", "highest": "2.4 Hz", "period": "2 s"}, "no odd harmonic"),  # 4 .. 4.8
         ({"duration": "2 s"}, None),
         ({"duration": "1.999 s"}, "shorter than one period"),
     ],
@@ -167,6 +168,33 @@ def test_a_multisine_needs_an_odd_harmonic_and_a_whole_period(changes, words):
         plan_excitation(multisine(**changes))
         return
     refused(words, plan_excitation, multisine(**changes))
+
+
+@pytest.mark.parametrize(
+    ("trial", "words"),
+    [
+        (trial_file(**excited(amplitude="9 %")), "excitation.amplitude"),
+        (trial_file(**excited(stop="60 Hz")), "more than the command rate carries"),
+        (trial_file(limits__throttle_rate="50 %/s"), "faster than the trial's rate limit"),
+        (multisine(lowest="2 Hz", highest="2 Hz", period="1 s"), "no odd harmonic"),
+        (multisine(duration="1.9 s"), "shorter than one period"),
+    ],
+)
+def test_every_refusal_of_an_excitation_names_the_trial(trial, words):
+    assert "mine.toml" in refused(words, plan_excitation, trial, "mine.toml")
+    assert trial.name in refused(words, plan_excitation, trial)
+
+
+def test_what_rounding_adds_to_a_frequency_at_its_bound_is_allowed():
+    trial = trial_file(**excited(amplitude="0.1 %"), limits__throttle_rate="600 %/s")
+    highest = 1 / (20 * trial.command.period) * (1 + 1e-9)
+    spec = trial.excitation.model_copy(update={"stop": highest})
+    plan_excitation(trial.model_copy(update={"excitation": spec}))
+    trial = multisine(period="1 s")
+    lowest = 1.0 + 1e-9
+    assert lowest - 1e-9 == 1.0
+    spec = trial.excitation.model_copy(update={"lowest": lowest, "highest": 1.5})
+    plan_excitation(trial.model_copy(update={"excitation": spec}))
 
 
 @pytest.mark.parametrize(
