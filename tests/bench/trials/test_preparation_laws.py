@@ -2,12 +2,14 @@
 
 import math
 from dataclasses import replace
+from unittest.mock import patch
 
 import numpy as np
 import pytest
 
 from slipbench import dbc
 from slipbench.bench.loop.loop import LAST_TICK, MOST_TICKS
+from slipbench.bench.trials import excitation as excitation_module
 from slipbench.bench.trials.excitation import Excitation, plan_excitation
 from slipbench.bench.trials.preparation import (
     _check_length,
@@ -229,6 +231,33 @@ def test_a_rate_may_be_as_high_as_the_limit_and_no_higher(share):
     else:
         words = refused("faster than the trial's rate limit", plan_excitation, other)
         assert "limits.throttle_rate" in words
+
+
+def test_a_rate_may_be_above_its_limit_by_what_rounding_adds():
+    trial = trial_file(limits__throttle_rate="600 %/s")
+    table = plan_excitation(trial).table
+    fastest = float(np.max(np.abs(np.diff(table, append=0.0)))) / trial.command.period
+    near = fastest / (1 + 1e-9)
+    bounds = [near, math.nextafter(near, 0.0), math.nextafter(near, 1e9)]
+    exact = next(rate for rate in bounds if rate * (1 + 1e-9) == fastest)
+    for rate, fits in ((exact, True), (fastest / (1 + 2e-9), False)):
+        limits = trial.limits.model_copy(update={"throttle_rate": rate})
+        other = trial.model_copy(update={"limits": limits})
+        if fits:
+            plan_excitation(other)
+        else:
+            refused("faster than the trial's rate limit", plan_excitation, other)
+
+
+@pytest.mark.parametrize("end", [0, -1])
+def test_a_jump_from_rest_or_back_to_it_is_a_rate_as_well(end):
+    def wave(time):
+        value = np.zeros(time.size)
+        value[end] = 1.0
+        return value
+
+    with patch.object(excitation_module, "waveform", lambda _: wave):
+        refused("faster than the trial's rate limit", plan_excitation, trial_file())
 
 
 def test_a_trial_may_take_as_many_ticks_as_the_loop_can_count_and_no_more():
