@@ -300,10 +300,15 @@ def test_together_two_actuators_reach_what_their_ends_give(exchange):
 
 
 @pytest.mark.parametrize("side", [1, -1])
-def test_an_inverse_at_a_limit_stands_as_if_the_error_had_been_there_for_ever(side):
-    """While the error asks for more than the limit even at rest; else it runs."""
-    law = internal_model(LIMITED)
-    limit = LIMITED.high if side > 0 else LIMITED.low
+@pytest.mark.parametrize("shift", [0.0, 1.0])
+def test_an_inverse_at_a_limit_stands_as_if_the_error_had_been_there_for_ever(side, shift):
+    """While the error asks for more than the limit even at rest; else it runs.
+
+    shift: of the range, which may lie to one side of 0.
+    """
+    limits = Range(LIMITED.low - side * shift, LIMITED.high - side * shift, LIMITED.rate)
+    law = internal_model(limits)
+    limit = limits.high if side > 0 else limits.low
     for error, idle in ((0.2, True), (0.001, False)):
         start = law.start(limit - side * 0.01, 0.0, 0.0)
         _, state = law.update(start, side * error, 0.0, DT)

@@ -247,6 +247,25 @@ def test_gaps_that_are_not_known_well_are_taken_as_even():
     assert shy.angle(state, 4) == PITCH
 
 
+def test_gaps_that_have_not_been_learnt_yet_are_even_beside_those_that_have():
+    state, _ = turned(LEARNER, 2, GAPS)
+    for k in range(4):
+        _, state = LEARNER.update(state, state.time + 0.004, state.count + 1)
+        assert sum(weight > 0 for weight in state.weight) == k + 1 or k == 0
+        np.testing.assert_allclose(state.gaps, 0.0, atol=0.05)
+    assert np.ptp(state.share) > 0
+
+
+def test_at_its_bound_a_gap_is_not_known_well_and_a_wheel_stands():
+    state, _ = turned(LEARNER, 60, GAPS)
+    for weight, even in ((4.0, True), (4.001, False)):  # exact in binary: 4 * 0.5^2
+        known = replace(state, weight=(weight,) * 16)
+        assert (replace(LEARNER, ready=0.5).angle(known, 4) == PITCH) == even
+    _, state = LEARNER.update(LEARNER.initial(), 0.0, 0.0)
+    speed, _ = LEARNER.update(state, STANDING_AFTER, 1.0)
+    assert math.isnan(speed)
+
+
 def test_nothing_is_learnt_while_learning_is_held():
     state, speeds = turned(LEARNER, 20, GAPS, learning=False)
     assert state.weight == LEARNER.initial().weight
