@@ -237,6 +237,12 @@ def test_gaps_are_learnt_and_then_taken_out_of_the_speed():
         assert LEARNER.angle(state, count) == pytest.approx(PITCH * GAPS[count % 16], rel=3e-4)
 
 
+def test_gaps_of_an_odd_number_of_teeth_are_learnt_where_they_are():
+    gaps = 1 + 0.02 * np.cos(2 * np.pi * 2 * np.arange(5) / 5 + 0.4)
+    state, _ = turned(PitchLearner(5), 400, gaps)
+    np.testing.assert_allclose(state.gaps, gaps - 1, atol=5e-4)
+
+
 def test_gaps_that_are_not_known_well_are_taken_as_even():
     state, _ = turned(LEARNER, 3, GAPS)
     assert LEARNER.angle(state, 4) == PITCH
@@ -339,6 +345,27 @@ def test_a_single_wild_interval_moves_a_gap_by_three_deviations_at_most():
     )
     _, after = LEARNER.update(low, state.time + 0.004, state.count + 1)
     assert after.level[gap] - state.level[gap] == pytest.approx(-limit * gain / weight)
+
+
+@pytest.mark.parametrize("weight", [0.0, 0.5])
+def test_a_first_surprise_is_taken_whole_and_says_nothing_of_the_restlessness(weight):
+    """Of a gap of which something is known, however little, it is cut and counted."""
+    state, _ = turned(LEARNER, 60, GAPS)
+    logs = list(state.logs)
+    logs[len(logs) // 2 + 1] += 50.0
+    wild = replace(state, logs=tuple(logs), weight=(weight,) * 16)
+    gap = int(state.count) % 16
+    _, after = LEARNER.update(wild, state.time + 0.004, state.count + 1)
+    moved = after.level[gap] - state.level[gap]
+    if weight == 0.0:
+        assert after.variance == state.variance
+        assert moved > 40.0
+    else:
+        limit = OUTLIER * math.sqrt(state.variance + 1 / weight)
+        assert after.variance == pytest.approx(state.variance + (limit**2 - state.variance) / 64)
+        gain = 1 / (after.variance + 1e-12 / 6 / 0.004**2)
+        kept = weight * 0.5 ** (1 / LEARNER.memory)
+        assert moved == pytest.approx(limit * gain / (kept + gain))
 
 
 def test_a_tooth_is_half_forgotten_after_the_memory():

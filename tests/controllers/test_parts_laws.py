@@ -226,6 +226,15 @@ def test_a_controller_that_knows_no_slip_waits_and_then_starts_as_new():
     assert repr(state) == repr(fresh)
 
 
+def test_a_controller_that_waited_starts_with_the_gains_of_its_speed():
+    designs = tuple((v, replace(law, reference_weight=0.5)) for v, law in SCHEDULE.designs)
+    controller = SlipController("throttle", MIDDLE, schedule=Schedule(designs))
+    state = controller.start(0.03, -0.02, math.nan, 30.0)
+    *_, state = controller.update(state, 0.05, 0.02, 55.0, DT)
+    assert repr(state) == repr(controller.start(0.03, -0.02, 0.02, 55.0))
+    assert repr(state) != repr(controller.start(0.03, -0.02, 0.02, 30.0))
+
+
 PID_TREE = {
     "kind": "pid",
     "proportional": 2.0,

@@ -26,6 +26,7 @@ from slipbench.protocol.configuration import load_toml, parse, read_toml
 from slipbench.protocol.controller_file import ControllerFile
 from slipbench.protocol.database.database import load_database
 from slipbench.protocol.errors import InputError
+from slipbench.protocol.quantity import read_quantity
 from slipbench.protocol.trial_file import TrialFile
 from slipbench.protocol.waveforms import waveform
 from tests.bench.conditions import trial_file
@@ -325,6 +326,12 @@ def test_an_excitation_must_stay_within_the_throttles_range_around_the_opening(n
             words = refused("leave the throttle's range", check_amplitude, prepared, opening)
             for part in (f"{low:.1%}", f"{high:.1%}", f"{swing:.1%}", "throttle_sweep.toml"):
                 assert part in words
+    made = Excitation("throttle", np.array([0.0, 0.0625, -0.0625]), 0.001)  # exact in binary
+    limits = prepared.trial.limits.model_copy(update={"throttle": (0.125, 0.875)})
+    trial = prepared.trial.model_copy(update={"limits": limits})
+    exact = replace(prepared, plan=replace(prepared.plan, trial=trial, excitation=made))
+    for opening in (0.1875, 0.8125):
+        check_amplitude(exact, opening)
     spark = replace(prepared.plan, excitation=replace(prepared.plan.excitation, actuator="spark"))
     check_amplitude(replace(prepared, plan=spark), 0.0)
 
@@ -448,6 +455,19 @@ def test_a_refusal_of_a_controller_names_its_file(actuator):
     )
     other = file.model_copy(update={"period": 0.002})
     assert "my.toml" in refused("another command period", check_controller, other, trial, "my.toml")
+
+
+def test_a_hand_back_may_be_as_quick_as_the_rate_permits_and_the_remedy_names_the_least():
+    trial = read_toml(TRIALS / "slip_steps_throttle.toml", TrialFile)
+    file = read_toml(CONTROLLERS / "throttle.toml", ControllerFile)
+    distance = max(-file.limits.low, file.limits.high) + trial.limits.throttle_deviation
+    rate = float(trial.limits.throttle_rate)
+    limits = trial.limits.model_copy(update={"throttle_rate": 8.0})
+    exact = trial.model_copy(update={"limits": limits, "hand_back": distance / 8.0})
+    check_controller(file, exact, "controller.toml")
+    quick = trial.model_copy(update={"hand_back": read_quantity("10 ms", "s")})
+    words = refused("the hand-back could move", check_controller, file, quick, "controller.toml")
+    assert f"lengthen hand_back to {distance / rate * 1e3:.6g} ms" in words
 
 
 def test_a_controllers_period_is_the_trials_to_a_nanosecond():

@@ -41,6 +41,38 @@ def narrowed(key: str, share: float):
     return replace(DATABASE, messages=tuple(messages))
 
 
+def with_command(name: str, **changes):
+    """The database, one signal of the command changed."""
+    message = DATABASE.message("ActuatorCommand")
+    signals = tuple(replace(s, **changes) if s.name == name else s for s in message.signals)
+    new = replace(message, signals=signals)
+    return replace(
+        DATABASE, messages=tuple(new if each is message else each for each in DATABASE.messages)
+    )
+
+
+@pytest.mark.parametrize(
+    ("changes", "released"),
+    [
+        ({"offset": -50.0, "minimum": -10.0}, True),  # 0 is the raw value 5000
+        ({"minimum": 0.0, "maximum": 0.0}, True),
+        ({"minimum": 0.02}, False),
+        ({"offset": -50.0, "minimum": None, "maximum": -0.01}, False),
+        ({"offset": 1.0, "minimum": None}, False),
+    ],
+)
+def test_a_command_must_be_able_to_carry_the_release(changes, released):
+    """Whatever else of the trial the changed signal cannot carry."""
+    trial = trial_file()
+    try:
+        check_wire(trial, plan_excitation(trial), with_command("throttle", **changes), "trial.toml")
+        told = ""
+    except InputError as fault:
+        told = str(fault)
+    assert ("ActuatorCommand.throttle cannot carry 0, which releases" in told) != released
+    assert "ActuatorCommand.spark cannot" not in told
+
+
 @pytest.mark.parametrize("key", CARRIED)
 def test_a_value_that_the_wire_cannot_carry_is_refused_by_name_and_range(key):
     trial = trial_file()
@@ -70,8 +102,12 @@ def test_a_command_may_be_at_the_end_of_its_range_and_a_limit_may_not(key):
     ("actuator", "amplitude"), [("throttle", "0.009 %"), ("spark", "0.01 deg")]
 )
 def test_an_excitation_that_the_command_rounds_to_nothing_is_refused(actuator, amplitude):
-    with pytest.raises(InputError, match=f"less than one step of ActuatorCommand.{actuator}"):
+    words = f"less than one step of ActuatorCommand.{actuator}"
+    with pytest.raises(InputError, match=words) as refused:
         check(excitation__actuator=actuator, excitation__amplitude=amplitude)
+    step = {"throttle": "0.01 %", "spark": "0.02 deg"}[actuator]
+    assert f"excitation.amplitude = {amplitude} is {words} ({step})" in str(refused.value)
+    assert str(refused.value).startswith("trial.toml")
 
 
 def test_a_trial_is_refused_before_anything_is_opened(tmp_path):
