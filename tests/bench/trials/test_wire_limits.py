@@ -73,6 +73,26 @@ def test_a_command_must_be_able_to_carry_the_release(changes, released):
     assert "ActuatorCommand.spark cannot" not in told
 
 
+@pytest.mark.parametrize(
+    ("bounds", "fits"),
+    [((-1e-9, 1.0 + 1e-9), True), ((-1.5e-9, 1.0), False), ((0.0, 1.0 + 1.5e-9), False)],
+)
+def test_a_command_may_be_beyond_its_range_by_what_rounding_adds(bounds, fits):
+    trial = trial_file()
+    limits = trial.limits.model_copy(update={"throttle": bounds})
+    arguments = (
+        trial.model_copy(update={"limits": limits}),
+        plan_excitation(trial),
+        DATABASE,
+        "trial.toml",
+    )
+    if fits:
+        check_wire(*arguments)
+    else:
+        with pytest.raises(InputError, match=r"limits\.throttle = .* is not in 0 \.\. 1 "):
+            check_wire(*arguments)
+
+
 @pytest.mark.parametrize("key", CARRIED)
 def test_a_value_that_the_wire_cannot_carry_is_refused_by_name_and_range(key):
     trial = trial_file()
@@ -84,6 +104,24 @@ def test_a_value_that_the_wire_cannot_carry_is_refused_by_name_and_range(key):
     assert DATABASE.origin in str(refused.value)
     stated = attrgetter(key)(trial)
     assert str(stated[-1] if isinstance(stated, tuple) else stated) in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    ("key", "words"),
+    [
+        ("limits.throttle", "0.5 % .. 30 % is not in 0 % .. 21 % (ActuatorCommand.throttle)"),
+        (
+            "limits.engine_speed",
+            "11000 rpm .. 15500 rpm is not within 0 rpm .. 10850 rpm (EngineStatus.engine_speed)",
+        ),
+        ("limits.clutch", "10 % is not within 0 % .. 7 % (RiderControls.clutch)"),
+    ],
+)
+def test_a_range_is_named_in_the_unit_of_the_trial(key, words):
+    trial = trial_file()
+    with pytest.raises(InputError) as refused:
+        check_wire(trial, plan_excitation(trial), narrowed(key, 0.7), "trial.toml")
+    assert f"{key} = {words}" in str(refused.value)
 
 
 @pytest.mark.parametrize("key", [key for key in CARRIED if key != "operating_point.engine_speed"])
