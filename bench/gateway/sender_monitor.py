@@ -47,6 +47,8 @@ class SenderMonitor:
         self._cycles = dict(cycles)
         self._limit = {name: TOO_MANY * WINDOW / cycle + 2 for name, cycle in cycles.items()}
         self._window_ends = 0.0
+        self._counts: dict[str, int]
+        self._turns: dict[str, _Turns]
         self.trouble = ""
         self.forget()
 
@@ -67,8 +69,8 @@ class SenderMonitor:
 
     def forget(self) -> None:
         """Restart the counts: the frames received came late, and many at once."""
-        self._counts: dict[str, int] = dict.fromkeys(self._cycles, 0)
-        self._turns: dict[str, _Turns] = {name: _Turns() for name in self._cycles}
+        self._counts = dict.fromkeys(self._cycles, 0)
+        self._turns = {name: _Turns() for name in self._cycles}
 
 
 def _next(counter: int | None) -> int | None:

@@ -57,7 +57,7 @@ def plan_excitation(trial: TrialFile, where: str = "") -> Excitation:
     _check_amplitude(trial, limit, where)
     _check_frequency(trial, where)
     count = round(spec.duration / trial.command.period)
-    time = np.arange(count) * trial.command.period
+    time = np.arange(count, dtype=np.float64) * trial.command.period
     wave = float(spec.amplitude) * waveform(trial.excitation)(time)
     step = rate * trial.command.period
     if spec.actuator == "slip":
