@@ -93,6 +93,19 @@ def test_a_command_may_be_beyond_its_range_by_what_rounding_adds(bounds, fits):
             check_wire(*arguments)
 
 
+@pytest.mark.parametrize(("share", "fits"), [(1.5e-9, True), (0.5e-9, False)])
+def test_a_limit_must_be_below_the_end_of_its_range_by_what_rounding_adds(share, fits):
+    trial = trial_file()
+    highest = 150.0 - share * 160.0  # m/s; the signal carries -10 to 150
+    limits = trial.limits.model_copy(update={"speed": (30.0, highest)})
+    trial = trial.model_copy(update={"limits": limits})
+    if fits:
+        check_wire(trial, plan_excitation(trial), DATABASE, "trial.toml")
+    else:
+        with pytest.raises(InputError, match=r"limits\.speed = .* is not within"):
+            check_wire(trial, plan_excitation(trial), DATABASE, "trial.toml")
+
+
 @pytest.mark.parametrize("key", CARRIED)
 def test_a_value_that_the_wire_cannot_carry_is_refused_by_name_and_range(key):
     trial = trial_file()
