@@ -9,7 +9,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from slipbench.controllers.pitch_learner import OUTLIER, STANDING_AFTER, PitchLearner, quick
-from slipbench.controllers.slip_estimator import SLOWEST, SlipEstimator
+from slipbench.controllers.slip_estimator import (
+    OVERDUE,
+    SLOWEST,
+    EstimatorState,
+    SlipEstimator,
+    Wheel,
+)
 from slipbench.controllers.speed_tracker import SpeedTracker, Track
 
 TEETH, REAR, FRONT = 16, 0.32, 0.30
@@ -116,6 +122,37 @@ def test_a_slip_at_its_lowest_is_known_and_one_below_is_not():
         estimator = replace(ESTIMATOR, lowest=lowest)
         state, last, _ = rolling(40.0, slip=-0.02, estimator=estimator)
         assert math.isfinite(estimator.slip(state, last).value) == known
+
+
+def test_at_their_bounds_speed_silence_lateness_and_lowest_slip_are_known():
+    """Every number is exact in binary."""
+    bound = 2.0**-6  # s
+    estimator = replace(ESTIMATOR, silence=bound, rear_radius=1.0, lowest=-(2.0**-5))
+    learner = estimator.learner.initial()
+    rear = Wheel(learner, speed=3.875, time=0.0, interval=bound / 1.5)
+    state = EstimatorState(rear, Wheel(learner), Track(4.0, 0.0, 0.0, 9))
+    assert OVERDUE * rear.interval == bound
+    found = estimator.slip(state, bound)
+    assert (found.value, found.source) == (-(2.0**-5), "optical")
+    assert SpeedTracker(silence=bound).update(state.optical, bound, 4.0).readings == 10
+
+
+def test_the_scale_stays_at_the_slowest_speed():
+    state, _, _ = rolling(40.0, front=0.98)
+    front = state.front
+    time, count = front.time + 20 * front.interval, front.learner.count + 1
+    speed = ESTIMATOR.front_tooth(state, time, count).front.speed
+    near = SLOWEST / speed
+    radius = next(
+        r
+        for r in (near, math.nextafter(near, 0.0), math.nextafter(near, 1.0))
+        if speed * r == SLOWEST
+    )
+    heard = replace(state, optical=replace(state.optical, time=time, speed=3.1))
+    for share, stays in ((1.0, True), (1.001, False)):
+        estimator = replace(ESTIMATOR, front_radius=share * radius)
+        after = estimator.front_tooth(heard, time, count)
+        assert (after.scale == state.scale) == stays
 
 
 def test_a_reading_that_is_not_a_number_changes_nothing():
