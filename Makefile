@@ -5,7 +5,7 @@
 # make conformance      python-can's own tests on the virtual bus
 # make paper            the findings of Corno and Savaresi, claim by claim
 # make prove            the blind validation: hidden cases, analysis, score; hours; continues after a stop
-# make mutants          coverage of the safety gate, and mutation tests from there to the wire
+# make mutants          coverage of the safety gate; mutation tests of it, gateway, codec, control laws, trials
 # make fuzz             2 000 random commands and files: no traceback, no hang
 # make pythons          a fast part of the suite on each Python from 3.11 on that the machine has
 # make million          a million random frame sequences through the safety gate (half an hour of processor)

@@ -122,7 +122,7 @@ class SlipEstimator:
         own = front.speed * self.front_radius
         if not own > SLOWEST:
             return state.scale
-        share = min((front.interval or 0.0) / self.memory, 1.0)
+        share = min(front.interval / self.memory, 1.0)
         seen = min(max(state.optical.speed / own, 1.0 - self.limit), 1.0 + self.limit)
         return state.scale + share * (seen - state.scale)
 

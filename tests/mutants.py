@@ -32,18 +32,19 @@ WORK = ROOT / "mutants"
 
 def main(names: list[str]) -> None:
     """Run the groups, print and write their figures, and exit with what is wrong."""
-    began, table = time.monotonic(), tomllib.loads(LIST.read_text(encoding="utf-8"))
+    table = tomllib.loads(LIST.read_text(encoding="utf-8"))
     accepted = {
         Change(entry["function"], *change): entry["reason"]
         for entry in table.get("accepted", [])
         for change in entry["changes"]
     }
-    rows, trouble, used = [], [], set[Change]()
+    rows, seconds, trouble, used = [], {}, [], set[Change]()
     for name in names or table["group"]:
-        group = table["group"][name]
+        group, started = table["group"][name], time.monotonic()
         if strict(group):
             trouble += coverage(group["files"], group["tests"])
         codes = run_group(name, group)
+        seconds[name] = time.monotonic() - started
         for file in group["files"]:
             found = {
                 m: code for m, code in codes.items() if m.rpartition(".")[0] == module_of(file)
@@ -57,19 +58,21 @@ def main(names: list[str]) -> None:
             trouble += bad
     if not names:
         trouble += [f"accepted, but not a survivor: {change}" for change in accepted.keys() - used]
-    report(rows, began, write=not names)
+    report(rows, seconds, write=not names)
     if trouble:
         sys.exit("\n".join(trouble))
 
 
-def report(rows: list[str], began: float, *, write: bool) -> None:
-    """Print the table; write it into docs/safety.md."""
+def report(rows: list[str], seconds: dict[str, float], *, write: bool) -> None:
+    """Print the table; write it into docs/safety.md. seconds: that each group took."""
     lines = [
         "| file | mutants | wording | equivalent | survivors |",
         "|---|---|---|---|---|",
         *rows,
         "",
-        f"It took {(time.monotonic() - began) / 60:.1f} minutes on {WORKERS} processors.",
+        f"It took {sum(seconds.values()) / 60:.1f} minutes on {WORKERS} processors: "
+        + ", ".join(f"{name} {taken:.0f} s" for name, taken in seconds.items())
+        + ".",
     ]
     print("\n".join(lines))
     if write:

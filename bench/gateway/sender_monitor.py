@@ -61,6 +61,8 @@ class SenderMonitor:
         self._cycles, self._ours, self._periods = dict(cycles), frozenset(ours), periods or {}
         self._limit = {name: TOO_MANY * WINDOW / cycle + 2 for name, cycle in cycles.items()}
         self._window_ends = 0.0
+        self._counts: dict[str, int]
+        self._turns: dict[str, _Turns]
         self.trouble = ""
         self.forget()
 

@@ -36,13 +36,16 @@ class Codec:
         self.placement, self.origin = placement, database.origin
         parts: dict[str, list[Part]] = {}
         self._frames_of: dict[str, list[str]] = {}
+        own = placement == OWN
         for name, at in placement.items():
             for carrier in _carriers(name, at):
+                if own:
+                    _require_own(database, database.message(carrier))
                 part = _part(database, database.message(carrier), name, placement)
                 parts.setdefault(carrier, []).append(part)
                 self._frames_of.setdefault(name, []).append(carrier)
         self._plans = {
-            carrier: _plan(database, database.message(carrier), tuple(held), own=placement == OWN)
+            carrier: FramePlan(held[0].message, guard_of(held[0].message), tuple(held))
             for carrier, held in parts.items()
         }
         self._by_key = {key_of(plan.message): plan for plan in self._plans.values()}
@@ -173,12 +176,6 @@ def _part(database: Database, message: Message, name: str, placement: Placement)
     if isinstance(at, TeethAt):
         return TeethPart(database, message, name, at)
     return FieldsPart(database, message, name, KINDS[name], at)
-
-
-def _plan(database: Database, message: Message, parts: tuple[Part, ...], *, own: bool) -> FramePlan:
-    if own:
-        _require_own(database, message)
-    return FramePlan(message, guard_of(message), parts)
 
 
 def _require_own(database: Database, message: Message) -> None:

@@ -287,6 +287,44 @@ def test_two_actuators_start_at_an_unknown_slip_without_a_jump():
     assert (throttle, spark) == (pytest.approx(0.1), pytest.approx(-0.1))
 
 
+def test_two_actuators_start_about_the_slip_that_was_measured():
+    law = two_actuators()
+    state = law.start(0.03, -0.02, 0.05, 0.02)
+    assert state.base == (0.03, -0.02, 0.02)
+    np.testing.assert_array_equal(state.target, law.throttle.start(0.03, 0.05, 0.02).inverse)
+
+
+def test_while_the_slip_is_unknown_what_is_relieved_stays_and_the_delay_with_it():
+    law = two_actuators()
+    state = law.start(0.0, 0.0, 0.0, 0.0)
+    for slip in (0.001, 0.002):
+        *_, state = law.update(state, 0.0, slip, DT)
+    known = state.relieved
+    assert len(known) == law.delay
+    for k in range(1, 6):
+        *_, state = law.update(state, 0.0, math.nan, DT)
+        assert state.relieved == ((known[0],) * k + known)[: law.delay]
+
+
+@pytest.mark.parametrize("side", [1, -1])
+@pytest.mark.parametrize("shift", [0.0, 1.0])
+@pytest.mark.parametrize("by_target", [True, False])
+def test_at_the_throttles_limit_its_inverses_stand_as_if_the_error_had_been_there_for_ever(
+    side, shift, by_target
+):
+    """As of a single law: while the error asks for more than the limit even at rest."""
+    limits = Range(LIMITED.low - side * shift, LIMITED.high - side * shift, LIMITED.rate)
+    law = two_actuators(throttle=limits)
+    limit = limits.high if side > 0 else limits.low
+    for error, idle in ((0.2, True), (0.001, False)):
+        state = law.start(limit - side * 0.01, 0.0, 0.0, 0.0)
+        target, slip = (side * error, 0.0) if by_target else (0.0, -side * error)
+        *_, state = law.update(state, target, slip, DT)
+        inverse = law.throttle.inverse
+        found = state.target if by_target else state.inverses[0]
+        assert np.allclose(found, inverse.rest(side * error), rtol=1e-9) == idle
+
+
 @pytest.mark.parametrize("exchange", [0.25, -0.25])
 def test_together_two_actuators_reach_what_their_ends_give(exchange):
     spark, throttle = Range(-0.3, 0.1, 5.0), Range(-0.2, 0.4, 2.0)
@@ -300,10 +338,15 @@ def test_together_two_actuators_reach_what_their_ends_give(exchange):
 
 
 @pytest.mark.parametrize("side", [1, -1])
-def test_an_inverse_at_a_limit_stands_as_if_the_error_had_been_there_for_ever(side):
-    """While the error asks for more than the limit even at rest; else it runs."""
-    law = internal_model(LIMITED)
-    limit = LIMITED.high if side > 0 else LIMITED.low
+@pytest.mark.parametrize("shift", [0.0, 1.0])
+def test_an_inverse_at_a_limit_stands_as_if_the_error_had_been_there_for_ever(side, shift):
+    """While the error asks for more than the limit even at rest; else it runs.
+
+    shift: of the range, which may lie to one side of 0.
+    """
+    limits = Range(LIMITED.low - side * shift, LIMITED.high - side * shift, LIMITED.rate)
+    law = internal_model(limits)
+    limit = limits.high if side > 0 else limits.low
     for error, idle in ((0.2, True), (0.001, False)):
         start = law.start(limit - side * 0.01, 0.0, 0.0)
         _, state = law.update(start, side * error, 0.0, DT)

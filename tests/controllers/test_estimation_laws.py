@@ -9,7 +9,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from slipbench.controllers.pitch_learner import OUTLIER, STANDING_AFTER, PitchLearner, quick
-from slipbench.controllers.slip_estimator import SLOWEST, SlipEstimator
+from slipbench.controllers.slip_estimator import (
+    OVERDUE,
+    SLOWEST,
+    EstimatorState,
+    SlipEstimator,
+    Wheel,
+)
 from slipbench.controllers.speed_tracker import SpeedTracker, Track
 
 TEETH, REAR, FRONT = 16, 0.32, 0.30
@@ -116,6 +122,37 @@ def test_a_slip_at_its_lowest_is_known_and_one_below_is_not():
         estimator = replace(ESTIMATOR, lowest=lowest)
         state, last, _ = rolling(40.0, slip=-0.02, estimator=estimator)
         assert math.isfinite(estimator.slip(state, last).value) == known
+
+
+def test_at_their_bounds_speed_silence_lateness_and_lowest_slip_are_known():
+    """Every number is exact in binary."""
+    bound = 2.0**-6  # s
+    estimator = replace(ESTIMATOR, silence=bound, rear_radius=1.0, lowest=-(2.0**-5))
+    learner = estimator.learner.initial()
+    rear = Wheel(learner, speed=3.875, time=0.0, interval=bound / 1.5)
+    state = EstimatorState(rear, Wheel(learner), Track(4.0, 0.0, 0.0, 9))
+    assert OVERDUE * rear.interval == bound
+    found = estimator.slip(state, bound)
+    assert (found.value, found.source) == (-(2.0**-5), "optical")
+    assert SpeedTracker(silence=bound).update(state.optical, bound, 4.0).readings == 10
+
+
+def test_the_scale_stays_at_the_slowest_speed():
+    state, _, _ = rolling(40.0, front=0.98)
+    front = state.front
+    time, count = front.time + 20 * front.interval, front.learner.count + 1
+    speed = ESTIMATOR.front_tooth(state, time, count).front.speed
+    near = SLOWEST / speed
+    radius = next(
+        r
+        for r in (near, math.nextafter(near, 0.0), math.nextafter(near, 1.0))
+        if speed * r == SLOWEST
+    )
+    heard = replace(state, optical=replace(state.optical, time=time, speed=3.1))
+    for share, stays in ((1.0, True), (1.001, False)):
+        estimator = replace(ESTIMATOR, front_radius=share * radius)
+        after = estimator.front_tooth(heard, time, count)
+        assert (after.scale == state.scale) == stays
 
 
 def test_a_reading_that_is_not_a_number_changes_nothing():
@@ -237,6 +274,12 @@ def test_gaps_are_learnt_and_then_taken_out_of_the_speed():
         assert LEARNER.angle(state, count) == pytest.approx(PITCH * GAPS[count % 16], rel=3e-4)
 
 
+def test_gaps_of_an_odd_number_of_teeth_are_learnt_where_they_are():
+    gaps = 1 + 0.02 * np.cos(2 * np.pi * 2 * np.arange(5) / 5 + 0.4)
+    state, _ = turned(PitchLearner(5), 400, gaps)
+    np.testing.assert_allclose(state.gaps, gaps - 1, atol=5e-4)
+
+
 def test_gaps_that_are_not_known_well_are_taken_as_even():
     state, _ = turned(LEARNER, 3, GAPS)
     assert LEARNER.angle(state, 4) == PITCH
@@ -245,6 +288,25 @@ def test_gaps_that_are_not_known_well_are_taken_as_even():
     assert eager.angle(state, 4) != PITCH
     shy = replace(LEARNER, ready=0.99 * float(np.max(state.deviation)))
     assert shy.angle(state, 4) == PITCH
+
+
+def test_gaps_that_have_not_been_learnt_yet_are_even_beside_those_that_have():
+    state, _ = turned(LEARNER, 2, GAPS)
+    for k in range(4):
+        _, state = LEARNER.update(state, state.time + 0.004, state.count + 1)
+        assert sum(weight > 0 for weight in state.weight) == k + 1 or k == 0
+        np.testing.assert_allclose(state.gaps, 0.0, atol=0.05)
+    assert np.ptp(state.share) > 0
+
+
+def test_at_its_bound_a_gap_is_not_known_well_and_a_wheel_stands():
+    state, _ = turned(LEARNER, 60, GAPS)
+    for weight, even in ((4.0, True), (4.001, False)):  # exact in binary: 4 * 0.5^2
+        known = replace(state, weight=(weight,) * 16)
+        assert (replace(LEARNER, ready=0.5).angle(known, 4) == PITCH) == even
+    _, state = LEARNER.update(LEARNER.initial(), 0.0, 0.0)
+    speed, _ = LEARNER.update(state, STANDING_AFTER, 1.0)
+    assert math.isnan(speed)
 
 
 def test_nothing_is_learnt_while_learning_is_held():
@@ -320,6 +382,27 @@ def test_a_single_wild_interval_moves_a_gap_by_three_deviations_at_most():
     )
     _, after = LEARNER.update(low, state.time + 0.004, state.count + 1)
     assert after.level[gap] - state.level[gap] == pytest.approx(-limit * gain / weight)
+
+
+@pytest.mark.parametrize("weight", [0.0, 0.5])
+def test_a_first_surprise_is_taken_whole_and_says_nothing_of_the_restlessness(weight):
+    """Of a gap of which something is known, however little, it is cut and counted."""
+    state, _ = turned(LEARNER, 60, GAPS)
+    logs = list(state.logs)
+    logs[len(logs) // 2 + 1] += 50.0
+    wild = replace(state, logs=tuple(logs), weight=(weight,) * 16)
+    gap = int(state.count) % 16
+    _, after = LEARNER.update(wild, state.time + 0.004, state.count + 1)
+    moved = after.level[gap] - state.level[gap]
+    if weight == 0.0:
+        assert after.variance == state.variance
+        assert moved > 40.0
+    else:
+        limit = OUTLIER * math.sqrt(state.variance + 1 / weight)
+        assert after.variance == pytest.approx(state.variance + (limit**2 - state.variance) / 64)
+        gain = 1 / (after.variance + 1e-12 / 6 / 0.004**2)
+        kept = weight * 0.5 ** (1 / LEARNER.memory)
+        assert moved == pytest.approx(limit * gain / (kept + gain))
 
 
 def test_a_tooth_is_half_forgotten_after_the_memory():

@@ -177,6 +177,8 @@ def test_a_controller_moves_its_own_actuator_as_its_law_says_and_no_other(actuat
 def test_a_schedule_stands_in_place_of_the_law(speed):
     found = offsets(SlipController("throttle", FAST, schedule=SCHEDULE), speed)
     np.testing.assert_array_equal(found[:, 0], alone(SCHEDULE.at(speed), 0.03))
+    found = offsets(SlipController("spark", FAST, schedule=SCHEDULE), speed)
+    np.testing.assert_array_equal(found[:, 1], alone(SCHEDULE.at(speed), -0.02))
 
 
 def test_a_reference_goes_through_the_prefilter_before_the_law():
@@ -194,7 +196,9 @@ def test_what_a_limit_gives_nothing_of_goes_past_the_prefilter(actuator, limit, 
     """Into the limit the prefilter's output follows the whole change at once; away from it swings."""
     law = replace(MIDDLE, limits=LIMITS)
     controller = SlipController(actuator, law, prefilter=in_series((PREFILTER,)))
-    state = controller.start(limit, limit, 0.02, 30.0)
+    other = 0.0  # where the actuator that rests stands does not matter
+    places = (limit, other) if actuator == "throttle" else (other, limit)
+    state = controller.start(*places, 0.02, 30.0)
     target = 0.02 + (change if into else -change)
     *_, state = controller.update(state, target, 0.02, 30.0, DT)
     p = controller.prefilter
@@ -224,6 +228,15 @@ def test_a_controller_that_knows_no_slip_waits_and_then_starts_as_new():
     assert given == [0.03, -0.02]
     fresh = controller.start(0.03, -0.02, 0.02, 30.0)
     assert repr(state) == repr(fresh)
+
+
+def test_a_controller_that_waited_starts_with_the_gains_of_its_speed():
+    designs = tuple((v, replace(law, reference_weight=0.5)) for v, law in SCHEDULE.designs)
+    controller = SlipController("throttle", MIDDLE, schedule=Schedule(designs))
+    state = controller.start(0.03, -0.02, math.nan, 30.0)
+    *_, state = controller.update(state, 0.05, 0.02, 55.0, DT)
+    assert repr(state) == repr(controller.start(0.03, -0.02, 0.02, 55.0))
+    assert repr(state) != repr(controller.start(0.03, -0.02, 0.02, 30.0))
 
 
 PID_TREE = {
@@ -340,7 +353,7 @@ def test_a_mixed_controller_gives_what_both_laws_give_together():
         throttle_, spark, state = controller.both.update(state, float(target), float(slip), DT)
         assert tuple(row) == (throttle_, spark)
     # At the throttle's limit a target beyond it goes past the prefilter, at the spark's it does not.
-    for place, past in (((0.4, 0.0), True), ((0.0, 0.2), False)):
+    for place, past in (((0.4, 0.0), True), ((0.3, 0.0), False), ((0.0, 0.2), False)):
         state = controller.start(*place, 0.02, 30.0)
         *_, state = controller.update(state, 0.03, 0.02, 30.0, DT)
         assert np.allclose(state.passed, controller.prefilter.rest(0.03), atol=1e-12) == past

@@ -42,6 +42,71 @@ def narrowed(key: str, share: float):
     return replace(DATABASE, messages=tuple(messages))
 
 
+def with_command(name: str, **changes):
+    """The database, one signal of the command changed."""
+    message = DATABASE.message("ActuatorCommand")
+    signals = tuple(replace(s, **changes) if s.name == name else s for s in message.signals)
+    new = replace(message, signals=signals)
+    return replace(
+        DATABASE, messages=tuple(new if each is message else each for each in DATABASE.messages)
+    )
+
+
+@pytest.mark.parametrize(
+    ("changes", "released"),
+    [
+        ({"offset": -50.0, "minimum": -10.0}, True),  # 0 is the raw value 5000
+        ({"minimum": 0.0, "maximum": 0.0}, True),
+        ({"minimum": 0.02}, False),
+        ({"offset": -50.0, "minimum": None, "maximum": -0.01}, False),
+        ({"offset": 1.0, "minimum": None}, False),
+    ],
+)
+def test_a_command_must_be_able_to_carry_the_release(changes, released):
+    """Whatever else of the trial the changed signal cannot carry."""
+    trial = trial_file()
+    try:
+        check_wire(trial, plan_excitation(trial), with_command("throttle", **changes), "trial.toml")
+        told = ""
+    except InputError as fault:
+        told = str(fault)
+    assert ("ActuatorCommand.throttle cannot carry 0, which releases" in told) != released
+    assert "ActuatorCommand.spark cannot" not in told
+
+
+@pytest.mark.parametrize(
+    ("bounds", "fits"),
+    [((-1e-9, 1.0 + 1e-9), True), ((-1.5e-9, 1.0), False), ((0.0, 1.0 + 1.5e-9), False)],
+)
+def test_a_command_may_be_beyond_its_range_by_what_rounding_adds(bounds, fits):
+    trial = trial_file()
+    limits = trial.limits.model_copy(update={"throttle": bounds})
+    arguments = (
+        trial.model_copy(update={"limits": limits}),
+        plan_excitation(trial),
+        DATABASE,
+        "trial.toml",
+    )
+    if fits:
+        check_wire(*arguments)
+    else:
+        with pytest.raises(InputError, match=r"limits\.throttle = .* is not in 0 \.\. 1 "):
+            check_wire(*arguments)
+
+
+@pytest.mark.parametrize(("share", "fits"), [(1.5e-9, True), (0.5e-9, False)])
+def test_a_limit_must_be_below_the_end_of_its_range_by_what_rounding_adds(share, fits):
+    trial = trial_file()
+    highest = 150.0 - share * 160.0  # m/s; the signal carries -10 to 150
+    limits = trial.limits.model_copy(update={"speed": (30.0, highest)})
+    trial = trial.model_copy(update={"limits": limits})
+    if fits:
+        check_wire(trial, plan_excitation(trial), DATABASE, "trial.toml")
+    else:
+        with pytest.raises(InputError, match=r"limits\.speed = .* is not within"):
+            check_wire(trial, plan_excitation(trial), DATABASE, "trial.toml")
+
+
 @pytest.mark.parametrize("key", CARRIED)
 def test_a_value_that_the_wire_cannot_carry_is_refused_by_name_and_range(key):
     trial = trial_file()
@@ -53,6 +118,24 @@ def test_a_value_that_the_wire_cannot_carry_is_refused_by_name_and_range(key):
     assert DATABASE.origin in str(refused.value)
     stated = attrgetter(key)(trial)
     assert str(stated[-1] if isinstance(stated, tuple) else stated) in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    ("key", "words"),
+    [
+        ("limits.throttle", "0.5 % .. 30 % is not in 0 % .. 21 % (ActuatorCommand.throttle)"),
+        (
+            "limits.engine_speed",
+            "11000 rpm .. 15500 rpm is not within 0 rpm .. 10850 rpm (EngineStatus.engine_speed)",
+        ),
+        ("limits.clutch", "10 % is not within 0 % .. 7 % (RiderControls.clutch)"),
+    ],
+)
+def test_a_range_is_named_in_the_unit_of_the_trial(key, words):
+    trial = trial_file()
+    with pytest.raises(InputError) as refused:
+        check_wire(trial, plan_excitation(trial), narrowed(key, 0.7), "trial.toml")
+    assert f"{key} = {words}" in str(refused.value)
 
 
 @pytest.mark.parametrize("key", [key for key in CARRIED if key != "operating_point.engine_speed"])
@@ -71,8 +154,12 @@ def test_a_command_may_be_at_the_end_of_its_range_and_a_limit_may_not(key):
     ("actuator", "amplitude"), [("throttle", "0.009 %"), ("spark", "0.01 deg")]
 )
 def test_an_excitation_that_the_command_rounds_to_nothing_is_refused(actuator, amplitude):
-    with pytest.raises(InputError, match=f"less than one step of ActuatorCommand.{actuator}"):
+    words = f"less than one step of ActuatorCommand.{actuator}"
+    with pytest.raises(InputError, match=words) as refused:
         check(excitation__actuator=actuator, excitation__amplitude=amplitude)
+    step = {"throttle": "0.01 %", "spark": "0.02 deg"}[actuator]
+    assert f"excitation.amplitude = {amplitude} is {words} ({step})" in str(refused.value)
+    assert str(refused.value).startswith("trial.toml")
 
 
 def test_a_trial_is_refused_before_anything_is_opened(tmp_path):
