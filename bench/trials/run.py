@@ -47,15 +47,15 @@ def run_trial(
     if address is None:
         check_amplitude(prepared, equilibrium_throttle(prepared.scenario))
         with simulated_trial(prepared) as trial:
-            description = _begin(prepared, folder, address)
+            description = begin_run(prepared, folder, address)
             with _failure_described(folder, description, prepared.trial):
                 outcome = trial.run(folder, progress)
     else:
         with live_trial(prepared, address, vehicle) as loop:
-            description = _begin(prepared, folder, address, loop.receive_buffer)
+            description = begin_run(prepared, folder, address, loop.receive_buffer)
             with _failure_described(folder, description, prepared.trial):
                 outcome = loop.run(folder, phases, progress)
-    return _end(folder, description, outcome, prepared.trial)
+    return end_run(folder, description, outcome, prepared.trial)
 
 
 @contextmanager
@@ -68,11 +68,11 @@ def _failure_described(
     except (Exception, KeyboardInterrupt) as fault:
         lateness = read_ticks(folder / TICKS, round(trial.command.period * SECOND))
         why = f"the trial ended with an exception: {described(fault)}"
-        _end(folder, description, Outcome(TrialState(), (), lateness, died=why), trial)
+        end_run(folder, description, Outcome(TrialState(), (), lateness, died=why), trial)
         raise
 
 
-def _begin(
+def begin_run(
     prepared: Prepared, folder: Path, address: BusAddress | None, room: int | None = None
 ) -> dict[str, Any]:
     """Make the run folder with all that is known before the trial, or no folder."""
@@ -92,7 +92,9 @@ def _begin(
     return description
 
 
-def _end(folder: Path, description: dict[str, Any], outcome: Outcome, trial: TrialFile) -> Outcome:
+def end_run(
+    folder: Path, description: dict[str, Any], outcome: Outcome, trial: TrialFile
+) -> Outcome:
     """Write the outcome into run.toml; a full disk costs no recorded frame."""
     try:
         write_description(folder, {**description, **outcome_tables(outcome, trial)})
