@@ -107,13 +107,16 @@ class BenchBus:
         self.run_until_ns(self._line.now_ns() + round(seconds(duration) * SECOND))
 
     def run_until_ns(self, time_ns: int, done: Callable[[], bool] = lambda: False) -> bool:
-        """Whether `done` came true; lets time pass until then, or until `time_ns` on the clock."""
+        """Whether `done` came true; lets time pass until then, or until `time_ns` on the clock.
+
+        What is due at `time_ns` itself is left to the next call: a test may still change it.
+        """
         while not done():
             due = min(self._tasks[0].due if self._tasks else time_ns, time_ns)
             self._line.advance(due, self._receive, bool(self._watchers), done)
             if done():
                 return True
-            if not self._tasks or self._tasks[0].due > time_ns:
+            if not self._tasks or self._tasks[0].due >= time_ns:
                 return False
             self._call(heapq.heappop(self._tasks))
         return True

@@ -86,9 +86,9 @@ class Cyclic:
         self._period = round(period * SECOND)
         self._silent_until = -1.0  # s
         self._ramp: tuple[str, float, float, float, float] | None = None
-        self._running = True
+        self._running = self._scheduled = False
         self.refused = 0  # number of frames that the bus refused
-        bus.schedule(self._period, self._send)
+        self.start()
 
     @property
     def message(self) -> Message:
@@ -119,12 +119,14 @@ class Cyclic:
 
     def start(self) -> None:
         """Send again after `stop`."""
-        if not self._running:
-            self._running = True
+        self._running = True
+        if not self._scheduled:
+            self._scheduled = True
             self._bus.schedule(self._period, self._send)
 
     def _send(self, number: int, due: int) -> bool:
         if not self._running:
+            self._scheduled = False
             return False
         now = self._bus.now
         if self._ramp is not None:

@@ -7,7 +7,9 @@ import pytest
 
 # Imported before the inner runs, which forget what they import.
 from slipbench.bench.testing import report_page, setup  # noqa: F401
+from slipbench.plant.compiled import cache_folder
 
+CACHE = str(cache_folder())  # of compiled equations; pytester has a home folder of its own
 PLUGIN = "slipbench.bench.testing.plugin"
 
 Run = Callable[..., pytest.RunResult]
@@ -20,8 +22,9 @@ def plugin_options() -> list[str]:
 
 
 @pytest.fixture
-def run(pytester: pytest.Pytester) -> Run:
+def run(pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> Run:
     """Run the text of a test file with the plugin; options follow."""
+    monkeypatch.setenv("SLIPBENCH_CACHE", CACHE)
 
     def run_text(text: str, *options: str) -> pytest.RunResult:
         pytester.makepyfile(text)
