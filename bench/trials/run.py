@@ -75,7 +75,11 @@ def _failure_described(
 def begin_run(
     prepared: Prepared, folder: Path, address: BusAddress | None, room: int | None = None
 ) -> dict[str, Any]:
-    """Make the run folder with all that is known before the trial, or no folder."""
+    """Description of a run; makes its folder with all that is known before the trial, or no folder.
+
+    room: size in bytes of the receive buffer of the kernel, where it was set. Raises InputError where
+    the folder exists or cannot be written.
+    """
     create(folder)
     description = _description(prepared, address, room)
     try:
@@ -95,7 +99,7 @@ def begin_run(
 def end_run(
     folder: Path, description: dict[str, Any], outcome: Outcome, trial: TrialFile
 ) -> Outcome:
-    """Write the outcome into run.toml; a full disk costs no recorded frame."""
+    """Outcome after it was written into run.toml; a full disk is a note and costs no frame."""
     try:
         write_description(folder, {**description, **outcome_tables(outcome, trial)})
     except OSError as cause:
