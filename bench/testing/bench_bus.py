@@ -195,6 +195,7 @@ class BenchBus:
 
         Time stops right there on the simulated clock. within: s. Raises SignalTimeoutError otherwise.
         """
+        __tracebackhide__ = True
         wanted, begin = self.condition(text), self.now
         found: list[float] = []
         key = (wanted.of.message.identifier, bool(wanted.of.message.extended))
@@ -220,10 +221,10 @@ class BenchBus:
         waited = f"{wanted.text} did not occur from {begin:.4f} s to {self.now:.4f} s"
         if not times.size:
             return f"{waited}: no frame of {wanted.of.message.name} arrived"
-        unit = wanted.of.signal.unit
+        unit = f" {wanted.of.signal.unit}" if wanted.of.signal.unit else ""
         return (
-            f"{waited}: {times.size} frames, values {values.min():g} to {values.max():g} {unit},"
-            f" last {values[-1]:g} {unit} at {times[-1]:.4f} s"
+            f"{waited}: {times.size} frames, values {values.min():g} to {values.max():g}{unit},"
+            f" last {values[-1]:g}{unit} at {times[-1]:.4f} s"
         )
 
     def close(self) -> None:

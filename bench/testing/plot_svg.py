@@ -1,13 +1,14 @@
 """A signal over time as an SVG drawing, with what was injected meanwhile."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from html import escape
 from typing import Any
 
-WIDTH, HEIGHT = 1000, 190
-LEFT, RIGHT, TOP, BOTTOM = 78, 12, 26, 24  # margins
-TEXT_ROWS = 3  # of labels of marks, so that neighbours do not overlap
+WIDTH, TALL = 1000, 140  # of a drawing, and of its field
+LEFT, RIGHT, BOTTOM = 78, 12, 24  # margins
+TITLE, ROW = 24, 14  # height of the title, and of a row of labels
+MOST_ROWS = 4  # of labels of marks, so that neighbours do not overlap
 MOST_DOTS = 120  # samples that are drawn as dots as well
 
 Scale = Callable[[float], float]
@@ -15,18 +16,23 @@ Scale = Callable[[float], float]
 
 def plot_svg(plot: dict[str, Any]) -> str:
     """SVG element of a signal of `plots`. The trace is held between frames, as a receiver holds it."""
-    begin, end = plot["begin"], plot["end"]
+    begin, end, marks = plot["begin"], plot["end"], plot["marks"]
     low, high = _range(plot["value"])
-    x = _scale(begin, end, LEFT, WIDTH - RIGHT)
-    y = _scale(low, high, HEIGHT - BOTTOM, TOP)
+    top = TITLE + ROW * min(len(marks), MOST_ROWS)
+    bottom = top + TALL
+    x, y = _scale(begin, end, LEFT, WIDTH - RIGHT), _scale(low, high, bottom, top)
     unit = f", {plot['unit']}" if plot["unit"] else ""
-    title = f'<text class="title" x="{LEFT}" y="15">{escape(plot["name"])}{escape(unit)}</text>'
-    parts = [title, _grid(x, y, (begin, end), (low, high)), _marks(x, plot["marks"])]
-    parts.append(_trace(x, y, plot["time"], plot["value"], end))
+    parts = [
+        f'<text class="title" x="{LEFT}" y="15">{escape(plot["name"])}{escape(unit)}</text>',
+        *_values(y, ticks(low, high, 4)),
+        *_times(x, ticks(begin, end, 8), top, bottom),
+        *_marks(x, marks, top, bottom),
+        _trace(x, y, plot["time"], plot["value"], end),
+    ]
     if not plot["time"]:
-        middle = f'x="{WIDTH / 2:g}" y="{HEIGHT / 2:g}"'
+        middle = f'x="{WIDTH / 2:g}" y="{top + TALL / 2:g}"'
         parts.append(f"<text {middle}>no frame in this time</text>")
-    return f'<svg viewBox="0 0 {WIDTH} {HEIGHT}" role="img">{"".join(parts)}</svg>'
+    return f'<svg viewBox="0 0 {WIDTH} {bottom + BOTTOM}" role="img">{"".join(parts)}</svg>'
 
 
 def _scale(low: float, high: float, first: float, last: float) -> Scale:
@@ -42,19 +48,19 @@ def _range(values: Sequence[float]) -> tuple[float, float]:
     return low - room, high + room
 
 
-def _grid(x: Scale, y: Scale, times: tuple[float, float], values: tuple[float, float]) -> str:
-    parts = []
-    for value in ticks(*values, 4):
+def _values(y: Scale, values: Sequence[float]) -> Iterator[str]:
+    for value in values:
         at = f"{y(value):.1f}"
-        parts.append(f'<line class="grid" x1="{LEFT}" x2="{WIDTH - RIGHT}" y1="{at}" y2="{at}"/>')
-        label = f'x="{LEFT - 6}" y="{y(value) + 4:.1f}" text-anchor="end"'
-        parts.append(f"<text {label}>{value:g}</text>")
-    for time in ticks(*times, 8):
+        yield f'<line class="grid" x1="{LEFT}" x2="{WIDTH - RIGHT}" y1="{at}" y2="{at}"/>'
+        place = f'x="{LEFT - 6}" y="{y(value) + 4:.1f}" text-anchor="end"'
+        yield f"<text {place}>{value:g}</text>"
+
+
+def _times(x: Scale, times: Sequence[float], top: float, bottom: float) -> Iterator[str]:
+    for time in times:
         at = f"{x(time):.1f}"
-        parts.append(f'<line class="grid" x1="{at}" x2="{at}" y1="{TOP}" y2="{HEIGHT - BOTTOM}"/>')
-        label = f'x="{at}" y="{HEIGHT - 8}" text-anchor="middle"'
-        parts.append(f"<text {label}>{time:g} s</text>")
-    return "".join(parts)
+        yield f'<line class="grid" x1="{at}" x2="{at}" y1="{top}" y2="{bottom}"/>'
+        yield f'<text x="{at}" y="{bottom + 16}" text-anchor="middle">{time:g} s</text>'
 
 
 def ticks(low: float, high: float, about: int) -> list[float]:
@@ -69,23 +75,19 @@ def ticks(low: float, high: float, about: int) -> list[float]:
     return [round((first + index) * step, 12) for index in range(number)]
 
 
-def _marks(x: Scale, marks: Sequence[Sequence[Any]]) -> str:
-    """Bands and lines of what was injected, with its name."""
-    parts = []
+def _marks(x: Scale, marks: Sequence[Sequence[Any]], top: float, bottom: float) -> Iterator[str]:
+    """Bands and lines of what was injected, each with its name in a row above the field."""
     for index, (since, until, text) in enumerate(marks):
         left, right = x(since), x(until)
-        tall = f'y="{TOP}" height="{HEIGHT - BOTTOM - TOP}"'
+        row = TITLE + ROW * (index % MOST_ROWS)
         if right - left > 1:
-            width = f'width="{right - left:.1f}"'
-            parts.append(f'<rect class="mark" x="{left:.1f}" {width} {tall}/>')
-        line = f'x1="{left:.1f}" x2="{left:.1f}" y1="{TOP}" y2="{HEIGHT - BOTTOM}"'
-        parts.append(f'<line class="edge" {line}/>')
-        row = TOP + 12 + 14 * (index % TEXT_ROWS)
-        late = left > 0.75 * WIDTH
-        side, anchor = (left - 4, "end") if late else (left + 4, "start")
-        place = f'x="{side:.1f}" y="{row}" text-anchor="{anchor}"'
-        parts.append(f'<text class="mark-text" {place}>{escape(text)}</text>')
-    return "".join(parts)
+            size = f'width="{right - left:.1f}" height="{bottom - top}"'
+            yield f'<rect class="mark" x="{left:.1f}" y="{top}" {size}/>'
+        ends = f'y1="{row}" y2="{bottom}"'
+        yield f'<line class="edge" x1="{left:.1f}" x2="{left:.1f}" {ends}/>'
+        side, anchor = (left - 4, "end") if left > 0.75 * WIDTH else (left + 4, "start")
+        place = f'x="{side:.1f}" y="{row + 11}" text-anchor="{anchor}"'
+        yield f'<text class="mark-text" {place}>{escape(text)}</text>'
 
 
 def _trace(x: Scale, y: Scale, times: Sequence[float], values: Sequence[float], end: float) -> str:

@@ -167,6 +167,7 @@ class Stimulus(Actions):
 
     def wait_for(self, text: str, within: Time) -> float:
         """Time (s) of the first frame from now on for which a condition holds. Raises SignalTimeoutError."""
+        __tracebackhide__ = True
         return self.bus.wait_for(text, within)
 
     def after(self, delay: Time) -> Actions:

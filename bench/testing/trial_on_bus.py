@@ -80,6 +80,7 @@ class TrialOnBus:
 
     def wait_for(self, phase: Phase | str, within: float | str) -> float:
         """Time (s) at which the trial is in a phase, such as "exciting". Raises SignalTimeoutError otherwise."""
+        __tracebackhide__ = True
         wanted = Phase[phase.upper().replace(" ", "_")] if isinstance(phase, str) else phase
         latest = self._bus.line.now_ns() + round(seconds(within) * SECOND)
         reached = self._bus.run_until_ns(
@@ -94,6 +95,7 @@ class TrialOnBus:
 
     def run(self, within: float | str = 600.0) -> Outcome:
         """Outcome of the trial, run to its end. Raises SignalTimeoutError where it has not ended within s."""
+        __tracebackhide__ = True
         latest = self._bus.line.now_ns() + round(seconds(within) * SECOND)
         if not self._bus.run_until_ns(latest, lambda: self.ended):
             raise SignalTimeoutError(
