@@ -7,7 +7,7 @@ from typing import Protocol
 
 import can
 
-from slipbench.bench.loop.clock import MILLISECOND, SECOND
+from slipbench.bench.loop.clock import SECOND
 from slipbench.bench.loop.ring import BIT_RATE_SWITCH, EXTENDED, FD, REMOTE
 from slipbench.bench.testing.conditions import (
     Condition,
@@ -23,7 +23,6 @@ from slipbench.bench.testing.traffic import Floats, Traffic, TrafficFrame
 from slipbench.protocol.database.layout import Database
 from slipbench.protocol.errors import InputError
 
-LATE = MILLISECOND  # ns, after which a task in real time is late
 # Reads a frame and its time, ns; called for every data frame.
 Watcher = Callable[[TrafficFrame], None]
 
@@ -61,10 +60,11 @@ class BenchBus:
         self.traffic = Traffic(line.now_ns())
         self.watched: dict[str, SignalOf] = {}  # signals that the test reads, for plots
         self.marks: list[tuple[float, float, str]] = []  # begin and end (s) of what was injected
-        self.late = 0  # number of tasks that ran later than LATE, in real time
+        self.lateness = 0.0  # s, longest time by which something ran late, in real time
         self._tasks: list[_Task] = []
         self._order = 0
         self._watchers: list[Watcher] = []
+        self._begun = False
 
     @property
     def now(self) -> float:
@@ -111,6 +111,8 @@ class BenchBus:
 
         What is due at `time_ns` itself is left to the next call: a test may still change it.
         """
+        if self.real_time and not self._begun:
+            self._begin()
         while not done():
             due = min(self._tasks[0].due if self._tasks else time_ns, time_ns)
             self._line.advance(due, self._receive, bool(self._watchers), done)
@@ -121,9 +123,21 @@ class BenchBus:
             self._call(heapq.heappop(self._tasks))
         return True
 
+    def _begin(self) -> None:
+        """Count the time of everything scheduled so far from now on: making it took its time."""
+        self._begun = True
+        if self._tasks:
+            late = max(0, self._line.now_ns() - self._tasks[0].due)
+            for task in self._tasks:
+                task.due += late
+
     def _call(self, task: _Task) -> None:
-        if self.real_time and self._line.now_ns() - task.due > LATE:
-            self.late += 1
+        """Run a task. In real time, calls that are a whole period late are skipped, as in a loop."""
+        late = self._line.now_ns() - task.due
+        if self.real_time and late > 0:
+            self.lateness = max(self.lateness, late / SECOND)
+            missed = late // task.period
+            task.number, task.due = task.number + missed, task.due + missed * task.period
         if task.tick(task.number, task.due):
             task.number, task.due = task.number + 1, task.due + task.period
             heapq.heappush(self._tasks, task)

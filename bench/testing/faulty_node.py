@@ -25,6 +25,7 @@ class FaultyNode(can.BusABC):
         self._bus, self._name, self._now_ns, self._numbers = bus, name, now_ns, numbers
         self._faults, self._origin = Faults(FaultPlan()), 0
         self._delayed: list[tuple[int, int, can.Message]] = []  # due (ns), number, message
+        self.sent: set[int] = set()  # identifiers
         self.channel_info = bus.channel_info
         super().__init__(channel=name)
 
@@ -34,6 +35,7 @@ class FaultyNode(can.BusABC):
 
     def send(self, msg: can.Message, timeout: float | None = None) -> None:
         """Send a message as changed by the faults."""
+        self.sent.add(msg.arbitration_id)
         if not self._faults:
             self._bus.send(msg, timeout)
             return
@@ -73,11 +75,6 @@ class FaultyNode(can.BusABC):
 
     def _apply_filters(self, filters: Any) -> None:
         """Leave filtering to the base class."""
-
-    def shutdown(self) -> None:
-        """Leave the bus."""
-        super().shutdown()
-        self._bus.shutdown()
 
 
 def _with_data(message: can.Message, data: bytes) -> can.Message:

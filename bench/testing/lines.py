@@ -1,6 +1,7 @@
 """The bus under a test and its clock: simulated, or any interface of python-can in real time."""
 
 from collections.abc import Callable, Sequence
+from contextlib import ExitStack
 from dataclasses import replace
 from itertools import count
 from math import inf
@@ -14,6 +15,7 @@ from slipbench.bench.bus.python_can import SlipbenchBus
 from slipbench.bench.bus.simulated_bus import SimulatedBus
 from slipbench.bench.gateway.stamps import SteadyStamps, as_stamped
 from slipbench.bench.loop.clock import SECOND, MonotonicClock
+from slipbench.bench.loop.realtime_process import one_processor, realtime_process
 from slipbench.bench.testing.faulty_node import FaultyNode
 from slipbench.protocol.errors import InputError
 
@@ -45,7 +47,10 @@ class Line(Protocol):
         """
 
     def set_faults(self, faults: Sequence[Fault], origin_ns: int, seed: int) -> None:
-        """Apply these faults instead of all others; their times count from `origin_ns`."""
+        """Apply these faults instead of all others; their times count from `origin_ns`.
+
+        Raises InputError where a fault could have no effect on this line.
+        """
 
     def close(self) -> None:
         """Leave the bus."""
@@ -61,6 +66,7 @@ class SimulatedLine:
         self._wire = SimulatedBus(bitrate, start_ns=START)
         self._wire.advance_to(START)
         self._nodes: list[can.BusABC] = []
+        self._names: set[str] = set()
         self._observer = self.node("observer")
 
     def now_ns(self) -> int:
@@ -70,6 +76,7 @@ class SimulatedLine:
     def node(self, name: str, receive_own_messages: bool = False) -> can.BusABC:
         """New node on the bus."""
         node = self._wire.node(name, receive_own_messages)
+        self._names.add(name)
         self._nodes.append(node)
         return node
 
@@ -89,6 +96,14 @@ class SimulatedLine:
 
     def set_faults(self, faults: Sequence[Fault], origin_ns: int, seed: int) -> None:
         """Apply these faults on the wire; see `Line.set_faults`."""
+        for fault in faults:
+            for name in sorted({*fault.where.senders, *fault.where.receivers} - self._names):
+                raise InputError(
+                    f"a fault names the node {name!r}, which is not on the bus",
+                    expected=f"one of {', '.join(sorted(self._names))}",
+                    found=name,
+                    remedy="use the fixture of that node first, or correct the name",
+                )
         self._wire.wire.set_faults(FaultPlan(tuple(faults), seed), origin_ns)
 
     def close(self) -> None:
@@ -107,16 +122,22 @@ class LiveLine:
     real_time = True
 
     def __init__(self, address: BusAddress) -> None:
-        """Join the bus. Raises InputError with the remedy where it cannot be opened."""
+        """Join the bus, as a real-time process as far as this process has the rights.
+
+        Raises InputError with the remedy where the bus cannot be opened.
+        """
         self._address, self._clock = address, MonotonicClock(SPIN)
         self._nodes: list[can.BusABC] = []
         self._faulty: list[FaultyNode] = []
         self._numbers = count()
         self._faults: tuple[Sequence[Fault], int, int] = ((), 0, 0)
+        self._heard: set[int] = set()  # identifiers of the frames on the bus
+        self._rights = ExitStack()
         self._observer = self._open()
         wall = stamps_wall_time(self._observer)
         self._stamp = SteadyStamps(self._clock) if wall else as_stamped
         self._trusted = wall or isinstance(self._observer, SlipbenchBus)
+        self._rights.enter_context(realtime_process(one_processor()))
 
     def now_ns(self) -> int:
         """Time of the clock, ns."""
@@ -144,6 +165,7 @@ class LiveLine:
             now = self._clock.now_ns()
             message = self._observer.recv(max(0.0, (time_ns - now - SPIN) / SECOND))
             if message is not None:
+                self._heard.add(message.arbitration_id)
                 stamped = self._stamp(message.timestamp) if self._trusted else None
                 listener(message, self._clock.now_ns() if stamped is None else stamped)
                 if done():
@@ -153,15 +175,20 @@ class LiveLine:
                 return
 
     def set_faults(self, faults: Sequence[Fault], origin_ns: int, seed: int) -> None:
-        """Apply these faults; see `Line.set_faults`.
-
-        Raises InputError where the interface cannot do what a fault needs.
-        """
+        """Apply these faults; see `Line.set_faults`."""
+        check_names(faults, isinstance(self._observer, SlipbenchBus))
         if isinstance(self._observer, SlipbenchBus):
             elapsed = (self._clock.now_ns() - origin_ns) / SECOND
             shifted = tuple(_earlier(fault, elapsed) for fault in faults)
             self._observer.inject(FaultPlan(shifted, seed))
             return
+        self._check_possible(faults)
+        self._faults = (faults, origin_ns, seed)
+        for node in self._faulty:
+            node.set_faults(*self._faults)
+
+    def _check_possible(self, faults: Sequence[Fault]) -> None:
+        """Refuse faults that only a virtual bus can do."""
         if any(isinstance(fault, Disturbed) for fault in faults):
             raise InputError(
                 "error frames cannot be made on this interface",
@@ -169,14 +196,39 @@ class LiveLine:
                 expected="the simulated clock, or --slipbench-interface slipbench",
                 remedy="use another fault, or skip the test with @pytest.mark.skipif",
             )
-        self._faults = (faults, origin_ns, seed)
-        for node in self._faulty:
-            node.set_faults(*self._faults)
+        ours = {identifier for node in self._faulty for identifier in node.sent}
+        wanted = {identifier for fault in faults for identifier in fault.where.identifiers}
+        foreign = sorted((wanted & self._heard) - ours)
+        if foreign:
+            raise InputError(
+                "frames of a real device cannot be changed on a real bus",
+                expected="a message that this test, its vehicle, gateway or replay sends",
+                found=", ".join(f"{identifier:#x}" for identifier in foreign),
+                remedy="silence the device itself, or simulate it (--slipbench-device)",
+            )
 
     def close(self) -> None:
-        """Leave the bus."""
-        for node in self._nodes:
+        """Leave the bus; the process is an ordinary one again."""
+        self._rights.close()
+        for node in (*self._faulty, *self._nodes):
             node.shutdown()
+
+
+def check_names(faults: Sequence[Fault], senders_too: bool) -> None:
+    """Raises InputError where a fault names nodes, whose names a live bus does not know.
+
+    senders_too  names of senders are unknown as well; else those of this process are known
+    """
+    for fault in faults:
+        where = fault.where
+        named = {*where.receivers, *(where.senders if senders_too else ())}
+        if named:
+            raise InputError(
+                "a fault for single nodes needs the simulated clock",
+                expected="a fault for all receivers",
+                found=", ".join(sorted(named)),
+                remedy="leave out to=, or run the test with --slipbench-clock simulated",
+            )
 
 
 def _earlier(fault: Fault, by: float) -> Fault:

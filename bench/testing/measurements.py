@@ -6,6 +6,8 @@ This file is imported in every pytest run, so it imports the standard library on
 from dataclasses import asdict, dataclass
 from typing import Any
 
+LATENESS = "lateness of the test"  # measured of every test in real time
+
 
 @dataclass(frozen=True)
 class Measurement:

@@ -33,6 +33,7 @@ OPTIONS = (
     ("slipbench-bitrate", "1000000", "bit rate in bit/s"),
     ("slipbench-database", "motorbike", "CAN database: a path, or the name of one that ships"),
     ("slipbench-trial", "throttle_sweep", "trial file: operating point, rider, limits"),
+    ("slipbench-lateness", "10", "ms by which the test itself may be late in real time, or inf"),
     ("slipbench-device", "virtual", "device under test: virtual, external, or module:factory"),
 )
 REPORT = "--slipbench-report"
@@ -97,11 +98,21 @@ def _missing(item: pytest.Item) -> str:
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_call(item: pytest.Item) -> Generator[None, Any, Any]:
     """Fail a test at its end where a measurement is outside its limits or a stimulus never began."""
-    result = yield
+    try:
+        result = yield
+    finally:
+        _measure_lateness(item)
     text = _found_at_end(item)
     if text:
         pytest.fail(text, pytrace=False)
     return result
+
+
+def _measure_lateness(item: pytest.Item) -> None:
+    setup = item.stash.get(_setup, None)
+    lateness = setup.lateness() if setup is not None else None
+    if lateness is not None:
+        item.stash.setdefault(_measured, []).append(lateness)
 
 
 def _found_at_end(item: pytest.Item) -> str:

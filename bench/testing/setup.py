@@ -1,5 +1,6 @@
 """Everything that one test uses, made when its fixture is first asked for."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
@@ -11,6 +12,7 @@ from slipbench.bench.testing.bench_bus import BenchBus
 from slipbench.bench.testing.bus_recording import BusRecording
 from slipbench.bench.testing.devices import Device, join
 from slipbench.bench.testing.lines import BITRATE, LiveLine, SimulatedLine
+from slipbench.bench.testing.measurements import LATENESS, Measurement
 from slipbench.bench.testing.plots import plots
 from slipbench.bench.testing.replay_on_bus import ReplayOnBus
 from slipbench.bench.testing.stimulus import Stimulus
@@ -27,13 +29,19 @@ SIMULATED, REAL_TIME = "simulated", "real-time"
 
 @dataclass(frozen=True)
 class Choice:
-    """What the options say. address: None on the simulated clock; bitrate: bit/s."""
+    """What the options say.
+
+    address   None on the simulated clock
+    bitrate   bit/s
+    lateness  ms, limit in real time
+    """
 
     address: BusAddress | None
     bitrate: int
     database: Path
     trial: Path
     device: str
+    lateness: float = math.inf
 
     @classmethod
     def of(cls, options: Mapping[str, str]) -> "Choice":
@@ -59,7 +67,20 @@ class Choice:
             file_or_shipped(options["slipbench-database"], "database"),
             file_or_shipped(options["slipbench-trial"], "trial"),
             options["slipbench-device"],
+            _milliseconds(options["slipbench-lateness"]),
         )
+
+
+def _milliseconds(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not value > 0:
+        raise InputError(
+            "--slipbench-lateness is not valid", expected="ms above 0, or inf", found=text
+        )
+    return value
 
 
 @lru_cache(16)
@@ -129,6 +150,14 @@ class Setup:
         channel = BUS if address is None else address.name
         folder = self._folder / "recording"
         return BusRecording(self.bus, folder, self._choice.database, self._name, channel)
+
+    def lateness(self) -> Measurement | None:
+        """How late this process itself was at most; None on the simulated clock."""
+        if self._choice.address is None or "bus" not in self._used:
+            return None
+        late = self.bus.lateness * 1e3
+        limit, now = self._choice.lateness, self.bus.now
+        return Measurement(LATENESS, late, "ms", at_most=limit, source="its clock", at=now)
 
     def problems(self) -> list[str]:
         """What makes a test fail at its end although no assertion failed."""

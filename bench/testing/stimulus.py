@@ -233,12 +233,15 @@ class Stimulus(Actions):
     # Faults
 
     def inject(self, fault: Fault, text: str = "") -> None:
-        """Apply a fault of `bench/bus/faults.py`; its times count from the begin of the bus (s)."""
-        self._faults.append(fault)
-        end = fault.where.end
+        """Apply a fault of `bench/bus/faults.py`; its times count from the begin of the bus (s).
+
+        Raises InputError where it could have no effect on this bus.
+        """
+        faults = [*self._faults, fault]
+        self.bus.line.set_faults(faults, self.bus.traffic.origin_ns, self._seed)
+        self._faults = faults
         name = text or type(fault).__name__.lower()
-        self.bus.marks.append((fault.where.begin, end, name))
-        self.bus.line.set_faults(self._faults, self.bus.traffic.origin_ns, self._seed)
+        self.bus.marks.append((fault.where.begin, fault.where.end, name))
 
     def inject_plan(self, plan: FaultPlan) -> None:
         """Apply a fault plan, whose times count from now; its seed is that of all faults."""

@@ -10,9 +10,9 @@ from typing import Any
 
 import pytest
 
-from slipbench.bench.testing.measurements import Measurement
+from slipbench.bench.testing.measurements import LATENESS, Measurement
 
-ORDER = ("not tested", "passed", "failed")  # verdicts, the worst last
+ORDER = ("not tested", "passed", "in doubt", "failed")  # verdicts, the worst last
 
 
 @dataclass
@@ -69,7 +69,7 @@ class Summary:
             for name, (verdict, tests) in verdicts.items():
                 number = f"{len(tests)} test{'s' if len(tests) > 1 else ''}"
                 line = f"{name}: {verdict} ({number})"
-                terminalreporter.line(line, red=verdict == "failed")
+                terminalreporter.line(line, red=verdict in ("failed", "in doubt"))
 
     def pytest_sessionfinish(self, session: pytest.Session) -> None:
         """Write the page; in a worker process of pytest-xdist, leave it to the main process."""
@@ -103,7 +103,8 @@ def requirement_verdicts(results: list[TestResult]) -> dict[str, tuple[str, list
     """Verdict and tests of each requirement, in order of their names.
 
     "failed" where a test with its marker failed or a measurement for it is outside its limits;
-    "not tested" where every test was skipped; else "passed".
+    "in doubt" where the test itself was late beyond its limit, so that it may have caused what it
+    found; "not tested" where every test was skipped; else "passed".
     """
     found: dict[str, tuple[str, list[str]]] = {}
     for result in results:
@@ -121,6 +122,8 @@ def _verdicts(result: TestResult) -> dict[str, str]:
         if each.requirement:
             before = verdicts.get(each.requirement, "passed")
             verdicts[each.requirement] = before if each.inside else "failed"
+    if any(each.name == LATENESS and not each.inside for each in result.measurements):
+        return dict.fromkeys(verdicts, "in doubt")
     return verdicts
 
 

@@ -190,6 +190,7 @@ def test_a_trigger_that_never_fired_fails_the_test(run: Run) -> None:
         (lambda s: s.when("EngineStatus.engine_speeds > 1"), "did you mean engine_speed"),
         (lambda s: s.drop("EngineStat", "1 s"), "did you mean EngineStatus"),
         (lambda s: s.drop("EngineStatus", "30 rpm"), "is not a quantity"),
+        (lambda s: s.drop("EngineStatus", "1 s", to="gatway"), "node 'gatway', which is not"),
         (lambda s: s.cyclic("RiderControls", grip="120 %"), "cannot carry '120 %'"),
         (lambda s: s.cyclic("RiderControls", crc=3), "is computed from the other signals"),
         (lambda s: s.cyclic("RiderControls", grib=3), "did you mean grip"),
