@@ -132,6 +132,7 @@ def test_a_fault_that_could_have_no_effect_is_refused(tmp_path: Path) -> None:
     bench = Setup(Choice.of(REAL_TIME | {"slipbench-interface": "virtual"}), tmp_path, "test")
     try:
         with can.Bus(interface="virtual", channel="pytest") as device:
+            bench.bus.run("1 ms")  # the bus of the test is open before the device speaks
             device.send(can.Message(arbitration_id=0x20, data=bytes(8), is_extended_id=False))
             bench.bus.run("10 ms")
             with pytest.raises(InputError, match="frames of a real device cannot be changed"):
