@@ -17,7 +17,7 @@ from tests.socketcan.kernels import HERE, Kernel
 
 ROOT = HERE.parent.parent
 SCRATCH = Path("/dev/shm")  # memory: a disk that is busy stops a user-mode kernel altogether
-BROUGHT_ALONG = ("PATH", "HOME", "LANG", "SLIPBENCH_RECORDINGS")
+BROUGHT_ALONG = ("PATH", "HOME", "LANG", "PYTHONPATH", "SLIPBENCH_RECORDINGS")
 BOOT = 60.0  # s that a kernel may take to come up and go down, on a machine that others load
 
 
