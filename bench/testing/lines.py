@@ -95,7 +95,7 @@ class SimulatedLine:
             listener(message, round(message.timestamp * SECOND))
 
     def set_faults(self, faults: Sequence[Fault], origin_ns: int, seed: int) -> None:
-        """Apply these faults on the wire; see `Line.set_faults`."""
+        """Apply these faults on the wire; see `Line.set_faults`. Raises InputError as it does."""
         for fault in faults:
             for name in sorted({*fault.where.senders, *fault.where.receivers} - self._names):
                 raise InputError(
@@ -175,7 +175,7 @@ class LiveLine:
                 return
 
     def set_faults(self, faults: Sequence[Fault], origin_ns: int, seed: int) -> None:
-        """Apply these faults; see `Line.set_faults`."""
+        """Apply these faults; see `Line.set_faults`. Raises InputError as it does."""
         check_names(faults, isinstance(self._observer, SlipbenchBus))
         if isinstance(self._observer, SlipbenchBus):
             elapsed = (self._clock.now_ns() - origin_ns) / SECOND
