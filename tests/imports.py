@@ -33,6 +33,7 @@ ALLOWED = {
         "bench/loop/button_wait.py",
         "bench/loop/exit_status.py",
         "bench/testing/*.py",
+        "bench/testing/xcp/session.py",
         "examples/hil_tests/broken_devices.py",
     ),
     # The pytest plugin.

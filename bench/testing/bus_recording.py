@@ -1,6 +1,7 @@
 """Recording of all that a bus carried during a test, in the run folder that `slipbench` reads."""
 
 import shutil
+from collections.abc import Callable, Mapping
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -14,6 +15,7 @@ from slipbench.protocol.recording.recording import Recording
 from slipbench.protocol.recording.run_folder import (
     FRAMES,
     ROLES,
+    TABLES,
     create,
     read,
     versions,
@@ -25,10 +27,21 @@ class BusRecording:
     """Frames of a bus from its begin on; `save` writes them, `read` and `decode` read them again."""
 
     def __init__(
-        self, bus: BenchBus, folder: Path, database: Path, name: str, channel: str
+        self,
+        bus: BenchBus,
+        folder: Path,
+        database: Path,
+        name: str,
+        channel: str,
+        tables: Callable[[], Mapping[str, str]] = dict,
     ) -> None:
-        """Record `bus` for the new `folder`. name: of the test; channel: of the bus."""
-        self._bus, self.folder, self._database = bus, folder, database
+        """Record `bus` for the new `folder`.
+
+        name     of the test
+        channel  of the bus
+        tables   gives the tables beside the frames, as CSV text by name
+        """
+        self._bus, self.folder, self._database, self._tables = bus, folder, database, tables
         self._name, self._channel = name, channel
         self.roles = dbc.MOTORBIKE_ROLES
 
@@ -54,8 +67,18 @@ class BusRecording:
         }
         clock = "monotonic" if self._bus.real_time else "simulated"
         bus = {"name": self._channel, "clock": clock}
-        write_description(self.folder, {"run": run, "bus": bus, "versions": versions()})
+        described = {"run": run, "bus": bus, "versions": versions(), "tables": self._write_tables()}
+        write_description(self.folder, described)
         return self.folder
+
+    def _write_tables(self) -> dict[str, str]:
+        """Path of each table in the folder, by name."""
+        paths = {}
+        for name, text in self._tables().items():
+            paths[name] = f"{TABLES}/{name}.csv"
+            (self.folder / TABLES).mkdir(exist_ok=True)
+            (self.folder / paths[name]).write_text(text, encoding="utf-8")
+        return paths
 
     def read(self) -> Recording:
         """Channels by role, as `slipbench.read` gives them. Raises InputError without frames."""

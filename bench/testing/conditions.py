@@ -133,13 +133,13 @@ def converted(of: SignalOf, value: float, unit: str | None) -> float:
     return slope * value + offset
 
 
+def nearest(name: str, known: Iterable[str]) -> str:
+    """Remedy for a name that is not known: the nearest names, or to check the spelling."""
+    near = difflib.get_close_matches(name, list(known), 3, 0.5)
+    return f"did you mean {' or '.join(near)}?" if near else "check the spelling"
+
+
 def _unknown(what: str, where: str, name: str, known: Iterable[str]) -> InputError:
     names = list(known)
-    near = difflib.get_close_matches(name, names, 3, 0.5)
-    return InputError(
-        what,
-        where=where,
-        expected="one of " + ", ".join(names),
-        found=name,
-        remedy=f"did you mean {' or '.join(near)}?" if near else "check the spelling",
-    )
+    expected = "one of " + ", ".join(names)
+    return InputError(what, where=where, expected=expected, found=name, remedy=nearest(name, names))

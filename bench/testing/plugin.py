@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from slipbench.bench.testing.setup import Setup
     from slipbench.bench.testing.stimulus import Stimulus
     from slipbench.bench.testing.trial_on_bus import TrialOnBus
+    from slipbench.bench.testing.xcp.session import XcpOnBus
 
 GROUP = "slipbench"
 # (name, default, help); each is a command-line option and, with underscores, a key of the ini file.
@@ -227,6 +228,12 @@ def replay(slipbench_setup: Setup) -> ReplayOnBus:
 def recording(slipbench_setup: Setup) -> BusRecording:
     """All frames of the bus since the test began: `recording.read()`, `recording.decode()`."""
     return slipbench_setup.recording
+
+
+@pytest.fixture
+def xcp(slipbench_setup: Setup) -> XcpOnBus:
+    """XCP on CAN: `xcp.connect("ecu.a2l")` gives a session, which reads, polls or receives DAQ."""
+    return slipbench_setup.xcp
 
 
 @pytest.fixture

@@ -17,6 +17,7 @@ from slipbench.bench.testing.plots import plots
 from slipbench.bench.testing.replay_on_bus import ReplayOnBus
 from slipbench.bench.testing.stimulus import Stimulus
 from slipbench.bench.testing.trial_on_bus import TrialOnBus
+from slipbench.bench.testing.xcp.session import XcpOnBus
 from slipbench.bench.trials.preparation import Prepared, prepare
 from slipbench.bench.trials.simulated_trial import BUS
 from slipbench.protocol.database.database import load_database
@@ -144,12 +145,24 @@ class Setup:
         return ReplayOnBus(self.bus)
 
     @cached_property
+    def xcp(self) -> XcpOnBus:
+        """XCP on the bus."""
+        self._used["xcp"] = XcpOnBus(self.bus)
+        return self._used["xcp"]  # type: ignore[no-any-return]
+
+    @cached_property
     def recording(self) -> BusRecording:
         """Recording of the bus."""
         address = self._choice.address
         channel = BUS if address is None else address.name
         folder = self._folder / "recording"
-        return BusRecording(self.bus, folder, self._choice.database, self._name, channel)
+        database, name = self._choice.database, self._name
+        return BusRecording(self.bus, folder, database, name, channel, self._tables)
+
+    def _tables(self) -> dict[str, str]:
+        """Tables beside the frames, as CSV text, by name."""
+        text = self.xcp.table() if "xcp" in self._used else ""
+        return {"xcp": text} if text else {}
 
     def lateness(self) -> Measurement | None:
         """How late this process itself was at most; None on the simulated clock."""
@@ -161,8 +174,8 @@ class Setup:
 
     def problems(self) -> list[str]:
         """What makes a test fail at its end although no assertion failed."""
-        stimulus = self._used.get("stimulus")
-        return stimulus.never_occurred() if stimulus else []
+        stimulus, xcp = self._used.get("stimulus"), self._used.get("xcp")
+        return [*(stimulus.never_occurred() if stimulus else []), *(xcp.problems() if xcp else [])]
 
     def plots(self) -> list[dict[str, Any]]:
         """Signals that the test read, at the end of the test, as data for a page."""
