@@ -14,7 +14,8 @@ from slipbench.protocol.user_file import read_user_file
 
 LARGEST = 1 << 28  # bytes
 TOKEN = re.compile(r'"(?:[^"\\]|\\.|"")*"|/begin\b|/end\b|[^\s"]+')
-COMMENT = re.compile(r'"(?:[^"\\]|\\.|"")*"|/\*.*?\*/|//[^\n]*', re.DOTALL)
+COMMENT = re.compile(r'"(?:[^"\\]|\\.|"")*"|/\*.*?(?:\*/|\Z)|//[^\n]*', re.DOTALL)
+DEEPEST = 50  # blocks inside each other; files of the field have about ten
 # Type of the file -> format of `struct`.
 TYPES = {
     "UBYTE": "B",
@@ -127,6 +128,8 @@ def _parse(text: str, where: str) -> _Block:
             block = _Block(next(tokens, ""), [], [])
             open_blocks[-1].blocks.append(block)
             open_blocks.append(block)
+            if len(open_blocks) > DEEPEST:
+                raise _unbalanced(where)
         elif token == "/end":
             if next(tokens, "") != open_blocks.pop().kind or not open_blocks:
                 raise _unbalanced(where)
@@ -161,7 +164,8 @@ def _described(root: _Block, where: str) -> A2l:
         )
     can = next(root.all("XCP_ON_CAN"), None)
     numbers = [can.after(each) if can else None for each in ("CAN_ID_MASTER", "CAN_ID_SLAVE")]
-    command, response = (None if each is None else int(each, 0) for each in numbers)
+    highest = EXTENDED | 0x1FFF_FFFF
+    command, response = (None if each is None else _number(each, 0, highest) for each in numbers)
     return A2l(where, found, command, response)
 
 
@@ -186,14 +190,22 @@ def _measurement(
     mask = block.after("BIT_MASK", None, 8)
     return XcpMeasurement(
         name,
-        int(block.after("ECU_ADDRESS", "0", 8) or "0", 0),
-        int(block.after("ECU_ADDRESS_EXTENSION", "0", 8) or "0", 0),
+        _number(block.after("ECU_ADDRESS", "0", 8), 0, 0xFFFF_FFFF),
+        _number(block.after("ECU_ADDRESS_EXTENSION", "0", 8), 0, 0xFF),
         ORDERS[order] + TYPES[kind],
         scale,
         offset,
         (block.after("PHYS_UNIT", None, 8) or unit).strip('"'),
-        None if mask is None else int(mask, 0),
+        None if mask is None or TYPES[kind] in "efd" else _number(mask, 1, (1 << 64) - 1),
     )
+
+
+def _number(text: str | None, low: int, high: int) -> int:
+    """Integer of a text. Raises ValueError where it is none, or not in low to high."""
+    number = int(text or "", 0)
+    if not low <= number <= high:
+        raise ValueError(f"{number:#x} is not in {low:#x} to {high:#x}")
+    return number
 
 
 def _conversion(method: _Block | None, name: str, where: str) -> tuple[float, float, str]:

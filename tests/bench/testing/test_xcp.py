@@ -232,6 +232,8 @@ def test_a_refused_poll_fails_the_test(bench: Setup, a2l: Path) -> None:
         ("SBYTE celsius", "SBYTE odd", "the conversion is not linear"),
         ("SBYTE celsius", "SBYTE kelvin", "the conversion is not in the file"),
         ("0x20001000", "0x2000G000", "damaged"),
+        ("0x20001000", "-1", "damaged"),
+        ("BIT_MASK 0x70", "BIT_MASK 0", "damaged"),
         ("COEFFS 0 4 0 0 0 1", "COEFFS 0 4", "damaged"),
         ("ECU_ADDRESS ", "ADDRESS ", "no measurement with an address"),
         ("CAN_ID_MASTER", "CAN_ID", "does not state the CAN identifiers"),
@@ -247,10 +249,15 @@ def test_a_file_that_cannot_be_used_is_named(
         bench.xcp.connect(a2l)
 
 
-def test_an_empty_file_is_no_a2l(tmp_path: Path) -> None:
-    path = tmp_path / "empty.a2l"
-    path.touch()
-    with pytest.raises(InputError, match="no measurement with an address"):
+@pytest.mark.parametrize(
+    "text",
+    ["", "/*" * 200_000, "/begin A " * 100_000, '"' * 99_999, "/begin A /end A " * 50_000, "\0"],
+    ids=["empty", "comments", "nested", "quotes", "blocks", "NUL"],
+)
+def test_a_hostile_file_ends_in_a_message(tmp_path: Path, text: str) -> None:
+    path = tmp_path / "hostile.a2l"
+    path.write_text(text)
+    with pytest.raises(InputError):
         read_a2l(path)
 
 
