@@ -181,14 +181,17 @@ def test_measurements_outside_their_limits_are_joined_and_fail_the_test_at_its_e
     )
 
 
-@pytest.mark.parametrize("value", ["float('nan')", "21", "9.999"])
-def test_a_value_that_is_not_inside_its_limits_fails(run: Run, value: str) -> None:
-    result = run(
-        f"""
-        def test_one(measure):
-            measure("time", {value}, "ms", at_least=10, at_most=20)
-        """
-    )
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        "float('nan'), at_least=10",
+        "float('nan'), at_most=20",
+        "20.001, at_most=20",
+        "9.999, at_least=10, at_most=20",
+    ],
+)
+def test_a_value_that_is_not_inside_its_limits_fails(run: Run, arguments: str) -> None:
+    result = run(f"def test_one(measure):\n    measure('time', {arguments})\n")
     result.assert_outcomes(failed=1)
 
 

@@ -105,6 +105,22 @@ def test_faults_act_on_a_live_bus(interface: str, tmp_path: Path) -> None:
         bench.close()
 
 
+@pytest.mark.parametrize("interface", ["virtual", "slipbench"])
+def test_a_fault_on_a_live_bus_begins_at_once(interface: str, tmp_path: Path) -> None:
+    options = {"slipbench-interface": interface, "slipbench-channel": f"now-{interface}"}
+    bench = Setup(Choice.of(REAL_TIME | options), tmp_path, "test")
+    try:
+        bench.stimulus.cyclic("RiderControls")
+        bench.bus.run("1 s")
+        bench.stimulus.drop("RiderControls", "3600 s")
+        bench.bus.run("100 ms")  # for what was underway
+        number = bench.bus.times("RiderControls").size
+        bench.bus.run("500 ms")
+        assert bench.bus.times("RiderControls").size == number > 10
+    finally:
+        bench.close()
+
+
 def test_a_trial_runs_in_real_time_and_its_record_is_whole(tmp_path: Path) -> None:
     bench = Setup(Choice.of(REAL_TIME | {"slipbench-interface": "virtual"}), tmp_path, "test")
     try:

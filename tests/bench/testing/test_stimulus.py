@@ -44,6 +44,16 @@ def test_a_message_is_dropped_from_the_frame_on_which_the_condition_holds(bench:
     assert gaps(bench.bus.times("EcuStatus")).max() < 2e-3
 
 
+def test_what_is_injected_is_marked_for_the_plots_with_its_times(bench: Setup) -> None:
+    bench.bus.run("100 ms")
+    bench.stimulus.drop("RiderControls", "30 ms")
+    bench.stimulus.after("20 ms").freeze("EcuStatus", "10 ms")
+    bench.bus.run("50 ms")
+    lost, frozen = bench.bus.marks
+    assert lost == (pytest.approx(0.1), pytest.approx(0.13), "RiderControls lost")
+    assert frozen == (pytest.approx(0.12), pytest.approx(0.13), "EcuStatus frozen")
+
+
 def test_a_drop_may_concern_one_receiver_only(bench: Setup) -> None:
     other = bench.bus.node("other")
     bench.stimulus.drop("RiderControls", "50 ms", to="other")

@@ -148,6 +148,14 @@ def test_a_dropped_message_is_missing_and_its_counter_shows_it_unless_it_is_repa
         assert [fault for _, fault in bench.bus.faults("OpticalSpeed")] == seen
 
 
+def test_a_repaired_drop_hides_no_other_loss(make: Make, drive: Path) -> None:
+    bench = make()
+    bench.replay.run(
+        drive, [Drop("OpticalSpeed", 0.1, 0.15), Drop("OpticalSpeed", 0.3, 0.4, repair=True)]
+    )
+    assert [fault for _, fault in bench.bus.faults("OpticalSpeed")] == ["lost"]
+
+
 def test_a_delayed_message_comes_later_by_that_time_and_nothing_else_moves(
     make: Make, drive: Path
 ) -> None:
