@@ -15,6 +15,8 @@ import pytest
 from slipbench.bench.testing.measurements import Measurement, failures
 
 if TYPE_CHECKING:
+    from pluggy import Result as PluggyResult
+
     from slipbench.bench.gateway.gateway import Gateway
     from slipbench.bench.testing.bench_bus import BenchBus
     from slipbench.bench.testing.bus_recording import BusRecording
@@ -96,17 +98,20 @@ def _missing(item: pytest.Item) -> str:
     return ""
 
 
-@pytest.hookimpl(wrapper=True)
-def pytest_runtest_call(item: pytest.Item) -> Generator[None, Any, Any]:
-    """Fail a test at its end where a measurement is outside its limits or a stimulus never began."""
-    try:
-        result = yield
-    finally:
-        _measure_lateness(item)
+@pytest.hookimpl(hookwrapper=True)
+def pytest_runtest_call(item: pytest.Item) -> Generator[None, PluggyResult[Any], None]:
+    """Fail a test at its end where a measurement is outside its limits or a stimulus never began.
+
+    A wrapper of the old kind: one of the new kind stops every run under a pluggy before 1.2.
+    """
+    outcome = yield
+    _measure_lateness(item)
     text = _found_at_end(item)
-    if text:
-        pytest.fail(text, pytrace=False)
-    return result
+    if text and outcome.excinfo is None:
+        failed = pytest.fail.Exception(text, pytrace=False)
+        if not hasattr(outcome, "force_exception"):  # pluggy before 1.1
+            raise failed
+        outcome.force_exception(failed)
 
 
 def _measure_lateness(item: pytest.Item) -> None:
@@ -123,15 +128,13 @@ def _found_at_end(item: pytest.Item) -> str:
     return "\n".join(text for text in texts if text)
 
 
-@pytest.hookimpl(wrapper=True)
-def pytest_runtest_makereport(
-    item: pytest.Item, call: pytest.CallInfo[None]
-) -> Generator[None, pytest.TestReport, pytest.TestReport]:
+@pytest.hookimpl(hookwrapper=True)
+def pytest_runtest_makereport(item: pytest.Item) -> Generator[None, PluggyResult[Any], None]:
     """Add measurements, requirements and the signals around a failure to the report of a test."""
-    report = yield
+    outcome = yield
+    report = outcome.get_result()
     if report.when == "call" or report.outcome != "passed":
         _describe(item, report)
-    return report
 
 
 def _describe(item: pytest.Item, report: pytest.TestReport) -> None:

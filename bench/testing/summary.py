@@ -3,14 +3,18 @@
 The reports of tests carry them as plain data, so that they also come from other processes.
 """
 
+from __future__ import annotations
+
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
-
-import pytest
+from typing import TYPE_CHECKING, Any
 
 from slipbench.bench.testing.measurements import LATENESS, Measurement
+
+if TYPE_CHECKING:
+    import pytest
+
 
 ORDER = ("not tested", "passed", "in doubt", "failed")  # verdicts, the worst last
 

@@ -19,6 +19,26 @@ def test_loading_the_plugin_imports_no_library() -> None:
     assert set(HEAVY) & set(done.stdout.split()) == set()
 
 
+OLD_PYTEST = f"""
+import pytest
+
+for name in ("TerminalReporter", "FixtureDef", "Directory"):  # newer than pytest 7.0
+    vars(pytest).pop(name, None)
+now = pytest.hookimpl
+
+def old(hookwrapper=False, optionalhook=False, tryfirst=False, trylast=False):  # no `wrapper`
+    return now(hookwrapper=hookwrapper, tryfirst=tryfirst, trylast=trylast)
+
+pytest.hookimpl = old
+import {PLUGIN}, slipbench.bench.testing.summary
+"""
+
+
+def test_an_older_pytest_loads_the_plugin_too() -> None:
+    """pytest loads it in every run: what it cannot import there ends runs that do not use it."""
+    subprocess.run([sys.executable, "-c", OLD_PYTEST], check=True)
+
+
 def test_a_run_without_its_fixtures_prints_and_imports_nothing_of_it(
     pytester: pytest.Pytester,
 ) -> None:
