@@ -50,14 +50,19 @@ class BusRecording:
         """Number of frames so far."""
         return len(self._bus.traffic.frames)
 
-    def save(self) -> Path:
-        """Run folder with all frames so far; an older state of it is replaced."""
-        shutil.rmtree(self.folder, ignore_errors=True)
-        create(self.folder)
+    def save(self, folder: Path | None = None) -> Path:
+        """Run folder with all frames so far; an older state of this test's own folder is replaced.
+
+        folder: None: that of the test. Raises InputError where another folder exists already.
+        """
+        if folder is None:
+            folder = self.folder
+            shutil.rmtree(folder, ignore_errors=True)
+        create(folder)
         lines = (candump_line(Slot(*frame), self._channel) for frame in self._bus.traffic.frames)
-        (self.folder / FRAMES).write_text("".join(lines), encoding="ascii")
-        copy_database(self._database, self.folder)
-        shutil.copyfile(self.roles, self.folder / ROLES)
+        (folder / FRAMES).write_text("".join(lines), encoding="ascii")
+        copy_database(self._database, folder)
+        shutil.copyfile(self.roles, folder / ROLES)
         run = {
             "kind": "test",
             "name": self._name,
@@ -67,17 +72,22 @@ class BusRecording:
         }
         clock = "monotonic" if self._bus.real_time else "simulated"
         bus = {"name": self._channel, "clock": clock}
-        described = {"run": run, "bus": bus, "versions": versions(), "tables": self._write_tables()}
-        write_description(self.folder, described)
-        return self.folder
+        described = {
+            "run": run,
+            "bus": bus,
+            "versions": versions(),
+            "tables": self._write_tables(folder),
+        }
+        write_description(folder, described)
+        return folder
 
-    def _write_tables(self) -> dict[str, str]:
+    def _write_tables(self, folder: Path) -> dict[str, str]:
         """Path of each table in the folder, by name."""
         paths = {}
         for name, text in self._tables().items():
             paths[name] = f"{TABLES}/{name}.csv"
-            (self.folder / TABLES).mkdir(exist_ok=True)
-            (self.folder / paths[name]).write_text(text, encoding="utf-8")
+            (folder / TABLES).mkdir(exist_ok=True)
+            (folder / paths[name]).write_text(text, encoding="utf-8")
         return paths
 
     def read(self) -> Recording:

@@ -39,7 +39,7 @@ OPTIONS = (
     ("slipbench-lateness", "10", "ms by which the test itself may be late in real time, or inf"),
     ("slipbench-device", "virtual", "device under test: virtual, external, or module:factory"),
 )
-REPORT = "--slipbench-report"
+REPORT, KEEP = "--slipbench-report", "--slipbench-keep"
 MARKERS = (
     "requirement(*ids): requirements that the test verifies, such as SAF-3",
     "real_time: the test needs the clock of the machine (--slipbench-clock real-time)",
@@ -57,6 +57,8 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         group.addoption(f"--{name}", default=None, help=f"{text} (default: {default})")
         parser.addini(name.replace("-", "_"), f"{text}, see --{name}", default=default)
     group.addoption(REPORT, default=None, metavar="FILE", help="write an HTML page on all tests")
+    text = "keep the recording of each failed test there, as a run folder"
+    group.addoption(KEEP, default=None, metavar="FOLDER", help=text)
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -152,6 +154,9 @@ def _describe(item: pytest.Item, report: pytest.TestReport) -> None:
             report.sections.append(("slipbench measurements", outside))
         if setup is not None:
             described["plots"] = setup.plots()
+            keep = item.config.getoption(KEEP)
+            if keep is not None:
+                report.sections.append(("slipbench recording", setup.keep(Path(keep))))
     vars(report)["slipbench"] = described  # plain data: pytest-xdist carries it as well
     if report.when == "call":  # JUnit XML takes them from the item, after its teardown
         named = dict.fromkeys([*marked, *(m.requirement for m in measured if m.requirement)])

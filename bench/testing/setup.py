@@ -1,6 +1,7 @@
 """Everything that one test uses, made when its fixture is first asked for."""
 
 import math
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
@@ -180,6 +181,16 @@ class Setup:
     def plots(self) -> list[dict[str, Any]]:
         """Signals that the test read, at the end of the test, as data for a page."""
         return plots(self.bus) if "bus" in self._used else []
+
+    def keep(self, folder: Path) -> str:
+        """Where the recording of this test was saved in `folder`, or why it was not."""
+        if "bus" not in self._used or not self.bus.traffic.frames:
+            return "no frames to keep"
+        name = re.sub(r"\W+", "_", self._name).strip("_")[:100]
+        try:
+            return str(self.recording.save(folder / name))
+        except (InputError, OSError) as fault:
+            return f"not kept: {fault}"
 
     def close(self) -> None:
         """Leave the bus."""

@@ -6,6 +6,7 @@ import xml.etree.ElementTree as ElementTree
 
 import pytest
 
+from slipbench.protocol.recording.run_folder import read
 from tests.bench.testing.conftest import PLUGIN, Run, plugin_options
 
 pytest_plugins = ["pytester"]
@@ -264,3 +265,26 @@ def test_junit_xml_has_measurements_and_requirements_as_properties(
 def test_the_summary_is_the_same_with_several_processes(run: Run) -> None:
     result = run(MEASURED, "-n", "1")
     result.stdout.fnmatch_lines(["failed*SAF-3*overshoot*", "PERF-1: failed (1 test)"])
+
+
+def test_the_recording_of_a_failed_test_is_kept_where_it_is_wanted(
+    run: Run, pytester: pytest.Pytester
+) -> None:
+    text = """
+        import pytest
+
+        @pytest.mark.parametrize("period", ["1 ms"])
+        def test_failed(bus, vehicle, period):
+            bus.run("100 ms")
+            assert False
+
+        def test_passed(bus, vehicle):
+            bus.run("1 ms")
+        """
+    result = run(text, "--slipbench-keep", "kept")
+    (folder,) = (pytester.path / "kept").iterdir()
+    assert folder.name == "test_failed_1_ms"
+    assert read(folder).frame_count > 300
+    assert str(folder.name) in result.stdout.str()
+    again = run(text, "--slipbench-keep", "kept")  # nothing is overwritten
+    again.stdout.fnmatch_lines(["*not kept: *never overwritten*"])
