@@ -42,6 +42,9 @@ def test_two_nodes_on_the_virtual_bus():
         one.send(can.Message(arbitration_id=0x123, data=b"abc", is_extended_id=False))
         received = other.recv(10.0)
     assert received is not None and bytes(received.data) == b"abc"
+
+def test_a_measurement(measure):
+    measure("time", 1.0, "ms", at_most=2.0, requirement="SAF-1")
 """
 # No library of an extra can be imported, as on a laptop with the base installation.
 BASE_ONLY = f"import sys\nsys.modules.update(dict.fromkeys({sorted(EXTRA_OF)}))\n"
@@ -165,8 +168,10 @@ def test_beside_the_users_own_packages_a_trial_is_run_and_identified_without_ext
     (installed_in(environment) / "sitecustomize.py").unlink()
 
 
-def test_beside_the_users_own_packages_pytest_opens_the_virtual_bus(
+def test_beside_the_users_own_packages_pytest_opens_the_virtual_bus_and_has_the_fixtures(
     environment: Path, users_folder: Path
 ) -> None:
     pytest_ = (environment / "bin" / "python", "-m", "pytest", "-q", "-p", "no:cacheprovider")
-    assert "1 passed" in run(*pytest_, "tests", where=users_folder)
+    printed = run(*pytest_, "tests", where=users_folder)
+    assert "2 passed" in printed
+    assert "SAF-1: passed" in printed

@@ -47,15 +47,15 @@ def run_trial(
     if address is None:
         check_amplitude(prepared, equilibrium_throttle(prepared.scenario))
         with simulated_trial(prepared) as trial:
-            description = _begin(prepared, folder, address)
+            description = begin_run(prepared, folder, address)
             with _failure_described(folder, description, prepared.trial):
                 outcome = trial.run(folder, progress)
     else:
         with live_trial(prepared, address, vehicle) as loop:
-            description = _begin(prepared, folder, address, loop.receive_buffer)
+            description = begin_run(prepared, folder, address, loop.receive_buffer)
             with _failure_described(folder, description, prepared.trial):
                 outcome = loop.run(folder, phases, progress)
-    return _end(folder, description, outcome, prepared.trial)
+    return end_run(folder, description, outcome, prepared.trial)
 
 
 @contextmanager
@@ -68,14 +68,18 @@ def _failure_described(
     except (Exception, KeyboardInterrupt) as fault:
         lateness = read_ticks(folder / TICKS, round(trial.command.period * SECOND))
         why = f"the trial ended with an exception: {described(fault)}"
-        _end(folder, description, Outcome(TrialState(), (), lateness, died=why), trial)
+        end_run(folder, description, Outcome(TrialState(), (), lateness, died=why), trial)
         raise
 
 
-def _begin(
+def begin_run(
     prepared: Prepared, folder: Path, address: BusAddress | None, room: int | None = None
 ) -> dict[str, Any]:
-    """Make the run folder with all that is known before the trial, or no folder."""
+    """Description of a run; makes its folder with all that is known before the trial, or no folder.
+
+    room: size in bytes of the receive buffer of the kernel, where it was set. Raises InputError where
+    the folder exists or cannot be written.
+    """
     create(folder)
     description = _description(prepared, address, room)
     try:
@@ -92,8 +96,10 @@ def _begin(
     return description
 
 
-def _end(folder: Path, description: dict[str, Any], outcome: Outcome, trial: TrialFile) -> Outcome:
-    """Write the outcome into run.toml; a full disk costs no recorded frame."""
+def end_run(
+    folder: Path, description: dict[str, Any], outcome: Outcome, trial: TrialFile
+) -> Outcome:
+    """Outcome after it was written into run.toml; a full disk is a note and costs no frame."""
     try:
         write_description(folder, {**description, **outcome_tables(outcome, trial)})
     except OSError as cause:

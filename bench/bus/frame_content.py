@@ -1,0 +1,125 @@
+"""Signals of a single frame: read a value, write a value, protect the payload again.
+
+For whole logs see `protocol/logs/decode.py`, for the bench's own messages `protocol/codec`. This file
+takes any message of any database, in either byte order.
+"""
+
+import struct
+from typing import Literal
+
+from slipbench.protocol.codec import e2e
+from slipbench.protocol.database.layout import Message, Signal
+
+COUNTER = 0x0F  # low nibble of byte 1: the counter of AUTOSAR E2E profile 1
+FLOATS = {16: "e", 32: "f", 64: "d"}
+
+
+def raw_value(signal: Signal, data: bytes) -> int | float:
+    """Raw value of a signal in a payload. Raises ValueError where the payload is too short."""
+    word = _word(signal, data) >> _shift(signal, len(data)) & _mask(signal)
+    if signal.is_float:
+        return float(struct.unpack(_float(signal), word.to_bytes(signal.length // 8, "little"))[0])
+    if signal.signed and word >> (signal.length - 1):
+        return word - (1 << signal.length)
+    return word
+
+
+def with_raw(signal: Signal, data: bytes, raw: int | float) -> bytes:
+    """Payload with another raw value of a signal; all other bits are as before.
+
+    An integer is taken modulo its width. Raises ValueError where the payload is too short.
+    """
+    bits = (
+        int.from_bytes(struct.pack(_float(signal), raw), "little")
+        if signal.is_float
+        else int(raw) & _mask(signal)
+    )
+    shift = _shift(signal, len(data))
+    word = _word(signal, data) & ~(_mask(signal) << shift) | bits << shift
+    return word.to_bytes(len(data), _order(signal))
+
+
+def physical(signal: Signal, raw: int | float) -> float:
+    """Physical value of a raw value, in the database's unit."""
+    return raw * signal.scale + signal.offset
+
+
+def raw_of(signal: Signal, value: float) -> int | float:
+    """Raw value nearest to a physical value (database's unit).
+
+    A running count or a clock wraps. Raises ValueError where the signal cannot hold the value.
+    """
+    raw = (value - signal.offset) / signal.scale
+    if signal.is_float:
+        return raw
+    low, high = signal.raw_range
+    number = round(raw)
+    if signal.wraps:
+        return number % (1 << signal.length)
+    if not low <= number <= high:
+        ends = sorted(physical(signal, end) for end in (low, high))
+        raise ValueError(f"{signal.name} = {value:g} is not in {ends[0]:g} to {ends[1]:g}")
+    return number
+
+
+def value_in(message: Message, signal: Signal, data: bytes) -> float | None:
+    """Physical value of a signal in a frame, in the database's unit; None where it holds none.
+
+    That is so where the frame is too short, or its multiplexer selects other signals.
+    """
+    if len(data) < message.length:
+        return None
+    if signal.multiplexer is not None:
+        selector = message.signal(signal.multiplexer)
+        if raw_value(selector, data) not in signal.multiplexer_ids:
+            return None
+    return physical(signal, raw_value(signal, data))
+
+
+def counter_in(message: Message, data: bytes) -> int | None:
+    """Counter of a protected frame; None where the message has no protection."""
+    return data[1] & COUNTER if message.protection is not None and len(data) > 1 else None
+
+
+def crc_correct(message: Message, data: bytes) -> bool:
+    """Whether the CRC of a frame is correct; True where the message has no protection."""
+    if message.protection is None:
+        return True
+    return e2e.crc_is_right(bytearray(data[: message.length]), message.protection.data_id)
+
+
+def protect(message: Message, data: bytes, counter: int | None = None) -> bytes:
+    """Payload with its CRC computed anew, and with another counter unless that is None.
+
+    The payload itself where the message has no protection.
+    """
+    if message.protection is None:
+        return data
+    payload = bytearray(data[: message.length])
+    kept = payload[1] & COUNTER if counter is None else counter
+    e2e.protect(payload, message.protection.data_id, kept)
+    return bytes(payload) + data[message.length :]
+
+
+def _order(signal: Signal) -> Literal["little", "big"]:
+    return "little" if signal.little_endian else "big"
+
+
+def _word(signal: Signal, data: bytes) -> int:
+    return int.from_bytes(data, _order(signal))
+
+
+def _mask(signal: Signal) -> int:
+    return (1 << signal.length) - 1
+
+
+def _shift(signal: Signal, length: int) -> int:
+    """Position of the signal's lowest bit in the payload as one integer."""
+    end = signal.first_bit + signal.length
+    if end > 8 * length:
+        raise ValueError(f"{signal.name} ends at bit {end}, the payload has {8 * length}")
+    return signal.first_bit if signal.little_endian else 8 * length - end
+
+
+def _float(signal: Signal) -> str:
+    return "<" + FLOATS[signal.length]
