@@ -110,10 +110,9 @@ def pytest_runtest_call(item: pytest.Item) -> Generator[None, PluggyResult[Any],
     _measure_lateness(item)
     text = _found_at_end(item)
     if text and outcome.excinfo is None:
-        failed = pytest.fail.Exception(text, pytrace=False)
         if not hasattr(outcome, "force_exception"):  # pluggy before 1.1
-            raise failed
-        outcome.force_exception(failed)
+            pytest.fail(text, pytrace=False)
+        outcome.force_exception(pytest.fail.Exception(text, pytrace=False))
 
 
 def _measure_lateness(item: pytest.Item) -> None:

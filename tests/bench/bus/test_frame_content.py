@@ -2,6 +2,7 @@
 
 import cantools.database
 import pytest
+from cantools.database.can import Database
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -24,7 +25,7 @@ DATABASE = load_database(dbc.MOTORBIKE)
 
 
 @st.composite
-def messages(draw):
+def messages(draw: st.DrawFn) -> Database:
     """A message of eight bytes with one signal of any place, length, byte order and sign."""
     little = draw(st.booleans())
     length = draw(st.integers(1, 64))
@@ -34,19 +35,25 @@ def messages(draw):
     text = f'BO_ 100 M: 8 E\n SG_ s : {start}|{length}@{order}{sign} (1,0) [0|0] "" E\n'
     if length == 32 and draw(st.booleans()):
         text += "SIG_VALTYPE_ 100 s : 1;\n"
-    return cantools.database.load_string(f'VERSION ""\nBU_: E\n{text}', "dbc", strict=False)
+    loaded = cantools.database.load_string(f'VERSION ""\nBU_: E\n{text}', "dbc", strict=False)
+    assert isinstance(loaded, Database)
+    return loaded
 
 
 @given(messages(), st.binary(min_size=8, max_size=8))
-def test_a_raw_value_is_that_of_cantools(database, data: bytes) -> None:
+def test_a_raw_value_is_that_of_cantools(database: Database, data: bytes) -> None:
     message = describe(database.messages[0])
-    theirs = database.decode_message(100, data, decode_choices=False, scaling=False)["s"]
+    decoded = database.decode_message(100, data, decode_choices=False, scaling=False)
+    assert isinstance(decoded, dict)
+    theirs = decoded["s"]
     ours = raw_value(message.signal("s"), data)
     assert ours == theirs or (ours != ours and theirs != theirs)  # NaN
 
 
 @given(messages(), st.binary(min_size=8, max_size=8), st.binary(min_size=8, max_size=8))
-def test_writing_changes_the_bits_of_the_signal_only(database, data: bytes, other: bytes) -> None:
+def test_writing_changes_the_bits_of_the_signal_only(
+    database: Database, data: bytes, other: bytes
+) -> None:
     signal = describe(database.messages[0]).signal("s")
     raw = raw_value(signal, other)
     written = with_raw(signal, data, raw)
@@ -83,7 +90,9 @@ def test_protection_is_that_of_the_codec(counter: int, grip: float, button: bool
     assert message.identifier == identifier
     assert crc_correct(message, data)
     assert counter_in(message, data) == counter
-    damaged = with_raw(message.signal("grip"), data, raw_value(message.signal("grip"), data) ^ 1)
+    damaged = with_raw(
+        message.signal("grip"), data, int(raw_value(message.signal("grip"), data)) ^ 1
+    )
     assert not crc_correct(message, damaged)
     assert crc_correct(message, protect(message, damaged))
     assert counter_in(message, protect(message, damaged)) == counter
