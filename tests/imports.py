@@ -40,7 +40,7 @@ ALLOWED = {
     # The pytest plugin.
     "pytest": ("bench/testing/plugin.py", "bench/testing/summary.py", "examples/hil_tests/*.py"),
     "cantools": ("protocol/database/database.py",),
-    "e2e": ("protocol/codec/e2e.py",),
+    "e2e": ("protocol/codec/e2e.py", "protocol/codec/protection.py"),
     # Files that others wrote.
     "asammdf": ("protocol/logs/*.py", "protocol/tables/*.py", "protocol/export/mf4.py"),
     "pyarrow": (

@@ -7,10 +7,9 @@ takes any message of any database, in either byte order.
 import struct
 from typing import Literal
 
-from slipbench.protocol.codec import e2e
+from slipbench.protocol.codec.protection import guard_of
 from slipbench.protocol.database.layout import Message, Signal
 
-COUNTER = 0x0F  # low nibble of byte 1: the counter of AUTOSAR E2E profile 1
 FLOATS = {16: "e", 32: "f", 64: "d"}
 
 
@@ -77,27 +76,30 @@ def value_in(message: Message, signal: Signal, data: bytes) -> float | None:
 
 
 def counter_in(message: Message, data: bytes) -> int | None:
-    """Counter of a protected frame; None where the message has no protection."""
-    return data[1] & COUNTER if message.protection is not None and len(data) > 1 else None
+    """Counter of a protected frame; None where the message has none, or the frame is too short."""
+    guard = guard_of(message)
+    if guard is None or len(data) < message.length:
+        return None
+    return guard.counter(data[: message.length])
 
 
 def crc_correct(message: Message, data: bytes) -> bool:
-    """Whether the CRC of a frame is correct; True where the message has no protection."""
-    if message.protection is None:
-        return True
-    return e2e.crc_is_right(bytearray(data[: message.length]), message.protection.data_id)
+    """Whether the checksum of a frame is correct; True where the message has no protection."""
+    guard = guard_of(message)
+    return guard is None or guard.intact(bytearray(data[: message.length]))
 
 
 def protect(message: Message, data: bytes, counter: int | None = None) -> bytes:
-    """Payload with its CRC computed anew, and with another counter unless that is None.
+    """Payload with its checksum computed anew, and with another counter unless that is None.
 
     The payload itself where the message has no protection.
     """
-    if message.protection is None:
+    guard = guard_of(message)
+    if guard is None:
         return data
     payload = bytearray(data[: message.length])
-    kept = payload[1] & COUNTER if counter is None else counter
-    e2e.protect(payload, message.protection.data_id, kept)
+    kept = (guard.counter(payload) or 0) if counter is None else counter
+    guard.protect(payload, kept % guard.period if guard.period else 0)
     return bytes(payload) + data[message.length :]
 
 

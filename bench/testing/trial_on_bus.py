@@ -46,7 +46,7 @@ class TrialOnBus:
         self._note = tick_recorder(self._ring)
         node = bus.node("gateway", receive_own_messages=True)
         wheels = wheels_of(prepared.scenario.vehicle)
-        self.gateway = Gateway(prepared.plan, node, prepared.database, self._ring, wheels)
+        self.gateway = Gateway(prepared.plan, node, prepared.binding, self._ring, wheels)
         self._period = round(prepared.trial.command.period * SECOND)
         self.ended = self._closed = False
         self._outcome: Outcome | None = None
