@@ -234,7 +234,11 @@ class BenchBus:
         times, values = self.traffic.trace(wanted.of, begin)
         waited = f"{wanted.text} did not occur from {begin:.4f} s to {self.now:.4f} s"
         if not times.size:
-            return f"{waited}: no frame of {wanted.of.message.name} arrived"
+            number = int((self.traffic.times(wanted.of.message) >= begin).sum())
+            name = wanted.of.message.name
+            if number:
+                return f"{waited}: none of {number} frames of {name} held a valid value"
+            return f"{waited}: no frame of {name} arrived"
         unit = f" {wanted.of.signal.unit}" if wanted.of.signal.unit else ""
         return (
             f"{waited}: {times.size} frames, values {values.min():g} to {values.max():g}{unit},"

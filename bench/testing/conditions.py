@@ -5,8 +5,9 @@ import operator
 import re
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from math import inf
 
-from slipbench.bench.bus.frame_content import value_in
+from slipbench.bench.bus.frame_content import crc_correct, value_in
 from slipbench.protocol.database.layout import Database, Message, Signal
 from slipbench.protocol.errors import InputError
 from slipbench.protocol.units import linear, parse_quantity
@@ -35,7 +36,12 @@ class SignalOf:
         return f"{self.message.name}.{self.signal.name}"
 
     def value(self, data: bytes) -> float | None:
-        """Physical value in a frame, in the database's unit; None where the frame holds none."""
+        """Physical value in a frame, in the database's unit.
+
+        None where the frame holds none, or where its CRC is wrong: no receiver takes such a value.
+        """
+        if not crc_correct(self.message, data):
+            return None
         return value_in(self.message, self.signal, data)
 
 
@@ -61,8 +67,16 @@ class Condition:
 
 
 def seconds(time: float | str) -> float:
-    """A duration in s, from s or from a text such as "30 ms". Raises InputError for other texts."""
-    return parse_quantity(time, "s")
+    """A duration in s, from s or from a text such as "30 ms".
+
+    Raises InputError for other texts, and for what is no duration.
+    """
+    duration = parse_quantity(time, "s")
+    if not 0 <= duration < inf:
+        raise InputError(
+            "this is no duration", expected='0 s or more, as in 0.03 or "30 ms"', found=str(time)
+        )
+    return duration
 
 
 def find_message(database: Database, name: str) -> Message:

@@ -2,7 +2,7 @@
 
 import can
 
-from slipbench.bench.bus.frame_content import physical, protect, raw_of, with_raw
+from slipbench.bench.bus.frame_content import physical, protect, raw_of, value_in, with_raw
 from slipbench.bench.loop.clock import SECOND
 from slipbench.bench.testing.bench_bus import BenchBus
 from slipbench.bench.testing.conditions import SignalOf, find_signal, in_unit, seconds
@@ -63,7 +63,7 @@ class Content:
     def value(self, name: str) -> float:
         """Present value of a signal, in the database's unit."""
         of = self.signal(name)
-        found = of.value(self._base)
+        found = value_in(self.message, of.signal, self._base)  # its CRC is not computed yet
         return 0.0 if found is None else found
 
     def payload(self) -> bytes:

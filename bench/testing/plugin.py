@@ -67,7 +67,19 @@ def pytest_configure(config: pytest.Config) -> None:
         config.addinivalue_line("markers", marker)
     from slipbench.bench.testing.summary import Summary
 
-    config.pluginmanager.register(Summary(config.getoption(REPORT)), "slipbench-summary")
+    page = config.getoption(REPORT)
+    if page is not None and not hasattr(config, "workerinput"):
+        _check_writable(Path(page))
+    config.pluginmanager.register(Summary(page), "slipbench-summary")
+
+
+def _check_writable(path: Path) -> None:
+    """Refuse a report that could not be written at the end of the run."""
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.open("a").close()
+    except OSError as cause:
+        raise pytest.UsageError(f"{REPORT} {path}: {cause.strerror}; give another file") from cause
 
 
 def option(config: pytest.Config, name: str) -> str:

@@ -90,7 +90,7 @@ class Actions:
     def _fault(
         self, made: Callable[[Where], Fault], message: str, duration: Time, to: str, what: str
     ) -> "Actions":
-        length = seconds(duration)
+        length = inf if duration == inf else seconds(duration)
         identifier = find_message(self._stimulus.bus.database, message).identifier
         receivers = frozenset({to}) if to else ALL_NODES
 
@@ -113,6 +113,7 @@ class Stimulus(Actions):
         self._node = bus.node("stimulus")
         self._sent: dict[str, Content] = {}
         self._pending: list[tuple[Condition, list[float]]] = []
+        self._waiting: list[str] = []
 
     # Messages
 
@@ -171,14 +172,19 @@ class Stimulus(Actions):
         return self.bus.wait_for(text, within)
 
     def after(self, delay: Time) -> Actions:
-        """Actions that begin `delay` after now."""
+        """Actions that begin `delay` after now. Raises InputError for what is no duration."""
+        wait = round(seconds(delay) * SECOND)
+        due_ns, bus = self.bus.line.now_ns() + wait, self.bus
+        text = f"after {seconds(delay):g} s from {bus.now:.4f} s"
 
         def at(action: Callable[[float], None]) -> None:
             def once(number: int, due: int) -> bool:
-                action((due - self.bus.traffic.origin_ns) / SECOND)
+                self._waiting.remove(text)
+                action((due - bus.traffic.origin_ns) / SECOND)
                 return False
 
-            self.bus.schedule(SECOND, once, round(seconds(delay) * SECOND))
+            self._waiting.append(text)
+            bus.schedule(SECOND, once, due_ns - bus.line.now_ns())
 
         return Actions(self, at)
 
@@ -223,8 +229,11 @@ class Stimulus(Actions):
         self._pending = [each for each in self._pending if each[0] is not wanted]
 
     def never_occurred(self) -> list[str]:
-        """Conditions of `when` that never held, and the last value of their signals."""
-        return [
+        """What never began: conditions that never held, with their last value, and times to come."""
+        later = [
+            f"{text}: the test ended before, so its stimulus never began" for text in self._waiting
+        ]
+        return later + [
             f"{wanted.text} never occurred, so its stimulus never began; "
             + (f"last value {last[0]:g} {wanted.of.signal.unit}".rstrip() if last else "no frame")
             for wanted, last in self._pending

@@ -82,9 +82,9 @@ class Summary:
         from slipbench.bench.testing.report_page import page
 
         options = session.config.invocation_params.args
-        path = Path(self._page)
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(page(self.results, " ".join(map(str, options))), encoding="utf-8")
+        Path(self._page).write_text(
+            page(self.results, " ".join(map(str, options))), encoding="utf-8"
+        )
 
 
 def measurement_lines(results: list[TestResult]) -> Iterator[tuple[str, bool]]:

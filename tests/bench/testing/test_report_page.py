@@ -46,6 +46,15 @@ def test_a_failure_is_on_the_page_with_the_signals_that_the_test_read(
     assert not re.findall(r'(?:src|href)="', text)
 
 
+def test_a_report_that_cannot_be_written_is_refused_before_the_first_test(
+    run: Run, pytester: pytest.Pytester
+) -> None:
+    (pytester.path / "file").touch()
+    result = run(FAILING, "--slipbench-report", "file/report.html")
+    assert result.ret == pytest.ExitCode.USAGE_ERROR
+    result.stderr.fnmatch_lines(["*--slipbench-report file/report.html: *; give another file"])
+
+
 def test_text_of_a_test_cannot_change_the_page() -> None:
     wicked = "<script>alert(1)</script>"
     result = TestResult(

@@ -163,6 +163,22 @@ def test_a_wait_that_is_not_met_says_what_the_signal_did(bench: Setup) -> None:
         bench.stimulus.wait_for("EcuStatus.authority == 1", within="10 ms")
 
 
+def test_a_value_with_a_wrong_crc_is_no_value(bench: Setup) -> None:
+    """A receiver rejects such a frame: it must not end a wait or fire a trigger."""
+    rider = bench.stimulus.cyclic("RiderControls", grip=10)
+    bench.bus.run("50 ms")
+    bench.stimulus.corrupt("RiderControls", "100 ms")
+    fired: list[float] = []
+    bench.stimulus.when("RiderControls.grip != 10 %", optional=True).call(lambda: fired.append(1))
+    bench.bus.run("99 ms")
+    assert fired == []
+    assert bench.bus.value("RiderControls.grip") == 10
+    bench.stimulus.corrupt("RiderControls", float("inf"))
+    rider.set(grip=30)
+    with pytest.raises(SignalTimeoutError, match="none of 20 frames of RiderControls held a valid"):
+        bench.stimulus.wait_for("RiderControls.grip == 30 %", within="100 ms")
+
+
 def test_a_trigger_acts_once_or_every_time(bench: Setup) -> None:
     fired: list[str] = []
     above = "RiderControls.grip > 50 %"
@@ -183,13 +199,26 @@ def test_a_trigger_that_never_fired_fails_the_test(run: Run) -> None:
             stimulus.cyclic("RiderControls", grip=20)
             bus.run("50 ms")
 
+        def test_later(stimulus, bus):
+            stimulus.after("100 ms").drop("RiderControls", "20 ms")
+            bus.run("50 ms")
+
+        def test_in_time(stimulus, bus):
+            stimulus.after("40 ms").drop("RiderControls", "20 ms")
+            bus.run("50 ms")
+
         def test_optional(stimulus, bus):
             stimulus.when("RiderControls.grip > 50 %", optional=True).drop("RiderControls", "20 ms")
             bus.run("50 ms")
         """
     )
-    result.assert_outcomes(failed=1, passed=1)
-    result.stdout.fnmatch_lines(["RiderControls.grip > 50 % never occurred*last value 20 %"])
+    result.assert_outcomes(failed=2, passed=2)
+    result.stdout.fnmatch_lines(
+        [
+            "RiderControls.grip > 50 % never occurred*last value 20 %",
+            "after 0.1 s from 0.0000 s: the test ended before*",
+        ]
+    )
 
 
 @pytest.mark.parametrize(
@@ -200,6 +229,10 @@ def test_a_trigger_that_never_fired_fails_the_test(run: Run) -> None:
         (lambda s: s.when("EngineStatus.engine_speeds > 1"), "did you mean engine_speed"),
         (lambda s: s.drop("EngineStat", "1 s"), "did you mean EngineStatus"),
         (lambda s: s.drop("EngineStatus", "30 rpm"), "is not a quantity"),
+        (lambda s: s.wait(-1.0), "no duration"),
+        (lambda s: s.wait(float("nan")), "no duration"),
+        (lambda s: s.wait(float("inf")), "no duration"),
+        (lambda s: s.after("-1 ms"), "no duration"),
         (lambda s: s.drop("EngineStatus", "1 s", to="gatway"), "node 'gatway', which is not"),
         (lambda s: s.cyclic("RiderControls", grip="120 %"), "cannot carry '120 %'"),
         (lambda s: s.cyclic("RiderControls", crc=3), "is computed from the other signals"),
