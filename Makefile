@@ -9,6 +9,7 @@
 # make fuzz             2 000 random commands and files: no traceback, no hang
 # make pythons          a fast part of the suite on each Python from 3.11 on that the machine has
 # make million          a million random frame sequences through the safety gate (half an hour of processor)
+# make reference        write docs/reference: every key of every file, from the models that read them
 # make faults           the fault matrix, docs/fault_matrix.md, also on a real kernel's bus (minutes)
 # make bench            every benchmark
 # make accuracy         write docs/accuracy.md: identification of simulated trials against the known truth
@@ -125,6 +126,11 @@ pythons:
 faults: setup
 	$(IN)/python -m tests.faults.matrix
 	$(IN)/python -m tests.faults.on_vcan
+
+# docs/reference: tests/test_reference.py fails where it differs from the models.
+.PHONY: reference
+reference: setup
+	$(IN)/python -m slipbench.reference docs/reference
 
 # docs/peers.md: other PyPI packages for the step from samples to a model.
 .PHONY: peers

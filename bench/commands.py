@@ -64,8 +64,8 @@ BindingPath = Annotated[
         help="Binding file: where the roles of the bench lie on your bus.",
         show_default="the bench's own database",
         metavar="FILE",
-        exists=True,
-        dir_okay=False,
+        parser=file_of("binding"),
+        autocompletion=completion_of("binding"),
     ),
 ]
 

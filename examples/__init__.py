@@ -1,4 +1,4 @@
-"""Files to start from: trials, controllers, model files and role maps."""
+"""Files to start from: trials, controllers, model files, role maps and bindings."""
 
 from importlib.resources import files
 from pathlib import Path
@@ -8,3 +8,4 @@ TRIALS = FOLDER / "trials"
 CONTROLLERS = FOLDER / "controllers"
 MODELS = FOLDER / "models"
 ROLES = FOLDER / "roles"
+BINDINGS = FOLDER / "bindings"

@@ -37,7 +37,7 @@ CHANNEL_UNITS: Mapping[str, str] = MappingProxyType(
 class ChannelTiming(Block):
     """How one channel is sampled. quantum and noise are in the channel's own SI unit.
 
-    clock: which clock stamps it; channels with one clock share its offset and drift.
+    clock  which clock stamps it; channels with one clock share its offset and drift
     """
 
     clock: str = field(default="ecu")

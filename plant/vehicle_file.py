@@ -34,6 +34,12 @@ QUANTITY = ("value", "unit", "plus_minus")
 class Vehicle:
     """A motorcycle, how well its numbers are known, and how its channels are sampled.
 
+    name         of the motorcycle
+    description  text for people
+    gears        overall ratio of each gear: crank turns per turn of the rear wheel
+    effects      physics beyond the nominal equations
+    channels     how each channel is sampled
+
     plus_minus: 95 % half widths in SI by '<block>.<parameter>', 'gears.<n>' or
     'effects.<effect>.<parameter>', with the effect's subject, if it has one, after its name.
     channels: every channel, defaults where the file is silent.
@@ -177,7 +183,7 @@ class _Reader:
     def gears(self, table: dict[str, Any]) -> tuple[float, ...]:
         self.keys(table, [str(i) for i in range(1, len(table) + 1)], "gears")
         return tuple(
-            self.quantity(table[gear], _RATIO, f"gears.{gear}", f"gears.{gear}")
+            self.quantity(table[gear], RATIO, f"gears.{gear}", f"gears.{gear}")
             for gear in sorted(table, key=int)
         )
 
@@ -286,4 +292,4 @@ MOST_HALF_WIDTHS = 10.0
 """Largest half width (95 %) of a positive number, in values: it then errs by a factor of 22 000."""
 _NOMINAL = Motorcycle()
 _LARGEST = 1e300  # of a number in the file; larger integers are no floats
-_RATIO = Parameter("ratio", "1", "overall ratio of a gear", 1.0, 40.0, 8.75, 8.75, False)
+RATIO = Parameter("ratio", "1", "overall ratio of a gear", 1.0, 40.0, 8.75, 8.75, False)

@@ -3,10 +3,12 @@
 import difflib
 import re
 import tomllib
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, TypeVar
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationError
+from pydantic import BaseModel, ConfigDict, GetCoreSchemaHandler, ValidationError
+from pydantic_core import CoreSchema, core_schema
 
 from slipbench.protocol.errors import InputError
 from slipbench.protocol.units import parse_quantity
@@ -26,20 +28,38 @@ class Section(BaseModel):
     )
 
 
-def _quantity(unit: str) -> BeforeValidator:
-    def convert(value: Any) -> Any:
+@dataclass(frozen=True)
+class InSI:
+    """Annotation of a field: a number in an SI unit, or a text with a unit that becomes it."""
+
+    unit: str
+
+    def convert(self, value: Any) -> Any:
+        """Number in the SI unit; what is neither number nor text unchanged. Raises ValueError."""
         try:
-            return parse_quantity(value, unit) if isinstance(value, (str, int, float)) else value
+            known = isinstance(value, (str, int, float))
+            return parse_quantity(value, self.unit) if known else value
         except InputError as cause:
             raise ValueError(f"{cause.expected} is expected; {cause.remedy}") from cause
 
-    return BeforeValidator(convert)
+    def __get_pydantic_core_schema__(
+        self, source: Any, handler: GetCoreSchemaHandler
+    ) -> CoreSchema:
+        """Schema that converts before the number is checked."""
+        return core_schema.no_info_before_validator_function(self.convert, handler(source))
 
 
-Seconds = Annotated[float, _quantity("s")]
-Hertz = Annotated[float, _quantity("Hz")]
-Metres = Annotated[float, _quantity("m")]
-MetresPerSecond = Annotated[float, _quantity("m/s")]
+@dataclass(frozen=True)
+class Unit:
+    """Annotation of a field: the unit of a number that is written without one."""
+
+    unit: str
+
+
+Seconds = Annotated[float, InSI("s")]
+Hertz = Annotated[float, InSI("Hz")]
+Metres = Annotated[float, InSI("m")]
+MetresPerSecond = Annotated[float, InSI("m/s")]
 
 Model = TypeVar("Model", bound=BaseModel)
 

@@ -6,18 +6,26 @@ from typing import Annotated, Literal
 import tomli_w
 from pydantic import Field, model_validator
 
-from slipbench.protocol.configuration import MetresPerSecond, Seconds, Section
+from slipbench.protocol.configuration import MetresPerSecond, Seconds, Section, Unit
 
 SectionRow = tuple[float, float, float, float, float]
 """b0, b1, b2, a1, a2 of (b0 + b1/z + b2/z^2) / (1 + a1/z + a2/z^2)."""
+Command = Annotated[float, Unit("of the quantity, SI")]
+Rate = Annotated[float, Field(gt=0), Unit("of the quantity per s, SI")]
+Periods = Annotated[int, Field(ge=0), Unit("periods")]
 
 
 class Bounds(Section):
-    """Range of a command about its operating point, SI, and its fastest change per second."""
+    """Range of a command about its operating point, and its fastest change.
 
-    low: float
-    high: float
-    rate: float = Field(gt=0)
+    low   lowest value
+    high  highest value
+    rate  fastest change
+    """
+
+    low: Command
+    high: Command
+    rate: Rate
 
     @model_validator(mode="after")
     def _ordered(self) -> "Bounds":
@@ -27,31 +35,52 @@ class Bounds(Section):
 
 
 class PidGains(Section):
-    """Gains of a PID, SI: command per slip; integral per second, derivative times a second."""
+    """Gains of a PID (controllers/pid.py): Astroem and Haegglund, Advanced PID Control (2006).
+
+    kind              law of this table
+    proportional      proportional gain
+    integral          integral gain
+    derivative        derivative gain
+    filter_time       time constant of the filter of the derivative
+    tracking_time     of the anti-windup by back-calculation
+    reference_weight  weight of the reference in the proportional part
+    """
 
     kind: Literal["pid"] = "pid"
-    proportional: float
-    integral: float
-    derivative: float
+    proportional: Annotated[float, Unit("command per slip")]
+    integral: Annotated[float, Unit("command per slip and s")]
+    derivative: Annotated[float, Unit("command per slip, times s")]
     filter_time: Seconds = Field(gt=0)
     tracking_time: Seconds = Field(gt=0)
-    reference_weight: float = 1.0
+    reference_weight: Annotated[float, Unit("1")] = 1.0
 
 
 class ModelSections(Section):
-    """Internal model control: sections of the model and of its inverse; delay in periods."""
+    """Internal model control: sections of the model and of its inverse.
+
+    kind     law of this table
+    model    sections of the model without its delay
+    inverse  sections of the filtered inverse of the model
+    delay    dead time of the model
+    """
 
     kind: Literal["internal_model"] = "internal_model"
     model: tuple[SectionRow, ...]
     inverse: tuple[SectionRow, ...]
-    delay: int = Field(ge=0)
+    delay: Periods
 
 
 class LinearSections(Section):
-    """Any linear law: an integral (1/s), and beside it sections that act on the error too."""
+    """Any linear law: an integral, and beside it sections that act on the error too.
+
+    kind           law of this table
+    integral       gain of the integral
+    shaping        sections beside the integral
+    tracking_time  of the anti-windup by back-calculation
+    """
 
     kind: Literal["linear"] = "linear"
-    integral: float
+    integral: Annotated[float, Unit("command per slip and s")]
     shaping: tuple[SectionRow, ...]
     tracking_time: Seconds = Field(gt=0)
 
@@ -60,7 +89,11 @@ Law = Annotated[PidGains | ModelSections | LinearSections, Field(discriminator="
 
 
 class ScheduledGains(Section):
-    """A PID for one speed; between speeds the gains are interpolated."""
+    """A PID for one speed; between speeds the gains are interpolated.
+
+    speed  speed of the motorcycle; speeds increase from entry to entry
+    gains  of the PID at that speed
+    """
 
     speed: MetresPerSecond
     gains: PidGains
@@ -69,32 +102,48 @@ class ScheduledGains(Section):
 class Mixed(Section):
     """The throttle of a mixed controller, whose spark helps where the throttle is too slow.
 
-    law, throttle: internal model control through the throttle, and its range; later, delay: how
-    much later than a spark the throttle acts, delay in periods; zone: spark (rad) below which what
-    is left to the spark is taken for sensor noise; exchange: throttle per spark with the same slip
-    at rest.
+    law       internal model control through the throttle
+    throttle  range of the throttle
+    later     sections: how much later than a spark the throttle acts
+    delay     dead time of the same
+    zone      spark below which what remains for the spark is taken for sensor noise
+    exchange  throttle per spark with the same slip at rest
     """
 
     law: ModelSections
     throttle: Bounds
     later: tuple[SectionRow, ...]
-    delay: int = Field(ge=0)
-    zone: float = Field(ge=0)
-    exchange: float
+    delay: Periods
+    zone: Annotated[float, Field(ge=0), Unit("rad")]
+    exchange: Annotated[float, Unit("1/rad")]
 
 
 class GovernorTable(Section):
-    """Range and rate of the slip that may be asked for; gain: slip per command."""
+    """Limits of the slip that may be requested (reference governor).
+
+    slip  range and rate of the reference
+    gain  slip per command, at rest
+    """
 
     slip: Bounds
-    gain: float
+    gain: Annotated[float, Unit("slip per command")]
 
 
 class ControllerFile(Section):
-    """One controller file. `limits` are of the actuator that `law` moves, about its rest.
+    """One controller file.
 
-    prefilter: sections that the reference passes through, steady gain 1. designed: what the design
-    promises, for people; it changes nothing.
+    A section is a row [b0, b1, b2, a1, a2] of (b0 + b1/z + b2/z^2) / (1 + a1/z + a2/z^2).
+
+    name       of the controller
+    actuator   what the controller moves
+    period     of the controller
+    law        control law
+    limits     range of the actuator that `law` moves, about its operating point
+    schedule   gains by speed, of a PID
+    mixed      throttle of a mixed controller
+    governor   limits of the reference
+    prefilter  sections that the reference passes through, DC gain 1
+    designed   what the design promises, for people; it changes nothing
     """
 
     name: str = Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$")

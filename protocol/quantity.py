@@ -1,6 +1,7 @@
 """A quantity as a user writes it: a number, a space, a unit; with hard bounds and their reason."""
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -106,7 +107,7 @@ class Between:
 
     def validate(self, value: Any, info: ValidationInfo) -> Quantity:
         """Return the quantity in SI. Raises ValueError with the bound and its reason."""
-        recorded = bool(info.context and info.context.get("recorded"))
+        recorded = of_recording(info)
         low, high = self.bounds()
         if isinstance(value, str):
             read = read_quantity(value, self.kind)
@@ -133,3 +134,60 @@ class Between:
         return core_schema.with_info_plain_validator_function(
             self.validate, serialization=core_schema.plain_serializer_function_ser_schema(float)
         )
+
+
+@dataclass(frozen=True)
+class BetweenBy:
+    """Annotation of a field whose bounds depend on the value of an earlier key of its table.
+
+    key     the earlier key
+    bounds  bounds by the value of that key
+    """
+
+    key: str
+    bounds: Mapping[str, Between]
+
+    def validate(self, value: Any, info: ValidationInfo) -> Quantity:
+        """Return the quantity in SI. Raises ValueError with the bound and its reason."""
+        if self.key not in info.data:
+            raise ValueError(f"{self.key} is needed to check it")
+        return self.bounds[info.data[self.key]].validate(value, info)
+
+    def __get_pydantic_core_schema__(
+        self, _source: Any, _handler: GetCoreSchemaHandler
+    ) -> CoreSchema:
+        """Schema that validates with this."""
+        return core_schema.with_info_plain_validator_function(
+            self.validate, serialization=core_schema.plain_serializer_function_ser_schema(float)
+        )
+
+
+@dataclass(frozen=True)
+class Whole:
+    """Annotation of a field: a whole number from `low` to `high`, and why.
+
+    In a recording (see Between) any whole number is accepted.
+    """
+
+    low: int
+    high: int
+    reason: str
+
+    def validate(self, value: Any, handler: Any, info: ValidationInfo) -> int:
+        """Return the number. Raises ValueError with the bounds and their reason."""
+        if of_recording(info) or (type(value) is int and self.low <= value <= self.high):
+            return int(handler(value))
+        raise ValueError(
+            f"not a whole number from {self.low} to {self.high}, because {self.reason}"
+        )
+
+    def __get_pydantic_core_schema__(
+        self, source: Any, handler: GetCoreSchemaHandler
+    ) -> CoreSchema:
+        """Schema that validates with this."""
+        return core_schema.with_info_wrap_validator_function(self.validate, handler(source))
+
+
+def of_recording(info: ValidationInfo) -> bool:
+    """Whether the file belongs to a recording: its trial is over."""
+    return bool(info.context and info.context.get("recorded"))

@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from slipbench.protocol.configuration import Section
-from slipbench.protocol.quantity import Between, shown
+from slipbench.protocol.quantity import Between, BetweenBy, Whole, of_recording, shown
 
 RPM = 0.10471975511965977  # rad/s
 MILLISECOND = 0.001  # s, period of the fastest status on the bus
@@ -56,7 +56,13 @@ Frequency = Annotated[
 
 
 class OperatingPoint(Section):
-    """Where the rider must hold the motorcycle before the bench arms."""
+    """Where the rider must hold the motorcycle before the bench arms.
+
+    gear                 gear engaged
+    engine_speed         crank speed that the rider holds
+    engine_speed_window  largest distance from it, either way
+    steady_for           time that the engine speed must stay in the window
+    """
 
     gear: int = Field(ge=1, le=8)
     engine_speed: EngineSpeed
@@ -77,25 +83,28 @@ AMPLITUDES = {
 
 
 class _Excitation(Section):
-    """What every waveform has: an actuator, an amplitude in its unit, a duration."""
+    """What every waveform has: an actuator, an amplitude in its unit, a duration.
 
-    actuator: Literal["throttle", "spark", "slip"]  # slip: the target of a controller
-    amplitude: float  # throttle, slip: 0..1; spark: rad
+    actuator   what the waveform is added to; "slip": the target of [controller]
+    amplitude  half the range from the lowest to the highest command
+    duration   of the waveform; the trial ends after it
+    """
+
+    actuator: Literal["throttle", "spark", "slip"]
+    amplitude: Annotated[float, BetweenBy("actuator", AMPLITUDES)]
     duration: Annotated[
         float,
         Between("s", "100 ms", "3600 s", "less identifies nothing and the loop counts one hour"),
     ]
 
-    @field_validator("amplitude", mode="plain")
-    @classmethod
-    def _in_its_unit(cls, value: object, info: ValidationInfo) -> float:
-        if "actuator" not in info.data:
-            raise ValueError("excitation.actuator is needed to check it")
-        return AMPLITUDES[info.data["actuator"]].validate(value, info)
-
 
 class Sweep(_Excitation):
-    """A sine whose frequency runs from `start` to `stop`."""
+    """A sine whose frequency runs from `start` to `stop`.
+
+    waveform  the frequency rises linearly, or by the same factor in equal times
+    start     first frequency
+    stop      last frequency
+    """
 
     waveform: Literal["linear_sweep", "logarithmic_sweep"]
     start: Frequency
@@ -103,7 +112,11 @@ class Sweep(_Excitation):
 
 
 class Square(_Excitation):
-    """A square wave: opening and closing steps about the operating point."""
+    """A square wave: opening and closing steps about the operating point.
+
+    waveform   steps between two values
+    frequency  of the square wave; two steps a period
+    """
 
     waveform: Literal["square"]
     frequency: Frequency
@@ -112,7 +125,12 @@ class Square(_Excitation):
 class Multisine(_Excitation):
     """A random-phase odd multisine: odd harmonics of 1 / `period` between two frequencies.
 
-    With `detection`, one odd line of every four has no power, so that odd distortion shows there.
+    waveform   sum of sines
+    lowest     lowest frequency with power
+    highest    highest frequency with power
+    period     of the sum; its inverse is the distance of the lines
+    seed       of the random phases
+    detection  one odd line of every four has no power, so that odd distortion shows there
     """
 
     waveform: Literal["multisine"]
@@ -131,8 +149,9 @@ Excitation = Annotated[Sweep | Square | Multisine, Field(discriminator="waveform
 class Command(Section):
     """How the bench commands the actuators.
 
-    silence: watchdog timeout of the devices; without a command for that long, they return authority
-    to the rider.
+    period   from one command to the next, a whole number of milliseconds
+    silence  watchdog timeout of the devices: without a command for that long, they return
+             authority to the rider; longer than `period`
     """
 
     period: Annotated[
@@ -164,14 +183,22 @@ class Command(Section):
 class Limits(Section):
     """What `permit` lets through, and what trips the trial.
 
-    throttle            of the command
-    throttle_deviation  from the operating point, of the command and of the rider's grip
-    spark               offset from the map
-    slip, front_slip    of the rear and the front wheel, either sign
-    distance            from the button on
+    throttle            lowest and highest command
+    throttle_deviation  largest distance from the operating point, of the command and of the
+                        rider's grip
+    throttle_rate       fastest change of the command
+    spark               lowest and highest offset from the map; negative: retarded
+    spark_rate          fastest change of the offset
+    engine_speed        lowest and highest crank speed
+    speed               lowest and highest speed of the motorcycle
+    slip                largest slip of the rear wheel, either sign
+    front_slip          largest slip of the front wheel, either sign
+    distance            longest way from the button on
     grip_closed         below it the rider closes the throttle
-    stale               silence of a safety-relevant status
-    faults              consecutive faulty frames of one message
+    brake_pressure      above it the rider brakes
+    clutch              above it the rider pulls the clutch
+    stale               longest silence of a safety-relevant status
+    faults              consecutive faulty frames of one message that trip the trial
     """
 
     throttle: tuple[Opening, Opening] = Field(default=("0.1 %", "99 %"), validate_default=True)
@@ -223,17 +250,9 @@ class Limits(Section):
             "statuses come every 5 ms and for that long the bench drives without seeing",
         ),
     ] = _default("15 ms")
-    faults: int = 3
-
-    @field_validator("faults", mode="before")
-    @classmethod
-    def _few_faults(cls, value: object, info: ValidationInfo) -> object:
-        if _recorded(info) or (type(value) is int and 1 <= value <= 10):
-            return value
-        raise ValueError(
-            "not a whole number from 1 to 10, because ten faulty frames in a row are no disturbance"
-            " but a broken sensor"
-        )
+    faults: Annotated[
+        int, Whole(1, 10, "ten faulty frames in a row are no disturbance but a broken sensor")
+    ] = 3
 
     @model_validator(mode="after")
     def _ordered(self) -> "Limits":
@@ -245,7 +264,7 @@ class Limits(Section):
 
     @model_validator(mode="after")
     def _faults_before_stale(self, info: ValidationInfo) -> "Limits":
-        if not _recorded(info) and not self.faults * MILLISECOND < self.stale:
+        if not of_recording(info) and not self.faults * MILLISECOND < self.stale:
             raise ValueError(
                 f"faults = {self.faults} could never trip: {self.faults} frames of a status that"
                 f" comes every millisecond last as long as stale = {self.stale}"
@@ -273,8 +292,8 @@ class Timing(Section):
 class Controller(Section):
     """Slip control inside the trial: the waveform moves the target, not the actuator.
 
-    file: a controller file, relative to the trial file. target: slip; None for the slip at the
-    button.
+    file    controller file, relative to the trial file
+    target  slip about which the waveform moves; none: the slip at the button
     """
 
     file: str
@@ -292,7 +311,10 @@ Place = Annotated[float, Between("m", "0 m", "100 km", "a trial lasts at most an
 class Stretch(Section):
     """Part of the road that the virtual motorcycle rides on, counted from the button.
 
-    factor: of the friction or of the load there against the rest of the road.
+    of      what differs there: friction of the road, or load on the rear wheel
+    from    begin of the part
+    to      end of the part
+    factor  of the friction or of the load there against the rest of the road
     """
 
     of: Literal["grip", "load"]
@@ -313,8 +335,8 @@ Wait = Annotated[float, Between("s", "0 s", "600 s", "nobody rides longer before
 class VirtualRider(Section):
     """What the scripted rider of the virtual motorcycle does.
 
-    presses_button_after: from the moment when the bench has armed. holds_button_for: None until
-    the bench has finished.
+    presses_button_after  time from the moment when the bench has armed
+    holds_button_for      time; none: until the bench has finished
     """
 
     presses_button_after: Wait = _default("1 s")
@@ -324,11 +346,22 @@ class VirtualRider(Section):
 
 
 class TrialFile(Section):
-    """One trial file. hand_back: the ramp from the last command to what the rider's grip asks."""
+    """One trial file.
+
+    name               of the trial and of its run folder
+    description        text for people
+    vehicle            vehicle file, relative to the trial file
+    seed               of the virtual motorcycle's noise
+    excitation         waveform that is added to the command
+    settling           time at the operating point after the waveform, before the hand-back
+    hand_back          time of the ramp from the last command to what the rider's grip requests
+    ready_within       longest wait for the operating point
+    armed_for_at_most  longest wait for the rider's button
+    """
 
     name: str = Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$", max_length=100)
     description: str = ""
-    vehicle: str  # path of the vehicle file, relative to the trial file
+    vehicle: str
     seed: Seed = 1
     operating_point: OperatingPoint
     excitation: Excitation
@@ -376,14 +409,10 @@ class TrialFile(Section):
             ("throttle_rate", limits.throttle_rate, 2 * limits.throttle_deviation),
             ("spark_rate", limits.spark_rate, limits.spark[1] - limits.spark[0]),
         ):
-            if not _recorded(info) and rate * period >= most:
+            if not of_recording(info) and rate * period >= most:
                 raise ValueError(
                     f"limits.{name} = {rate} could never trip: from one command to the next, after"
                     f" {period}, the other limits permit a change of"
                     f" {shown(most / period, rate)} at most; lower it"
                 )
         return self
-
-
-def _recorded(info: ValidationInfo) -> bool:
-    return bool(info.context and info.context.get("recorded"))

@@ -19,6 +19,7 @@ from slipbench.protocol.configuration import read_toml
 from slipbench.protocol.controller_file import ControllerFile
 from slipbench.protocol.database.database import load_database
 from slipbench.protocol.errors import InputError
+from slipbench.protocol.recording.role_map import RoleMap
 from slipbench.protocol.shipped_files import shipped_files
 from tests.paths import DEMONSTRATION
 
@@ -64,6 +65,17 @@ def test_the_files_of_a_new_folder_are_those_that_ship(folder: Path) -> None:
         read_toml(path, ControllerFile)
     for path in (folder / "database").glob("*.dbc"):
         load_database(path)
+
+
+def test_the_files_of_a_new_folder_name_its_own_databases(folder: Path) -> None:
+    named = [
+        (path, read_toml(path, RoleMap).database)
+        for kind in ("roles", "bindings")
+        for path in (folder / kind).glob("*.toml")
+    ]
+    databases = [(path.parent / database).resolve() for path, database in named if database]
+    assert (folder / "database" / "superbike.dbc").resolve() in databases
+    assert [path for path in databases if not path.is_file()] == []
 
 
 def test_every_section_of_the_vehicle_file_has_a_comment(folder: Path) -> None:

@@ -19,7 +19,13 @@ from slipbench.protocol.shipped_files import file_or_shipped
 
 
 class Entry(Section):
-    """One analysis: a vehicle file and its recordings."""
+    """One analysis: a vehicle file and its recordings.
+
+    name      of the analysis and of its folder of results
+    vehicle   vehicle file or model file, relative to this file
+    training  recordings from which the mismatch is identified
+    held_out  recordings that test the result
+    """
 
     name: str
     vehicle: str
@@ -35,7 +41,10 @@ class Entry(Section):
 
 
 class FleetFile(Section):
-    """One fleet file."""
+    """One fleet file.
+
+    analyses  one entry for each analysis
+    """
 
     analyses: tuple[Entry, ...] = Field(min_length=1)
 

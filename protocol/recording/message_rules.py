@@ -24,9 +24,11 @@ Timeout = Annotated[
 class ChecksumRule(Section):
     """Checksum in one byte over all other bytes of the frame.
 
+    signal      the checksum's signal
+    kind        exclusive or, sum modulo 256, or CRC-8
     polynomial  of a CRC-8, without its highest term; 0x1D: SAE J1850, 0x2F: AUTOSAR 8H2F
     start       value before the first byte
-    final_xor   is combined with the result
+    final_xor   is combined with the result by exclusive or
     """
 
     signal: str
@@ -42,7 +44,9 @@ class ProtectionRule(Section):
     profile   "E2E1", "E2E2", "E2E5"; "plain": `counter` and `checksum`; "none"
     data_id   of profiles 1 and 5
     data_ids  of profile 2: 16 numbers, 0 to 255
-    counter   name of the counter signal; period: its number of values (else 2^width)
+    counter   name of the counter signal
+    period    number of values of the counter; none: 2^width
+    checksum  checksum of profile "plain"
     """
 
     profile: Literal["E2E1", "E2E2", "E2E5", "plain", "none"]
@@ -87,9 +91,9 @@ class ProtectionRule(Section):
 class MessageRules(Section):
     """What the database does not state of a message.
 
-    cycle_time  s, in place of the database's
-    timeout     s of silence after which its values are stale; None: limits.stale of the trial
-    protection  None: as the attributes E2EProfile and E2EDataId of the database state
+    cycle_time  in place of the database's
+    timeout     silence after which its values are stale; none: limits.stale of the trial
+    protection  none: as the attributes E2EProfile and E2EDataId of the database state
     """
 
     cycle_time: Period | None = None
@@ -102,8 +106,8 @@ class Degraded(Section):
 
     wheels           "wheel_speed": no tooth times; slip from sampled wheel speeds
     speed            "front_wheel" or "gnss": no optical speed; slip against that speed
-    echo             s: no echo of the requests; they count as applied after this latency
-    hand_back        s: no authority signal; the ECU gives the throttle back after this time without
+    echo             no echo of the requests; they count as applied after this latency
+    hand_back        no authority signal; the ECU gives the throttle back after this time without
                      a request (prove it with `slipbench check --silence`)
     throttle_body    "follows_ecu": the throttle body does not state its authority
     unmonitored      of "gear", "clutch", "brake", "throttle_fault": has no signal, is not monitored

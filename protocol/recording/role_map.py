@@ -19,22 +19,26 @@ class Source(Section):
                   then belong to one message. A multiplexed signal is named like any other.
     teeth         "Message": a message of tooth intervals (protocol.codec.messages.ToothIntervals)
     anchor        "Message": with `teeth`, the encoder's status that anchors their times
-    table, column a column of a side table (no name: of the table that stands in place of the log);
-                  `time_column` if it has a clock of its own
+    table         side table of `column`; empty: the table that stands in place of the log
+    column        column of a table
+    time_column   column with the times, if `column` has a clock of its own
     bus           only frames of this bus ("can0"); empty: any
     valid         "Message.signal" of the same message, or a column of the same table: samples count
                   only where it is not 0
     unknown       values, in the database's unit, that say "not known": no samples
-    unit          overrides the database's unit (or gives the table column's)
-    sign, scale, offset  value = sign * scale * SI(value) + offset
+    unit          unit of the signal, in place of the database's (or of the column)
+    sign          value = sign * scale * SI(value) + offset
+    scale         see sign
+    offset        see sign; in the SI unit of the role
     values        of an enumeration: raw value -> name or number, as in { "2" = "throttle" }
-    names, anchor_names  with `teeth`: signals that do not have the bench's names, as in
+    names         with `teeth`: signals that do not have the bench's names, as in
                   { tooth_count = "ToothCnt" }
+    anchor_names  with `anchor`: the same
     clock         "bus": arrival times. A name: the device whose `time_signal` stamps the samples
     time_signal   "Message.signal" with the device's own time, wrapping at the signal's width
-    delay         s, known latency, taken off the times
-    radius        m, turns a wheel's angular speed into peripheral speed where the role's unit is m/s
-    modulo        a wrapping counter's period
+    delay         known latency, subtracted from the times
+    radius        turns a wheel's angular speed into peripheral speed where the role's unit is m/s
+    modulo        period of a counter that wraps
     """
 
     signals: tuple[str, ...] = ()
@@ -84,10 +88,10 @@ class TableRules(Section):
 
     time_column    column with the time of all others (else found by its name)
     time_unit      unit of that column where its name does not state it: "ms"
-    sample_period  s, for a table without a time column
+    sample_period  of a table without a time column
     align          "epoch": its times count from the same instant as the log's. "start": its first
                    row was taken when the log began. "auto": epoch, and refused where no overlap
-    time_offset    s, added to the table's times: what its clock was behind
+    time_offset    added to the table's times: what its clock was behind
     clock          name of the clock that stamped it where that has nothing in common with the log's
     """
 
@@ -100,7 +104,13 @@ class TableRules(Section):
 
 
 class Geometry(Section):
-    """Data of a vehicle that identification needs beside its channels."""
+    """Data of a vehicle that identification needs beside its channels.
+
+    driven_axle     axle whose slip is analysed
+    rear_radius     rolling radius of the rear wheel
+    front_radius    rolling radius of the front wheel
+    teeth_per_turn  of the wheel encoders
+    """
 
     driven_axle: Literal["rear", "front", "both"] = "rear"
     rear_radius: Metres | None = None
@@ -111,11 +121,14 @@ class Geometry(Section):
 class RoleMap(Section):
     """One role-map file. With the roles that the bench sends it is a binding file.
 
-    database    CAN database, a path relative to this file; "": the one beside the recording
-    bitrate     bit/s, of an imported capture's buses; without it no bus load is computed
+    title       text for people
+    database    CAN database, a path relative to this file; empty: the one beside the recording
+    bitrate     of an imported capture's buses; without it no bus load is computed
+    tables      rules for the times of side tables, by table
     quantities  role -> SI unit, of what is not a motorcycle's: `belt_speed = "V"`
     messages    by message: cycle time, timeout and protection, where the database does not state them
     degraded    what the bus lacks, and what the bench does instead
+    roles       source of each role
     """
 
     title: str

@@ -1,4 +1,4 @@
-"""Write a folder to start from: trials, vehicle, database, role maps, controllers and models."""
+"""Write a folder to start from: trials, vehicle, databases, bindings, role maps, controllers, models."""
 
 import re
 from importlib.resources import files
@@ -14,6 +14,7 @@ FOLDERS = {
     "controller": "controllers",
     "model": "models",
     "role map": "roles",
+    "binding": "bindings",
     "database": "database",
 }
 VEHICLE_COMMENTS = {
@@ -73,7 +74,7 @@ def _contents() -> dict[str, str]:
     }
     for kind, name in FOLDERS.items():
         for path in shipped_files(kind).values():
-            contents[f"{name}/{path.name}"] = _with_own_vehicle(_text(path))
+            contents[f"{name}/{path.name}"] = _with_own_files(_text(path))
     return contents
 
 
@@ -81,9 +82,10 @@ def _text(path: Path) -> str:
     return path.read_bytes().decode("utf-8")
 
 
-def _with_own_vehicle(text: str) -> str:
-    """Return a trial's text with the folder's vehicle file in place of the shipped one."""
-    return re.sub(r'(?m)^vehicle = ".*"$', f'vehicle = "../vehicles/{VEHICLE}.toml"', text)
+def _with_own_files(text: str) -> str:
+    """Return a file's text with the folder's vehicle file and databases in place of the shipped."""
+    text = re.sub(r'(?m)^vehicle = ".*"$', f'vehicle = "../vehicles/{VEHICLE}.toml"', text)
+    return re.sub(r'(?m)^database = "(?=\w)', f'database = "../{FOLDERS["database"]}/', text)
 
 
 def _commented(text: str) -> str:

@@ -14,7 +14,9 @@ from tests.socketcan.kernels import usable
 LIMIT = 150.0  # s of the kernel's own time
 
 
-@pytest.mark.parametrize("file", ["test_program.py", "test_ride.py", "test_faults.py"])
+@pytest.mark.parametrize(
+    "file", ["test_program.py", "test_ride.py", "test_faults.py", "test_how_to.py"]
+)
 def test_the_device_on_a_real_vcan(
     file: str, record_property: Callable[[str, object], None]
 ) -> None:

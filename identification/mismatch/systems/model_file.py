@@ -27,7 +27,12 @@ MOST_HALF_WIDTHS = 10.0
 
 
 class Number(Section):
-    """A number with its unit; inside, everything is in base units of SI."""
+    """A number with its unit; inside, everything is in base units of SI.
+
+    value       the number
+    unit        of the number and of plus_minus; "1": without unit
+    plus_minus  half width of what is reliable with 95 %; none: 5 % of the value. 0: exact
+    """
 
     value: float
     unit: str = "1"
@@ -75,14 +80,18 @@ Size = Annotated[Number, AfterValidator(_magnitude)]
 
 
 class Input(Section):
-    """What drives the system, as it was recorded. held: between samples, else along lines.
+    """What drives the system, as it was recorded.
 
-    smooth: between samples along a cubic instead, as what was filtered before it was sampled goes:
-    lines take sinc^2(f T) of it, 4 % at a ninth of the sampling rate.
-    slope_over: s; if told, the input is the slope of the recorded quantity over that span.
-    turn: m that a wheel rolls in a turn; if told, its own pattern is taken out (turn_pattern.py).
-    noise: deviation of what it tells beside the motion; if told, it may be smoothed to both sides
-    (input_noise.py).
+    role        role of the recording
+    size        usual magnitude of the quantity
+    held        between samples the last value holds; false: linear interpolation
+    smooth      between samples a cubic instead, for what was filtered before it was sampled: linear
+                interpolation multiplies it by sinc^2(f T), 4 % at a ninth of the sampling rate
+    slope_over  above 0: the input is the slope of the recorded quantity over that time
+    latency     known, subtracted from the times
+    turn        way that a wheel rolls in a turn; its own pattern is then removed (turn_pattern.py)
+    noise       standard deviation of the sensor's noise; above 0: it may be smoothed to both sides
+                (input_noise.py)
     """
 
     role: str
@@ -101,12 +110,15 @@ class Input(Section):
 
 
 class State(Section):
-    """rate: its equation. start: its value at first, or the output that shows it.
+    """A state of the system.
 
-    first: deviation of that value from the true one; half its size if it is not told.
-
-    drift: size of an unknown slow push on its rate, in units of its rate; every: s between knots.
-    overflows_into: the state that gets some of what overflows.
+    rate            equation of its rate
+    size            usual magnitude of the quantity
+    start           value at first, or the output that shows it
+    first           standard deviation of that value from the true one; none: half the size
+    overflows_into  the state that gets some of what overflows
+    drift           size of an unknown slow disturbance of its rate, in the unit of the rate
+    every           time between the knots of that disturbance
     """
 
     rate: str
@@ -119,7 +131,12 @@ class State(Section):
 
 
 class Seam(Section):
-    """A named quantity at which something may act. along: the state that is its speed."""
+    """A named quantity at which an effect may act.
+
+    value  equation
+    size   usual magnitude of the quantity
+    along  the state that is its speed
+    """
 
     value: str
     size: Size
@@ -127,7 +144,15 @@ class Seam(Section):
 
 
 class Output(Section):
-    """What a sensor shows. latency: s, known; noise: deviation before it rounds; turn: as above."""
+    """What a sensor shows.
+
+    role     role of the recording
+    value    equation
+    size     usual magnitude of the quantity
+    latency  known, of the sensor
+    noise    standard deviation before the sensor rounds
+    turn     way that a wheel rolls in a turn; its own pattern is then removed (turn_pattern.py)
+    """
 
     role: str
     value: str
@@ -138,7 +163,13 @@ class Output(Section):
 
 
 class ActingEffect(Section):
-    """An effect that acts. at: seam, input, state or output; using: the other quantity."""
+    """An effect that acts.
+
+    name    of the effect in the library
+    at      seam, input, state or output at which it acts
+    using   the other quantity that it uses
+    values  parameters of the effect by name
+    """
 
     name: str
     at: str
@@ -149,9 +180,17 @@ class ActingEffect(Section):
 class ModelFile(Section):
     """One model file.
 
-    step: s, largest step of integration. period: s, of the bins in which residuals are judged: that
-    of the slowest output, as a rule. stretch: s, within which errors may hang together; 30 periods
-    if it is not told.
+    name         of the system
+    description  text for people
+    step         largest step of integration
+    period       of the bins in which residuals are tested: that of the slowest output, as a rule
+    stretch      time within which errors may be serially correlated; 0: 30 periods
+    parameters   numbers that the equations name
+    inputs       what drives the system, by name
+    states       by name
+    seams        by name
+    outputs      by name
+    effects      effects that act already
     """
 
     name: str

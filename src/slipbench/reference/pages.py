@@ -1,0 +1,146 @@
+"""The pages of the reference, one for each kind of file, and their index."""
+
+from pathlib import Path
+
+from slipbench.identification.fleet.fleet_file import FleetFile
+from slipbench.identification.mismatch.systems.model_file import ModelFile
+from slipbench.protocol.binding.missing import needs
+from slipbench.protocol.controller_file import ControllerFile
+from slipbench.protocol.recording.message_rules import Degraded
+from slipbench.protocol.recording.role_map import RoleMap
+from slipbench.protocol.recording.roles import ROLES
+from slipbench.protocol.trial_file import TrialFile
+from slipbench.reference.models import tables
+from slipbench.reference.page import Page, grid
+from slipbench.reference.vehicle import effect_tables, model_effect_tables, vehicle_tables
+
+WITH_UNIT = (
+    "A quantity with several units in the second column is a text with one of them:"
+    ' `"14000 rpm"`, `"2 %"`.'
+)
+IN_SI = (
+    "A quantity with one unit in the second column is a number in it, or a text with another unit of"
+    ' the same kind: `0.005`, `"5 ms"`.'
+)
+THREE_PARTS = (
+    'A quantity is `{ value = 245, unit = "kg", plus_minus = 5 }`: any unit of the same kind;'
+    " `plus_minus`, which may be absent, is the half width of what is reliable with 95 %. Defaults"
+    " and bounds are in the unit of the second column."
+)
+
+
+def pages() -> tuple[Page, ...]:
+    """Every page."""
+    return (
+        Page(
+            "trial.md",
+            "Trial file",
+            f"What is excited, when, and within which limits. {WITH_UNIT}",
+            "protocol/trial_file.py",
+            tables(TrialFile),
+        ),
+        Page(
+            "binding.md",
+            "Binding file and role map",
+            "Which signals of a database have which role. A binding file also names what the bench"
+            f" sends (`throttle_request` and the like); a role map only reads recordings. {IN_SI}"
+            f" {WITH_UNIT}",
+            "protocol/recording/role_map.py",
+            (*tables(RoleMap), "## Roles", _roles()),
+        ),
+        Page(
+            "vehicle.md",
+            "Vehicle file",
+            f"Parameters of one motorcycle, and how well they are known. {THREE_PARTS} What is left"
+            " out keeps its default. [Effects](vehicle_effects.md) have a page of their own.",
+            "plant/vehicle_file.py",
+            vehicle_tables(),
+        ),
+        Page(
+            "vehicle_effects.md",
+            "Effects of a vehicle file",
+            "Physics beyond the nominal equations. An effect is a table `[[effects]]` with its `name`"
+            f" and its parameters. {THREE_PARTS}",
+            "plant/effects/library.py",
+            effect_tables(),
+        ),
+        Page(
+            "model.md",
+            "Model file",
+            "Any system in equations: states, inputs, outputs, and seams at which effects may act."
+            " Equations are text over the names of parameters, inputs, states and seams. An `effects`"
+            " entry names an [effect of model files](model_effects.md).",
+            "identification/mismatch/systems/model_file.py",
+            tables(ModelFile),
+        ),
+        Page(
+            "model_effects.md",
+            "Effects of a model file",
+            "An effect acts at a seam, an input, the rate of a state, or an output. Defaults and bounds"
+            " are relative: `[seam]` is the `size` of the quantity at which the effect acts, `[other]`"
+            " that of the quantity that it uses besides, `[time]` the `period` of the model.",
+            "identification/mismatch/systems/effects/library.py",
+            model_effect_tables(),
+        ),
+        Page(
+            "controller.md",
+            "Controller file",
+            f"A slip controller, as `slipbench design` writes it and a trial runs it. {IN_SI}",
+            "protocol/controller_file.py",
+            tables(ControllerFile),
+        ),
+        Page(
+            "fleet.md",
+            "Fleet file",
+            "Vehicles with their recordings, for `slipbench explain-fleet`.",
+            "identification/fleet/fleet_file.py",
+            tables(FleetFile),
+        ),
+    )
+
+
+def _roles() -> str:
+    needed = {need.role: need for need in needs(Degraded(), set(), spark=True)}
+    rows = (
+        (
+            f"`{role.name}`",
+            role.unit,
+            role.meaning,
+            needed[role.name].without if role.name in needed else "",
+            needed[role.name].instead if role.name in needed else "",
+        )
+        for role in ROLES.values()
+    )
+    return grid(
+        ("role", "unit", "meaning", "a trial without it", "accepted by, in `degraded`"), rows
+    )
+
+
+def index() -> str:
+    """Text of the index."""
+    rows = (
+        (f"[{page.title}]({page.file})", page.text.removesuffix(".").split(". ")[0])
+        for page in pages()
+    )
+    return (
+        "# Reference of the files\n\nMade by `make reference` from the models that read the files."
+        " All files are TOML. An unknown key is an error that names the nearest known one.\n\n"
+        + grid(("file", "content"), rows)
+        + "\n\nA title such as `roles.NAME` stands for a table `[roles.rear_wheel_speed]`,"
+        " `road[]` for each entry `[[road]]` of a list.\n"
+    )
+
+
+def texts() -> dict[str, str]:
+    """Text of every file of the reference, by file name."""
+    return {"README.md": index(), **{page.file: page.markdown() for page in pages()}}
+
+
+def write(folder: Path) -> None:
+    """Write the reference into a folder, in place of the pages that are there."""
+    folder.mkdir(parents=True, exist_ok=True)
+    made = texts()
+    for old in set(folder.glob("*.md")) - {folder / name for name in made}:
+        old.unlink()
+    for name, text in made.items():
+        (folder / name).write_text(text, encoding="utf-8")

@@ -1,0 +1,68 @@
+"""The how-to pages run as written, on the simulated clock; what needs a bus or a device is listed."""
+
+import shutil
+from pathlib import Path
+
+import pytest
+
+from tests.hil.device import missing
+from tests.how_to.page import Block, Reader, agrees, blocks, commands
+from tests.paths import ROOT
+
+ON_A_BUS = {"can0", "vcan0"}
+
+
+@pytest.fixture
+def reader(tmp_path: Path) -> Reader:
+    folder = tmp_path / "folder"
+    folder.mkdir()
+    return Reader(folder)
+
+
+def test_first_trial(reader: Reader) -> None:
+    reader.follow("first_trial.md")
+    assert reader.skipped == []
+
+
+def test_your_motorcycle(reader: Reader) -> None:
+    reader.follow("your_motorcycle.md")
+    skipped = {need for _, lacks in reader.skipped for need in lacks}
+    assert skipped <= ON_A_BUS | {"slipbench bind", "slipbench check"}
+
+
+def test_your_ecu(reader: Reader) -> None:
+    if lacks := missing():
+        pytest.skip(f"gcc and make are needed: {lacks}")
+    shutil.copytree(ROOT / "examples" / "hil", reader.folder / "examples" / "hil")
+    reader.follow("your_ecu.md")
+    assert {need for _, lacks in reader.skipped for need in lacks} <= ON_A_BUS
+
+
+def test_a_block_that_needs_a_command_runs_as_soon_as_there_is_one() -> None:
+    assert Block("sh", "", ("slipbench trial",)).lacks() == []
+    assert Block("sh", "", ("slipbench frobnicate",)).lacks() == ["slipbench frobnicate"]
+    assert Block("sh", "", ("vcan0",)).lacks(frozenset({"vcan0"})) == []
+    assert {"trial", "vehicle", "identify"} <= commands()
+
+
+def test_a_page_that_fails_or_says_other_than_it_shows_fails(reader: Reader) -> None:
+    reader._sh("mkdir here && cd here && echo gain 7.9 Hz\n")
+    assert reader.at == reader.folder / "here"
+    reader._text("...\ngain 7.8 Hz\n")
+    for wrong in ("gain 9 Hz\n", "loss 7.9 Hz\n", "gain 7.9 Hz\nmore\n"):
+        with pytest.raises(AssertionError):
+            reader._text(wrong)
+    with pytest.raises(AssertionError):
+        reader._sh("false\necho after")
+
+
+def test_numbers_agree_within_a_tolerance_and_words_exactly() -> None:
+    assert agrees("  Peak   +5.8 dB", "Peak +5.7 dB")
+    assert not agrees("Peak +5.8 dB", "Peak +6.8 dB")
+    assert not agrees("Peak +5.8 dB", "Peak 5.8 dB at 7")
+    assert not agrees("run-001", "run-002")
+
+
+@pytest.mark.parametrize("page", ["first_trial.md", "your_motorcycle.md", "your_ecu.md"])
+def test_every_block_of_a_page_is_of_a_language_that_the_runner_knows(page: str) -> None:
+    assert {block.language for block in blocks(page)} <= {"sh", "text", "toml", "python"}
