@@ -103,14 +103,14 @@ class Receiver:
         if isinstance(payload, FrameFault):
             return [Received(_feeds(part.name), payload, since) for part in plan.parts]
         carrier = plan.message.name
-        found = self._assembly.take(plan, payload, since - self._shift.get(carrier, 0.0))
-        if isinstance(found, FrameFault):
-            return [Received(_feeds(part.name), found, since) for part in plan.parts]
         counter = None if plan.guard is None else plan.guard.counter(payload)
         self._senders.heard(carrier, now, counter)
         if counter is not None and self._repeated(carrier, counter):
-            fault = FrameFault(Fault.REPEATED, carrier)
+            fault = FrameFault(Fault.REPEATED, carrier)  # its values make no other message new
             return [Received(_feeds(part.name), fault, since) for part in plan.parts]
+        found = self._assembly.take(plan, payload, since - self._shift.get(carrier, 0.0))
+        if isinstance(found, FrameFault):
+            return [Received(_feeds(part.name), found, since) for part in plan.parts]
         return [each for joined in found for each in self._completed(*joined, now)]
 
     def _repeated(self, carrier: str, counter: int) -> bool:
@@ -146,12 +146,16 @@ class Receiver:
         """The message, with what the binding replaces, and what follows from it."""
         match message:
             case WheelSpeed(speed):
-                yield from self._wheel(WHEELS[name], self._encoders[name].take(speed, now), time)
-                return
+                yield Received(WHEELS[name], self._encoders[name].take(speed, now), time)
+                yield from self._front_wheel_speed(WHEELS[name], speed, time)
             case ToothIntervals():
-                yield from self._wheel(name, message, time)
-                return
-        yield Received(name, self._replaced(message), time)
+                yield Received(name, message, time)
+                span = sum(message.intervals)
+                if message.layout != Intervals.STANDING and span > 0.0:
+                    speed = self._pitch[name] * len(message.intervals) / span
+                    yield from self._front_wheel_speed(name, speed, time)
+            case _:
+                yield Received(name, self._replaced(message), time)
 
     def _replaced(self, message: BenchMessage) -> BenchMessage:
         """The message, with what no signal gives: authority, echo, gear."""
@@ -177,13 +181,10 @@ class Receiver:
         self._authority = message.authority
         return message
 
-    def _wheel(self, name: str, teeth: ToothIntervals, time: float) -> Iterator[Received]:
-        yield Received(name, teeth, time)
+    def _front_wheel_speed(self, name: str, speed: float, time: float) -> Iterator[Received]:
+        """Speed of the front wheel in place of the optical one."""
         if name == "FrontTeeth" and self._degraded.speed == "front_wheel":
-            span = sum(teeth.intervals)
-            if teeth.layout != Intervals.STANDING and span > 0.0:
-                speed = self._pitch[name] * len(teeth.intervals) / span
-                yield Received("OpticalSpeed", OpticalSpeed(speed, True, math.nan), time)
+            yield Received("OpticalSpeed", OpticalSpeed(speed, True, math.nan), time)
 
 
 def _feeds(name: str) -> str:

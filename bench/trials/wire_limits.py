@@ -26,7 +26,15 @@ CARRIED = {
     "operating_point.engine_speed": ("EngineStatus", "engine_speed"),
     "operating_point.gear": ("EngineStatus", "gear"),
 }
-PERIODIC = ("EcuStatus", "ThrottleStatus", "EngineStatus", "RiderControls", "OpticalSpeed")
+PERIODIC = (
+    "EcuStatus",
+    "ThrottleStatus",
+    "EngineStatus",
+    "RiderControls",
+    "OpticalSpeed",
+    "RearWheelSpeed",
+    "FrontWheelSpeed",
+)
 ROUNDING = 1e-9  # of the range: a limit that is the signal's own stands in other units
 
 

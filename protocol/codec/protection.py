@@ -253,9 +253,15 @@ def _plain(message: Message, protection: Protection) -> Plain:
             raise _unfit(message, signal, "a counter", "an unsigned integer of 1 to 16 bits")
         bits = bits_of(signal, message.length)
         period = protection.period or 1 << signal.length
+        if period > 1 << signal.length:
+            raise InputError(
+                f"signal {message.name}.{signal.name} cannot count {period} values",
+                expected=f"a period of at most {1 << signal.length}",
+                found=f"period = {period}, {signal.length} bits",
+            )
     if protection.checksum is not None:
         signal = message.signal(protection.checksum.signal)
-        if signal.length != 8 or signal.first_bit % 8 or signal.multiplexer:
+        if signal.length != 8 or signal.first_bit % 8 or signal.multiplexer or signal.is_float:
             raise _unfit(message, signal, "a checksum", "one whole byte")
         place = signal.first_bit // 8
     return Plain(bits, period, place, protection.checksum)
