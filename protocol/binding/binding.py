@@ -245,9 +245,7 @@ class _Placed:
         """Place the senders' own times, and the flag of the optical sensor."""
         for name, roles in TIMES.items():
             bound = [
-                self._sources[role]
-                for role in roles
-                if role in self._sources and self._used(role)
+                self._sources[role] for role in roles if role in self._sources and self._used(role)
             ]
             source = next((each for each in bound if each.time_signal), None)
             if source is not None and name in found:

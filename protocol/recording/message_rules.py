@@ -150,7 +150,9 @@ def with_rules(database: Database, rules: dict[str, MessageRules], where: str) -
                 f"messages.{name}: the database has no message {name!r}",
                 where=where,
                 expected="a message of " + database.origin,
-                remedy=f"did you mean {near[0]!r}?" if near else "is it the database of this vehicle?",
+                remedy=f"did you mean {near[0]!r}?"
+                if near
+                else "is it the database of this vehicle?",
             )
     if not rules:
         return database
