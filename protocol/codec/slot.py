@@ -36,7 +36,7 @@ SI = {
     "km/h": "m/s",
     "A": "A",
 }
-FLOAT_ROUNDING = 1e-3  # of a limit: a 16-bit float has 11 bits
+FLOAT_ROUNDING = {16: 1e-3, 32: 1e-6, 64: 1e-12}  # of a limit, by bits: as the wire rounds it
 _FLOATS = {16: "<e", 32: "<f", 64: "<d"}
 
 
@@ -254,9 +254,10 @@ def _limits(signal: Signal) -> tuple[float, float]:
         for physical in (signal.minimum, signal.maximum)
     ]
     least, most = stated if signal.scale > 0 else reversed(stated)
-    if signal.is_float:  # as the wire rounds it
-        low = low if least is None else least - FLOAT_ROUNDING * abs(least)
-        return low, high if most is None else most + FLOAT_ROUNDING * abs(most)
+    if signal.is_float:
+        rounding = FLOAT_ROUNDING[signal.length]
+        low = low if least is None else least - rounding * abs(least)
+        return low, high if most is None else most + rounding * abs(most)
     if least is not None:
         low = max(low, ceil(least - 1e-6))
     if most is not None:
