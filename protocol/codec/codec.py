@@ -1,10 +1,11 @@
 """Frames from messages and messages from frames: SI inside, the units of the database on the wire."""
 
 from collections.abc import Iterator, Mapping
-from typing import NamedTuple
+from enum import IntEnum
+from typing import Any, NamedTuple
 
 from slipbench.protocol.codec.faults import Fault, FrameFault
-from slipbench.protocol.codec.messages import BenchMessage, Intervals
+from slipbench.protocol.codec.messages import Authority, BenchMessage, Intervals
 from slipbench.protocol.codec.placement import (
     KINDS,
     MESSAGES,
@@ -29,6 +30,7 @@ from slipbench.protocol.database.layout import Database, Message
 from slipbench.protocol.errors import InputError
 
 REQUEST = "ActuatorCommand"
+SENT = (REQUEST, "TrialStatus")
 __all__ = ["MESSAGES", "Codec", "Frame", "Sender"]
 
 
@@ -66,6 +68,7 @@ class Codec:
             for carrier, parts in held.items()
         }
         self._require_one_page()
+        self._require_every_member()
         self._by_key = {key_of(plan.message): plan for plan in self._plans.values()}
 
     def encode(
@@ -165,6 +168,22 @@ class Codec:
             raise InputError(f"no message {name!r}", expected=known)
         return self._parts_of[name]
 
+    def _require_every_member(self) -> None:
+        """Check that what the bench sends can show each of its values, and a request its end."""
+        for name in SENT:
+            for part in self._parts_of.get(name, ()):
+                for field in part.fields:
+                    carried = part.slot(field)
+                    members = list((carried.values or {}).values())
+                    missing = _unsent(members)
+                    if missing:
+                        raise InputError(
+                            f"{carried.name} cannot show {missing}, which the bench sends",
+                            expected="`values` that name every value of this role",
+                            found=", ".join(member.name.lower() for member in members),
+                            remedy="add the values to the role in the binding file",
+                        )
+
     def _require_one_page(self) -> None:
         """Check that one frame carries a whole request: the ECU would join old halves to new ones."""
         for part in self._parts_of.get(REQUEST, ()):
@@ -190,6 +209,15 @@ class Codec:
 def key_of(message: Message) -> tuple[int, bool]:
     """Identifier of a message, and whether it is a 29-bit one."""
     return message.identifier, message.extended
+
+
+def _unsent(members: list[Any]) -> str:
+    """Members of an enumeration that its signal cannot show; an authority shows the rest of itself."""
+    if not members or not isinstance(members[0], IntEnum):
+        return ""
+    kind = type(members[0])
+    needed = [Authority.NONE] if kind is Authority else list(kind)
+    return ", ".join(each.name.lower() for each in needed if each not in members)
 
 
 def _carriers(at: FieldsAt | TeethAt) -> list[str]:

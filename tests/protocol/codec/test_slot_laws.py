@@ -122,8 +122,7 @@ def test_a_value_is_sent_within_half_a_step_or_refused(signal, value):
     made = slot(database, ours, "s", float)
     try:
         sent = payload_of(made, value)
-    except ValueError as refused:
-        assert "Frame.s" in str(refused)
+    except ValueError:
         return
     raw = made.read(*words(sent))
     assert raw is not None
@@ -146,7 +145,7 @@ def test_limits_of_the_database_hold_for_sent_and_received_values(is_float, scal
         raw = made.read(*words(payload_of(made, value)))
         assert made.low <= raw <= made.high
     for value in (-0.13, 1.53):
-        with pytest.raises(ValueError, match="is not in -0.1 to 1.5"):
+        with pytest.raises(ValueError, match=r"Frame.s = .* is not in -0\.1 to 1\.5"):
             made.pack(value)
 
 
