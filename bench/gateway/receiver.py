@@ -31,6 +31,7 @@ from slipbench.protocol.codec.messages import (
 )
 
 MOST_REQUESTS = 1000  # of the last requests, kept while their echo is assumed
+ROUNDING = 1e-4  # s, of differences of times of day
 NO_STATUS = EcuStatus(Authority.NONE, math.nan, math.nan, math.nan)
 WHEELS = {"RearWheelSpeed": "RearTeeth", "FrontWheelSpeed": "FrontTeeth"}
 
@@ -136,7 +137,7 @@ class Receiver:
 
     def _apply_requests(self, now: float) -> None:
         """A request counts as applied after the stated latency."""
-        latency = self._degraded.echo or 0.0
+        latency = (self._degraded.echo or 0.0) - ROUNDING
         while self._requests and now - self._requests[0][0] >= latency:
             self._applied = self._requests.popleft()[1]
 
