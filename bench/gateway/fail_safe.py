@@ -27,13 +27,11 @@ class FailSafe:
         self._ready: dict[str, list[Frame]] = {}
         if silent or not codec.has(RELEASE):
             return
-        for part in codec.parts(RELEASE):
-            plan = codec.plan_of(part.message.name)
-            words = part.pack(RELEASED)
+        for carrier in codec.carriers(RELEASE):
+            plan = codec.plan_of(carrier)
+            words = [part.pack(RELEASED) for part in plan.parts if part.name == RELEASE]
             period = (plan.guard.period if plan.guard else 0) or 1
-            self._ready[part.message.name] = [
-                codec.finish(plan, [words], counter) for counter in range(period)
-            ]
+            self._ready[carrier] = [codec.finish(plan, words, counter) for counter in range(period)]
 
     def release(self, sender: Sender, now: float) -> list[Frame]:
         """Frames that release authority, under the next counters; now: s."""

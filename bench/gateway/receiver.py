@@ -32,6 +32,7 @@ from slipbench.protocol.codec.wire import FramePlan
 from slipbench.protocol.recording.message_rules import Degraded
 
 MOST_REQUESTS = 1000  # of the last requests, kept while their echo is assumed
+ROUNDING = 1e-4  # s, of differences of times of day
 NO_STATUS = EcuStatus(Authority.NONE, math.nan, math.nan, math.nan)
 WHEELS = {"RearWheelSpeed": "RearTeeth", "FrontWheelSpeed": "FrontTeeth"}
 
@@ -104,15 +105,16 @@ class Receiver:
         if isinstance(payload, FrameFault):
             return _faulty(plan, payload, since)
         carrier = plan.message.name
+        counter = None if plan.guard is None else plan.guard.counter(payload)
+        self._senders.heard(carrier, now, counter)
+        if counter is not None and self._repeated(carrier, counter):
+            # its values make no other message new
+            return _faulty(plan, FrameFault(Fault.REPEATED, carrier), since)
         if self._shift:
             since -= self._shift.get(carrier, 0.0)
         found = self._assembly.take(plan, payload, since)
         if isinstance(found, FrameFault):
             return _faulty(plan, found, since)
-        counter = None if plan.guard is None else plan.guard.counter(payload)
-        self._senders.heard(carrier, now, counter)
-        if counter is not None and self._repeated(carrier, counter):
-            return _faulty(plan, FrameFault(Fault.REPEATED, carrier), since)
         if not self._replaces:
             return found
         return [each for joined in found for each in self._completed(*joined, now)]
@@ -143,7 +145,7 @@ class Receiver:
 
     def _apply_requests(self, now: float) -> None:
         """A request counts as applied after the stated latency."""
-        latency = self._degraded.echo or 0.0
+        latency = (self._degraded.echo or 0.0) - ROUNDING
         while self._requests and now - self._requests[0][0] >= latency:
             self._applied = self._requests.popleft()[1]
 
@@ -153,12 +155,16 @@ class Receiver:
         """The message, with what the binding replaces, and what follows from it."""
         match message:
             case WheelSpeed(speed):
-                yield from self._wheel(WHEELS[name], self._encoders[name].take(speed, now), time)
-                return
+                yield WHEELS[name], self._encoders[name].take(speed, now), time
+                yield from self._front_wheel_speed(WHEELS[name], speed, time)
             case ToothIntervals():
-                yield from self._wheel(name, message, time)
-                return
-        yield (name, self._replaced(message), time)
+                yield name, message, time
+                span = sum(message.intervals)
+                if message.layout != Intervals.STANDING and span > 0.0:
+                    speed = self._pitch[name] * len(message.intervals) / span
+                    yield from self._front_wheel_speed(name, speed, time)
+            case _:
+                yield name, self._replaced(message), time
 
     def _replaced(self, message: BenchMessage) -> BenchMessage:
         """The message, with what no signal gives: authority, echo, gear."""
@@ -184,13 +190,10 @@ class Receiver:
         self._authority = message.authority
         return message
 
-    def _wheel(self, name: str, teeth: ToothIntervals, time: float) -> Iterator[Received]:
-        yield (name, teeth, time)
+    def _front_wheel_speed(self, name: str, speed: float, time: float) -> Iterator[Received]:
+        """Speed of the front wheel in place of the optical one."""
         if name == "FrontTeeth" and self._degraded.speed == "front_wheel":
-            span = sum(teeth.intervals)
-            if teeth.layout != Intervals.STANDING and span > 0.0:
-                speed = self._pitch[name] * len(teeth.intervals) / span
-                yield ("OpticalSpeed", OpticalSpeed(speed, True, math.nan), time)
+            yield "OpticalSpeed", OpticalSpeed(speed, True, math.nan), time
 
 
 def _faulty(plan: FramePlan, fault: FrameFault, time: float) -> list[Received]:

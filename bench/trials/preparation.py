@@ -8,7 +8,7 @@ from slipbench.bench.loop.loop import LAST_TICK, MOST_TICKS
 from slipbench.bench.safety.trial import Plan, plan_of
 from slipbench.bench.trials.degraded import degraded_trial, modes
 from slipbench.bench.trials.excitation import plan_excitation
-from slipbench.bench.trials.wire_limits import check_wire
+from slipbench.bench.trials.wire_limits import check_authority, check_wire
 from slipbench.bench.vehicle.virtual_motorcycle import Scenario, read_vehicle
 from slipbench.protocol.binding.binding import Binding, binding_database, own_binding, read_binding
 from slipbench.protocol.configuration import read_toml
@@ -70,8 +70,10 @@ def prepare(
     _check_length(trial, str(trial_path))
     excitation = plan_excitation(trial, str(trial_path))
     check_wire(trial, excitation, codec, str(trial_path))
+    plan = plan_of(trial, excitation, controller)
+    check_authority(plan.authority, codec, str(trial_path))
     return Prepared(
-        plan_of(trial, excitation, controller),
+        plan,
         Scenario(read_vehicle(vehicle_path), trial),
         binding,
         trial_path,

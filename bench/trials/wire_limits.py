@@ -9,6 +9,7 @@ from operator import attrgetter
 
 from slipbench.bench.trials.excitation import Excitation
 from slipbench.protocol.codec.codec import Codec
+from slipbench.protocol.codec.messages import Authority
 from slipbench.protocol.codec.slot import Slot
 from slipbench.protocol.errors import InputError
 from slipbench.protocol.quantity import shown
@@ -26,7 +27,15 @@ CARRIED = {
     "operating_point.engine_speed": ("EngineStatus", "engine_speed"),
     "operating_point.gear": ("EngineStatus", "gear"),
 }
-PERIODIC = ("EcuStatus", "ThrottleStatus", "EngineStatus", "RiderControls", "OpticalSpeed")
+PERIODIC = (
+    "EcuStatus",
+    "ThrottleStatus",
+    "EngineStatus",
+    "RiderControls",
+    "OpticalSpeed",
+    "RearWheelSpeed",
+    "FrontWheelSpeed",
+)
 ROUNDING = 1e-9  # of the range: a limit that is the signal's own stands in other units
 
 
@@ -64,6 +73,26 @@ def _no_release(codec: Codec) -> Iterator[str]:
             continue
         if not signal.low <= round(-signal.offset / signal.scale) <= signal.high:
             yield f"ActuatorCommand.{name} cannot carry 0, which releases authority"
+
+
+def check_authority(authority: Authority, codec: Codec, where: str) -> None:
+    """Check that signals can show the authority that a trial needs, and its end.
+
+    Raises InputError: such a trial would never begin, or never release.
+    """
+    for name in ("ActuatorCommand", "EcuStatus"):
+        carried = _slot_of(codec, name, "authority")
+        shown_as = set((carried.values or {}).values()) if carried else set()
+        for each in (Authority.NONE, authority):
+            if carried is not None and each not in shown_as:
+                raise InputError(
+                    f"{carried.name} cannot show the authority {each.name.lower()},"
+                    f" which the trial {'ends' if each is Authority.NONE else 'begins'} with",
+                    where=where,
+                    expected=f"values of {name}.authority that name {each.name.lower()}",
+                    found=", ".join(member.name.lower() for member in sorted(shown_as)),
+                    remedy="add it to `values` of the role in the binding file",
+                )
 
 
 def _beyond(trial: TrialFile, codec: Codec) -> Iterator[str]:

@@ -14,7 +14,7 @@ from slipbench.protocol.binding.fields import (
     UNMONITORED,
     Field,
 )
-from slipbench.protocol.binding.missing import require_roles
+from slipbench.protocol.binding.missing import require_absent, require_roles
 from slipbench.protocol.codec.codec import Codec
 from slipbench.protocol.codec.messages import Authority, Phase, TripReason
 from slipbench.protocol.codec.placement import KINDS, OWN, FieldsAt, Placement, SignalAt, TeethAt
@@ -108,6 +108,7 @@ def bind(roles: RoleMap, database: Database, path: Path) -> Binding:
     Raises InputError where a signal is missing or does not suit its role.
     """
     where = str(path)
+    require_absent(roles, where)
     ruled = with_rules(database, dict(roles.messages), where)
     placed = _Placed(roles, ruled, where)
     timeouts = {
@@ -225,6 +226,13 @@ class _Placed:
         )
         found.setdefault("RiderControls", {})["front_brake"] = pressed
 
+    def _speed(self) -> Source | None:
+        """Source of the speed against which the slip is taken."""
+        for role in ("optical_speed", "gnss_speed"):
+            if self._used(role) and role in self._sources:
+                return self._sources[role]
+        return None
+
     def _complete(self, found: dict[str, dict[str, SignalAt | float]]) -> None:
         """Add times, flags and constants."""
         self._times(found)
@@ -236,12 +244,14 @@ class _Placed:
     def _times(self, found: dict[str, dict[str, SignalAt | float]]) -> None:
         """Place the senders' own times, and the flag of the optical sensor."""
         for name, roles in TIMES.items():
-            bound = [self._sources[role] for role in roles if role in self._sources]
+            bound = [
+                self._sources[role] for role in roles if role in self._sources and self._used(role)
+            ]
             source = next((each for each in bound if each.time_signal), None)
             if source is not None and name in found:
                 message, signal = self._named(source.time_signal)
                 found[name]["time"] = SignalAt(message, signal, to="s")
-        speed = self._sources.get("optical_speed")
+        speed = self._speed()
         if speed is not None and speed.valid and "OpticalSpeed" in found:
             found["OpticalSpeed"]["valid"] = SignalAt(*self._named(speed.valid))
 

@@ -98,3 +98,34 @@ def require_roles(roles: RoleMap, database: Database, where: str, spark: bool = 
         where=where,
         remedy="bind these roles, or accept their absence under [degraded]",
     )
+
+
+def require_absent(roles: RoleMap, where: str) -> None:
+    """Check that [degraded] accepts the absence of no role that the file binds.
+
+    The bench would assume what a signal says. Raises InputError that names the role.
+    """
+    for entry, role in _replaced(roles.degraded):
+        if role in roles.roles and not roles.roles[role].column:
+            raise InputError(
+                f"degraded.{entry} states that no signal gives {role}, and roles.{role} binds one",
+                where=where,
+                expected=f"degraded.{entry} or roles.{role}",
+                found="both",
+                remedy=f"remove degraded.{entry}, or unbind the role",
+            )
+
+
+def _replaced(degraded: Degraded) -> Iterator[tuple[str, str]]:
+    """Entries of [degraded], each with a role that it replaces."""
+    if degraded.hand_back is not None:
+        yield "hand_back", "authority"
+    if degraded.echo is not None:
+        yield "echo", "throttle_command"
+    if degraded.throttle_body is not None:
+        yield "throttle_body", "throttle_authority"
+    for name in degraded.unmonitored:
+        yield "unmonitored", name
+        if name == "brake":
+            yield "unmonitored", "front_brake_pressure"
+            yield "unmonitored", "rear_brake_pressure"

@@ -1,12 +1,12 @@
 """Messages of the bench joined from frames: one frame may hold parts of several, one may need several."""
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 
 from slipbench.protocol.codec.codec import Codec
 from slipbench.protocol.codec.faults import FrameFault
 from slipbench.protocol.codec.messages import BenchMessage
-from slipbench.protocol.codec.wire import FramePlan, Part
+from slipbench.protocol.codec.wire import FramePlan, Part, Selection
 
 Joined = tuple[str, BenchMessage, float]  # name, message, time of its oldest field (s)
 
@@ -18,7 +18,7 @@ class Assembly:
         """Begin without any field."""
         self._codec = codec
         self._values: dict[str, dict[str, object]] = {}
-        self._times: dict[str, dict[str, float]] = {}
+        self._times: dict[str, dict[tuple[str, Selection], float]] = {}
 
     def take(self, plan: FramePlan, payload: bytearray, time: float) -> list[Joined] | FrameFault:
         """Messages that are whole with a frame that arrived at `time` (s); or the fault of a value in it."""
@@ -28,33 +28,32 @@ class Assembly:
             if isinstance(only, FrameFault):
                 return only
             return [] if only is None else [(plan.parts[0].name, only, time)]  # type: ignore[list-item]
-        joined: list[Joined] = []
-        fields: list[tuple[Part, Mapping[str, object]]] = []
+        found = []
         for part in plan.parts:
             content = part.unpack(words)
             if isinstance(content, FrameFault):
                 return content
-            if isinstance(content, dict):
-                fields.append((part, content))
-            elif content is not None:
-                joined.append((part.name, content, time))  # type: ignore[arg-type]
-        for part, content in fields:
-            joined += self._join(part, plan.message.name, content, time)
+            if content is not None:
+                found.append((part, content))
+        joined = []
+        for part, content in found:
+            if not isinstance(content, Mapping):
+                joined.append((part.name, content, time))
+            elif (whole := self._join(part, content, time)) is not None:
+                joined.append(whole)
         return joined
 
-    def _join(
-        self, part: Part, carrier: str, content: Mapping[str, object], time: float
-    ) -> Iterator[Joined]:
-        """Message with the last fields of its other frames, once all have come.
+    def _join(self, part: Part, content: Mapping[str, object], time: float) -> Joined | None:
+        """Message with the last fields of its other frames; None while some have never come.
 
         A message of several frames has no time of its own.
         """
         values = self._values.setdefault(part.name, dict(part.constants))
         times = self._times.setdefault(part.name, {})
         values.update(content)
-        times[carrier] = time
-        if len(times) < len(self._codec.carriers(part.name)):
-            return
+        times[part.message.name, part.selection] = time
+        if len(times) < len(self._codec.parts(part.name)):
+            return None
         if "time" in values:
             values["time"] = math.nan
-        yield part.name, part.kind(**values), min(times.values())
+        return part.name, part.kind(**values), min(times.values())

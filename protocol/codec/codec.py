@@ -1,17 +1,36 @@
 """Frames from messages and messages from frames: SI inside, the units of the database on the wire."""
 
-from collections.abc import Collection, Mapping
-from typing import NamedTuple
+from collections.abc import Iterator, Mapping
+from enum import IntEnum
+from typing import Any, NamedTuple
 
 from slipbench.protocol.codec.faults import Fault, FrameFault
-from slipbench.protocol.codec.messages import BenchMessage, Intervals
-from slipbench.protocol.codec.placement import KINDS, MESSAGES, OWN, Placement, TeethAt
+from slipbench.protocol.codec.messages import Authority, BenchMessage, Intervals
+from slipbench.protocol.codec.placement import (
+    KINDS,
+    MESSAGES,
+    OWN,
+    FieldsAt,
+    Placement,
+    SignalAt,
+    TeethAt,
+)
 from slipbench.protocol.codec.protection import guard_of
-from slipbench.protocol.codec.wire import FieldsPart, FramePlan, Part, TeethPart, Words, period
+from slipbench.protocol.codec.wire import (
+    FieldsPart,
+    FramePlan,
+    Part,
+    Selection,
+    TeethPart,
+    Words,
+    period,
+    selections,
+)
 from slipbench.protocol.database.layout import Database, Message
 from slipbench.protocol.errors import InputError
 
 REQUEST = "ActuatorCommand"
+SENT = (REQUEST, "TrialStatus")
 __all__ = ["MESSAGES", "Codec", "Frame", "Sender"]
 
 
@@ -34,20 +53,22 @@ class Codec:
     def __init__(self, database: Database, placement: Placement = OWN) -> None:
         """Compile the database. Raises InputError where it lacks a message or signal that is placed."""
         self.placement, self.origin = placement, database.origin
-        parts: dict[str, list[Part]] = {}
-        self._frames_of: dict[str, list[str]] = {}
-        own = placement == OWN
+        if placement == OWN:
+            for name in placement:
+                _require_own(database, database.message(name))
+        held: dict[str, list[Part]] = {}
+        self._parts_of: dict[str, list[Part]] = {}
         for name, at in placement.items():
-            for carrier in _carriers(name, at):
-                if own:
-                    _require_own(database, database.message(carrier))
-                part = _part(database, database.message(carrier), name, placement)
-                parts.setdefault(carrier, []).append(part)
-                self._frames_of.setdefault(name, []).append(carrier)
+            for carrier in _carriers(at):
+                parts = _parts(database, database.message(carrier), name, at)
+                held.setdefault(carrier, []).extend(parts)
+                self._parts_of.setdefault(name, []).extend(parts)
         self._plans = {
-            carrier: FramePlan(held[0].message, guard_of(held[0].message), tuple(held))
-            for carrier, held in parts.items()
+            carrier: _plan(database, database.message(carrier), tuple(parts))
+            for carrier, parts in held.items()
         }
+        self._require_one_page()
+        self._require_every_member()
         self._by_key = {key_of(plan.message): plan for plan in self._plans.values()}
 
     def encode(
@@ -60,11 +81,12 @@ class Codec:
         """
         key = name or type(message).__name__
         plan = self._plans[self.carriers(key)[0]]
-        frame = self.finish(plan, [part_of(plan, key).pack(message)], counter)
+        words = [part.pack(message) for part in self.parts(key) if part.message is plan.message]
+        frame = self.finish(plan, words, counter)
         return frame.identifier, frame.data
 
     @staticmethod
-    def finish(plan: FramePlan, words: Collection[Words], counter: int) -> Frame:
+    def finish(plan: FramePlan, words: list[Words], counter: int) -> Frame:
         """Frame of the bits of its parts, protected."""
         payload = plan.payload(words)
         if plan.guard is not None:
@@ -119,14 +141,11 @@ class Codec:
 
     def carriers(self, name: str) -> list[str]:
         """Messages of the database that hold a message of the bench. Raises InputError where none does."""
-        if name not in self._frames_of:
-            known = ", ".join(self._frames_of)
-            raise InputError(f"no message {name!r}", expected=known)
-        return self._frames_of[name]
+        return list(dict.fromkeys(part.message.name for part in self.parts(name)))
 
     def has(self, name: str) -> bool:
         """Whether the database holds a message of the bench."""
-        return name in self._frames_of
+        return name in self._parts_of
 
     @property
     def requests_authority(self) -> bool:
@@ -140,8 +159,42 @@ class Codec:
         return self._plans
 
     def parts(self, name: str) -> list[Part]:
-        """Parts of a message of the bench, one for each frame that holds some of it."""
-        return [part_of(self._plans[carrier], name) for carrier in self.carriers(name)]
+        """Parts of a message of the bench, one for each frame, and page of it, that holds some of it.
+
+        Raises InputError where none does.
+        """
+        if name not in self._parts_of:
+            known = ", ".join(self._parts_of)
+            raise InputError(f"no message {name!r}", expected=known)
+        return self._parts_of[name]
+
+    def _require_every_member(self) -> None:
+        """Check that what the bench sends can show each of its values, and a request its end."""
+        for name in SENT:
+            for part in self._parts_of.get(name, ()):
+                for field in part.fields:
+                    carried = part.slot(field)
+                    members = list((carried.values or {}).values())
+                    missing = _unsent(members)
+                    if missing:
+                        raise InputError(
+                            f"{carried.name} cannot show {missing}, which the bench sends",
+                            expected="`values` that name every value of this role",
+                            found=", ".join(member.name.lower() for member in members),
+                            remedy="add the values to the role in the binding file",
+                        )
+
+    def _require_one_page(self) -> None:
+        """Check that one frame carries a whole request: the ECU would join old halves to new ones."""
+        for part in self._parts_of.get(REQUEST, ()):
+            plan = self._plans[part.message.name]
+            if sum(any(held.name == REQUEST for held in page) for page in plan.pages) > 1:
+                raise InputError(
+                    f"the requests lie in several pages of the multiplexed message {part.message.name}",
+                    where=self.origin,
+                    expected="all requests of a message in one page",
+                    found="; ".join(_page(each) for each in self._parts_of[REQUEST]),
+                )
 
     def period(self, name: str, field: str) -> float:
         """Value at which a clock (s) or a running count wraps."""
@@ -158,24 +211,40 @@ def key_of(message: Message) -> tuple[int, bool]:
     return message.identifier, message.extended
 
 
-def part_of(plan: FramePlan, name: str) -> Part:
-    """What a frame holds of one message of the bench."""
-    return next(part for part in plan.parts if part.name == name)
+def _unsent(members: list[Any]) -> str:
+    """Members of an enumeration that its signal cannot show; an authority shows the rest of itself."""
+    if not members or not isinstance(members[0], IntEnum):
+        return ""
+    kind = type(members[0])
+    needed = [Authority.NONE] if kind is Authority else list(kind)
+    return ", ".join(each.name.lower() for each in needed if each not in members)
 
 
-def _carriers(name: str, at: object) -> list[str]:
+def _carriers(at: FieldsAt | TeethAt) -> list[str]:
     if isinstance(at, TeethAt):
         return [at.message]
-    assert isinstance(at, Mapping)
-    found = [place.message for place in at.values() if hasattr(place, "message")]
+    found = [place.message for place in at.values() if isinstance(place, SignalAt)]
     return list(dict.fromkeys(found))
 
 
-def _part(database: Database, message: Message, name: str, placement: Placement) -> Part:
-    at = placement[name]
+def _parts(database: Database, message: Message, name: str, at: FieldsAt | TeethAt) -> list[Part]:
+    """What a message of the database holds of one of the bench's, page by page."""
     if isinstance(at, TeethAt):
-        return TeethPart(database, message, name, at)
-    return FieldsPart(database, message, name, KINDS[name], at)
+        return [TeethPart(database, message, name, at)]
+    return [
+        FieldsPart(database, message, name, KINDS[name], at, selection)
+        for selection in selections(message, at)
+    ]
+
+
+def _page(part: Part) -> str:
+    pages = [f"{selector} = {identifiers[0]}" for selector, identifiers in part.selection]
+    return f"{', '.join(part.fields)} ({' and '.join(pages) or 'every page'})"
+
+
+def _plan(database: Database, message: Message, parts: tuple[Part, ...]) -> FramePlan:
+    used = [name for part in parts for name in part.signals]
+    return FramePlan(message, guard_of(message, used, database.origin), parts)
 
 
 def _require_own(database: Database, message: Message) -> None:
@@ -211,15 +280,11 @@ class Sender:
 
     def __init__(self, codec: Codec) -> None:
         self._codec = codec
-        self._held: dict[str, dict[str, Words]] = {carrier: {} for carrier in codec.plans}
-        self._carriers = {
-            name: [
-                (codec.plan_of(carrier), part_of(codec.plan_of(carrier), name))
-                for carrier in codec.carriers(name)
-            ]
-            for name in codec.placement
-            if codec.has(name)
+        self._held: dict[str, dict[tuple[str, Selection], Words]] = {
+            carrier: {} for carrier in codec.plans
         }
+        self._plans: dict[str, list[FramePlan]] = {}
+        self._turns: dict[str, int] = {}
         self._sent_at: dict[str, float] = {}
         self.counters: dict[str, int] = {}
 
@@ -237,26 +302,39 @@ class Sender:
         None: every frame is sent. Raises ValueError as `Codec.encode` does.
         """
         key = name or type(message).__name__
-        if key not in self._carriers:
-            self._codec.carriers(key)  # raises InputError
-        packed = [(plan, part.pack(message)) for plan, part in self._carriers[key]]
-        made = []
-        for plan, words in packed:
-            carrier = plan.message.name
-            held = self._held[carrier]
-            held[key] = words
-            if len(held) < len(plan.parts) or not (now is None or self._due(plan, now)):
-                continue
-            counter = self.counters.get(carrier, 0)
-            made.append(self._codec.finish(plan, held.values(), counter))
-            period = plan.guard.period if plan.guard else 0
-            self.counters[carrier] = (counter + 1) % (period or 1)
-        return made
+        words = [(part, part.pack(message)) for part in self._codec.parts(key)]
+        for part, each in words:
+            self._held[part.message.name][part.name, part.selection] = each
+        if key not in self._plans:
+            self._plans[key] = [self._codec.plan_of(each) for each in self._codec.carriers(key)]
+        return [frame for plan in self._plans[key] for frame in self._made(plan, key, now)]
 
-    def _due(self, plan: FramePlan, now: float) -> bool:
-        """Whether the cycle time of a frame is over at `now` (s)."""
+    def _made(self, plan: FramePlan, key: str, now: float | None) -> Iterator[Frame]:
+        """Frames of a message of the database; pages take turns where it has a cycle time."""
+        carrier, event = plan.message.name, plan.message.attributes.get("GenMsgSendType") == 1
+        if now is None or event:
+            pages = [page for page in plan.pages if any(part.name == key for part in page)]
+        else:
+            pages = [plan.pages[self._turns.get(carrier, 0) % len(plan.pages)]]
+        held = self._held[carrier]
+        for page in pages:
+            keys = [(part.name, part.selection) for part in page]
+            if not held.keys() >= set(keys) or not (event or self._due(plan, now)):
+                continue
+            self._turns[carrier] = self._turns.get(carrier, 0) + 1
+            yield self._next(plan, [held[each] for each in keys])
+
+    def _next(self, plan: FramePlan, words: list[Words]) -> Frame:
+        """Frame under the next counter."""
+        carrier = plan.message.name
+        counter = self.counters.get(carrier, 0)
+        period = plan.guard.period if plan.guard else 0
+        self.counters[carrier] = (counter + 1) % (period or 1)
+        return self._codec.finish(plan, words, counter)
+
+    def _due(self, plan: FramePlan, now: float | None) -> bool:
         message = plan.message
-        if message.attributes.get("GenMsgSendType") == 1:
+        if now is None:
             return True
         before = self._sent_at.get(message.name)
         if before is not None and now - before < (message.cycle_time or 0.0) - HALF_TICK:

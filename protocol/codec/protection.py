@@ -3,6 +3,7 @@
 Source of the profiles: AUTOSAR, Specification of SW-C End-to-End Communication Protection Library.
 """
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Literal, Protocol
 
@@ -207,33 +208,59 @@ def _without(payload: bytearray, place: int) -> bytearray:
     return payload[:place] + payload[place + 1 :]
 
 
-def guard_of(message: Message) -> Guard | None:
-    """Protection of a message; None where it has none.
+HEADERS = {1: (2, 12), 2: (2, 12), 5: (3, 24)}  # profile: least bytes, bits of CRC and counter
 
-    Raises InputError where the message does not have the layout that its protection needs.
+
+def guard_of(message: Message, used: Sequence[str] = (), origin: str = "") -> Guard | None:
+    """Protection of a message; None where it has none. used: signals that hold fields of the bench.
+
+    Raises InputError where the message does not have the layout that its protection needs, or a field
+    lies where the protection writes.
     """
     protection = message.protection
     if protection is None:
         return None
+    if protection.profile == 0:
+        written = {protection.counter} - {""}
+        guard: Guard = _plain(message, protection)
+        if protection.checksum is not None:
+            written |= {protection.checksum.signal}
+        taken = [name for name in used if name in written]
+    elif protection.profile in HEADERS:
+        length, bits = HEADERS[protection.profile]
+        _require(message, length)
+        guard = _profile(protection)
+        taken = [name for name in used if min(_positions(message.signal(name))) < bits]
+    else:
+        raise InputError(
+            f"message {message.name}: end-to-end protection is not laid out as a profile"
+            " that is known here",
+            expected="E2E profile 1, 2 or 5",
+            found=f"profile {protection.profile}",
+        )
+    if taken:
+        raise InputError(
+            f"{message.name}.{taken[0]} is bound to a role, and the protection of the message writes there",
+            where=origin,
+            expected="a signal that holds neither checksum nor counter",
+            remedy="bind another signal, or correct the protection of the message",
+        )
+    return guard
+
+
+def _profile(protection: Protection) -> Guard:
     match protection.profile:
         case 1:
-            _require(message, 2)
             return Profile1(protection.data_id)
         case 2:
-            _require(message, 2)
             return Profile2(protection.data_ids)
-        case 5:
-            _require(message, 3)
-            return Profile5(protection.data_id)
-        case 0:
-            return _plain(message, protection)
-        case unknown:
-            raise InputError(
-                f"message {message.name}: end-to-end protection is not laid out as a profile"
-                " that is known here",
-                expected="E2E profile 1, 2 or 5",
-                found=f"profile {unknown}",
-            )
+    return Profile5(protection.data_id)
+
+
+def _positions(signal: Signal) -> Iterator[int]:
+    """Bits of a signal, as a DBC numbers them: 8 * byte + n, n = 0 the byte's lowest."""
+    for bit in range(signal.first_bit, signal.first_bit + signal.length):
+        yield bit if signal.little_endian else 8 * (bit // 8) + 7 - bit % 8
 
 
 def _require(message: Message, length: int) -> None:
@@ -253,9 +280,15 @@ def _plain(message: Message, protection: Protection) -> Plain:
             raise _unfit(message, signal, "a counter", "an unsigned integer of 1 to 16 bits")
         bits = bits_of(signal, message.length)
         period = protection.period or 1 << signal.length
+        if period > 1 << signal.length:
+            raise InputError(
+                f"signal {message.name}.{signal.name} cannot count {period} values",
+                expected=f"a period of at most {1 << signal.length}",
+                found=f"period = {period}, {signal.length} bits",
+            )
     if protection.checksum is not None:
         signal = message.signal(protection.checksum.signal)
-        if signal.length != 8 or signal.first_bit % 8 or signal.multiplexer:
+        if signal.length != 8 or signal.first_bit % 8 or signal.multiplexer or signal.is_float:
             raise _unfit(message, signal, "a checksum", "one whole byte")
         place = signal.first_bit // 8
     return Plain(bits, period, place, protection.checksum)

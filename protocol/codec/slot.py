@@ -36,7 +36,7 @@ SI = {
     "km/h": "m/s",
     "A": "A",
 }
-REAL = 10**30  # of a floating-point signal without limits
+FLOAT_ROUNDING = {16: 1e-3, 32: 1e-6, 64: 1e-12}  # of a limit, by bits: as the wire rounds it
 _FLOATS = {16: "<e", 32: "<f", 64: "<d"}
 
 
@@ -54,8 +54,8 @@ class Slot:
     shift: int
     mask: int
     sign: int
-    low: int
-    high: int
+    low: float
+    high: float
     scale: float
     offset: float
     values: Mapping[int, Any] | None
@@ -68,28 +68,36 @@ class Slot:
     def pack(self, value: float) -> int:
         """Bits of a value in the frame. Raises ValueError where it does not fit."""
         if self.real:
-            return self._float_bits((value - self.offset) / self.scale) << self.shift
+            return self._float_bits(value) << self.shift
         if self.values is not None:
             raw = self._raw_of(value)
         else:
             try:
                 raw = round((value - self.offset) / self.scale)
             except (ValueError, OverflowError):
-                text = f"{self.name} = {value!r} is not a number that can be sent"
-                raise ValueError(text) from None
+                raise self._no_number(value) from None
         if self.wraps:
             return (raw & self.mask) << self.shift
+        self._require_inside(raw, value)
+        return (raw & self.mask) << self.shift
+
+    def _require_inside(self, raw: float, value: float) -> None:
         if not self.low <= raw <= self.high:
             low, high = sorted(limit * self.scale + self.offset for limit in (self.low, self.high))
             raise ValueError(f"{self.name} = {value!r} is not in {low:g} to {high:g} (SI)")
-        return (raw & self.mask) << self.shift
+
+    def _no_number(self, value: float) -> ValueError:
+        return ValueError(f"{self.name} = {value!r} is not a number that can be sent")
 
     def read(self, words: tuple[int, int]) -> float | None:
         """Raw value from a payload (see wire.Words); None where it has no meaning."""
         raw = (words[self.big] >> self.shift) & self.mask
         if self.real:
             number = self._float(raw)
-            return number if math.isfinite(number) and number not in self.unknown else None
+            known = math.isfinite(number) and not any(
+                math.isclose(number, each, rel_tol=1e-6) for each in self.unknown
+            )
+            return number if known else None
         if raw & self.sign:
             raw -= self.mask + 1
         known = raw not in self.unknown and (self.values is None or raw in self.values)
@@ -129,10 +137,14 @@ class Slot:
         raise ValueError(f"{self.name} = {value!r} is none of {list(members.values())}")
 
     def _float_bits(self, value: float) -> int:
+        raw = (value - self.offset) / self.scale
+        if not math.isfinite(raw):
+            raise self._no_number(value)
+        self._require_inside(raw, value)
         try:
-            return int.from_bytes(struct.pack(self.real, value), "little")
+            return int.from_bytes(struct.pack(self.real, raw), "little")
         except (OverflowError, struct.error):
-            raise ValueError(f"{self.name} = {value!r} is not a number that can be sent") from None
+            raise self._no_number(value) from None
 
     def _float(self, raw: int) -> float:
         size = struct.calcsize(self.real)
@@ -178,21 +190,33 @@ def slot(
         signal.wraps or (field or name) in WRAPPING,
         bits.big,
         _FLOATS[signal.length] if signal.is_float else "",
-        tuple((value - signal.offset) / signal.scale for value in (at.unknown if at else ())),
+        _unknown(signal, at.unknown if at else ()),
         signal.is_float or bool(at and (at.unknown or at.values)),
     )
 
 
+def _unknown(signal: Signal, physical: tuple[float, ...]) -> tuple[float, ...]:
+    """Raw values that mean "not known"."""
+    raw = [(value - signal.offset) / signal.scale for value in physical]
+    return tuple(raw if signal.is_float else map(round, raw))
+
+
 def _conversion(signal: Signal, where: str, kind: type, at: SignalAt | None) -> tuple[float, float]:
     """Scale and offset from raw value to SI, as a binding states them."""
-    if kind is int and at is not None and not at.values:
-        return signal.scale, signal.offset  # a whole number in no unit
-    if issubclass(kind, int):
-        return 1, 0
     if at is None:
-        return si(signal, where)
-    scale, offset = si(signal, where, at.unit, at.to)
+        return (1, 0) if issubclass(kind, int) else si(signal, where)
     factor = at.sign * at.radius
+    if issubclass(kind, int) and (at.values or kind is not int):
+        if factor != 1 or at.offset:
+            raise InputError(
+                "this role is no quantity: it has no sign, scale or offset",
+                where=where,
+                found=f"sign * scale = {factor:g}, offset = {at.offset:g}",
+                remedy='state what each raw value means, as in values = { "0" = 1, "1" = 0 }',
+            )
+        return 1, 0
+    whole = kind is int  # in no unit
+    scale, offset = (signal.scale, signal.offset) if whole else si(signal, where, at.unit, at.to)
     return scale * factor, offset * factor + at.offset
 
 
@@ -220,14 +244,20 @@ def si(
     return signal.scale * slope, signal.offset * slope + zero
 
 
-def _limits(signal: Signal) -> tuple[int, int]:
+def _limits(signal: Signal) -> tuple[float, float]:
     """Lowest and highest raw value that the database allows; a negative scale exchanges them."""
-    low, high = (-REAL, REAL) if signal.is_float else signal.raw_range
+    low: float
+    high: float
+    low, high = (-math.inf, math.inf) if signal.is_float else signal.raw_range
     stated = [
         None if physical is None else (physical - signal.offset) / signal.scale
         for physical in (signal.minimum, signal.maximum)
     ]
     least, most = stated if signal.scale > 0 else reversed(stated)
+    if signal.is_float:
+        rounding = FLOAT_ROUNDING[signal.length]
+        low = low if least is None else least - rounding * abs(least)
+        return low, high if most is None else most + rounding * abs(most)
     if least is not None:
         low = max(low, ceil(least - 1e-6))
     if most is not None:
@@ -236,7 +266,7 @@ def _limits(signal: Signal) -> tuple[int, int]:
 
 
 def _values(
-    kind: type, low: int, high: int, where: str, at: SignalAt | None
+    kind: type, low: float, high: float, where: str, at: SignalAt | None
 ) -> Mapping[int, Any] | None:
     """Members of an enumeration or truth values, by raw value; None for a number.
 
@@ -245,19 +275,44 @@ def _values(
     not.
     """
     if at is not None and at.values:
-        return {raw: kind(member) for raw, member in at.values.items()}
-    if kind is bool:
-        members: list[Any] = [False, True]
-    elif issubclass(kind, IntEnum):
-        members = sorted(kind)
-    else:
+        return _bound_values(kind, low, high, where, at.values)
+    if not issubclass(kind, IntEnum | bool):
         return None
+    members = _members(kind)
     if (low, high) != (0, len(members) - 1):
         raise InputError(
-            f"the signal carries {low} to {high}",
+            f"the signal carries {low:g} to {high:g}",
             where=where,
             expected=f"0 to {len(members) - 1}: "
             + ", ".join(f"{int(member)} {getattr(member, 'name', member)}" for member in members),
             remedy="correct length, minimum and maximum of the signal, or give `values` in a binding file",
         )
     return dict(enumerate(members))
+
+
+def _bound_values(
+    kind: type, low: float, high: float, where: str, values: Mapping[int, int]
+) -> Mapping[int, Any]:
+    """Members of an enumeration by raw value, as a binding states them."""
+    for raw, value in values.items():
+        if not low <= raw <= high:
+            raise InputError(
+                f"`values` names the raw value {raw}, which the signal cannot hold",
+                where=where,
+                expected=f"{low:g} to {high:g}",
+            )
+        if issubclass(kind, IntEnum | bool) and value not in {int(each) for each in _members(kind)}:
+            raise InputError(
+                f"`values` gives raw value {raw} the meaning {value}, which this role does not have",
+                where=where,
+                expected=", ".join(f"{int(each)} {_named(each)}" for each in _members(kind)),
+            )
+    return {raw: kind(value) for raw, value in values.items()}
+
+
+def _members(kind: Any) -> list[Any]:
+    return [False, True] if kind is bool else sorted(kind)
+
+
+def _named(member: Any) -> str:
+    return str(getattr(member, "name", member)).lower()

@@ -2,6 +2,7 @@
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, fields
+from functools import cached_property
 from typing import Any, Literal, get_type_hints
 
 from slipbench.protocol.codec.faults import Fault, FrameFault
@@ -16,10 +17,15 @@ Words = tuple[int, int]
 """A payload as one number: little-endian, big-endian. A slot takes its bits from `words[slot.big]`."""
 
 
-class FieldsPart:
-    """Fields of one message of the bench that lie in one frame.
+Selection = tuple[tuple[str, tuple[int, ...]], ...]
+"""Multiplexers of a signal, the outermost first, each with its raw values where the signal is present."""
 
-    whole: all its fields are here, or constant.
+
+class FieldsPart:
+    """Fields of one message of the bench that lie in one page of a frame.
+
+    whole      all its fields are here, or constant
+    selection  of the page; () where no multiplexer selects the fields
     """
 
     def __init__(
@@ -29,20 +35,27 @@ class FieldsPart:
         name: str,
         kind: type[BenchMessage],
         at: FieldsAt,
+        selection: Selection = (),
     ) -> None:
-        """Compile the fields that lie in `message`. Raises InputError where a signal is missing."""
+        """Compile the fields in one page of `message`. Raises InputError where a signal is missing."""
         hints = get_type_hints(kind)
         self.name, self.message = name, message
         self.kind: Any = kind
         self.fields: list[str] = []
+        self.signals = [selector for selector, _ in selection]
         self._slots: list[Slot] = []
         self._valid: list[tuple[str, Slot]] = []
-        self._select: list[tuple[Slot, tuple[int, ...]]] = []
+        self.selection = selection
+        self._select = [
+            (slot(database, message, selector, int), identifiers)
+            for selector, identifiers in selection
+        ]
         self._constants = {
             key: value for key, value in at.items() if not isinstance(value, SignalAt)
         }
         for field, place in at.items():
-            if isinstance(place, SignalAt) and place.message == message.name:
+            if _lies(place, message, selection):
+                assert isinstance(place, SignalAt)
                 self._add(database, field, place, hints[field])
         self.whole = {*self.fields, *self._constants} == {each.name for each in fields(kind)}
         order = [each.name for each in fields(kind)]
@@ -56,15 +69,10 @@ class FieldsPart:
         at = None if own else place
         made = slot(database, self.message, place.signal, hint, at, field=field)
         self.fields.append(field)
+        self.signals += [place.signal, *([place.valid] if place.valid else [])]
         self._slots.append(made)
         if place.valid:
             self._valid.append((field, slot(database, self.message, place.valid, int)))
-        signal = self.message.signal(place.signal)
-        if signal.multiplexer:
-            selector = slot(database, self.message, signal.multiplexer, int)
-            choice = (selector, signal.multiplexer_ids)
-            if choice not in self._select:
-                self._select.append(choice)
 
     def slot(self, field: str) -> Slot:
         """Slot of one field."""
@@ -126,10 +134,39 @@ class FieldsPart:
         return FrameFault(Fault.RANGE, self.name, name, entry.expected, found)
 
 
+def selections(message: Message, at: FieldsAt) -> list[Selection]:
+    """Pages of a message in which fields of one message of the bench lie."""
+    found = [
+        selection_of(message, place.signal)
+        for place in at.values()
+        if isinstance(place, SignalAt) and place.message == message.name
+    ]
+    return list(dict.fromkeys(found))
+
+
+def selection_of(message: Message, name: str) -> Selection:
+    """Multiplexers of a signal; () where there is none, or no such signal."""
+    found: list[tuple[str, tuple[int, ...]]] = []
+    signal = message.by_name.get(name)
+    while signal is not None and signal.multiplexer:
+        found.insert(0, (signal.multiplexer, signal.multiplexer_ids))
+        signal = message.by_name.get(signal.multiplexer)
+    return tuple(found)
+
+
+def _lies(place: SignalAt | float, message: Message, selection: Selection) -> bool:
+    return (
+        isinstance(place, SignalAt)
+        and place.message == message.name
+        and selection_of(message, place.signal) == selection
+    )
+
+
 class TeethPart:
     """Tooth intervals: the multiplexer selects their signals; an unused one is 0."""
 
     whole = True
+    selection: Selection = ()
     kind: Any = ToothIntervals
     constants: Mapping[str, Any] = {}
 
@@ -137,6 +174,7 @@ class TeethPart:
         """Compile the layouts. Raises InputError where one has no signal."""
         self.name, self.message = name, message
         self.fields = [at.layout, at.count]
+        self.signals = list(self.fields)
         own = at.layout == "layout"
         self._layout = slot(
             database, message, at.layout, Intervals, None if own else SignalAt(name, at.layout)
@@ -158,6 +196,7 @@ class TeethPart:
                 expected="one" if layout is Intervals.STANDING else "at least one",
                 remedy="add the signals to the message, or give the motorcycle's own database",
             )
+        self.signals += [signal.name for signal in present]
         ordered = sorted(present, key=lambda signal: signal.first_bit)
         return tuple(
             slot(
@@ -232,6 +271,15 @@ class FramePlan:
     guard: Guard | None
     parts: tuple[Part, ...]
 
+    @cached_property
+    def pages(self) -> list[tuple[Part, ...]]:
+        """Parts that one frame holds, for each page; one page where nothing is multiplexed."""
+        selected = dict.fromkeys(part.selection for part in self.parts if part.selection)
+        return [
+            tuple(part for part in self.parts if _present(part.selection, page))
+            for page in selected or [()]
+        ]
+
     def check(self, data: bytes | bytearray) -> bytearray | FrameFault:
         """Payload without bytes beyond the message; or the fault of its length or checksum."""
         length = self.message.length
@@ -261,6 +309,12 @@ class FramePlan:
     def fault(self, fault: Fault, expected: str, found: str) -> FrameFault:
         """Fault of a frame of this message."""
         return FrameFault(fault, self.message.name, "", expected, found)
+
+
+def _present(selection: Selection, page: Selection) -> bool:
+    """Whether fields of a selection are in the frames of a page."""
+    sent = {selector: identifiers[0] for selector, identifiers in page}
+    return all(sent.get(selector) in identifiers for selector, identifiers in selection)
 
 
 def period(message: Message, signal: str) -> float:

@@ -1,5 +1,6 @@
 """Tables of a binding file beside its roles: rules of messages, and degraded modes."""
 
+import difflib
 from dataclasses import replace
 from typing import Annotated, Literal
 
@@ -148,10 +149,14 @@ def with_rules(database: Database, rules: dict[str, MessageRules], where: str) -
     """
     for name in rules:
         if name not in database.by_name:
+            near = difflib.get_close_matches(name, database.by_name, n=1, cutoff=0.4)
             raise InputError(
                 f"messages.{name}: the database has no message {name!r}",
                 where=where,
-                expected="one of " + ", ".join(database.by_name),
+                expected="a message of " + database.origin,
+                remedy=f"did you mean {near[0]!r}?"
+                if near
+                else "is it the database of this vehicle?",
             )
     if not rules:
         return database
