@@ -111,6 +111,12 @@ def _cycle(message: Message, traffic: Traffic) -> Iterator[str]:
     yield f'cycle_time = "{_ms(measured)}" # {found}'
 
 
+def protection_text(message: Message, traffic: Traffic) -> str:
+    """Entry `protection` of a message as the capture shows it; "" where it shows none."""
+    lines = [line for line in _protection(message, traffic) if not line.startswith("#")]
+    return lines[0].partition(" #")[0] if lines else ""
+
+
 def _protection(message: Message, traffic: Traffic) -> Iterator[str]:
     for note in traffic.notes:
         yield f"# {note}"

@@ -87,14 +87,15 @@ def read_capture(path: Path, database: Database, progress: Progress = quiet) -> 
 def captured(log: SortedLog, database: Database, origin: str = "") -> Captured:
     """Capture of a sorted log, every message measured."""
     traffic = {
-        name: _traffic(frames, log.log.time_ns)
+        name: traffic_of(frames, log.log.time_ns)
         for name, frames in log.frames.items()
         if len(frames)
     }
     return Captured(database, log, origin, traffic)
 
 
-def _traffic(frames: Frames, time_ns: npt.NDArray[np.int64]) -> Traffic:
+def traffic_of(frames: Frames, time_ns: npt.NDArray[np.int64]) -> Traffic:
+    """What the frames of one message show. time_ns: (n,) of the whole log, ns."""
     intervals = np.diff(time_ns[frames.rows]) * 1e-9
     seen = Traffic(
         len(frames),

@@ -56,10 +56,15 @@ class Profile:
 
 
 def different(data: Bytes) -> Bytes:
-    """Payloads without repetitions, at most MOST_FRAMES, spread over the capture. data: (n, length)."""
-    rows = np.unique(data, axis=0, return_index=True)[1]
-    rows = np.sort(rows)
-    return data[rows[:: max(1, len(rows) // MOST_FRAMES)]]
+    """Payloads without repetitions, at most MOST_FRAMES of them, in order. data: (n, length).
+
+    They are drawn at random, from a fixed seed: every third frame, say, would show five of the fifteen
+    values of a counter.
+    """
+    rows = np.sort(np.unique(data, axis=0, return_index=True)[1])
+    if len(rows) > MOST_FRAMES:
+        rows = np.sort(np.random.default_rng(0).choice(rows, MOST_FRAMES, replace=False))
+    return data[rows]
 
 
 def counter_period(raw: npt.NDArray[np.int64], width: int) -> int:
