@@ -10,6 +10,7 @@ from rich.live import Live
 from rich.text import Text
 
 from slipbench.protocol.errors import InputError
+from slipbench.protocol.shipped_files import completion_of, file_of
 
 if TYPE_CHECKING:
     from slipbench.bench.bus.opening import BusAddress
@@ -22,7 +23,13 @@ Engine off, ignition on, motorcycle on its stand, nobody's fingers at the thrott
 
 def check(
     binding: Annotated[
-        Path, typer.Argument(help="Binding file (TOML).", metavar="BINDING", dir_okay=False)
+        Path,
+        typer.Argument(
+            help="Binding file (TOML).",
+            metavar="BINDING",
+            parser=file_of("binding"),
+            autocompletion=completion_of("binding"),
+        ),
     ],
     interface: Annotated[
         str | None,
@@ -37,7 +44,13 @@ def check(
     ] = None,
     database: Annotated[
         Path | None,
-        typer.Option("--dbc", help="Database in place of the one that the binding names."),
+        typer.Option(
+            "--dbc",
+            help="Database in place of the one that the binding names.",
+            metavar="FILE",
+            parser=file_of("database"),
+            autocompletion=completion_of("database"),
+        ),
     ] = None,
     silence: Annotated[
         bool,

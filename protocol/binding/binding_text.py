@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 from slipbench.protocol.binding.capture import Traffic, describe
 from slipbench.protocol.binding.fields import FIELDS
-from slipbench.protocol.binding.match import Match
+from slipbench.protocol.binding.match import ALIKE, Match
 from slipbench.protocol.binding.missing import Need, needs
 from slipbench.protocol.binding.propose import Chosen, Proposal
 from slipbench.protocol.binding.source_lines import lacks_unit, stated
@@ -12,7 +12,6 @@ from slipbench.protocol.database.layout import Checksum, Message, Protection
 from slipbench.protocol.recording.message_rules import Degraded
 
 WIDTH = 96
-ALIKE = 0.25  # score from which a signal is named beside another
 SAME_CYCLE = 0.2  # relative difference up to which a measured cycle time is the stated one
 
 

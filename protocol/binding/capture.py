@@ -10,8 +10,9 @@ import numpy.typing as npt
 
 from slipbench.protocol.binding.protection_search import (
     SHARE,
+    Counter,
     Profile,
-    counter_period,
+    counter_of,
     find_checksum,
     find_profile,
 )
@@ -110,11 +111,17 @@ def traffic_of(frames: Frames, time_ns: npt.NDArray[np.int64]) -> Traffic:
 def _plain(seen: Traffic, frames: Frames) -> Traffic:
     """Counter and checksum that are no AUTOSAR profile."""
     message, data = frames.message, frames.data
-    counter, period = _counter(frames)
+    counter, count = _counter(frames)
     notes = [] if counter else list(_free_counters(message, data))
+    if count is not None and count.step > 1:
+        notes.append(
+            f"{counter} counts modulo {count.period} by {count.step} from frame to frame: the"
+        )
+        notes.append("  capture lacks frames, or it is no counter of frames; not proposed")
+        counter, count = "", None
     places = _places(message)
     check = find_checksum(data, (*places, *_free_bytes(message)))
-    seen = replace(seen, counter=counter, period=period)
+    seen = replace(seen, counter=counter, period=count.period if count else 0)
     if check is not None and check.place not in places:
         named = describe(check.rule)
         notes.append(f"byte {check.place} is a checksum ({named}), but has no signal of its own")
@@ -146,17 +153,18 @@ def _cycle_time(intervals: Array) -> float | None:
     return cycle if cycle > 0 and inside.mean() >= CYCLIC else None
 
 
-def _counter(frames: Frames) -> tuple[str, int]:
-    """Signal that counts from frame to frame, and its number of values; the one named so first."""
+def _counter(frames: Frames) -> tuple[str, Counter | None]:
+    """Signal that counts from frame to frame; the one named so first."""
     candidates = sorted(
         (signal for signal in frames.message.signals if _may_count(signal)),
         key=lambda signal: (not _called_counter(signal), _called_checksum(signal)),
     )
     for signal in candidates:
         raw = frames.samples(signal.name).raw.astype(np.int64)
-        if (period := counter_period(raw, signal.length)) and _wrapped(raw, signal):
-            return signal.name, period
-    return "", 0
+        found = counter_of(raw, signal.length)
+        if found is not None and _wrapped(raw, signal):
+            return signal.name, found
+    return "", None
 
 
 def _may_count(signal: Signal) -> bool:
@@ -207,5 +215,6 @@ def _free_counters(message: Message, data: npt.NDArray[np.uint8]) -> Iterator[st
     for place in _free_bytes(message):
         for half, values in (("low", data[:, place] & 0x0F), ("high", data[:, place] >> 4)):
             raw = values.astype(np.int64)
-            if counter_period(raw, 4) and np.any(np.diff(raw) < 0):
+            found = counter_of(raw, 4)
+            if found is not None and found.step == 1:
                 yield f"the {half} half of byte {place} counts, but has no signal"

@@ -11,6 +11,7 @@ from slipbench.protocol.units import linear
 
 Groups = tuple[tuple[str, ...], ...]
 
+ALIKE = 0.25  # score from which a signal is named beside another, or where none is good enough
 LEAST = 0.6  # score from which a signal is proposed
 FROM_MESSAGE = 0.7  # weight of a word that stands in the name of the message only
 FROM_UNIT = 0.7  # weight of a meaning that only the unit states
@@ -59,9 +60,9 @@ NEEDED: dict[str, Groups] = {
     "rear_brake_pressure": (("rear",), ("brake",), ("pressure",)),
     "brake": (("brake",), ("switch", "pedal", "position", "pressure")),
     "clutch": (("clutch",),),
-    "authority": (("authority",),),
-    "authority_request": (("authority", "enable"), ("request", SENT)),
-    "throttle_authority": (("throttle",), ("authority",)),
+    "authority": (("authority", "mode"), ("authority",)),
+    "authority_request": (("authority", "enable", "mode"), ("request", SENT)),
+    "throttle_authority": (("throttle",), ("authority", "mode")),
     "throttle_fault": (("throttle",), ("fault",)),
     "throttle_current": (("throttle",), ("current",)),
     "front_suspension_travel": (("front",), ("suspension",), ("travel",)),
@@ -149,7 +150,7 @@ def matches(database: Database, role: str) -> list[Match]:
 
 def nearest(database: Database, role: str, most: int = 3) -> str:
     """The signals that come nearest to a role, with their units, in one line."""
-    found = matches(database, role)[:most]
+    found = [each for each in matches(database, role)[:most] if each.score >= ALIKE]
     named = [f"{each.name} [{each.signal.unit or '-'}]" for each in found]
     return ", ".join(named) or "none that is alike"
 

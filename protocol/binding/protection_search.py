@@ -12,6 +12,7 @@ that two different polynomials satisfy, or a byte that copies another one, is no
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -55,6 +56,13 @@ class Profile:
     equivalent: int = 1
 
 
+class Counter(NamedTuple):
+    """A counter: number of its values, and its step from frame to frame."""
+
+    period: int
+    step: int
+
+
 def different(data: Bytes) -> Bytes:
     """Payloads without repetitions, at most MOST_FRAMES of them, in order. data: (n, length).
 
@@ -67,27 +75,29 @@ def different(data: Bytes) -> Bytes:
     return data[rows]
 
 
-def counter_period(raw: npt.NDArray[np.int64], width: int) -> int:
-    """Number of values of a counter; 0 where the values do not count. raw: (n,), width: bits.
+def counter_of(raw: npt.NDArray[np.int64], width: int) -> Counter | None:
+    """Counter that raw values are; None where they do not count. raw: (n,), width: bits.
 
     A counter counts up by the same step in nearly every frame: by 1, or by more where a logger drops
     frames regularly.
     """
     if raw.size <= LEAST_STEPS or width < 2:
-        return 0
+        return None
     top, wraps = int(raw.max()) + 1, bool(np.any(np.diff(raw) < 0))
     periods = {1 << width, top} if wraps and top > 2 else {1 << width}
-    share, period = max((_steady(raw, each), each) for each in periods)
-    return period if share >= STEADY else 0
+    found = {each: _steady(raw, each) for each in periods}
+    period = max(found, key=lambda each: (found[each][0], each))
+    share, step = found[period]
+    return Counter(period, step) if share >= STEADY else None
 
 
-def _steady(raw: npt.NDArray[np.int64], period: int) -> float:
-    """Share of the steps that are the usual one; 0 where this does not count up."""
+def _steady(raw: npt.NDArray[np.int64], period: int) -> tuple[float, int]:
+    """Share of the steps that are the usual one, and that one; 0 where this does not count up."""
     values, counts = np.unique(np.diff(raw) % period, return_counts=True)
     usual = int(values[counts.argmax()])
     if not 0 < usual <= period // 2 or np.unique(raw).size < min(period, LEAST_VALUES):
-        return 0.0
-    return float(counts.max() / (raw.size - 1))
+        return 0.0, 0
+    return float(counts.max() / (raw.size - 1)), usual
 
 
 def find_profile(data: Bytes) -> Profile | None:

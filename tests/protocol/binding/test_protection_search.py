@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from slipbench.protocol.binding.protection_search import counter_period, find_checksum, find_profile
+from slipbench.protocol.binding.protection_search import counter_of, find_checksum, find_profile
 from slipbench.protocol.codec.checksum import checksums
 from slipbench.protocol.codec.protection import Bits, Guard, Plain, Profile1, Profile2, Profile5
 from slipbench.protocol.database.layout import Checksum
@@ -125,17 +125,17 @@ def test_a_checksum_that_the_capture_cannot_tell_names_the_others() -> None:
 def test_a_counter_counts_with_lost_frames_and_in_a_thinned_log(period: int, width: int) -> None:
     random = np.random.default_rng(period)
     raw = np.arange(1000) % period
-    assert counter_period(raw, width) == period
-    assert counter_period(raw[random.random(1000) > 0.04], width) == period
+    assert counter_of(raw, width) == (period, 1)
+    assert counter_of(raw[random.random(1000) > 0.04], width) == (period, 1)
     if period > 8:
-        assert counter_period(raw[::7], width) == period
+        assert counter_of(raw[::7], width) == (period, 7)
 
 
 def test_what_is_no_counter_does_not_count() -> None:
     random = np.random.default_rng(5)
     for width in (2, 4, 8, 16):
-        assert counter_period(random.integers(0, 1 << width, 2000), width) == 0
-        assert counter_period(np.zeros(2000, np.int64), width) == 0
-        assert counter_period(np.arange(2000) % 2, width) == 0
+        assert counter_of(random.integers(0, 1 << width, 2000), width) is None
+        assert counter_of(np.zeros(2000, np.int64), width) is None
+        assert counter_of(np.arange(2000) % 2, width) is None
     ramp = np.cumsum(random.integers(0, 3, 2000)) % 256
-    assert counter_period(ramp, 8) == 0
+    assert counter_of(ramp, 8) is None
