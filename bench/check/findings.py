@@ -7,10 +7,11 @@ import numpy as np
 
 from slipbench.bench.check.observed_roles import carrier, is_sent_by_bench, roles_of, values_of
 from slipbench.bench.check.traffic import BusTraffic
-from slipbench.protocol.binding.behaviour import PLAUSIBLE, SLOW, SPEED, SPEED_ROLES
+from slipbench.protocol.binding.behaviour import PLAUSIBLE, SPEED, SPEED_ROLES
 from slipbench.protocol.binding.binding import BENCH_SENDS, Binding
 from slipbench.protocol.binding.binding_text import protection_text
 from slipbench.protocol.binding.capture import traffic_of
+from slipbench.protocol.binding.gear_ratios import SLOW
 from slipbench.protocol.errors import InputError
 from slipbench.protocol.logs.decode import Frames
 

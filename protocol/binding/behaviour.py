@@ -8,7 +8,8 @@ import numpy as np
 import numpy.typing as npt
 
 from slipbench.protocol.binding.capture import Captured
-from slipbench.protocol.binding.match import Match, match, suits_unit
+from slipbench.protocol.binding.gear_ratios import SLOW, correlation, explained_ratio, stepped
+from slipbench.protocol.binding.match import SWITCHES, Match, match, suits_unit, unit_concepts
 from slipbench.protocol.database.layout import Message, Signal
 from slipbench.protocol.recording.roles import ROLES
 from slipbench.protocol.units import linear
@@ -16,13 +17,9 @@ from slipbench.protocol.units import linear
 Array = npt.NDArray[np.float64]
 
 STEP = 0.1  # s, of the common time base
-SLOW = 3.0  # m/s, below which a ratio of speeds is not formed
 AGREES = 0.985  # correlation from which two speeds are the same motion
 DISAGREES = 0.7
-GEARS = 7  # ratios that are looked for
-WIDTH = 0.02  # of one ratio, relative, to either side
 STEPPED = 0.75  # share of the samples in those ratios from which a speed is that of the engine
-FEWEST = 30  # samples on the common time base from which anything is concluded
 
 # Values that a role can have, SI; with a margin, for any motorcycle or car.
 PLAUSIBLE: dict[str, tuple[float, float]] = {
@@ -44,6 +41,10 @@ PLAUSIBLE: dict[str, tuple[float, float]] = {
     "pitch_rate": (-7.0, 7.0),
     "lean_angle": (-1.3, 1.3),
 }
+BY_BEHAVIOUR = ("engine_speed", "gear", "vehicle_speed")
+NAMED = 0.25  # score from which the name of a signal says something
+BEHAVES = 0.6  # score of a signal that only its behaviour speaks for
+MOST_OF_SWITCH = 4  # values
 SPEED = (-6.0, 130.0)
 SPEED_ROLES = tuple(role for role in ROLES if role.endswith("_speed") and role != "engine_speed")
 
@@ -90,6 +91,8 @@ class Behaviour:
             yield from self._steps(values)
         if role == "gear":
             yield from self._explains_ratio(values)
+        if role in SWITCHES and (count := np.unique(values).size) > MOST_OF_SWITCH:
+            yield Evidence(-0.4, f"no switch: {count} different values")
 
     def _same_motion(self, found: Match, values: Array) -> Iterator[Evidence]:
         if self.speed is None or found.name == self.speed[0]:
@@ -118,34 +121,82 @@ class Behaviour:
         if explained >= 0.8:
             yield Evidence(0.15, f"explains {explained:.0%} of the ratio of engine and wheel speed")
 
+    def unnamed(self, role: str) -> Iterator[Match]:
+        """Signals whose names say nothing of a role, but which behave as it does."""
+        if self.speed is None or role not in BY_BEHAVIOUR:
+            return
+        for message, signal in self._numbers():
+            found = Match(message, signal, 0.0, ())
+            if found.name == self.speed[0] and role != "vehicle_speed":
+                continue
+            if not suits_unit(signal, role) or _is_named(message, signal, role):
+                continue
+            values = self.on_base(found, role)
+            if values is not None and np.ptp(values) > 0:
+                for each in self._shows(found, role, values):
+                    yield Match(message, signal, BEHAVES, ("by behaviour alone", each.reason))
+
+    def _shows(self, found: Match, role: str, values: Array) -> Iterator[Evidence]:
+        """Evidence that is enough for a role without a name."""
+        match role:
+            case "engine_speed":
+                yield from self._steps(values)
+            case "gear":
+                yield from self._explains_ratio(values)
+            case _:
+                yield from (each for each in self._same_motion(found, values) if each.change > 0)
+
+    def _numbers(self) -> Iterator[tuple[Message, Signal]]:
+        """Signals of the capture that are numbers of more than one bit, without selectors."""
+        for message in self.capture.database.messages:
+            if message.name in self.capture.traffic:
+                for signal in message.signals:
+                    if signal.length > 2 and not (signal.is_multiplexer or signal.multiplexer):
+                        yield message, signal
+
     @cached_property
     def speed(self) -> tuple[str, Array] | None:
-        """Name and series (m/s) of the speed with which the other speeds agree best."""
-        found: dict[str, Array] = {}
-        for message, signal, role in self._called(SPEED_ROLES):
+        """Name and series (m/s) of the speed with which the other speeds agree best.
+
+        Of the signals called speeds; where there is none, of all whose unit is that of a speed.
+        """
+        called = [(m, s, role) for m, s, role in self._called(SPEED_ROLES)]
+        by_unit = [
+            (message, signal, "vehicle_speed")
+            for message, signal in self._numbers()
+            if "speed" in unit_concepts(signal.unit)
+        ]
+        for candidates in (called, by_unit):
+            if found := dict(self._speeds(candidates)):
+                names = list(found)
+                support = {
+                    one: sum(correlation(found[one], found[other]) > AGREES for other in names)
+                    for one in names
+                }
+                best = max(names, key=lambda one: (support[one], -names.index(one)))
+                return best, found[best]
+        return None
+
+    def _speeds(self, candidates: list[tuple[Message, Signal, str]]) -> Iterator[tuple[str, Array]]:
+        for message, signal, role in candidates:
             values = self.on_base(Match(message, signal, 0.0, ()), role)
             if values is not None and np.ptp(values) > SLOW and (values < SPEED[1]).all():
-                found.setdefault(f"{message.name}.{signal.name}", values)
-        if not found:
-            return None
-        names = list(found)
-        support = {
-            one: sum(correlation(found[one], found[other]) > AGREES for other in names)
-            for one in names
-        }
-        best = max(names, key=lambda one: (support[one], -names.index(one)))
-        return best, found[best]
+                yield f"{message.name}.{signal.name}", values
 
     @cached_property
     def engine(self) -> tuple[str, Array] | None:
-        """Name and series of the signal that is best called engine speed."""
-        called = sorted(
-            (match(m, s, r) for m, s, r in self._called(("engine_speed",))),
-            key=lambda each: -each.score,
-        )
-        for found in called:
+        """Name and series of the engine speed: the one best called so, else the one that steps."""
+        called = [match(m, s, r) for m, s, r in self._called(("engine_speed",))]
+        for found in sorted(called, key=lambda each: -each.score):
             values = self.on_base(found, "engine_speed")
             if values is not None and np.ptp(values) > 0:
+                return found.name, values
+        for message, signal in self._numbers():
+            found = Match(message, signal, 0.0, ())
+            values = self.on_base(found, "engine_speed")
+            if values is None or "rpm" not in unit_concepts(signal.unit):
+                continue
+            if any(self._steps(values)):
                 return found.name, values
         return None
 
@@ -174,49 +225,10 @@ class Behaviour:
         return self._held[key]
 
 
-def correlation(one: Array, other: Array) -> float:
-    """Correlation of two series, (n,) each; 0 where one is constant."""
-    if one.size < FEWEST or np.ptp(one) == 0 or np.ptp(other) == 0:
-        return 0.0
-    return float(np.corrcoef(one, other)[0, 1])
-
-
-def stepped(engine: Array, speed: Array) -> tuple[float, list[float]]:
-    """Share of the samples whose ratio engine / speed lies at one of a few values, and those values.
-
-    engine: rad/s, speed: m/s, (n,) each. Only ratios that hold at least 4 % of the samples count.
-    """
-    moving = (speed > SLOW) & (engine > 0)
-    if np.count_nonzero(moving) < FEWEST:
-        return 0.0, []
-    logs = np.sort(np.log(engine[moving] / speed[moving]))
-    total, inside, found = logs.size, 0, []
-    for _ in range(GEARS):
-        if not logs.size:
-            break
-        ends = np.searchsorted(logs, logs + 2 * WIDTH, side="right")
-        counts = ends - np.arange(logs.size)
-        first = int(counts.argmax())
-        if counts[first] < 0.04 * total:
-            break
-        found.append(float(np.exp(np.median(logs[first : ends[first]]))))
-        inside += int(counts[first])
-        logs = np.concatenate([logs[:first], logs[ends[first] :]])
-    return inside / total, found
-
-
-def explained_ratio(gear: Array, engine: Array, speed: Array) -> float:
-    """Share of the variance of log(engine / speed) that the values of a gear explain. (n,) each."""
-    moving = (speed > SLOW) & (engine > 0) & (gear == np.round(gear))
-    values = np.unique(gear[moving])
-    if np.count_nonzero(moving) < FEWEST or not 2 <= values.size <= 10:
-        return 0.0
-    logs, gears = np.log(engine[moving] / speed[moving]), gear[moving]
-    within = sum(
-        float(((logs[gears == v] - np.median(logs[gears == v])) ** 2).sum()) for v in values
-    )
-    total = float(((logs - logs.mean()) ** 2).sum())
-    return 1.0 - within / total if total > 0 else 0.0
+def _is_named(message: Message, signal: Signal, role: str) -> bool:
+    """Whether the name of a signal says what it is: this role, or for a speed another speed."""
+    roles = SPEED_ROLES if role in SPEED_ROLES else (role,)
+    return any(match(message, signal, each).score >= NAMED for each in roles)
 
 
 def _to_si(unit: str, target: str) -> tuple[float, float]:

@@ -176,7 +176,7 @@ def match(message: Message, signal: Signal, role: str) -> Match:
     ):
         return Match(message, signal, 0.0, ())
     score = sum(weights) / len(weights) - _lost(signal.name, role)
-    if SENT in around and role not in REQUESTS + OWN_STATUS:
+    if role not in REQUESTS and (SENT in around) != (role in OWN_STATUS):
         score -= ELSEWHERE
     reasons = ["name" if any(_hits(group, held) for group in needed) else "name of the message"]
     if not suits_unit(signal, role):

@@ -82,7 +82,8 @@ def _ranked(database: Database, role: str, behaviour: Behaviour | None) -> Itera
     here = [each for each in by_name if each.message.name in traffic][:LOOKED_AT]
     absent = [each for each in by_name if each.message.name not in traffic][:RUNNERS_UP]
     looked = [*here, *absent]
-    yield from sorted((_weighed(each, role, behaviour) for each in looked), key=lambda m: -m.score)
+    weighed = [_weighed(each, role, behaviour) for each in looked]
+    yield from sorted([*weighed, *behaviour.unnamed(role)], key=lambda each: -each.score)
 
 
 def _weighed(found: Match, role: str, behaviour: Behaviour) -> Match:

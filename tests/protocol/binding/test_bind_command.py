@@ -96,6 +96,25 @@ def test_a_capture_gives_cycle_times_protections_and_roles(bind_in, tmp_path) ->
     assert {"engine_speed", "gear", "rear_wheel_speed"} <= set(binding.roles.roles)
 
 
+def test_a_capture_finds_engine_gear_and_speed_without_their_names(bind_in, tmp_path) -> None:
+    text = DBC
+    for number, name in enumerate(
+        ("EngineRPM", "GearPos", "ThrottlePos", "FrontWheelSpeed", "RearWheelSpeed")
+    ):
+        text = text.replace(name, f"Sig{number:02d}Q")
+    text = text.replace("EngineData", "Kalo").replace("WheelData", "Miru")
+    (tmp_path / "hidden.dbc").write_text(text)
+    status, _, err = bind_in("hidden.dbc", "--log", "drive.log", "--out", "hidden.toml")
+    assert status == 0, err
+    binding = read_binding(tmp_path / "hidden.toml")
+    assert binding.roles is not None
+    bound = {role: source.signals[0] for role, source in binding.roles.roles.items()}
+    assert bound["engine_speed"] == "Kalo.Sig00Q"
+    assert bound["gear"] == "Kalo.Sig01Q"
+    assert bound["vehicle_speed"].startswith("Miru.")
+    assert "by behaviour alone" in (tmp_path / "hidden.toml").read_text()
+
+
 def test_the_database_alone_gives_the_roles(bind_in, tmp_path) -> None:
     status, _, err = bind_in("bike.dbc", "--out", "bike.toml", "--title", "Bike")
     assert status == 0, err
