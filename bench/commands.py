@@ -15,6 +15,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.progress import Progress
 
+from slipbench.bench.check.commands import check
 from slipbench.bench.descriptors import require_descriptors
 from slipbench.bench.replay.replay_controls import FASTEST
 from slipbench.protocol.errors import InputError
@@ -75,6 +76,7 @@ def register(app: typer.Typer) -> None:
     app.command()(trial)
     app.command()(vehicle)
     app.command()(replay)
+    app.command()(check)
 
 
 def trial(

@@ -1,4 +1,4 @@
-"""The sub-commands for logs and captures: decode, export, import."""
+"""The sub-commands for logs, captures and databases: decode, export, import, bind."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -36,6 +36,7 @@ def register(app: typer.Typer) -> None:
     app.command("decode")(decode)
     app.command("export")(export)
     app.command("import")(import_)
+    app.command("bind")(bind)
 
 
 def decode(
@@ -166,6 +167,52 @@ def import_(
     with _progress(f"importing {capture.log.name}") as progress:
         recording = import_capture(capture, out, progress)
     imported(recording)
+
+
+def bind(
+    database: Annotated[
+        Path,
+        typer.Argument(
+            metavar="DATABASE",
+            help="The motorcycle's CAN database: DBC, ARXML, KCD or SYM.",
+            parser=file_of("database"),
+            autocompletion=completion_of("database"),
+        ),
+    ],
+    out: Annotated[Path, typer.Option(help="New binding file (TOML).")],
+    log: Annotated[
+        Path | None,
+        typer.Option(
+            help="Capture of this bus: what signals do counts beside their names.",
+            metavar="CAPTURE",
+        ),
+    ] = None,
+    title: Annotated[
+        str, typer.Option(help="Name of the motorcycle.  [default: name of the new file]")
+    ] = "",
+) -> None:
+    """Propose a binding file: which signal of the motorcycle's bus has which role of the bench.
+
+    Signals are found by name and unit. With a capture also by behaviour: values that a role can have,
+    speeds that agree, an engine speed that steps with the gears over the wheel speed; cycle times are
+    measured, counters and checksums (AUTOSAR E2E profiles 1, 2, 5; XOR, sum, CRC-8) are searched in
+    the payloads. The file names the reasons and the next best signals beside each role. Read it, and
+    correct it: it is a proposal. Then see it on the bus with `slipbench check`.
+
+    Exit status: 0 done, 2 invalid input (see message).
+
+    Examples:
+
+      slipbench bind bike.dbc --out my_motorcycle.toml
+
+      slipbench bind bike.dbc --log session.log --out my_motorcycle.toml
+    """
+    from slipbench.protocol.binding.proposed_file import propose_file, table
+
+    with _progress(f"reading {(log or database).name}") as progress:
+        proposal = propose_file(database, log, out, title, progress)
+    typer.echo(table(proposal))
+    typer.echo(f"{len(proposal.bound)} roles proposed in {out}; read it and confirm them")
 
 
 def _one(logs: list[Path]) -> Path:

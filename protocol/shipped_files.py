@@ -19,7 +19,7 @@ PATTERNS = {
     "controller": ("examples/controllers/*.toml",),
     "model": ("examples/models/*.toml",),
     "role map": ("examples/roles/*.toml", "dbc/*_roles.toml"),
-    "binding": ("examples/bindings/*.toml",),
+    "binding": ("examples/bindings/*.toml", "dbc/*_roles.toml"),
     "database": ("dbc/*.dbc", "examples/bindings/*.dbc"),
 }
 

@@ -28,6 +28,7 @@ ALIASES = {
     "°": "deg",
     "degrees": "deg",
     "deg/sec": "deg/s",
+    "m/s2": "m/s^2",
     "sec": "s",
     "KPa": "kPa",
     "G": "standard_gravity",

@@ -21,6 +21,7 @@ ALLOWED = {
     "can": (
         "protocol/logs/*.py",
         "bench/bus/opening.py",
+        "bench/check/*.py",
         "bench/gateway/gateway.py",
         "bench/bus/simulated_bus.py",
         "bench/loop/loop_process.py",
@@ -112,6 +113,7 @@ ALLOWED = {
         "bench/loop/loop.py",
         "bench/loop/recorder.py",
         "bench/commands.py",
+        "bench/check/commands.py",
         "bench/trials/live_*.py",
         "bench/vehicle/live_*.py",
         "bench/loop/loop_process.py",

@@ -1,89 +1,128 @@
 """How well a signal suits a role, by its name, its unit and its message."""
 
-import difflib
 import re
 from dataclasses import dataclass
+from functools import cache
 
+from slipbench.protocol.binding.words import NEUTRAL, concepts_in, concepts_of, is_noise, words_of
 from slipbench.protocol.database.layout import Database, Message, Signal
 from slipbench.protocol.recording.roles import ROLES
 from slipbench.protocol.units import linear
 
-# What the signals of the field are called, by role: words of their names. Every group needs one.
-WORDS: dict[str, tuple[tuple[str, ...], ...]] = {
-    "engine_speed": (("rpm", "nmot", "engine", "crank", "motor"), ("rpm", "speed", "revs", "nmot")),
+Groups = tuple[tuple[str, ...], ...]
+
+ALIKE = 0.25  # score from which a signal is named beside another, or where none is good enough
+LEAST = 0.6  # score from which a signal is proposed
+FROM_MESSAGE = 0.7  # weight of a word that stands in the name of the message only
+FROM_UNIT = 0.7  # weight of a meaning that only the unit states
+FOREIGN = 0.2  # lost for each word that means something else
+UNKNOWN_WORD = 0.04  # lost for each word that is not known
+WRONG_UNIT = 0.3  # factor
+NO_UNIT = 0.1  # lost where a quantity has no unit
+COUNTS = ("", "count", "counts", "-", "unitless", "teeth", "pulses")
+SIDES = ("front", "rear", "left", "right")
+
+SENT = "sent by the bench"
+BENCH = re.compile(r"(?i)bench|gateway|tester|slipbench|master")
+REQUESTS = ("throttle_request", "spark_request", "authority_request", "request_time")
+OWN_STATUS = ("trial_phase", "trial_authority", "trip_reason", "trial_tick")
+ELSEWHERE = (
+    0.3  # lost by a status in a message of requests, and by a bare name in a special message
+)
+SPECIAL = ("optical", "gnss", "wheel", "setpoint", "request")
+
+_WHEEL: Groups = (("wheel",), ("speed", "rpm"))
+# What a role must be called: one concept of each group. Concepts that may stand beside: ALLOWED.
+NEEDED: dict[str, Groups] = {
+    "engine_speed": (("engine", "rpm"), ("rpm", "speed")),
     "gear": (("gear",),),
-    "throttle_position": (
-        ("throttle", "tps", "ths", "plate"),
-        ("pos", "position", "tps", "angle", "actual", "opening"),
-    ),
-    "throttle_command": (
-        ("throttle", "tps"),
-        ("target", "command", "demand", "setpoint", "cmd", "applied"),
-    ),
-    "throttle_request": (("throttle", "tps"), ("request", "req", "ask", "asked")),
-    "spark_request": (("spark", "ignition", "ign", "timing"), ("request", "req", "ask", "asked")),
-    "spark_command": (
-        ("spark", "ignition", "ign", "timing"),
-        ("offset", "command", "trim", "correction", "cmd", "applied"),
-    ),
-    "spark_advance": (
-        ("spark", "ignition", "ign", "timing"),
-        ("advance", "angle", "timing", "adv"),
-    ),
-    "rear_wheel_speed": (("rear", "rr", "back", "rw"), ("wheel", "speed", "ws", "spd", "whl")),
-    "front_wheel_speed": (("front", "fr", "fw"), ("wheel", "speed", "ws", "spd", "whl")),
-    "optical_speed": (
-        ("optical", "true", "ground", "vbox", "correvit"),
-        ("speed", "velocity", "spd"),
-    ),
-    "gnss_speed": (("gps", "gnss", "satellite"), ("speed", "velocity", "spd")),
-    "vehicle_speed": (
-        ("vehicle", "car", "vss", "vehspd"),
-        ("speed", "vss", "velocity", "spd", "vehspd"),
-    ),
-    "rider_grip": (
-        ("grip", "pedal", "accelerator", "accel", "twist", "apps", "rider"),
-        ("pos", "position", "grip", "pedal", "apps", "opening"),
-    ),
-    "rider_button": (
-        ("button", "switch", "btn", "sw"),
-        ("button", "trial", "test", "launch", "rider", "btn"),
-    ),
-    "front_brake_pressure": (("front",), ("brake",)),
-    "rear_brake_pressure": (("rear",), ("brake",)),
-    "brake": (("brake",), ("switch", "pressed", "brake", "light", "pedal")),
+    "throttle_position": (("throttle",), ("position", "angle", "actual")),
+    "throttle_command": (("throttle",), ("setpoint",)),
+    "throttle_request": (("throttle",), ("request", SENT)),
+    "spark_request": (("spark",), ("request", SENT)),
+    "spark_command": (("spark",), ("offset", "setpoint")),
+    "spark_advance": (("spark",), ("advance", "angle")),
+    "request_time": (("time",), ("request", SENT)),
+    "rear_wheel_speed": (("rear",), *_WHEEL),
+    "front_wheel_speed": (("front",), *_WHEEL),
+    "rear_left_wheel_speed": (("rear",), ("left",), *_WHEEL),
+    "rear_right_wheel_speed": (("rear",), ("right",), *_WHEEL),
+    "front_left_wheel_speed": (("front",), ("left",), *_WHEEL),
+    "front_right_wheel_speed": (("front",), ("right",), *_WHEEL),
+    "rear_tooth_counter": (("rear",), ("teeth",), ("count",)),
+    "front_tooth_counter": (("front",), ("teeth",), ("count",)),
+    "optical_speed": (("optical",), ("speed",)),
+    "gnss_speed": (("gnss",), ("speed",)),
+    "vehicle_speed": (("vehicle",), ("speed",)),
+    "rider_grip": (("grip", "pedal"), ("position", "grip", "angle")),
+    "rider_button": (("button", "switch"), ("trial", "rider", "button")),
+    "front_brake_pressure": (("front",), ("brake",), ("pressure",)),
+    "rear_brake_pressure": (("rear",), ("brake",), ("pressure",)),
+    "brake": (("brake",), ("switch", "pedal", "position", "pressure")),
     "clutch": (("clutch",),),
-    "authority": (
-        ("authority", "granted", "grant", "tc", "control"),
-        ("authority", "granted", "grant", "active", "state"),
-    ),
-    "authority_request": (("authority", "enable", "mode"), ("request", "req", "enable", "ask")),
-    "throttle_authority": (
-        ("throttle", "etb", "body"),
-        ("authority", "granted", "grant", "active"),
-    ),
-    "throttle_fault": (("throttle", "etb", "body"), ("fault", "error", "faulty", "fail")),
-    "throttle_current": (("throttle", "etb", "motor"), ("current", "amps")),
-    "coolant_temperature": (
-        ("coolant", "clt", "ect", "water"),
-        ("temp", "temperature", "clt", "ect", "coolant"),
-    ),
-    "intake_temperature": (
-        ("intake", "iat", "inlet", "mat"),
-        ("temp", "temperature", "iat", "air"),
-    ),
-    "manifold_pressure": (("manifold", "map", "boost"), ("pressure", "map", "manifold", "boost")),
-    "steering_angle": (("steering", "steer"), ("angle", "ang", "steering")),
-    "yaw_rate": (("yaw",),),
-    "lean_angle": (("lean", "roll"), ("angle", "lean")),
-    "longitudinal_acceleration": (
-        ("longitudinal", "long", "acc", "ax"),
-        ("accel", "acceleration", "acc", "ax", "g"),
-    ),
-    "lateral_acceleration": (("lateral", "lat", "ay"), ("accel", "acceleration", "acc", "ay", "g")),
+    "authority": (("authority", "mode"), ("authority",)),
+    "authority_request": (("authority", "enable", "mode"), ("request", SENT)),
+    "throttle_authority": (("throttle",), ("authority", "mode")),
+    "throttle_fault": (("throttle",), ("fault",)),
+    "throttle_current": (("throttle",), ("current",)),
+    "front_suspension_travel": (("front",), ("suspension",), ("travel",)),
+    "rear_suspension_travel": (("rear",), ("suspension",), ("travel",)),
+    "coolant_temperature": (("coolant",), ("temperature",)),
+    "intake_temperature": (("intake",), ("temperature",)),
+    "rear_tyre_temperature": (("rear",), ("wheel",), ("temperature",)),
+    "front_tyre_temperature": (("front",), ("wheel",), ("temperature",)),
+    "manifold_pressure": (("manifold",), ("pressure",)),
+    "steering_angle": (("steering",), ("angle",)),
+    "yaw_rate": (("yaw",), ("rate",)),
+    "pitch_rate": (("pitch",), ("rate",)),
+    "lean_angle": (("lean",), ("angle",)),
+    "course": (("course",),),
+    "longitudinal_acceleration": (("longitudinal",), ("acceleration",)),
+    "lateral_acceleration": (("lateral",), ("acceleration",)),
+    "trial_phase": (("trial", "phase"), ("phase",)),
+    "trip_reason": (("trip",), ("trip", "reason")),
+    "trial_tick": (("trial",), ("time",)),
+    "trial_authority": (("trial",), ("authority",)),
 }
-SPEECH = {"rpm": "rpm", "%": "", "": ""}
-LEAST = 0.45  # score from which a signal is proposed
+ALLOWED: dict[str, tuple[str, ...]] = {
+    "gear": ("position", "engine", "transmission"),
+    "clutch": ("pedal", "position", "switch"),
+    "rider_grip": ("throttle",),
+    "brake": ("pedal", "cylinder", "rider"),
+    "authority": ("throttle_or_spark",),
+    "coolant_temperature": ("engine",),
+    "intake_temperature": ("air", "engine"),
+    "manifold_pressure": ("engine", "air"),
+    "steering_angle": ("wheel",),
+    "spark_advance": ("engine",),
+    "throttle_position": ("engine",),
+    "vehicle_speed": ("longitudinal",),
+    "longitudinal_acceleration": ("vehicle",),
+    "lateral_acceleration": ("vehicle",),
+    "yaw_rate": ("vehicle",),
+    "front_wheel_speed": ("left", "right", "vehicle"),
+    "rear_wheel_speed": ("left", "right", "vehicle"),
+    "rear_tooth_counter": ("left", "right", "wheel"),
+    "front_tooth_counter": ("left", "right", "wheel"),
+    "front_brake_pressure": ("cylinder",),
+    "rear_brake_pressure": ("cylinder",),
+    "rider_button": ("enable",),
+}
+# A name that consists of this concept alone may mean the role: "THROTTLE", "SPEED".
+BARE: dict[str, str] = {"vehicle_speed": "speed", "brake": "brake", "rider_grip": "pedal"}
+SWITCHES = {"rider_button", "throttle_fault"}
+EITHER = {"brake", "clutch", "gear", "authority", "authority_request", "throttle_authority"}
+# Meanings that a unit states, by the SI unit that it converts to.
+UNIT_CONCEPTS: tuple[tuple[str, tuple[str, ...]], ...] = (
+    ("m/s", ("speed",)),
+    ("m/s^2", ("acceleration",)),
+    ("Pa", ("pressure",)),
+    ("K", ("temperature",)),
+    ("A", ("current",)),
+    ("m", ("travel",)),
+    ("rad/s", ("rate", "rpm")),
+    ("rad", ("angle",)),
+)
 
 
 @dataclass(frozen=True)
@@ -104,68 +143,129 @@ class Match:
 def matches(database: Database, role: str) -> list[Match]:
     """Signals of a database that could have a role, the best first."""
     found = [
-        _match(message, signal, role) for message in database.messages for signal in message.signals
+        match(message, signal, role) for message in database.messages for signal in message.signals
     ]
     return sorted((each for each in found if each.score > 0), key=lambda each: -each.score)
 
 
 def nearest(database: Database, role: str, most: int = 3) -> str:
     """The signals that come nearest to a role, with their units, in one line."""
-    found = matches(database, role)[:most]
+    found = [each for each in matches(database, role)[:most] if each.score >= ALIKE]
     named = [f"{each.name} [{each.signal.unit or '-'}]" for each in found]
     return ", ".join(named) or "none that is alike"
-
-
-def words_of(name: str) -> tuple[str, ...]:
-    """Words of a signal's name, in lower case: "EngineSpd_RPM" -> engine, spd, rpm."""
-    split = re.sub(r"([a-z0-9])([A-Z])", r"\1 \2", re.sub(r"([A-Z]+)([A-Z][a-z])", r"\1 \2", name))
-    return tuple(part.lower() for part in re.split(r"[^A-Za-z]+", split) if part)
 
 
 def suits_unit(signal: Signal, role: str) -> bool:
     """Whether the unit of a signal converts to that of the role; a missing unit suits everything."""
     unit = ROLES[role].unit
-    if not signal.unit:
-        return True
-    for target in (unit, "rad/s" if role.endswith("wheel_speed") else unit):
-        try:
-            linear(signal.unit, target)
-        except ValueError:
-            continue
-        return True
-    return False
+    if not signal.unit or unit == "count":
+        return signal.unit.lower() in COUNTS
+    targets = (unit, "rad/s") if role.endswith("wheel_speed") else (unit,)
+    return any(_converts(signal.unit, target) for target in targets)
 
 
-def _match(message: Message, signal: Signal, role: str) -> Match:
-    own, around = words_of(signal.name), words_of(message.name)
-    groups = WORDS.get(role) or tuple((word,) for word in role.split("_"))
-    reasons = []
-    score = 0.0
-    for group in groups:
-        here = max((_alike(word, group) for word in own), default=0.0)
-        there = 0.6 * max((_alike(word, group) for word in around), default=0.0)
-        score += max(here, there) / len(groups)
-    similar = difflib.SequenceMatcher(None, " ".join(own), role.replace("_", " ")).ratio()
-    score = 0.75 * score + 0.25 * similar
-    if score >= LEAST:
-        reasons.append("name")
+def match(message: Message, signal: Signal, role: str) -> Match:
+    """How well one signal suits a role."""
+    held, around = concepts_in(signal.name), _around(message)
+    by_unit, needed = unit_concepts(signal.unit), needed_of(role)
+    weights = [_weight(group, held, around, by_unit) for group in needed]
+    if _is_bare(signal.name, held, role) and around.isdisjoint(SPECIAL):
+        weights = [max(weight, FROM_UNIT) for weight in weights]
+    if not weights[0] or not all(
+        weight for group, weight in zip(needed, weights, strict=True) if group[0] in SIDES
+    ):
+        return Match(message, signal, 0.0, ())
+    score = sum(weights) / len(weights) - _lost(signal.name, role)
+    if role not in REQUESTS and (SENT in around) != (role in OWN_STATUS):
+        score -= ELSEWHERE
+    reasons = ["name" if any(_hits(group, held) for group in needed) else "name of the message"]
     if not suits_unit(signal, role):
-        score *= 0.3
+        score *= WRONG_UNIT
+        reasons.append(f"but unit {signal.unit}")
     elif signal.unit and ROLES[role].unit != "1":
-        score = min(1.0, score + 0.1)
         reasons.append(f"unit {signal.unit}")
-    return Match(message, signal, score, tuple(reasons))
+    elif not signal.unit and ROLES[role].unit not in ("1", "count"):
+        score -= NO_UNIT
+    score *= _kind(signal, role)
+    return Match(message, signal, round(min(1.0, max(0.0, score)), 3), tuple(reasons))
 
 
-def _alike(word: str, group: tuple[str, ...]) -> float:
-    best = 0.0
-    for known in group:
-        if word == known:
-            return 1.0
-        if len(known) > 3 and (
-            word.startswith(known) or (known.startswith(word) and len(word) > 2)
-        ):
-            best = max(best, 0.85)
-        elif len(known) > 2 and known in word:
-            best = max(best, 0.7)
-    return best
+def needed_of(role: str) -> Groups:
+    """Concepts that the name of a role's signal needs: one of each group."""
+    return NEEDED.get(role) or tuple((word,) for word in role.split("_"))
+
+
+@cache
+def unit_concepts(unit: str) -> frozenset[str]:
+    """Concepts that a unit states: "km/h" -> speed."""
+    if unit == "%":
+        return frozenset(("position",))
+    if not unit:
+        return frozenset()
+    found = next((named for si, named in UNIT_CONCEPTS if _converts(unit, si)), ())
+    return frozenset(found)
+
+
+@cache
+def _converts(unit: str, target: str) -> bool:
+    try:
+        linear(unit, target)
+    except ValueError:
+        return False
+    return True
+
+
+def _around(message: Message) -> frozenset[str]:
+    """Concepts of the name of a message, and whether the bench sends it."""
+    held = concepts_in(message.name)
+    by_bench = any(BENCH.search(sender) for sender in message.senders)
+    if by_bench or not held.isdisjoint(("request", "setpoint")):
+        return held | {SENT}
+    return held
+
+
+def _is_bare(name: str, held: frozenset[str], role: str) -> bool:
+    """Whether a name says nothing but the one word that may mean the role."""
+    bare = BARE.get(role)
+    return bare in held and all(
+        bare in concepts_of(word) or is_noise(word) for word in words_of(name)
+    )
+
+
+def _hits(group: tuple[str, ...], held: frozenset[str]) -> bool:
+    return not held.isdisjoint(group)
+
+
+def _weight(
+    group: tuple[str, ...], own: frozenset[str], around: frozenset[str], unit: frozenset[str]
+) -> float:
+    if _hits(group, own):
+        return 1.0
+    return max(
+        (1.0 if SENT in group and SENT in around else FROM_MESSAGE) * _hits(group, around),
+        FROM_UNIT * _hits(group, unit),
+    )
+
+
+@cache
+def _lost(name: str, role: str) -> float:
+    """What the words of a name that belong to no part of the role cost."""
+    wanted = {concept for group in needed_of(role) for concept in group}
+    wanted |= NEUTRAL | set(ALLOWED.get(role, ()))
+    lost = 0.0
+    for word in words_of(name):
+        concepts = concepts_of(word)
+        if concepts & wanted or is_noise(word):
+            continue
+        lost += FOREIGN if concepts else UNKNOWN_WORD
+    return lost
+
+
+def _kind(signal: Signal, role: str) -> float:
+    """Factor for a switch in place of a number, and the other way round."""
+    one_bit = signal.length == 1
+    if role in EITHER or role in OWN_STATUS:
+        return 1.0
+    if role in SWITCHES:
+        return 1.0 if signal.length <= 3 and not signal.unit else 0.4
+    return 0.3 if one_bit or (len(signal.choices) > 2 and signal.length <= 4) else 1.0

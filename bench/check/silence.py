@@ -1,0 +1,307 @@
+"""Prove on the bench that silence gives the throttle back: request, fall silent, measure until it is.
+
+With an authority signal the throttle is requested at its present opening and does not move. Without one
+the request is a few percent beside it: only so can the echo or the position show when the ECU stops to
+follow. The engine must be off: where its speed is bound, it is measured, before and during the request.
+"""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from slipbench.bench.loop.clock import MILLISECOND, SECOND, Clock
+from slipbench.protocol.binding.binding import BENCH_SENDS, Binding
+from slipbench.protocol.codec.assembly import Assembly
+from slipbench.protocol.codec.codec import Codec, Frame, Sender
+from slipbench.protocol.codec.faults import FrameFault
+from slipbench.protocol.codec.messages import (
+    ActuatorCommand,
+    Authority,
+    BenchMessage,
+    EcuStatus,
+    EngineStatus,
+    ThrottleStatus,
+)
+from slipbench.protocol.codec.wire import FramePlan
+from slipbench.protocol.errors import InputError
+
+if TYPE_CHECKING:
+    import can
+
+LISTENING = 1.0  # s, before the request
+REQUESTING = 0.5  # s
+RELEASING = 0.05  # s, of a release where silence has not given the throttle back
+LONGEST = 1.0  # s of silence after which the throttle counts as not given back
+OFFSET = 0.03  # opening beside the present one, where no signal states the authority
+STANDING = 5.0  # rad/s, engine speed below which the engine is off
+FAR = 0.1  # opening beside the request at which it ends at once
+DEFAULT = 0.02  # s, hand back that a trial expects
+
+
+@dataclass
+class _Observed:
+    """Last values from the motorcycle."""
+
+    engine_speed: float | None = None
+    position: float | None = None
+    values: dict[str, tuple[float, float]] = field(default_factory=dict)  # value and arrival, s
+
+
+@dataclass(frozen=True)
+class SilenceResult:
+    """Outcome of one proof.
+
+    followed   signals that showed that the ECU followed the request
+    hand_back  s from the last request until none of them followed any more; None: longer than LONGEST
+    by         the signal that was the last
+    expected   s, that the binding states, or that a trial expects
+    """
+
+    followed: tuple[str, ...]
+    hand_back: float | None
+    by: str
+    expected: float
+
+    @property
+    def is_proven(self) -> bool:
+        """Whether silence gave the throttle back in time."""
+        return self.hand_back is not None and self.hand_back <= self.expected
+
+    def __str__(self) -> str:
+        """The outcome in one sentence."""
+        if not self.followed:
+            return (
+                "the ECU did not follow the request: nothing is proven; check the request's roles"
+            )
+        if self.hand_back is None:
+            return (
+                f"silence does not give the throttle back: {', '.join(self.followed)} still follows"
+                f" {LONGEST:g} s after the last request; switch the ignition off"
+            )
+        judged = "" if self.is_proven else f", later than the {self.expected * 1e3:g} ms stated"
+        return (
+            f"silence gives the throttle back {self.hand_back * 1e3:.1f} ms after the last request"
+            f" ({self.by}){judged}"
+        )
+
+
+class SilenceProof:
+    """One proof on one bus."""
+
+    def __init__(self, binding: Binding, bus: "can.BusABC", clock: Clock) -> None:
+        """Prepare. Raises InputError where the binding has no request, or nothing that shows its effect."""
+        self._binding, self._bus, self._clock = binding, bus, clock
+        self._codec: Codec = binding.codec()
+        self._sender = Sender(self._codec)
+        self._assembly = Assembly(self._codec)
+        self._observed = _Observed()
+        self._ours = {name for own in BENCH_SENDS for name in binding.carriers(own)}
+        self._signals = tuple(_signals(binding))
+        if not binding.can_request:
+            raise _refused(binding, "the binding has no request", "the role throttle_request")
+        if not self._signals:
+            raise _refused(
+                binding,
+                "nothing shows whether the ECU follows a request",
+                "one of the roles authority, throttle_authority, throttle_command, throttle_position",
+            )
+        if "ThrottleStatus" not in binding.placement:
+            raise _refused(
+                binding, "the present throttle opening is not known", "the role throttle_position"
+            )
+
+    @property
+    def offset(self) -> float:
+        """Opening beside the present one that is requested."""
+        return 0.0 if {"authority", "throttle authority"} & set(self._signals) else OFFSET
+
+    def run(self) -> SilenceResult:
+        """Listen, request, fall silent, measure. Raises InputError where it must not begin or go on.
+
+        Whatever ends it, no request follows.
+        """
+        self._wait(LISTENING)
+        before = self._present()
+        request = min(before + self.offset, 1.0)
+        last = self._request(request)
+        following = [name for name in self._signals if self._follows(name, request, before)]
+        if not following:
+            return SilenceResult((), None, "", self._expected)
+        left = self._silence(following, request, before, last)
+        late = max(left, key=lambda name: left[name] or 0.0)
+        hand_back = None if None in left.values() else left[late]
+        if hand_back is None and self._codec.requests_authority:
+            self._release()
+        return SilenceResult(tuple(following), hand_back, late, self._expected)
+
+    @property
+    def _expected(self) -> float:
+        stated = self._binding.degraded.hand_back
+        return DEFAULT if stated is None else float(stated)
+
+    def _present(self) -> float:
+        position = self._observed.position
+        if position is None:
+            raise InputError(
+                "no throttle position was received: nothing was requested",
+                where=str(self._binding.path),
+                expected=f"frames of it within {LISTENING:g} s",
+                remedy="run slipbench check first, and correct what is not live",
+            )
+        self._require_engine_off()
+        return position
+
+    def _require_engine_off(self) -> None:
+        speed = self._observed.engine_speed
+        if speed is not None and abs(speed) > STANDING:
+            raise InputError(
+                "the engine runs: the request has ended"
+                if self._sender.counters
+                else "the engine runs",
+                where=str(self._binding.path),
+                expected="an engine that is off",
+                found=f"{speed * 60 / 6.283185307:.0f} rpm",
+                remedy="stop the engine, ignition on, and start again",
+            )
+
+    def _request(self, opening: float) -> float:
+        """Request the opening each millisecond. Returns when the last request was sent, s."""
+        ends = self._now() + REQUESTING
+        last = self._now()
+        while self._now() < ends:
+            now = self._now()
+            command = ActuatorCommand(Authority.THROTTLE, opening, 0.0, now)
+            frames = self._sender.frames(command, now=now)
+            for frame in frames:
+                self._send(frame)
+                last = now
+            self._tick()
+            self._require_engine_off()
+            self._require_near(opening)
+        return last
+
+    def _release(self) -> None:
+        """Release the throttle by frames: silence has not done it."""
+        ends = self._now() + RELEASING
+        while self._now() < ends:
+            command = ActuatorCommand(Authority.NONE, 0.0, 0.0, self._now())
+            for frame in self._sender.frames(command, now=self._now()):
+                self._send(frame)
+            self._tick()
+
+    def _require_near(self, opening: float) -> None:
+        position = self._observed.position
+        if position is not None and abs(position - opening) > FAR:
+            raise InputError(
+                "the throttle moved away from the request: the request has ended",
+                where=str(self._binding.path),
+                expected=f"{opening:.1%}",
+                found=f"{position:.1%}",
+                remedy="check scale and unit of throttle_request and throttle_position",
+            )
+
+    def _silence(
+        self, following: list[str], request: float, before: float, last: float
+    ) -> Mapping[str, float | None]:
+        """Time from the last request until each signal no longer follows, s; None: it still does."""
+        left: dict[str, float | None] = dict.fromkeys(following)
+        while self._now() - last < LONGEST and None in left.values():
+            self._tick()
+            for name in following:
+                if left[name] is None and not self._follows(name, request, before):
+                    left[name] = self._observed.values[name][1] - last
+        return left
+
+    def _follows(self, name: str, request: float, before: float) -> bool:
+        if name not in self._observed.values:
+            return False
+        value = self._observed.values[name][0]
+        if name.endswith("authority"):
+            return bool(int(value) & Authority.THROTTLE)
+        return abs(value - request) < abs(value - before)
+
+    def _wait(self, seconds: float) -> None:
+        ends = self._now() + seconds
+        while self._now() < ends:
+            self._tick()
+
+    def _tick(self) -> None:
+        """Let a millisecond pass, and take in what arrived."""
+        self._clock.sleep_until_ns(self._clock.now_ns() + MILLISECOND)
+        while (frame := self._bus.recv(0)) is not None:
+            if not (frame.is_error_frame or frame.is_remote_frame):
+                self._take(frame)
+
+    def _take(self, frame: "can.Message") -> None:
+        plan = self._codec.plan(frame.arbitration_id, frame.is_extended_id)
+        if plan is None:
+            return
+        if plan.message.name in self._ours:
+            raise InputError(
+                f"another node sends {plan.message.name}, which the bench sends",
+                where=str(self._binding.path),
+                expected="no frame of it from another node",
+                found=f"identifier {frame.arbitration_id:#x}",
+                remedy="take the other node off the bus",
+            )
+        payload = plan.check(frame.data)
+        found = payload if isinstance(payload, FrameFault) else self._joined(plan, payload)
+        if isinstance(found, FrameFault):
+            return
+        for message in found:
+            self._observe(message)
+
+    def _joined(self, plan: FramePlan, payload: bytearray) -> "list[BenchMessage] | FrameFault":
+        found = self._assembly.take(plan, payload, self._now())
+        return found if isinstance(found, FrameFault) else [message for _, message, _ in found]
+
+    def _observe(self, message: BenchMessage) -> None:
+        now, observed = self._now(), self._observed
+        match message:
+            case EngineStatus():
+                observed.engine_speed = message.engine_speed
+            case ThrottleStatus():
+                observed.position = message.position
+                observed.values["throttle authority"] = float(message.authority), now
+                observed.values["position"] = message.position, now
+            case EcuStatus():
+                observed.values["authority"] = float(message.authority), now
+                observed.values["echo"] = message.throttle_command, now
+
+    def _send(self, frame: Frame) -> None:
+        import can
+
+        self._bus.send(
+            can.Message(
+                arbitration_id=frame.identifier,
+                data=frame.data,
+                is_extended_id=frame.extended,
+                is_fd=len(frame.data) > 8,
+            )
+        )
+
+    def _now(self) -> float:
+        return self._clock.now_ns() / SECOND
+
+
+def _signals(binding: Binding) -> Iterator[str]:
+    """Signals of the motorcycle that show whether it follows a request."""
+    degraded, placed = binding.degraded, binding.placement
+    if "EcuStatus" in placed and degraded.hand_back is None:
+        yield "authority"
+    if "ThrottleStatus" in placed and degraded.throttle_body is None:
+        yield "throttle authority"
+    if degraded.hand_back is not None:
+        if "EcuStatus" in placed and degraded.echo is None:
+            yield "echo"
+        elif "ThrottleStatus" in placed:
+            yield "position"
+
+
+def _refused(binding: Binding, what: str, expected: str) -> InputError:
+    return InputError(
+        f"{what}: silence cannot be proven",
+        where=str(binding.path),
+        expected=expected,
+        remedy="bind it, then start again",
+    )

@@ -1,0 +1,160 @@
+"""Vocabulary of signal names: which words of the field mean what, in English and German databases."""
+
+import re
+from functools import cache
+
+# Concept: its spellings. A word may belong to several concepts ("accel", "current").
+CONCEPTS: dict[str, str] = {
+    "engine": "engine eng crank crankshaft motor mot nmot ecm ecu",
+    "rpm": "rpm revs rev n nmot drehzahl rotational w omega angular revolutions ne",
+    "speed": "speed spd speeds velocity vel v vss wspd geschwindigkeit geschw geschwind tempo kph mph",
+    "wheel": "wheel wheels whl ws wspd rad raeder tyre tire vwhl",
+    "front": "front frnt f fr fl fw lf rf vorn vorne vorderrad vl vr v",
+    "rear": "rear rr rl rw lr back hinten hinterrad hl hr",
+    "left": "left fl rl lf lr links li vl hl l",
+    "right": "right fr rr rf rechts re vr hr r",
+    "vehicle": "vehicle veh car vss fahrzeug fzg bike chassis",
+    "transmission": "transmission trans xmission gearbox getriebe turbine trn tcm",
+    "other_shaft": "turbo fan pump compressor input output idle cam camshaft shaft prop driveshaft",
+    "throttle": "throttle tb tps ths thr thrott plate drosselklappe dk etb etc butterfly",
+    "position": "position pos posn opening tps apps pps stellung oeffnung percent pct pc aperture",
+    "angle": "angle ang winkel",
+    "pedal": "pedal pdl aped bped pps apps fahrpedal gaspedal gas pps accelerator accel fp",
+    "grip": "grip twist twistgrip apps aps gas",
+    "rider": "rider driver drv fahrer user",
+    "button": "button btn taster knob pushbutton",
+    "switch": "switch sw sws pressed schalter stat state active act actv on light lamp",
+    "trial": "trial test launch bench pit start",
+    "gear": "gear gears gang gr gearpos",
+    "clutch": "clutch clu cltch kupplung",
+    "brake": "brake bped brk brakes braking bremse bremsen brakelight",
+    "pressure": "pressure press pres prs druck map boost p",
+    "cylinder": "cylinder cyl master mc",
+    "spark": "spark ignition ign timing zuendung zuendwinkel zw",
+    "advance": "advance adv timing zuendwinkel winkel zw",
+    "authority": "authority auth grant granted granting",
+    "enable": "enable enabled enabling control ctrl",
+    "mode": "mode modus",
+    "request": "request req requested ask asked anforderung rq",
+    "setpoint": "target set command demand setpoint cmd desired dsrd soll dmd tgt applied commanded echo",
+    "offset": "offset trim correction delta corr korrektur",
+    "current": "current curr amps strom i",
+    "actual": "actual actl act ist meas measured current present",
+    "fault": "fault error faulty fail failure err flt fehler malfunction defect",
+    "coolant": "coolant clt ect water clnt kuehlmittel kuehlwasser cts wassertemperatur twater",
+    "intake": "intake iat inlet mat ansaugluft charge airtemp",
+    "air": "air luft",
+    "temperature": "temperature temp temps te clt ect iat mat temperatur twater airtemp tmp",
+    "manifold": "manifold map boost saugrohr mani ladedruck",
+    "oil": "oil oel",
+    "fuel": "fuel kraftstoff",
+    "ambient": "ambient outside baro barometric atmospheric aussen",
+    "steering": "steering steer lenkrad lenkwinkel lenk sas stw",
+    "yaw": "yaw gier",
+    "pitch": "pitch nick",
+    "lean": "lean roll bank leaning schraeglage",
+    "rate": "rate gyro velocity vel gradient rate",
+    "longitudinal": "longitudinal long lng ax x laengs",
+    "lateral": "lateral lat ay y quer",
+    "vertical": "vertical vert az z",
+    "acceleration": "acceleration accel acc accelerometer a ax ay az g beschl beschleunigung",
+    "optical": "optical ground vbox correvit radar",
+    "gnss": "gps gnss satellite sat",
+    "suspension": "suspension susp fork shock damper damping federweg",
+    "travel": "travel stroke position pos displacement hub federweg pot",
+    "teeth": "teeth tooth rotat pulses pulse edges",
+    "count": "count cnt counter cntr counts zaehler",
+    "protection": "crc checksum chksum chk cs alive livecounter seq sequence",
+    "quality": "valid validity quality qf qual flag q inhibit stat status",
+    "limit": "limit lim limiter min max minimum maximum limitation",
+    "torque": "torque trq tq moment drehmoment tqe",
+    "voltage": "voltage volt vbat battery batt u",
+    "time": "time clock stamp timestamp tick duration zeit",
+    "flow": "flow maf mass",
+    "duty": "duty",
+    "cruise": "cruise acc tempomat",
+    "phase": "phase",
+    "trip": "trip",
+    "reason": "reason cause",
+    "parking": "parking park ebrake hand handbrake",
+    "course": "course heading bearing track",
+    "direction": "direction dir reverse",
+    "lambda": "lambda lam afr",
+    "compensated": "comp compensated corrected filtered filt",
+    "average": "average avg mean averaged",
+    "trailer": "trailer trlr",
+    "diff": "difference diff",
+}
+NEUTRAL = {"actual", "compensated", "average", "rider"}
+_NOISE = (
+    "signal sig value val sensor sens raw abs absolute no id bus can msg message data info frame"
+    " physical of the unit primary main in"
+)
+NOISE = frozenset(re.findall("[a-z]+", _NOISE))
+LONG_ENOUGH = 3  # letters of a word that can be cut out of a run of letters
+
+
+@cache
+def _spellings() -> dict[str, frozenset[str]]:
+    found: dict[str, set[str]] = {}
+    for concept, words in CONCEPTS.items():
+        for word in words.split():
+            found.setdefault(word, set()).add(concept)
+    return {word: frozenset(concepts) for word, concepts in found.items()}
+
+
+@cache
+def words_of(name: str) -> tuple[str, ...]:
+    """Words of a signal's name, in lower case: "EngineSpd_RPM" -> engine, spd, rpm."""
+    split = re.sub(r"([a-z0-9])([A-Z])", r"\1 \2", re.sub(r"([A-Z]+)([A-Z][a-z])", r"\1 \2", name))
+    parts = (part.lower() for part in re.split(r"[^A-Za-z]+", split) if part)
+    return tuple(word for part in parts for word in _cut(part))
+
+
+@cache
+def concepts_of(word: str) -> frozenset[str]:
+    """Concepts that a word may stand for; none for a word that is not known."""
+    known = _spellings()
+    if word in known:
+        return known[word]
+    if word.endswith("s") and word[:-1] in known and len(word) > LONG_ENOUGH:
+        return known[word[:-1]]
+    for length in range(len(word) - 1, LONG_ENOUGH, -1):  # "temperat", "accelerat"
+        if word[:length] in known and len(word) - length < LONG_ENOUGH:
+            return known[word[:length]]
+    longer = [whole for whole in known if whole.startswith(word)] if len(word) > LONG_ENOUGH else []
+    return known[min(longer, key=len)] if longer else frozenset()
+
+
+@cache
+def concepts_in(name: str) -> frozenset[str]:
+    """Concepts of all words of a name."""
+    return frozenset(concept for word in words_of(name) for concept in concepts_of(word))
+
+
+def is_noise(word: str) -> bool:
+    """Whether a word says nothing about what a signal is."""
+    return word in NOISE or len(word) == 1
+
+
+@cache
+def _cut(part: str) -> tuple[str, ...]:
+    """A run of letters as words that are known, "wheelspeedfl" -> wheel, speed, fl; else whole."""
+    if part in NOISE or concepts_of(part):
+        return (part,)
+    return _pieces(part) or (part,)
+
+
+def _pieces(run: str) -> tuple[str, ...]:
+    if not run:
+        return ()
+    known = _spellings()
+    for length in range(len(run), 1, -1):
+        head, tail = run[:length], run[length:]
+        if head not in known and head not in NOISE:
+            continue
+        if not tail:
+            return (head,)
+        if length >= LONG_ENOUGH and (rest := _pieces(tail)):
+            return head, *rest
+    return ()

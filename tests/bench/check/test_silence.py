@@ -1,0 +1,79 @@
+"""Laws of `slipbench check --silence`, on the simulated bus with the virtual motorcycle."""
+
+import can
+import pytest
+
+from slipbench.bench.check.silence import LISTENING, OFFSET, SilenceProof
+from slipbench.protocol.codec.codec import Codec
+from slipbench.protocol.codec.messages import ActuatorCommand, Authority
+from slipbench.protocol.errors import InputError
+from tests.bench.check.harness import own, world
+
+SPEAKS = own()  # the motorcycle sends everything; the binding under test may know less of it
+HIDDEN = (
+    "engine_speed",
+    "gear",
+    "spark_advance",
+)  # the virtual engine runs: its speed is not bound
+
+
+@pytest.mark.parametrize("silence", ["12 ms", "20 ms", "30 ms"])
+@pytest.mark.parametrize("handshake", [True, False])
+def test_the_time_until_the_throttle_is_given_back_is_measured(
+    silence: str, handshake: bool
+) -> None:
+    hidden = () if handshake else ("authority", "throttle_authority", "authority_request")
+    degraded = {} if handshake else {"hand_back": silence, "throttle_body": "follows_ecu"}
+    with world(own(hidden, **degraded), silence) as made:
+        proof = SilenceProof(own((*HIDDEN, *hidden), **degraded), made.ours, made.clock)
+        assert proof.offset == (0.0 if handshake else OFFSET)
+        result = proof.run()
+    watchdog = float(silence.split()[0]) * 1e-3
+    assert result.followed
+    assert result.hand_back is not None
+    assert watchdog <= result.hand_back <= watchdog + 0.006
+
+
+def test_an_ecu_without_a_watchdog_is_found_out() -> None:
+    with world(SPEAKS) as made:
+        made.motorcycle._silence = 1e9  # s: the watchdog never ends a grant
+        result = SilenceProof(own(HIDDEN), made.ours, made.clock).run()
+        made.frames(0.01)
+        assert made.motorcycle._grant.authority == Authority.NONE  # by the release that follows
+    assert result.followed
+    assert result.hand_back is None
+    assert not result.is_proven
+    assert "does not give the throttle back" in str(result)
+
+
+def test_with_a_running_engine_no_request_is_sent() -> None:
+    with world(SPEAKS) as made:
+        proof = SilenceProof(own(), made.ours, made.clock)
+        with pytest.raises(InputError, match="engine runs"):
+            proof.run()
+        assert not made.motorcycle.watchdog_timeouts
+        assert made.clock.now_ns() * 1e-9 < 1.0 + LISTENING + 0.01
+
+
+@pytest.mark.parametrize(
+    ("without", "degraded", "word"),
+    [
+        (("throttle_request", "authority_request", "spark_request"), {}, "no request"),
+        (("throttle_position",), {}, "throttle opening"),
+    ],
+)
+def test_what_cannot_be_proven_is_refused_before_the_bus_is_used(without, degraded, word) -> None:
+    with world(SPEAKS) as made, pytest.raises(InputError, match=word):
+        SilenceProof(own((*HIDDEN, *without), **degraded), made.ours, made.clock)
+
+
+def test_a_second_node_with_the_request_ends_it() -> None:
+    with world(SPEAKS) as made:
+        other = made.bus.node("other")
+        command = ActuatorCommand(Authority.NONE, 0.0, 0.0, 0.0)
+        identifier, data = Codec(SPEAKS.database).encode(command)
+        other.send(can.Message(arbitration_id=identifier, data=data, is_extended_id=False))
+        proof = SilenceProof(own(HIDDEN), made.ours, made.clock)
+        with pytest.raises(InputError, match="another node sends ActuatorCommand"):
+            proof.run()
+        other.shutdown()

@@ -1,0 +1,93 @@
+"""Names of signals as published databases have them: (message, signal, unit, bits) and the role, or none.
+
+The names are those of open databases of cars and of the manuals of race ECUs. None of them was looked at
+when the vocabulary of `slipbench.protocol.binding.words` was written, so that they measure it.
+"""
+
+Row = tuple[str, str, str, int, str]
+
+HONDA: tuple[Row, ...] = (
+    ("ENGINE_DATA", "XMISSION_SPEED", "km/h", 16, ""),
+    ("ENGINE_DATA", "ENGINE_RPM", "rpm", 16, "engine_speed"),
+    ("ENGINE_DATA", "ODOMETER", "m", 8, ""),
+    ("POWERTRAIN_DATA", "PEDAL_GAS", "", 8, "rider_grip"),
+    ("POWERTRAIN_DATA", "GAS_PRESSED", "", 1, ""),
+    ("POWERTRAIN_DATA", "BRAKE_PRESSED", "", 1, "brake"),
+    ("WHEEL_SPEEDS", "WHEEL_SPEED_FL", "km/h", 15, "front_left_wheel_speed"),
+    ("WHEEL_SPEEDS", "WHEEL_SPEED_FR", "km/h", 15, "front_right_wheel_speed"),
+    ("WHEEL_SPEEDS", "WHEEL_SPEED_RL", "km/h", 15, "rear_left_wheel_speed"),
+    ("WHEEL_SPEEDS", "WHEEL_SPEED_RR", "km/h", 15, "rear_right_wheel_speed"),
+    ("VEHICLE_DYNAMICS", "LAT_ACCEL", "m/s2", 16, "lateral_acceleration"),
+    ("VEHICLE_DYNAMICS", "LONG_ACCEL", "m/s2", 16, "longitudinal_acceleration"),
+    ("STEERING_SENSORS", "STEER_ANGLE", "deg", 16, "steering_angle"),
+    ("STEERING_SENSORS", "STEER_ANGLE_RATE", "deg/s", 16, ""),
+    ("STEERING_CONTROL", "STEER_TORQUE", "", 16, ""),
+    ("GEARBOX", "GEAR", "", 8, "gear"),
+    ("VSA_STATUS", "USER_BRAKE", "", 16, ""),
+)
+RACE_ECU: tuple[Row, ...] = (
+    ("Engine1", "Engine_Speed", "RPM", 16, "engine_speed"),
+    ("Engine1", "MAP", "kPa", 16, "manifold_pressure"),
+    ("Engine1", "TPS", "%", 16, "throttle_position"),
+    ("Engine1", "ECT", "C", 8, "coolant_temperature"),
+    ("Engine1", "IAT", "C", 8, "intake_temperature"),
+    ("Engine2", "Ignition_Angle", "deg", 16, "spark_advance"),
+    ("Engine2", "Inj_Duty", "%", 16, ""),
+    ("Engine2", "Gear_Position", "", 8, "gear"),
+    ("Engine2", "Oil_Pressure", "kPa", 16, ""),
+    ("Engine2", "Fuel_Temp", "C", 8, ""),
+    ("Engine3", "APS_Main", "%", 16, "rider_grip"),
+    ("Engine3", "Throttle_Target", "%", 16, "throttle_command"),
+    ("Engine3", "Lambda_Target", "", 16, ""),
+    ("Wheels", "LF_Wheel_Speed", "km/h", 16, "front_left_wheel_speed"),
+    ("Wheels", "LR_Wheel_Speed", "km/h", 16, "rear_left_wheel_speed"),
+    ("Wheels", "RF_Wheel_Speed", "km/h", 16, "front_right_wheel_speed"),
+    ("Wheels", "RR_Wheel_Speed", "km/h", 16, "rear_right_wheel_speed"),
+    ("Wheels", "Slip_Target", "km/h", 16, ""),
+    ("Brakes", "Front_Brake_Press", "bar", 16, "front_brake_pressure"),
+    ("Brakes", "Rear_Brake_Press", "bar", 16, "rear_brake_pressure"),
+    ("Body", "Clutch_Switch", "", 1, "clutch"),
+    ("Body", "Launch_Button", "", 1, "rider_button"),
+    ("Body", "GPS_Speed", "km/h", 16, "gnss_speed"),
+)
+GERMAN: tuple[Row, ...] = (
+    ("Motor_12", "MO_Drehzahl_01", "rpm", 16, "engine_speed"),
+    ("Motor_20", "MO_Fahrpedalrohwert_01", "%", 8, "rider_grip"),
+    ("Motor_07", "MO_Kuehlmittel_Temp", "degC", 8, "coolant_temperature"),
+    ("Motor_04", "MO_Saugrohrdruck", "mbar", 8, "manifold_pressure"),
+    ("Motor_14", "MO_Kuppl_schalter", "", 1, "clutch"),
+    ("Motor_11", "MO_Mom_Soll_Roh", "Nm", 10, ""),
+    ("ESP_19", "ESP_VL_Radgeschw_02", "km/h", 16, "front_left_wheel_speed"),
+    ("ESP_19", "ESP_HL_Radgeschw_02", "km/h", 16, "rear_left_wheel_speed"),
+    ("ESP_19", "ESP_VR_Radgeschw_02", "km/h", 16, "front_right_wheel_speed"),
+    ("ESP_19", "ESP_HR_Radgeschw_02", "km/h", 16, "rear_right_wheel_speed"),
+    ("ESP_02", "ESP_Gierrate", "deg/s", 14, "yaw_rate"),
+    ("ESP_02", "ESP_Querbeschleunigung", "g", 8, "lateral_acceleration"),
+    ("ESP_02", "ESP_Laengsbeschl", "m/s^2", 10, "longitudinal_acceleration"),
+    ("ESP_05", "ESP_Bremsdruck", "bar", 10, ""),
+    ("LWI_01", "LWI_Lenkradwinkel", "deg", 13, "steering_angle"),
+    ("Getriebe_11", "GE_Zielgang", "", 4, ""),
+    ("Getriebe_11", "GE_Istgang", "", 4, "gear"),
+)
+MOTORCYCLE: tuple[Row, ...] = (
+    ("Dash_10", "nEngine", "rpm", 16, "engine_speed"),
+    ("Dash_10", "GearPos", "", 4, "gear"),
+    ("Dash_10", "TEngineWater", "degC", 8, "coolant_temperature"),
+    ("Dash_20", "GripTwist", "%", 16, "rider_grip"),
+    ("Dash_20", "ThrottleValveAngle", "%", 16, "throttle_position"),
+    ("Dash_20", "FrontWhlSpd", "km/h", 16, "front_wheel_speed"),
+    ("Dash_20", "RearWhlSpd", "km/h", 16, "rear_wheel_speed"),
+    ("Imu_1", "RollAngle", "deg", 16, "lean_angle"),
+    ("Imu_1", "PitchRate", "deg/s", 16, "pitch_rate"),
+    ("Imu_1", "YawRate", "deg/s", 16, "yaw_rate"),
+    ("Imu_2", "AccX", "g", 16, "longitudinal_acceleration"),
+    ("Imu_2", "AccY", "g", 16, "lateral_acceleration"),
+    ("Imu_2", "AccZ", "g", 16, ""),
+    ("Susp", "ForkTravel_Front", "mm", 16, "front_suspension_travel"),
+    ("Susp", "ShockTravel_Rear", "mm", 16, "rear_suspension_travel"),
+    ("Brk", "pBrakeFront", "bar", 16, "front_brake_pressure"),
+    ("Brk", "pBrakeRear", "bar", 16, "rear_brake_pressure"),
+    ("Tc", "SparkRetard", "deg", 8, ""),
+    ("Tc", "TyreTempRear", "degC", 8, "rear_tyre_temperature"),
+)
+DATABASES = {"honda": HONDA, "race_ecu": RACE_ECU, "german": GERMAN, "motorcycle": MOTORCYCLE}
