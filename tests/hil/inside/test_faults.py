@@ -5,6 +5,7 @@ and its status back. Each fault begins during the excitation. The kernel cannot 
 (it hands them to local sockets past the queue): delays are tried on the simulated clock.
 """
 
+import shlex
 import subprocess
 import time
 from collections.abc import Iterator
@@ -55,28 +56,51 @@ FAULTS = (
 )
 
 
-@pytest.fixture(autouse=True)
-def joined() -> Iterator[None]:
-    """A gateway between the two interfaces, and no fault."""
+class Shell:
+    """A shell that waits for commands, of the lowest priority.
+
+    To start a program from a large process takes a user-mode kernel longer than the bench waits for the
+    simulated rider; the shell is small, and the motorcycle goes before it.
+    """
+
+    def __init__(self) -> None:
+        self._shell = subprocess.Popen(
+            ["nice", "-n", "19", "sh"], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+        )
+
+    def run(self, command: list[str]) -> float:
+        """Run a command; returns the time at which it had ended, s."""
+        assert self._shell.stdin
+        assert self._shell.stdout
+        self._shell.stdin.write(f"{shlex.join(command)}; echo $?\n")
+        self._shell.stdin.flush()
+        assert self._shell.stdout.readline() == "0\n", command
+        return time.time()
+
+    def close(self) -> None:
+        self._shell.communicate()
+
+
+@pytest.fixture
+def shell() -> Iterator[Shell]:
+    """A gateway between the two interfaces, no fault, and a shell that makes one."""
+    made = Shell()
     for rule in (COMMANDS, CONTROLS, STATUS):
-        run(gateway("-A", *rule))
-    yield
-    run(["ip", "link", "set", BEHIND, "up"])
-    run(["cangw", "-F"])
-
-
-def run(command: list[str]) -> None:
-    subprocess.run(command, check=True)
+        made.run(gateway("-A", *rule))
+    yield made
+    made.run(["ip", "link", "set", BEHIND, "up"])
+    made.run(["cangw", "-F"])
+    made.close()
 
 
 @pytest.mark.parametrize("fault", FAULTS, ids=lambda fault: fault.name)
-def test_the_throttle_is_given_back_and_the_trial_says_why(fault: Fault, tmp_path: Path) -> None:
+def test_the_throttle_is_given_back_and_the_trial_says_why(
+    fault: Fault, shell: Shell, tmp_path: Path
+) -> None:
     struck = []
 
     def strike(*_: object) -> None:
-        for command in fault.commands:
-            run(command)
-            struck.append(time.time())
+        struck.extend(shell.run(command) for command in fault.commands)
 
     ridden = ride(tmp_path, strike, BEHIND)
     assert ridden.status == 3, ridden.said + ridden.vehicle_said
@@ -84,9 +108,9 @@ def test_the_throttle_is_given_back_and_the_trial_says_why(fault: Fault, tmp_pat
     asked = ridden.commands()[-1][0] - struck[0]
     granted = ridden.granted_until() - struck[0]
     print(
-        f"granted until {1e3 * granted:.1f} ms, asked for until {1e3 * asked:.1f} ms after: {fault.name}"
+        f"granted until {1e3 * granted:.1f} ms, asked for until {1e3 * asked:.1f} ms: {fault.name}"
     )
     assert asked < WATCHDOG + 2 * LATENESS
-    assert granted < WATCHDOG + 3 * LATENESS
+    assert granted < WATCHDOG + 2 * LATENESS
     if fault.trip == AUTHORITY_LOST:  # else no status comes back
         assert ridden.statuses()[-1][1].authority == Authority.NONE
