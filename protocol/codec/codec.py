@@ -1,6 +1,6 @@
 """Frames from messages and messages from frames: SI inside, the units of the database on the wire."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from enum import IntEnum
 from typing import Any, NamedTuple
 
@@ -302,27 +302,27 @@ class Sender:
         None: every frame is sent. Raises ValueError as `Codec.encode` does.
         """
         key = name or type(message).__name__
+        if key not in self._plans:
+            self._plans[key] = [self._codec.plan_of(each) for each in self._codec.carriers(key)]
         words = [(part, part.pack(message)) for part in self._codec.parts(key)]
         for part, each in words:
             self._held[part.message.name][part.name, part.selection] = each
-        if key not in self._plans:
-            self._plans[key] = [self._codec.plan_of(each) for each in self._codec.carriers(key)]
         return [frame for plan in self._plans[key] for frame in self._made(plan, key, now)]
 
-    def _made(self, plan: FramePlan, key: str, now: float | None) -> Iterator[Frame]:
+    def _made(self, plan: FramePlan, key: str, now: float | None) -> list[Frame]:
         """Frames of a message of the database; pages take turns where it has a cycle time."""
-        carrier, event = plan.message.name, plan.message.attributes.get("GenMsgSendType") == 1
-        if now is None or event:
-            pages = [page for page in plan.pages if any(part.name == key for part in page)]
-        else:
-            pages = [plan.pages[self._turns.get(carrier, 0) % len(plan.pages)]]
-        held = self._held[carrier]
+        carrier, pages = plan.message.name, plan.page_keys
+        cyclic = now is not None and plan.message.attributes.get("GenMsgSendType") != 1
+        if len(pages) > 1:
+            turn = self._turns.get(carrier, 0) % len(pages)
+            pages = [pages[turn]] if cyclic else [page for page in pages if key in dict(page)]
+        held, made = self._held[carrier], []
         for page in pages:
-            keys = [(part.name, part.selection) for part in page]
-            if not held.keys() >= set(keys) or not (event or self._due(plan, now)):
+            if any(each not in held for each in page) or (cyclic and not self._due(plan, now)):
                 continue
             self._turns[carrier] = self._turns.get(carrier, 0) + 1
-            yield self._next(plan, [held[each] for each in keys])
+            made.append(self._next(plan, [held[each] for each in page]))
+        return made
 
     def _next(self, plan: FramePlan, words: list[Words]) -> Frame:
         """Frame under the next counter."""
@@ -333,6 +333,7 @@ class Sender:
         return self._codec.finish(plan, words, counter)
 
     def _due(self, plan: FramePlan, now: float | None) -> bool:
+        """Whether the cycle time of a frame is over at `now` (s)."""
         message = plan.message
         if now is None:
             return True
