@@ -35,7 +35,7 @@ ALLOWED = {
         "bench/loop/exit_status.py",
     ),
     "cantools": ("protocol/database/database.py",),
-    "e2e": ("protocol/codec/e2e.py",),
+    "e2e": ("protocol/codec/e2e.py", "protocol/codec/protection.py"),
     # Files that others wrote.
     "asammdf": ("protocol/logs/*.py", "protocol/tables/*.py", "protocol/export/mf4.py"),
     "pyarrow": (
