@@ -16,17 +16,21 @@ from slipbench.protocol.binding.fields import (
 )
 from slipbench.protocol.binding.missing import require_absent, require_roles
 from slipbench.protocol.codec.codec import Codec
-from slipbench.protocol.codec.messages import Authority, Phase, TripReason
+from slipbench.protocol.codec.messages import Authority
 from slipbench.protocol.codec.placement import KINDS, OWN, FieldsAt, Placement, SignalAt, TeethAt
 from slipbench.protocol.configuration import read_toml
 from slipbench.protocol.database.database import load_database
 from slipbench.protocol.database.layout import Database
 from slipbench.protocol.errors import InputError
 from slipbench.protocol.recording.message_rules import Degraded, with_rules
-from slipbench.protocol.recording.role_lookup import find_message, find_signal, find_signals
+from slipbench.protocol.recording.role_lookup import (
+    find_message,
+    find_signal,
+    find_signals,
+    meanings,
+)
 from slipbench.protocol.recording.role_map import RoleMap, Source
 
-ENUMERATIONS = {"authority": Authority, "phase": Phase, "trip": TripReason}
 BENCH_SENDS = ("ActuatorCommand", "TrialStatus")
 
 
@@ -182,21 +186,7 @@ class _Placed:
 
     def _values(self, role: str, source: Source, at: Field) -> dict[int, int]:
         hint = get_type_hints(KINDS[at.message])[at.field]
-        members = ENUMERATIONS.get(at.field)
-        found = {}
-        for raw, value in source.values.items():
-            number = int(raw, 0)
-            if isinstance(value, int):
-                found[number] = value
-            elif members and value.upper() in members.__members__:
-                found[number] = int(members[value.upper()])
-            else:
-                names = ", ".join(member.name.lower() for member in members or ())
-                raise InputError(
-                    f"{value!r} is no value of this role",
-                    where=f"{self._where}: roles.{role}.values",
-                    expected=names or "a whole number",
-                )
+        found = meanings(role, source, self._where)
         if found and hint is float:
             raise InputError(
                 "this role is a number; `values` is for enumerations",

@@ -1,5 +1,6 @@
 """Samples of one role from the frames of a log, in SI, with their arrival times."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,7 +11,13 @@ from slipbench.protocol.database.layout import Database, Message, Signal
 from slipbench.protocol.errors import InputError
 from slipbench.protocol.logs.decode import Frames, Samples, SortedLog
 from slipbench.protocol.recording.channel import FloatArray
-from slipbench.protocol.recording.role_lookup import find_message, find_signal, find_signals, to_si
+from slipbench.protocol.recording.role_lookup import (
+    find_message,
+    find_signal,
+    find_signals,
+    meanings,
+    to_si,
+)
 from slipbench.protocol.recording.role_map import Source
 from slipbench.protocol.recording.sender_check import TWO_SENDERS, interleaved, repeated
 from slipbench.protocol.recording.teeth import Teeth, teeth
@@ -164,6 +171,8 @@ def _mean(
 ) -> tuple[Rows, FloatArray]:
     """Mean of the signals in `unit` over the frames that hold them all."""
     parts = [_known(frames.samples(signal.name), source) for signal in signals]
+    if source.values:
+        return _meant(parts[0], meanings(role, source, "role map"))
     rows = parts[0].rows
     for part in parts[1:]:
         rows = np.intersect1d(rows, part.rows, assume_unique=True)
@@ -174,11 +183,22 @@ def _mean(
     return rows, np.mean(values, axis=0) if len(values) > 1 else values[0]
 
 
+def _meant(samples: Samples, meaning: Mapping[int, int]) -> tuple[Rows, FloatArray]:
+    """Values of an enumeration as the role map gives them; raw values without one are not known."""
+    raw, value = np.array(sorted(meaning.items()), np.int64).T
+    at = np.searchsorted(raw, samples.raw).clip(max=raw.size - 1)
+    keep = raw[at] == samples.raw
+    return samples.rows[keep], value[at[keep]].astype(np.float64)
+
+
 def _known(samples: Samples, source: Source) -> Samples:
     """Samples without the values that mean "not known"."""
     if not source.unknown:
         return samples
-    keep = ~np.isin(samples.value, source.unknown)
+    signal = samples.signal
+    step = 1e-6 * np.abs(source.unknown) if signal.is_float else 0.5 * abs(signal.scale)
+    away = np.abs(samples.value[:, None] - np.asarray(source.unknown))
+    keep = (away > step).all(axis=1)
     return Samples(samples.signal, samples.rows[keep], samples.raw[keep])
 
 

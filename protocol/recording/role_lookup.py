@@ -1,10 +1,12 @@
 """Look up the signals of a role map in the database, and convert their values to SI."""
 
 import difflib
+from enum import IntEnum
 
 import numpy as np
 import numpy.typing as npt
 
+from slipbench.protocol.codec.messages import Authority, Phase, TripReason
 from slipbench.protocol.database.layout import Database, Message, Signal
 from slipbench.protocol.errors import InputError
 from slipbench.protocol.recording.role_map import Source
@@ -51,6 +53,37 @@ def find_signal(message: Message, full_name: str) -> Signal:
             remedy=f'did you mean "{message.name}.{near[0]}"?' if near else "",
         )
     return message.by_name[name]
+
+
+ENUMERATIONS: dict[str, type[IntEnum]] = {
+    "authority": Authority,
+    "authority_request": Authority,
+    "throttle_authority": Authority,
+    "trial_authority": Authority,
+    "trial_phase": Phase,
+    "trip_reason": TripReason,
+}
+
+
+def meanings(role: str, source: Source, where: str) -> dict[int, int]:
+    """Value of each raw value that the file gives a meaning; empty where it gives none.
+
+    Raises InputError for the name of a value that the role does not have.
+    """
+    found = {}
+    members = ENUMERATIONS[role].__members__ if role in ENUMERATIONS else {}
+    for raw, value in source.values.items():
+        if isinstance(value, int):
+            found[int(raw, 0)] = value
+        elif value.upper() in members:
+            found[int(raw, 0)] = int(members[value.upper()])
+        else:
+            raise InputError(
+                f"{value!r} is no value of this role",
+                where=f"{where}: roles.{role}.values",
+                expected=", ".join(name.lower() for name in members) or "a whole number",
+            )
+    return found
 
 
 def to_si(

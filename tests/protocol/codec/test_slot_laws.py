@@ -127,7 +127,7 @@ def test_a_value_is_sent_within_half_a_step_or_refused(signal, value):
     raw = made.read(*words(sent))
     assert raw is not None
     step = abs(made.scale)
-    error = 2e-3 * abs(value) if made.real else 0.5 * step * (1 + 1e-6)
+    error = 2e-3 * abs(value - made.offset) if made.real else 0.5 * step * (1 + 1e-6)
     assert made.value(raw) == pytest.approx(value, abs=error + 1e-3 * step + 1e-9 * abs(value))
 
 
