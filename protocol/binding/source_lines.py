@@ -5,12 +5,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from slipbench.protocol.binding.binding import ENUMERATIONS
 from slipbench.protocol.binding.fields import FIELDS
 from slipbench.protocol.binding.match import OWN_STATUS, REQUESTS, Match
 from slipbench.protocol.binding.propose import Proposal
 from slipbench.protocol.binding.words import concepts_in
 from slipbench.protocol.database.layout import Message, Signal
+from slipbench.protocol.recording.role_lookup import ENUMERATIONS
 from slipbench.protocol.recording.roles import ROLES
 from slipbench.protocol.units import linear
 
@@ -108,7 +108,7 @@ def _converts(unit: str, target: str) -> bool:
 
 def _values(role: str, found: Match) -> Iterator[Stated]:
     """Raw values of an enumeration of the bench, by the names in the database."""
-    members = ENUMERATIONS.get(FIELDS[role].field) if role in FIELDS else None
+    members = ENUMERATIONS.get(role)
     if members is None:
         return
     by_name = {member.name.lower(): int(member) for member in members}

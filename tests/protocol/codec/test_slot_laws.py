@@ -86,11 +86,11 @@ def test_a_slot_packs_and_reads_as_cantools_does(signal, data):
     physical = raw * layout.scale + layout.offset
     si = physical * slope + zero
     step = abs(layout.scale * slope)
-    back = made.read(*words(expected))
+    back = made.read(words(expected))
     assert back == raw
     assert made.value(back) == pytest.approx(si, rel=1e-12, abs=1e-9)
     if signal.is_float:
-        assert made.value(made.read(*words(payload_of(made, si)))) == pytest.approx(
+        assert made.value(made.read(words(payload_of(made, si)))) == pytest.approx(
             si, rel=2e-3, abs=1e-3 * step + 1e-6
         )
     else:
@@ -110,8 +110,8 @@ def test_a_binding_converts_as_it_says(signal, raw, sign, data):
     made = slot(database, ours, "s", float, at)
     payload = message.encode({"s": raw}, scaling=False, strict=False)
     value = sign * factor * ((raw * layout.scale + layout.offset) * slope + zero) + offset
-    assert made.value(made.read(*words(payload))) == pytest.approx(value, rel=1e-9, abs=1e-9)
-    again = made.read(*words(payload_of(made, value)))
+    assert made.value(made.read(words(payload))) == pytest.approx(value, rel=1e-9, abs=1e-9)
+    again = made.read(words(payload_of(made, value)))
     assert again == (pytest.approx(raw, rel=2e-3, abs=2e-2) if signal.is_float else raw)
 
 
@@ -124,7 +124,7 @@ def test_a_value_is_sent_within_half_a_step_or_refused(signal, value):
         sent = payload_of(made, value)
     except ValueError:
         return
-    raw = made.read(*words(sent))
+    raw = made.read(words(sent))
     assert raw is not None
     step = abs(made.scale)
     error = 2e-3 * abs(value - made.offset) if made.real else 0.5 * step * (1 + 1e-6)
@@ -142,7 +142,7 @@ def test_limits_of_the_database_hold_for_sent_and_received_values(is_float, scal
     )
     made = slot_of(signal, SignalAt("Frame", "s", to=""))
     for value in (-0.1, 0.0, 0.333, 1.5):
-        raw = made.read(*words(payload_of(made, value)))
+        raw = made.read(words(payload_of(made, value)))
         assert made.low <= raw <= made.high
     for value in (-0.13, 1.53):
         with pytest.raises(ValueError, match=r"Frame.s = .* is not in -0\.1 to 1\.5"):
@@ -153,7 +153,7 @@ def test_narrow_limits_of_a_float_hold_what_lies_between():
     signal = Signal("s", 0, 32, is_float=True, signed=True, minimum=0.25, maximum=0.75)
     made = slot_of(signal, None)
     for value in (0.25, 0.5, 0.75):
-        assert made.low <= made.read(*words(payload_of(made, value))) <= made.high
+        assert made.low <= made.read(words(payload_of(made, value))) <= made.high
 
 
 def slot_of(signal: Signal, at: SignalAt | None, kind: type = float) -> Slot:
@@ -168,8 +168,8 @@ def test_an_unknown_value_is_known_by_what_the_database_shows_of_it(scale):
         shown = float(f"{raw * scale - 40:.9g}")
         signal = Signal("s", 0, 8, scale=scale, offset=-40)
         made = slot_of(signal, SignalAt("Frame", "s", to="", unknown=(shown,)))
-        assert made.read(*words(bytes([raw] + 7 * [0]))) is None
-        assert made.read(*words(bytes([raw ^ 1] + 7 * [0]))) == raw ^ 1
+        assert made.read(words(bytes([raw] + 7 * [0]))) is None
+        assert made.read(words(bytes([raw ^ 1] + 7 * [0]))) == raw ^ 1
 
 
 def test_a_whole_number_has_sign_and_offset_of_its_binding():
@@ -194,7 +194,7 @@ def test_values_give_each_raw_value_its_meaning():
     made = slot_of(Signal("s", 0, 3), SignalAt("Frame", "s", values={0: 1, 5: 0}), bool)
     assert made.value(0) is True
     assert made.value(5) is False
-    assert made.read(1, 0) is None
+    assert made.read((1, 0)) is None
     assert (made.pack(True), made.pack(False)) == (0, 5)
 
 
