@@ -6,8 +6,8 @@ text    lines that the output of the commands before has, in this order; a line 
 toml    `# in FILE` in the first line: these keys replace those of the file.
 python  `# FILE` in the first line: the file is written; else the block is run.
 
-A comment `<!-- needs: slipbench bind, vcan0 -->` before a block names commands of slipbench or
-interfaces: the block is run only where all of them exist. Other blocks always run.
+A comment `<!-- needs: vcan0 -->` before a block names an interface: the block is run only where it
+exists. Other blocks always run.
 """
 
 import math
@@ -21,55 +21,38 @@ from pathlib import Path
 from typing import Any
 
 import tomlkit
-import typer
 
-from slipbench.command import app
 from tests.paths import ROOT
 
 HOW_TO = ROOT / "docs" / "how_to"
 TOLERANCE = 0.05
-BLOCK = re.compile(
-    r"(?:<!-- needs: ([^\n]*) -->\n+)?```(\w+)\n(.*?)^```$", re.DOTALL | re.MULTILINE
-)
+BLOCK = re.compile(r"(?:<!-- needs: (\w+) -->\n+)?```(\w+)\n(.*?)^```$", re.DOTALL | re.MULTILINE)
 NUMBER = re.compile(r"(?<![\w.])[-+]?\d+(?:\.\d+)?")
 
 
 @dataclass(frozen=True)
 class Block:
-    """One fenced block: its language, its text, and what it needs."""
+    """One fenced block: the interface that it needs, or none; its language, its text."""
 
+    needs: str
     language: str
     text: str
-    needs: tuple[str, ...] = ()
-
-    def lacks(self, interfaces: frozenset[str] = frozenset()) -> list[str]:
-        """What it needs and is not there."""
-        there = {f"slipbench {name}" for name in commands()} | interfaces
-        return [need for need in self.needs if need not in there]
-
-
-def commands() -> set[str]:
-    """Sub-commands of slipbench."""
-    return set(typer.main.get_command(app).commands)  # type: ignore[attr-defined]
 
 
 def blocks(page: str) -> list[Block]:
     """Blocks of a page, in order."""
     text = (HOW_TO / page).read_text(encoding="utf-8")
-    return [
-        Block(language, body, tuple(need.strip() for need in needs.split(",")) if needs else ())
-        for needs, language, body in BLOCK.findall(text)
-    ]
+    return [Block(*found) for found in BLOCK.findall(text)]
 
 
 @dataclass
 class Reader:
-    """Does what a page says. skipped: blocks that were not run, with what they lack."""
+    """Does what a page says. skipped: interfaces that blocks need and that are not there."""
 
     folder: Path
     interfaces: frozenset[str] = frozenset()
     output: str = ""
-    skipped: list[tuple[Block, list[str]]] = field(default_factory=list)
+    skipped: set[str] = field(default_factory=set)
 
     def __post_init__(self) -> None:
         self.at = self.folder
@@ -86,15 +69,14 @@ class Reader:
         }
 
     def follow(self, page: str) -> None:
-        """Run every block of a page that lacks nothing; output of a skipped one is not expected."""
+        """Run the blocks of a page; the output of one that is skipped is not expected."""
         skipped = False
         for block in blocks(page):
             if block.language == "text" and skipped:
                 continue
-            lacks = block.lacks(self.interfaces)
-            skipped = bool(lacks)
-            if lacks:
-                self.skipped.append((block, lacks))
+            skipped = bool(block.needs) and block.needs not in self.interfaces
+            if skipped:
+                self.skipped.add(block.needs)
             else:
                 getattr(self, f"_{block.language}")(block.text)
 

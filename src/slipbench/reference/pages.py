@@ -68,7 +68,8 @@ def pages() -> tuple[Page, ...]:
             "model.md",
             "Model file",
             "Any system in equations: states, inputs, outputs, and seams at which effects may act."
-            " Equations are text over the names of parameters, inputs, states and seams. An `effects`"
+            " Equations are text over the names of parameters, inputs, states and seams. A quantity is"
+            ' `{ value = 3, unit = "mm", plus_minus = 1 }`. An `effects`'
             " entry names an [effect of model files](model_effects.md).",
             "identification/mismatch/systems/model_file.py",
             tables(ModelFile),
