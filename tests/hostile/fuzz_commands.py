@@ -211,7 +211,10 @@ def _change_an_input_path(case: Case, rng: Random) -> str:
 
 
 def _put_into(run: Path, new: Path, rng: Random) -> str:
-    old = rng.choice(sorted(path for path in run.iterdir() if path.is_file()))
+    files = sorted(path for path in run.iterdir() if path.is_file())
+    if not files:  # a folder that an earlier change made
+        return "nothing"
+    old = rng.choice(files)
     old.unlink()
     if new.parent == run.parent and len(new.name) < 255 and os.path.lexists(new):
         new.rename(old)
