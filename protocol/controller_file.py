@@ -1,18 +1,48 @@
 """A slip controller as its TOML file describes it: what a design writes and a trial runs."""
 
+import math
 from pathlib import Path
 from typing import Annotated, Literal
 
 import tomli_w
-from pydantic import Field, model_validator
+from pydantic import AfterValidator, Field, model_validator
 
 from slipbench.protocol.configuration import MetresPerSecond, Seconds, Section, Unit
 
-SectionRow = tuple[float, float, float, float, float]
-"""b0, b1, b2, a1, a2 of (b0 + b1/z + b2/z^2) / (1 + a1/z + a2/z^2)."""
+LARGEST = 1e12
+"""Largest magnitude of a gain or coefficient, SI: sums and products of them stay finite."""
+Number = Annotated[float, Field(ge=-LARGEST, le=LARGEST)]
+
+
+def _stable(row: tuple[float, ...]) -> tuple[float, ...]:
+    """Return a section whose poles lie inside the unit circle (Jury's conditions).
+
+    Raises ValueError for any other: its state would grow without bound.
+    """
+    a1, a2 = row[3:]
+    if not (abs(a2) < 1.0 and abs(a1) < 1.0 + a2):
+        raise ValueError(
+            f"the section with a1 = {a1:g}, a2 = {a2:g} is unstable;"
+            " |a2| < 1 and |a1| < 1 + a2 are expected"
+        )
+    return row
+
+
+def _not_zero(number: float) -> float:
+    """Return a number that something is divided by; raises ValueError for 0, or almost."""
+    if abs(number) * LARGEST < 1.0:
+        raise ValueError(f"at least {1.0 / LARGEST:g} or at most {-1.0 / LARGEST:g} is expected")
+    return number
+
+
+Divisor = Annotated[Number, AfterValidator(_not_zero)]
+Delay = Annotated[int, Field(ge=0, le=10_000), Unit("periods")]
+"""Periods, as many as a controller keeps commands of."""
+SectionRow = Annotated[tuple[Number, Number, Number, Number, Number], AfterValidator(_stable)]
+"""b0, b1, b2, a1, a2 of (b0 + b1/z + b2/z^2) / (1 + a1/z + a2/z^2); stable."""
+Sections = Annotated[tuple[SectionRow, ...], Field(max_length=50)]
 Command = Annotated[float, Unit("of the quantity, SI")]
 Rate = Annotated[float, Field(gt=0), Unit("of the quantity per s, SI")]
-Periods = Annotated[int, Field(ge=0), Unit("periods")]
 
 
 class Bounds(Section):
@@ -47,12 +77,12 @@ class PidGains(Section):
     """
 
     kind: Literal["pid"] = "pid"
-    proportional: Annotated[float, Unit("command per slip")]
-    integral: Annotated[float, Unit("command per slip and s")]
-    derivative: Annotated[float, Unit("command per slip, times s")]
+    proportional: Annotated[Number, Unit("command per slip")]
+    integral: Annotated[Number, Unit("command per slip and s")]
+    derivative: Annotated[Number, Unit("command per slip, times s")]
     filter_time: Seconds = Field(gt=0)
     tracking_time: Seconds = Field(gt=0)
-    reference_weight: Annotated[float, Unit("1")] = 1.0
+    reference_weight: Annotated[Number, Unit("1")] = 1.0
 
 
 class ModelSections(Section):
@@ -65,9 +95,15 @@ class ModelSections(Section):
     """
 
     kind: Literal["internal_model"] = "internal_model"
-    model: tuple[SectionRow, ...]
-    inverse: tuple[SectionRow, ...]
-    delay: Periods
+    model: Sections
+    inverse: Sections
+    delay: Delay
+
+    @model_validator(mode="after")
+    def _late(self) -> "ModelSections":
+        if math.prod(row[0] for row in self.model) != 0.0:
+            raise ValueError("no section of the model has b0 = 0: a command acts after its period")
+        return self
 
 
 class LinearSections(Section):
@@ -80,8 +116,8 @@ class LinearSections(Section):
     """
 
     kind: Literal["linear"] = "linear"
-    integral: Annotated[float, Unit("command per slip and s")]
-    shaping: tuple[SectionRow, ...]
+    integral: Annotated[Number, Unit("command per slip and s")]
+    shaping: Sections
     tracking_time: Seconds = Field(gt=0)
 
 
@@ -112,10 +148,10 @@ class Mixed(Section):
 
     law: ModelSections
     throttle: Bounds
-    later: tuple[SectionRow, ...]
-    delay: Periods
+    later: Sections
+    delay: Delay
     zone: Annotated[float, Field(ge=0), Unit("rad")]
-    exchange: Annotated[float, Unit("1/rad")]
+    exchange: Annotated[Divisor, Unit("throttle per spark")]
 
 
 class GovernorTable(Section):
@@ -126,7 +162,7 @@ class GovernorTable(Section):
     """
 
     slip: Bounds
-    gain: Annotated[float, Unit("slip per command")]
+    gain: Annotated[Divisor, Unit("slip per command")]
 
 
 class ControllerFile(Section):
@@ -148,13 +184,13 @@ class ControllerFile(Section):
 
     name: str = Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$")
     actuator: Literal["throttle", "spark", "mixed"]
-    period: Seconds = 0.001
+    period: Seconds = Field(default=0.001, ge=1e-5, le=1.0)
     law: Law
     limits: Bounds
     schedule: tuple[ScheduledGains, ...] = ()
     mixed: Mixed | None = None
     governor: GovernorTable | None = None
-    prefilter: tuple[SectionRow, ...] = ()
+    prefilter: Sections = ()
     designed: dict[str, float | str] = Field(default_factory=dict)
 
     @model_validator(mode="after")

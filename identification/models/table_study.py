@@ -18,6 +18,7 @@ from slipbench.protocol.recording.channel import FloatArray
 from slipbench.protocol.recording.role_map import TableRules
 from slipbench.protocol.tables import read_table, samples
 
+LARGEST = 1e30  # of a sample: sums of squares stay finite
 FEWEST = 200  # samples in a run
 FAR = 0.3  # share of an unseen input outside the band from which it is said
 UNEVEN = 0.01  # of a sample period, that the time may be off
@@ -84,9 +85,14 @@ class TableStudy:
 
 
 def read_run(path: Path, input: str, output: str) -> TableRun:
-    """Read two columns of a table. Raises InputError where they are not even samples."""
+    """Read two columns of a table.
+
+    Raises InputError where they are not even samples, or hold what nothing measures.
+    """
     table = read_table(path)
     u, y = (samples(table, column, "", TableRules()) for column in (input, output))
+    for column, one in ((input, u), (output, y)):
+        _check_magnitude(path, column, one.time, one.value)
     time, value = u.time, u.value
     if time.size != y.time.size or not np.array_equal(time, y.time):
         value, time = np.interp(y.time, u.time, u.value), y.time
@@ -112,6 +118,18 @@ def read_run(path: Path, input: str, output: str) -> TableRun:
         value, y_value = np.interp(even, time, value), np.interp(even, time, y.value)
         return TableRun(path.stem, value, y_value, 1 / step)
     return TableRun(path.stem, value, y.value, 1 / step)
+
+
+def _check_magnitude(path: Path, column: str, time: FloatArray, value: FloatArray) -> None:
+    at = int(np.argmax(np.abs(value))) if value.size else 0
+    if value.size and not abs(value[at]) <= LARGEST:
+        raise InputError(
+            f"a value of column {column!r} is too large for a measurement",
+            where=str(path),
+            expected=f"at most {LARGEST:g}",
+            found=f"{value[at]:g} at {time[at]:.6g} s",
+            remedy="correct or remove the row in a copy of the table",
+        )
 
 
 def table_study(runs: list[TableRun], unseen: list[TableRun], names: tuple[str, str]) -> TableStudy:

@@ -8,7 +8,13 @@ from random import Random
 from signal import Signals
 
 from tests.hostile.fuzz_materials import LOG_ENDINGS, exists, link_materials
-from tests.hostile.fuzz_mutations import damaged_file, hostile_input, hostile_output, hostile_value
+from tests.hostile.fuzz_mutations import (
+    SPARSE,
+    damaged_file,
+    hostile_input,
+    hostile_output,
+    hostile_value,
+)
 
 
 @dataclass(frozen=True)
@@ -171,7 +177,11 @@ def draw(number: int, rng: Random, materials: Path, folder: Path, lines: list[Li
 
 
 def _change_a_file(case: Case, rng: Random) -> str:
-    files = sorted(p for p in case.folder.rglob("*") if p.is_file() and not p.is_symlink())
+    files = sorted(
+        path
+        for path in case.folder.rglob("*")
+        if path.is_file() and not path.is_symlink() and path.stat().st_size < SPARSE
+    )
     small = [p for p in files if p.suffix in (".toml", ".dbc")]
     if not files:
         return "nothing"
@@ -201,7 +211,10 @@ def _change_an_input_path(case: Case, rng: Random) -> str:
 
 
 def _put_into(run: Path, new: Path, rng: Random) -> str:
-    old = rng.choice(sorted(path for path in run.iterdir() if path.is_file()))
+    files = sorted(path for path in run.iterdir() if path.is_file())
+    if not files:  # a folder that an earlier change made
+        return "nothing"
+    old = rng.choice(files)
     old.unlink()
     if new.parent == run.parent and len(new.name) < 255 and os.path.lexists(new):
         new.rename(old)

@@ -19,12 +19,12 @@ from slipbench.identification.report.operation import late_ticks
 from slipbench.plant.blocks import Encoder
 from slipbench.plant.errors import ParameterError, VehicleFileError
 from slipbench.plant.vehicle_file import load_vehicle
-from slipbench.protocol.configuration import load_toml, parse
+from slipbench.protocol.configuration import load_toml, parse, read_toml
 from slipbench.protocol.controller_file import ControllerFile
 from slipbench.protocol.errors import InputError
 from slipbench.protocol.recording.run_folder import DESCRIPTION, write_description
 from tests.identification.mismatch.spring import MODEL
-from tests.paths import DEMONSTRATION
+from tests.paths import CONTROLLERS, DEMONSTRATION
 
 
 @pytest.mark.parametrize("teeth", [float("nan"), float("inf"), -float("inf"), 10**400, 16.5, True])
@@ -94,6 +94,45 @@ def test_a_message_has_no_control_characters_and_an_end():
     assert all(c.isprintable() or c == "\n" for c in message)
     assert "a\\x00b\\x1b[2J" in message
     assert "remedy: é °\nnext" in message
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "expected"),
+    [
+        ("inverse", [[1.0, 0.0, 0.0, -2e9, 0.8]], "a1 = -2e.09, a2 = 0.8 is unstable"),
+        ("inverse", [[1.0, 0.0, 0.0, -1.0, 0.0]], "is unstable"),  # an integrator
+        ("model", [[0.0, 1.0, 0.0, 0.0, -1.0]], "is unstable"),
+        ("inverse", [[1e300, 0.0, 0.0, 0.0, 0.0]], "1000000000000"),
+    ],
+)
+def test_a_controller_whose_state_would_grow_is_refused(key, value, expected):
+    tree = read_toml(CONTROLLERS / "throttle.toml", ControllerFile).model_dump()
+    tree["law"][key] = value
+    with pytest.raises(InputError, match=expected):
+        parse(tree, ControllerFile, "controller.toml")
+
+
+@pytest.mark.parametrize(
+    ("table", "key", "value"),
+    [
+        ("mixed", "exchange", 0.0),
+        ("mixed", "exchange", 1e-300),
+        ("mixed", "delay", 2**31),
+        ("governor", "gain", 0.0),
+        ("law", "delay", 2**31),
+        ("law", "model", ()),
+        ("law", "model", [[1.0, 0.0, 0.0, 0.0, 0.0]]),
+        ("law", "inverse", [[1.0, 0.0, 0.0, 0.0, 0.0]] * 51),
+        (None, "period", 0.0),
+        (None, "period", 1e-300),
+        (None, "period", 60.0),
+    ],
+)
+def test_a_controller_that_cannot_be_made_is_refused(table, key, value):
+    tree = read_toml(CONTROLLERS / "mixed.toml", ControllerFile).model_dump()
+    (tree[table] if table else tree)[key] = value
+    with pytest.raises(InputError, match=key if key != "model" else "law"):
+        parse(tree, ControllerFile, "controller.toml")
 
 
 def interrupted_in_compiled_code(*_, **__):

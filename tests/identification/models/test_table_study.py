@@ -152,3 +152,14 @@ def test_what_comes_to_rest_under_a_steady_input_is_not_given_a_steady_gain():
         assert found.fit.order.at_rest == held, found.fit.order
         gain = found.model.response(np.array([1e-6]))[0].real
         assert gain == pytest.approx(steady, abs=0.05 if steady else 1e-3)
+
+
+@pytest.mark.parametrize("column", ["u", "y"])
+@pytest.mark.parametrize("value", ["-1e300", "1e31"])
+def test_a_value_that_nothing_measures_is_named(tmp_path, column, value):
+    rows = [[f"{0.02 * n:.2f}", "1", "2"] for n in range(400)]
+    rows[50][1 + "uy".index(column)] = value
+    table = tmp_path / "run.csv"
+    table.write_text("time,u,y\n" + "".join(",".join(row) + "\n" for row in rows))
+    with pytest.raises(InputError, match=rf"column '{column}' is too large[^$]*at 1 s"):
+        read_run(table, "u", "y")
