@@ -151,7 +151,7 @@ class Mixed(Section):
     later: Sections
     delay: Delay
     zone: Annotated[float, Field(ge=0), Unit("rad")]
-    exchange: Annotated[Divisor, Unit("throttle per spark")]
+    exchange: Annotated[Divisor, Unit("1/rad")]
 
 
 class GovernorTable(Section):

@@ -1,6 +1,7 @@
 """Laws of the receiving side: ages, counters, senders, and what a binding replaces."""
 
 import math
+from collections.abc import Iterable
 from dataclasses import replace
 from random import Random
 from typing import NamedTuple
@@ -18,6 +19,7 @@ from slipbench.protocol.codec.faults import Fault, FrameFault
 from slipbench.protocol.codec.messages import (
     ActuatorCommand,
     Authority,
+    BenchMessage,
     EcuStatus,
     EngineStatus,
     Intervals,
@@ -91,11 +93,13 @@ PLACEMENT = {
 
 
 class Received(NamedTuple):
-    """What a receiver gives, by name."""
-
     name: str
-    message: object
+    message: BenchMessage | FrameFault
     time: float
+
+
+def received(found: Iterable[tuple[str, BenchMessage | FrameFault, float]]) -> list[Received]:
+    return [Received(*each) for each in found]
 
 
 class Bus:
@@ -121,12 +125,13 @@ class Bus:
         frames = self.sender.frames(message, name=name)
         return [each for frame in frames for each in self.hear(frame, now)]
 
-    def hear(self, frame: Frame, now: float) -> list[Received]:
-        key = frame.identifier, frame.extended
-        return [Received(*each) for each in self.receiver.receive(key, frame.data, now, now)]
-
     def assumed(self, now: float) -> list[Received]:
-        return [Received(*each) for each in self.receiver.assumed(now)]
+        return received(self.receiver.assumed(now))
+
+    def hear(self, frame: Frame, now: float) -> list[Received]:
+        return received(
+            self.receiver.receive((frame.identifier, frame.extended), frame.data, now, now)
+        )
 
 
 ENGINE = EngineStatus(1000.0, 3, NAN, NAN)
@@ -260,7 +265,7 @@ def test_a_request_counts_as_applied_after_its_latency(latency):
     bus.send(BODY, start)
     for number in range(60):
         now = start + number * 1e-3
-        list(bus.assumed(now))
+        bus.assumed(now)
         (status,) = bus.send(ECU, now)
         if number > 10:
             requested = number - max(1, latency)
@@ -272,7 +277,7 @@ def test_without_authority_the_assumed_echo_is_the_position_of_the_throttle():
     bus = Bus(Degraded(echo="0 ms"))
     bus.receiver.requested(COMMAND, 0.0)
     bus.send(BODY, 0.0)
-    list(bus.assumed(0.001))
+    bus.assumed(0.001)
     (status,) = bus.send(replace(ECU, authority=Authority.NONE), 0.001)
     assert status.message.throttle_command == 0.25
     (status,) = bus.send(ECU, 0.002)
@@ -284,12 +289,12 @@ def test_where_silence_gives_back_the_last_request_holds_authority():
     (before,) = bus.send(replace(ECU, authority=Authority.THROTTLE), 0.0)
     assert before.message.authority == Authority.NONE
     bus.receiver.requested(COMMAND, 0.0)
-    list(bus.assumed(0.001))
+    bus.assumed(0.001)
     (held,) = bus.send(ECU, 0.001)
     assert held.message.authority == Authority.THROTTLE
     assert held.message.throttle_command == 0.5  # the echo is real
     bus.receiver.requested(replace(COMMAND, authority=Authority.NONE), 0.001)
-    list(bus.assumed(0.002))
+    bus.assumed(0.002)
     (released,) = bus.send(ECU, 0.002)
     assert released.message.authority == Authority.NONE
 
@@ -305,7 +310,7 @@ def test_a_bus_without_any_status_of_the_ecu_has_an_assumed_one():
     assert early.message.authority == Authority.NONE
     (applied,) = bus.assumed(0.002)
     assert replace(applied.message, time=0.0) == EcuStatus(Authority.THROTTLE, 0.4, -0.1, 0.0)
-    assert list(Bus().assumed(0.0)) == []
+    assert Bus().assumed(0.0) == []
 
 
 def test_a_throttle_body_that_says_nothing_follows_the_ecu():

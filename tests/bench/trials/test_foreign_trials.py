@@ -14,12 +14,15 @@ from slipbench.bench.bus.faults import FaultPlan, Lost, Where
 from slipbench.bench.trials.outcome import Outcome
 from slipbench.bench.trials.preparation import Prepared, prepare
 from slipbench.bench.trials.run import run_trial
+from slipbench.identification.models.study import Study
+from slipbench.identification.report.key_figures import key_figures
 from slipbench.identification.response.identify import Identification, identify
 from slipbench.identification.response.resonance import Resonance
 from slipbench.protocol.codec.messages import ActuatorCommand, Authority, Phase
 from slipbench.protocol.configuration import load_toml
 from slipbench.protocol.logs import read_log
 from slipbench.protocol.recording.run_folder import read as read_run
+from slipbench.protocol.recording.summary import imported
 from tests.paths import TRIALS
 from tests.protocol.binding.foreign import foreign
 from tests.protocol.binding.test_binding import DBC, changed
@@ -144,11 +147,16 @@ def test_the_resonance_is_that_of_the_motorcycle_on_every_bus():
     assert found["superbike"].low_gain == pytest.approx(found["own"].low_gain, rel=0.1)
 
 
-def test_the_run_of_a_degraded_bus_says_so():
-    """In its description, and by that in summary and report."""
-    warnings = identified("superbike").recording.description["warnings"]
-    assert any("degraded mode: no tooth times" in each for each in warnings)
-    assert not identified("own").recording.description.get("warnings")
+def test_the_run_of_a_degraded_bus_says_so(capsys):
+    """In run.toml, in the summary and in the report, and no other run does."""
+    words = "degraded mode: no tooth times"
+    for bus, says in (("superbike", True), ("own", False)):
+        run = sweep(bus).folder
+        assert (words in (run / "run.toml").read_text(encoding="utf-8")) == says
+        imported(identified(bus).recording)
+        assert (words in " ".join(capsys.readouterr().out.split())) == says
+        figures = key_figures(identified(bus), Study((), None, ()))
+        assert any(words in each for each in figures["warnings"]) == says
 
 
 def test_the_record_shows_an_enumeration_as_the_trial_understood_it(tmp_path):
