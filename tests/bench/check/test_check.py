@@ -142,6 +142,26 @@ def test_a_wrong_scale_of_a_speed_and_a_wrong_unit_are_findings(healthy) -> None
     assert "unit" in report.findings[0].remedy
 
 
+def test_a_message_that_comes_more_rarely_than_stated_is_a_finding(healthy) -> None:
+    wrong = with_rules(OWN, EngineStatus={"cycle_time": "1 ms"})
+    found = check_report(wrong, traffic(wrong, healthy)).findings
+    assert [each.role for each in found] == ["messages.EngineStatus.cycle_time"]
+    assert "every 5 ms" in found[0].found
+
+
+def test_one_signal_for_two_speeds_is_a_finding_and_for_an_axle_and_its_side_is_none(
+    healthy,
+) -> None:
+    assert OWN.roles is not None
+    speed = OWN.roles.roles["optical_speed"].model_copy(update={"clock": "bus", "time_signal": ""})
+    for added, count in ((("vehicle_speed",), 1), ((), 0)):
+        roles = {**OWN.roles.roles, **dict.fromkeys(added, speed)}
+        binding = replace(OWN, roles=OWN.roles.model_copy(update={"roles": roles}))
+        found = check_report(binding, traffic(binding, healthy)).findings
+        assert len(found) == count
+        assert all("also bound to optical_speed" in each.what for each in found)
+
+
 def test_damaged_frames_make_a_role_faulty(healthy) -> None:
     ecu = identifier(OWN, "EngineStatus")
     bad = [

@@ -46,13 +46,54 @@ def test_an_ecu_without_a_watchdog_is_found_out() -> None:
     assert "does not give the throttle back" in str(result)
 
 
+class Counting:
+    """The bus, with the number of frames that were sent."""
+
+    def __init__(self, bus: can.BusABC) -> None:
+        self.bus, self.sent = bus, 0
+
+    def recv(self, timeout: float) -> can.Message | None:
+        return self.bus.recv(timeout)
+
+    def send(self, message: can.Message) -> None:
+        self.sent += 1
+        self.bus.send(message)
+
+
 def test_with_a_running_engine_no_request_is_sent() -> None:
     with world(SPEAKS) as made:
-        proof = SilenceProof(own(), made.ours, made.clock)
+        bus = Counting(made.ours)
         with pytest.raises(InputError, match="engine runs"):
-            proof.run()
-        assert not made.motorcycle.watchdog_timeouts
+            SilenceProof(own(), bus, made.clock).run()
+        assert bus.sent == 0
         assert made.clock.now_ns() * 1e-9 < 1.0 + LISTENING + 0.01
+
+
+def test_an_engine_that_starts_ends_the_request_at_once() -> None:
+    with world(SPEAKS) as made:
+        bus = Counting(made.ours)
+        proof = SilenceProof(own(), bus, made.clock)
+        proof._require_engine_off, check = lambda: None, proof._require_engine_off
+        request = proof._request
+
+        def started(opening: float) -> float:
+            proof._require_engine_off = check
+            return request(opening)
+
+        proof._request = started
+        with pytest.raises(InputError, match="the request has ended"):
+            proof.run()
+        assert bus.sent == 1
+
+
+def test_silence_is_the_same_number_of_requests_and_then_none() -> None:
+    with world(SPEAKS) as made:
+        bus = Counting(made.ours)
+        SilenceProof(own(HIDDEN), bus, made.clock).run()
+        assert bus.sent == pytest.approx(500, abs=2)  # 0.5 s, each millisecond
+        before = bus.sent
+        made.frames(0.1)
+        assert bus.sent == before
 
 
 @pytest.mark.parametrize(
