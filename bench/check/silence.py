@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 LISTENING = 1.0  # s, before the request
 REQUESTING = 0.5  # s
-RELEASING = 0.05  # s, of a release where silence has not given the throttle back
+RELEASING = 0.05  # s, of a release: before the request, and where silence is not enough
 LONGEST = 1.0  # s of silence after which the throttle counts as not given back
 OFFSET = 0.03  # opening beside the present one, where no signal states the authority
 STANDING = 5.0  # rad/s, engine speed below which the engine is off
@@ -55,12 +55,14 @@ class SilenceResult:
     hand_back  s from the last request until none of them followed any more; None: longer than LONGEST
     by         the signal that was the last
     expected   s, that the binding states, or that a trial expects
+    gap        s, longest between two requests: this machine was late where it is near `expected`
     """
 
     followed: tuple[str, ...]
     hand_back: float | None
     by: str
     expected: float
+    gap: float = 0.0
 
     @property
     def is_proven(self) -> bool:
@@ -97,6 +99,7 @@ class SilenceProof:
         self._observed = _Observed()
         self._ours = {name for own in BENCH_SENDS for name in binding.carriers(own)}
         self._signals = tuple(_signals(binding))
+        self.longest_gap = 0.0  # s, between two requests
         if not binding.can_request:
             raise _refused(binding, "the binding has no request", "the role throttle_request")
         if not self._signals:
@@ -126,13 +129,13 @@ class SilenceProof:
         last = self._request(request)
         following = [name for name in self._signals if self._follows(name, request, before)]
         if not following:
-            return SilenceResult((), None, "", self._expected)
+            return SilenceResult((), None, "", self._expected, self.longest_gap)
         left = self._silence(following, request, before, last)
         late = max(left, key=lambda name: left[name] or 0.0)
         hand_back = None if None in left.values() else left[late]
         if hand_back is None and self._codec.requests_authority:
             self._release()
-        return SilenceResult(tuple(following), hand_back, late, self._expected)
+        return SilenceResult(tuple(following), hand_back, late, self._expected, self.longest_gap)
 
     @property
     def _expected(self) -> float:
@@ -166,28 +169,34 @@ class SilenceProof:
 
     def _request(self, opening: float) -> float:
         """Request the opening each millisecond. Returns when the last request was sent, s."""
+        if self._codec.requests_authority:
+            self._release()  # a device that has fallen back grants again only after a release
         ends = self._now() + REQUESTING
-        last = self._now()
+        last = self._command(Authority.THROTTLE, opening) or self._now()
         while self._now() < ends:
-            now = self._now()
-            command = ActuatorCommand(Authority.THROTTLE, opening, 0.0, now)
-            frames = self._sender.frames(command, now=now)
-            for frame in frames:
-                self._send(frame)
-                last = now
             self._tick()
             self._require_engine_off()
             self._require_near(opening)
+            sent = self._command(Authority.THROTTLE, opening)
+            if sent is not None:
+                self.longest_gap = max(self.longest_gap, sent - last)
+                last = sent
         return last
 
     def _release(self) -> None:
-        """Release the throttle by frames: silence has not done it."""
+        """Send frames without a request of authority."""
         ends = self._now() + RELEASING
         while self._now() < ends:
-            command = ActuatorCommand(Authority.NONE, 0.0, 0.0, self._now())
-            for frame in self._sender.frames(command, now=self._now()):
-                self._send(frame)
+            self._command(Authority.NONE, 0.0)
             self._tick()
+
+    def _command(self, authority: Authority, opening: float) -> float | None:
+        """Send the frames of a command that are due. Returns when, s; None where none is due."""
+        now = self._now()
+        frames = self._sender.frames(ActuatorCommand(authority, opening, 0.0, now), now=now)
+        for frame in frames:
+            self._send(frame)
+        return now if frames else None
 
     def _require_near(self, opening: float) -> None:
         position = self._observed.position

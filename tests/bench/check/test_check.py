@@ -5,9 +5,10 @@ from dataclasses import replace
 import can
 import pytest
 
-from slipbench.bench.check.listen import listen
+from slipbench.bench.check.listen import Listener
 from slipbench.bench.check.observed_roles import observed_roles
 from slipbench.bench.check.report import check_report, summary
+from slipbench.bench.loop.clock import SimulatedClock
 from slipbench.protocol.binding.binding import Binding
 from slipbench.protocol.codec.codec import Sender
 from slipbench.protocol.codec.messages import ActuatorCommand, Authority
@@ -208,10 +209,31 @@ def test_listening_sends_nothing_and_takes_the_stated_time() -> None:
                 self.sent += 1
 
         bus = Waiting()
-        looks = []
-        heard = listen(bus, made.clock, OWN.database, 1.0, shown=looks.append)  # type: ignore[arg-type]
+        listener = Listener(bus, made.clock, OWN.database)
+        heard = listener.listen(1.0)
+        recent = listener.recent()
     assert bus.sent == 0
     assert made.bus.wire.now_ns > sent_before
     assert heard.duration == pytest.approx(1.0, abs=0.2)
-    assert len(looks) >= 2
-    assert check_report(OWN, heard).binding is OWN
+    assert len(recent.log) == len(heard.log)
+    assert all(each.age is not None and each.age < 0.6 for each in check_report(OWN, heard).roles)
+
+
+def test_frames_that_wait_at_the_end_are_read_before_a_role_counts_as_silent(healthy) -> None:
+    """A busy machine reads late: the age of a role is not the time that its frames waited."""
+
+    class Late:
+        """All frames wait already, and the time to listen is over with the first one."""
+
+        def __init__(self) -> None:
+            self.waiting, self.clock = list(healthy), SimulatedClock()
+
+        def recv(self, timeout: float) -> can.Message | None:
+            if timeout:
+                self.clock.sleep_until_ns(self.clock.now_ns() + 2_000_000_000)
+            return self.waiting.pop(0) if self.waiting else None
+
+    bus = Late()
+    report = check_report(OWN, Listener(bus, bus.clock, OWN.database).listen(1.0))
+    assert report.frames == len(healthy)
+    assert [each.role for each in report.roles if not each.is_live] == []
