@@ -157,7 +157,7 @@ def _silence(binding: "Binding", address: "BusAddress") -> None:
     from slipbench.bench.check.silence import SilenceProof
     from slipbench.bench.loop.clock import MonotonicClock
 
-    with bus_failure_as_input_error(address), open_bus(address, False) as bus:
+    with bus_failure_as_input_error(address), open_bus(address, receive_own_messages=True) as bus:
         proof = SilenceProof(binding, bus, MonotonicClock())
         beside = f", {proof.offset:.0%} beside its present opening" if proof.offset else ""
         typer.echo(WARNING.format(beside=beside))

@@ -3,7 +3,7 @@
 import can
 import pytest
 
-from slipbench.bench.check.silence import LISTENING, OFFSET, SilenceProof
+from slipbench.bench.check.silence import LISTENING, OFFSET, SilenceProof, SilenceResult
 from slipbench.protocol.codec.codec import Codec
 from slipbench.protocol.codec.messages import ActuatorCommand, Authority
 from slipbench.protocol.errors import InputError
@@ -31,7 +31,9 @@ def test_the_time_until_the_throttle_is_given_back_is_measured(
     watchdog = float(silence.split()[0]) * 1e-3
     assert result.followed
     assert result.hand_back is not None
+    assert watchdog - 0.002 <= result.still <= watchdog + 0.002
     assert watchdog <= result.hand_back <= watchdog + 0.006
+    assert result.is_proven == (handshake is False or watchdog <= 0.02)
 
 
 def test_a_device_that_has_fallen_back_before_is_released_first() -> None:
@@ -40,6 +42,23 @@ def test_a_device_that_has_fallen_back_before_is_released_first() -> None:
         second = SilenceProof(own(HIDDEN), made.ours, made.clock).run()
     assert first.is_proven == second.is_proven
     assert first.followed == second.followed != ()
+
+
+@pytest.mark.parametrize(
+    ("still", "hand_back", "proven"),
+    [
+        (0.0195, 0.0205, True),
+        (0.0235, 0.0245, False),  # later than stated
+        (0.0, 0.019, True),
+        (0.0, 0.05, False),  # the statuses are too rare
+        (0.9, None, False),
+    ],
+)
+def test_what_counts_as_proven(still: float, hand_back: float | None, proven: bool) -> None:
+    result = SilenceResult(("authority",), hand_back, "authority", 0.02, 0.001, still)
+    assert result.is_proven == proven
+    assert str(result)
+    assert not SilenceResult((), None, "", 0.02).is_proven
 
 
 def test_an_ecu_without_a_watchdog_is_found_out() -> None:
