@@ -1,6 +1,7 @@
 """The command `slipbench check`."""
 
 import threading
+from concurrent.futures import ThreadPoolExecutor, wait
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -14,9 +15,11 @@ from slipbench.protocol.shipped_files import completion_of, file_of
 
 if TYPE_CHECKING:
     from slipbench.bench.bus.opening import BusAddress
+    from slipbench.bench.check.listen import Listener
     from slipbench.bench.check.traffic import BusTraffic
     from slipbench.protocol.binding.binding import Binding
 
+REFRESH = 0.5  # s, between two looks at the last frames
 WARNING = """The throttle is requested for 0.5 s{beside}, then the bench falls silent.
 Engine off, ignition on, motorcycle on its stand, nobody's fingers at the throttle body."""
 
@@ -109,25 +112,35 @@ def _captured(binding: "Binding", log: Path) -> "BusTraffic":
 
 def _heard(binding: "Binding", address: "BusAddress", duration: float) -> "BusTraffic":
     from slipbench.bench.bus.opening import bus_failure_as_input_error, open_bus
-    from slipbench.bench.check.listen import listen
-    from slipbench.bench.check.observed_roles import observed_roles
-    from slipbench.bench.check.report import table
+    from slipbench.bench.check.listen import Listener
     from slipbench.bench.loop.clock import MonotonicClock
     from slipbench.bench.loop.interrupts import interrupts
 
     stop, console = threading.Event(), Console()
     with bus_failure_as_input_error(address), open_bus(address, False) as bus, interrupts(stop):
+        listener = Listener(bus, MonotonicClock(), binding.database)
         if not console.is_terminal:
-            return listen(bus, MonotonicClock(), binding.database, duration, stop.is_set)
-        with Live(console=console, transient=True) as live:
-            return listen(
-                bus,
-                MonotonicClock(),
-                binding.database,
-                duration,
-                stop.is_set,
-                lambda recent: live.update(Text(table(observed_roles(binding, recent)))),
-            )
+            return listener.listen(duration, stop.is_set)
+        return _shown(binding, listener, duration, stop, console)
+
+
+def _shown(
+    binding: "Binding",
+    listener: "Listener",
+    duration: float,
+    stop: threading.Event,
+    console: Console,
+) -> "BusTraffic":
+    """What a thread receives, while the terminal shows the last of it."""
+    from slipbench.bench.check.observed_roles import observed_roles
+    from slipbench.bench.check.report import table
+
+    with ThreadPoolExecutor(1) as pool, Live(console=console, transient=True) as live:
+        hearing = pool.submit(listener.listen, duration, stop.is_set)
+        while not wait([hearing], REFRESH).done:
+            text = Text(table(observed_roles(binding, listener.recent())), no_wrap=True)
+            live.update(text)
+        return hearing.result()
 
 
 def _report(binding: "Binding", traffic: "BusTraffic") -> None:
@@ -144,7 +157,7 @@ def _silence(binding: "Binding", address: "BusAddress") -> None:
     from slipbench.bench.check.silence import SilenceProof
     from slipbench.bench.loop.clock import MonotonicClock
 
-    with bus_failure_as_input_error(address), open_bus(address, False) as bus:
+    with bus_failure_as_input_error(address), open_bus(address, receive_own_messages=True) as bus:
         proof = SilenceProof(binding, bus, MonotonicClock())
         beside = f", {proof.offset:.0%} beside its present opening" if proof.offset else ""
         typer.echo(WARNING.format(beside=beside))

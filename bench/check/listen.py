@@ -11,34 +11,40 @@ if TYPE_CHECKING:
     import can
 
 POLL = 0.05  # s, longest wait for a frame
-REFRESH = 0.5  # s, between two looks at the last frames
+MOST_WAITING = 100_000  # frames that are read after the end
 WINDOW = 2.0  # s of frames that such a look shows
 
 
-def listen(
-    bus: "can.BusABC",
-    clock: Clock,
-    database: Database,
-    duration: float,
-    stop: Callable[[], bool] = lambda: False,
-    shown: Callable[[BusTraffic], None] | None = None,
-) -> BusTraffic:
-    """Frames of a bus within `duration` (s), or until `stop`.
+class Listener:
+    """Frames of a bus; another thread may look at the last ones while it listens."""
 
-    shown: is given the frames of the last seconds from time to time.
-    """
-    frames: list[can.Message] = []
-    start = clock.now_ns()
-    ends, look, last = start + round(duration * SECOND), start, start
-    while clock.now_ns() < ends and not stop():
-        message = bus.recv(POLL)
-        if message is not None:
-            frames.append(message)
-            last = clock.now_ns()
-        if shown is not None and clock.now_ns() >= look:
-            shown(_traffic(_recent(frames), database, clock.now_ns() - last))
-            look = clock.now_ns() + round(REFRESH * SECOND)
-    return _traffic(frames, database, clock.now_ns() - last)
+    def __init__(self, bus: "can.BusABC", clock: Clock, database: Database) -> None:
+        """Begin without frames."""
+        self._bus, self._clock, self._database = bus, clock, database
+        self._frames: list[can.Message] = []
+        self._last = clock.now_ns()
+
+    def listen(self, duration: float, stop: Callable[[], bool] = lambda: False) -> BusTraffic:
+        """Frames that arrive within `duration` (s), or until `stop`, and those that wait at its end."""
+        ends = self._clock.now_ns() + round(duration * SECOND)
+        while self._clock.now_ns() < ends and not stop():
+            self._take(self._bus.recv(POLL))
+        for _ in range(MOST_WAITING):
+            if not self._take(self._bus.recv(0)):
+                break
+        return _traffic(self._frames, self._database, self._clock.now_ns() - self._last)
+
+    def recent(self) -> BusTraffic:
+        """Frames of the last seconds."""
+        waited = self._clock.now_ns() - self._last
+        return _traffic(_recent(self._frames.copy()), self._database, waited)
+
+    def _take(self, message: "can.Message | None") -> bool:
+        if message is None:
+            return False
+        self._frames.append(message)
+        self._last = self._clock.now_ns()
+        return True
 
 
 def _recent(frames: "list[can.Message]") -> "list[can.Message]":

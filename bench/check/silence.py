@@ -30,11 +30,12 @@ if TYPE_CHECKING:
 
 LISTENING = 1.0  # s, before the request
 REQUESTING = 0.5  # s
-RELEASING = 0.05  # s, of a release where silence has not given the throttle back
+RELEASING = 0.05  # s, of a release: before the request, and where silence is not enough
 LONGEST = 1.0  # s of silence after which the throttle counts as not given back
 OFFSET = 0.03  # opening beside the present one, where no signal states the authority
 STANDING = 5.0  # rad/s, engine speed below which the engine is off
 FAR = 0.1  # opening beside the request at which it ends at once
+AGE = 0.002  # s, of a status when its frame is stamped: it was made before it was sent
 DEFAULT = 0.02  # s, hand back that a trial expects
 
 
@@ -44,7 +45,8 @@ class _Observed:
 
     engine_speed: float | None = None
     position: float | None = None
-    values: dict[str, tuple[float, float]] = field(default_factory=dict)  # value and arrival, s
+    values: dict[str, tuple[float, float]] = field(default_factory=dict)  # value, and its stamp, s
+    sent: float | None = None  # s, stamp of the last own request
 
 
 @dataclass(frozen=True)
@@ -52,20 +54,32 @@ class SilenceResult:
     """Outcome of one proof.
 
     followed   signals that showed that the ECU followed the request
-    hand_back  s from the last request until none of them followed any more; None: longer than LONGEST
+    hand_back  s from the last request to the first status in which none of them followed any more;
+               None: longer than LONGEST
+    still      s from the last request to the last status that still followed
     by         the signal that was the last
     expected   s, that the binding states, or that a trial expects
+    gap        s, longest between two requests: this machine was late where it is near `expected`
     """
 
     followed: tuple[str, ...]
     hand_back: float | None
     by: str
     expected: float
+    gap: float = 0.0
+    still: float = 0.0
 
     @property
     def is_proven(self) -> bool:
-        """Whether silence gave the throttle back in time."""
-        return self.hand_back is not None and self.hand_back <= self.expected
+        """Whether silence gave the throttle back in time: between two statuses that are near enough."""
+        if self.hand_back is None or not self.followed:
+            return False
+        return self.still <= self.expected + AGE and not self.is_coarse
+
+    @property
+    def is_coarse(self) -> bool:
+        """Whether the statuses are too rare to tell the time."""
+        return self.hand_back is not None and self.hand_back - self.still > self.expected
 
     def __str__(self) -> str:
         """The outcome in one sentence."""
@@ -79,9 +93,11 @@ class SilenceResult:
                 f" {LONGEST:g} s after the last request; switch the ignition off"
             )
         judged = "" if self.is_proven else f", later than the {self.expected * 1e3:g} ms stated"
+        if self.is_coarse:
+            judged = ": the statuses are too rare to prove more"
         return (
-            f"silence gives the throttle back {self.hand_back * 1e3:.1f} ms after the last request"
-            f" ({self.by}){judged}"
+            f"silence gives the throttle back between {self.still * 1e3:.1f} and"
+            f" {self.hand_back * 1e3:.1f} ms after the last request ({self.by}){judged}"
         )
 
 
@@ -97,6 +113,7 @@ class SilenceProof:
         self._observed = _Observed()
         self._ours = {name for own in BENCH_SENDS for name in binding.carriers(own)}
         self._signals = tuple(_signals(binding))
+        self.longest_gap = 0.0  # s, between two requests
         if not binding.can_request:
             raise _refused(binding, "the binding has no request", "the role throttle_request")
         if not self._signals:
@@ -126,13 +143,15 @@ class SilenceProof:
         last = self._request(request)
         following = [name for name in self._signals if self._follows(name, request, before)]
         if not following:
-            return SilenceResult((), None, "", self._expected)
-        left = self._silence(following, request, before, last)
-        late = max(left, key=lambda name: left[name] or 0.0)
-        hand_back = None if None in left.values() else left[late]
+            return SilenceResult((), None, "", self._expected, self.longest_gap)
+        spans = self._silence(following, request, before, last)
+        late = max(spans, key=lambda name: spans[name][1] or LONGEST)
+        still, hand_back = spans[late]
         if hand_back is None and self._codec.requests_authority:
             self._release()
-        return SilenceResult(tuple(following), hand_back, late, self._expected)
+        return SilenceResult(
+            tuple(following), hand_back, late, self._expected, self.longest_gap, still
+        )
 
     @property
     def _expected(self) -> float:
@@ -166,28 +185,34 @@ class SilenceProof:
 
     def _request(self, opening: float) -> float:
         """Request the opening each millisecond. Returns when the last request was sent, s."""
+        if self._codec.requests_authority:
+            self._release()  # a device that has fallen back grants again only after a release
         ends = self._now() + REQUESTING
-        last = self._now()
+        last = self._command(Authority.THROTTLE, opening) or self._now()
         while self._now() < ends:
-            now = self._now()
-            command = ActuatorCommand(Authority.THROTTLE, opening, 0.0, now)
-            frames = self._sender.frames(command, now=now)
-            for frame in frames:
-                self._send(frame)
-                last = now
             self._tick()
             self._require_engine_off()
             self._require_near(opening)
+            sent = self._command(Authority.THROTTLE, opening)
+            if sent is not None:
+                self.longest_gap = max(self.longest_gap, sent - last)
+                last = sent
         return last
 
     def _release(self) -> None:
-        """Release the throttle by frames: silence has not done it."""
+        """Send frames without a request of authority."""
         ends = self._now() + RELEASING
         while self._now() < ends:
-            command = ActuatorCommand(Authority.NONE, 0.0, 0.0, self._now())
-            for frame in self._sender.frames(command, now=self._now()):
-                self._send(frame)
+            self._command(Authority.NONE, 0.0)
             self._tick()
+
+    def _command(self, authority: Authority, opening: float) -> float | None:
+        """Send the frames of a command that are due. Returns when, s; None where none is due."""
+        now = self._now()
+        frames = self._sender.frames(ActuatorCommand(authority, opening, 0.0, now), now=now)
+        for frame in frames:
+            self._send(frame)
+        return now if frames else None
 
     def _require_near(self, opening: float) -> None:
         position = self._observed.position
@@ -202,15 +227,21 @@ class SilenceProof:
 
     def _silence(
         self, following: list[str], request: float, before: float, last: float
-    ) -> Mapping[str, float | None]:
-        """Time from the last request until each signal no longer follows, s; None: it still does."""
-        left: dict[str, float | None] = dict.fromkeys(following)
-        while self._now() - last < LONGEST and None in left.values():
+    ) -> Mapping[str, tuple[float, float | None]]:
+        """Times from the last request to the last status that follows, and to the first that does not, s.
+
+        The stamps of the frames count where the own ones come back with theirs. None: all follow.
+        """
+        spans: dict[str, tuple[float, float | None]] = dict.fromkeys(following, (0.0, None))
+        while self._now() - last < LONGEST and any(end is None for _, end in spans.values()):
             self._tick()
+            since = last if self._observed.sent is None else self._observed.sent
             for name in following:
-                if left[name] is None and not self._follows(name, request, before):
-                    left[name] = self._observed.values[name][1] - last
-        return left
+                stamp = max(0.0, self._observed.values[name][1] - since)
+                if spans[name][1] is None:
+                    ended = not self._follows(name, request, before)
+                    spans[name] = (spans[name][0], stamp) if ended else (stamp, None)
+        return spans
 
     def _follows(self, name: str, request: float, before: float) -> bool:
         if name not in self._observed.values:
@@ -237,6 +268,9 @@ class SilenceProof:
         if plan is None:
             return
         if plan.message.name in self._ours:
+            if not frame.is_rx:
+                self._observed.sent = frame.timestamp
+                return
             raise InputError(
                 f"another node sends {plan.message.name}, which the bench sends",
                 where=str(self._binding.path),
@@ -249,14 +283,16 @@ class SilenceProof:
         if isinstance(found, FrameFault):
             return
         for message in found:
-            self._observe(message)
+            self._observe(message, frame.timestamp)
 
     def _joined(self, plan: FramePlan, payload: bytearray) -> "list[BenchMessage] | FrameFault":
         found = self._assembly.take(plan, payload, self._now())
         return found if isinstance(found, FrameFault) else [message for _, message, _ in found]
 
-    def _observe(self, message: BenchMessage) -> None:
-        now, observed = self._now(), self._observed
+    def _observe(self, message: BenchMessage, stamp: float) -> None:
+        """Take in a message. stamp: s, of its frame; the clock's where own frames do not come back."""
+        observed = self._observed
+        now = self._now() if observed.sent is None else stamp
         match message:
             case EngineStatus():
                 observed.engine_speed = message.engine_speed

@@ -4,10 +4,11 @@ from collections.abc import Iterator
 
 from slipbench.protocol.binding.capture import Traffic, describe
 from slipbench.protocol.binding.fields import FIELDS
-from slipbench.protocol.binding.match import ALIKE, Match
+from slipbench.protocol.binding.match import ALIKE, REQUESTS, Match
 from slipbench.protocol.binding.missing import Need, needs
 from slipbench.protocol.binding.propose import Chosen, Proposal
 from slipbench.protocol.binding.source_lines import lacks_unit, stated
+from slipbench.protocol.binding.words import concepts_in
 from slipbench.protocol.database.layout import Checksum, Message, Protection
 from slipbench.protocol.recording.message_rules import Degraded
 
@@ -86,6 +87,7 @@ def _messages(proposal: Proposal) -> Iterator[str]:
     for message in proposal.carriers():
         traffic = proposal.traffic(message.name)
         if traffic is None:
+            yield from _unseen(proposal, message)
             continue
         lines = [*_cycle(message, traffic), *_protection(message, traffic)]
         if lines:
@@ -95,6 +97,27 @@ def _messages(proposal: Proposal) -> Iterator[str]:
             else:
                 yield f"[messages.{message.name}]"
             yield from lines
+
+
+def _unseen(proposal: Proposal, message: Message) -> Iterator[str]:
+    """A message that is not in the capture: of a request only the user knows the protection."""
+    sent = any(
+        proposal.bound[role].message == message for role in REQUESTS if role in proposal.bound
+    )
+    named = [
+        signal.name
+        for signal in message.signals
+        if not concepts_in(signal.name).isdisjoint(("count", "protection"))
+    ]
+    if sent and message.protection is None:
+        looks = f" ({', '.join(named)} may belong to one)" if named else ""
+        yield ""
+        yield from _wrapped(
+            f"The bench sends {message.name}. State the protection that the ECU expects of it{looks},"
+            " and its cycle time:"
+        )
+        yield f"# [messages.{message.name}]"
+        yield '# protection = { profile = "E2E1", data_id = 0x0000 }'
 
 
 def _cycle(message: Message, traffic: Traffic) -> Iterator[str]:

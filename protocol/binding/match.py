@@ -25,6 +25,7 @@ SIDES = ("front", "rear", "left", "right")
 SENT = "sent by the bench"
 BENCH = re.compile(r"(?i)bench|gateway|tester|slipbench|master")
 REQUESTS = ("throttle_request", "spark_request", "authority_request", "request_time")
+COMMANDS = ("throttle_command", "spark_command")
 OWN_STATUS = ("trial_phase", "trial_authority", "trip_reason", "trial_tick")
 ELSEWHERE = (
     0.3  # lost by a status in a message of requests, and by a bare name in a special message
@@ -178,6 +179,8 @@ def match(message: Message, signal: Signal, role: str) -> Match:
     score = sum(weights) / len(weights) - _lost(signal.name, role)
     if role not in REQUESTS and (SENT in around) != (role in OWN_STATUS):
         score -= ELSEWHERE
+    if role not in REQUESTS + COMMANDS and not held.isdisjoint(("request", "setpoint")):
+        score -= ELSEWHERE  # what is wanted is not what is
     reasons = ["name" if any(_hits(group, held) for group in needed) else "name of the message"]
     if not suits_unit(signal, role):
         score *= WRONG_UNIT

@@ -67,7 +67,7 @@ def propose(database: Database, capture: Captured | None = None) -> Proposal:
     ranked = {role: list(_ranked(database, role, behaviour)) for role in NEEDED}
     teeth = tuple(tooth_messages(database))
     reserved = {name for each in teeth for name in (each.teeth, each.anchor)}
-    taken = _assigned(ranked, reserved)
+    taken = _without_single_sides(_assigned(ranked, reserved))
     roles = tuple(_chosen(role, ranked[role], taken.get(role)) for role in NEEDED)
     return Proposal(database, roles, teeth, capture, behaviour)
 
@@ -112,6 +112,22 @@ def _assigned(ranked: dict[str, list[Match]], reserved: set[str]) -> dict[str, M
         used.add(key)
         senders[message] = role in SENT
     return chosen
+
+
+def _without_single_sides(chosen: dict[str, Match]) -> dict[str, Match]:
+    """Without a left or right wheel that has no other side: the vehicle has one wheel on that axle."""
+    return {
+        role: found
+        for role, found in chosen.items()
+        if _other_side(role) == role or _other_side(role) in chosen
+    }
+
+
+def _other_side(role: str) -> str:
+    """Role of the wheel on the other side; the role itself where it has no side."""
+    if "_left_" in role:
+        return role.replace("_left_", "_right_")
+    return role.replace("_right_", "_left_")
 
 
 def _chosen(role: str, ranked: list[Match], best: Match | None) -> Chosen:

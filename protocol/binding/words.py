@@ -65,7 +65,7 @@ CONCEPTS: dict[str, str] = {
     "teeth": "teeth tooth rotat pulses pulse edges",
     "count": "count cnt counter cntr counts zaehler",
     "protection": "crc checksum chksum chk cs alive livecounter seq sequence",
-    "quality": "valid validity quality qf qual flag q inhibit stat status",
+    "quality": "valid ok validity quality qf qual flag q inhibit stat status",
     "limit": "limit lim limiter min max minimum maximum limitation",
     "torque": "torque trq tq moment drehmoment tqe",
     "voltage": "voltage volt vbat battery batt u",

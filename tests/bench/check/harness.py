@@ -42,7 +42,7 @@ class World:
     def __post_init__(self) -> None:
         """Put the motorcycle on the bus."""
         trial = trial_file(command__silence=self.silence)
-        self.ours: SimulatedNode = self.bus.node("bench")
+        self.ours: SimulatedNode = self.bus.node("bench", receive_own_messages=True)
         self.theirs = self.bus.node("motorcycle")
         scenario = Scenario(read_vehicle(DEMONSTRATION), trial)
         self.motorcycle = VirtualMotorcycle(scenario, self.theirs, self.binding.codec())

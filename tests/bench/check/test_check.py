@@ -5,9 +5,10 @@ from dataclasses import replace
 import can
 import pytest
 
-from slipbench.bench.check.listen import listen
+from slipbench.bench.check.listen import Listener
 from slipbench.bench.check.observed_roles import observed_roles
 from slipbench.bench.check.report import check_report, summary
+from slipbench.bench.loop.clock import SimulatedClock
 from slipbench.protocol.binding.binding import Binding
 from slipbench.protocol.codec.codec import Sender
 from slipbench.protocol.codec.messages import ActuatorCommand, Authority
@@ -142,6 +143,26 @@ def test_a_wrong_scale_of_a_speed_and_a_wrong_unit_are_findings(healthy) -> None
     assert "unit" in report.findings[0].remedy
 
 
+def test_a_message_that_comes_more_rarely_than_stated_is_a_finding(healthy) -> None:
+    wrong = with_rules(OWN, EngineStatus={"cycle_time": "1 ms"})
+    found = check_report(wrong, traffic(wrong, healthy)).findings
+    assert [each.role for each in found] == ["messages.EngineStatus.cycle_time"]
+    assert "every 5 ms" in found[0].found
+
+
+def test_one_signal_for_two_speeds_is_a_finding_and_for_an_axle_and_its_side_is_none(
+    healthy,
+) -> None:
+    assert OWN.roles is not None
+    speed = OWN.roles.roles["optical_speed"].model_copy(update={"clock": "bus", "time_signal": ""})
+    for added, count in ((("vehicle_speed",), 1), ((), 0)):
+        roles = {**OWN.roles.roles, **dict.fromkeys(added, speed)}
+        binding = replace(OWN, roles=OWN.roles.model_copy(update={"roles": roles}))
+        found = check_report(binding, traffic(binding, healthy)).findings
+        assert len(found) == count
+        assert all("also bound to optical_speed" in each.what for each in found)
+
+
 def test_damaged_frames_make_a_role_faulty(healthy) -> None:
     ecu = identifier(OWN, "EngineStatus")
     bad = [
@@ -188,10 +209,31 @@ def test_listening_sends_nothing_and_takes_the_stated_time() -> None:
                 self.sent += 1
 
         bus = Waiting()
-        looks = []
-        heard = listen(bus, made.clock, OWN.database, 1.0, shown=looks.append)  # type: ignore[arg-type]
+        listener = Listener(bus, made.clock, OWN.database)
+        heard = listener.listen(1.0)
+        recent = listener.recent()
     assert bus.sent == 0
     assert made.bus.wire.now_ns > sent_before
     assert heard.duration == pytest.approx(1.0, abs=0.2)
-    assert len(looks) >= 2
-    assert check_report(OWN, heard).binding is OWN
+    assert len(recent.log) == len(heard.log)
+    assert all(each.age is not None and each.age < 0.6 for each in check_report(OWN, heard).roles)
+
+
+def test_frames_that_wait_at_the_end_are_read_before_a_role_counts_as_silent(healthy) -> None:
+    """A busy machine reads late: the age of a role is not the time that its frames waited."""
+
+    class Late:
+        """All frames wait already, and the time to listen is over with the first one."""
+
+        def __init__(self) -> None:
+            self.waiting, self.clock = list(healthy), SimulatedClock()
+
+        def recv(self, timeout: float) -> can.Message | None:
+            if timeout:
+                self.clock.sleep_until_ns(self.clock.now_ns() + 2_000_000_000)
+            return self.waiting.pop(0) if self.waiting else None
+
+    bus = Late()
+    report = check_report(OWN, Listener(bus, bus.clock, OWN.database).listen(1.0))
+    assert report.frames == len(healthy)
+    assert [each.role for each in report.roles if not each.is_live] == []

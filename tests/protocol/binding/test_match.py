@@ -209,6 +209,27 @@ def test_a_database_with_synonyms_in_another_style_is_bound_alike(synonyms, styl
     assert len(differs) <= 2, differs
 
 
+def test_a_message_of_requests_holds_no_status() -> None:
+    """One message has one sender: what is beside a request is not what the motorcycle measures."""
+    signals = (
+        Signal("ThrottleRequest", 0, 16, unit="%"),
+        Signal("EngineSpeed", 16, 16, unit="rpm"),
+    )
+    one = Database("x.dbc", "", (Message("Frame1", 0x10, 8, signals),))
+    assert set(propose(one).bound) in ({"throttle_request"}, {"engine_speed"})
+
+
+@pytest.mark.parametrize("word", ["Request", "Target", "Demand", "Setpoint", "Soll"])
+def test_what_is_wanted_is_not_proposed_as_what_is(word: str) -> None:
+    signals = (
+        Signal(f"Throttle{word}", 0, 16, unit="%"),
+        Signal(f"EngineSpeed{word}", 16, 16, unit="rpm"),
+        Signal(f"Gear{word}", 32, 4),
+    )
+    bound = propose(Database("x.dbc", "", (Message("Frame1", 0x10, 8, signals),))).bound
+    assert not {"throttle_position", "engine_speed", "gear"} & set(bound)
+
+
 def test_a_speed_without_a_unit_is_left_to_the_user(tmp_path) -> None:
     bare = Database(
         "x.dbc",

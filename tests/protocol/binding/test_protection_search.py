@@ -36,7 +36,7 @@ def test_an_autosar_profile_is_found_and_verifies_all_frames(
     data_id = int(random.integers(0, 1 << 16))
     ids = random.integers(0, 256, 16, dtype=np.uint8).tobytes()
     guard = {1: Profile1(data_id), 2: Profile2(ids), 5: Profile5(data_id)}[profile]
-    found = find_profile(frames(guard, seed, count, lost=0.03 if seed else 0.0))
+    found = find_profile(frames(guard, seed, count, lost=0.03 if seed < 2 else 0.0))
     assert found is not None
     assert found.protection.profile == profile
     assert found.share == 1.0
@@ -105,8 +105,9 @@ def test_a_copied_byte_is_no_checksum() -> None:
     data = np.zeros((300, LENGTH), np.uint8)
     data[:, 2] = random.integers(0, 256, 300)
     data[:, 7] = data[:, 2] ^ 0x0F
-    data[200:, 4] = 1  # a switch that changes once makes no checksum of a copy
-    assert find_checksum(data, EVERYWHERE) is None
+    for changes in (0, 4, 100):  # a switch that changes makes no checksum of a copy
+        data[300 - changes :, 4] = 1
+        assert find_checksum(data, EVERYWHERE) is None
 
 
 def test_a_checksum_that_the_capture_cannot_tell_names_the_others() -> None:
