@@ -79,7 +79,7 @@ def main() -> None:
         name = f"{readable(str(fault.filename), 200)}: " if fault.filename else ""
         sys.stderr.write(f"slipbench: {name}the operating system refuses: {fault.strerror}\n")
         sys.exit(2)
-    except (KeyboardInterrupt, SystemError) as fault:
+    except (KeyboardInterrupt, SystemError, RuntimeError) as fault:  # with Ctrl-C as the cause
         if not is_interrupt(fault):
             raise
         sys.stderr.write("Aborted!\n")

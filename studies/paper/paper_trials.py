@@ -60,8 +60,11 @@ def record_all(
 ) -> dict[str, Recording]:
     """Recording of every trial, from `folder` where it exists, else simulated.
 
-    Raises InputError where a trial cannot be run or trips.
+    Raises InputError where a trial file is invalid, before any trial is run, or a trial trips.
     """
+    for trial in trials:
+        if not (folder / trial.name).exists():
+            _changed(trial, trial_files)
     with ThreadPoolExecutor(TOGETHER) as several:
         recordings = several.map(
             lambda trial: _recorded(trial, folder, trial_files, report), trials

@@ -68,6 +68,9 @@ def test_a_half_width_of_a_vehicle_file_has_a_bound(tmp_path, block, entry, most
     [
         ("plus_minus = 20 }", "plus_minus = 1e300 }", "1e.300 N/kg/V is too large"),
         ("plus_minus = 20 }", "plus_minus = 1001 }", "gain: plus_minus.*10 times the value"),
+        ('along = "velocity"', 'along = "velocit"', "seams.*along = 'velocit' does not exist"),
+        ('into = "position"', 'into = "place"', "overflows_into = 'place' does not exist"),
+        ("[states.velocity]", '[states.velocity]\nstart = "no"', "start = 'no' does not exist"),
         ("value = 100,", "value = 1e300,", "1e.300 N/kg/V is too large"),
         ("size = { value = 1,", "size = { value = 1e-300,", "1e-300 .* is no size"),
         ("size = { value = 1,", "size = { value = 0,", "0 .* is no size"),

@@ -76,16 +76,17 @@ def test_a_defect_of_the_package_stays_a_traceback(monkeypatch, fault):
         _ends(monkeypatch, fault)
 
 
-@pytest.mark.parametrize("fault", [KeyboardInterrupt(), SystemError()])
+@pytest.mark.parametrize("fault", [KeyboardInterrupt(), SystemError(), RuntimeError()])
 def test_an_interrupt_outside_a_command_ends_it(monkeypatch, capsys, fault):
-    """Compiled code that is interrupted may raise SystemError with KeyboardInterrupt as cause."""
-    if isinstance(fault, SystemError):
+    """Compiled code may raise SystemError, and the making of a class RuntimeError, because of it."""
+    if not isinstance(fault, KeyboardInterrupt):
         fault.__cause__ = KeyboardInterrupt()
     with pytest.raises(SystemExit, match="130"):
         _ends(monkeypatch, fault)
     assert capsys.readouterr().err == "Aborted!\n"
 
 
-def test_another_system_error_stays_a_traceback(monkeypatch):
-    with pytest.raises(SystemError):
-        _ends(monkeypatch, SystemError("bad call"))
+@pytest.mark.parametrize("kind", [SystemError, RuntimeError])
+def test_another_system_error_stays_a_traceback(monkeypatch, kind):
+    with pytest.raises(kind):
+        _ends(monkeypatch, kind("bad call"))

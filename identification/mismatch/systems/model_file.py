@@ -230,6 +230,21 @@ class ModelFile(Section):
                 seen.add(name)
         return self
 
+    @model_validator(mode="after")
+    def _references(self) -> "ModelFile":
+        """Check that what one part names is there in another."""
+        moving = {*self.states, *self.inputs}
+        named = [(f"seams.{k}.along", s.along, moving) for k, s in self.seams.items()]
+        for key, state in self.states.items():
+            named.append((f"states.{key}.overflows_into", state.overflows_into, {*self.states}))
+            if isinstance(state.start, str):
+                named.append((f"states.{key}.start", state.start or "''", {*self.outputs}))
+        for key, name, there in named:
+            if name and name not in there:
+                expected = ", ".join(sorted(there)) or "none"
+                raise ValueError(f"{key} = {name!r} does not exist; one of {expected} is expected")
+        return self
+
 
 def load_model_file(path: Path) -> ModelFile:
     """Read a model file. Raises InputError, which tells every fault."""

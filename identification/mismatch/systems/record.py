@@ -53,6 +53,7 @@ def prepare(recording: Recording, file: ModelFile) -> Record:
             or "no channels",
             remedy="check the role map and the sensors",
         )
+    _check_starts(file, shown, str(recording.folder))
     start, end, notes = window(data, file)
     grid = _grid(data, file, end - start, str(recording.folder))
     time: Floats = np.asarray(start + grid.step * np.arange(1, grid.rows + 1), np.float64)
@@ -67,6 +68,19 @@ def prepare(recording: Recording, file: ModelFile) -> Record:
     )
     name = recording.folder.name
     return Record(name, start, grid, inputs, measured, sensors, slow, notes, left_out)
+
+
+def _check_starts(file: ModelFile, shown: list[str], where: str) -> None:
+    """Raise InputError where a state starts from an output that was not recorded."""
+    for name, state in file.states.items():
+        if isinstance(state.start, str) and state.start not in shown:
+            raise InputError(
+                f"the state {name!r} starts from an output that was not recorded",
+                where=where,
+                expected=f"the role {file.outputs[state.start].role!r} of output {state.start!r}",
+                found=f"outputs {', '.join(shown)}",
+                remedy="give states." + name + ".start a value in the model file",
+            )
 
 
 def realigned(record: Record, recording: Recording, file: ModelFile, simulated: Columns) -> Record:

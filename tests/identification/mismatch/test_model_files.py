@@ -161,3 +161,11 @@ def test_a_smooth_input_is_followed_between_its_samples(tmp_path):
     lines, smooth = errors.values()
     assert lines > 0.04
     assert smooth < 0.1 * lines
+
+
+def test_a_state_that_starts_from_an_output_without_a_record_is_named(tmp_path):
+    other = '[outputs.second]\nrole = "second"\nvalue = "velocity"\nsize = { value = 1, unit = "m/s" }\n'
+    text = MODEL.replace("[states.velocity]", '[states.velocity]\nstart = "second"') + other
+    (tmp_path / "two.toml").write_text(text, encoding="utf-8")
+    with pytest.raises(InputError, match="'velocity' starts from an output that was not recorded"):
+        type(system(tmp_path)).load(tmp_path / "two.toml").prepare(recorded(7, seconds=4.0))

@@ -6,14 +6,17 @@ one kind.
 
 import json
 import re
+import shutil
 from pathlib import Path
 
 import pytest
 
+from slipbench.protocol.errors import InputError
 from slipbench.studies.paper.claims import Claim
 from slipbench.studies.paper.paper_command import Reproduced, reproduce
 from slipbench.studies.paper.paper_report import band_in_words, found_in_words
-from tests.paths import ROOT
+from slipbench.studies.paper.paper_trials import PAPER, record_all
+from tests.paths import ROOT, TRIALS
 
 
 @pytest.fixture(scope="module")
@@ -59,3 +62,11 @@ def test_a_claim_without_a_figure_does_not_hold() -> None:
     assert not claim.holds
     assert claim.described()["value"] is None
     assert found_in_words(claim) == "not found"
+
+
+def test_an_invalid_trial_file_is_refused_before_any_trial(tmp_path: Path) -> None:
+    shutil.copytree(TRIALS, tmp_path / "trials")
+    (tmp_path / "trials" / "throttle_sweep_12000.toml").write_text("limits = 1", encoding="utf-8")
+    with pytest.raises(InputError, match="throttle_sweep_12000"):
+        record_all(list(PAPER), tmp_path / "runs", tmp_path / "trials", lambda _: None)
+    assert not (tmp_path / "runs").exists()
