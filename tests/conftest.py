@@ -1,14 +1,11 @@
 """What pytest itself is told about these tests; fixtures live beside those who use them."""
 
 import os
-import subprocess
-import sys
 
 import hypothesis
 import pytest
 
 from tests import recordings
-from tests.paths import ROOT
 
 # How long an example takes depends on the machine; no test judges it.
 hypothesis.settings.register_profile("slipbench", deadline=None)
@@ -22,20 +19,6 @@ hypothesis.settings.register_profile(
     phases=[hypothesis.Phase.explicit, hypothesis.Phase.generate],
 )
 hypothesis.settings.load_profile(os.environ.get("SLIPBENCH_HYPOTHESIS", "slipbench"))
-
-
-@pytest.hookimpl(tryfirst=True)
-def pytest_sessionstart(session: pytest.Session) -> None:
-    """Compile the kernel of the plant once, before workers that would each compile it."""
-    parallel = getattr(session.config.option, "numprocesses", None)
-    if parallel and not hasattr(session.config, "workerinput"):
-        code = (
-            "from slipbench.plant.simulation import Simulation\n"
-            "from slipbench.plant.vehicle_file import load_vehicle\n"
-            "from tests.paths import DEMONSTRATION\n"
-            "Simulation(load_vehicle(DEMONSTRATION).motorcycle)\n"
-        )
-        subprocess.run([sys.executable, "-c", code], cwd=ROOT, check=True)
 
 
 def pytest_report_header() -> str:

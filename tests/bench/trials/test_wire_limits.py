@@ -66,9 +66,7 @@ def test_a_command_must_be_able_to_carry_the_release(changes, released):
     """Whatever else of the trial the changed signal cannot carry."""
     trial = trial_file()
     try:
-        check_wire(
-            trial, plan_excitation(trial), Codec(with_command("throttle", **changes)), "trial.toml"
-        )
+        check_wire(trial, plan_excitation(trial), with_command("throttle", **changes), "trial.toml")
         told = ""
     except InputError as fault:
         told = str(fault)
@@ -86,7 +84,7 @@ def test_a_command_may_be_beyond_its_range_by_what_rounding_adds(bounds, fits):
     arguments = (
         trial.model_copy(update={"limits": limits}),
         plan_excitation(trial),
-        Codec(DATABASE),
+        DATABASE,
         "trial.toml",
     )
     if fits:
@@ -103,10 +101,10 @@ def test_a_limit_must_be_below_the_end_of_its_range_by_what_rounding_adds(share,
     limits = trial.limits.model_copy(update={"speed": (30.0, highest)})
     trial = trial.model_copy(update={"limits": limits})
     if fits:
-        check_wire(trial, plan_excitation(trial), Codec(DATABASE), "trial.toml")
+        check_wire(trial, plan_excitation(trial), DATABASE, "trial.toml")
     else:
         with pytest.raises(InputError, match=r"limits\.speed = .* is not within"):
-            check_wire(trial, plan_excitation(trial), Codec(DATABASE), "trial.toml")
+            check_wire(trial, plan_excitation(trial), DATABASE, "trial.toml")
 
 
 @pytest.mark.parametrize("key", CARRIED)
@@ -136,7 +134,7 @@ def test_a_value_that_the_wire_cannot_carry_is_refused_by_name_and_range(key):
 def test_a_range_is_named_in_the_unit_of_the_trial(key, words):
     trial = trial_file()
     with pytest.raises(InputError) as refused:
-        check_wire(trial, plan_excitation(trial), Codec(narrowed(key, 0.7)), "trial.toml")
+        check_wire(trial, plan_excitation(trial), narrowed(key, 0.7), "trial.toml")
     assert f"{key} = {words}" in str(refused.value)
 
 
