@@ -57,6 +57,11 @@ figures: trial
 test-mismatch: setup
 	$(IN)/python -m pytest -n $(WORKERS) --dist load -o addopts=-ra tests/identification/mismatch
 
+# The paper's claims, on its trials ridden anew; minutes, not part of `make test`.
+.PHONY: test-paper
+test-paper: setup
+	$(IN)/python -m pytest -o addopts=-ra tests/studies/paper/test_paper.py
+
 # Whole trials on a real kernel's CAN bus.
 .PHONY: vcan
 vcan: setup

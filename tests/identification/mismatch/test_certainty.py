@@ -9,16 +9,7 @@ from hypothesis import strategies as st
 from scipy import stats
 
 from slipbench.identification.mismatch.naming import certainty
-from slipbench.identification.mismatch.naming.certainty import (
-    CHOICES,
-    DOUBTED,
-    Certainty,
-    foretold,
-    joined,
-)
-from slipbench.identification.mismatch.naming.interval import significance
-from slipbench.plant.effects.backlash import Backlash
-from tests.identification.mismatch.conditions import analysis
+from slipbench.identification.mismatch.naming.certainty import CHOICES, DOUBTED, Certainty, joined
 
 LIMIT = 1e-5
 P = st.floats(1e-200, 1.0)
@@ -76,19 +67,3 @@ def test_a_choice_of_two_ways_costs_a_factor_of_two(told):
 def test_without_held_out_recordings_those_of_training_tell_alone(monkeypatch):
     monkeypatch.setattr(certainty, "significance", lambda *_: 1e-3)
     assert Certainty(LIMIT).p(None, 0) == 1e-3
-
-
-@pytest.fixture(scope="module")
-def explained():
-    found = analysis((Backlash(slack=8e-3),), seed=3)
-    assert [c.name for c in found.named.fit.candidates] == ["backlash"]
-    return found
-
-
-def test_what_is_there_is_foretold_and_what_is_not_is_not(explained):
-    fit, held_out = explained.named.fit, explained.held_out
-    assert significance(fit, 0) < LIMIT
-    assert foretold(fit, 0, held_out) < LIMIT
-    without = analysis(seed=3).held_out
-    assert without is not None
-    assert foretold(fit, 0, without) > DOUBTED

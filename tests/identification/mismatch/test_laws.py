@@ -4,6 +4,8 @@ import json
 
 import pytest
 
+from slipbench.identification.mismatch.naming.certainty import DOUBTED, LIMIT, foretold
+from slipbench.identification.mismatch.naming.interval import significance
 from slipbench.identification.mismatch.telling.verdict import as_json
 from slipbench.plant.effects.asymmetric_filling import AsymmetricFilling
 from slipbench.plant.effects.backlash import Backlash
@@ -12,7 +14,7 @@ from slipbench.plant.effects.optical_lag import OpticalLag
 from slipbench.plant.effects.rate_limit import RateLimit
 from slipbench.plant.effects.relaxation_length import RelaxationLength
 from slipbench.plant.effects.tooth_misplacement import ToothMisplacement
-from tests.identification.mismatch.conditions import found
+from tests.identification.mismatch.conditions import analysis, found
 
 SINGLE = [
     (RateLimit(limit=4.0), "limit", "throttle_servo"),
@@ -64,3 +66,14 @@ def test_the_same_recordings_give_the_same_verdict() -> None:
     one, two = (as_json(found((Backlash(slack=8e-3),), seed=6)) for _ in range(2))
     assert one == two
     assert json.loads(one)["mismatch"]["found"]
+
+
+def test_what_is_there_is_foretold_and_what_is_not_is_not():
+    found = analysis((Backlash(slack=8e-3),), seed=3)
+    fit, held_out = found.named.fit, found.held_out
+    assert [c.name for c in fit.candidates] == ["backlash"]
+    assert significance(fit, 0) < LIMIT
+    assert foretold(fit, 0, held_out) < LIMIT
+    without = analysis(seed=3).held_out
+    assert without is not None
+    assert foretold(fit, 0, without) > DOUBTED
