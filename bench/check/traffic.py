@@ -57,8 +57,12 @@ class BusTraffic:
 
 
 def capture_traffic(path: Path, database: Database, bus: str = "") -> BusTraffic:
-    """Traffic of a capture. bus: only this bus of it. Raises InputError where it cannot be read."""
+    """Traffic of a capture, without the frames that its logger sent itself.
+
+    bus: only this bus of it. Raises InputError where it cannot be read.
+    """
     log = read_log(path).frames
+    log = log.select(~log.sent)
     if bus and bus in log.buses:
         log = log.select(log.bus == log.buses.index(bus))
     return BusTraffic(log, database)

@@ -6,6 +6,8 @@ from pathlib import Path
 import pytest
 
 from slipbench import dbc
+from slipbench.protocol.codec.codec import Sender
+from slipbench.protocol.codec.messages import ActuatorCommand, Authority
 from tests.bench.check.harness import own, world
 from tests.bench.test_commands import run
 from tests.bench.test_restbus_command import vehicle
@@ -37,6 +39,22 @@ def test_a_capture_without_one_device_is_status_3(monkeypatch, capsys, capture, 
     status, out, _ = run(monkeypatch, capsys, "check", BINDING, "--log", tmp_path / "cut.log")
     assert status == 3
     assert "not live: optical_speed" in out
+
+
+@pytest.mark.parametrize(("mark", "expected"), [(" T", 0), ("", 3)])
+def test_requests_are_those_of_another_node_unless_the_logger_sent_them(
+    monkeypatch, capsys, capture, tmp_path, mark: str, expected: int
+) -> None:
+    lines = capture.read_text().splitlines(True)
+    sender, start = Sender(own().codec()), float(lines[0][1:].partition(")")[0])
+    for number in range(40):
+        command = ActuatorCommand(Authority.NONE, 0.0, 0.0, number * 1e-3)
+        identifier, data = sender.encode(command)
+        lines.append(f"({start + number * 1e-3:.6f}) can0 {identifier:03X}#{data.hex()}{mark}\n")
+    (tmp_path / "own.log").write_text("".join(sorted(lines)))
+    status, out, _ = run(monkeypatch, capsys, "check", BINDING, "--log", tmp_path / "own.log")
+    assert status == expected
+    assert ("another node sends ActuatorCommand" in out) == (expected == 3)
 
 
 def test_another_bus_is_status_2(monkeypatch, capsys, tmp_path) -> None:
