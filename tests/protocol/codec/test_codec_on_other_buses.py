@@ -9,12 +9,14 @@ from slipbench.protocol.codec.faults import Fault, FrameFault
 from slipbench.protocol.codec.messages import (
     Authority,
     ChassisStatus,
+    Intervals,
     Phase,
     RiderControls,
+    ToothIntervals,
     TripReason,
     WheelSpeed,
 )
-from slipbench.protocol.codec.placement import FieldsAt, SignalAt
+from slipbench.protocol.codec.placement import FieldsAt, SignalAt, TeethAt
 from slipbench.protocol.database.layout import Checksum, Database, Message, Protection, Signal
 from slipbench.protocol.errors import InputError
 
@@ -121,6 +123,53 @@ def test_pages_take_turns_in_their_order_at_the_cycle_time():
         )
     ]
     assert turns in ([0, 1, 2, 0, 1, 2], [1, 2, 0, 1, 2, 0], [2, 0, 1, 2, 0, 1])
+
+
+def encoder(unit: str = "us", **changes) -> Codec:
+    """Teeth of a bus that has neither our names nor a header."""
+    layouts = tuple(
+        Signal(f"t{page}", 16, 16, scale=10, unit=unit, multiplexer="kind", multiplexer_ids=(page,))
+        for page in map(int, Intervals)
+    )
+    signals = (
+        Signal("kind", 0, 2, is_multiplexer=True, maximum=len(Intervals) - 1),
+        Signal("n", 8, 8),
+    )
+    message = replace(Message("Encoder", 5, 4, (*signals, *layouts)), **changes)
+    return Codec(database(message), {"RearTeeth": TeethAt("Encoder", "kind", "n")})
+
+
+@pytest.mark.parametrize("counter", ["kind", "n"])
+def test_no_signal_of_teeth_lies_where_the_protection_writes(counter):
+    with pytest.raises(InputError, match=f"Encoder.{counter} is bound to a role"):
+        encoder(protection=Protection(0, counter=counter))
+
+
+def test_intervals_are_times():
+    for unit, si in (("ms", 1e-2), ("s", 10.0)):
+        assert encoder(unit).capacity("RearTeeth")[Intervals.SHORT] == (
+            1,
+            pytest.approx(65535 * si),
+        )
+    with pytest.raises(InputError, match="the unit 'deg' does not suit this role"):
+        encoder("deg")
+
+
+def test_layout_and_count_have_the_slots_of_their_signals():
+    (part,) = encoder().parts("RearTeeth")
+    for name in ("kind", "n"):
+        assert part.slot(name).name == f"made.dbc: Encoder.{name}"
+
+
+def test_a_count_of_teeth_wraps_whatever_its_signal_is_called():
+    codec = encoder()
+    assert codec.parts("RearTeeth")[0].modulo == 256
+    for layout in Intervals:
+        sent = ToothIntervals(layout, 300, (0.005,))
+        assert codec.encode(sent, name="RearTeeth")[1][1] == 300 - 256
+        got = codec.decode(*codec.encode(sent, name="RearTeeth"))
+        assert (got.layout, got.tooth_count) == (layout, 300 - 256)
+        assert got.intervals == pytest.approx((0.005,))
 
 
 def test_an_identifier_of_29_bits_is_another_one_than_the_same_of_11():
@@ -232,8 +281,32 @@ def test_a_request_lies_in_one_page():
     spark = Signal("s", 32, 16, scale=0.01, unit="deg", signed=True)
     with pytest.raises(InputError, match="in several pages of the multiplexed message Wheel") as no:
         paged_request(throttle, replace(spark, multiplexer="inner", multiplexer_ids=(4,)))
+    with pytest.raises(InputError, match="in several pages of the multiplexed message Wheel"):
+        paged_request(throttle, replace(spark, multiplexer="page", multiplexer_ids=(5,)))
     found = "authority (every page); throttle (page = 1); spark (page = 3 and inner = 4)"
     assert f"found: {found}" in str(no.value)
+
+
+@pytest.mark.parametrize("counter", ["rpm", "ok", "gear", "page"])
+def test_no_signal_of_a_message_lies_where_its_protection_writes(counter):
+    """Fields, their validity and the multiplexer that selects them."""
+    paged = {"multiplexer": "page", "multiplexer_ids": (1,)} if counter == "page" else {}
+    signals = (
+        Signal("rpm", 0, 16, unit="rpm", **paged),
+        Signal("ok", 16, 4, **paged),
+        Signal("gear", 24, 4, **paged),
+        replace(PAGE, start=32),
+    )
+    protection = Protection(0, counter=counter)
+    message = Message("Engine", 5, 8, signals, protection=protection)
+    at: FieldsAt = {
+        "engine_speed": SignalAt("Engine", "rpm", to="rad/s", valid="ok"),
+        "gear": SignalAt("Engine", "gear"),
+        "spark_advance": 0.0,
+        "time": 0.0,
+    }
+    with pytest.raises(InputError, match=f"Engine.{counter} is bound to a role"):
+        Codec(database(message), {"EngineStatus": at})
 
 
 def test_a_field_where_the_protection_writes_is_refused_with_the_database():

@@ -35,7 +35,7 @@ GUARDS: dict[str, Guard] = {
     "xor": Plain(Bits(8, 0xF, False), 15, 0, Checksum("sum", "xor", start=0x5A)),
     "sum": Plain(Bits(8, 0xFF, False), 256, 0, Checksum("sum", "sum", final_xor=0xFF)),
     "crc8 at the end": Plain(None, 0, 7, Checksum("sum", "crc8", 0x2F, 0x11, 0)),
-    **{f"counter, {key}": Plain(bits, 10, None, None) for key, bits in COUNTERS.items()},
+    **{f"counter, {key}": Plain(bits, 10, 0, None) for key, bits in COUNTERS.items()},
 }
 CHECKED = [name for name in GUARDS if not name.startswith("counter")]
 
@@ -144,13 +144,26 @@ def test_a_frame_of_another_data_id_is_not_intact(name):
 @pytest.mark.parametrize("name", GUARDS)
 def test_a_log_is_checked_as_its_frames_are_one_by_one(name):
     guard = GUARDS[name]
-    rows = payloads(name, 60)
+    rows = payloads(name, 200)
     for number, payload in enumerate(rows[:40]):
         guard.protect(payload, number % (guard.period or 1))
     data = np.array([list(row) for row in rows], np.uint8)
     assert guard.all_intact(data).tolist() == [guard.intact(bytearray(row)) for row in rows]
     counters = [guard.counter(row) or 0 for row in rows]
     assert guard.counters(data).tolist() == counters
+    for some in (data, data[:0]):
+        assert guard.all_intact(some).dtype == np.bool_
+        assert guard.counters(some).dtype == np.int64
+
+
+@pytest.mark.parametrize("name", ["xor", *(f"counter, {key}" for key in COUNTERS)])
+def test_a_counter_is_intact_in_a_log_exactly_below_its_period(name):
+    guard, data = GUARDS[name], np.zeros((16, 8), np.uint8)
+    for counter in range(16):
+        payload = bytearray(8)
+        guard.protect(payload, counter)
+        data[counter] = list(payload)
+    assert guard.all_intact(data).tolist() == [counter < guard.period for counter in range(16)]
 
 
 def test_a_counter_that_its_sender_never_reaches_is_not_intact():
@@ -217,7 +230,7 @@ def test_no_role_lies_where_the_protection_writes(protection, taken, free):
     made = message(*PLACED, Signal("other", 32, 8), protection=protection)
     assert guard_of(made, [free]) is not None
     for name in taken:
-        with pytest.raises(InputError, match=f"Made.{name} is bound to a role"):
+        with pytest.raises(InputError, match=f"^Made.{name} is bound to a role"):
             guard_of(made, [free, name])
 
 
@@ -234,3 +247,53 @@ def test_a_counter_signal_is_read_and_written_as_the_database_lays_it_out(big):
             guard.protect(payload, counter)
             assert payload == theirs.encode({"cnt": counter}), (start, length, counter)
             assert guard.counter(payload) == counter
+
+
+@pytest.mark.parametrize(
+    ("protection", "guard", "length"),
+    [
+        (Protection(1, 0x123), Profile1(0x123), 2),
+        (Protection(2, 0, IDS), Profile2(IDS), 2),
+        (Protection(5, 0x1234), Profile5(0x1234), 3),
+    ],
+)
+def test_a_profile_fits_in_a_message_as_long_as_its_header(protection, guard, length):
+    assert guard_of(message(protection=protection, length=length)) == guard
+
+
+@pytest.mark.parametrize("byte", [0, 3, 7])
+def test_a_checksum_lies_in_the_byte_of_its_signal(byte):
+    for little in (True, False):
+        signal = Signal("crc", 8 * byte + (0 if little else 7), 8, little_endian=little)
+        rule = Checksum("crc", "xor")
+        made = message(signal, protection=Protection(0, checksum=rule))
+        assert guard_of(made) == Plain(None, 0, byte, rule)
+
+
+def test_a_counter_without_a_checksum_has_none():
+    made = message(*PLACED, protection=Protection(0, counter="cnt"))
+    assert guard_of(made) == Plain(Bits(8, 0xF, False), 16, 0, None)
+
+
+def test_a_counter_has_at_most_16_bits_and_a_checksum_is_in_every_frame():
+    made = message(Signal("cnt", 8, 17), protection=Protection(0, counter="cnt"))
+    with pytest.raises(InputError, match="cannot be a counter"):
+        guard_of(made)
+    paged = Signal("crc", 8, 8, multiplexer="page", multiplexer_ids=(1,))
+    protection = Protection(0, checksum=Checksum("crc", "xor"))
+    with pytest.raises(InputError, match="cannot be a checksum"):
+        guard_of(message(Signal("page", 0, 1, is_multiplexer=True), paged, protection=protection))
+
+
+@pytest.mark.parametrize(
+    ("start", "length", "taken"),
+    [(7, 8, True), (11, 4, True), (12, 2, True), (13, 4, True), (15, 4, False), (23, 8, False)],
+)
+def test_a_big_endian_signal_lies_in_the_header_where_one_of_its_bits_does(start, length, taken):
+    """Profile 1 writes byte 0 and the low nibble of byte 1; start: the highest bit of the signal."""
+    made = message(Signal("s", start, length, little_endian=False), protection=Protection(1, 5))
+    if not taken:
+        assert guard_of(made, ["s"]) == Profile1(5)
+        return
+    with pytest.raises(InputError, match=r"Made\.s is bound to a role"):
+        guard_of(made, ["s"])
