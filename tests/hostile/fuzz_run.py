@@ -168,10 +168,14 @@ def output(folder: Path, name: str) -> Path:
     return folder.with_name(f"{folder.name}.{name}")
 
 
-def _own_memory() -> tuple[int, ...]:
-    """Return the bytes of this process: of its address space, and resident."""
-    pages = Path("/proc/self/statm").read_text(encoding="ascii").split()[:2]
-    return tuple(int(number) * resource.getpagesize() for number in pages)
+def _own_memory() -> tuple[int, int]:
+    """Return the bytes of this process: of its address space, and those that a fork begins with.
+
+    A fork maps the anonymous pages at once; those of files only when it touches them.
+    """
+    pages = Path("/proc/self/statm").read_text(encoding="ascii").split()[:3]
+    size, resident, of_files = (int(number) * resource.getpagesize() for number in pages)
+    return size, resident - of_files
 
 
 def _memory(running: Running, usage: resource.struct_rusage) -> int:

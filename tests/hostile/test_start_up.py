@@ -27,6 +27,8 @@ def test_an_interrupt_at_any_moment_of_the_start_is_no_traceback(tmp_path):
             stdout=subprocess.DEVNULL,
             stderr=subprocess.PIPE,
             text=True,
+            # A background job of a shell ignores it, and its children inherit that.
+            preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
         ) as process:
             while processor_time(process.pid) < moment:
                 time.sleep(0.002)

@@ -74,7 +74,12 @@ PLAN, SPARK_PLAN = plan(), plan("spark")
 
 def controlled(actuator: str) -> Plan:
     """The same with a controller; the waveform moves its target."""
-    by_model = {"kind": "internal_model", "model": [], "inverse": [], "delay": 0}
+    by_model = {
+        "kind": "internal_model",
+        "model": [[0.0, 1.0, 0.0, 0.0, 0.0]],
+        "inverse": [],
+        "delay": 0,
+    }
     mixed = {
         "law": by_model,
         "throttle": BOUNDS,
