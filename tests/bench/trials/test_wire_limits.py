@@ -42,14 +42,13 @@ def narrowed(key: str, share: float):
     return replace(DATABASE, messages=tuple(messages))
 
 
-def with_command(name: str, **changes):
-    """The database, one signal of the command changed."""
+def with_command(name: str, **changes) -> Codec:
+    """Codec of the database, one signal of the command changed."""
     message = DATABASE.message("ActuatorCommand")
     signals = tuple(replace(s, **changes) if s.name == name else s for s in message.signals)
     new = replace(message, signals=signals)
-    return replace(
-        DATABASE, messages=tuple(new if each is message else each for each in DATABASE.messages)
-    )
+    messages = tuple(new if each is message else each for each in DATABASE.messages)
+    return Codec(replace(DATABASE, messages=messages))
 
 
 @pytest.mark.parametrize(
@@ -84,7 +83,7 @@ def test_a_command_may_be_beyond_its_range_by_what_rounding_adds(bounds, fits):
     arguments = (
         trial.model_copy(update={"limits": limits}),
         plan_excitation(trial),
-        DATABASE,
+        Codec(DATABASE),
         "trial.toml",
     )
     if fits:
@@ -101,10 +100,10 @@ def test_a_limit_must_be_below_the_end_of_its_range_by_what_rounding_adds(share,
     limits = trial.limits.model_copy(update={"speed": (30.0, highest)})
     trial = trial.model_copy(update={"limits": limits})
     if fits:
-        check_wire(trial, plan_excitation(trial), DATABASE, "trial.toml")
+        check_wire(trial, plan_excitation(trial), Codec(DATABASE), "trial.toml")
     else:
         with pytest.raises(InputError, match=r"limits\.speed = .* is not within"):
-            check_wire(trial, plan_excitation(trial), DATABASE, "trial.toml")
+            check_wire(trial, plan_excitation(trial), Codec(DATABASE), "trial.toml")
 
 
 @pytest.mark.parametrize("key", CARRIED)
@@ -134,7 +133,7 @@ def test_a_value_that_the_wire_cannot_carry_is_refused_by_name_and_range(key):
 def test_a_range_is_named_in_the_unit_of_the_trial(key, words):
     trial = trial_file()
     with pytest.raises(InputError) as refused:
-        check_wire(trial, plan_excitation(trial), narrowed(key, 0.7), "trial.toml")
+        check_wire(trial, plan_excitation(trial), Codec(narrowed(key, 0.7)), "trial.toml")
     assert f"{key} = {words}" in str(refused.value)
 
 
