@@ -30,7 +30,7 @@ class FailSafe:
         for carrier in codec.carriers(RELEASE):
             plan = codec.plan_of(carrier)
             words = [part.pack(RELEASED) for part in plan.parts if part.name == RELEASE]
-            period = (plan.guard.period if plan.guard else 0) or 1
+            period = max(1, plan.guard.period if plan.guard else 1)
             self._ready[carrier] = [codec.finish(plan, words, counter) for counter in range(period)]
 
     def release(self, sender: Sender, now: float) -> list[Frame]:

@@ -32,7 +32,9 @@ from slipbench.protocol.codec.messages import (
     TrialStatus,
     TripReason,
 )
+from slipbench.protocol.codec.placement import OWN
 from slipbench.protocol.database.database import load_database
+from slipbench.protocol.database.layout import Checksum, Protection
 from slipbench.protocol.logs import read_log
 from tests.bench.trials.test_whole_trial import prepared
 
@@ -217,6 +219,35 @@ def test_releases_follow_each_other_whether_or_not_they_can_still_be_encoded(bre
         ((identifier, data, _),) = fail_safe.release(sender, 0.25 + number)
         time = 0.0 if codec.broken else 0.25 + number
         assert CODEC.encode(replace(RELEASED, time=time), counter=number % 15) == (identifier, data)
+
+
+@pytest.mark.parametrize(
+    "protection",
+    [None, Protection(0, checksum=Checksum("crc", "sum")), Protection(0, counter="counter")],
+)
+def test_a_ready_release_is_the_encoded_one_whatever_protects_it(protection):
+    """The bits of a throttle of 0 are not 0 here; counters go on as if it had been encoded."""
+    message = DATABASE.message("ActuatorCommand")
+    signals = tuple(
+        replace(each, offset=-50.0, minimum=-50.0, wraps=False) if each.name == "throttle" else each
+        for each in message.signals
+    )
+    new = replace(message, signals=signals, protection=protection)
+    messages = tuple(new if each is message else each for each in DATABASE.messages)
+    requests = {"ActuatorCommand": OWN["ActuatorCommand"]}
+    codec = Mute(replace(DATABASE, messages=messages), requests)
+    fail_safe, sender, usual = FailSafe(codec), Sender(codec), Sender(codec)
+    expected = [usual.frames(RELEASED) for _ in range(20)]
+    codec.broken = True
+    assert [fail_safe.release(sender, 0.0) for _ in range(20)] == expected
+    assert sender.counters == usual.counters
+    assert int.from_bytes(expected[0][0].data[2:], "little")
+
+
+def test_where_silence_releases_or_nothing_is_requested_no_release_is_sent():
+    assert FailSafe(CODEC, silent=True).release(Sender(CODEC), 0.0) == []
+    listening = Codec(DATABASE, {name: at for name, at in OWN.items() if name != "ActuatorCommand"})
+    assert FailSafe(listening).release(Sender(listening), 0.0) == []
 
 
 def test_a_status_that_cannot_be_encoded_is_none():
