@@ -9,6 +9,7 @@ from collections import deque
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
+from slipbench.bench.gateway.fail_safe import RELEASED
 from slipbench.bench.gateway.sender_monitor import SenderMonitor, cycles_of
 from slipbench.bench.gateway.wheel_speed import WheelSpeedTeeth
 from slipbench.bench.safety.vehicle_monitor import SAFETY, Wheels
@@ -77,7 +78,7 @@ class Receiver:
         }
         self._encoders = {name: WheelSpeedTeeth(self._pitch[to]) for name, to in WHEELS.items()}
         self._requests: deque[tuple[float, ActuatorCommand]] = deque(maxlen=MOST_REQUESTS)
-        self._applied = ActuatorCommand(Authority.NONE, 0.0, 0.0, 0.0)
+        self._applied = RELEASED
         self._authority = Authority.NONE  # that the ECU grants, or is taken to grant
         self._authority_assumed = binding.degraded.hand_back is not None
         self._position = math.nan
@@ -147,7 +148,7 @@ class Receiver:
         """A request counts as applied after the stated latency."""
         latency = (self._degraded.echo or 0.0) - ROUNDING
         while self._requests and now - self._requests[0][0] >= latency:
-            self._applied = self._requests.popleft()[1]
+            _, self._applied = self._requests.popleft()
 
     def _completed(
         self, name: str, message: BenchMessage, time: float, now: float
@@ -159,9 +160,8 @@ class Receiver:
                 yield from self._front_wheel_speed(WHEELS[name], speed, time)
             case ToothIntervals():
                 yield name, message, time
-                span = sum(message.intervals)
-                if message.layout != Intervals.STANDING and span > 0.0:
-                    speed = self._pitch[name] * len(message.intervals) / span
+                if message.layout != Intervals.STANDING:
+                    speed = self._pitch[name] * len(message.intervals) / sum(message.intervals)
                     yield from self._front_wheel_speed(name, speed, time)
             case _:
                 yield name, self._replaced(message), time

@@ -108,7 +108,7 @@ class Codec:
         """Message of a frame that holds one whole message, or its fault.
 
         The CRC is checked, bytes beyond the message are ignored. Of a frame that holds more, see
-        `slipbench.protocol.codec.receiver`.
+        `slipbench.protocol.codec.assembly`.
         """
         plan = self.plan(identifier, extended)
         if plan is None:

@@ -10,7 +10,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from slipbench.bench.gateway.receiver import Receiver
+from slipbench import dbc
+from slipbench.bench.gateway.receiver import MOST_REQUESTS, Receiver
 from slipbench.bench.gateway.wheel_speed import SLOWEST, WheelSpeedTeeth
 from slipbench.bench.safety.vehicle_monitor import VehicleMonitor, Wheels
 from slipbench.protocol.binding.binding import Binding
@@ -21,6 +22,7 @@ from slipbench.protocol.codec.messages import (
     Authority,
     BenchMessage,
     EcuStatus,
+    EncoderStatus,
     EngineStatus,
     Intervals,
     OpticalSpeed,
@@ -28,7 +30,8 @@ from slipbench.protocol.codec.messages import (
     ToothIntervals,
     WheelSpeed,
 )
-from slipbench.protocol.codec.placement import SignalAt
+from slipbench.protocol.codec.placement import OWN, FieldsAt, SignalAt, TeethAt
+from slipbench.protocol.database.database import load_database
 from slipbench.protocol.database.layout import Checksum, Database, Message, Protection, Signal
 from slipbench.protocol.recording.message_rules import Degraded
 
@@ -103,7 +106,7 @@ def received(found: Iterable[tuple[str, BenchMessage | FrameFault, float]]) -> l
 
 
 class Bus:
-    """A receiver, and a sender of each message that it hears."""
+    """A receiver, and a sender of each message that it hears. others: places of more messages."""
 
     def __init__(
         self,
@@ -111,10 +114,12 @@ class Bus:
         timeouts: dict[str, float] | None = None,
         without: tuple[str, ...] = (),
         protection: Protection | None = TWO,
+        made: Database | None = None,
+        **others: FieldsAt | TeethAt,
     ) -> None:
-        placement = {name: at for name, at in PLACEMENT.items() if name not in without}
+        placement = {name: at for name, at in PLACEMENT.items() if name not in without} | others
         self.binding = Binding(
-            database(protection), placement, timeouts or {}, degraded or Degraded()
+            made or database(protection), placement, timeouts or {}, degraded or Degraded()
         )
         self.codec = Codec(self.binding.database, placement)
         self.sender = Sender(self.codec)
@@ -128,9 +133,10 @@ class Bus:
     def assumed(self, now: float) -> list[Received]:
         return received(self.receiver.assumed(now))
 
-    def hear(self, frame: Frame, now: float) -> list[Received]:
+    def hear(self, frame: Frame, now: float, since: float | None = None) -> list[Received]:
+        since = now if since is None else since
         return received(
-            self.receiver.receive((frame.identifier, frame.extended), frame.data, now, now)
+            self.receiver.receive((frame.identifier, frame.extended), frame.data, now, since)
         )
 
 
@@ -219,6 +225,46 @@ def test_one_sender_through_many_turns_of_its_counter_is_no_trouble(name):
     assert bus.receiver.trouble == ""
 
 
+def test_two_senders_of_a_counter_of_one_byte_are_found_where_it_is_high():
+    signals = (Signal("cnt", 8, 8), Signal("pos", 16, 16, scale=0.01, unit="%"))
+    wide = Message("Body", 3, 4, signals, cycle_time=0.002, protection=TWO)
+    bus = Bus(
+        made=Database("made.dbc", "", (wide,)),
+        without=tuple(name for name in PLACEMENT if name != "ThrottleStatus"),
+    )
+    other = Sender(bus.codec)
+    bus.sender.counters["Body"], other.counters["Body"] = 100, 200
+    for number in range(20):
+        sender = other if number % 2 else bus.sender
+        bus.hear(sender.frames(BODY)[0], 0.001 * number)
+    assert "Body is counted by more than one sender" in bus.receiver.trouble
+
+
+def own_bus(degraded: Degraded, without: tuple[str, ...] = ()) -> Bus:
+    """The bench's own database, as a binding may have it."""
+    bus = Bus(degraded)
+    placement = {name: at for name, at in OWN.items() if name not in without}
+    bus.binding = Binding(load_database(dbc.MOTORBIKE), placement, {}, degraded)
+    bus.codec = bus.binding.codec()
+    bus.sender = Sender(bus.codec)
+    bus.receiver = Receiver(bus.binding, bus.codec, WHEELS, STALE, GEAR)
+    return bus
+
+
+def test_a_counter_that_stands_is_a_fault_only_where_authority_rests_on_the_message():
+    bus = own_bus(Degraded())
+    names = ("RearEncoderStatus", "OpticalSpeed")
+    rear, optical = (bus.codec.identifier(name) for name in names)
+    frames = {
+        rear: bus.sender.frames(EncoderStatus(7, 0.5, 16, False), name="RearEncoderStatus")[0],
+        optical: bus.sender.frames(OpticalSpeed(30.0, True, 0.0))[0],
+    }
+    for frame in frames.values():
+        assert faults(bus.hear(frame, 0.0)) == []
+    assert faults(bus.hear(frames[rear], 0.1)) == []
+    assert faults(bus.hear(frames[optical], 0.1)) == ["OpticalSpeed"]
+
+
 def test_a_sender_of_the_bench_s_own_message_is_another_bench():
     bus = Bus()
     made = Message("Demand", 9, 1, (Signal("on", 0, 2),))
@@ -246,6 +292,38 @@ def test_a_status_is_stale_exactly_after_its_own_timeout(timeout, silence):
     age = sent + silence * 1e-3 - monitor._received["ThrottleStatus"]
     allowed = min(timeout * 1e-3, STALE)
     assert (age > STALE + 1e-9) == (silence * 1e-3 > allowed + 1e-9)
+
+
+@pytest.mark.parametrize(("timeout", "earlier"), [(0.005, 0.015), (STALE, 0.0), (0.05, 0.0)])
+def test_a_shorter_timeout_makes_its_own_message_older_and_no_other(timeout, earlier):
+    """Times count from the reception before; a message is stale where it is older than STALE."""
+    bus = Bus(timeouts={"Body": timeout})
+    (body,), (engine, gear) = bus.sender.frames(BODY), bus.sender.frames(ENGINE)
+    (found,) = bus.hear(body, 2.0, since=1.998)
+    assert found.time == pytest.approx(1.998 - earlier, abs=1e-9)
+    bus.hear(engine, 2.0, since=1.998)
+    (found,) = bus.hear(gear, 2.0, since=1.998)
+    assert found.time == 1.998
+
+
+def test_a_fault_has_the_age_of_its_frame_and_its_name():
+    """Too short, repeated, or without a meaning; each names the message that it should hold."""
+    bus = Bus(
+        EngineStatus={
+            **PLACEMENT["EngineStatus"],
+            "gear": SignalAt("Gear", "gear", unknown=(15.0,)),
+        }
+    )
+    (body,) = bus.sender.frames(BODY)
+    bus.hear(body, 1.0)
+    for frame, name, carrier, fault in (
+        (Frame(5, b"\0"), "FrontTeeth", "Wheel", Fault.SHORT),
+        (body, "ThrottleStatus", "Body", Fault.REPEATED),
+        (Frame(2, b"\x0f"), "EngineStatus", "EngineStatus", Fault.RANGE),
+    ):
+        ((found, content, time),) = bus.hear(frame, 3.0, since=2.0)
+        assert (found, time) == (name, 2.0)
+        assert (content.message, content.fault) == (carrier, fault)
 
 
 def test_a_frame_that_is_too_short_is_a_fault_and_one_of_others_is_nothing():
@@ -282,6 +360,26 @@ def test_without_authority_the_assumed_echo_is_the_position_of_the_throttle():
     assert status.message.throttle_command == 0.25
     (status,) = bus.send(ECU, 0.002)
     assert status.message.throttle_command == COMMAND.throttle
+
+
+def test_before_any_request_the_assumed_echo_is_none_and_nothing_is_known_of_the_throttle():
+    bus = Bus(Degraded(echo="0 ms", throttle_body="follows_ecu"))
+    bus.assumed(0.0)
+    (free,) = bus.send(replace(ECU, authority=Authority.NONE), 0.0)
+    assert math.isnan(free.message.throttle_command)
+    assert free.message.spark_command == 0.0
+    (held,) = bus.send(ECU, 0.0)
+    assert held.message.throttle_command == 0.0
+    (body,) = Bus(Degraded(throttle_body="follows_ecu")).send(BODY, 0.0)
+    assert body.message.authority is Authority.NONE
+
+
+def test_no_more_than_the_last_requests_are_kept():
+    bus = Bus(Degraded(echo="100 ms"))
+    for number in range(MOST_REQUESTS + 5):
+        bus.receiver.requested(COMMAND, 1e-5 * number)
+    assert len(bus.receiver._requests) == MOST_REQUESTS
+    assert bus.receiver._requests[0][0] == pytest.approx(5e-5)
 
 
 def test_where_silence_gives_back_the_last_request_holds_authority():
@@ -325,8 +423,9 @@ def test_a_throttle_body_that_says_nothing_follows_the_ecu():
 
 def test_a_gear_that_is_not_monitored_is_that_of_the_operating_point():
     assert Bus().send(ENGINE, 0.0)[0].message.gear == 3
-    bus = Bus(Degraded(unmonitored=("gear",)))
-    assert bus.send(ENGINE, 0.0)[0].message.gear == GEAR
+    for without in ((), ("FrontWheelSpeed",)):
+        bus = Bus(Degraded(unmonitored=("gear",)), without=without)
+        assert bus.send(ENGINE, 0.0)[0].message.gear == GEAR
 
 
 @pytest.mark.parametrize("speed", [0.5, 4.0, 10.0, 60.0])
@@ -337,12 +436,41 @@ def test_the_front_wheel_is_the_speed_where_no_optical_sensor_is(speed):
         found = bus.send(WheelSpeed(speed), 0.005 * number, name="FrontWheelSpeed")
         speeds = [each.message for each in found if each.name == "OpticalSpeed"]
         assert [each.valid for each in speeds] == [True]
+        assert math.isnan(speeds[0].time)  # of a clock that no sensor has
+        assert {each.time for each in found} == {0.005 * number}
         assert speeds[0].speed == pytest.approx(speed)
     bus = Bus()
     found = bus.send(WheelSpeed(speed), 0.0, name="FrontWheelSpeed")
     assert [each.name for each in found] == ["FrontTeeth"]
     (optical,) = bus.send(OpticalSpeed(speed, True, NAN), 0.0)
     assert optical.message.speed == pytest.approx(speed)
+
+
+def test_each_wheel_has_teeth_of_its_own_radius_that_keep_pace_with_its_distance():
+    rear = {"speed": SignalAt("Speed", "v", to="m/s")}
+    bus = Bus(without=("OpticalSpeed",), RearWheelSpeed=rear)
+    for name, to, radius in (("Rear", "RearTeeth", 0.32), ("Front", "FrontTeeth", 0.30)):
+        pitch, teeth = 2 * math.pi * radius / 16, 0
+        for number in range(101):
+            ((heard, found, _),) = bus.send(WheelSpeed(20.0), 0.01 * number, f"{name}WheelSpeed")
+            assert heard == to
+            assert found.intervals[0] == pytest.approx(pitch / 20.0)
+            teeth = found.tooth_count
+        assert abs(teeth * pitch - 20.0) < pitch
+
+
+def test_front_teeth_are_the_speed_where_no_optical_sensor_is():
+    bus = own_bus(Degraded(speed="front_wheel"), without=("OpticalSpeed",))
+    pitch = 2 * math.pi * WHEELS.front_radius / WHEELS.teeth
+    intervals = tuple(pitch / speed for speed in (48.0, 50.0, 52.0))
+    teeth = ToothIntervals(Intervals.SHORT, 3, intervals)
+    first, optical = bus.send(teeth, 2.0, name="FrontTeeth")
+    assert (first.name, first.message.layout, first.time) == ("FrontTeeth", Intervals.SHORT, 2.0)
+    assert (optical.name, optical.time, optical.message.valid) == ("OpticalSpeed", 2.0, True)
+    assert optical.message.speed == pytest.approx(3 * pitch / sum(intervals), rel=1e-3)
+    assert [each.name for each in bus.send(teeth, 2.0, name="RearTeeth")] == ["RearTeeth"]
+    standing = ToothIntervals(Intervals.STANDING, 3, (0.5,))
+    assert [each.name for each in bus.send(standing, 2.1, name="FrontTeeth")] == ["FrontTeeth"]
 
 
 # Wheel speeds as teeth of an imaginary encoder.
