@@ -103,5 +103,5 @@ def slip_control(plan: Plan, wheels: Wheels, codec: Codec) -> SlipControl | None
 
 def tooth_modulo(codec: Codec) -> int:
     """Modulo of the tooth count in the tooth frames; that of wheel speeds does not wrap."""
-    part = codec.parts("RearTeeth")[0] if codec.has("RearTeeth") else None
-    return part.modulo if isinstance(part, TeethPart) else NEVER
+    parts = codec.parts("RearTeeth") if codec.has("RearTeeth") else []
+    return next((part.modulo for part in parts if isinstance(part, TeethPart)), NEVER)

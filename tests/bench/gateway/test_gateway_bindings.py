@@ -5,7 +5,7 @@ from dataclasses import replace
 import can
 import pytest
 
-from slipbench.bench.gateway.gateway import Gateway
+from slipbench.bench.gateway.gateway import Gateway, _message
 from slipbench.bench.loop.clock import SECOND
 from slipbench.bench.loop.ring import Ring
 from slipbench.protocol.codec.codec import Frame, Sender
@@ -124,6 +124,11 @@ def test_ages_are_measured_from_the_limit_of_the_trial_and_the_gear_is_its_gear(
     gear = ridden.plan.trial.operating_point.gear
     assert gear != ENGINE.gear
     assert ridden.gateway._monitor.state(ridden.now).engine.gear == gear
+
+
+@pytest.mark.parametrize("length", range(65))
+def test_what_a_classic_frame_does_not_hold_is_sent_as_an_fd_frame(length):
+    assert _message(Frame(9, bytes(length))).is_fd is (length > 8)
 
 
 def test_a_faulty_frame_is_a_fault_of_each_message_in_it():

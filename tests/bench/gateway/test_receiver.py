@@ -498,6 +498,15 @@ def test_teeth_keep_pace_with_the_distance_and_give_the_speed(samples, pitch):
         assert abs(found.tooth_count * pitch - distance) < pitch * (1 + 1e-6) + 1e-6
 
 
+def test_no_tooth_passes_with_the_first_sample_nor_while_the_wheel_stands():
+    """The interval of a wheel that stands is that of the slowest speed."""
+    teeth = WheelSpeedTeeth(0.12)
+    assert teeth.take(60.0, 0.0) == ToothIntervals(Intervals.STANDING, 0, (0.12 / 60.0,))
+    assert teeth.take(0.0, 0.001) == ToothIntervals(Intervals.STANDING, 0, (0.12 / SLOWEST,))
+    assert teeth.take(60.0, 0.0025) == ToothIntervals(Intervals.STANDING, 0, (0.12 / 60.0,))
+    assert teeth.take(60.0, 0.0055) == ToothIntervals(Intervals.SHORT, 2, (0.12 / 60.0,) * 2)
+
+
 def test_a_wheel_that_stands_has_no_teeth_and_time_that_goes_back_adds_none():
     teeth = WheelSpeedTeeth(0.12)
     for now in (0.0, 1.0, 5.0):

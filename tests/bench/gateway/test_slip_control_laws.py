@@ -11,6 +11,7 @@ import pytest
 from slipbench import dbc
 from slipbench.bench.gateway.slip_control import (
     MEAN_TIME,
+    NEVER,
     REPORT,
     SlipControl,
     slip_control,
@@ -22,6 +23,7 @@ from slipbench.bench.trials.preparation import prepare
 from slipbench.controllers.slip_controller import from_tree
 from slipbench.protocol.codec.codec import Codec
 from slipbench.protocol.codec.messages import Intervals, OpticalSpeed, ToothIntervals
+from slipbench.protocol.codec.placement import OWN
 from slipbench.protocol.configuration import load_toml, parse
 from slipbench.protocol.controller_file import ControllerFile
 from slipbench.protocol.database.database import load_database
@@ -234,3 +236,8 @@ def test_the_count_of_teeth_wraps_at_its_signals_width():
     signals = tuple(replace(s, length=6) if s.name == "tooth_count" else s for s in teeth.signals)
     messages = tuple(replace(m, signals=signals) if m is teeth else m for m in DATABASE.messages)
     assert tooth_modulo(Codec(replace(DATABASE, messages=messages))) == 64
+
+
+def test_teeth_of_a_wheel_speed_are_counted_without_end():
+    codec = Codec(DATABASE, {name: at for name, at in OWN.items() if name != "RearTeeth"})
+    assert tooth_modulo(codec) == NEVER

@@ -57,6 +57,19 @@ def test_after_a_silence_only_a_release_opens_the_way_to_another_grant(authority
     assert grant.receive(command(authority), 1.06).authority == authority
 
 
+@pytest.mark.parametrize("authority", HELD)
+def test_where_no_release_can_arrive_the_next_request_is_granted_after_every_silence(authority):
+    released = Grant(latches=False)
+    grant = released
+    for now in (1.0, 2.0, 3.0):
+        assert grant.authority == Authority.NONE
+        grant = grant.receive(command(authority), now).with_watchdog(now + 0.001, SILENCE)
+        assert grant == Grant(command(authority), now, latches=False)
+        grant = grant.with_watchdog(now + 2 * SILENCE, SILENCE)
+        assert grant == released
+        assert grant.latches is False
+
+
 @given(st.lists(commands, max_size=30))
 def test_a_device_grants_the_last_command_unless_a_silence_came_since_the_last_release(heard):
     now, grant, held, latched = 0.0, Grant(), Authority.NONE, False
