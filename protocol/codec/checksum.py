@@ -17,15 +17,15 @@ def checksums(rule: Checksum, data: Bytes) -> Bytes:
     detection algorithms", 1993).
     """
     if rule.kind == "xor":
-        state = np.bitwise_xor.reduce(data, axis=1) ^ np.uint8(rule.start)
+        state = np.bitwise_xor.reduce(data, axis=1) ^ rule.start
     elif rule.kind == "sum":
-        state = data.sum(axis=1, dtype=np.uint8) + np.uint8(rule.start)
+        state = data.sum(axis=1) + rule.start
     else:
-        table = np.array(crc8_table(rule.polynomial), np.uint8)
-        state = np.full(len(data), rule.start, np.uint8)
+        table = np.array(crc8_table(rule.polynomial))
+        state = np.full(len(data), rule.start)
         for column in range(data.shape[1]):
             state = table[state ^ data[:, column]]
-    return np.asarray(state ^ np.uint8(rule.final_xor), np.uint8)
+    return np.asarray(state ^ rule.final_xor).astype(np.uint8)
 
 
 def checksum(rule: Checksum, data: bytes | bytearray) -> int:

@@ -18,10 +18,10 @@ from slipbench.protocol.codec.messages import BenchMessage, Intervals, ToothInte
 from slipbench.protocol.codec.placement import KINDS
 from slipbench.protocol.codec.wire import FieldsPart, TeethPart
 from slipbench.protocol.database.database import load_database
-from tests.paths import ROOT
+from tests.paths import TRIALS
 from tests.protocol.binding.foreign import foreign_binding
 
-SUPERBIKE = ROOT / "examples/bindings/superbike.toml"
+SUPERBIKE = TRIALS.parent / "bindings" / "superbike.toml"
 DRAWN = range(1, 13)
 
 

@@ -56,6 +56,8 @@ def payloads(seed: str, number: int, length: int = 8) -> list[bytearray]:
         (Checksum("", "crc8", 0x9B, 0xFF), 0xDA),  # CRC-8/CDMA2000
         (Checksum("", "xor"), 0x31),
         (Checksum("", "sum"), 0xDD),
+        (Checksum("", "sum", start=0x11), 0xEE),
+        (Checksum("", "sum", start=0x30, final_xor=0x0F), 0x02),
     ],
 )
 def test_checksums_have_the_published_check_values(rule, value):

@@ -19,6 +19,7 @@ from slipbench.protocol.codec.messages import (
     EngineStatus,
     RiderControls,
     ThrottleStatus,
+    WheelSpeed,
 )
 from slipbench.protocol.codec.placement import SignalAt
 from slipbench.protocol.codec.slot import Slot, slot
@@ -311,6 +312,36 @@ def test_a_message_of_several_frames_is_as_old_as_its_oldest_field():
     assert joined.engine_speed == pytest.approx(1000.0, abs=0.125 * math.pi / 30)
     assert take(second, 3.0)[0][2] == 1.0
     assert take(first, 4.0)[0][2] == 3.0
+
+
+def test_a_message_of_several_frames_has_no_time_of_its_own():
+    one = Message("One", 1, 4, (Signal("rpm", 0, 16, unit="rpm"), Signal("t", 16, 16, unit="ms")))
+    two = Message("Two", 2, 1, (Signal("gear", 0, 4),))
+    at = {
+        "engine_speed": SignalAt("One", "rpm", to="rad/s"),
+        "gear": SignalAt("Two", "gear"),
+        "spark_advance": 0.5,
+        "time": SignalAt("One", "t", to="s"),
+    }
+    codec = Codec(Database("made.dbc", "", (one, two)), {"EngineStatus": at})
+    assembly = Assembly(codec)
+    for frame in Sender(codec).frames(EngineStatus(1000.0, 3, 0.5, 0.25)):
+        joined = assembly.take(codec.plan(frame.identifier), bytearray(frame.data), 1.0)
+    ((_, status, _),) = joined
+    assert math.isnan(status.time)
+
+
+def test_another_page_than_that_of_a_message_holds_nothing_of_it():
+    page = Signal("page", 0, 2, is_multiplexer=True)
+    speed = Signal("v", 8, 8, unit="m/s", multiplexer="page", multiplexer_ids=(1, 2))
+    database = Database("made.dbc", "", (Message("Wheel", 1, 2, (page, speed)),))
+    codec = Codec(database, {"RearWheelSpeed": {"speed": SignalAt("Wheel", "v", to="m/s")}})
+    (frame,) = Sender(codec).frames(WheelSpeed(7.0), name="RearWheelSpeed")
+    assert frame.data == b"\x01\x07"
+    assembly, plan = Assembly(codec), codec.plan(1)
+    for number in range(4):
+        found = assembly.take(plan, bytearray((number, 7)), 1.0)
+        assert found == ([("RearWheelSpeed", WheelSpeed(7.0), 1.0)] if number in (1, 2) else [])
 
 
 def both(valid: str = "") -> Codec:
