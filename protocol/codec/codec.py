@@ -91,7 +91,7 @@ class Codec:
         payload = plan.payload(words)
         if plan.guard is not None:
             guard = plan.guard
-            guard.protect(payload, counter % guard.period if guard.period else 0)
+            guard.protect(payload, counter % guard.period if guard.period else counter)
         return Frame(plan.message.identifier, bytes(payload), plan.message.extended)
 
     def plan(self, identifier: int, extended: bool = False) -> FramePlan | None:
