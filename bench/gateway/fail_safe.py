@@ -30,8 +30,8 @@ class FailSafe:
         for carrier in codec.carriers(RELEASE):
             plan = codec.plan_of(carrier)
             words = [part.pack(RELEASED) for part in plan.parts if part.name == RELEASE]
-            period = max(1, plan.guard.period if plan.guard else 1)
-            self._ready[carrier] = [codec.finish(plan, words, counter) for counter in range(period)]
+            counters = range(plan.counter_period)
+            self._ready[carrier] = [codec.finish(plan, words, counter) for counter in counters]
 
     def release(self, sender: Sender, now: float) -> list[Frame]:
         """Frames that release authority, under the next counters; now: s."""

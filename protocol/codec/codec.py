@@ -90,8 +90,7 @@ class Codec:
         """Frame of the bits of its parts, protected."""
         payload = plan.payload(words)
         if plan.guard is not None:
-            guard = plan.guard
-            guard.protect(payload, counter % guard.period if guard.period else counter)
+            plan.guard.protect(payload, counter % plan.counter_period)
         return Frame(plan.message.identifier, bytes(payload), plan.message.extended)
 
     def plan(self, identifier: int, extended: bool = False) -> FramePlan | None:
@@ -312,13 +311,13 @@ class Sender:
     def _made(self, plan: FramePlan, key: str, now: float | None) -> list[Frame]:
         """Frames of a message of the database; pages take turns where it has a cycle time."""
         carrier, pages = plan.message.name, plan.page_keys
-        cyclic = now is not None and plan.message.attributes.get("GenMsgSendType") != 1
-        if len(pages) > 1:
-            turn = self._turns.get(carrier, 0) % len(pages)
-            pages = [pages[turn]] if cyclic else [page for page in pages if key in dict(page)]
+        due = None if plan.message.attributes.get("GenMsgSendType") == 1 else now
+        turn = self._turns.get(carrier, 0) % len(pages)
+        pages = [page for page in pages if key in dict(page)] if due is None else [pages[turn]]
         held, made = self._held[carrier], []
         for page in pages:
-            if any(each not in held for each in page) or (cyclic and not self._due(plan, now)):
+            whole = all(each in held for each in page)
+            if not whole or (due is not None and not self._due(plan, due)):
                 continue
             self._turns[carrier] = self._turns.get(carrier, 0) + 1
             made.append(self._next(plan, [held[each] for each in page]))
@@ -328,15 +327,12 @@ class Sender:
         """Frame under the next counter."""
         carrier = plan.message.name
         counter = self.counters.get(carrier, 0)
-        period = plan.guard.period if plan.guard else 0
-        self.counters[carrier] = (counter + 1) % (period or 1)
+        self.counters[carrier] = (counter + 1) % plan.counter_period
         return self._codec.finish(plan, words, counter)
 
-    def _due(self, plan: FramePlan, now: float | None) -> bool:
+    def _due(self, plan: FramePlan, now: float) -> bool:
         """Whether the cycle time of a frame is over at `now` (s)."""
         message = plan.message
-        if now is None:
-            return True
         before = self._sent_at.get(message.name)
         if before is not None and now - before < (message.cycle_time or 0.0) - HALF_TICK:
             return False

@@ -272,6 +272,11 @@ class FramePlan:
     parts: tuple[Part, ...]
 
     @cached_property
+    def counter_period(self) -> int:
+        """Number of values of the counter; 1 where there is none."""
+        return max(1, self.guard.period if self.guard else 1)
+
+    @cached_property
     def pages(self) -> list[tuple[Part, ...]]:
         """Parts that one frame holds, for each page; one page where nothing is multiplexed."""
         selected = dict.fromkeys(part.selection for part in self.parts if part.selection)

@@ -7,10 +7,10 @@ import pytest
 from slipbench.protocol.codec.codec import Codec, Sender
 from slipbench.protocol.codec.faults import Fault, FrameFault
 from slipbench.protocol.codec.messages import (
-    ActuatorCommand,
     Authority,
     ChassisStatus,
     Phase,
+    RiderControls,
     TripReason,
     WheelSpeed,
 )
@@ -41,6 +41,86 @@ def test_a_checksum_needs_no_counter():
         assert codec.decode(5, frame.data) == WheelSpeed(speed)
         assert codec.counter(5, frame.data) is None
         assert sender.counters == {"Wheel": 0}
+
+
+def test_without_protection_nothing_is_counted():
+    codec = wheel()
+    sender = Sender(codec)
+    for _ in range(3):
+        sender.frames(WheelSpeed(1.0), name="RearWheelSpeed")
+        assert sender.counters == {"Wheel": 0}
+    assert codec.counter(5, bytes(4)) is None
+
+
+@pytest.mark.parametrize(
+    ("changes", "sent"),
+    [
+        ({}, [0, 10, 20]),
+        ({"attributes": {"GenMsgSendType": 1}}, list(range(25))),  # an event
+        ({"attributes": {"GenMsgSendType": 0}}, [0, 10, 20]),
+        ({"cycle_time": None}, list(range(25))),
+    ],
+)
+def test_a_cyclic_message_waits_for_its_cycle_time_and_an_event_does_not(changes, sent):
+    sender = Sender(wheel(**changes))
+    speed = WheelSpeed(1.0)
+    assert sent == [
+        tick for tick in range(25) if sender.frames(speed, name="RearWheelSpeed", now=1e-3 * tick)
+    ]
+
+
+def three_pages() -> Codec:
+    """Travel in pages 0 and 1, a wheel speed in page 2, rider controls in every page."""
+    signals = (
+        PAGE,
+        Signal("button", 4, 1),
+        *(
+            replace(SPEED, name=name, multiplexer="page", multiplexer_ids=(page,), unit=unit)
+            for page, (name, unit) in enumerate((("f", "mm"), ("r", "mm"), ("v", "m/s")))
+        ),
+    )
+    controls = dict.fromkeys(("grip", "front_brake", "rear_brake", "clutch"), 0.0)
+    return Codec(
+        database(Message("Wheel", 5, 4, signals, cycle_time=0.01)),
+        {
+            "ChassisStatus": {
+                "front_travel": SignalAt("Wheel", "f"),
+                "rear_travel": SignalAt("Wheel", "r"),
+            },
+            "RiderControls": {"button": SignalAt("Wheel", "button"), **controls},
+            **AT_SPEED,
+        },
+    )
+
+
+CONTROLS = RiderControls(True, 0.0, 0.0, 0.0, 0.0)
+
+
+def pages(frames) -> list[int]:
+    return [frame.data[0] & 0xF for frame in frames]
+
+
+def test_the_pages_that_are_whole_are_sent_and_those_of_other_messages_are_not():
+    sender = Sender(three_pages())
+    assert sender.frames(CONTROLS) == []
+    assert pages(sender.frames(WheelSpeed(1.0), name="RearWheelSpeed")) == [2]
+    assert pages(sender.frames(CONTROLS)) == [2]
+    assert pages(sender.frames(ChassisStatus(0.1, 0.2))) == [0, 1]
+    assert pages(sender.frames(CONTROLS)) == [0, 1, 2]
+
+
+def test_pages_take_turns_in_their_order_at_the_cycle_time():
+    sender = Sender(three_pages())
+    for message, name in ((CONTROLS, None), (ChassisStatus(0.1, 0.2), None)):
+        sender.frames(message, name=name)
+    turns = [
+        page
+        for tick in range(60)
+        for page in pages(
+            sender.frames(WheelSpeed(1.0), name="RearWheelSpeed", now=1.0 + 1e-3 * tick)
+        )
+    ]
+    assert turns in ([0, 1, 2, 0, 1, 2], [1, 2, 0, 1, 2, 0], [2, 0, 1, 2, 0, 1])
 
 
 def test_an_identifier_of_29_bits_is_another_one_than_the_same_of_11():
@@ -150,7 +230,6 @@ def test_a_request_lies_in_one_page():
     """Else the ECU would join half of an old request with half of a new one."""
     throttle = Signal("t", 16, 16, scale=0.01, unit="%", multiplexer="page", multiplexer_ids=(1, 2))
     spark = Signal("s", 32, 16, scale=0.01, unit="deg", signed=True)
-    assert paged_request(throttle, spark).requests_authority
     with pytest.raises(InputError, match="in several pages of the multiplexed message Wheel") as no:
         paged_request(throttle, replace(spark, multiplexer="inner", multiplexer_ids=(4,)))
     found = "authority (every page); throttle (page = 1); spark (page = 3 and inner = 4)"
