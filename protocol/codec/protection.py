@@ -82,11 +82,11 @@ class Profile2:
     def protect(self, payload: bytearray, counter: int) -> None:
         """Write counter and CRC into a payload, in place."""
         payload[1] = (payload[1] & 0xF0) | counter
-        e2e_p02_protect(payload, self.data_ids, length=len(payload), increment_counter=False)
+        e2e_p02_protect(payload, self.data_ids, increment_counter=False)
 
     def intact(self, payload: bytearray) -> bool:
         """Whether the CRC is right."""
-        return bool(e2e_p02_check(payload, self.data_ids, length=len(payload)))
+        return bool(e2e_p02_check(payload, self.data_ids))
 
     def counter(self, payload: bytes | bytearray) -> int | None:
         """Counter of a payload."""
@@ -155,27 +155,27 @@ class Plain:
     """A counter signal, a checksum byte, or both, without a data id.
 
     bits   of the counter; None where there is none
-    place  of the checksum, byte; None where there is none
-    rule   of the checksum, over all other bytes
+    place  of the checksum, byte
+    rule   of the checksum, over all other bytes; None where there is none
     """
 
     bits: Bits | None
     period: int
-    place: int | None
+    place: int
     rule: Checksum | None
 
     def protect(self, payload: bytearray, counter: int) -> None:
         """Write counter and checksum into a payload, in place."""
         if self.bits is not None:
             self.bits.write(payload, counter)
-        if self.place is not None and self.rule is not None:
+        if self.rule is not None:
             payload[self.place] = checksum(self.rule, _without(payload, self.place))
 
     def intact(self, payload: bytearray) -> bool:
         """Whether the checksum is right, and the counter is below its period."""
         if self.bits is not None and self.bits.read(payload) >= self.period:
             return False
-        if self.place is None or self.rule is None:
+        if self.rule is None:
             return True
         return checksum(self.rule, _without(payload, self.place)) == payload[self.place]
 
@@ -185,12 +185,13 @@ class Plain:
 
     def all_intact(self, data: Bytes) -> Flags:
         """`intact` of n payloads. data: (n, length); returns (n,)."""
-        good = np.ones(len(data), np.bool_)
-        if self.place is not None and self.rule is not None:
+        if self.bits is None:
+            good = np.ones(len(data), np.bool_)
+        else:
+            good = self.counters(data) < self.period
+        if self.rule is not None:
             others = np.delete(data, self.place, axis=1)
             good &= checksums(self.rule, others) == data[:, self.place]
-        if self.bits is not None:
-            good &= self.counters(data) < self.period
         return good
 
     def counters(self, data: Bytes) -> npt.NDArray[np.int64]:
@@ -221,7 +222,7 @@ def guard_of(message: Message, used: Sequence[str] = (), origin: str = "") -> Gu
     if protection is None:
         return None
     if protection.profile == 0:
-        written = {protection.counter} - {""}
+        written = {protection.counter}
         guard: Guard = _plain(message, protection)
         if protection.checksum is not None:
             written |= {protection.checksum.signal}
@@ -273,7 +274,7 @@ def _require(message: Message, length: int) -> None:
 
 
 def _plain(message: Message, protection: Protection) -> Plain:
-    bits, period, place = None, 0, None
+    bits, period, place = None, 0, 0
     if protection.counter:
         signal = message.signal(protection.counter)
         if signal.signed or signal.is_float or signal.multiplexer or signal.length > 16:

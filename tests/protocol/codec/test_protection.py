@@ -35,7 +35,7 @@ GUARDS: dict[str, Guard] = {
     "xor": Plain(Bits(8, 0xF, False), 15, 0, Checksum("sum", "xor", start=0x5A)),
     "sum": Plain(Bits(8, 0xFF, False), 256, 0, Checksum("sum", "sum", final_xor=0xFF)),
     "crc8 at the end": Plain(None, 0, 7, Checksum("sum", "crc8", 0x2F, 0x11, 0)),
-    **{f"counter, {key}": Plain(bits, 10, None, None) for key, bits in COUNTERS.items()},
+    **{f"counter, {key}": Plain(bits, 10, 0, None) for key, bits in COUNTERS.items()},
 }
 CHECKED = [name for name in GUARDS if not name.startswith("counter")]
 
@@ -144,13 +144,26 @@ def test_a_frame_of_another_data_id_is_not_intact(name):
 @pytest.mark.parametrize("name", GUARDS)
 def test_a_log_is_checked_as_its_frames_are_one_by_one(name):
     guard = GUARDS[name]
-    rows = payloads(name, 60)
+    rows = payloads(name, 200)
     for number, payload in enumerate(rows[:40]):
         guard.protect(payload, number % (guard.period or 1))
     data = np.array([list(row) for row in rows], np.uint8)
     assert guard.all_intact(data).tolist() == [guard.intact(bytearray(row)) for row in rows]
     counters = [guard.counter(row) or 0 for row in rows]
     assert guard.counters(data).tolist() == counters
+    for some in (data, data[:0]):
+        assert guard.all_intact(some).dtype == np.bool_
+        assert guard.counters(some).dtype == np.int64
+
+
+@pytest.mark.parametrize("name", [name for name in GUARDS if name.startswith("counter")])
+def test_a_counter_is_intact_in_a_log_exactly_below_its_period(name):
+    guard, data = GUARDS[name], np.zeros((16, 8), np.uint8)
+    for counter in range(16):
+        payload = bytearray(8)
+        guard.protect(payload, counter)
+        data[counter] = list(payload)
+    assert guard.all_intact(data).tolist() == [counter < 10 for counter in range(16)]
 
 
 def test_a_counter_that_its_sender_never_reaches_is_not_intact():
@@ -217,7 +230,7 @@ def test_no_role_lies_where_the_protection_writes(protection, taken, free):
     made = message(*PLACED, Signal("other", 32, 8), protection=protection)
     assert guard_of(made, [free]) is not None
     for name in taken:
-        with pytest.raises(InputError, match=f"Made.{name} is bound to a role"):
+        with pytest.raises(InputError, match=f"^Made.{name} is bound to a role"):
             guard_of(made, [free, name])
 
 
