@@ -1,6 +1,7 @@
 """Laws of signals in frames: bit for bit as cantools lays them out, and back within half a step."""
 
 import math
+import struct
 from dataclasses import replace
 from random import Random
 
@@ -146,7 +147,7 @@ def test_limits_of_the_database_hold_for_sent_and_received_values(is_float, scal
         raw = made.read(words(payload_of(made, value)))
         assert made.low <= raw <= made.high
     for value in (-0.13, 1.53):
-        with pytest.raises(ValueError, match=r"Frame.s = .* is not in -0\.1 to 1\.5"):
+        with pytest.raises(ValueError, match=rf"Frame.s = {value} is not in -0\.1 to 1\.5"):
             made.pack(value)
 
 
@@ -154,6 +155,21 @@ def test_narrow_limits_of_a_float_hold_what_lies_between():
     signal = Signal("s", 0, 32, is_float=True, signed=True, minimum=0.25, maximum=0.75)
     made = slot_of(signal, None)
     for value in (0.25, 0.5, 0.75):
+        assert made.low <= made.read(words(payload_of(made, value))) <= made.high
+
+
+@pytest.mark.parametrize("limit", [2000.3, 0.0003, 7e6 + 0.3])
+def test_a_float_at_its_limit_is_received_as_the_wire_rounds_it_and_a_little_more_is_not(limit):
+    signal = Signal("s", 0, 32, is_float=True, signed=True, minimum=-limit, maximum=limit)
+    made = slot_of(signal, None)
+    for value in (-limit, limit):
+        assert made.low <= made.read(words(payload_of(made, value))) <= made.high
+        assert not made.low <= made.read(words(struct.pack("<f", 1.00001 * value))) <= made.high
+
+
+def test_a_float_without_limits_is_as_large_as_it_wants():
+    made = slot_of(Signal("s", 0, 32, is_float=True, signed=True), None)
+    for value in (-1e30, 0.0, 1e30):
         assert made.low <= made.read(words(payload_of(made, value))) <= made.high
 
 
@@ -173,12 +189,61 @@ def test_an_unknown_value_is_known_by_what_the_database_shows_of_it(scale):
         assert made.read(words(bytes([raw ^ 1] + 7 * [0]))) == raw ^ 1
 
 
+@pytest.mark.parametrize(("length", "code"), [(32, "<f"), (64, "<d")])
+def test_a_float_is_known_unless_it_is_no_number_or_means_unknown(length, code):
+    """As the wire rounds it: -0.1 is no float of 32 bits."""
+    signal = Signal("s", 0, length, is_float=True, signed=True)
+    made = slot_of(signal, SignalAt("Frame", "s", to="", unknown=(-0.1, 250.0)))
+
+    def payload(number: float) -> tuple[int, int]:
+        return words(struct.pack(code, number).ljust(8, b"\0"))
+
+    for number in (math.nan, math.inf, -math.inf, -0.1, 250.0):
+        assert made.read(payload(number)) is None
+    for number in (0.0, 0.125, -0.09375, 250.25, -250.0):
+        assert made.read(payload(number)) == number
+        assert made.shown(payload(number)) == f"{number:g}"
+    assert made.shown(payload(math.nan)) == "nan"
+
+
+def test_a_signed_raw_value_is_shown_in_si():
+    made = slot_of(Signal("s", 4, 4, signed=True, scale=0.5, offset=1), None)
+    for raw in range(-8, 8):
+        assert made.shown(((raw & 0xF) << 4, 0)) == f"{0.5 * raw + 1:g}"
+
+
+@pytest.mark.parametrize(
+    ("name", "field", "wraps"),
+    [
+        ("time", "", True),
+        ("tick", "", True),
+        ("speed", "", False),
+        ("t", "time", True),
+        ("time", "speed", False),
+    ],
+)
+def test_a_clock_wraps_by_the_field_that_it_is(name, field, wraps):
+    message = Message("Frame", 1, 8, (Signal(name, 0, 8),))
+    database = Database("made.dbc", "", (message,))
+    assert slot(database, message, name, float, field=field).wraps is wraps
+    if not field:
+        assert slot(database, message, name, float).wraps is wraps
+
+
 def test_a_whole_number_has_sign_and_offset_of_its_binding():
-    """A gear that is sent as gear + 1, say; the recording converts in the same way."""
+    """A gear that is sent as gear + 1, say; the recording converts in the same way. It has no unit."""
     at = SignalAt("Frame", "s", offset=-1)
-    made = slot_of(Signal("s", 0, 4), at, int)
+    made = slot_of(Signal("s", 0, 4, unit="gear"), at, int)
     assert [made.value(raw) for raw in range(4)] == [-1, 0, 1, 2]
     assert made.pack(2) == 3
+
+
+def test_the_unit_of_a_binding_is_in_place_of_the_database_s():
+    for unit in ("", "m/s"):
+        made = slot_of(Signal("s", 0, 8, unit=unit), SignalAt("Frame", "s", unit="km/h", to="m/s"))
+        assert made.value(36) == pytest.approx(10.0)
+    with pytest.raises(InputError, match=r"^made\.dbc: Frame\.s: the unit 'rpm' does not suit"):
+        slot_of(Signal("s", 0, 8, unit="rpm"), SignalAt("Frame", "s", to="m/s"))
 
 
 @pytest.mark.parametrize("kind", [bool, Authority])
@@ -197,6 +262,8 @@ def test_values_give_each_raw_value_its_meaning():
     assert made.value(5) is False
     assert made.read((1, 0)) is None
     assert (made.pack(True), made.pack(False)) == (0, 5)
+    assert [made.shown((raw, 0)) for raw in range(8)] == list("01234567")
+    assert made.expected == "0 to 7 (SI)"
 
 
 @pytest.mark.parametrize(
