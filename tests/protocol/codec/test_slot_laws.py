@@ -267,16 +267,16 @@ def test_values_give_each_raw_value_its_meaning():
 
 
 @pytest.mark.parametrize(
-    ("kind", "values", "says"),
+    ("kind", "values", "says", "expected"),
     [
-        (bool, {0: 0, 8: 1}, "raw value 8, which the signal cannot hold"),
-        (bool, {0: 0, 1: 2}, "the meaning 2, which this role does not have"),
-        (Authority, {0: 0, 1: 7}, "the meaning 7"),
-        (int, {-1: 2}, "raw value -1"),
+        (bool, {0: 0, 8: 1}, "raw value 8, which the signal cannot hold", "0 to 7"),
+        (bool, {0: 0, 1: 2}, "the meaning 2, which this role does not have", "0 false, 1 true"),
+        (Authority, {0: 0, 1: 7}, "the meaning 7", "0 none, 1 throttle, 2 spark, 3 both"),
+        (int, {-1: 2}, "raw value -1", "0 to 7"),
     ],
 )
-def test_values_that_cannot_be_are_refused(kind, values, says):
-    with pytest.raises(InputError, match=says):
+def test_values_that_cannot_be_are_refused(kind, values, says, expected):
+    with pytest.raises(InputError, match=rf"^made\.dbc: Frame\.s: .*{says}(?s:.)*: {expected}$"):
         slot_of(Signal("s", 0, 3), SignalAt("Frame", "s", values=values), kind)
 
 
