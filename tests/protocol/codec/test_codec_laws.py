@@ -18,7 +18,10 @@ from slipbench.protocol.codec.messages import (
     EngineStatus,
     Intervals,
     OpticalSpeed,
+    Phase,
     ToothIntervals,
+    TrialStatus,
+    TripReason,
 )
 from slipbench.protocol.codec.slot import slot
 from slipbench.protocol.database.database import load_database
@@ -495,3 +498,11 @@ def test_clocks_of_the_bench_wrap_in_columns_where_no_attribute_says_so():
     other = Message("Other", 1, 8, (Signal("time", 0, 16),))
     with pytest.raises(ValueError, match=r"Other\.time"):
         encode(Database("mine.dbc", "", (other,)), "Other", {"time": np.array([70_000.0])})
+
+
+def test_whole_numbers_of_the_own_database_are_received_as_whole_numbers():
+    codec = Codec(DATABASE)
+    engine = codec.decode(*codec.encode(EngineStatus(1000.0, 3, 0.1, 0.0)))
+    status = TrialStatus(Phase.ARMED, Authority.NONE, TripReason.NONE, 70_001)
+    assert type(engine.gear) is int
+    assert type(codec.decode(*codec.encode(status)).tick) is int

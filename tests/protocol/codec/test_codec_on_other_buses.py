@@ -236,6 +236,28 @@ def test_a_request_lies_in_one_page():
     assert f"found: {found}" in str(no.value)
 
 
+@pytest.mark.parametrize("counter", ["rpm", "ok", "gear", "page"])
+def test_no_signal_of_a_message_lies_where_its_protection_writes(counter):
+    """Fields, their validity and the multiplexer that selects them."""
+    paged = {"multiplexer": "page", "multiplexer_ids": (1,)} if counter == "page" else {}
+    signals = (
+        Signal("rpm", 0, 16, unit="rpm", **paged),
+        Signal("ok", 16, 4, **paged),
+        Signal("gear", 24, 4, **paged),
+        replace(PAGE, start=32),
+    )
+    protection = Protection(0, counter=counter)
+    message = Message("Engine", 5, 8, signals, protection=protection)
+    at: FieldsAt = {
+        "engine_speed": SignalAt("Engine", "rpm", to="rad/s", valid="ok"),
+        "gear": SignalAt("Engine", "gear"),
+        "spark_advance": 0.0,
+        "time": 0.0,
+    }
+    with pytest.raises(InputError, match=f"Engine.{counter} is bound to a role"):
+        Codec(database(message), {"EngineStatus": at})
+
+
 def test_a_field_where_the_protection_writes_is_refused_with_the_database():
     with pytest.raises(InputError, match=r"made\.dbc: Wheel\.v is bound"):
         wheel(protection=Protection(0, counter="v"))

@@ -392,7 +392,8 @@ def test_a_message_of_several_frames_has_no_time_of_its_own():
     }
     codec = Codec(Database("made.dbc", "", (one, two)), {"EngineStatus": at})
     assembly = Assembly(codec)
-    for frame in Sender(codec).frames(EngineStatus(1000.0, 3, 0.5, 0.25)):
+    # the clock wraps, as each clock does, whatever its signal is called
+    for frame in Sender(codec).frames(EngineStatus(1000.0, 3, 0.5, 1e5)):
         joined = assembly.take(codec.plan(frame.identifier), bytearray(frame.data), 1.0)
     ((_, status, _),) = joined
     assert math.isnan(status.time)
@@ -470,7 +471,10 @@ def test_values_that_mean_unknown_or_not_valid_are_faults_that_name_the_signal()
     sender.frames(THROTTLE)
     (frame,) = sender.frames(ENGINE)
     assembly, plan = Assembly(codec), codec.plan(7)
-    assert not isinstance(assembly.take(plan, bytearray(frame.data), 1.0), FrameFault)
+    found = assembly.take(plan, bytearray(frame.data), 1.0)
+    (engine,) = (message for _, message, _ in found if isinstance(message, EngineStatus))
+    assert engine.engine_speed == pytest.approx(900.0, abs=0.125 * math.pi / 30)
+    assert engine.gear == 4
     for bits, signal in (((2, 0x0F), "gear"), ((2, 0x40), "engine_speed")):
         payload = bytearray(frame.data)
         payload[bits[0]] ^= payload[bits[0]] & bits[1] if signal != "gear" else 0
@@ -478,6 +482,8 @@ def test_values_that_mean_unknown_or_not_valid_are_faults_that_name_the_signal()
         fault = assembly.take(plan, payload, 2.0)
         assert isinstance(fault, FrameFault)
         assert (fault.fault, fault.signal) == (Fault.RANGE, signal)
+        assert fault.message == "EngineStatus"
+    assert (fault.expected, fault.found) == ("a valid value", "not valid")
 
 
 def test_an_authority_that_a_signal_cannot_show_is_shown_as_the_rest_of_it():
