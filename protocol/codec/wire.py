@@ -175,10 +175,7 @@ class TeethPart:
         self.name, self.message = name, message
         self.fields = [at.layout, at.count]
         self.signals = list(self.fields)
-        own = at.layout == "layout"
-        self._layout = slot(
-            database, message, at.layout, Intervals, None if own else SignalAt(name, at.layout)
-        )
+        self._layout = slot(database, message, at.layout, Intervals)
         self._count = slot(database, message, at.count, int, field="tooth_count")
         self._slots = {layout: self._of(database, layout, at) for layout in Intervals}
 

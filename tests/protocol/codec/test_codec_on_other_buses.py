@@ -9,12 +9,14 @@ from slipbench.protocol.codec.faults import Fault, FrameFault
 from slipbench.protocol.codec.messages import (
     Authority,
     ChassisStatus,
+    Intervals,
     Phase,
     RiderControls,
+    ToothIntervals,
     TripReason,
     WheelSpeed,
 )
-from slipbench.protocol.codec.placement import FieldsAt, SignalAt
+from slipbench.protocol.codec.placement import FieldsAt, SignalAt, TeethAt
 from slipbench.protocol.database.layout import Checksum, Database, Message, Protection, Signal
 from slipbench.protocol.errors import InputError
 
@@ -121,6 +123,36 @@ def test_pages_take_turns_in_their_order_at_the_cycle_time():
         )
     ]
     assert turns in ([0, 1, 2, 0, 1, 2], [1, 2, 0, 1, 2, 0], [2, 0, 1, 2, 0, 1])
+
+
+def encoder(**changes) -> Codec:
+    layouts = tuple(
+        Signal(f"t{page}", 16, 16, scale=10, unit="us", multiplexer="kind", multiplexer_ids=(page,))
+        for page in map(int, Intervals)
+    )
+    signals = (
+        Signal("kind", 0, 2, is_multiplexer=True, maximum=len(Intervals) - 1),
+        Signal("n", 8, 8),
+    )
+    message = replace(Message("Encoder", 5, 4, (*signals, *layouts)), **changes)
+    return Codec(database(message), {"RearTeeth": TeethAt("Encoder", "kind", "n")})
+
+
+@pytest.mark.parametrize("counter", ["kind", "n"])
+def test_no_signal_of_teeth_lies_where_the_protection_writes(counter):
+    with pytest.raises(InputError, match=f"Encoder.{counter} is bound to a role"):
+        encoder(protection=Protection(0, counter=counter))
+
+
+def test_a_count_of_teeth_wraps_whatever_its_signal_is_called():
+    codec = encoder()
+    assert codec.parts("RearTeeth")[0].modulo == 256
+    for layout in Intervals:
+        sent = ToothIntervals(layout, 300, (0.005,))
+        assert codec.encode(sent, name="RearTeeth")[1][1] == 300 - 256
+        got = codec.decode(*codec.encode(sent, name="RearTeeth"))
+        assert (got.layout, got.tooth_count) == (layout, 300 - 256)
+        assert got.intervals == pytest.approx((0.005,))
 
 
 def test_an_identifier_of_29_bits_is_another_one_than_the_same_of_11():
