@@ -125,9 +125,10 @@ def test_pages_take_turns_in_their_order_at_the_cycle_time():
     assert turns in ([0, 1, 2, 0, 1, 2], [1, 2, 0, 1, 2, 0], [2, 0, 1, 2, 0, 1])
 
 
-def encoder(**changes) -> Codec:
+def encoder(unit: str = "us", **changes) -> Codec:
+    """Teeth of a bus that has neither our names nor a header."""
     layouts = tuple(
-        Signal(f"t{page}", 16, 16, scale=10, unit="us", multiplexer="kind", multiplexer_ids=(page,))
+        Signal(f"t{page}", 16, 16, scale=10, unit=unit, multiplexer="kind", multiplexer_ids=(page,))
         for page in map(int, Intervals)
     )
     signals = (
@@ -142,6 +143,22 @@ def encoder(**changes) -> Codec:
 def test_no_signal_of_teeth_lies_where_the_protection_writes(counter):
     with pytest.raises(InputError, match=f"Encoder.{counter} is bound to a role"):
         encoder(protection=Protection(0, counter=counter))
+
+
+def test_intervals_are_times():
+    for unit, si in (("ms", 1e-2), ("s", 10.0)):
+        assert encoder(unit).capacity("RearTeeth")[Intervals.SHORT] == (
+            1,
+            pytest.approx(65535 * si),
+        )
+    with pytest.raises(InputError, match="the unit 'deg' does not suit this role"):
+        encoder("deg")
+
+
+def test_layout_and_count_have_the_slots_of_their_signals():
+    (part,) = encoder().parts("RearTeeth")
+    for name in ("kind", "n"):
+        assert part.slot(name).name == f"made.dbc: Encoder.{name}"
 
 
 def test_a_count_of_teeth_wraps_whatever_its_signal_is_called():
