@@ -247,3 +247,48 @@ def test_a_counter_signal_is_read_and_written_as_the_database_lays_it_out(big):
             guard.protect(payload, counter)
             assert payload == theirs.encode({"cnt": counter}), (start, length, counter)
             assert guard.counter(payload) == counter
+
+
+@pytest.mark.parametrize(
+    ("protection", "guard", "length"),
+    [
+        (Protection(1, 0x123), Profile1(0x123), 2),
+        (Protection(2, 0, IDS), Profile2(IDS), 2),
+        (Protection(5, 0x1234), Profile5(0x1234), 3),
+    ],
+)
+def test_a_profile_fits_in_a_message_as_long_as_its_header(protection, guard, length):
+    assert guard_of(message(protection=protection, length=length)) == guard
+
+
+@pytest.mark.parametrize("byte", [0, 3, 7])
+def test_a_checksum_lies_in_the_byte_of_its_signal(byte):
+    for little in (True, False):
+        signal = Signal("crc", 8 * byte + (0 if little else 7), 8, little_endian=little)
+        rule = Checksum("crc", "xor")
+        made = message(signal, protection=Protection(0, checksum=rule))
+        assert guard_of(made) == Plain(None, 0, byte, rule)
+
+
+def test_a_counter_has_at_most_16_bits_and_a_checksum_is_in_every_frame():
+    made = message(Signal("cnt", 8, 17), protection=Protection(0, counter="cnt"))
+    with pytest.raises(InputError, match="cannot be a counter"):
+        guard_of(made)
+    paged = Signal("crc", 8, 8, multiplexer="page", multiplexer_ids=(1,))
+    protection = Protection(0, checksum=Checksum("crc", "xor"))
+    with pytest.raises(InputError, match="cannot be a checksum"):
+        guard_of(message(Signal("page", 0, 1, is_multiplexer=True), paged, protection=protection))
+
+
+@pytest.mark.parametrize(
+    ("start", "length", "taken"),
+    [(7, 8, True), (11, 4, True), (12, 2, True), (13, 4, True), (15, 4, False), (23, 8, False)],
+)
+def test_a_big_endian_signal_lies_in_the_header_where_one_of_its_bits_does(start, length, taken):
+    """Profile 1 writes byte 0 and the low nibble of byte 1; start: the highest bit of the signal."""
+    made = message(Signal("s", start, length, little_endian=False), protection=Protection(1, 5))
+    if not taken:
+        assert guard_of(made, ["s"]) == Profile1(5)
+        return
+    with pytest.raises(InputError, match=r"Made\.s is bound to a role"):
+        guard_of(made, ["s"])
