@@ -281,6 +281,8 @@ def test_a_request_lies_in_one_page():
     spark = Signal("s", 32, 16, scale=0.01, unit="deg", signed=True)
     with pytest.raises(InputError, match="in several pages of the multiplexed message Wheel") as no:
         paged_request(throttle, replace(spark, multiplexer="inner", multiplexer_ids=(4,)))
+    with pytest.raises(InputError, match="in several pages of the multiplexed message Wheel"):
+        paged_request(throttle, replace(spark, multiplexer="page", multiplexer_ids=(5,)))
     found = "authority (every page); throttle (page = 1); spark (page = 3 and inner = 4)"
     assert f"found: {found}" in str(no.value)
 

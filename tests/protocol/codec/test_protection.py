@@ -156,14 +156,14 @@ def test_a_log_is_checked_as_its_frames_are_one_by_one(name):
         assert guard.counters(some).dtype == np.int64
 
 
-@pytest.mark.parametrize("name", [name for name in GUARDS if name.startswith("counter")])
+@pytest.mark.parametrize("name", ["xor", *(f"counter, {key}" for key in COUNTERS)])
 def test_a_counter_is_intact_in_a_log_exactly_below_its_period(name):
     guard, data = GUARDS[name], np.zeros((16, 8), np.uint8)
     for counter in range(16):
         payload = bytearray(8)
         guard.protect(payload, counter)
         data[counter] = list(payload)
-    assert guard.all_intact(data).tolist() == [counter < 10 for counter in range(16)]
+    assert guard.all_intact(data).tolist() == [counter < guard.period for counter in range(16)]
 
 
 def test_a_counter_that_its_sender_never_reaches_is_not_intact():
@@ -268,6 +268,11 @@ def test_a_checksum_lies_in_the_byte_of_its_signal(byte):
         rule = Checksum("crc", "xor")
         made = message(signal, protection=Protection(0, checksum=rule))
         assert guard_of(made) == Plain(None, 0, byte, rule)
+
+
+def test_a_counter_without_a_checksum_has_none():
+    made = message(*PLACED, protection=Protection(0, counter="cnt"))
+    assert guard_of(made) == Plain(Bits(8, 0xF, False), 16, 0, None)
 
 
 def test_a_counter_has_at_most_16_bits_and_a_checksum_is_in_every_frame():
