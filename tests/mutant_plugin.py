@@ -36,7 +36,9 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_runtestloop(session: pytest.Session) -> bool:
-    """Run the clean tests, then each mutant's."""
+    """Run the clean tests, then each mutant's. Ends where a file of tests cannot be imported."""
+    if session.testsfailed:
+        raise session.Interrupted("a file of tests cannot be imported")
     file: Path = session.config.getoption("--mutants")
     reached = file.with_suffix(".reached")
     trampoline.set_mutant_under_test("stats")

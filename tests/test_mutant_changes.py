@@ -1,5 +1,7 @@
 """The list of mutants: its files and tests exist, and only words are accepted without a reason."""
 
+import subprocess
+import sys
 import tomllib
 
 import pytest
@@ -70,3 +72,31 @@ def test_every_accepted_survivor_has_a_reason_and_stands_once():
     ]
     assert len(set(listed)) == len(listed)
     assert all(entry["reason"].strip() for entry in TABLE["accepted"])
+
+
+def test_a_file_of_tests_that_cannot_be_imported_ends_the_run(tmp_path):
+    """Else its laws would be missing, and every mutant that only they kill would survive."""
+    (tmp_path / "test_broken.py").write_text("import nothing_of_this_name\n", encoding="utf-8")
+    (tmp_path / "test_whole.py").write_text("def test_it():\n    pass\n", encoding="utf-8")
+    names = tmp_path / "mutants.json"
+    names.write_text("[]", encoding="utf-8")
+    options = [
+        "-p",
+        "no:xdist",
+        "-p",
+        "no:cacheprovider",
+        "-p",
+        "tests.mutant_plugin",
+        "-o",
+        "addopts=",
+    ]
+    done = subprocess.run(
+        [sys.executable, "-m", "pytest", *options, "--mutants", str(names), str(tmp_path)],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode != 0
+    assert "cannot be imported" in done.stdout
+    assert not names.with_suffix(".codes").exists()

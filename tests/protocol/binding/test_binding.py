@@ -16,12 +16,12 @@ from slipbench.protocol.codec.codec import Codec
 from slipbench.protocol.codec.placement import OWN, SignalAt
 from slipbench.protocol.database.database import load_database
 from slipbench.protocol.errors import InputError
-from tests.paths import ROOT
+from tests.paths import TRIALS
 from tests.protocol.binding.foreign import foreign
 from tests.protocol.database.arxml import arxml_of
 from tests.protocol.database.test_formats import described
 
-FOLDER = ROOT / "examples/bindings"
+FOLDER = TRIALS.parent / "bindings"
 SUPERBIKE: dict[str, Any] = tomllib.loads((FOLDER / "superbike.toml").read_text(encoding="utf-8"))
 DBC = (FOLDER / "superbike.dbc").read_text(encoding="utf-8")
 
