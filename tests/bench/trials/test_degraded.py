@@ -18,6 +18,7 @@ from slipbench.protocol.binding.binding import Binding
 from slipbench.protocol.configuration import load_toml
 from slipbench.protocol.errors import InputError
 from slipbench.protocol.quantity import Quantity
+from slipbench.protocol.recording.message_rules import Degraded
 from tests.bench.conditions import trial_file
 from tests.paths import TRIALS
 from tests.protocol.binding.test_binding import DBC, changed, read
@@ -88,9 +89,30 @@ def test_each_mode_is_a_sentence(tmp_path):
     bound = binding(tmp_path, *MODES)
     texts = [mode.text for mode in modes(bound, bound.codec(), trial_file())]
     assert len(texts) == 6
-    for words in ("wheel speeds", "front wheel", "5 ms", "20 ms", "throttle body", "gear"):
+    for words in (
+        "wheel speeds",
+        "front wheel",
+        "after 5 ms",
+        "throttle back 20 ms after the",
+        "throttle body",
+        "gear",
+    ):
         assert any(words in text for text in texts), words
-    assert "up to 5 ms old, quantum 0.00556 m/s" in texts[0]
+    least = float(trial_file().limits.speed[0])
+    error = 2 * 0.01 * KMH / least
+    assert f"up to 5 ms old, quantum 0.00556 m/s (slip error {error:.2%})" in texts[0]
+
+
+def test_a_gnss_speed_tightens_the_slip_limit(tmp_path):
+    bound = binding(tmp_path)
+    degraded = Degraded(speed="gnss")
+    gnss = Binding(bound.database, bound.placement, degraded=degraded)
+    (mode,) = modes(gnss, gnss.codec(), trial_file())
+    assert "slip against the GNSS speed" in mode.text
+    before = trial_file().limits
+    after = degraded_trial(trial_file(), gnss, gnss.codec()).limits
+    assert float(after.slip) == pytest.approx(SPEED_SHARE * float(before.slip))
+    assert after.front_slip == before.front_slip
 
 
 @pytest.mark.parametrize("scale", ["0.01", "1"])
