@@ -1,5 +1,6 @@
 """Laws of degraded modes: each tightens limits by its share, none loosens, and each is on record."""
 
+from dataclasses import replace
 from itertools import combinations
 from pathlib import Path
 from typing import Any
@@ -83,6 +84,9 @@ def test_a_limit_keeps_the_unit_in_which_it_was_written(tmp_path):
     slip = degraded_trial(trial_file(), bound, bound.codec()).limits.slip
     assert isinstance(slip, Quantity)
     assert "%" in str(slip)
+    before = trial_file().limits.slip
+    assert slip.unit == before.unit
+    assert slip.like(0.5) == before.like(0.5)
 
 
 def test_each_mode_is_a_sentence(tmp_path):
@@ -167,6 +171,17 @@ def test_a_message_must_come_more_often_than_its_timeout(rule, stale, refused, t
         assert "ms" in found
     else:
         assert not refused
+
+
+def test_a_message_that_comes_by_event_has_no_cycle_time_to_keep(tmp_path):
+    bound = read(tmp_path, changed(messages__SWB_State={"cycle_time": "30 ms"}))
+    with pytest.raises(InputError, match="SWB_State comes less often than its timeout allows"):
+        limits(bound)
+    messages = tuple(
+        replace(each, attributes={"GenMsgSendType": 1}) if each.name == "SWB_State" else each
+        for each in bound.database.messages
+    )
+    limits(replace(bound, database=replace(bound.database, messages=messages)))
 
 
 def test_a_wheel_speed_without_a_cycle_time_is_refused(tmp_path):
