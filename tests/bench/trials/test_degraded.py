@@ -204,6 +204,41 @@ def test_an_authority_that_cannot_be_shown_is_refused(role, values, says, tmp_pa
     with pytest.raises(InputError, match=says) as refused:
         prepare(TRIALS / "throttle_sweep.toml", None, tmp_path / "mine.toml")
     assert "values" in str(refused.value)
+    assert str(refused.value).startswith(str(TRIALS / "throttle_sweep.toml"))
+
+
+@pytest.mark.parametrize(
+    ("trial", "spark"),
+    [
+        ("throttle_sweep", False),
+        ("spark_sweep", True),
+        ("slip_steps_throttle", False),
+        ("slip_steps_spark", True),
+        ("slip_steps_mixed", True),
+    ],
+)
+def test_a_bus_without_a_request_for_the_spark_carries_no_trial_that_moves_it(
+    trial, spark, tmp_path
+):
+    """Whether the waveform moves it or the controller."""
+    read(tmp_path, changed("roles.spark_request", "roles.spark_command"), trial=False)
+    try:
+        prepare(TRIALS / f"{trial}.toml", None, tmp_path / "mine.toml")
+    except InputError as fault:
+        found = str(fault)
+    else:
+        found = ""
+    assert ("spark_request: without it" in found) is spark, found
+
+
+def test_the_database_is_that_of_the_binding_or_the_one_that_is_given_instead(tmp_path):
+    read(tmp_path, changed())
+    other = tmp_path / "other.dbc"
+    other.write_text(DBC, encoding="utf-8")
+    for given, found in ((None, tmp_path / "superbike.dbc"), (other, other)):
+        prepared = prepare(TRIALS / "throttle_sweep.toml", given, tmp_path / "mine.toml")
+        assert prepared.database_path == found
+        assert prepared.database.origin == str(found)
 
 
 def test_degraded_modes_reach_the_prepared_trial_and_its_plan(tmp_path):
