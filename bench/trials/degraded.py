@@ -109,7 +109,7 @@ def _check_times(trial: TrialFile, binding: Binding, codec: Codec) -> None:
     stale = float(trial.limits.stale)
     for carrier, plan in codec.plans.items():
         cycle = len(plan.pages) * (plan.message.cycle_time or 0.0)
-        event = plan.message.attributes.get("GenMsgSendType", 0)
+        event = plan.message.attributes.get("GenMsgSendType")
         if not cycle or event or not any(part.name in SLOW_STATUS for part in plan.parts):
             continue
         limit = min(stale, float(binding.timeouts.get(carrier, stale)))

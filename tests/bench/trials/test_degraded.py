@@ -1,5 +1,6 @@
 """Laws of degraded modes: each tightens limits by its share, none loosens, and each is on record."""
 
+from dataclasses import replace
 from itertools import combinations
 from pathlib import Path
 from typing import Any
@@ -83,6 +84,9 @@ def test_a_limit_keeps_the_unit_in_which_it_was_written(tmp_path):
     slip = degraded_trial(trial_file(), bound, bound.codec()).limits.slip
     assert isinstance(slip, Quantity)
     assert "%" in str(slip)
+    before = trial_file().limits.slip
+    assert slip.unit == before.unit
+    assert slip.like(0.5) == before.like(0.5)
 
 
 def test_each_mode_is_a_sentence(tmp_path):
@@ -169,6 +173,17 @@ def test_a_message_must_come_more_often_than_its_timeout(rule, stale, refused, t
         assert not refused
 
 
+def test_a_message_that_comes_by_event_has_no_cycle_time_to_keep(tmp_path):
+    bound = read(tmp_path, changed(messages__SWB_State={"cycle_time": "30 ms"}))
+    with pytest.raises(InputError, match="SWB_State comes less often than its timeout allows"):
+        limits(bound)
+    messages = tuple(
+        replace(each, attributes={"GenMsgSendType": 1}) if each.name == "SWB_State" else each
+        for each in bound.database.messages
+    )
+    limits(replace(bound, database=replace(bound.database, messages=messages)))
+
+
 def test_a_wheel_speed_without_a_cycle_time_is_refused(tmp_path):
     """Neither its age nor a second sender could be known."""
     read(tmp_path, changed(), DBC.replace('BA_ "GenMsgCycleTime" BO_ 208 5;\n', ""))
@@ -189,6 +204,41 @@ def test_an_authority_that_cannot_be_shown_is_refused(role, values, says, tmp_pa
     with pytest.raises(InputError, match=says) as refused:
         prepare(TRIALS / "throttle_sweep.toml", None, tmp_path / "mine.toml")
     assert "values" in str(refused.value)
+    assert str(refused.value).startswith(str(TRIALS / "throttle_sweep.toml"))
+
+
+@pytest.mark.parametrize(
+    ("trial", "spark"),
+    [
+        ("throttle_sweep", False),
+        ("spark_sweep", True),
+        ("slip_steps_throttle", False),
+        ("slip_steps_spark", True),
+        ("slip_steps_mixed", True),
+    ],
+)
+def test_a_bus_without_a_request_for_the_spark_carries_no_trial_that_moves_it(
+    trial, spark, tmp_path
+):
+    """Whether the waveform moves it or the controller."""
+    read(tmp_path, changed("roles.spark_request", "roles.spark_command"), trial=False)
+    try:
+        prepare(TRIALS / f"{trial}.toml", None, tmp_path / "mine.toml")
+    except InputError as fault:
+        found = str(fault)
+    else:
+        found = ""
+    assert ("spark_request: without it" in found) is spark, found
+
+
+def test_the_database_is_that_of_the_binding_or_the_one_that_is_given_instead(tmp_path):
+    read(tmp_path, changed())
+    other = tmp_path / "other.dbc"
+    other.write_text(DBC, encoding="utf-8")
+    for given, found in ((None, tmp_path / "superbike.dbc"), (other, other)):
+        prepared = prepare(TRIALS / "throttle_sweep.toml", given, tmp_path / "mine.toml")
+        assert prepared.database_path == found
+        assert prepared.database.origin == str(found)
 
 
 def test_degraded_modes_reach_the_prepared_trial_and_its_plan(tmp_path):
