@@ -107,7 +107,7 @@ class ModelSections(Section):
 
 
 class LinearSections(Section):
-    """Any linear law: an integral, and beside it sections that act on the error too.
+    """Any linear law: an integral and parallel sections, both driven by the error.
 
     kind           law of this table
     integral       gain of the integral

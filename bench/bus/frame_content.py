@@ -5,19 +5,18 @@ takes any message of any database, in either byte order.
 """
 
 import struct
-from typing import Literal
 
-from slipbench.protocol.codec.protection import guard_of
+from slipbench.protocol.codec.protection import Bits, bits_of, guard_of
+from slipbench.protocol.codec.slot import FLOATS
 from slipbench.protocol.database.layout import Message, Signal
-
-FLOATS = {16: "e", 32: "f", 64: "d"}
 
 
 def raw_value(signal: Signal, data: bytes) -> int | float:
     """Raw value of a signal in a payload. Raises ValueError where the payload is too short."""
-    word = _word(signal, data) >> _shift(signal, len(data)) & _mask(signal)
+    word = _bits(signal, len(data)).read(data)
     if signal.is_float:
-        return float(struct.unpack(_float(signal), word.to_bytes(signal.length // 8, "little"))[0])
+        form = FLOATS[signal.length]
+        return float(struct.unpack(form, word.to_bytes(signal.length // 8, "little"))[0])
     if signal.signed and word >> (signal.length - 1):
         return word - (1 << signal.length)
     return word
@@ -28,14 +27,13 @@ def with_raw(signal: Signal, data: bytes, raw: int | float) -> bytes:
 
     An integer is taken modulo its width. Raises ValueError where the payload is too short.
     """
-    bits = (
-        int.from_bytes(struct.pack(_float(signal), raw), "little")
-        if signal.is_float
-        else int(raw) & _mask(signal)
-    )
-    shift = _shift(signal, len(data))
-    word = _word(signal, data) & ~(_mask(signal) << shift) | bits << shift
-    return word.to_bytes(len(data), _order(signal))
+    if signal.is_float:
+        bits = int.from_bytes(struct.pack(FLOATS[signal.length], raw), "little")
+    else:
+        bits = int(raw)
+    payload = bytearray(data)
+    _bits(signal, len(data)).write(payload, bits)
+    return bytes(payload)
 
 
 def physical(signal: Signal, raw: int | float) -> float:
@@ -103,25 +101,9 @@ def protect(message: Message, data: bytes, counter: int | None = None) -> bytes:
     return bytes(payload) + data[message.length :]
 
 
-def _order(signal: Signal) -> Literal["little", "big"]:
-    return "little" if signal.little_endian else "big"
-
-
-def _word(signal: Signal, data: bytes) -> int:
-    return int.from_bytes(data, _order(signal))
-
-
-def _mask(signal: Signal) -> int:
-    return (1 << signal.length) - 1
-
-
-def _shift(signal: Signal, length: int) -> int:
-    """Position of the signal's lowest bit in the payload as one integer."""
+def _bits(signal: Signal, length: int) -> Bits:
+    """Bits of a signal in a payload of `length` bytes. Raises ValueError where it ends beyond."""
     end = signal.first_bit + signal.length
     if end > 8 * length:
         raise ValueError(f"{signal.name} ends at bit {end}, the payload has {8 * length}")
-    return signal.first_bit if signal.little_endian else 8 * length - end
-
-
-def _float(signal: Signal) -> str:
-    return "<" + FLOATS[signal.length]
+    return bits_of(signal, length)

@@ -159,7 +159,7 @@ def _silence(binding: "Binding", address: "BusAddress") -> None:
 
     with bus_failure_as_input_error(address), open_bus(address, receive_own_messages=True) as bus:
         proof = SilenceProof(binding, bus, MonotonicClock())
-        beside = f", {proof.offset:.0%} beside its present opening" if proof.offset else ""
+        beside = f", {proof.offset:.0%} from its present opening" if proof.offset else ""
         typer.echo(WARNING.format(beside=beside))
         typer.confirm("Request the throttle now?", abort=True)
         result = proof.run()

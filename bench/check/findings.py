@@ -8,7 +8,7 @@ import numpy as np
 from slipbench.bench.check.observed_roles import carrier, is_sent_by_bench, roles_of, values_of
 from slipbench.bench.check.traffic import BusTraffic
 from slipbench.protocol.binding.behaviour import PLAUSIBLE, SPEED, SPEED_ROLES
-from slipbench.protocol.binding.binding import BENCH_SENDS, Binding
+from slipbench.protocol.binding.binding import Binding
 from slipbench.protocol.binding.binding_text import protection_text
 from slipbench.protocol.binding.capture import traffic_of
 from slipbench.protocol.binding.gear_ratios import SLOW
@@ -61,9 +61,7 @@ def findings(binding: Binding, traffic: BusTraffic) -> list[Finding]:
 def _other_senders(binding: Binding, traffic: BusTraffic) -> Iterator[Finding]:
     """Requests on the bus that this program has not sent."""
     roles = roles_of(binding).roles
-    for name in dict.fromkeys(
-        message for own in BENCH_SENDS for message in sorted(binding.carriers(own))
-    ):
+    for name in sorted(binding.sent):
         frames = traffic.sorted.frames[name]
         if len(frames):
             held = [

@@ -7,9 +7,10 @@ import numpy as np
 import numpy.typing as npt
 
 from slipbench.bench.check.traffic import BusTraffic
-from slipbench.protocol.binding.binding import BENCH_SENDS, Binding
+from slipbench.protocol.binding.binding import Binding
 from slipbench.protocol.binding.fields import FIELDS
 from slipbench.protocol.codec.faults import Fault
+from slipbench.protocol.codec.placement import BENCH_SENDS
 from slipbench.protocol.database.layout import Message, Signal
 from slipbench.protocol.logs.decode import Frames
 from slipbench.protocol.recording.role_lookup import find_message, find_signals, to_si

@@ -1,8 +1,8 @@
-"""Prove on the bench that silence gives the throttle back: request, fall silent, measure until it is.
+"""Test on the bench that silence gives the throttle back: request, stop requesting, measure the time.
 
 With an authority signal the throttle is requested at its present opening and does not move. Without one
-the request is a few percent beside it: only so can the echo or the position show when the ECU stops to
-follow. The engine must be off: where its speed is bound, it is measured, before and during the request.
+the request differs from it by a few percent, so that the echo or the position shows when the ECU stops
+following. The engine must be off: where its speed is bound, it is measured, before and during the request.
 """
 
 from collections.abc import Iterator, Mapping
@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from slipbench.bench.loop.clock import MILLISECOND, SECOND, Clock
-from slipbench.protocol.binding.binding import BENCH_SENDS, Binding
+from slipbench.protocol.binding.binding import Binding
 from slipbench.protocol.codec.assembly import Assembly
 from slipbench.protocol.codec.codec import Codec, Frame, Sender
 from slipbench.protocol.codec.faults import FrameFault
@@ -111,7 +111,7 @@ class SilenceProof:
         self._sender = Sender(self._codec)
         self._assembly = Assembly(self._codec)
         self._observed = _Observed()
-        self._ours = {name for own in BENCH_SENDS for name in binding.carriers(own)}
+        self._ours = binding.sent
         self._signals = tuple(_signals(binding))
         self.longest_gap = 0.0  # s, between two requests
         if not binding.can_request:

@@ -29,7 +29,7 @@ from slipbench.bench.safety.trial import (
 )
 from slipbench.bench.safety.vehicle_monitor import VehicleMonitor, Wheels
 from slipbench.bench.safety.vehicle_state import VehicleState
-from slipbench.protocol.binding.binding import BENCH_SENDS, Binding
+from slipbench.protocol.binding.binding import Binding
 from slipbench.protocol.codec.codec import Frame, Sender, key_of
 from slipbench.protocol.codec.faults import FrameFault
 from slipbench.protocol.codec.messages import (
@@ -83,11 +83,7 @@ class Gateway:
         self._sender = Sender(codec)
         self._own = TxEcho()
         self._controller = ControllerState(bus)
-        self._ours = {
-            key_of(codec.plan_of(carrier).message)
-            for name in BENCH_SENDS
-            for carrier in binding.carriers(name)
-        }
+        self._ours = {key_of(codec.plan_of(carrier).message) for carrier in binding.sent}
         self._reports = codec.has("TrialStatus")
         self._releases_by_silence = not codec.requests_authority
         self._monitor = VehicleMonitor(wheels)

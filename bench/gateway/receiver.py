@@ -13,7 +13,7 @@ from slipbench.bench.gateway.fail_safe import RELEASED
 from slipbench.bench.gateway.sender_monitor import SenderMonitor, cycles_of
 from slipbench.bench.gateway.wheel_speed import WheelSpeedTeeth
 from slipbench.bench.safety.vehicle_monitor import SAFETY, Wheels
-from slipbench.protocol.binding.binding import BENCH_SENDS, Binding
+from slipbench.protocol.binding.binding import Binding
 from slipbench.protocol.codec.assembly import Assembly
 from slipbench.protocol.codec.codec import Codec
 from slipbench.protocol.codec.faults import Fault, FrameFault
@@ -58,7 +58,7 @@ class Receiver:
         self._shift = {name: max(0.0, stale - at) for name, at in binding.timeouts.items()}
         self._senders = SenderMonitor(
             cycles_of(plan.message for plan in codec.plans.values()),
-            ours={carrier for name in BENCH_SENDS for carrier in binding.carriers(name)},
+            ours=binding.sent,
             periods={
                 carrier: plan.guard.period
                 for carrier, plan in codec.plans.items()

@@ -10,7 +10,7 @@ from slipbench.bench.trials.degraded import degraded_trial, modes
 from slipbench.bench.trials.excitation import plan_excitation
 from slipbench.bench.trials.wire_limits import check_authority, check_wire
 from slipbench.bench.vehicle.virtual_motorcycle import Scenario, read_vehicle
-from slipbench.protocol.binding.binding import Binding, binding_database, own_binding, read_binding
+from slipbench.protocol.binding.binding import Binding, own_binding, read_binding
 from slipbench.protocol.configuration import read_toml
 from slipbench.protocol.controller_file import Bounds, ControllerFile
 from slipbench.protocol.database.database import load_database
@@ -89,8 +89,8 @@ def _binding(path: Path | None, database_path: Path | None) -> tuple[Binding, Pa
     if path is None:
         own = database_path or dbc.MOTORBIKE
         return own_binding(load_database(own)), own
-    found = database_path or binding_database(path)
-    return read_binding(path, found), found
+    binding = read_binding(path, database_path)
+    return binding, Path(binding.database.origin)
 
 
 def _moves_spark(trial: TrialFile, controller: ControllerFile | None) -> bool:

@@ -82,9 +82,11 @@ def check_authority(authority: Authority, codec: Codec, where: str) -> None:
     """
     for name in ("ActuatorCommand", "EcuStatus"):
         carried = _slot_of(codec, name, "authority")
-        shown_as = set((carried.values or {}).values()) if carried else set()
+        if carried is None:
+            continue
+        shown_as = set((carried.values or {}).values())
         for each in (Authority.NONE, authority):
-            if carried is not None and each not in shown_as:
+            if each not in shown_as:
                 raise InputError(
                     f"{carried.name} cannot show the authority {each.name.lower()},"
                     f" which the trial {'ends' if each is Authority.NONE else 'begins'} with",
@@ -120,9 +122,10 @@ def _beyond(trial: TrialFile, codec: Codec) -> Iterator[str]:
 
 
 def _too_fine(excitation: Excitation, codec: Codec, amplitude: float) -> Iterator[str]:
-    """Report an excitation that is below the resolution of its command signal."""
-    if excitation.actuator == "slip":  # a target, which is on no wire
-        return
+    """Report an excitation that is below the resolution of its command signal.
+
+    A slip target is in no signal; a floating-point signal has no step.
+    """
     carried = _slot_of(codec, "ActuatorCommand", excitation.actuator)
     if carried is None or carried.real:
         return

@@ -17,7 +17,15 @@ from slipbench.protocol.binding.fields import (
 from slipbench.protocol.binding.missing import require_absent, require_roles
 from slipbench.protocol.codec.codec import Codec
 from slipbench.protocol.codec.messages import Authority
-from slipbench.protocol.codec.placement import KINDS, OWN, FieldsAt, Placement, SignalAt, TeethAt
+from slipbench.protocol.codec.placement import (
+    BENCH_SENDS,
+    KINDS,
+    OWN,
+    FieldsAt,
+    Placement,
+    SignalAt,
+    TeethAt,
+)
 from slipbench.protocol.configuration import read_toml
 from slipbench.protocol.database.database import load_database
 from slipbench.protocol.database.layout import Database
@@ -30,8 +38,6 @@ from slipbench.protocol.recording.role_lookup import (
     meanings,
 )
 from slipbench.protocol.recording.role_map import RoleMap, Source
-
-BENCH_SENDS = ("ActuatorCommand", "TrialStatus")
 
 
 @dataclass(frozen=True)
@@ -67,6 +73,11 @@ class Binding:
         if self.roles is not None:
             require_roles(self.roles, self.database, str(self.path), spark)
 
+    @property
+    def sent(self) -> frozenset[str]:
+        """Messages of the database that the bench sends."""
+        return frozenset(carrier for name in BENCH_SENDS for carrier in self.carriers(name))
+
     def carriers(self, name: str) -> set[str]:
         """Messages of the database that hold fields of a message of the bench."""
         at = self.placement.get(name, {})
@@ -87,11 +98,6 @@ def read_binding(path: Path, database: Path | None = None) -> Binding:
     """
     roles = read_toml(path, RoleMap)
     return bind(roles, load_database(database or database_of(roles, path)), path)
-
-
-def binding_database(path: Path) -> Path:
-    """Path of the database that the binding file at `path` names. Raises InputError."""
-    return database_of(read_toml(path, RoleMap), path)
 
 
 def database_of(roles: RoleMap, path: Path) -> Path:

@@ -35,7 +35,7 @@ def _head(proposal: Proposal, title: str, database: str) -> Iterator[str]:
         f"and from the capture {proposal.capture.origin}" if proposal.capture else "(no capture)"
     )
     yield f"# Proposed by slipbench bind from {database} {measured}."
-    yield "# Every entry is a proposal: confirm it, or replace it by one of the others named beside it."
+    yield "# Every entry is a proposal: confirm it, or replace it by another signal of its list."
     yield "# Then run slipbench check on the bus. Scores are 0 to 1; they are no probabilities."
     yield f"title = {_quoted(title)}"
     yield f"database = {_quoted(database)}"
@@ -121,14 +121,14 @@ def _unseen(proposal: Proposal, message: Message) -> Iterator[str]:
 
 
 def _cycle(message: Message, traffic: Traffic) -> Iterator[str]:
-    measured, told = traffic.cycle_time, message.cycle_time
+    measured, stated = traffic.cycle_time, message.cycle_time
     if measured is None:
         yield f"# not cyclic in the capture: {traffic.frames} frames, the longest gap {_ms(traffic.longest)}"
         return
-    same = told is not None and abs(measured - told) <= SAME_CYCLE * told
+    same = stated is not None and abs(measured - stated) <= SAME_CYCLE * stated
     if same:
         return
-    beside = f"; the database states {_ms(told)}" if told else ""
+    beside = f"; the database states {_ms(stated)}" if stated else ""
     found = f"measured: {traffic.frames} frames, the longest gap {_ms(traffic.longest)}{beside}"
     yield f'cycle_time = "{_ms(measured)}" # {found}'
 

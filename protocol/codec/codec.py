@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 from slipbench.protocol.codec.faults import Fault, FrameFault
 from slipbench.protocol.codec.messages import Authority, BenchMessage, Intervals
 from slipbench.protocol.codec.placement import (
+    BENCH_SENDS,
     KINDS,
     MESSAGES,
     OWN,
@@ -30,7 +31,6 @@ from slipbench.protocol.database.layout import Database, Message
 from slipbench.protocol.errors import InputError
 
 REQUEST = "ActuatorCommand"
-SENT = (REQUEST, "TrialStatus")
 __all__ = ["MESSAGES", "Codec", "Frame", "Sender"]
 
 
@@ -169,7 +169,7 @@ class Codec:
 
     def _require_every_member(self) -> None:
         """Check that what the bench sends can show each of its values, and a request its end."""
-        for name in SENT:
+        for name in BENCH_SENDS:
             for part in self._parts_of.get(name, ()):
                 for field in part.fields:
                     carried = part.slot(field)

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 from e2e.p01 import e2e_p01_check, e2e_p01_protect
 
+from slipbench.protocol.codec.checksum import crc8_table
 from slipbench.protocol.codec.faults import Fault, FrameFault
 
 PERIOD = 15  # the counter runs 0..14
@@ -65,15 +66,7 @@ def silence(state: LastSeen, now: float, timeout: float) -> FrameFault | None:
     return FrameFault(Fault.STALE, expected=f"within {timeout:g}", found=f"{now - state.time:g}")
 
 
-def _table() -> npt.NDArray[np.uint8]:
-    """CRC-8 of SAE J1850 (polynomial 0x1D) for every byte."""
-    table = list(range(256))
-    for _ in range(8):
-        table = [(crc << 1) ^ (0x11D if crc & 0x80 else 0) for crc in table]
-    return np.array(table, np.uint8)
-
-
-_CRC = _table()
+_CRC = np.array(crc8_table(0x1D), np.uint8)  # SAE J1850
 
 
 def crcs(data: npt.NDArray[np.uint8], data_id: int) -> npt.NDArray[np.uint8]:

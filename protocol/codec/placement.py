@@ -44,6 +44,9 @@ MESSAGES: dict[str, type[BenchMessage]] = {
 KINDS = {**MESSAGES, "RearWheelSpeed": WheelSpeed, "FrontWheelSpeed": WheelSpeed}
 """All messages, those included that a binding has in place of tooth times."""
 
+BENCH_SENDS = ("ActuatorCommand", "TrialStatus")
+"""Messages that the bench sends; it receives all others."""
+
 
 @dataclass(frozen=True)
 class SignalAt:

@@ -37,7 +37,7 @@ SI = {
     "A": "A",
 }
 FLOAT_ROUNDING = {16: 1e-3, 32: 1e-6, 64: 1e-12}  # of a limit, by bits: as the wire rounds it
-_FLOATS = {16: "<e", 32: "<f", 64: "<d"}
+FLOATS = {16: "<e", 32: "<f", 64: "<d"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -189,7 +189,7 @@ def slot(
         _values(kind, low, high, where, at),
         signal.wraps or (field or name) in WRAPPING,
         bits.big,
-        _FLOATS[signal.length] if signal.is_float else "",
+        FLOATS[signal.length] if signal.is_float else "",
         _unknown(signal, at.unknown if at else ()),
         signal.is_float or bool(at and (at.unknown or at.values)),
     )

@@ -9,8 +9,10 @@ import pytest
 from slipbench import dbc
 from slipbench.bench.trials.excitation import plan_excitation
 from slipbench.bench.trials.preparation import prepare
-from slipbench.bench.trials.wire_limits import CARRIED, check_wire
+from slipbench.bench.trials.wire_limits import CARRIED, check_authority, check_wire
 from slipbench.protocol.codec.codec import Codec
+from slipbench.protocol.codec.messages import Authority
+from slipbench.protocol.codec.placement import OWN
 from slipbench.protocol.database.database import load_database
 from slipbench.protocol.errors import InputError
 from slipbench.protocol.units import linear
@@ -200,3 +202,59 @@ def test_a_database_without_signal_wraps_is_understood(tmp_path):
     kept = [line for line in lines if "SignalWraps" not in line]
     (tmp_path / "other.dbc").write_text("\n".join(kept) + "\n", encoding="utf-8")
     prepare(TRIALS / "throttle_sweep.toml", tmp_path / "other.dbc")
+
+
+def placed(database=DATABASE, without: tuple[str, ...] = (), **constants: float) -> Codec:
+    """Codec without some messages, in which fields of the command are constant."""
+    command = {**OWN["ActuatorCommand"], **constants}
+    placement = {name: at for name, at in OWN.items() if name not in without}
+    return Codec(database, {**placement, "ActuatorCommand": command})
+
+
+def told(trial, codec: Codec) -> str:
+    try:
+        check_wire(trial, plan_excitation(trial), codec, "trial.toml")
+    except InputError as fault:
+        return str(fault)
+    return ""
+
+
+def test_a_spark_that_cannot_carry_0_is_refused_also_where_no_signal_holds_the_throttle():
+    codec = with_command("spark", minimum=0.02, maximum=40.0)
+    wanted = "ActuatorCommand.spark cannot carry 0, which releases"
+    assert wanted in told(trial_file(), codec)
+    message = DATABASE.message("ActuatorCommand")
+    signals = tuple(
+        replace(s, minimum=0.02, maximum=40.0) if s.name == "spark" else s for s in message.signals
+    )
+    messages = tuple(
+        replace(message, signals=signals) if each is message else each for each in DATABASE.messages
+    )
+    database = replace(DATABASE, messages=messages)
+    assert wanted in told(trial_file(), placed(database, throttle=0.0))
+
+
+def test_what_no_signal_holds_is_not_checked_and_the_rest_is():
+    trial = trial_file()
+    assert told(trial, placed(without=("OpticalSpeed",))) == ""
+    assert told(trial, placed(throttle=0.0)) == ""
+    codec = placed(narrowed("limits.clutch", 0.7), throttle=0.0)
+    assert "limits.clutch = " in told(trial, codec)
+
+
+def test_a_floating_point_command_has_no_smallest_step():
+    limits = {"minimum": None, "maximum": None}
+    fine = trial_file(excitation__amplitude="0.001 %")
+    assert "less than one step" in told(fine, Codec(DATABASE))
+    wide = replace(DATABASE.message("ActuatorCommand").signal("throttle"), start=64, length=32)
+    wide = replace(wide, is_float=True, **limits)
+    message = DATABASE.message("ActuatorCommand")
+    signals = tuple(wide if s.name == "throttle" else s for s in message.signals)
+    longer = replace(message, signals=signals, length=12, fd=True)
+    messages = tuple(longer if each is message else each for each in DATABASE.messages)
+    assert told(fine, Codec(replace(DATABASE, messages=messages))) == ""
+
+
+def test_an_authority_that_no_signal_holds_is_not_checked():
+    check_authority(Authority.BOTH, placed(authority=Authority.THROTTLE), "trial.toml")
+    check_authority(Authority.BOTH, placed(without=("EcuStatus",)), "trial.toml")

@@ -51,6 +51,6 @@ class RateLimit(SeamEffect):
     act = ramp
 
     limit: float = parameter(
-        0.15, "[seam]", 1e-5, 1e9, "change in a period", absent=math.inf, smallest=0.5
+        0.15, "[seam]", 1e-5, 1e9, "largest change within a period", absent=math.inf, smallest=0.5
     )
-    period: float = parameter(1.0, "[time]", 1e-9, 1e9, "over which it is told")
+    period: float = parameter(1.0, "[time]", 1e-9, 1e9, "time in which that change is allowed")
