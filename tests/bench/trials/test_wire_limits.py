@@ -12,7 +12,7 @@ from slipbench.bench.trials.preparation import prepare
 from slipbench.bench.trials.wire_limits import CARRIED, check_authority, check_wire
 from slipbench.protocol.codec.codec import Codec
 from slipbench.protocol.codec.messages import Authority
-from slipbench.protocol.codec.placement import OWN
+from slipbench.protocol.codec.placement import OWN, SignalAt
 from slipbench.protocol.database.database import load_database
 from slipbench.protocol.errors import InputError
 from slipbench.protocol.units import linear
@@ -258,3 +258,16 @@ def test_a_floating_point_command_has_no_smallest_step():
 def test_an_authority_that_no_signal_holds_is_not_checked():
     check_authority(Authority.BOTH, placed(authority=Authority.THROTTLE), "trial.toml")
     check_authority(Authority.BOTH, placed(without=("EcuStatus",)), "trial.toml")
+
+
+def test_the_status_must_show_the_authority_also_where_no_signal_requests_it():
+    shown = SignalAt("EcuStatus", "authority", values={0: 0, 1: 1})
+    placement = {
+        **OWN,
+        "ActuatorCommand": {**OWN["ActuatorCommand"], "authority": Authority.THROTTLE},
+        "EcuStatus": {**OWN["EcuStatus"], "authority": shown},
+    }
+    codec = Codec(DATABASE, placement)
+    check_authority(Authority.THROTTLE, codec, "trial.toml")
+    with pytest.raises(InputError, match="EcuStatus.authority cannot show the authority both"):
+        check_authority(Authority.BOTH, codec, "trial.toml")
