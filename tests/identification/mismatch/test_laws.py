@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from slipbench.identification.mismatch.naming.certainty import DOUBTED, LIMIT, foretold
+from slipbench.identification.mismatch.naming.certainty import DOUBTED, foretold
 from slipbench.identification.mismatch.naming.interval import significance
 from slipbench.identification.mismatch.telling.verdict import as_json
 from slipbench.plant.effects.asymmetric_filling import AsymmetricFilling
@@ -15,6 +15,8 @@ from slipbench.plant.effects.rate_limit import RateLimit
 from slipbench.plant.effects.relaxation_length import RelaxationLength
 from slipbench.plant.effects.tooth_misplacement import ToothMisplacement
 from tests.identification.mismatch.conditions import analysis, found
+
+CERTAIN = 1e-5  # p below which an effect of this size must lie
 
 SINGLE = [
     (RateLimit(limit=4.0), "limit", "throttle_servo"),
@@ -68,12 +70,12 @@ def test_the_same_recordings_give_the_same_verdict() -> None:
     assert json.loads(one)["mismatch"]["found"]
 
 
-def test_what_is_there_is_foretold_and_what_is_not_is_not():
+def test_what_is_there_is_foretold_and_what_is_not_is_not() -> None:
     found = analysis((Backlash(slack=8e-3),), seed=3)
     fit, held_out = found.named.fit, found.held_out
     assert [c.name for c in fit.candidates] == ["backlash"]
-    assert significance(fit, 0) < LIMIT
-    assert foretold(fit, 0, held_out) < LIMIT
+    assert significance(fit, 0) < CERTAIN
+    assert foretold(fit, 0, held_out) < CERTAIN
     without = analysis(seed=3).held_out
     assert without is not None
     assert foretold(fit, 0, without) > DOUBTED
