@@ -269,5 +269,5 @@ def test_the_status_must_show_the_authority_also_where_no_signal_requests_it():
     }
     codec = Codec(DATABASE, placement)
     check_authority(Authority.THROTTLE, codec, "trial.toml")
-    with pytest.raises(InputError, match="EcuStatus.authority cannot show the authority both"):
+    with pytest.raises(InputError, match=r"EcuStatus\.authority cannot show the authority both"):
         check_authority(Authority.BOTH, codec, "trial.toml")
