@@ -3,6 +3,7 @@
 import math
 import os
 import threading
+from collections.abc import Sequence
 from contextlib import AbstractContextManager, nullcontext, suppress
 from dataclasses import replace
 from itertools import count
@@ -41,7 +42,13 @@ INTERFACES = (
     "python-can interface: socketcan, pcan, kvaser, ..., or slipbench (this project's own bus)."
 )
 Interface = Annotated[str | None, typer.Option(help=INTERFACES)]
-Channel = Annotated[str, typer.Option(help="Channel of the interface: can0, PCAN_USBBUS1, 0, ...")]
+Channel = Annotated[
+    list[str] | None,
+    typer.Option(
+        help="Channel of the interface: can0, PCAN_USBBUS1, 0, ...; BUS=CHANNEL for each bus of the"
+        " binding where it has several.  [default: can0]"
+    ),
+]
 Bitrate = Annotated[
     int, typer.Option(help="Bit rate in bit/s. Ignored by socketcan: set it with ip link.", min=1)
 ]
@@ -85,7 +92,7 @@ def trial(
         Path | None, typer.Option(help="New run folder.  [default: runs/NAME-NUMBER]")
     ] = None,
     interface: Interface = None,
-    channel: Channel = "can0",
+    channel: Channel = None,
     bitrate: Bitrate = 1_000_000,
     fd: FlexibleDataRate = False,
     real_time: Annotated[
@@ -108,7 +115,11 @@ def trial(
       slipbench trial examples/trials/throttle_sweep.toml
 
       slipbench trial examples/trials/spark_sweep.toml --interface socketcan --channel can0
+
+      slipbench trial throttle_sweep --binding my.toml --interface socketcan \\
+        --channel powertrain=can0 --channel chassis=can1
     """
+    from slipbench.bench.bus.channels import addresses_of
     from slipbench.bench.bus.opening import BusAddress
     from slipbench.bench.loop.interrupts import keyboard_interrupt_on_signals
     from slipbench.bench.trials.outcome import in_short, invalid
@@ -119,13 +130,16 @@ def trial(
 
     require_descriptors()
     prepared = prepare(file, database, binding)
-    address: BusAddress | None = None
+    addresses: Sequence[BusAddress] | None = None
     beside: AbstractContextManager[VehicleProcess | None] = nullcontext()
     if interface is not None:
-        address = BusAddress(interface, channel, bitrate, fd)
+        addresses = addresses_of(channel or [], prepared.binding, interface, bitrate, fd)
     elif real_time:
-        address = BusAddress("slipbench", f"trial-{os.getpid()}", bitrate, fd)
-        beside = vehicle_process(prepared.scenario, prepared.binding, address)
+        addresses = [
+            BusAddress("slipbench", f"trial-{os.getpid()}{bus and '-'}{bus}", bitrate, fd, bus)
+            for bus in prepared.binding.buses
+        ]
+        beside = vehicle_process(prepared.scenario, prepared.binding, addresses)
     folder = out or _next_folder(Path("runs"), prepared.trial.name)
     console = Console(stderr=True)
     bar = Progress(console=console, disable=not console.is_terminal, transient=True)
@@ -134,7 +148,7 @@ def trial(
         outcome = run_trial(
             prepared,
             folder,
-            address,
+            addresses,
             progress=lambda seconds: bar.update(task, completed=seconds),
             phases=lambda phase: _print(console, f"{prepared.trial.name}: {_words(phase.name)}"),
             vehicle=process,
@@ -153,7 +167,7 @@ def trial(
 def vehicle(
     file: TrialPath,
     interface: Annotated[str, typer.Option(help=INTERFACES)],
-    channel: Channel = "can0",
+    channel: Channel = None,
     bitrate: Bitrate = 1_000_000,
     fd: FlexibleDataRate = False,
     database: DatabasePath = None,
@@ -184,8 +198,8 @@ def vehicle(
 
       slipbench vehicle throttle_sweep --interface socketcan --without throttle
     """
+    from slipbench.bench.bus.channels import addresses_of
     from slipbench.bench.bus.faults import NO_FAULTS
-    from slipbench.bench.bus.opening import BusAddress
     from slipbench.bench.bus.plan_text import load_plan
     from slipbench.bench.loop.interrupts import interrupts
     from slipbench.bench.trials.preparation import prepare
@@ -197,7 +211,7 @@ def vehicle(
     plan = load_plan(faults) if faults else NO_FAULTS
     prepared = prepare(file, database, binding)
     scenario = replace(prepared.scenario, nodes=nodes, faults=plan)
-    address = BusAddress(interface, channel, bitrate, fd)
+    addresses = addresses_of(channel or [], prepared.binding, interface, bitrate, fd)
     stop = threading.Event()
     ends = None if duration is None else monotonic() + duration
     with interrupts(stop):
@@ -205,10 +219,10 @@ def vehicle(
             lambda: stop.is_set() or (ends is not None and monotonic() >= ends),
             scenario,
             prepared.binding,
-            address,
+            addresses,
             ready=lambda: typer.echo(
-                f"simulating {scenario.vehicle.name} on {interface}, channel {channel}, "
-                f"at {bitrate} bit/s; Ctrl-C ends the simulation"
+                f"simulating {scenario.vehicle.name} on {interface}, "
+                f"channel {', '.join(address.channel for address in addresses)}, at {bitrate} bit/s; Ctrl-C ends the simulation"
             ),
             waiting=lambda missing: typer.echo(
                 f"waiting for the real {', '.join(missing)}" if missing else "all real devices send"

@@ -3,7 +3,7 @@
 import contextlib
 import errno
 import socket
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -34,16 +34,22 @@ SO_RCVBUFFORCE = 33  # of <asm/socket.h>: above net.core.rmem_max, with the righ
 
 @dataclass(frozen=True)
 class BusAddress:
-    """Address of a bus: python-can's interface and channel, bit rate (bit/s), CAN FD or not."""
+    """Address of a bus: python-can's interface and channel, bit rate (bit/s), CAN FD or not.
+
+    bus: its name in the binding; "" for the only bus
+    """
 
     interface: str
     channel: str
     bitrate: int = 1_000_000
     fd: bool = False
+    bus: str = ""
 
     @property
     def name(self) -> str:
         """Name of the bus in recordings: no spaces, at most as long as a Linux interface name."""
+        if self.bus:
+            return self.bus
         name = "".join(c if c.isalnum() else "_" for c in self.channel) or self.interface
         return name[-LONGEST_NAME:]
 
@@ -78,13 +84,35 @@ def open_bus(address: BusAddress, receive_own_messages: bool, in_order: bool = F
         if isinstance(cause, OSError) and cause.errno == errno.EAFNOSUPPORT:
             remedy = "this kernel has no CAN; without hardware, leave --interface out"
         raise InputError(
-            f"the CAN bus cannot be opened: interface {address.interface!r}, "
-            f"channel {address.channel!r}",
+            f"the CAN bus cannot be opened: {shown([address])}",
             found=f"{type(cause).__name__}: {cause}",
             remedy=remedy.format(channel=address.channel, bitrate=address.bitrate),
         ) from cause
     enlarge_receive_buffer(bus)
     return bus
+
+
+@contextlib.contextmanager
+def open_buses(
+    addresses: Sequence[BusAddress], receive_own_messages: bool
+) -> Iterator[tuple[can.BusABC, ...]]:
+    """Buses, open until the block ends. Raises InputError where one cannot be opened, see `open_bus`."""
+    with contextlib.ExitStack() as stack:
+        yield tuple(
+            stack.enter_context(open_bus(address, receive_own_messages)) for address in addresses
+        )
+
+
+def as_sequence(bus: can.BusABC | Sequence[can.BusABC]) -> Sequence[can.BusABC]:
+    """Buses in the order of their numbers, where one stands for the only one."""
+    return bus if isinstance(bus, Sequence) else (bus,)
+
+
+def shown(addresses: Sequence[BusAddress]) -> str:
+    """Interface and channels of buses, for people."""
+    channels = ", ".join(repr(address.channel) for address in addresses)
+    plural = "s" if len(addresses) > 1 else ""
+    return f"interface {addresses[0].interface!r}, channel{plural} {channels}"
 
 
 def interface_down(fault: can.CanError) -> bool:
@@ -96,13 +124,13 @@ def interface_down(fault: can.CanError) -> bool:
 
 
 @contextlib.contextmanager
-def bus_failure_as_input_error(address: BusAddress) -> Iterator[None]:
+def bus_failure_as_input_error(addresses: Sequence[BusAddress]) -> Iterator[None]:
     """Raises InputError with the remedy where a CanError ends the block."""
     try:
         yield
     except can.CanError as cause:
         raise InputError(
-            f"the CAN bus failed: interface {address.interface!r}, channel {address.channel!r}",
+            f"the CAN bus failed: {shown(addresses)}",
             found=f"{type(cause).__name__}: {cause}",
             remedy="check the interface, and start again",
         ) from cause

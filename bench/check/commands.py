@@ -1,6 +1,7 @@
 """The command `slipbench check`."""
 
 import threading
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor, wait
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -38,7 +39,13 @@ def check(
         str | None,
         typer.Option(help="python-can interface: socketcan, pcan, kvaser, slipbench, ..."),
     ] = None,
-    channel: Annotated[str, typer.Option(help="Channel of the interface.")] = "can0",
+    channel: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="Channel of the interface, or BUS=CHANNEL for each bus of the binding; with --log"
+            " BUS=BUS_OF_LOG.  [default: can0]"
+        ),
+    ] = None,
     bitrate: Annotated[int, typer.Option(help="Bit rate in bit/s.", min=1)] = 1_000_000,
     fd: Annotated[bool, typer.Option("--fd", help="Open the bus for CAN FD.")] = False,
     duration: Annotated[float, typer.Option(help="Listen for this time, in s.", min=0.1)] = 10.0,
@@ -80,9 +87,11 @@ def check(
 
       slipbench check my_motorcycle.toml --log session.log
 
+      slipbench check my.toml --interface socketcan --channel powertrain=can0 --channel chassis=can1
+
       slipbench check my_motorcycle.toml --interface socketcan --silence
     """
-    from slipbench.bench.bus.opening import BusAddress
+    from slipbench.bench.bus.channels import addresses_of
     from slipbench.protocol.binding.binding import read_binding
 
     known = read_binding(binding, database)
@@ -93,32 +102,43 @@ def check(
             remedy="as in slipbench check my.toml --interface socketcan --channel can0",
         )
     if log is not None:
-        _report(known, _captured(known, log))
+        _report(known, _captured(known, log, channel or []))
         return
-    address = BusAddress(interface or "", channel, bitrate, fd)
+    addresses = addresses_of(channel or [], known, interface or "", bitrate, fd)
     if silence:
-        _silence(known, address)
+        _silence(known, addresses)
     else:
-        _report(known, _heard(known, address, duration))
+        _report(known, _heard(known, addresses, duration))
 
 
-def _captured(binding: "Binding", log: Path) -> "BusTraffic":
+def _captured(binding: "Binding", log: Path, channels: Sequence[str]) -> "BusTraffic":
+    """Traffic of a capture. channels: buses of the capture for those of the binding."""
+    from slipbench.bench.bus.channels import channels_of
     from slipbench.bench.check.observed_roles import roles_of
     from slipbench.bench.check.traffic import capture_traffic
 
+    if any(binding.buses):
+        of_log = channels_of(channels, binding) if channels else binding.buses
+        names = dict(zip(of_log, binding.buses, strict=True))
+        return capture_traffic(log, binding.database, names=names)
     buses = {source.bus for source in roles_of(binding).roles.values() if source.bus}
     return capture_traffic(log, binding.database, next(iter(sorted(buses)), ""))
 
 
-def _heard(binding: "Binding", address: "BusAddress", duration: float) -> "BusTraffic":
-    from slipbench.bench.bus.opening import bus_failure_as_input_error, open_bus
+def _heard(binding: "Binding", addresses: "Sequence[BusAddress]", duration: float) -> "BusTraffic":
+    from slipbench.bench.bus.opening import bus_failure_as_input_error, open_buses
     from slipbench.bench.check.listen import Listener
     from slipbench.bench.loop.clock import MonotonicClock
     from slipbench.bench.loop.interrupts import interrupts
 
     stop, console = threading.Event(), Console()
-    with bus_failure_as_input_error(address), open_bus(address, False) as bus, interrupts(stop):
-        listener = Listener(bus, MonotonicClock(), binding.database)
+    with (
+        bus_failure_as_input_error(addresses),
+        open_buses(addresses, False) as buses,
+        interrupts(stop),
+    ):
+        named = dict(zip([address.name for address in addresses], buses, strict=True))
+        listener = Listener(named, MonotonicClock(), binding.database)
         if not console.is_terminal:
             return listener.listen(duration, stop.is_set)
         return _shown(binding, listener, duration, stop, console)
@@ -152,13 +172,13 @@ def _report(binding: "Binding", traffic: "BusTraffic") -> None:
         raise typer.Exit(report.status)
 
 
-def _silence(binding: "Binding", address: "BusAddress") -> None:
-    from slipbench.bench.bus.opening import bus_failure_as_input_error, open_bus
+def _silence(binding: "Binding", addresses: "Sequence[BusAddress]") -> None:
+    from slipbench.bench.bus.opening import bus_failure_as_input_error, open_buses
     from slipbench.bench.check.silence import SilenceProof
     from slipbench.bench.loop.clock import MonotonicClock
 
-    with bus_failure_as_input_error(address), open_bus(address, receive_own_messages=True) as bus:
-        proof = SilenceProof(binding, bus, MonotonicClock())
+    with bus_failure_as_input_error(addresses), open_buses(addresses, True) as buses:
+        proof = SilenceProof(binding, buses, MonotonicClock())
         beside = f", {proof.offset:.0%} from its present opening" if proof.offset else ""
         typer.echo(WARNING.format(beside=beside))
         typer.confirm("Request the throttle now?", abort=True)

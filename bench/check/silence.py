@@ -5,10 +5,11 @@ the request differs from it by a few percent, so that the echo or the position s
 following. The engine must be off: where its speed is bound, it is measured, before and during the request.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
+from slipbench.bench.bus.opening import as_sequence
 from slipbench.bench.loop.clock import MILLISECOND, SECOND, Clock
 from slipbench.protocol.binding.binding import Binding
 from slipbench.protocol.codec.assembly import Assembly
@@ -102,11 +103,16 @@ class SilenceResult:
 
 
 class SilenceProof:
-    """One proof on one bus."""
+    """One proof on the buses of a binding."""
 
-    def __init__(self, binding: Binding, bus: "can.BusABC", clock: Clock) -> None:
-        """Prepare. Raises InputError where the binding has no request, or nothing that shows its effect."""
-        self._binding, self._bus, self._clock = binding, bus, clock
+    def __init__(
+        self, binding: Binding, bus: "can.BusABC | Sequence[can.BusABC]", clock: Clock
+    ) -> None:
+        """Prepare. bus: one, or as many as the binding has, in its order.
+
+        Raises InputError where the binding has no request, or nothing that shows its effect.
+        """
+        self._binding, self._buses, self._clock = binding, as_sequence(bus), clock
         self._codec: Codec = binding.codec()
         self._sender = Sender(self._codec)
         self._assembly = Assembly(self._codec)
@@ -259,12 +265,14 @@ class SilenceProof:
     def _tick(self) -> None:
         """Let a millisecond pass, and take in what arrived."""
         self._clock.sleep_until_ns(self._clock.now_ns() + MILLISECOND)
-        while (frame := self._bus.recv(0)) is not None:
-            if not (frame.is_error_frame or frame.is_remote_frame):
-                self._take(frame)
+        for number, bus in enumerate(self._buses):
+            while (frame := bus.recv(0)) is not None:
+                if not (frame.is_error_frame or frame.is_remote_frame):
+                    self._take(frame, number)
 
-    def _take(self, frame: "can.Message") -> None:
-        plan = self._codec.plan(frame.arbitration_id, frame.is_extended_id)
+    def _take(self, frame: "can.Message", bus: int) -> None:
+        """Take in a frame. bus: its number."""
+        plan = self._codec.plan(frame.arbitration_id, frame.is_extended_id, bus)
         if plan is None:
             return
         if plan.message.name in self._ours:
@@ -307,7 +315,7 @@ class SilenceProof:
     def _send(self, frame: Frame) -> None:
         import can
 
-        self._bus.send(
+        self._buses[frame.bus].send(
             can.Message(
                 arbitration_id=frame.identifier,
                 data=frame.data,

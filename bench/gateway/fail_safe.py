@@ -23,7 +23,6 @@ class FailSafe:
     def __init__(self, codec: Codec, *, silent: bool = False) -> None:
         """Encode the frames that release authority. silent: an end of requests releases it."""
         self.active = False
-        self.records_sent = False  # the interface does not echo what the bench sends
         self._ready: dict[str, list[Frame]] = {}
         if silent or not codec.has(RELEASE):
             return

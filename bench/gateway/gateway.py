@@ -1,16 +1,18 @@
 """The gateway: each tick reads frames, advances the trial, calls `permit` and sends."""
 
 import math
+from collections.abc import Sequence, Set
 from dataclasses import dataclass, replace
 
 import can
 
-from slipbench.bench.gateway.controller_state import ControllerState
+from slipbench.bench.bus.opening import as_sequence
 from slipbench.bench.gateway.fail_safe import RELEASED, FailSafe, described
+from slipbench.bench.gateway.gateway_bus import GatewayBus
 from slipbench.bench.gateway.receiver import Receiver
 from slipbench.bench.gateway.slip_control import slip_control
 from slipbench.bench.gateway.stamps import Stamp, as_stamped
-from slipbench.bench.gateway.tx_echo import Key, TxEcho
+from slipbench.bench.gateway.tx_echo import Key
 from slipbench.bench.loop.clock import SECOND
 from slipbench.bench.loop.loop import LAST_TICK, MOST_TICKS
 from slipbench.bench.loop.ring import BIT_RATE_SWITCH, ERROR, EXTENDED, FD, REMOTE, SENT, Ring
@@ -30,7 +32,7 @@ from slipbench.bench.safety.trial import (
 from slipbench.bench.safety.vehicle_monitor import VehicleMonitor, Wheels
 from slipbench.bench.safety.vehicle_state import VehicleState
 from slipbench.protocol.binding.binding import Binding
-from slipbench.protocol.codec.codec import Frame, Sender, key_of
+from slipbench.protocol.codec.codec import Codec, Frame, Sender, key_of
 from slipbench.protocol.codec.faults import FrameFault
 from slipbench.protocol.codec.messages import (
     ActuatorCommand,
@@ -41,9 +43,8 @@ from slipbench.protocol.codec.messages import (
 )
 
 STATUS_PERIOD = 0.020  # s, of TrialStatus
-OFF_THE_BUS = 3  # frames refused in a row; a single one is a queue that is full for a moment
 MOST_NOTES = 100
-# Frames received in a tick: more than a bus at 1 Mbit/s carries (425 of no byte) in the 20 ms
+# Frames received from a bus in a tick: more than a bus at 1 Mbit/s carries (425 of no byte) in the 20 ms
 # after which the devices take authority back. The remainder waits, and the present state is unknown.
 MOST_FRAMES = 500
 BEHIND = f"more than {MOST_FRAMES} frames waited at one tick"
@@ -66,24 +67,22 @@ class Gateway:
     def __init__(
         self,
         plan: Plan,
-        bus: can.BusABC,
+        bus: can.BusABC | Sequence[can.BusABC],
         binding: Binding,
         ring: Ring,
         wheels: Wheels,
-        stamp: Stamp = as_stamped,
+        stamps: Sequence[Stamp] = (),
     ) -> None:
         """Use `binding` on `bus` and put every received frame into `ring`.
 
-        `stamp` turns time stamps of the bus into the recording's time. The bus must receive its own
-        frames: the record gives the time of each command on the wire.
+        bus     one, or as many as the binding names (`Binding.buses`), in that order; each must
+                receive its own frames: the record gives the time of each command on the wire
+        stamps  of each bus: turns its time stamps into the recording's time; none: as they are
         """
         codec = binding.codec()
-        self._plan, self._bus, self._codec, self._ring = plan, bus, codec, ring
-        self._stamp = stamp
+        self._plan, self._codec, self._ring = plan, codec, ring
         self._sender = Sender(codec)
-        self._own = TxEcho()
-        self._controller = ControllerState(bus)
-        self._ours = {key_of(codec.plan_of(carrier).message) for carrier in binding.sent}
+        self._buses = _buses(bus, codec, binding.sent, stamps)
         self._reports = codec.has("TrialStatus")
         self._releases_by_silence = not codec.requests_authority
         self._monitor = VehicleMonitor(wheels)
@@ -92,12 +91,11 @@ class Gateway:
         self._receiver = Receiver(binding, codec, wheels, limits.stale, point.gear)
         self._last = RELEASED
         self._requested_since = 0.0
-        self._refused_in_a_row = 0
         self._full = self._behind = False
         self._listened = -math.inf
         self._status_due = 0.0
         self._ended_at: float | None = None
-        self._unrecorded: can.Message | None = None
+        self._unrecorded: tuple[GatewayBus, can.Message] | None = None
         self._fail_safe = FailSafe(codec, silent=not codec.requests_authority)
         self.state = TrialState()
         self.changes: list[PhaseChange] = []
@@ -120,7 +118,8 @@ class Gateway:
     def fail(self, fault: Exception, due: int, where: str) -> None:
         """End the trial because of an exception at `due` (ns); nothing in it depends on others."""
         self._fail_safe.active = True
-        self._fail_safe.records_sent = self._own.silent
+        for bus in self._buses:
+            bus.records_sent = bus.echo.silent
         text = f"internal error {where}: {described(fault)}"
         self.refusals.insert(0, text)
         if self.state.phase not in ENDED:
@@ -142,25 +141,28 @@ class Gateway:
             status = TrialStatus(self.state.phase, Authority.NONE, trip, number)
             for frame in self._fail_safe.status(self._sender, status):
                 attempt(self._put_now, frame, due)
-        attempt(self._record_waiting, due)
+        for bus in self._buses:
+            attempt(self._record_waiting, bus, due)
         return self._ended_at is None or now - self._ended_at < AFTERWARDS
 
     def _put_now(self, frame: Frame, due: int) -> bool:
-        message = _message(frame)
-        self._bus.send(message)
-        if self._fail_safe.records_sent:
-            self._record(message, due, own=True)
+        bus, message = self._buses[frame.bus], _message(frame)
+        bus.port.send(message)
+        if bus.records_sent:
+            self._record(bus, message, due, own=True)
         return True
 
-    def _record_waiting(self, due: int) -> None:
-        """Record what has arrived, the frame at which the exception came included."""
-        waiting, self._unrecorded = self._unrecorded, None
+    def _record_waiting(self, bus: GatewayBus, due: int) -> None:
+        """Record what has arrived on a bus, the frame at which the exception came included."""
+        waiting = None
+        if self._unrecorded is not None and self._unrecorded[0] is bus:
+            (_, waiting), self._unrecorded = self._unrecorded, None
         for _ in range(MOST_FRAMES):
             if waiting is not None:
-                own = _key(waiting) in self._ours
-                time_ns = self._fail_safe.attempt(self._stamp, waiting.timestamp, default=due)
-                self._record(waiting, time_ns, own)
-            waiting = self._bus.recv(0)
+                own = _key(waiting) in bus.ours
+                time_ns = self._fail_safe.attempt(bus.stamp, waiting.timestamp, default=due)
+                self._record(bus, waiting, time_ns, own)
+            waiting = bus.port.recv(0)
             if waiting is None:
                 return
 
@@ -171,11 +173,7 @@ class Gateway:
         recording = not (self._full or self._ring.failed)
         for name, status, time in self._receiver.assumed(now):
             self._monitor.observe(name, status, time)
-        vehicle = self._monitor.state(
-            now,
-            bus_off=self._controller.off() or self._refused_in_a_row >= OFF_THE_BUS,
-            recording=recording,
-        )
+        vehicle = self._monitor.state(now, bus_off=self._bus_off(), recording=recording)
         if behind:  # the frames are old: they neither arm nor keep authority
             vehicle = VehicleState()
             self._receiver.forget()
@@ -199,7 +197,7 @@ class Gateway:
         if self._fail_safe.active:
             return False
         armed = self.state.phase == Phase.ARMED and self.state.released
-        return armed and not self._behind and not self._refused_in_a_row
+        return armed and not self._behind and not any(bus.refused for bus in self._buses)
 
     def attend(self, due: int) -> bool:
         """Receive between two ticks, at `due` (ns); True where the rider has pressed the button."""
@@ -228,27 +226,34 @@ class Gateway:
         not new. Where time went back, they count as received now.
         """
         since, self._listened = min(self._listened, now), now
+        in_time = True
+        for bus in self._buses:
+            in_time = self._listen_to(bus, now, since) and in_time
+        return in_time
+
+    def _listen_to(self, bus: GatewayBus, now: float, since: float) -> bool:
+        """Receive the waiting frames of a bus; False where they are too many for one tick."""
         for _ in range(MOST_FRAMES):
             try:
-                message = self._bus.recv(0)
+                message = bus.port.recv(0)
             except can.CanError as fault:
-                self._refused(fault)
+                self._refused(bus, fault)
                 return True
             if message is None:
                 return True
-            self._unrecorded = message
+            self._unrecorded = bus, message
             data, key = bytes(message.data), _key(message)
-            own = key in self._ours and not message.is_error_frame and self._own.heard(key, data)
-            self._record(message, self._stamp(message.timestamp), own)
+            own = key in bus.ours and not message.is_error_frame and bus.echo.heard(key, data)
+            self._record(bus, message, bus.stamp(message.timestamp), own)
             self._unrecorded = None
             if message.is_error_frame:
-                self._controller.error_frame(message)
+                bus.controller.error_frame(message)
             elif not (own or message.is_remote_frame):
-                self._observe(key, data, now, since)
+                self._observe(bus, key, data, now, since)
         return False
 
-    def _observe(self, key: Key, data: bytes, now: float, since: float) -> None:
-        for name, content, time in self._receiver.receive(key, data, now, since):
+    def _observe(self, bus: GatewayBus, key: Key, data: bytes, now: float, since: float) -> None:
+        for name, content, time in self._receiver.receive(key, data, now, since, bus.number):
             if isinstance(content, FrameFault):
                 self._monitor.fault(name)
                 continue
@@ -256,7 +261,12 @@ class Gateway:
             if self._control:
                 self._control.observe(name, content, now)
 
-    def _record(self, message: can.Message, time_ns: int, own: bool) -> None:
+    def _bus_off(self) -> bool:
+        """Whether one of the buses is off, or was since the last call."""
+        off = [bus.off() for bus in self._buses]  # each is asked: the answer is given once
+        return any(off)
+
+    def _record(self, bus: GatewayBus, message: can.Message, time_ns: int, own: bool) -> None:
         flags = (
             (EXTENDED if message.is_extended_id else 0)
             | (FD if message.is_fd else 0)
@@ -265,7 +275,8 @@ class Gateway:
             | (ERROR if message.is_error_frame else 0)
             | (SENT if own else 0)
         )
-        if not self._ring.append(time_ns, message.arbitration_id, flags, bytes(message.data)):
+        number, data = message.arbitration_id, bytes(message.data)
+        if not self._ring.append(time_ns, number, flags, data, bus.number):
             self._full = True
 
     def _decide(self, vehicle: VehicleState, now: float, due: int) -> ActuatorCommand:
@@ -325,23 +336,36 @@ class Gateway:
             self._put(frame, now)
 
     def _put(self, frame: Frame, now: float) -> bool:
-        """Send a frame; a bus that refuses several counts as off until it accepts one."""
-        message = _message(frame)
+        """Send a frame on its bus; one that refuses several counts as off until it accepts one."""
+        bus, message = self._buses[frame.bus], _message(frame)
         try:
-            self._bus.send(message)
+            bus.port.send(message)
         except can.CanError as fault:
-            self._refused(fault)
+            self._refused(bus, fault)
             return False
-        self._refused_in_a_row = 0
-        self._own.sent(_key(message), frame.data)
-        if self._own.silent:  # never echoed: the record gives the time of sending
-            self._record(message, round(now * SECOND), own=True)
+        bus.refused = 0
+        bus.echo.sent(_key(message), frame.data)
+        if bus.echo.silent:  # never echoed: the record gives the time of sending
+            self._record(bus, message, round(now * SECOND), own=True)
         return True
 
-    def _refused(self, fault: can.CanError) -> None:
-        self._refused_in_a_row += 1
+    def _refused(self, bus: GatewayBus, fault: can.CanError) -> None:
+        bus.refused += 1
         if len(self.refusals) < MOST_NOTES:
             self.refusals.append(str(fault))
+
+
+def _buses(
+    ports: can.BusABC | Sequence[can.BusABC], codec: Codec, sent: Set[str], stamps: Sequence[Stamp]
+) -> tuple[GatewayBus, ...]:
+    """Buses of the codec, by number; sent: messages of the database that only the bench sends."""
+    ours: list[set[Key]] = [set() for _ in codec.buses]
+    for carrier in sent:
+        message = codec.plan_of(carrier).message
+        ours[codec.buses.index(message.bus)].add(key_of(message))
+    stamps = stamps or [as_stamped] * len(ours)
+    each = zip(as_sequence(ports), ours, stamps, strict=True)
+    return tuple(GatewayBus(number, *of_bus) for number, of_bus in enumerate(each))
 
 
 def _key(message: can.Message) -> Key:
@@ -349,7 +373,7 @@ def _key(message: can.Message) -> Key:
 
 
 def _message(frame: Frame) -> can.Message:
-    identifier, data, extended = frame
+    identifier, data, extended, _bus = frame
     return can.Message(
         arbitration_id=identifier, data=data, is_extended_id=extended, is_fd=len(data) > 8
     )

@@ -43,7 +43,7 @@ Received = tuple[str, BenchMessage | FrameFault, float]
 
 
 class Receiver:
-    """What was received on one bus."""
+    """What was received on the buses of a binding."""
 
     def __init__(
         self, binding: Binding, codec: Codec, wheels: Wheels, stale: float, gear: int
@@ -93,13 +93,14 @@ class Receiver:
         self._senders.forget()
 
     def receive(
-        self, key: tuple[int, bool], data: bytes, now: float, since: float
+        self, key: tuple[int, bool], data: bytes, now: float, since: float, bus: int = 0
     ) -> Sequence[Received]:
         """Messages of a frame that arrived at `now` (s), and not before `since` (s).
 
-        key: its identifier, and whether that is a 29-bit one
+        key  its identifier, and whether that is a 29-bit one
+        bus  number of its bus
         """
-        plan = self._codec.plan(*key)
+        plan = self._codec.plan(*key, bus)
         if plan is None:
             return ()
         payload = plan.check(data)

@@ -6,6 +6,7 @@ See `bench.loop.loop.run_periodic`.
 """
 
 import select
+from collections.abc import Sequence
 
 import can
 
@@ -14,13 +15,13 @@ from slipbench.bench.loop.clock import SPIN, Clock
 from slipbench.bench.loop.loop import Wait
 
 
-def button_wait(gateway: Gateway, bus: can.BusABC, clock: Clock) -> Wait | None:
-    """Wait function for `run_periodic`; None where the bus has no file descriptor to wait on.
+def button_wait(gateway: Gateway, buses: Sequence[can.BusABC], clock: Clock) -> Wait | None:
+    """Wait function for `run_periodic`; None where a bus has no file descriptor to wait on.
 
     python-can's `virtual` interface has none.
     """
     try:
-        number = bus.fileno()
+        numbers = [bus.fileno() for bus in buses]
     except NotImplementedError:
         return None
 
@@ -28,7 +29,7 @@ def button_wait(gateway: Gateway, bus: can.BusABC, clock: Clock) -> Wait | None:
         while gateway.expects_the_button and (remaining := deadline - clock.now_ns()) > SPIN:
             if gateway.attend(min(clock.now_ns(), deadline)):
                 return True
-            if not select.select([number], [], [], (remaining - SPIN) * 1e-9)[0]:
+            if not select.select(numbers, [], [], (remaining - SPIN) * 1e-9)[0]:
                 break
         clock.sleep_until_ns(deadline)
         return False

@@ -6,14 +6,14 @@ memory: frames and ticks to the recorder, phases to the process of the command.
 
 import signal
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
 
 import can
 
-from slipbench.bench.bus.opening import BusAddress, open_bus, receive_buffer, stamps_wall_time
+from slipbench.bench.bus.opening import BusAddress, open_buses, receive_buffer, stamps_wall_time
 from slipbench.bench.gateway.gateway import Gateway, PhaseChange
 from slipbench.bench.gateway.stamps import SteadyStamps, as_stamped
 from slipbench.bench.loop.button_wait import button_wait
@@ -43,6 +43,7 @@ PHASES = 1 << 10  # capacity of the ring of phases; further ones are only in the
 class LoopOrder:
     """Parameters of the loop process.
 
+    addresses       of the buses, in the order of the binding
     frames, phases  names of rings in shared memory
     recorder        pipe whose other end the recorder holds
     vehicle         pipe whose other end the process of the virtual motorcycle holds, if there is one
@@ -51,7 +52,7 @@ class LoopOrder:
     plan: Plan
     binding: Binding
     wheels: Wheels
-    address: BusAddress
+    addresses: Sequence[BusAddress]
     frames: str
     phases: str
     recorder: Connection
@@ -74,7 +75,9 @@ def serve(order: LoopOrder, pipe: Connection) -> None:
     stop = threading.Event()
     with interrupts(stop), ExitStack() as open_things:
         try:
-            bus = open_things.enter_context(open_bus(order.address, receive_own_messages=True))
+            buses = open_things.enter_context(
+                open_buses(order.addresses, receive_own_messages=True)
+            )
         except InputError as fault:
             with suppress(ConnectionError):  # the parent may have been interrupted
                 pipe.send(fault)
@@ -82,15 +85,15 @@ def serve(order: LoopOrder, pipe: Connection) -> None:
         frames = open_things.enter_context(shared_ring(order.frames))
         phases = open_things.enter_context(shared_ring(order.phases, PHASES))
         try:
-            pipe.send(receive_buffer(bus))
+            pipe.send(min(filter(None, map(receive_buffer, buses)), default=None))
             pipe.recv()
         except (EOFError, ConnectionError):  # the parent ended before the start
             return
-        pipe.send(run_loop(order, bus, frames, phases, stop))
+        pipe.send(run_loop(order, buses, frames, phases, stop))
 
 
 def run_loop(
-    order: LoopOrder, bus: can.BusABC, frames: Ring, phases: Ring, stop: threading.Event
+    order: LoopOrder, buses: Sequence[can.BusABC], frames: Ring, phases: Ring, stop: threading.Event
 ) -> LoopReport:
     """Report after running the ticks of the gateway until the trial has ended.
 
@@ -98,13 +101,14 @@ def run_loop(
     """
     alone = one_processor()
     clock = MonotonicClock(0 if alone else SPIN)
-    stamp = SteadyStamps(clock) if stamps_wall_time(bus) else as_stamped
-    gateway = Gateway(order.plan, bus, order.binding, frames, order.wheels, stamp)
+    stamps = [SteadyStamps(clock) if stamps_wall_time(bus) else as_stamped for bus in buses]
+    gateway = Gateway(order.plan, buses, order.binding, frames, order.wheels, stamps)
     period = round(order.plan.trial.command.period * SECOND)
     tick = _watching(order, gateway, frames, _reporting(gateway, phases, stop))
     with realtime_process() as refused:
-        _discard_waiting(bus)
-        wait = button_wait(gateway, bus, clock)
+        for bus in buses:
+            _discard_waiting(bus)
+        wait = button_wait(gateway, buses, clock)
         lateness = run_periodic(
             tick,
             period,

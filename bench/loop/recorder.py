@@ -8,7 +8,7 @@ import multiprocessing
 import os
 import signal
 import time
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from contextlib import ExitStack
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
@@ -59,13 +59,14 @@ class Recorder:
     """Drains a ring into an append-only log of frames and one of ticks."""
 
     def __init__(
-        self, ring: Ring, log: BinaryIO, bus: str, ticks: BinaryIO, table: TickTable
+        self, ring: Ring, log: BinaryIO, buses: Sequence[str], ticks: BinaryIO, table: TickTable
     ) -> None:
-        """Write the frames of `ring` to `log`, with bus name `bus`, and its ticks to `ticks`.
+        """Write the frames of `ring` to `log`, and its ticks to `ticks`. Both files are unbuffered.
 
-        Both files are unbuffered.
+        buses: names of the buses in the log, by their numbers in the ring
         """
-        self._ring, self._log, self._bus, self._ticks, self._table = ring, log, bus, ticks, table
+        self._ring, self._log, self._ticks, self._table = ring, log, ticks, table
+        self._buses = tuple(buses)
         self.lines = 0
         self.error = ""
         self._append(ticks, [HEADER])
@@ -76,7 +77,9 @@ class Recorder:
         A write error marks the ring as failed, so that the loop reads it.
         """
         slots = list(self._ring.drain())
-        frames = [candump_line(slot, self._bus) for slot in slots if not slot.flags & TICK]
+        frames = [
+            candump_line(slot, self._buses[slot.bus]) for slot in slots if not slot.flags & TICK
+        ]
         self._append(self._log, frames)
         self._append(self._ticks, [self._table.lines(slot) for slot in slots if slot.flags & TICK])
         self.lines += 0 if self.error else len(frames)
@@ -114,7 +117,11 @@ def open_log(path: Path) -> BinaryIO:
 
 
 def start_recorder(
-    ring_name: str, folder: Path, bus: str, table: TickTable, pipe: Connection | None = None
+    ring_name: str,
+    folder: Path,
+    buses: Sequence[str],
+    table: TickTable,
+    pipe: Connection | None = None,
 ) -> BaseProcess:
     """Process of the recorder, started; it shares no interpreter with the loop.
 
@@ -122,7 +129,7 @@ def start_recorder(
     """
     process = multiprocessing.get_context("spawn").Process(
         target=_record,
-        args=(ring_name, folder, bus, table, os.getpid(), pipe),
+        args=(ring_name, folder, tuple(buses), table, os.getpid(), pipe),
         name="slipbench recorder",
     )
     start(process)
@@ -134,7 +141,7 @@ def start_recorder(
 def _record(
     ring_name: str,
     folder: Path,
-    bus: str,
+    buses: Sequence[str],
     table: TickTable,
     parent: int,
     _pipe: Connection | None = None,
@@ -150,7 +157,7 @@ def _record(
     memory, ring = attach_shared(ring_name)
     with ExitStack() as files:
         log, ticks = (files.enter_context(open_log(folder / name)) for name in (FRAMES, TICKS))
-        recorder = Recorder(ring, log, bus, ticks, table)
+        recorder = Recorder(ring, log, buses, ticks, table)
         last_entry = time.monotonic()
         while True:
             now = time.monotonic()

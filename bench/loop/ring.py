@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from slipbench.bench.loop.interrupts import start_resource_tracker
 
-SLOT = struct.Struct("=qIBBxx64s")
+SLOT = struct.Struct("=qIBBBx64s")
 HEADER = 64  # bytes: written, read, closed, failed, each a uint64
 WRITTEN, READ, CLOSED, FAILED = range(4)
 
@@ -22,12 +22,13 @@ UNKNOWN_CAUSE = 1 << 32  # above every errno: a failure with an unknown cause
 
 
 class Slot(NamedTuple):
-    """One entry of the ring. time_ns: ns; data: payload of up to 64 bytes."""
+    """One entry of the ring. time_ns: ns; data: payload of up to 64 bytes; bus: its number."""
 
     time_ns: int
     identifier: int
     flags: int
     data: bytes
+    bus: int = 0
 
 
 class Ring:
@@ -49,7 +50,7 @@ class Ring:
         """Ring for use inside one process."""
         return cls(memoryview(bytearray(cls.size(slots))), slots)
 
-    def append(self, time_ns: int, identifier: int, flags: int, data: bytes) -> bool:
+    def append(self, time_ns: int, identifier: int, flags: int, data: bytes, bus: int = 0) -> bool:
         """Whether the frame was written; False where the ring is full."""
         counters = self._counters
         written = counters[WRITTEN]
@@ -62,6 +63,7 @@ class Ring:
             identifier,
             flags,
             len(data),
+            bus,
             data,
         )
         counters[WRITTEN] = written + 1
@@ -73,8 +75,8 @@ class Ring:
         read, written = counters[READ], counters[WRITTEN]
         for index in range(read, written):
             at = (index % self._slots) * SLOT.size
-            time_ns, identifier, flags, length, data = SLOT.unpack_from(self._frames, at)
-            yield Slot(time_ns, identifier, flags, data[:length])
+            time_ns, identifier, flags, length, bus, data = SLOT.unpack_from(self._frames, at)
+            yield Slot(time_ns, identifier, flags, data[:length], bus)
             counters[READ] = index + 1
 
     def close(self) -> None:

@@ -35,14 +35,14 @@ class TrialOnBus:
     ) -> None:
         """Join the bus and record into the new `folder`. Raises InputError where it exists."""
         self._bus, self._prepared, self.folder = bus, prepared, folder
-        self._description = begin_run(prepared, folder, address)
+        self._description = begin_run(prepared, folder, None if address is None else [address])
         if address is None:
             self._description["run"]["start_time_ns"] = bus.line.now_ns()
         self._ring = Ring.local()
         self._log, self._ticks = open_log(folder / FRAMES), open_log(folder / TICKS)
         name = BUS if address is None else address.name
         table = tick_table(prepared.trial)
-        self._recorder = Recorder(self._ring, self._log, name, self._ticks, table)
+        self._recorder = Recorder(self._ring, self._log, [name], self._ticks, table)
         self._note = tick_recorder(self._ring)
         node = bus.node("gateway", receive_own_messages=True)
         wheels = wheels_of(prepared.scenario.vehicle)

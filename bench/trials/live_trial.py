@@ -7,7 +7,7 @@ watches both, reports the phases, and completes the record when one of them dies
 import multiprocessing
 import signal
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
@@ -15,7 +15,7 @@ from pathlib import Path
 from time import monotonic
 from types import FrameType
 
-from slipbench.bench.bus.opening import BusAddress
+from slipbench.bench.bus.opening import BusAddress, shown
 from slipbench.bench.loop.exit_status import exit_reason
 from slipbench.bench.loop.interrupts import start, termination_signals
 from slipbench.bench.loop.liveness import Liveness
@@ -79,7 +79,11 @@ class LiveTrial:
         trial, since = self._order.plan.trial, monotonic()
         table = tick_table(trial)
         recorder = start_recorder(
-            self._order.frames, folder, self._order.address.name, table, self._recorder_pipe
+            self._order.frames,
+            folder,
+            [address.name for address in self._order.addresses],
+            table,
+            self._recorder_pipe,
         )
         if not _begun(recorder, folder / TICKS):
             self._frames.fail()  # the loop reads it in its first tick and trips
@@ -123,11 +127,11 @@ class LiveTrial:
 
 @contextmanager
 def live_trial(
-    prepared: Prepared, address: BusAddress, vehicle: VehicleProcess | None = None
+    prepared: Prepared, addresses: Sequence[BusAddress], vehicle: VehicleProcess | None = None
 ) -> Iterator[LiveTrial]:
-    """Start the loop's process; raises InputError where it cannot open the bus at `address`.
+    """Start the loop's process; raises InputError where it cannot open the buses at `addresses`.
 
-    A vehicle, virtual or real, is expected on the bus; the trial ends with the process `vehicle`.
+    A vehicle, virtual or real, is expected on them; the trial ends with the process `vehicle`.
     """
     spawning = multiprocessing.get_context("spawn")
     ours, theirs = spawning.Pipe()
@@ -137,7 +141,7 @@ def live_trial(
             prepared.plan,
             prepared.binding,
             wheels_of(prepared.scenario.vehicle),
-            address,
+            addresses,
             frames_name,
             phases_name,
             watching,
@@ -149,7 +153,7 @@ def live_trial(
             theirs.close()
             watching.close()
             with _interrupts_passed_on(loop) as interrupted:
-                room = _opened(ours, loop, address, interrupted)
+                room = _opened(ours, loop, addresses, interrupted)
                 yield LiveTrial(loop, ours, frames, phases, order, room, watched, vehicle)
         finally:
             ours.close()
@@ -164,9 +168,12 @@ def live_trial(
 
 
 def _opened(
-    pipe: Connection, loop: BaseProcess, address: BusAddress, interrupted: threading.Event
+    pipe: Connection,
+    loop: BaseProcess,
+    addresses: Sequence[BusAddress],
+    interrupted: threading.Event,
 ) -> int | None:
-    """Wait until the bus is open; returns the bytes of frames that the kernel keeps for it.
+    """Wait until the buses are open; returns the bytes of frames that the kernel keeps for each.
 
     Raises InputError where it cannot be opened, or does not open; KeyboardInterrupt where the
     operator ended it meanwhile.
@@ -175,8 +182,7 @@ def _opened(
         if not pipe.poll(OPENING):
             loop.kill()  # its driver hangs and would not react to a signal
             raise InputError(
-                "the CAN bus does not open: "
-                f"interface {address.interface!r}, channel {address.channel!r}",
+                f"the CAN bus does not open: {shown(addresses)}",
                 expected=f"an answer within {OPENING:g} s",
                 found="none",
                 remedy="does its driver hang? unplug the adapter, or try another program on it",

@@ -1,7 +1,7 @@
 """A trial and its recording: make the run folder, record, write run.toml."""
 
 import shutil
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from datetime import UTC, datetime
@@ -17,7 +17,7 @@ from slipbench.bench.safety.trial import TrialState
 from slipbench.bench.trials.live_trial import live_trial
 from slipbench.bench.trials.outcome import Outcome, outcome_tables
 from slipbench.bench.trials.preparation import Prepared, check_amplitude
-from slipbench.bench.trials.simulated_trial import BITRATE, BUS, START, simulated_trial
+from slipbench.bench.trials.simulated_trial import BITRATE, START, simulated_names, simulated_trial
 from slipbench.bench.trials.vehicle_roles import roles_text
 from slipbench.bench.vehicle.live_vehicle import VehicleProcess
 from slipbench.bench.vehicle.virtual_motorcycle import equilibrium_throttle, wheels_of
@@ -31,28 +31,29 @@ from slipbench.protocol.trial_file import TrialFile
 def run_trial(
     prepared: Prepared,
     folder: Path,
-    address: BusAddress | None,
+    addresses: Sequence[BusAddress] | None,
     progress: Callable[[float], None] = lambda _: None,
     phases: Callable[[Phase], None] = lambda _: None,
     vehicle: VehicleProcess | None = None,
 ) -> Outcome:
-    """Outcome of a trial, recorded in `folder`: on the simulated clock, or in real time at `address`.
+    """Outcome of a trial, recorded in `folder`: on the simulated clock, or in real time.
 
+    addresses: of the buses, in the order of the binding; None: on the simulated clock
     progress: receives the seconds of the trial's script that are over; phases: receives each phase of
     a live trial; vehicle: process of the virtual motorcycle, with which the trial ends.
 
     Raises InputError, and leaves no folder behind, where the folder exists, the trial does not suit
     the vehicle or the database, or the bus cannot be opened.
     """
-    if address is None:
+    if addresses is None:
         check_amplitude(prepared, equilibrium_throttle(prepared.scenario))
         with simulated_trial(prepared) as trial:
-            description = begin_run(prepared, folder, address)
+            description = begin_run(prepared, folder, None)
             with _failure_described(folder, description, prepared.trial):
                 outcome = trial.run(folder, progress)
     else:
-        with live_trial(prepared, address, vehicle) as loop:
-            description = begin_run(prepared, folder, address, loop.receive_buffer)
+        with live_trial(prepared, addresses, vehicle) as loop:
+            description = begin_run(prepared, folder, addresses, loop.receive_buffer)
             with _failure_described(folder, description, prepared.trial):
                 outcome = loop.run(folder, phases, progress)
     return end_run(folder, description, outcome, prepared.trial)
@@ -73,7 +74,10 @@ def _failure_described(
 
 
 def begin_run(
-    prepared: Prepared, folder: Path, address: BusAddress | None, room: int | None = None
+    prepared: Prepared,
+    folder: Path,
+    addresses: Sequence[BusAddress] | None,
+    room: int | None = None,
 ) -> dict[str, Any]:
     """Description of a run; makes its folder with all that is known before the trial, or no folder.
 
@@ -81,7 +85,7 @@ def begin_run(
     the folder exists or cannot be written.
     """
     create(folder)
-    description = _description(prepared, address, room)
+    description = _description(prepared, addresses, room)
     try:
         _keep_inputs(prepared, folder)
         write_description(folder, description)
@@ -123,7 +127,7 @@ def _keep_inputs(prepared: Prepared, folder: Path) -> None:
 
 
 def _description(
-    prepared: Prepared, address: BusAddress | None, room: int | None
+    prepared: Prepared, addresses: Sequence[BusAddress] | None, room: int | None
 ) -> dict[str, Any]:
     """Description of the run before it begins, so that a killed one is described as well.
 
@@ -136,20 +140,24 @@ def _description(
         "started": datetime.now(UTC).isoformat(timespec="seconds"),
         "database_sha256": prepared.database.sha256,
     }
-    if address is None:
+    if addresses is None:
         run["start_time_ns"] = START
-        bus = {"interface": "simulated", "name": BUS, "bitrate": BITRATE, "clock": "simulated"}
+        bus = {"interface": "simulated", "bitrate": BITRATE, "clock": "simulated"}
+        each = [{"name": name} for name in simulated_names(prepared.binding)]
     else:
         bus = {
-            "interface": address.interface,
-            "channel": address.channel,
-            "name": address.name,
-            "bitrate": address.bitrate,
+            "interface": addresses[0].interface,
+            "bitrate": addresses[0].bitrate,
             "clock": "monotonic",
         }
+        each = [{"channel": address.channel, "name": address.name} for address in addresses]
         if room is not None:
             bus["receive_buffer"], bus["receive_buffer_wanted"] = room, RECEIVE_BUFFER
+    if len(each) == 1:
+        bus |= each[0]
     described: dict[str, Any] = {"run": run, "bus": bus, "versions": versions()}
+    if len(each) > 1:
+        described["buses"] = {of_bus.pop("name"): of_bus for of_bus in each}
     if prepared.degraded:
         described["warnings"] = [f"degraded mode: {text}" for text in prepared.degraded]
     return described

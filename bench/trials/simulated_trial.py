@@ -21,6 +21,7 @@ from slipbench.bench.loop.ticks import TICKS, read_ticks, tick_recorder, tick_ta
 from slipbench.bench.trials.outcome import Outcome
 from slipbench.bench.trials.preparation import Prepared
 from slipbench.bench.vehicle.virtual_motorcycle import VirtualMotorcycle, wheels_of
+from slipbench.protocol.binding.binding import Binding
 from slipbench.protocol.recording.run_folder import FRAMES
 
 BITRATE = 1_000_000  # bit/s
@@ -33,22 +34,28 @@ DEVICE_PHASE = 350_000  # ns after the gateway's tick at which the devices run
 Device = Callable[[SimulatedNode], Callable[[int], None]]
 
 
+def simulated_names(binding: Binding) -> list[str]:
+    """Names of the simulated buses in recordings, by their numbers."""
+    return [name or BUS for name in binding.buses]
+
+
 class SimulatedTrial:
-    """A trial whose bus, gateway and virtual motorcycle are made; nothing has run yet."""
+    """A trial whose buses, gateway and virtual motorcycle are made; nothing has run yet."""
 
     def __init__(
         self,
         prepared: Prepared,
-        wire: SimulatedBus,
-        ours: SimulatedNode,
-        theirs: SimulatedNode,
+        wires: Sequence[SimulatedBus],
+        ours: Sequence[SimulatedNode],
+        theirs: Sequence[SimulatedNode],
         devices: Sequence[Callable[[int], None]] = (),
     ) -> None:
-        """Connect gateway and virtual motorcycle to `wire`; devices: connected already.
+        """Connect gateway and virtual motorcycle to `wires`; devices: connected already.
 
         Raises InputError where the vehicle or the database does not suit the trial.
         """
-        self._trial, self._wire, self._devices = prepared.trial, wire, devices
+        self._trial, self._wires, self._devices = prepared.trial, wires, devices
+        self._names = simulated_names(prepared.binding)
         binding, wheels = prepared.binding, wheels_of(prepared.scenario.vehicle)
         self._ring = Ring.local()
         self._motorcycle = VirtualMotorcycle(prepared.scenario, theirs, binding.codec())
@@ -59,8 +66,8 @@ class SimulatedTrial:
         gateway, ring = self._gateway, self._ring
         period = round(self._trial.command.period * SECOND)
         with open_log(folder / FRAMES) as log, open_log(folder / TICKS) as ticks:
-            recorder = Recorder(ring, log, BUS, ticks, tick_table(self._trial))
-            world = _World(self._wire, self._motorcycle, self._devices, recorder, progress)
+            recorder = Recorder(ring, log, self._names, ticks, tick_table(self._trial))
+            world = _World(self._wires, self._motorcycle, self._devices, recorder, progress)
             clock = SimulatedClock(START, world.run_until)
             try:
                 lateness = run_periodic(
@@ -87,19 +94,20 @@ def simulated_trial(
 ) -> Iterator[SimulatedTrial]:
     """Make everything that a trial on the simulated clock needs, before any file is written.
 
-    faults   of the bus, from the trial's start; its nodes are "gateway", "motorcycle" and `devices`
-    devices  by the name of their node; the scenario leaves these nodes to them
+    faults   of each bus, from the trial's start; its nodes are "gateway", "motorcycle" and `devices`
+    devices  by the name of their node; the scenario leaves these nodes to them. They are on the
+             first bus of the binding
 
     Raises InputError where the vehicle or the database does not suit the trial.
     """
-    wire = SimulatedBus(BITRATE, faults=faults, start_ns=START)
+    wires = [SimulatedBus(BITRATE, faults=faults, start_ns=START) for _ in prepared.binding.buses]
     with ExitStack() as nodes:
-        ours = nodes.enter_context(wire.node("gateway", receive_own_messages=True))
-        theirs = nodes.enter_context(wire.node("motorcycle"))
+        ours = [nodes.enter_context(wire.node("gateway", True)) for wire in wires]
+        theirs = [nodes.enter_context(wire.node("motorcycle")) for wire in wires]
         connected = [
-            connect(nodes.enter_context(wire.node(name))) for name, connect in devices.items()
+            connect(nodes.enter_context(wires[0].node(name))) for name, connect in devices.items()
         ]
-        yield SimulatedTrial(prepared, wire, ours, theirs, connected)
+        yield SimulatedTrial(prepared, wires, ours, theirs, connected)
 
 
 def run_simulated(
@@ -114,34 +122,38 @@ def run_simulated(
 
 
 class _World:
-    """Bus, virtual motorcycle and recorder between two ticks of the gateway."""
+    """Buses, virtual motorcycle and recorder between two ticks of the gateway."""
 
     def __init__(
         self,
-        wire: SimulatedBus,
+        wires: Sequence[SimulatedBus],
         motorcycle: VirtualMotorcycle,
         devices: Sequence[Callable[[int], None]],
         recorder: Recorder,
         progress: Callable[[float], None],
     ) -> None:
-        self._wire, self._motorcycle, self._recorder = wire, motorcycle, recorder
+        self._wires, self._motorcycle, self._recorder = wires, motorcycle, recorder
         self._devices = devices
         self._progress = progress
         self._number = 0
         self.notes: list[str] = []
 
     def run_until(self, time_ns: int) -> None:
-        """Run devices every millisecond, and the bus, up to `time_ns`."""
+        """Run devices every millisecond, and the buses, up to `time_ns`."""
         while (due := START + self._number * MILLISECOND + DEVICE_PHASE) <= time_ns:
-            self._wire.advance_to(due)
+            self._advance_to(due)
             for run_device in self._devices:
                 run_device(due)
             self._step_motorcycle(due)
             self._number += 1
-        self._wire.advance_to(time_ns)
+        self._advance_to(time_ns)
         self._recorder.drain()
         if self._number % 100 == 0:
             self._progress((time_ns - START) / SECOND)
+
+    def _advance_to(self, time_ns: int) -> None:
+        for wire in self._wires:
+            wire.advance_to(time_ns)
 
     def _step_motorcycle(self, due: int) -> None:
         """Run one millisecond of the virtual motorcycle; after a failure it is silent, as a real one is."""

@@ -4,7 +4,7 @@ import copyreg
 import multiprocessing
 import signal
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
@@ -12,7 +12,7 @@ from multiprocessing.process import BaseProcess
 from types import MappingProxyType
 from typing import Any
 
-from slipbench.bench.bus.opening import BusAddress, bus_failure_as_input_error, open_bus
+from slipbench.bench.bus.opening import BusAddress, bus_failure_as_input_error, open_buses
 from slipbench.bench.loop.clock import MILLISECOND, MonotonicClock
 from slipbench.bench.loop.exit_status import exit_reason
 from slipbench.bench.loop.interrupts import ignore_interrupts, interrupts, start
@@ -40,22 +40,26 @@ def simulate_until(
     over: Callable[[], bool],
     scenario: Scenario,
     binding: Binding,
-    address: BusAddress,
+    addresses: Sequence[BusAddress],
     scheduling: Callable[[], AbstractContextManager[object]] = nullcontext,
     ready: Callable[[], None] = lambda: None,
     waiting: Callable[[tuple[str, ...]], None] = lambda _: None,
 ) -> VirtualMotorcycle:
-    """Final state of the virtual motorcycle, simulated on the bus until `over` returns True.
+    """Final state of the virtual motorcycle, simulated until `over` returns True.
 
+    addresses   of the buses, in the order of the binding
     scheduling  context in which the simulation runs, such as `realtime_process`
-    ready       called when the bus is open and free, before the first millisecond
+    ready       called when the buses are open and free, before the first millisecond
     waiting     receives the nodes left to real devices that have not sent yet, whenever they change
 
     Raises InputError where the bus cannot be opened, or fails during the simulation, where another
     device sends for a simulated node, and where a real device is silent or late.
     """
-    with open_bus(address, receive_own_messages=False) as bus, bus_failure_as_input_error(address):
-        motorcycle = VirtualMotorcycle(scenario, bus, binding.codec())
+    with (
+        open_buses(addresses, receive_own_messages=False) as buses,
+        bus_failure_as_input_error(addresses),
+    ):
+        motorcycle = VirtualMotorcycle(scenario, buses, binding.codec())
 
         def listen(_number: int, _due: int) -> bool:
             motorcycle.listen()
@@ -91,12 +95,12 @@ class VehicleProcess:
 
 @contextmanager
 def vehicle_process(
-    scenario: Scenario, binding: Binding, address: BusAddress
+    scenario: Scenario, binding: Binding, addresses: Sequence[BusAddress]
 ) -> Iterator[VehicleProcess]:
-    """Process that simulates the motorcycle on the bus at `address` until the block ends."""
+    """Process that simulates the motorcycle on the buses at `addresses` until the block ends."""
     watching, watched = process_pipe()
     process = multiprocessing.get_context("spawn").Process(
-        target=_simulate, args=(scenario, binding, address, watched), name="slipbench vehicle"
+        target=_simulate, args=(scenario, binding, addresses, watched), name="slipbench vehicle"
     )
     try:
         start(process)
@@ -112,13 +116,15 @@ def vehicle_process(
             process.join()
 
 
-def _simulate(scenario: Scenario, binding: Binding, address: BusAddress, _pipe: Connection) -> None:
+def _simulate(
+    scenario: Scenario, binding: Binding, addresses: Sequence[BusAddress], _pipe: Connection
+) -> None:
     """Simulate until SIGTERM; signals of the terminal are handled by the process of the trial."""
     signal_on_parent_exit(signal.SIGTERM)
     over = threading.Event()
     with interrupts(over):
         ignore_interrupts()
         try:
-            simulate_until(over.is_set, scenario, binding, address, realtime_process)
+            simulate_until(over.is_set, scenario, binding, addresses, realtime_process)
         except InputError as fault:
             raise SystemExit(f"slipbench vehicle: {fault}") from fault

@@ -1,4 +1,4 @@
-"""Port of the virtual motorcycle: its frames on the bus, as changed by the faults of its nodes."""
+"""Port of the virtual motorcycle: its frames on one bus, as changed by the faults of its nodes."""
 
 from collections.abc import Iterator, Mapping
 
@@ -16,13 +16,18 @@ class Port:
     """Data frames in and out. Times in s since the simulation began."""
 
     def __init__(
-        self, bus: can.BusABC, codec: Codec, nodes: Mapping[str, str], plan: FaultPlan
+        self,
+        bus: can.BusABC,
+        codec: Codec,
+        nodes: Mapping[str, str],
+        plan: FaultPlan,
+        number: int = 0,
     ) -> None:
-        """Use `bus`. nodes: by message of the database.
+        """Use `bus`, which has this number. nodes: by message of the database.
 
         Raises InputError where no node can have the faults of `plan`.
         """
-        self._bus, self._codec, self._nodes = bus, codec, nodes
+        self._bus, self._codec, self._nodes, self._number = bus, codec, nodes, number
         self._faults = NodeFaults(plan) if plan.faults else None
 
     def receive(self, now: float) -> list[Frame]:
@@ -37,7 +42,7 @@ class Port:
 
     def send(self, made: WireFrame, now: float) -> None:
         """Send a frame of a simulated node. A full queue loses it, as on a real device."""
-        frame = Frame(*made, fd=len(made.data) > 8)
+        frame = Frame(made.identifier, made.data, made.extended, fd=len(made.data) > 8)
         if self._faults is None:
             self._transmit(frame)
         else:
@@ -50,7 +55,8 @@ class Port:
             self._transmit(frame)
 
     def _node(self, frame: Frame) -> str:
-        return self._nodes.get(self._codec.name(frame.identifier, frame.extended) or "", GATEWAY)
+        plan = self._codec.plan(frame.identifier, frame.extended, self._number)
+        return GATEWAY if plan is None else self._nodes.get(plan.message.name, GATEWAY)
 
     def _waiting(self) -> Iterator[Frame]:
         while (message := self._bus.recv(0)) is not None:

@@ -5,7 +5,7 @@ real devices do, each with its own clock, and returns authority to the rider whe
 (watchdog timeout).
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -14,6 +14,7 @@ import numpy as np
 
 from slipbench.bench.bus.faults import NO_FAULTS, FaultPlan
 from slipbench.bench.bus.frame import Frame
+from slipbench.bench.bus.opening import as_sequence
 from slipbench.bench.loop.clock import SECOND
 from slipbench.bench.safety.vehicle_monitor import Wheels
 from slipbench.bench.vehicle.devices import DeviceClock, Grant
@@ -133,13 +134,22 @@ class Sensor:
 class VirtualMotorcycle:
     """Simulation in steps of a millisecond; it sends the messages of all devices."""
 
-    def __init__(self, scenario: Scenario, bus: can.BusABC, codec: Codec) -> None:
-        """Start at the operating point of the trial, with authority at the rider."""
+    def __init__(
+        self, scenario: Scenario, bus: can.BusABC | Sequence[can.BusABC], codec: Codec
+    ) -> None:
+        """Start at the operating point of the trial, with authority at the rider.
+
+        bus: one, or as many as the codec has, in the order of `Codec.buses`
+        """
         trial, motorcycle = scenario.trial, scenario.vehicle.motorcycle
         self._silence = trial.command.silence
         self._gear = trial.operating_point.gear
         self._codec, self._sender = codec, Sender(codec)
-        self._port = Port(bus, codec, carriers(codec, scenario.nodes), scenario.faults)
+        nodes = carriers(codec, scenario.nodes)
+        self._ports = [
+            Port(each, codec, nodes, scenario.faults, number)
+            for number, each in enumerate(as_sequence(bus))
+        ]
         self._nodes, self._real = scenario.nodes, RealDevices(scenario.nodes, codec)
         self._assembly = Assembly(codec)
         self._simulation = Simulation(motorcycle)
@@ -176,8 +186,9 @@ class VirtualMotorcycle:
 
         Raises InputError where another device sends for a node that is simulated here.
         """
-        for frame in self._port.receive(0.0):
-            self._read(frame, 0.0, devices_only=True)
+        for bus, port in enumerate(self._ports):
+            for frame in port.receive(0.0):
+                self._read(frame, bus, 0.0, devices_only=True)
 
     def tick(self, number: int, due: int) -> bool:
         """Simulate up to millisecond `number`, inclusive, due at `due` ns; always True.
@@ -220,14 +231,15 @@ class VirtualMotorcycle:
         return Grant() if command is None else Grant(command, now)
 
     def _receive(self, now: float) -> None:
-        for frame in self._port.receive(now):
-            self._read(frame, now)
+        for bus, port in enumerate(self._ports):
+            for frame in port.receive(now):
+                self._read(frame, bus, now)
         if not self._codec.has("TrialStatus"):
             self._rider.watch(self._grant.authority, now)
 
-    def _read(self, frame: Frame, now: float, *, devices_only: bool = False) -> None:
-        """Let the devices read a frame at `now` (s)."""
-        plan = self._codec.plan(frame.identifier, frame.extended)
+    def _read(self, frame: Frame, bus: int, now: float, *, devices_only: bool = False) -> None:
+        """Let the devices read a frame at `now` (s). bus: its number."""
+        plan = self._codec.plan(frame.identifier, frame.extended, bus)
         if plan is None:
             return
         payload = plan.check(frame.data)
@@ -326,7 +338,7 @@ class VirtualMotorcycle:
         )
 
     def _send(self, frame: WireFrame) -> None:
-        self._port.send(frame, self._elapsed * STEP)
+        self._ports[frame.bus].send(frame, self._elapsed * STEP)
 
 
 def _teeth(disc: ToothedDisc) -> int:

@@ -42,7 +42,7 @@ def measure(times: int = TIMES) -> list[Row]:
     address = BusAddress("slipbench", f"trigger-{os.getpid()}")
     spawning = multiprocessing.get_context("spawn")
     ours, theirs = spawning.Pipe()
-    with vehicle_process(prepared.scenario, prepared.binding, address):
+    with vehicle_process(prepared.scenario, prepared.binding, [address]):
         process = spawning.Process(target=_trigger, args=(prepared, address, times, theirs))
         process.start()
         theirs.close()  # so that a process that dies is an end, and no wait
@@ -80,7 +80,7 @@ def _trigger(prepared: Prepared, address: BusAddress, times: int, pipe: Connecti
                 pass
             ring = Ring.local()
             gateway = Gateway(prepared.plan, bus, prepared.binding, ring, wheels)
-            wait = None if turn % 2 else button_wait(gateway, bus, clock)
+            wait = None if turn % 2 else button_wait(gateway, [bus], clock)
             slots = _one(gateway, ring, clock, wait)
             if (taken := delay(slots, Codec(prepared.database))) is not None:
                 found[turn % 2].append(taken)

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import get_type_hints
 
+from slipbench.protocol.binding.bus_names import require_buses
 from slipbench.protocol.binding.fields import (
     ANCHOR,
     CONSTANTS,
@@ -25,6 +26,8 @@ from slipbench.protocol.codec.placement import (
     Placement,
     SignalAt,
     TeethAt,
+    buses_of,
+    carriers_of,
 )
 from slipbench.protocol.configuration import read_toml
 from slipbench.protocol.database.database import load_database
@@ -42,7 +45,7 @@ from slipbench.protocol.recording.role_map import RoleMap, Source
 
 @dataclass(frozen=True)
 class Binding:
-    """Everything that the bench needs to know of one bus.
+    """Everything that the bench needs to know of its buses.
 
     timeouts  s, by message of the database; others are stale by the limit of the trial
     degraded  what the bus lacks
@@ -78,12 +81,20 @@ class Binding:
         """Messages of the database that the bench sends."""
         return frozenset(carrier for name in BENCH_SENDS for carrier in self.carriers(name))
 
+    @property
+    def buses(self) -> tuple[str, ...]:
+        """Names of the buses on which roles lie, as `Codec.buses`; ("",): one without a name."""
+        return buses_of(self.database, self.placement)
+
+    def messages_on(self, bus: str) -> list[str]:
+        """Messages of the database with roles on a bus."""
+        held = {carrier for name in self.placement for carrier in self.carriers(name)}
+        messages = self.database.messages
+        return [each.name for each in messages if each.bus == bus and each.name in held]
+
     def carriers(self, name: str) -> set[str]:
         """Messages of the database that hold fields of a message of the bench."""
-        at = self.placement.get(name, {})
-        if isinstance(at, TeethAt):
-            return {at.message}
-        return {place.message for place in at.values() if isinstance(place, SignalAt)}
+        return set(carriers_of(self.placement.get(name, {})))
 
 
 def own_binding(database: Database) -> Binding:
@@ -97,7 +108,8 @@ def read_binding(path: Path, database: Path | None = None) -> Binding:
     Raises InputError where the file, the database or their combination is not valid.
     """
     roles = read_toml(path, RoleMap)
-    return bind(roles, load_database(database or database_of(roles, path)), path)
+    known = load_database(database or database_of(roles, path), roles.bus_of)
+    return bind(roles, known, path)
 
 
 def database_of(roles: RoleMap, path: Path) -> Path:
@@ -119,14 +131,15 @@ def bind(roles: RoleMap, database: Database, path: Path) -> Binding:
     """
     where = str(path)
     require_absent(roles, where)
-    ruled = with_rules(database, dict(roles.messages), where)
-    placed = _Placed(roles, ruled, where)
+    ruled = with_rules(database.on_buses(roles.bus_of), dict(roles.messages), where)
+    placement = _Placed(roles, ruled, where).placement()
+    require_buses(roles, ruled, placement, where)
     timeouts = {
         name: float(rule.timeout)
         for name, rule in roles.messages.items()
         if rule.timeout is not None
     }
-    return Binding(ruled, placed.placement(), timeouts, roles.degraded, roles, path)
+    return Binding(ruled, placement, timeouts, roles.degraded, roles, path)
 
 
 class _Placed:

@@ -13,8 +13,9 @@ from slipbench.protocol.codec.placement import (
     OWN,
     FieldsAt,
     Placement,
-    SignalAt,
     TeethAt,
+    buses_of,
+    carriers_of,
 )
 from slipbench.protocol.codec.protection import guard_of
 from slipbench.protocol.codec.wire import (
@@ -35,11 +36,12 @@ __all__ = ["MESSAGES", "Codec", "Frame", "Sender"]
 
 
 class Frame(NamedTuple):
-    """A frame to be sent."""
+    """A frame to be sent. bus: number of its bus, see `Codec.buses`."""
 
     identifier: int
     data: bytes
     extended: bool = False
+    bus: int = 0
 
 
 class Codec:
@@ -48,6 +50,9 @@ class Codec:
     A message is named by its class; tooth intervals and encoder statuses, which both encoders
     send, by wheel: "RearTeeth", "FrontEncoderStatus". With a placement from a binding, a frame can hold
     fields of several messages, and a message can lie in several frames.
+
+    buses  names of the buses on which these messages lie, in the order of their numbers; ("",) for
+           one bus without a name
     """
 
     def __init__(self, database: Database, placement: Placement = OWN) -> None:
@@ -59,7 +64,7 @@ class Codec:
         held: dict[str, list[Part]] = {}
         self._parts_of: dict[str, list[Part]] = {}
         for name, at in placement.items():
-            for carrier in _carriers(at):
+            for carrier in carriers_of(at):
                 parts = _parts(database, database.message(carrier), name, at)
                 held.setdefault(carrier, []).extend(parts)
                 self._parts_of.setdefault(name, []).extend(parts)
@@ -69,7 +74,9 @@ class Codec:
         }
         self._require_one_page()
         self._require_every_member()
-        self._by_key = {key_of(plan.message): plan for plan in self._plans.values()}
+        self.buses = buses_of(database, placement)
+        self._bus_of = {name: self._number(plan) for name, plan in self._plans.items()}
+        self._by_key = {(*key_of(p.message), self._number(p)): p for p in self._plans.values()}
 
     def encode(
         self, message: BenchMessage, *, counter: int = 0, name: str | None = None
@@ -85,31 +92,36 @@ class Codec:
         frame = self.finish(plan, words, counter)
         return frame.identifier, frame.data
 
-    @staticmethod
-    def finish(plan: FramePlan, words: list[Words], counter: int) -> Frame:
+    def finish(self, plan: FramePlan, words: list[Words], counter: int) -> Frame:
         """Frame of the bits of its parts, protected."""
         payload = plan.payload(words)
         if plan.guard is not None:
             plan.guard.protect(payload, counter % plan.counter_period)
-        return Frame(plan.message.identifier, bytes(payload), plan.message.extended)
+        message = plan.message
+        return Frame(
+            message.identifier, bytes(payload), message.extended, self._bus_of[message.name]
+        )
 
-    def plan(self, identifier: int, extended: bool = False) -> FramePlan | None:
-        """Layout of the frames with this identifier; None where they hold nothing of the bench's."""
-        return self._by_key.get((identifier, extended))
+    def plan(self, identifier: int, extended: bool = False, bus: int = 0) -> FramePlan | None:
+        """Layout of the frames with this identifier on the bus of this number.
+
+        None where they hold nothing of the bench's.
+        """
+        return self._by_key.get((identifier, extended, bus))
 
     def plan_of(self, carrier: str) -> FramePlan:
         """Layout of a message of the database. Raises KeyError where it holds nothing of the bench's."""
         return self._plans[carrier]
 
     def decode(
-        self, identifier: int, data: bytes | bytearray, extended: bool = False
+        self, identifier: int, data: bytes | bytearray, extended: bool = False, bus: int = 0
     ) -> BenchMessage | FrameFault:
-        """Message of a frame that holds one whole message, or its fault.
+        """Message of a frame that holds one whole message, or its fault. bus: its number.
 
         The CRC is checked, bytes beyond the message are ignored. Of a frame that holds more, see
         `slipbench.protocol.codec.assembly`.
         """
-        plan = self.plan(identifier, extended)
+        plan = self.plan(identifier, extended, bus)
         if plan is None:
             return FrameFault(Fault.UNKNOWN, expected="one of the bench's", found=hex(identifier))
         payload = plan.check(data)
@@ -167,6 +179,9 @@ class Codec:
             raise InputError(f"no message {name!r}", expected=known)
         return self._parts_of[name]
 
+    def _number(self, plan: FramePlan) -> int:
+        return self.buses.index(plan.message.bus)
+
     def _require_every_member(self) -> None:
         """Check that what the bench sends can show each of its values, and a request its end."""
         for name in BENCH_SENDS:
@@ -217,13 +232,6 @@ def _unsent(members: list[Any]) -> str:
     kind = type(members[0])
     needed = [Authority.NONE] if kind is Authority else list(kind)
     return ", ".join(each.name.lower() for each in needed if each not in members)
-
-
-def _carriers(at: FieldsAt | TeethAt) -> list[str]:
-    if isinstance(at, TeethAt):
-        return [at.message]
-    found = [place.message for place in at.values() if isinstance(place, SignalAt)]
-    return list(dict.fromkeys(found))
 
 
 def _parts(database: Database, message: Message, name: str, at: FieldsAt | TeethAt) -> list[Part]:

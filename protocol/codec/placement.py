@@ -18,6 +18,7 @@ from slipbench.protocol.codec.messages import (
     TrialStatus,
     WheelSpeed,
 )
+from slipbench.protocol.database.layout import Database
 
 MESSAGES: dict[str, type[BenchMessage]] = {
     **{
@@ -82,6 +83,20 @@ class TeethAt:
 
 FieldsAt = Mapping[str, SignalAt | float]  # a number is the field's constant value
 Placement = Mapping[str, FieldsAt | TeethAt]  # by name of the bench's message
+
+
+def carriers_of(at: FieldsAt | TeethAt) -> list[str]:
+    """Messages of the database that hold fields of one message of the bench."""
+    if isinstance(at, TeethAt):
+        return [at.message]
+    found = [place.message for place in at.values() if isinstance(place, SignalAt)]
+    return list(dict.fromkeys(found))
+
+
+def buses_of(database: Database, placement: Placement) -> tuple[str, ...]:
+    """Names of the buses of all that is placed, in the order of the database; "": one without a name."""
+    held = {carrier for at in placement.values() for carrier in carriers_of(at)}
+    return tuple(dict.fromkeys(each.bus for each in database.messages if each.name in held))
 
 
 def _own(name: str, kind: type[BenchMessage]) -> FieldsAt | TeethAt:

@@ -11,7 +11,7 @@ from cantools.database.can import Signal as CantoolsSignal
 
 from slipbench.protocol.database.database_check import check
 from slipbench.protocol.database.database_text import breaks
-from slipbench.protocol.database.layout import Database, Message, Protection, Signal
+from slipbench.protocol.database.layout import BusOf, Database, Message, Protection, Signal, any_bus
 from slipbench.protocol.errors import InputError
 from slipbench.protocol.user_file import open_user_file, read_user_file
 
@@ -19,7 +19,7 @@ LARGEST = 1 << 26  # bytes; the largest databases of the field have some 10 MB
 HEAD = 4096  # bytes or characters, in which the format shows
 
 
-def load_database(path: Path) -> Database:
+def load_database(path: Path, bus_of: BusOf = any_bus) -> Database:
     """Read a CAN database: DBC, ARXML (AUTOSAR), KCD (Kayak) or SYM (PEAK), by its content.
 
     Raises InputError naming the file, the message, the signal, the remedy. Container messages of
@@ -28,18 +28,22 @@ def load_database(path: Path) -> Database:
     A file that is merely sloppy loads: characters outside UTF-8 (Windows' cp1252 is the custom),
     no declared ranges or senders, signals under no message, more than 8 bytes without the CAN FD
     mark. What would decode to wrong values does not: overlaps, bits outside, doubled identifiers.
+    Messages of two buses (`bus_of`) may share one, except in a DBC file, whose attributes and value
+    tables name a message by its identifier alone.
     """
     content = read_user_file(path, LARGEST)
     text = _text(content)
-    parsed = _parse(text, database_format(text), path)
+    form = database_format(text)
+    parsed = _parse(text, form, path)
     database = Database(
         origin=str(path),
         sha256=hashlib.sha256(content).hexdigest(),
         messages=tuple(describe(each) for each in parsed.messages if not each.is_container),
         nodes=tuple(node.name for node in parsed.nodes),
     )
-    check(database)
-    return database
+    on_buses = database.on_buses(bus_of)
+    check(database if form == "dbc" else on_buses)
+    return on_buses
 
 
 def _text(content: bytes) -> str:

@@ -30,16 +30,24 @@ def _faults(database: Database) -> Iterator[str]:
 
 
 def _doubled(database: Database) -> Iterator[str]:
-    names: dict[tuple[int, bool] | str, str] = {}
+    names: set[str] = set()
+    frames: dict[tuple[int, bool], dict[str, str]] = {}
     for message in database.messages:
-        frame = f"identifier {message.identifier:#x}"
-        for key, what in (
-            ((message.identifier, message.extended), frame),
-            (message.name, f"the name {message.name}"),
-        ):
-            if key in names:
-                yield f"messages {names[key]} and {message.name} share {what}"
-            names[key] = message.name
+        if message.name in names:
+            yield f"messages {message.name} and {message.name} share the name {message.name}"
+        names.add(message.name)
+        on_bus = frames.setdefault((message.identifier, message.extended), {})
+        other = _meeting(on_bus, message.bus)
+        if other is not None:
+            yield f"messages {other} and {message.name} share identifier {message.identifier:#x}"
+        on_bus[message.bus] = message.name
+
+
+def _meeting(on_bus: dict[str, str], bus: str) -> str | None:
+    """Message of the same identifier that can come on the same bus; "" is any bus."""
+    if not bus:
+        return next(reversed(on_bus.values()), None)
+    return on_bus.get(bus, on_bus.get(""))
 
 
 def _misfits(message: Message) -> Iterator[str]:

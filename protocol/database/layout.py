@@ -1,7 +1,7 @@
 """Messages and signals of a CAN database, as frozen data."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 from slipbench.protocol.errors import InputError
@@ -99,7 +99,11 @@ class Protection:
 
 @dataclass(frozen=True)
 class Message:
-    """One message. cycle_time: s, the least spacing of event messages, None where unstated."""
+    """One message.
+
+    cycle_time  s, the least spacing of event messages, None where unstated
+    bus         name of the bus on which it lies, as a role map states it; "" on any
+    """
 
     name: str
     identifier: int
@@ -112,6 +116,7 @@ class Message:
     comment: str = ""
     protection: Protection | None = None
     attributes: Mapping[str, str | int | float] = field(default_factory=dict)
+    bus: str = ""
 
     @cached_property
     def by_name(self) -> Mapping[str, Signal]:
@@ -141,11 +146,6 @@ class Database:
         """Messages by their names."""
         return {message.name: message for message in self.messages}
 
-    @cached_property
-    def by_identifier(self) -> Mapping[tuple[int, bool], Message]:
-        """Messages by identifier and whether it is an extended (29-bit) one."""
-        return {(message.identifier, message.extended): message for message in self.messages}
-
     def message(self, name: str) -> Message:
         """Message of this name. Raises InputError where there is none."""
         if name not in self.by_name:
@@ -156,3 +156,17 @@ class Database:
                 remedy="give the message this name, or give the right database",
             )
         return self.by_name[name]
+
+    def on_buses(self, bus_of: "BusOf") -> "Database":
+        """The same messages, each on its bus."""
+        messages = tuple(replace(each, bus=bus_of(each.name)) for each in self.messages)
+        return self if messages == self.messages else replace(self, messages=messages)
+
+
+BusOf = Callable[[str], str]
+"""Name of the bus of a message, by the message's name; "" on any."""
+
+
+def any_bus(_message: str) -> str:
+    """State no bus: the message may lie on any."""
+    return ""

@@ -17,8 +17,9 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+from slipbench.protocol.configuration import read_toml
 from slipbench.protocol.database.database import load_database
-from slipbench.protocol.database.layout import Database
+from slipbench.protocol.database.layout import Database, any_bus
 from slipbench.protocol.errors import InputError
 from slipbench.protocol.logs import Progress, quiet
 from slipbench.protocol.logs.candump import candump_pieces, parse_portions
@@ -27,7 +28,8 @@ from slipbench.protocol.logs.decode_file import AT_ONCE, Tally
 from slipbench.protocol.logs.frame_log import FrameLog
 from slipbench.protocol.new_file import new_file, refuse_existing
 from slipbench.protocol.recording.database_copy import find_database
-from slipbench.protocol.recording.run_folder import FRAMES
+from slipbench.protocol.recording.role_map import RoleMap
+from slipbench.protocol.recording.run_folder import FRAMES, ROLES
 
 ENDINGS = {"mf4": ".mf4", "blf": ".blf", "asc": ".asc", "parquet": "", "mcap": ".mcap"}
 MOST_BUSES = 255  # as many as a byte can number
@@ -82,7 +84,9 @@ def _read(
             expected=FRAMES,
             remedy="give the folder of a recording; one of tables alone is read as it stands",
         )
-    database = load_database(find_database(folder))
+    roles = folder / ROLES
+    bus_of = read_toml(roles, RoleMap).bus_of if os.path.lexists(roles) else any_bus
+    database = load_database(find_database(folder), bus_of)
     logs = parse_portions(candump_pieces(path, progress), str(path), warnings, at_once)
     return (sort_log(log, database) for log in _that_can_be_exported(logs, path)), database
 

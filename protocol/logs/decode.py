@@ -141,7 +141,10 @@ class SortedLog:
 
 
 def sort_log(log: FrameLog, database: Database) -> SortedLog:
-    """Frames of a log by message. Frames of all buses are mixed: select one bus before."""
+    """Frames of a log by message; a message that has a bus comes on this bus only.
+
+    Frames of all buses are mixed for a message without a bus: select one bus before.
+    """
     messages = database.messages
     number = _numbers(log, database)
     short = log.length < _lengths(messages)[number]
@@ -189,18 +192,36 @@ def _lengths(messages: tuple[Message, ...]) -> npt.NDArray[np.uint8]:
 
 def _numbers(log: FrameLog, database: Database) -> npt.NDArray[Any]:
     """Number of each frame's message in the database, its length where unknown."""
+    if not any(message.bus for message in database.messages):
+        return _numbers_on(log.identifier, log.extended, database, "")
+    numbers = np.full(len(log), len(database.messages), np.uint16)
+    for index, bus in enumerate(log.buses):
+        on = log.bus == index
+        numbers[on] = _numbers_on(log.identifier[on], log.extended[on], database, bus)
+    return numbers
+
+
+def _numbers_on(
+    identifier: npt.NDArray[np.uint32],
+    extended: npt.NDArray[np.bool_],
+    database: Database,
+    bus: str,
+) -> npt.NDArray[Any]:
+    """Number of each frame's message, if it came on `bus`."""
     unknown = len(database.messages)
     kind = np.uint8 if 2 * unknown + 1 < 256 else np.uint16
     table = np.full(2049, unknown, kind)
     wide: dict[int, int] = {}
     for number, message in enumerate(database.messages):
+        if message.bus not in ("", bus):
+            continue
         if message.extended:
             wide[message.identifier] = number
         else:
             table[message.identifier] = number
-    numbers = table[np.minimum(log.identifier, 2048)]
-    if log.extended.any():
-        numbers[log.extended] = _wide(log.identifier[log.extended], wide, unknown)
+    numbers = table[np.minimum(identifier, 2048)]
+    if extended.any():
+        numbers[extended] = _wide(identifier[extended], wide, unknown)
     return numbers
 
 

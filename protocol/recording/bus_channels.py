@@ -115,7 +115,10 @@ class BusLog:
             longest = int(self.sorted_log.log.length[short].max())
             return f"all {short.size} frames of {name} are too short: {longest} of {message.length}"
         buses = ", ".join(self.sorted_log.log.buses)
-        return f"no frame of {name} came on {source.bus or buses or 'any bus'}"
+        bus = source.bus or message.bus
+        if bus and bus not in self.sorted_log.log.buses:
+            return f"no frame of {name} came on {bus}; the log has {buses or 'no bus'}"
+        return f"no frame of {name} came on {bus or buses or 'any bus'}"
 
     def _arrival(self, rows: Rows) -> FloatArray:
         return _seconds(self.sorted_log.log.time_ns[rows] - self.start_ns)

@@ -114,7 +114,7 @@ def _write(
         TABLES: {},
     }
     if capture.database is not None:
-        database = load_database(capture.database)
+        database = load_database(capture.database, roles.bus_of)
         copy_database(capture.database, out)
         description["run"] |= {
             "database": capture.database.name,

@@ -17,6 +17,8 @@ Period = Annotated[
     float,
     Between("s", "0.5 ms", "10 s", "no bus carries a status more often, or is of use at less"),
 ]
+BusName = Annotated[str, Field(pattern=r"^[A-Za-z0-9_.-]{0,15}$")]
+"""Name of a bus: that of the frames in a record, which has no spaces."""
 Timeout = Annotated[
     float, Between("s", "2 ms", "50 ms", "for that long the bench drives without seeing")
 ]
@@ -94,11 +96,13 @@ class MessageRules(Section):
 
     cycle_time  in place of the database's
     timeout     silence after which its values are stale; none: limits.stale of the trial
+    bus         name of the bus on which it lies, as in "chassis"; none: `bus` of the file
     protection  none: as the attributes E2EProfile and E2EDataId of the database state
     """
 
     cycle_time: Period | None = None
     timeout: Timeout | None = None
+    bus: BusName = ""
     protection: ProtectionRule | None = None
 
 

@@ -7,7 +7,7 @@ from typing import Literal
 from pydantic import Field, field_validator, model_validator
 
 from slipbench.protocol.configuration import Hertz, Metres, Seconds, Section
-from slipbench.protocol.recording.message_rules import Degraded, MessageRules
+from slipbench.protocol.recording.message_rules import BusName, Degraded, MessageRules
 from slipbench.protocol.recording.roles import ROLES
 from slipbench.protocol.units import linear
 
@@ -123,10 +123,12 @@ class RoleMap(Section):
 
     title       text for people
     database    CAN database, a path relative to this file; empty: the one beside the recording
+    bus         name of the bus of every message that names none, where there are several buses
     bitrate     of an imported capture's buses; without it no bus load is computed
     tables      rules for the times of side tables, by table
     quantities  role -> SI unit, of what is not a motorcycle's: `belt_speed = "V"`
-    messages    by message: cycle time, timeout and protection, where the database does not state them
+    messages    by message: bus, cycle time, timeout and protection, where the database does not
+                state them
     degraded    what the bus lacks, and what the bench does instead
     roles       source of each role
     """
@@ -134,6 +136,7 @@ class RoleMap(Section):
     title: str
     database: str = ""
     vehicle: Geometry = Geometry()
+    bus: BusName = ""
     bitrate: Hertz | None = Field(default=None, gt=0)
     tables: dict[str, TableRules] = Field(default_factory=dict)
     quantities: dict[str, str] = Field(default_factory=dict)
@@ -144,6 +147,11 @@ class RoleMap(Section):
     def unit(self, role: str) -> str:
         """SI unit of a role that this map binds."""
         return self.quantities[role] if role in self.quantities else ROLES[role].unit
+
+    def bus_of(self, message: str) -> str:
+        """Name of the bus of a message of the database; "" where the file names none."""
+        rule = self.messages.get(message)
+        return (rule.bus if rule else "") or self.bus
 
     @model_validator(mode="after")
     def _own_quantities(self) -> "RoleMap":

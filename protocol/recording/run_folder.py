@@ -185,7 +185,7 @@ def _decoded(
         return None, None
     log = parse_pieces(candump_pieces(path, progress), FRAMES, warnings)
     copy = find_database(folder)
-    database = load_database(copy)
+    database = load_database(copy, roles.bus_of)
     stated = _table(description, "run").get("database_sha256")
     if stated and stated != database.sha256:
         warnings.append(

@@ -66,8 +66,8 @@ class Trial:
         from slipbench.bench.bus.opening import BusAddress
         from slipbench.bench.trials.run import run_trial
 
-        address = None if interface is None else BusAddress(interface, channel, bitrate, fd)
-        return run_trial(self._prepared, Path(out), address, progress or _ignore)
+        addresses = None if interface is None else [BusAddress(interface, channel, bitrate, fd)]
+        return run_trial(self._prepared, Path(out), addresses, progress or _ignore)
 
     def __repr__(self) -> str:
         return f"<Trial {self.name}: {self.file.description}>"

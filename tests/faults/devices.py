@@ -184,7 +184,7 @@ class FailingMotorcycle(VirtualMotorcycle):
             self.truth.deviation = max(self.truth.deviation, off)
 
     def _send(self, frame: Frame) -> None:
-        identifier, data, _ = frame
+        identifier, data, *_ = frame
         name, message = self._codec.name(identifier), self._codec.decode(identifier, data)
         counter = self._codec.counter(identifier, data)
         assert name is not None

@@ -84,7 +84,7 @@ def world(binding: Binding, silence: str = "20 ms") -> Iterator[World]:
 
 def traffic(binding: Binding, frames: list[can.Message]) -> BusTraffic:
     """Frames as the check sees them."""
-    return BusTraffic(frame_log(frames), binding.database)
+    return BusTraffic(frame_log(("bus", each) for each in frames), binding.database)
 
 
 def with_rules(binding: Binding, **rules: object) -> Binding:

@@ -209,7 +209,7 @@ def test_listening_sends_nothing_and_takes_the_stated_time() -> None:
                 self.sent += 1
 
         bus = Waiting()
-        listener = Listener(bus, made.clock, OWN.database)
+        listener = Listener({"bus": bus}, made.clock, OWN.database)
         heard = listener.listen(1.0)
         recent = listener.recent()
     assert bus.sent == 0
@@ -234,6 +234,6 @@ def test_frames_that_wait_at_the_end_are_read_before_a_role_counts_as_silent(hea
             return self.waiting.pop(0) if self.waiting else None
 
     bus = Late()
-    report = check_report(OWN, Listener(bus, bus.clock, OWN.database).listen(1.0))
+    report = check_report(OWN, Listener({"bus": bus}, bus.clock, OWN.database).listen(1.0))
     assert report.frames == len(healthy)
     assert [each.role for each in report.roles if not each.is_live] == []

@@ -35,7 +35,10 @@ def test_what_is_found_verifies_frames_that_it_has_not_seen(seed, tmp_path) -> N
         binding.database,
         messages=tuple(replace(message, protection=None) for message in binding.database.messages),
     )
-    seen, unseen = (BusTraffic(frame_log(part), bare) for part in (frames[:half], frames[half:]))
+    seen, unseen = (
+        BusTraffic(frame_log(("bus", each) for each in part), bare)
+        for part in (frames[:half], frames[half:])
+    )
     outcomes: Counter[str] = Counter()
     for message in binding.database.messages:
         held = seen.sorted.frames[message.name]

@@ -39,7 +39,10 @@ def test_the_proposal_lacks_only_what_the_user_must_state(frames, tmp_path) -> N
     ours = read_binding(FOLDER / "superbike.toml")
     database = load_database(FOLDER / "superbike.dbc")
     text = binding_text(
-        propose(database, captured(sort_log(frame_log(frames), database), database)),
+        propose(
+            database,
+            captured(sort_log(frame_log(("bus", each) for each in frames), database), database),
+        ),
         "Superbike",
         str(FOLDER / "superbike.dbc"),
     )

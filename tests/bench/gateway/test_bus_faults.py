@@ -20,7 +20,7 @@ from slipbench.bench.bus.faults import (
 )
 from slipbench.bench.bus.simulated_bus import SimulatedBus, SimulatedNode
 from slipbench.bench.gateway.controller_state import ControllerState
-from slipbench.bench.gateway.gateway import OFF_THE_BUS
+from slipbench.bench.gateway.gateway_bus import OFF_THE_BUS
 from slipbench.bench.loop.ticks import read_ticks
 from slipbench.bench.trials.outcome import Outcome
 from slipbench.bench.trials.simulated_trial import run_simulated

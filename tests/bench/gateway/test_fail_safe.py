@@ -16,8 +16,10 @@ from slipbench.bench.gateway import gateway as module
 from slipbench.bench.gateway.controller_state import ControllerState
 from slipbench.bench.gateway.fail_safe import RELEASED, FailSafe, described
 from slipbench.bench.gateway.gateway import Gateway
+from slipbench.bench.gateway.gateway_bus import GatewayBus
 from slipbench.bench.gateway.receiver import Receiver
 from slipbench.bench.gateway.sender_monitor import SenderMonitor
+from slipbench.bench.gateway.stamps import as_stamped
 from slipbench.bench.gateway.tx_echo import TxEcho
 from slipbench.bench.loop.ring import Ring
 from slipbench.bench.safety.vehicle_monitor import VehicleMonitor
@@ -216,7 +218,7 @@ def test_releases_follow_each_other_whether_or_not_they_can_still_be_encoded(bre
     fail_safe, sender = FailSafe(codec), Sender(codec)
     for number in range(36):
         codec.broken = number >= breaks
-        ((identifier, data, _),) = fail_safe.release(sender, 0.25 + number)
+        ((identifier, data, *_),) = fail_safe.release(sender, 0.25 + number)
         time = 0.0 if codec.broken else 0.25 + number
         assert CODEC.encode(replace(RELEASED, time=time), counter=number % 15) == (identifier, data)
 
@@ -254,15 +256,15 @@ def test_a_status_that_cannot_be_encoded_is_none():
     codec = Mute(DATABASE)
     fail_safe, sender = FailSafe(codec), Sender(codec)
     status = TrialStatus(Phase.TRIPPED, Authority.NONE, TripReason.INTERNAL_ERROR, 7)
-    ((identifier, data, _),) = fail_safe.status(sender, status)
+    ((identifier, data, *_),) = fail_safe.status(sender, status)
     assert (identifier, data) == CODEC.encode(status, counter=0)
     codec.broken = True
     assert fail_safe.status(sender, status) == []
 
 
 def test_nothing_has_failed_in_a_new_gateway_and_its_interface_echoes():
-    fail_safe = FailSafe(CODEC)
-    assert (fail_safe.active, fail_safe.records_sent) == (False, False)
+    bus = GatewayBus(0, None, frozenset(), as_stamped)
+    assert (FailSafe(CODEC).active, bus.records_sent) == (False, False)
 
 
 def test_an_exception_is_described_with_the_innermost_places_first():

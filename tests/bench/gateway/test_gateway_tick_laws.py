@@ -102,7 +102,7 @@ def test_every_frame_is_recorded_as_what_it_is_at_the_time_of_its_stamp(kind, fl
     frame = can.Message(arbitration_id=0x55, data=data, timestamp=7.25, **options)
     ring = Ring.local(8)
     for stamp, time_ns in ((None, 7_250_000_000), (lambda t: round(t * 4), 29)):
-        own = gateway(Deaf([frame]), ring=ring, **({"stamp": stamp} if stamp else {}))
+        own = gateway(Deaf([frame]), ring=ring, **({"stamps": (stamp,)} if stamp else {}))
         own.tick(1, START)
         (slot,) = ring.drain()
         assert (slot.time_ns, slot.identifier, slot.flags) == (time_ns, 0x55, flag)
@@ -200,7 +200,7 @@ def test_a_clock_that_begins_at_0_has_its_first_status_at_0():
 def test_a_status_claims_authority_while_the_bench_holds_it(phase, authority):
     world = in_phase(phase)
     world.button = phase != Phase.ARMED
-    world.gateway._bus = bus = Deaf(world.wire.waiting)
+    world.gateway._buses[0].port = bus = Deaf(world.wire.waiting)
     world.gateway._status_due = 0.0
     world.gateway.tick(world.number + 1, world.due + MILLISECOND)
     assert [(status.phase, status.authority) for status in sent(bus, STATUS)] == [
@@ -289,7 +289,7 @@ def test_refusals_are_counted_noted_and_forgotten_with_the_first_frame_that_is_t
     bus.fault = None
     own.tick(2, START + MILLISECOND)
     assert not own.refused
-    assert own._refused_in_a_row == 0
+    assert own._buses[0].refused == 0
     bus.fault = can.CanOperationError("no room")
     for number in range(3, 3 + MOST_NOTES):
         own.tick(number, START + number * MILLISECOND)
@@ -548,7 +548,7 @@ def test_a_tick_that_fails_at_time_0_reports_at_once():
 def test_an_exception_after_the_end_changes_neither_the_outcome_nor_when_the_bench_leaves():
     world = in_phase(Phase.DONE)
     changes, ended = list(world.gateway.changes), world.due
-    bus = world.gateway._bus = Deaf()
+    bus = world.gateway._buses[0].port = Deaf()
     world.gateway._decide = broken
     for number in range(1, 300):
         due = ended + number * MILLISECOND
@@ -618,7 +618,7 @@ def test_what_arrives_after_the_bench_listened_is_recorded_in_the_tick_that_fail
 def test_a_frame_whose_stamp_fails_is_recorded_at_the_time_of_the_tick():
     frames = [can.Message(arbitration_id=each, is_extended_id=False) for each in (0x55, 0x56)]
     ring = Ring.local(64)
-    gateway(Deaf(frames), ring, stamp=broken).tick(1, START)
+    gateway(Deaf(frames), ring, stamps=(broken,)).tick(1, START)
     assert [(slot.identifier, slot.time_ns) for slot in ring.drain()] == [
         (0x55, START),
         (0x56, START),

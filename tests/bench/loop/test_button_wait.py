@@ -139,18 +139,18 @@ def busy():
 
 def test_the_wait_ends_with_the_press(busy):
     clock, gateway = Stepping(), Armed(heard=3)
-    assert button_wait(gateway, busy, clock)(MILLISECOND)
+    assert button_wait(gateway, [busy], clock)(MILLISECOND)
     assert clock.now < MILLISECOND
     assert all(due <= MILLISECOND for due in gateway.asked)
 
 
 def test_without_a_press_the_wait_ends_at_the_deadline_and_reads_nothing_in_its_last_part(busy):
     clock, gateway = Stepping(), Armed(heard=1000)
-    assert not button_wait(gateway, busy, clock)(MILLISECOND)
+    assert not button_wait(gateway, [busy], clock)(MILLISECOND)
     assert clock.now >= MILLISECOND
     assert max(gateway.asked) <= MILLISECOND - SPIN + 50_000
 
 
 def test_an_interface_without_a_file_descriptor_is_read_at_the_ticks_only():
     with can.Bus(interface="virtual", channel="nothing to wait on") as bus:
-        assert button_wait(Armed(1), bus, Stepping()) is None
+        assert button_wait(Armed(1), [bus], Stepping()) is None

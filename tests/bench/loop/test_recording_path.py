@@ -29,6 +29,7 @@ frames = st.builds(
     st.integers(0, 0x7FF),
     st.sampled_from([0, SENT]),
     st.binary(max_size=8),
+    st.integers(0, 255),
 )
 
 
@@ -78,7 +79,7 @@ class FullDisk(io.RawIOBase):
 
 def test_a_full_disk_is_reported_to_the_loop_and_keeps_what_was_written():
     ring, disk = Ring.local(), FullDisk(100)
-    recorder = Recorder(ring, disk, "can0", io.BytesIO(), TABLE)
+    recorder = Recorder(ring, disk, ["can0"], io.BytesIO(), TABLE)
     for number in range(10):
         ring.append(number * 1000, 0x10, 0, bytes(8))
     recorder.drain()
@@ -90,7 +91,7 @@ def test_a_full_disk_is_reported_to_the_loop_and_keeps_what_was_written():
 
 def test_the_recorder_process_writes_every_frame_and_ends(tmp_path):
     memory, ring = create_shared()
-    process = start_recorder(memory.name, tmp_path, "can0", TABLE)
+    process = start_recorder(memory.name, tmp_path, ["can0"], TABLE)
     for number in range(5000):
         assert ring.append(number * 1_000_000, number % 2048, 0, number.to_bytes(8, "little"))
     ring.close()
@@ -122,7 +123,7 @@ def test_a_recorder_with_a_refused_write_reports_the_cause_and_keeps_what_it_wro
     """A separate process whose writes the kernel refuses: as a full disk, with another errno."""
     memory, ring = create_shared()
     with small_files():
-        process = start_recorder(memory.name, tmp_path, "can0", TABLE)
+        process = start_recorder(memory.name, tmp_path, ["can0"], TABLE)
     numbers, deadline = count(), time.monotonic() + 60
     while not ring.failed and time.monotonic() < deadline:
         ring.append(0, 0x10, 0, next(numbers).to_bytes(8, "little"))
@@ -158,7 +159,7 @@ LOOP = """
 
     def main():
         memory, ring = create_shared()
-        start_recorder(memory.name, Path(sys.argv[1]), "can0", TickTable(1_000_000, 500_000))
+        start_recorder(memory.name, Path(sys.argv[1]), ["can0"], TickTable(1_000_000, 500_000))
         print("started", flush=True)
         number, begin = 0, time.monotonic()
         while True:

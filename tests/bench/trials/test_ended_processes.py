@@ -57,7 +57,7 @@ def test_a_recorder_that_ended_properly_before_the_report_came_has_not_failed(tm
     ours, theirs = multiprocessing.Pipe()
     watching, watched = process_pipe()
     order = LoopOrder(
-        prepared().plan, None, None, BusAddress("slipbench", "none"), memory.name, "", watching
+        prepared().plan, None, None, [BusAddress("slipbench", "none")], memory.name, "", watching
     )
     loop = LoopInAThread(theirs, frames)
     thread = threading.Thread(target=loop.run)
@@ -126,10 +126,10 @@ def test_a_trial_whose_virtual_motorcycle_dies_ends_and_says_so(tmp_path, when):
     the_trial = prepared(armed_for_at_most="20 s")
     address = BusAddress("slipbench", f"{tmp_path.name}-{os.getpid()}")
     told = killing("slipbench vehicle", when)
-    with vehicle_process(the_trial.scenario, the_trial.binding, address) as vehicle:
+    with vehicle_process(the_trial.scenario, the_trial.binding, [address]) as vehicle:
         if when is None:
             told(None)
-        outcome = run_trial(the_trial, tmp_path / "run", address, phases=told, vehicle=vehicle)
+        outcome = run_trial(the_trial, tmp_path / "run", [address], phases=told, vehicle=vehicle)
         assert exit_reason(vehicle.process) == "signal 9"
     assert outcome.state.phase == Phase.TRIPPED
     if when is None:

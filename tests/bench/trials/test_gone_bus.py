@@ -36,9 +36,7 @@ class Vanishing(can.BusABC):
 
 @pytest.mark.parametrize("told", ["reader", "sender"])
 def test_a_bus_that_vanishes_is_told_with_its_name_and_what_to_do(monkeypatch, told):
-    monkeypatch.setattr(
-        "slipbench.bench.vehicle.live_vehicle.open_bus", lambda *_, **__: Vanishing(told)
-    )
+    monkeypatch.setattr("slipbench.bench.bus.opening.open_bus", lambda *_, **__: Vanishing(told))
     the_trial = prepared()
     looks = iter(range(100))
     with pytest.raises(InputError, match="the CAN bus failed: interface 'socketcan'") as gone:
@@ -46,7 +44,7 @@ def test_a_bus_that_vanishes_is_told_with_its_name_and_what_to_do(monkeypatch, t
             lambda: next(looks) == 99,
             the_trial.scenario,
             the_trial.binding,
-            BusAddress("socketcan", "vcan7"),
+            [BusAddress("socketcan", "vcan7")],
         )
     assert "vcan7" in str(gone.value)
     assert "Network is down" in str(gone.value)

@@ -28,8 +28,8 @@ from tests.bench.trials.test_whole_trial import prepared
 def ridden(the_trial, folder, told=lambda _: None, progress=lambda _: None):
     """A trial on a virtual bus, with the virtual motorcycle in a process of its own."""
     address = BusAddress("slipbench", f"{folder.parent.name}-{os.getpid()}")
-    with vehicle_process(the_trial.scenario, the_trial.binding, address) as vehicle:
-        return run_trial(the_trial, folder, address, progress, told, vehicle)
+    with vehicle_process(the_trial.scenario, the_trial.binding, [address]) as vehicle:
+        return run_trial(the_trial, folder, [address], progress, told, vehicle)
 
 
 def test_a_trial_in_real_time_is_recorded_whole(tmp_path):
@@ -111,7 +111,7 @@ def test_a_vehicle_that_is_stopped_keeps_nobody_from_ending(tmp_path, monkeypatc
     the_trial = prepared()
     address = BusAddress("slipbench", f"{tmp_path.name}-{os.getpid()}")
     with open_bus(address, receive_own_messages=False) as listener:
-        with vehicle_process(the_trial.scenario, the_trial.binding, address):
+        with vehicle_process(the_trial.scenario, the_trial.binding, [address]):
             assert listener.recv(60.0), "it rides, and catches what asks it to end"
             stopping("slipbench vehicle", Phase.IDLE)(Phase.IDLE)
             began = time.monotonic()
@@ -144,7 +144,7 @@ def test_a_bus_whose_driver_hangs_is_told_and_its_process_killed(monkeypatch):
     ours, theirs = multiprocessing.Pipe()
     words = "the CAN bus does not open: interface 'pcan'"
     with ours, theirs, pytest.raises(InputError, match=words) as told:
-        _opened(ours, loop := Hanging(), BusAddress("pcan", "PCAN_USBBUS1"), threading.Event())
+        _opened(ours, loop := Hanging(), [BusAddress("pcan", "PCAN_USBBUS1")], threading.Event())
     assert loop.killed
     assert "remedy: " in str(told.value)
 
@@ -173,5 +173,5 @@ def test_a_bus_that_cannot_be_opened_is_told_with_the_remedy_and_leaves_no_folde
     tmp_path, interface, words
 ):
     with pytest.raises(InputError, match=words):
-        run_trial(prepared(), tmp_path / "run", BusAddress(interface, "no-such-channel"))
+        run_trial(prepared(), tmp_path / "run", [BusAddress(interface, "no-such-channel")])
     assert not (tmp_path / "run").exists()

@@ -1,7 +1,7 @@
 """Databases that share no name with the bench's own, drawn from a seed, and the bindings to them.
 
 The messages of motorbike.dbc under other names and identifiers, in Motorola order, without private
-attributes, in other units, each with a protection of its own.
+attributes, in other units, each with a protection of its own; on one bus or split over several.
 """
 
 import tomllib
@@ -39,8 +39,8 @@ class Foreign:
         return path
 
 
-def foreign(seed: int) -> Foreign:
-    """Database and binding of a seed."""
+def foreign(seed: int, buses: tuple[str, ...] = ()) -> Foreign:
+    """Database and binding of a seed. buses: names, over which the messages are split at random."""
     random = Random(f"foreign:{seed}")
     own = load_database(dbc.MOTORBIKE)
     names = _Names(random)
@@ -73,12 +73,26 @@ def foreign(seed: int) -> Foreign:
             "",
         ]
     )
-    return Foreign(text, _binding(roles, renamed, rules))
+    binding = _binding(roles, renamed, rules)
+    if buses:
+        _split(binding, [renamed[message.name] for message in own.messages], buses, seed)
+    return Foreign(text, binding)
 
 
-def foreign_binding(seed: int, folder: Path) -> Binding:
+def _split(binding: dict[str, Any], names: list[str], buses: tuple[str, ...], seed: int) -> None:
+    """Name a bus for every message, each bus at least once; those of the first bus by `bus` alone."""
+    random = Random(f"buses:{seed}")
+    each = [*buses, *random.choices(buses, k=len(names) - len(buses))]
+    random.shuffle(each)
+    binding["bus"] = buses[0]
+    for name, bus in zip(names, each, strict=True):
+        if bus != buses[0]:
+            binding["messages"].setdefault(name, {})["bus"] = bus
+
+
+def foreign_binding(seed: int, folder: Path, buses: tuple[str, ...] = ()) -> Binding:
     """Binding of a seed, read from its files."""
-    return read_binding(foreign(seed).write(folder))
+    return read_binding(foreign(seed, buses).write(folder))
 
 
 class _Names:
