@@ -51,8 +51,8 @@ class Codec:
     send, by wheel: "RearTeeth", "FrontEncoderStatus". With a placement from a binding, a frame can hold
     fields of several messages, and a message can lie in several frames.
 
-    buses  names of the buses on which these messages lie, in the order of their numbers; ("",) for
-           one bus without a name
+    buses  names of the buses on which these messages lie, sorted; ("",) for one without a name.
+           The number of a bus is its place there
     """
 
     def __init__(self, database: Database, placement: Placement = OWN) -> None:

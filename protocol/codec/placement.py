@@ -94,9 +94,9 @@ def carriers_of(at: FieldsAt | TeethAt) -> list[str]:
 
 
 def buses_of(database: Database, placement: Placement) -> tuple[str, ...]:
-    """Names of the buses of all that is placed, in the order of the database; "": one without a name."""
+    """Names of the buses of all that is placed, sorted; "": one without a name."""
     held = {carrier for at in placement.values() for carrier in carriers_of(at)}
-    return tuple(dict.fromkeys(each.bus for each in database.messages if each.name in held))
+    return tuple(sorted({each.bus for each in database.messages if each.name in held}))
 
 
 def _own(name: str, kind: type[BenchMessage]) -> FieldsAt | TeethAt:

@@ -71,6 +71,8 @@ def binding(bus: str, folder: Path) -> Path | None:
             return None
         case "drawn":
             return foreign(SEED).write(folder / "bus")
+        case "two buses":
+            return foreign(SEED, ("powertrain", "chassis")).write(folder / "bus")
     return superbike(folder)
 
 
@@ -106,7 +108,8 @@ def commands(ride: Ride) -> list[tuple[float, ActuatorCommand]]:
     found = []
     for index in range(len(log)):
         data = log.data[index, : log.length[index]].tobytes()
-        message = codec.decode(int(log.identifier[index]), data)
+        bus = codec.buses.index(log.buses[log.bus[index]]) if any(codec.buses) else 0
+        message = codec.decode(int(log.identifier[index]), data, False, bus)
         if isinstance(message, ActuatorCommand):
             found.append((log.time_ns[index] * 1e-9, message))
     return found
@@ -117,7 +120,7 @@ def tripped_at(ride: Ride) -> float:
     return found * 1e-9
 
 
-@pytest.mark.parametrize("bus", ["superbike", "drawn"])
+@pytest.mark.parametrize("bus", ["superbike", "drawn", "two buses"])
 def test_a_sweep_rides_to_its_end(bus):
     ride = sweep(bus)
     assert ride.outcome.done, ride.outcome.trip
@@ -139,10 +142,11 @@ def test_the_commands_on_a_drawn_database_are_those_on_our_own():
 
 def test_the_resonance_is_that_of_the_motorcycle_on_every_bus():
     """7.6 Hz of this sweep with tooth times; sampled wheel speeds move it by their delay and noise."""
-    found = {bus: identified(bus).resonance for bus in ("own", "drawn", "superbike")}
+    found = {bus: identified(bus).resonance for bus in ("own", "drawn", "two buses", "superbike")}
     assert all(isinstance(each, Resonance) for each in found.values())
-    assert found["drawn"].frequency == pytest.approx(found["own"].frequency, abs=0.05)
-    assert found["drawn"].low_gain == pytest.approx(found["own"].low_gain, rel=0.02)
+    for bus in ("drawn", "two buses"):
+        assert found[bus].frequency == pytest.approx(found["own"].frequency, abs=0.05)
+        assert found[bus].low_gain == pytest.approx(found["own"].low_gain, rel=0.02)
     assert found["superbike"].frequency == pytest.approx(found["own"].frequency, abs=0.5)
     assert found["superbike"].low_gain == pytest.approx(found["own"].low_gain, rel=0.1)
 
@@ -172,7 +176,7 @@ def test_the_record_shows_an_enumeration_as_the_trial_understood_it(tmp_path):
         assert set(channels[role].value) == {float(Authority.NONE), float(Authority.THROTTLE)}
 
 
-@pytest.mark.parametrize("bus", ["superbike", "drawn"])
+@pytest.mark.parametrize("bus", ["superbike", "drawn", "two buses"])
 def test_slip_control_rides_to_its_end(bus, tmp_path):
     ride = ridden(
         tmp_path,
