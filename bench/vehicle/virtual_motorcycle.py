@@ -148,7 +148,7 @@ class VirtualMotorcycle:
         nodes = carriers(codec, scenario.nodes)
         self._ports = [
             Port(each, codec, nodes, scenario.faults, number)
-            for number, each in enumerate(as_sequence(bus))
+            for (number, _), each in zip(enumerate(codec.buses), as_sequence(bus), strict=True)
         ]
         self._nodes, self._real = scenario.nodes, RealDevices(scenario.nodes, codec)
         self._assembly = Assembly(codec)
