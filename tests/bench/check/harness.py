@@ -2,13 +2,13 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import can
 
 from slipbench import dbc
-from slipbench.bench.bus.simulated_bus import SimulatedBus, SimulatedNode
+from slipbench.bench.bus.simulated_bus import SimulatedBus
 from slipbench.bench.check.traffic import BusTraffic, frame_log
 from slipbench.bench.loop.clock import MILLISECOND, SECOND, SimulatedClock
 from slipbench.bench.vehicle.virtual_motorcycle import Scenario, VirtualMotorcycle, read_vehicle
@@ -32,18 +32,22 @@ def own(without: tuple[str, ...] = (), **degraded: object) -> Binding:
 
 @dataclass
 class World:
-    """What runs while the clock of the test waits. held: frames that the bus loses, by identifier."""
+    """What runs while the clock of the test waits.
+
+    bus, ours  the first bus, and the node of the bench on it; all_ours: on each
+    """
 
     binding: Binding
     silence: str = "20 ms"
-    bus: SimulatedBus = field(default_factory=lambda: SimulatedBus(1_000_000))
     ticks: int = 0
 
     def __post_init__(self) -> None:
-        """Put the motorcycle on the bus."""
+        """Put the motorcycle on the buses of the binding."""
         trial = trial_file(command__silence=self.silence)
-        self.ours: SimulatedNode = self.bus.node("bench", receive_own_messages=True)
-        self.theirs = self.bus.node("motorcycle")
+        self.buses = [SimulatedBus(1_000_000) for _ in self.binding.buses]
+        self.all_ours = [bus.node("bench", receive_own_messages=True) for bus in self.buses]
+        self.theirs = [bus.node("motorcycle") for bus in self.buses]
+        self.bus, self.ours = self.buses[0], self.all_ours[0]
         scenario = Scenario(read_vehicle(DEMONSTRATION), trial)
         self.motorcycle = VirtualMotorcycle(scenario, self.theirs, self.binding.codec())
         self.clock = SimulatedClock(SECOND, self.advance)
@@ -52,9 +56,11 @@ class World:
         """Let the motorcycle run until a time, ns."""
         while SECOND + (self.ticks + 1) * MILLISECOND <= until:
             due = SECOND + (self.ticks + 1) * MILLISECOND
-            self.bus.advance_to(due - MILLISECOND // 2)
+            for bus in self.buses:
+                bus.advance_to(due - MILLISECOND // 2)
             self.motorcycle.tick(self.ticks, due - MILLISECOND // 2)
-            self.bus.advance_to(due)
+            for bus in self.buses:
+                bus.advance_to(due)
             self.ticks += 1
 
     def frames(self, seconds: float) -> list[can.Message]:
@@ -68,8 +74,8 @@ class World:
 
     def close(self) -> None:
         """Leave the bus."""
-        self.ours.shutdown()
-        self.theirs.shutdown()
+        for node in (*self.all_ours, *self.theirs):
+            node.shutdown()
 
 
 @contextmanager
