@@ -233,9 +233,10 @@ class Gateway:
 
     def _listen_to(self, bus: GatewayBus, now: float, since: float) -> bool:
         """Receive the waiting frames of a bus; False where they are too many for one tick."""
+        receive, ours, stamp = bus.port.recv, bus.ours, bus.stamp
         for _ in range(MOST_FRAMES):
             try:
-                message = bus.port.recv(0)
+                message = receive(0)
             except can.CanError as fault:
                 self._refused(bus, fault)
                 return True
@@ -243,8 +244,8 @@ class Gateway:
                 return True
             self._unrecorded = bus, message
             data, key = bytes(message.data), _key(message)
-            own = key in bus.ours and not message.is_error_frame and bus.echo.heard(key, data)
-            self._record(bus, message, bus.stamp(message.timestamp), own)
+            own = key in ours and not message.is_error_frame and bus.echo.heard(key, data)
+            self._record(bus, message, stamp(message.timestamp), own)
             self._unrecorded = None
             if message.is_error_frame:
                 bus.controller.error_frame(message)
@@ -263,8 +264,10 @@ class Gateway:
 
     def _bus_off(self) -> bool:
         """Whether one of the buses is off, or was since the last call."""
-        off = [bus.off() for bus in self._buses]  # each is asked: the answer is given once
-        return any(off)
+        off = False
+        for bus in self._buses:  # each is asked: it answers once
+            off = bus.off() or off
+        return off
 
     def _record(self, bus: GatewayBus, message: can.Message, time_ns: int, own: bool) -> None:
         flags = (
@@ -275,8 +278,8 @@ class Gateway:
             | (ERROR if message.is_error_frame else 0)
             | (SENT if own else 0)
         )
-        number, data = message.arbitration_id, bytes(message.data)
-        if not self._ring.append(time_ns, number, flags, data, bus.number):
+        data = bytes(message.data)
+        if not self._ring.append(time_ns, message.arbitration_id, flags, data, bus.number):
             self._full = True
 
     def _decide(self, vehicle: VehicleState, now: float, due: int) -> ActuatorCommand:

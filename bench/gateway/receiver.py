@@ -100,7 +100,8 @@ class Receiver:
         key  its identifier, and whether that is a 29-bit one
         bus  number of its bus
         """
-        plan = self._codec.plan(*key, bus)
+        identifier, extended = key
+        plan = self._codec.plan(identifier, extended, bus)
         if plan is None:
             return ()
         payload = plan.check(data)
