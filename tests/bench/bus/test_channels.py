@@ -16,7 +16,7 @@ BUSES = ("powertrain", "chassis")
 
 
 @pytest.fixture(scope="module")
-def two(tmp_path_factory) -> Binding:
+def two(tmp_path_factory: pytest.TempPathFactory) -> Binding:
     return foreign_binding(1, tmp_path_factory.mktemp("two"), BUSES)
 
 
@@ -24,13 +24,13 @@ def two(tmp_path_factory) -> Binding:
     ("texts", "channel"),
     [([], "can0"), (["vcan3"], "vcan3"), (["ws://host:54701/?a=b"], "ws://host:54701/?a=b")],
 )
-def test_one_channel_needs_no_name_where_there_is_one_bus(texts, channel):
+def test_one_channel_needs_no_name_where_there_is_one_bus(texts: list[str], channel: str) -> None:
     assert channels_of(texts, OWN) == (channel,)
     (address,) = addresses_of(texts, OWN, "socketcan", 500_000, False)
     assert (address.channel, address.bus, address.bitrate) == (channel, "", 500_000)
 
 
-def test_each_bus_has_its_channel_in_whichever_order_they_are_named(two):
+def test_each_bus_has_its_channel_in_whichever_order_they_are_named(two: Binding) -> None:
     texts = ["powertrain=can4", "chassis=can7"]
     for each in (texts, texts[::-1]):
         found = addresses_of(each, two, "pcan", 1_000_000, True)
@@ -59,14 +59,16 @@ def test_each_bus_has_its_channel_in_whichever_order_they_are_named(two):
         (["powertrain=", "chassis=can1"], ["names no bus"]),
     ],
 )
-def test_channels_that_do_not_suit_the_buses_are_refused_with_the_remedy(two, texts, words):
+def test_channels_that_do_not_suit_the_buses_are_refused_with_the_remedy(
+    two: Binding, texts: list[str], words: list[str]
+) -> None:
     with pytest.raises(InputError) as refused:
         channels_of(texts, two)
     for each in (*words, "foreign.toml" if "same" not in words[0] else "--channel"):
         assert each in str(refused.value)
 
 
-def test_the_messages_of_the_bus_without_a_channel_are_named(two):
+def test_the_messages_of_the_bus_without_a_channel_are_named(two: Binding) -> None:
     with pytest.raises(InputError) as refused:
         channels_of(["powertrain=can0"], two)
     assert two.messages_on("chassis")
@@ -75,7 +77,7 @@ def test_the_messages_of_the_bus_without_a_channel_are_named(two):
 
 
 @pytest.mark.parametrize("texts", [["powertrain=can0"], ["can0", "can1"]])
-def test_a_binding_that_names_no_bus_takes_one_channel_without_a_name(texts):
+def test_a_binding_that_names_no_bus_takes_one_channel_without_a_name(texts: list[str]) -> None:
     with pytest.raises(InputError, match="the binding names no bus") as refused:
         channels_of(texts, OWN)
     assert Path(dbc.MOTORBIKE).name in str(refused.value)
