@@ -282,11 +282,6 @@ class FramePlan:
             for page in selected or [()]
         ]
 
-    @cached_property
-    def page_keys(self) -> list[tuple[tuple[str, Selection], ...]]:
-        """Name and selection of each part, for each page."""
-        return [tuple((part.name, part.selection) for part in page) for page in self.pages]
-
     def check(self, data: bytes | bytearray) -> bytearray | FrameFault:
         """Payload without bytes beyond the message; or the fault of its length or checksum."""
         length = self.message.length
