@@ -279,7 +279,9 @@ class Sender:
     def __init__(self, codec: Codec) -> None:
         self.counters: dict[str, int] = {}
         self._codec = codec
-        self._outlets = {name: _Outlet(plan, self.counters) for name, plan in codec.plans.items()}
+        self._outlets = {
+            name: _Outlet(codec, plan, self.counters) for name, plan in codec.plans.items()
+        }
         self._routes: dict[str, _Route] = {}
 
     def encode(self, message: BenchMessage, *, name: str | None = None) -> tuple[int, bytes]:
@@ -317,7 +319,8 @@ class Sender:
 class _Outlet:
     """One message of the database at its sender: what its parts hold, its pages, its cycle time."""
 
-    def __init__(self, plan: FramePlan, counters: dict[str, int]) -> None:
+    def __init__(self, codec: Codec, plan: FramePlan, counters: dict[str, int]) -> None:
+        self._codec = codec
         self.plan, self._counters, self._carrier = plan, counters, plan.message.name
         self.held: list[Words | None] = [None] * len(plan.parts)
         self._event = plan.message.attributes.get("GenMsgSendType") == 1
@@ -349,7 +352,7 @@ class _Outlet:
         """Frame under the next counter."""
         counter = self._counters.get(self._carrier, 0)
         self._counters[self._carrier] = (counter + 1) % self.plan.counter_period
-        return Codec.finish(self.plan, words, counter)
+        return self._codec.finish(self.plan, words, counter)
 
     def _due(self, now: float) -> bool:
         """Whether the cycle time of a frame is over at `now` (s)."""

@@ -46,7 +46,7 @@ class Slot:
 
     big: big-endian; `shift` counts from the lowest bit of the payload as one number of that byte
     order. low, high: raw values that the database allows. values: by raw value, of an enumeration or
-    a truth value; raws: the lowest raw value of each. wraps: sent modulo 2^bits, see messages.WRAPPING. real: struct format of a
+    a truth value; raws: the first raw value of each. wraps: sent modulo 2^bits, see messages.WRAPPING. real: struct format of a
     floating-point signal, "" for an integer. unknown: raw values that mean "not known".
     """
 
@@ -67,8 +67,10 @@ class Slot:
     raws: Mapping[Any, int] = field(init=False, compare=False, repr=False)
 
     def __post_init__(self) -> None:
-        values = reversed((self.values or {}).items())
-        object.__setattr__(self, "raws", {value: raw for raw, value in values})
+        raws: dict[Any, int] = {}
+        for raw, value in (self.values or {}).items():
+            raws.setdefault(value, raw)
+        object.__setattr__(self, "raws", raws)
 
     def pack(self, value: float) -> int:
         """Bits of a value in the frame. Raises ValueError where it does not fit."""

@@ -274,6 +274,11 @@ class FramePlan:
         return max(1, self.guard.period if self.guard else 1)
 
     @cached_property
+    def only(self) -> Part | None:
+        """The part that a frame consists of; None where there are several, or half a message."""
+        return self.parts[0] if len(self.parts) == 1 and self.parts[0].whole else None
+
+    @cached_property
     def pages(self) -> list[tuple[Part, ...]]:
         """Parts that one frame holds, for each page; one page where nothing is multiplexed."""
         selected = dict.fromkeys(part.selection for part in self.parts if part.selection)
