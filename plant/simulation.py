@@ -45,6 +45,7 @@ class Simulation:
     ratios: Floats = field(init=False, repr=False)
     delays: Floats = field(init=False, repr=False)
     size: int = field(init=False, repr=False)
+    shown: NDArray[np.int64] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         if (self.steps_per_row % self.every and self.every % self.steps_per_row) or self.every < 1:
@@ -61,6 +62,7 @@ class Simulation:
         self._set("ratios", np.array(self.motorcycle.gears))
         ring = 1 << math.ceil(math.log2(HISTORY / self.step + 4))
         self._set("size", HEADER + len(self.layout.states) + RINGS * ring)
+        self._set("shown", np.arange(len(Outputs.names) + len(self.layout.effect_states)))
         self._set("delays", np.array([servo.delay, engine.spark_delay]) / self.step)
 
     def _set(self, name: str, value: object) -> None:
@@ -78,9 +80,8 @@ class Simulation:
         The given state is not changed. Raises ValueError for a gear that does not exist and for a
         state that another kind of simulation has made.
         """
-        names = (*Outputs.names, *self.layout.effect_states)
-        out = np.empty((self._samples(inputs), len(names)))
-        new = self._run(state, inputs, np.arange(len(names)), out)
+        out = np.empty((self._samples(inputs), len(self.shown)))
+        new = self._run(state, inputs, self.shown, out)
         return new, Outputs(out, self.layout.effect_states)
 
     def trajectories(

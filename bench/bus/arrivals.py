@@ -13,14 +13,14 @@ class Arrivals:
 
     def __init__(self, plan: FaultPlan, begin_ns: int) -> None:
         """Apply `plan` from `begin_ns` on."""
-        self._faults, self._begin = Faults(plan), begin_ns
+        self.set_faults(plan, begin_ns)
         self._late: list[tuple[int, int, Delivery]] = []  # heap of delayed frames, by arrival time
         self._overtaken: list[tuple[int, Delivery]] = []  # latest arrival (ns) and frame
         self._order = 0
 
     def set_faults(self, plan: FaultPlan, begin_ns: int) -> None:
         """Apply another plan from `begin_ns` on; frames that are held already stay held."""
-        self._faults, self._begin = Faults(plan), begin_ns
+        self._faults, self._faulty, self._begin = Faults(plan), bool(plan.faults), begin_ns
 
     @property
     def next_ns(self) -> int | None:
@@ -30,20 +30,20 @@ class Arrivals:
 
     def disturbed(self, time_ns: int, number: int, frame: Frame, sender: str) -> float | None:
         """Fraction (0..1) of its length after which attempt `number` is destroyed, or None."""
-        if not self._faults:
+        if not self._faulty:
             return None
         return self._faults.disturbed(self._passage(time_ns, number, frame, sender, ""))
 
     def remember(self, time_ns: int, number: int, frame: Frame, sender: str) -> None:
         """Store the payload of a frame, for faults that repeat it."""
-        if self._faults:
+        if self._faulty:
             self._faults.remember(self._passage(time_ns, number, frame, sender, ""))
 
     def deliver(
         self, time_ns: int, number: int, frame: Frame, sender: str, node: Node, events: list[Event]
     ) -> None:
         """Deliver the frame to a receiver, as changed by the faults."""
-        if not self._faults:
+        if not self._faulty:
             self._arrive(Delivery(time_ns, node, frame, False), events)
             return
         for copy in self._faults.copies(self._passage(time_ns, number, frame, sender, node.name)):

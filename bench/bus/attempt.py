@@ -4,7 +4,7 @@ An error occurs at some bit; then an error frame follows, and the frame is sent 
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 from slipbench.bench.bus.counters import Confinement
 from slipbench.bench.bus.events import Cause
@@ -15,8 +15,7 @@ FLAG = 12 + 8  # bits of an error frame: superposed flags, delimiter
 SUSPENDED = 8  # bits that an error-passive node waits after a frame of its own
 
 
-@dataclass(frozen=True, slots=True)
-class Attempt:
+class Attempt(NamedTuple):
     """A frame on the wire. begin, ends, free: ns; ends: last bit, free: end of the intermission.
 
     failed  senders that detect the error; the other senders succeed
@@ -78,7 +77,7 @@ def collision(rates: BitRates, begin: int, winners: Sequence[tuple[Frame, Node]]
         return successful(rates, begin, dominant, through)
     if all(node.state is Confinement.PASSIVE for node in losers):
         wins = successful(rates, begin, dominant, through + losers)
-        return replace(wins, error=Cause.COLLISION, failed=losers)
+        return wins._replace(error=Cause.COLLISION, failed=losers)
     other = next(frame for frame, _ in winners if frame != dominant)
     after = _common_bits(dominant, other) * rates.bit
     return _failing(rates, begin, after, dominant, through + losers, Cause.COLLISION)

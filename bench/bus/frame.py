@@ -1,6 +1,7 @@
 """Frame on the wire: its priority in arbitration and its duration."""
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 from slipbench.protocol.codec.bit_stuffing import DLC, classic_bits, fd_bits
@@ -64,7 +65,7 @@ class BitRates:
     nominal: int = 1_000_000
     data: int = 2_000_000
 
-    @property
+    @cached_property
     def bit(self) -> float:
         """Duration of a bit at the nominal rate, ns."""
         return 1e9 / self.nominal

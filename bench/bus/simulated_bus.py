@@ -94,10 +94,13 @@ class SimulatedNode(can.BusABC):
         super().shutdown()
         self._wire.detach(self._node)
 
-    def _recv_internal(self, timeout: float | None) -> tuple[can.Message | None, bool]:
-        if not self.inbox:
-            return None, False
-        return self.inbox.popleft(), False
+    def recv(self, timeout: float | None = None) -> can.Message | None:
+        """Next frame that has arrived; None where there is none: no time passes while one waits."""
+        while self.inbox:
+            message = self.inbox.popleft()
+            if self._filters is None or self._matches_filters(message):
+                return message
+        return None
 
     def _apply_filters(self, filters: Any) -> None:
         """Leave filtering to the base class."""

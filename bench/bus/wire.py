@@ -38,6 +38,7 @@ from slipbench.bench.bus.node import ROOM, Node
 from slipbench.bench.bus.queues import InOrder, Queue
 
 RECESSIVE = 11  # recessive bits of a sequence
+NO_ERRORS = Counters()
 SEQUENCES = 128  # such sequences after which a node recovers from bus-off
 
 
@@ -55,6 +56,7 @@ class Wire:
         self._number = 0
         self._busy = 0
         self._arrivals = Arrivals(faults, start_ns)
+        self._recessive = round(RECESSIVE * rates.bit)  # ns, of one sequence
 
     def set_faults(self, faults: FaultPlan, begin_ns: int) -> None:
         """Apply this fault plan from `begin_ns` on."""
@@ -154,13 +156,11 @@ class Wire:
     def _begin(self, begin: int, until: int) -> Attempt:
         """Attempt that begins at `begin`, after arbitration between the nodes that are ready."""
         self._count_recessive(begin)
-        ready = [
-            (node.queue.first(begin), node)
-            for node in self._nodes
-            if node.queue.ready_ns is not None
-            and node.queue.ready_ns <= begin
-            and node.ready_ns <= begin
-        ]
+        ready = []
+        for node in self._nodes:
+            since = node.queue.ready_ns
+            if since is not None and since <= begin and node.ready_ns <= begin:
+                ready.append((node.queue.first(begin), node))
         self._number += 1
         if len(ready) > 1:
             lowest = min(frame.priority for frame, _ in ready)
@@ -182,9 +182,11 @@ class Wire:
     def _end(self, attempt: Attempt, events: list[Event]) -> None:
         """Deliver the frame or the error of an attempt to every node."""
         self._free = attempt.free
-        self._recessive_from = attempt.free - round(RECESSIVE * self.rates.bit)
+        self._recessive_from = attempt.free - self._recessive
         self._busy += attempt.free - attempt.begin
-        through = [node for node in attempt.senders if node not in attempt.failed]
+        through = attempt.senders
+        if attempt.failed:
+            through = tuple(node for node in attempt.senders if node not in attempt.failed)
         if through:
             self._succeed(attempt, through, events)
         if attempt.failed:
@@ -193,7 +195,7 @@ class Wire:
             if node.state is Confinement.PASSIVE:
                 node.ready_ns = attempt.free + round(SUSPENDED * self.rates.bit)
 
-    def _succeed(self, attempt: Attempt, through: list[Node], events: list[Event]) -> None:
+    def _succeed(self, attempt: Attempt, through: tuple[Node, ...], events: list[Event]) -> None:
         frame, ends, sender = attempt.frame, attempt.ends, through[0].name
         self._arrivals.remember(ends, self._number, frame, sender)
         for node in self._nodes:
@@ -205,7 +207,7 @@ class Wire:
                 events.append(Delivery(ends, node, frame, own))
             elif not node.leaving and (node.fd or not frame.fd):
                 self._arrivals.deliver(ends, self._number, frame, sender, node, events)
-            if any(node.counters):
+            if node.counters != NO_ERRORS:
                 now = node.counters.sent() if own else node.counters.received()
                 self._set(node, now, Cause.STATE, own, ends, events)
 

@@ -33,8 +33,8 @@ class _Turns:
         Lost frames leave a gap, which is no sign of a second sender.
         """
         self.score = max(0.0, self.score - FORGIVEN * max(0.0, now - self.time) / cycle)
-        follows = _next(self.last, period)
-        if counter == self.last or (counter == _next(self.before, period) != follows):
+        in_turn = counter == _next(self.last, period)
+        if counter == self.last or (not in_turn and counter == _next(self.before, period)):
             self.score += 1.0
         self.before, self.last, self.time = self.last, counter, now
         return self.score >= OUT_OF_TURN

@@ -37,17 +37,24 @@ class Chassis:
 
     def __init__(self) -> None:
         """Start at the travel of steady speed."""
-        self._ends = {REAR: (REAR.rest, 0.0), FRONT: (FRONT.rest, 0.0)}
+        self._rear, self._front = (REAR.rest, 0.0), (FRONT.rest, 0.0)
 
     def advance(self, acceleration: float, step: float) -> None:
         """Integrate over `step` s at a constant `acceleration` (m/s^2)."""
-        for end, (travel, rate) in self._ends.items():
-            target = end.rest + end.squat * acceleration
-            rate += step * end.frequency**2 * (target - travel)
-            rate -= step * 2 * end.damping * end.frequency * rate
-            self._ends[end] = (travel + step * rate, rate)
+        self._rear = _moved(REAR, *self._rear, acceleration, step)
+        self._front = _moved(FRONT, *self._front, acceleration, step)
 
     def travels(self, rear_angle: float, front_angle: float) -> tuple[float, float]:
         """Front and rear travel, m. rear_angle, front_angle: rad, of the wheels."""
-        front = self._ends[FRONT][0] + FRONT.runout * math.sin(front_angle)
-        return front, self._ends[REAR][0] + REAR.runout * math.sin(rear_angle)
+        front = self._front[0] + FRONT.runout * math.sin(front_angle)
+        return front, self._rear[0] + REAR.runout * math.sin(rear_angle)
+
+
+def _moved(
+    end: Suspension, travel: float, rate: float, acceleration: float, step: float
+) -> tuple[float, float]:
+    """Travel (m) and its rate after one step."""
+    target = end.rest + end.squat * acceleration
+    rate += step * end.frequency**2 * (target - travel)
+    rate -= step * 2 * end.damping * end.frequency * rate
+    return travel + step * rate, rate

@@ -39,7 +39,7 @@ class Grant:
     def receive(self, command: ActuatorCommand, now: float) -> "Grant":
         """Grant after a valid command at `now` (s)."""
         latched = self.latched and command.authority != Authority.NONE
-        return replace(self, command=command, received_at=now, latched=latched)
+        return Grant(command, now, latched, self.latches)
 
     def with_watchdog(self, now: float, silence: float) -> "Grant":
         """Grant at `now` (s): none after `silence` s without a command (watchdog timeout)."""

@@ -31,7 +31,7 @@ class EncoderFrames:
     def frames(self, now: int) -> list[ToothIntervals]:
         """Frames that are due at `now` (us): full ones, and one when `LONGEST_PERIOD` is over."""
         made = []
-        while len(self._pending) >= self._capacity[self._layout()]:
+        while self._pending and len(self._pending) >= self._capacity[self._layout()]:
             made.append(self._take(self._capacity[self._layout()]))
         if not made and now - self._sent_at >= LONGEST_PERIOD and self.last_tooth is not None:
             waiting = (max(now - self.last_tooth, 0) * MICROSECOND,)
@@ -48,7 +48,7 @@ class EncoderFrames:
         """Layout with the most intervals that can hold the pending ones."""
         for layout in (Intervals.SHORT, Intervals.LONG):
             held = self._pending[: self._capacity[layout]]
-            if all(interval <= self._longest[layout] for interval in held):
+            if max(held, default=0) <= self._longest[layout]:
                 return layout
         return Intervals.SINGLE
 

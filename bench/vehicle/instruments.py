@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -69,8 +70,7 @@ class Timing:
     measure: Callable[[float, float], float] = unchanged
 
 
-@dataclass(frozen=True, slots=True)
-class Motion:
+class Motion(NamedTuple):
     """True motion of the motorcycle at one time, in SI units; the instruments measure it."""
 
     throttle: float

@@ -8,6 +8,7 @@ real devices do, each with its own clock, and returns authority to the rider whe
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 import can
 import numpy as np
@@ -112,6 +113,22 @@ class Scenario:
             ) from fault
 
 
+class End(NamedTuple):
+    """Outputs of the simulation at the end of a step, SI."""
+
+    time: float
+    speed: float
+    acceleration: float
+    throttle_rate: float
+    rear_angle: float
+    rear_speed: float
+    front_angle: float
+    front_speed: float
+
+
+END = np.array([Outputs.names.index(name) for name in End._fields])
+
+
 class Sensor:
     """Measurement of one channel by the sensor effects of the vehicle."""
 
@@ -160,6 +177,7 @@ class VirtualMotorcycle:
         self._sensors = {channel: Sensor(motorcycle, channel, "signal") for channel in CONTINUOUS}
         self._disturbances = Disturbances(scenario.disturbances, trial.seed)
         self._inputs = Inputs.held(1, gear=float(self._gear), throttle_command=grip)
+        self._row = self._inputs.table[0]
         self._grant = Grant(latches=codec.requests_authority)
         self._counters: dict[str, int | None] = {}  # of the last frames of a command
         self._discs = {
@@ -252,7 +270,7 @@ class VirtualMotorcycle:
             self._real_fault(plan, found)
             return
         carrier = plan.message.name
-        commands = any(part.name == "ActuatorCommand" for part in plan.parts)
+        commands = "ActuatorCommand" in [part.name for part in plan.parts]
         moved = not commands or devices_only or self._in_sequence(carrier, counter)
         for part in plan.parts:
             if part.name in NODE_OF:
@@ -287,18 +305,20 @@ class VirtualMotorcycle:
 
     def _move(self, now: float) -> Motion:
         """True motion after one millisecond under the commands and the disturbances."""
-        inputs = self._inputs
-        inputs.throttle_command[0], inputs.spark[0] = self._commands(now)
-        inputs.clutch[0] = 1.0 - self._rider.clutch
-        inputs.road_force[0], inputs.engine_disturbance[0] = self._disturbances.draw(STEP)
-        inputs.grip[0], inputs.load[0] = self._road.factors(self._distance)
-        self._state, out = self._simulation.advance(self._state, inputs)
+        row = self._row
+        row[Inputs.throttle_command.index], row[Inputs.spark.index] = self._commands(now)
+        row[Inputs.clutch.index] = 1.0 - self._rider.clutch
+        force, torque = self._disturbances.draw(STEP)
+        row[Inputs.road_force.index], row[Inputs.engine_disturbance.index] = force, torque
+        row[Inputs.grip.index], row[Inputs.load.index] = self._road.factors(self._distance)
+        self._state, out = self._simulation.advance(self._state, self._inputs)
+        end = End(*out.table[-1].take(END).tolist())
         if self._rider.pressed:
-            self._distance += float(out.speed[-1]) * STEP
-        times = now + (out.time - out.time[-1])
+            self._distance += end.speed * STEP
+        times = now + (out.time - end.time)
         self._pass_teeth("rear", times, out.rear_angle, out.rear_speed)
         self._pass_teeth("front", times, out.front_angle, out.front_speed)
-        return self._motion(times, out)
+        return self._motion(times, out, end)
 
     def _commands(self, now: float) -> tuple[float, float]:
         """Opening (0..1) commanded to the servo and spark offset (rad) at `now` (s)."""
@@ -320,21 +340,20 @@ class VirtualMotorcycle:
         seconds = [float(tick) * disc.resolution for tick in passed.ticks]
         self._instruments.teeth(wheel, seconds, _teeth(disc))
 
-    def _motion(self, times: Floats, out: Outputs) -> Motion:
-        rate = float(out.throttle_rate[-1])
-        acceleration = (rate - self._throttle_rate) / STEP
-        self._throttle_rate = rate
+    def _motion(self, times: Floats, out: Outputs, end: End) -> Motion:
+        acceleration = (end.throttle_rate - self._throttle_rate) / STEP
+        self._throttle_rate = end.throttle_rate
         return Motion(
             throttle=self._sensors["throttle_position"].sample(times, out.throttle),
             throttle_acceleration=acceleration,
             engine_speed=self._sensors["engine_speed"].sample(times, out.engine_speed),
             gear=self._gear,
             optical_speed=self._sensors["optical_speed"].sample(times, out.optical_speed),
-            acceleration=float(out.acceleration[-1]),
-            rear_angle=float(out.rear_angle[-1]),
-            front_angle=float(out.front_angle[-1]),
-            rear_speed=float(out.rear_speed[-1]) * self._radii[0],
-            front_speed=float(out.front_speed[-1]) * self._radii[1],
+            acceleration=end.acceleration,
+            rear_angle=end.rear_angle,
+            front_angle=end.front_angle,
+            rear_speed=end.rear_speed * self._radii[0],
+            front_speed=end.front_speed * self._radii[1],
         )
 
     def _send(self, frame: WireFrame) -> None:

@@ -14,6 +14,7 @@ from pathlib import Path
 BENCHMARKS = Path(__file__).parents[1]
 PAGES = {
     "lateness.py": "Lateness: periodic loop, replay, response to the button",
+    "bindings.py": "Tick cost and lateness before and after binding files",
     "decode.py": "Decoding a whole log",
     "export.py": "Exporting a recording",
 }

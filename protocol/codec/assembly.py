@@ -23,11 +23,11 @@ class Assembly:
     def take(self, plan: FramePlan, payload: bytearray, time: float) -> list[Joined] | FrameFault:
         """Messages that are whole with a frame that arrived at `time` (s); or the fault of a value in it."""
         words = plan.words(payload)
-        if len(plan.parts) == 1 and plan.parts[0].whole:
-            only = plan.parts[0].unpack(words)
-            if isinstance(only, FrameFault):
-                return only
-            return [] if only is None else [(plan.parts[0].name, only, time)]  # type: ignore[list-item]
+        if plan.only is not None:
+            message = plan.only.unpack(words)
+            if isinstance(message, FrameFault):
+                return message
+            return [] if message is None else [(plan.only.name, message, time)]  # type: ignore[list-item]
         found = []
         for part in plan.parts:
             content = part.unpack(words)

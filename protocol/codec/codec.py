@@ -22,7 +22,6 @@ from slipbench.protocol.codec.wire import (
     FieldsPart,
     FramePlan,
     Part,
-    Selection,
     TeethPart,
     Words,
     period,
@@ -286,14 +285,12 @@ class Sender:
     """Sending side of a node: the next counter of each frame, and what the others of its parts hold."""
 
     def __init__(self, codec: Codec) -> None:
-        self._codec = codec
-        self._held: dict[str, dict[tuple[str, Selection], Words]] = {
-            carrier: {} for carrier in codec.plans
-        }
-        self._plans: dict[str, list[FramePlan]] = {}
-        self._turns: dict[str, int] = {}
-        self._sent_at: dict[str, float] = {}
         self.counters: dict[str, int] = {}
+        self._codec = codec
+        self._outlets = {
+            name: _Outlet(codec, plan, self.counters) for name, plan in codec.plans.items()
+        }
+        self._routes: dict[str, _Route] = {}
 
     def encode(self, message: BenchMessage, *, name: str | None = None) -> tuple[int, bytes]:
         """Identifier and payload of a message that lies in one frame. Raises ValueError as `Codec.encode` does."""
@@ -309,43 +306,69 @@ class Sender:
         None: every frame is sent. Raises ValueError as `Codec.encode` does.
         """
         key = name or type(message).__name__
-        if key not in self._plans:
-            self._plans[key] = [self._codec.plan_of(each) for each in self._codec.carriers(key)]
-        words = [(part, part.pack(message)) for part in self._codec.parts(key)]
-        for part, each in words:
-            self._held[part.message.name][part.name, part.selection] = each
-        return [frame for plan in self._plans[key] for frame in self._made(plan, key, now)]
+        parts, outlets = self._routes.get(key) or self._route(key)
+        words = [part.pack(message) for part, _, _ in parts]
+        for (_, outlet, place), each in zip(parts, words, strict=True):
+            outlet.held[place] = each
+        if len(outlets) == 1:
+            return outlets[0].frames(key, now)
+        return [frame for outlet in outlets for frame in outlet.frames(key, now)]
 
-    def _made(self, plan: FramePlan, key: str, now: float | None) -> list[Frame]:
-        """Frames of a message of the database; pages take turns where it has a cycle time."""
-        carrier, pages = plan.message.name, plan.page_keys
-        due = None if plan.message.attributes.get("GenMsgSendType") == 1 else now
-        turn = self._turns.get(carrier, 0) % len(pages)
-        pages = [page for page in pages if key in dict(page)] if due is None else [pages[turn]]
-        held, made = self._held[carrier], []
+    def _route(self, key: str) -> "_Route":
+        """Parts of a message of the bench, each with its outlet and its place there; all outlets."""
+        parts = []
+        for part in self._codec.parts(key):
+            outlet = self._outlets[part.message.name]
+            parts.append((part, outlet, outlet.plan.parts.index(part)))
+        self._routes[key] = parts, list(dict.fromkeys(outlet for _, outlet, _ in parts))
+        return self._routes[key]
+
+
+class _Outlet:
+    """One message of the database at its sender: what its parts hold, its pages, its cycle time."""
+
+    def __init__(self, codec: Codec, plan: FramePlan, counters: dict[str, int]) -> None:
+        self._codec = codec
+        self.plan, self._counters, self._carrier = plan, counters, plan.message.name
+        self.held: list[Words | None] = [None] * len(plan.parts)
+        self._event = plan.message.attributes.get("GenMsgSendType") == 1
+        self._pages = [[plan.parts.index(part) for part in page] for page in plan.pages]
+        self._turn = 0
+        self._spacing = (plan.message.cycle_time or 0.0) - HALF_TICK
+        self._sent_at: float | None = None
+
+    def frames(self, key: str, now: float | None) -> list[Frame]:
+        """Frames for message `key` of the bench; pages take turns where there is a cycle time."""
+        due = None if self._event else now
+        pages = self._pages
+        if len(pages) > 1:
+            pages = self._pages_of(key) if due is None else [pages[self._turn % len(pages)]]
+        made = []
         for page in pages:
-            whole = all(each in held for each in page)
-            if not whole or (due is not None and not self._due(plan, due)):
+            words = [each for place in page if (each := self.held[place]) is not None]
+            if len(words) < len(page) or (due is not None and not self._due(due)):
                 continue
-            self._turns[carrier] = self._turns.get(carrier, 0) + 1
-            made.append(self._next(plan, [held[each] for each in page]))
+            self._turn += 1
+            made.append(self._next(words))
         return made
 
-    def _next(self, plan: FramePlan, words: list[Words]) -> Frame:
-        """Frame under the next counter."""
-        carrier = plan.message.name
-        counter = self.counters.get(carrier, 0)
-        self.counters[carrier] = (counter + 1) % plan.counter_period
-        return self._codec.finish(plan, words, counter)
+    def _pages_of(self, key: str) -> list[list[int]]:
+        parts = self.plan.parts
+        return [page for page in self._pages if any(parts[place].name == key for place in page)]
 
-    def _due(self, plan: FramePlan, now: float) -> bool:
+    def _next(self, words: list[Words]) -> Frame:
+        """Frame under the next counter."""
+        counter = self._counters.get(self._carrier, 0)
+        self._counters[self._carrier] = (counter + 1) % self.plan.counter_period
+        return self._codec.finish(self.plan, words, counter)
+
+    def _due(self, now: float) -> bool:
         """Whether the cycle time of a frame is over at `now` (s)."""
-        message = plan.message
-        before = self._sent_at.get(message.name)
-        if before is not None and now - before < (message.cycle_time or 0.0) - HALF_TICK:
+        if self._sent_at is not None and now - self._sent_at < self._spacing:
             return False
-        self._sent_at[message.name] = now
+        self._sent_at = now
         return True
 
 
+_Route = tuple[list[tuple[Part, _Outlet, int]], list[_Outlet]]
 HALF_TICK = 0.0005  # s

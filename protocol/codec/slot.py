@@ -3,7 +3,7 @@
 import math
 import struct
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import IntEnum
 from math import ceil, floor
 from typing import Any
@@ -46,7 +46,7 @@ class Slot:
 
     big: big-endian; `shift` counts from the lowest bit of the payload as one number of that byte
     order. low, high: raw values that the database allows. values: by raw value, of an enumeration or
-    a truth value. wraps: sent modulo 2^bits, see messages.WRAPPING. real: struct format of a
+    a truth value; raws: the first raw value of each. wraps: sent modulo 2^bits, see messages.WRAPPING. real: struct format of a
     floating-point signal, "" for an integer. unknown: raw values that mean "not known".
     """
 
@@ -64,6 +64,13 @@ class Slot:
     real: str = ""
     unknown: tuple[float, ...] = ()
     special: bool = False
+    raws: Mapping[Any, int] = field(init=False, compare=False, repr=False)
+
+    def __post_init__(self) -> None:
+        raws: dict[Any, int] = {}
+        for raw, value in (self.values or {}).items():
+            raws.setdefault(value, raw)
+        object.__setattr__(self, "raws", raws)
 
     def pack(self, value: float) -> int:
         """Bits of a value in the frame. Raises ValueError where it does not fit."""
@@ -76,15 +83,13 @@ class Slot:
                 raw = round((value - self.offset) / self.scale)
             except (ValueError, OverflowError):
                 raise self._no_number(value) from None
-        if self.wraps:
-            return (raw & self.mask) << self.shift
-        self._require_inside(raw, value)
+        if not (self.wraps or self.low <= raw <= self.high):
+            raise self._outside(value)
         return (raw & self.mask) << self.shift
 
-    def _require_inside(self, raw: float, value: float) -> None:
-        if not self.low <= raw <= self.high:
-            low, high = sorted(limit * self.scale + self.offset for limit in (self.low, self.high))
-            raise ValueError(f"{self.name} = {value!r} is not in {low:g} to {high:g} (SI)")
+    def _outside(self, value: float) -> ValueError:
+        low, high = sorted(limit * self.scale + self.offset for limit in (self.low, self.high))
+        return ValueError(f"{self.name} = {value!r} is not in {low:g} to {high:g} (SI)")
 
     def _no_number(self, value: float) -> ValueError:
         return ValueError(f"{self.name} = {value!r} is not a number that can be sent")
@@ -126,10 +131,10 @@ class Slot:
         return f"{self.physical(self.low)} to {self.physical(self.high)} (SI)"
 
     def _raw_of(self, value: Any) -> int:
+        found = self.raws.get(value)
+        if found is not None:
+            return found
         members = self.values or {}
-        for raw, member in members.items():
-            if member == value:
-                return raw
         if isinstance(value, Authority):  # a signal that cannot show an actuator shows the other
             held = [(member, raw) for raw, member in members.items() if member & value == member]
             if held:
@@ -140,7 +145,8 @@ class Slot:
         raw = (value - self.offset) / self.scale
         if not math.isfinite(raw):
             raise self._no_number(value)
-        self._require_inside(raw, value)
+        if not self.low <= raw <= self.high:
+            raise self._outside(value)
         try:
             return int.from_bytes(struct.pack(self.real, raw), "little")
         except (OverflowError, struct.error):

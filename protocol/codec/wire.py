@@ -274,6 +274,11 @@ class FramePlan:
         return max(1, self.guard.period if self.guard else 1)
 
     @cached_property
+    def only(self) -> Part | None:
+        """The part that a frame consists of; None where there are several, or half a message."""
+        return self.parts[0] if len(self.parts) == 1 and self.parts[0].whole else None
+
+    @cached_property
     def pages(self) -> list[tuple[Part, ...]]:
         """Parts that one frame holds, for each page; one page where nothing is multiplexed."""
         selected = dict.fromkeys(part.selection for part in self.parts if part.selection)
@@ -281,11 +286,6 @@ class FramePlan:
             tuple(part for part in self.parts if _present(part.selection, page))
             for page in selected or [()]
         ]
-
-    @cached_property
-    def page_keys(self) -> list[tuple[tuple[str, Selection], ...]]:
-        """Name and selection of each part, for each page."""
-        return [tuple((part.name, part.selection) for part in page) for page in self.pages]
 
     def check(self, data: bytes | bytearray) -> bytearray | FrameFault:
         """Payload without bytes beyond the message; or the fault of its length or checksum."""
