@@ -65,14 +65,27 @@ FLAGS = "error_model='numpy', fastmath={'arcp', 'contract'}"
 """Divisions by constants may become products, products with sums may fuse; NaN stays NaN."""
 
 
+INNER = f"{FLAGS}, no_cpython_wrapper=True, no_cfunc_wrapper=True, _nrt=False"
+"""Of functions that only the kernel calls: nothing is made for Python, and arrays that are handed on
+are not counted, which would cost more than what is done with them. They cannot make arrays."""
+
+
 def inlined(text: str) -> str:
     """The text of a function that the compiler merges into its callers."""
-    return f"@njit(forceinline=True, {FLAGS})\n{text}\n"
+    return f"@njit(forceinline=True, {INNER})\n{text}\n"
+
+
+def plain(text: str) -> str:
+    """The text of a function that the kernel calls, compiled apart from its callers."""
+    return f"@njit({INNER})\n{text}\n"
 
 
 def entry(text: str, signature: str) -> str:
-    """The text of a function that Python calls, compiled for one signature and kept."""
-    return f"@njit({signature!r}, {FLAGS}, cache=True)\n{text}\n"
+    """The text of a function that Python calls, compiled for one signature and kept.
+
+    Other threads run while it does.
+    """
+    return f"@njit({signature!r}, {FLAGS}, cache=True, nogil=True)\n{text}\n"
 
 
 def load(text: str) -> ModuleType:
