@@ -55,6 +55,7 @@ def arriving_slopes(
 
     Returns the value, its derivatives to throttle and air_delay, two places in the history, and the
     derivatives to position and rate at the first and at the second of them.
+    throttle: 0..1; air_delay, step: s; history, history_rate: shape (ring,).
     """
     capacity = len(history)
     furthest = 2.0 - capacity
@@ -112,17 +113,24 @@ def rates_tangents(
     The tangents of x are the rows from Z_ROW of w, those of k come from K_ROW on. past, past_rate:
     tangents of the history. driven: which inputs have tangents; wanted: which equations' are
     needed.
+    x, k: shape (states,), SI; w: all rows, shape (ROWS,).
     """
     raise NotImplementedError
 
 
 def read_row(u: Floats, row: Floats, ratio: float, clutch: float) -> None:
-    """Write the held inputs into u. Generated."""
+    """Write the held inputs into u. Generated.
+
+    u, row: shape (inputs,), SI.
+    """
     raise NotImplementedError
 
 
 def held_slopes(ring: Floats, count: int, delay_steps: float) -> tuple[float, float, float, float]:
-    """`kernel.held_value` with its derivatives to the delay. Generated."""
+    """`kernel.held_value` with its derivatives to the delay. Generated.
+
+    ring: shape (2^k,); delay_steps: in steps.
+    """
     raise NotImplementedError
 
 
@@ -134,18 +142,27 @@ def stop_slopes(
 
 
 def add_one(w: Floats, place: int, slope: float) -> None:
-    """Add a parameter's derivative at its column."""
+    """Add a parameter's derivative at its column.
+
+    w: all rows, shape (ROWS,); place: of the row and its column.
+    """
     w[place] += slope
 
 
 def add_row(w: Floats, n: int, to: int, slope: float, row: int) -> None:
-    """Add a row times a slope to another."""
+    """Add a row times a slope to another.
+
+    w: all rows, shape (ROWS,); n: columns.
+    """
     for c in range(n):
         w[to + c] += slope * w[row + c]
 
 
 def copy_rows(w: Floats, n: int, live: Integers, to: int, block: int) -> None:
-    """Copy the rows of states from one block to another."""
+    """Copy the rows of states from one block to another.
+
+    w: all rows, shape (ROWS,); n: columns. live: numbers of states, shape (l,).
+    """
     for i in live:
         a, b = i * WIDTH, i * WIDTH + n
         new, old = w[to + a : to + b], w[block + a : block + b]
@@ -154,20 +171,29 @@ def copy_rows(w: Floats, n: int, live: Integers, to: int, block: int) -> None:
 
 
 def keep(past: Floats, n: int, place: int, w: Floats, row: int) -> None:
-    """Keep a row in a ring."""
+    """Keep a row in a ring.
+
+    past: shape (ring * n,); w: all rows, shape (ROWS,).
+    """
     kept, now = past[place * n : place * n + n], w[row : row + n]
     for c in range(n):
         kept[c] = now[c]
 
 
 def show(to: Floats, row: Floats) -> None:
-    """Write a row where it is to be seen."""
+    """Write a row where it is to be seen.
+
+    to, row: shape (n,).
+    """
     for c in range(len(to)):
         to[c] = row[c]
 
 
 def first_stage(w: Floats, n: int, live: Integers, h: float) -> None:
-    """Tangents of x + h k / 2 after the first stage."""
+    """Tangents of x + h k / 2 after the first stage.
+
+    w: all rows, shape (ROWS,); n: columns. live: numbers of states, shape (l,); h: step, s.
+    """
     for i in live:
         a, b = i * WIDTH, i * WIDTH + n
         x, z = w[X_ROW + a : X_ROW + b], w[Z_ROW + a : Z_ROW + b]
@@ -178,7 +204,10 @@ def first_stage(w: Floats, n: int, live: Integers, h: float) -> None:
 
 
 def second_stage(w: Floats, n: int, live: Integers, h: float) -> None:
-    """Tangents of x + h (2 k2 - k1) after the second stage, and of k1 + 4 k2."""
+    """Tangents of x + h (2 k2 - k1) after the second stage, and of k1 + 4 k2.
+
+    w: all rows, shape (ROWS,); n: columns. live: numbers of states, shape (l,); h: step, s.
+    """
     for i in live:
         a, b = i * WIDTH, i * WIDTH + n
         x, z = w[X_ROW + a : X_ROW + b], w[Z_ROW + a : Z_ROW + b]
@@ -190,7 +219,10 @@ def second_stage(w: Floats, n: int, live: Integers, h: float) -> None:
 
 
 def last_stage(w: Floats, n: int, live: Integers, h: float) -> None:
-    """Tangents of x + h (k1 + 4 k2 + k3) / 6 at the end of a step."""
+    """Tangents of x + h (k1 + 4 k2 + k3) / 6 at the end of a step.
+
+    w: all rows, shape (ROWS,); n: columns. live: numbers of states, shape (l,); h: step, s.
+    """
     for i in live:
         a, b = i * WIDTH, i * WIDTH + n
         x, k = w[X_ROW + a : X_ROW + b], w[K_ROW + a : K_ROW + b]
@@ -200,7 +232,10 @@ def last_stage(w: Floats, n: int, live: Integers, h: float) -> None:
 
 
 def stop(w: Floats, n: int, slopes: tuple[float, ...]) -> None:
-    """Tangents of position and rate of a plate that passed its stop."""
+    """Tangents of position and rate of a plate that passed its stop.
+
+    w: all rows, shape (ROWS,); n: columns. slopes: what `stop_slopes` returns.
+    """
     for c in range(n):
         a, b, d = w[X_ROW + c], w[X_ROW + WIDTH + c], w[K_ROW + WIDTH + c]
         w[X_ROW + c] = slopes[2] * a + slopes[3] * b + slopes[4] * d
@@ -221,6 +256,7 @@ def command_row(
     """Tangents of a delayed command: `rise` of the rise over a step beside its mean.
 
     past: tangents of the command, empty where it has none; column, slope: of the delay.
+    w: all rows, shape (ROWS,); past: shape (ring * n,).
     """
     for c in range(n):
         w[row + c] = 0.0
@@ -236,7 +272,10 @@ def command_row(
 
 
 def prescribe(w: Floats, n: int, k: Floats, led: Floats) -> None:
-    """Put the slopes of what a recording prescribes in the place of the rates."""
+    """Put the slopes of what a recording prescribes in the place of the rates.
+
+    w: all rows, shape (ROWS,); n: columns. k: shape (states,), SI; led: shape (4,), SI/s, NaN: free.
+    """
     for j in range(len(LED_STATES)):
         if led[j] == led[j]:
             i = LED_STATES[j]
@@ -250,7 +289,10 @@ def prescribe(w: Floats, n: int, k: Floats, led: Floats) -> None:
 
 
 def lead(w: Floats, n: int, x: Floats, led: Floats, row: Floats, duration: float) -> None:
-    """Slopes of what a recording prescribes over the row of inputs; NaN: free."""
+    """Slopes of what a recording prescribes over the row of inputs; NaN: free.
+
+    w: all rows, shape (ROWS,); n: columns. x: shape (states,), SI; led: shape (4,), SI/s; duration: s.
+    """
     for j in range(len(LED_STATES)):
         i, column = LED_STATES[j], LED_INPUTS[j]
         led[j] = (row[column] - x[i]) / duration
@@ -267,7 +309,10 @@ def lead(w: Floats, n: int, x: Floats, led: Floats, row: Floats, duration: float
 def start_rows(
     w: Floats, n: int, live: Integers, starts: Floats, past: Floats, past_rate: Floats
 ) -> None:
-    """Rows of the initial states, and a history of the throttle's."""
+    """Rows of the initial states, and a history of the throttle's.
+
+    w: all rows, shape (ROWS,); n: columns. starts: shape (states, n); past, past_rate: shape (ring * n,).
+    """
     for i in live:
         show(w[X_ROW + i * WIDTH : X_ROW + i * WIDTH + n], starts[i])
     for place in range(len(past) // max(n, 1)):
@@ -276,7 +321,10 @@ def start_rows(
 
 
 def load_inputs(w: Floats, n: int, driven: Integers, courses: Floats, r: int, has: Flags) -> None:
-    """Rows of the inputs that have tangents."""
+    """Rows of the inputs that have tangents.
+
+    w: all rows, shape (ROWS,); n: columns. courses: shape (driven, rows, n).
+    """
     for d in range(len(driven)):
         has[driven[d]] = True
         start = INPUT_ROW + driven[d] * WIDTH
@@ -286,7 +334,10 @@ def load_inputs(w: Floats, n: int, driven: Integers, courses: Floats, r: int, ha
 def hold(
     ring: Floats, past: Floats, n: int, place: int, row: Floats, column: int, w: Floats
 ) -> None:
-    """Put a command into its ring, and its tangents if it has any."""
+    """Put a command into its ring, and its tangents if it has any.
+
+    ring: shape (2^k,); past: shape (ring * n,); row: inputs, shape (inputs,).
+    """
     ring[place] = row[column]
     if len(past):
         keep(past, n, place, w, INPUT_ROW + column * WIDTH)
@@ -302,7 +353,10 @@ def is_due(stage: int, kept: bool, position: float, shown: bool) -> bool:
 
 
 def begin_stage(w: Floats, n: int, live: Integers, x: Floats, z: Floats, stage: int) -> None:
-    """Take the states themselves for those of the stage, on the stop at the STOP."""
+    """Take the states themselves for those of the stage, on the stop at the STOP.
+
+    w: all rows, shape (ROWS,); n: columns. x, z: shape (states,), SI.
+    """
     if stage == START or stage >= STOP:
         for i in range(len(x)):
             z[i] = x[i]
@@ -326,7 +380,10 @@ def end_stage(
     step: float,
     stage: int,
 ) -> None:
-    """States of the next stage from the rates of this one."""
+    """States of the next stage from the rates of this one.
+
+    w: all rows, shape (ROWS,); n: columns. x, z, k, first, total: shape (states,), SI; step: s.
+    """
     if stage == START:
         for i in range(len(x)):
             first[i] = k[i]
@@ -350,7 +407,10 @@ def end_stage(
 def show_outputs(
     sample: int, shown: Integers, rows: Integers, y: Floats, out: Floats, w: Floats, slopes: Floats
 ) -> None:
-    """Write a sample of the outputs and their tangents."""
+    """Write a sample of the outputs and their tangents.
+
+    out: shape (samples, shown); slopes: shape (shown, samples, n).
+    """
     for i in range(len(shown)):
         out[sample, i] = y[shown[i]]
         if rows[i] >= 0:
