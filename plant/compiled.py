@@ -15,6 +15,7 @@ import platform
 import sys
 import tempfile
 import textwrap
+import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -65,14 +66,31 @@ FLAGS = "error_model='numpy', fastmath={'arcp', 'contract'}"
 """Divisions by constants may become products, products with sums may fuse; NaN stays NaN."""
 
 
+INNER = f"{FLAGS}, no_cpython_wrapper=True, no_cfunc_wrapper=True, _nrt=False"
+"""Of functions that only the kernel calls: nothing is made for Python, and arrays that are handed on
+are not counted, which would cost more than what is done with them. They cannot make arrays."""
+
+
 def inlined(text: str) -> str:
     """The text of a function that the compiler merges into its callers."""
-    return f"@njit(forceinline=True, {FLAGS})\n{text}\n"
+    return f"@njit(forceinline=True, {INNER})\n{text}\n"
+
+
+def plain(text: str) -> str:
+    """The text of a function that the kernel calls, compiled apart from its callers."""
+    return f"@njit({INNER})\n{text}\n"
 
 
 def entry(text: str, signature: str) -> str:
-    """The text of a function that Python calls, compiled for one signature and kept."""
-    return f"@njit({signature!r}, {FLAGS}, cache=True)\n{text}\n"
+    """The text of a function that Python calls, compiled for one signature and kept.
+
+    Other threads run while it does.
+    """
+    return f"@njit({signature!r}, {FLAGS}, cache=True, nogil=True)\n{text}\n"
+
+
+_LOADING = threading.RLock()
+"""A module is among the loaded ones before its code has run; other threads wait for that."""
 
 
 def load(text: str) -> ModuleType:
@@ -80,10 +98,10 @@ def load(text: str) -> ModuleType:
     made_by = f"{numba.__version__} {platform.python_version()} {platform.machine()}"
     fingerprint = hashlib.sha256(f"{made_by}\n{text}".encode()).hexdigest()[:20]
     name = f"slipbench_{fingerprint}"
-    if name in sys.modules:
-        return sys.modules[name]
     folder = cache_folder()
-    with _only_one(folder / f"{name}.lock"):
+    with _LOADING, _only_one(folder / f"{name}.lock"):
+        if name in sys.modules:
+            return sys.modules[name]
         path = folder / f"{name}.py"
         if not path.exists():
             _write(path, HEADER + text)

@@ -54,17 +54,12 @@ def kernel_text(
 ) -> str:
     """The whole text of the kernel for these effects, nominal equations first."""
     order = layout(effects)
-    outputs = len(Outputs.names) + len(order.effect_states)
-    constants = [
-        f"{name} = {getattr(kernel, name)}"
-        for name in ("HEADER", "RINGS", "THROTTLE_COMMAND", "SPARK", "GEAR", "CLUTCH", "BAD_GEAR")
-    ]
-    parts = ["\n".join((*constants, f"OUTPUTS = {outputs}")) + "\n"]
+    parts = [constants(order)]
     parts += [inlined(text_of(equation, f"nominal__{equation.__name__}")) for equation in equations]
     for effect in effects:
         parts += [inlined(text_of(f)) for f in effect.helpers]
         hooks = (h for h in effect.hooks if h.seam in {e.__name__ for e in equations})
-        parts += [inlined(text_of(h.function, _hook_name(effect, h))) for h in hooks]
+        parts += [inlined(text_of(h.function, hook_name(effect, h))) for h in hooks]
     parts.append(inlined(rates_text(order, equations)))
     parts += [
         inlined(text_of(f)) for f in (kernel.held_value, kernel.transmission, kernel.off_the_stop)
@@ -74,9 +69,17 @@ def kernel_text(
     return "\n\n".join(parts)
 
 
+def constants(order: Layout) -> str:
+    """The text of the numbers that the functions of kernel.py name."""
+    names = ("HEADER", "RINGS", "THROTTLE_COMMAND", "SPARK", "GEAR", "CLUTCH", "BAD_GEAR")
+    outputs = len(Outputs.names) + len(order.effect_states)
+    lines = [f"{name} = {getattr(kernel, name)}" for name in names]
+    return "\n".join((*lines, f"OUTPUTS = {outputs}")) + "\n"
+
+
 def rates_text(order: Layout, equations: Sequence[Callable[..., Any]]) -> str:
     """The text of `rates`: every equation, each followed by the effects at its seam."""
-    known = _Names(order)
+    known = Names(order)
     signature = "x, u, led, throttle_command, spark, p, step, count, stage, history, history_rate"
     lines = [f"def rates({signature}):"]
     lines += [f"    {name} = x[{i}]" for i, name in enumerate(RATES)]
@@ -113,7 +116,7 @@ def _led(rates: Mapping[str, str]) -> Iterator[str]:
 
 
 def _seam_lines(
-    known: "_Names", effects: tuple[EffectClass, ...], seam: str, gives: tuple[str, ...]
+    known: "Names", effects: tuple[EffectClass, ...], seam: str, gives: tuple[str, ...]
 ) -> Iterator[str]:
     """Yield the effects at a seam, behind one switch for the seam and one for each effect."""
     if seam not in seams(effects):
@@ -123,15 +126,16 @@ def _seam_lines(
         for hook in (h for h in effect.hooks if h.seam == seam):
             yield f"        if p[{known.place(f'{effect.name}.present')}] > 0.5:"
             targets = [*gives, *(f"dx{known.state(effect, state)}" for state in hook.governs)]
-            call = f"{_hook_name(effect, hook)}({known.arguments(hook.function, effect)})"
+            call = f"{hook_name(effect, hook)}({known.arguments(hook.function, effect)})"
             yield f"            {', '.join(targets)} = {call}"
 
 
-def _hook_name(effect: EffectClass, hook: Hook) -> str:
+def hook_name(effect: EffectClass, hook: Hook) -> str:
+    """The name of a hook's function in the kernel."""
     return f"{effect.name}__{hook.function.__name__}"
 
 
-class _Names:
+class Names:
     """What each argument name means at this point of the kernel."""
 
     def __init__(self, order: Layout) -> None:

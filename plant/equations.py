@@ -242,23 +242,26 @@ def tyre_force(
     peak = max(rear_grip * rear_load, 1e-3)
     B = tyre_slip_stiffness * rear_load / (tyre_load * tyre_shape * peak)
     force = peak * math.sin(tyre_shape * math.atan(B * slip))
-    apart = abs(tyre_form_1) + abs(tyre_form_2) + abs(tyre_form_3) + abs(tyre_form_4)
-    apart += abs(tyre_form_5) + abs(tyre_form_6) + abs(tyre_form_7) + abs(tyre_form_8)
-    if apart + abs(tyre_form_9) > 0.0:
-        eighths = 8.0 * B * tyre_shape * abs(slip)
-        if eighths < 8.0:
-            form = tyre_form_1 * max(1.0 - abs(eighths - 1.0), 0.0)
-            form += tyre_form_2 * max(1.0 - abs(eighths - 2.0), 0.0)
-            form += tyre_form_3 * max(1.0 - abs(eighths - 3.0), 0.0)
-            form += tyre_form_4 * max(1.0 - abs(eighths - 4.0), 0.0)
-            form += tyre_form_5 * max(1.0 - abs(eighths - 5.0), 0.0)
-            form += tyre_form_6 * max(1.0 - abs(eighths - 6.0), 0.0)
-            form += tyre_form_7 * max(1.0 - abs(eighths - 7.0), 0.0)
-            form += tyre_form_8 * max(1.0 - abs(eighths - 8.0), 0.0)
-        else:
-            rest = min(0.25 * (eighths - 8.0), 1.0)
-            form = tyre_form_8 + (tyre_form_9 - tyre_form_8) * rest
-        force += peak * (form if slip > 0.0 else -form)
+    eighths = 8.0 * B * tyre_shape * abs(slip)
+    if eighths < 1.0:
+        form = tyre_form_1 * eighths
+    elif eighths < 2.0:
+        form = tyre_form_1 + (tyre_form_2 - tyre_form_1) * (eighths - 1.0)
+    elif eighths < 3.0:
+        form = tyre_form_2 + (tyre_form_3 - tyre_form_2) * (eighths - 2.0)
+    elif eighths < 4.0:
+        form = tyre_form_3 + (tyre_form_4 - tyre_form_3) * (eighths - 3.0)
+    elif eighths < 5.0:
+        form = tyre_form_4 + (tyre_form_5 - tyre_form_4) * (eighths - 4.0)
+    elif eighths < 6.0:
+        form = tyre_form_5 + (tyre_form_6 - tyre_form_5) * (eighths - 5.0)
+    elif eighths < 7.0:
+        form = tyre_form_6 + (tyre_form_7 - tyre_form_6) * (eighths - 6.0)
+    elif eighths < 8.0:
+        form = tyre_form_7 + (tyre_form_8 - tyre_form_7) * (eighths - 7.0)
+    else:
+        form = tyre_form_8 + (tyre_form_9 - tyre_form_8) * min(0.25 * (eighths - 8.0), 1.0)
+    force += peak * (form if slip > 0.0 else -form)
     return force
 
 

@@ -1,4 +1,4 @@
-"""How everything that sensors show answers to each uncertain number: finite differences."""
+"""How everything that sensors show changes with each uncertain number."""
 
 from dataclasses import replace
 
@@ -9,9 +9,14 @@ from slipbench.identification.mismatch.simulation.model import (
     Point,
     Runs,
     Series,
+    acting,
+    late_slopes,
+    look_along,
     misplace,
     predict,
 )
+from slipbench.identification.mismatch.simulation.system import System
+from slipbench.identification.mismatch.simulation.threads import in_threads
 from slipbench.plant.effects.effect import Effect
 from slipbench.plant.signals import Floats
 
@@ -24,47 +29,69 @@ def sensitivities(
 ) -> Series:
     """Return (T, m, p) by block and record: the system first, then the slow unknown by record.
 
-    Simulations with coarse steps are compared with each other. kept: those of a point nearby, which
-    hold for all drives but these.
+    Simulations with coarse steps are differentiated, or compared with each other where the system
+    offers no derivatives. kept: those of a point nearby, which hold for all drives but these.
     """
     model = fine.for_slopes
-    if kept is not None:
-        return _renewed(model, point, kept, only)
-    base = predict(model, point)
-    places = len(point.x) + sum(len(q) for q in point.q)
-    found = [[np.zeros((*m.shape, places)) for m in ms] for ms in model.measured]
+    drives = frozenset(model.chain.drives) if kept is None else only
+    old = none(model, point) if kept is None else kept
+    found = [
+        [np.zeros(s.shape) for s in ss] if block.drive in drives else ss
+        for block, ss in zip(model.chain.blocks, old, strict=True)
+    ]
+    jobs = [(r, d) for d in model.chain.drives if d in drives for r in range(len(model.records))]
+    system = model.at(point)
+    if not all(in_threads(lambda job: _derive(model, point, system, *job, found), jobs)):
+        _compare(model, point, found, drives)
+    return found
+
+
+def _derive(
+    model: Model, point: Point, system: System, record: int, drive: str, found: Series
+) -> bool:
+    """Write sensitivities of one drive of one record; tell whether the system could."""
+    done = system.derivatives(
+        model.records[record],
+        model.chain,
+        drive,
+        point.q[record],
+        acting(model, point, record),
+        model.known,
+        point.x,
+    )
+    if done is None:
+        return False
+    before = len(point.x) + sum(len(q) for q in point.q[:record])
+    places = [*done.known, *range(before, before + done.slow)]
+    for b, block in enumerate(model.chain.blocks):
+        if block.drive == drive:
+            known = model.known_bins[b][record]
+            into = found[b][record]
+            shown = look_along(model, point, system, b, record, done)
+            into[:, :, places] = shown * known[:, :, None]
+            for i, slope in late_slopes(model, point, system, b, record, done.out).items():
+                into[:, :, i] = slope * known
+    return True
+
+
+def _compare(model: Model, point: Point, found: Series, drives: frozenset[str]) -> None:
+    """Write sensitivities of some drives by finite differences."""
+    base = predict(model, point, drives)
     for i in range(len(point.x)):
-        drives = model.system.touched(model.chain, model.known[i])
-        x = point.x.copy()
-        x[i] += NUDGE
-        put(model, found, i, predict(model, replace(point, x=x), drives), base, NUDGE)
+        touched = drives.intersection(model.system.touched(model.chain, model.known[i]))
+        if touched:
+            x = point.x.copy()
+            x[i] += NUDGE
+            put(model, found, i, predict(model, replace(point, x=x), touched), base, NUDGE)
     column = len(point.x)
-    slow = model.system.slow_drives(model.chain)
-    for r, q in enumerate(point.q):
+    slow = drives.intersection(model.system.slow_drives(model.chain))
+    for r, q in enumerate(point.q if slow else ()):
         for k in range(len(q)):
             moved = q.copy()
             moved[k] += SLOW_NUDGE
             there = replace(point, q=(*point.q[:r], moved, *point.q[r + 1 :]))
             put(model, found, column, predict(model, there, slow, (r,)), base, SLOW_NUDGE)
             column += 1
-    return found
-
-
-def _renewed(model: Model, point: Point, kept: Series, only: frozenset[str]) -> Series:
-    """Take sensitivities of some drives anew, on which nothing slow acts."""
-    base = predict(model, point, only)
-    blocks = model.chain.blocks
-    found = [
-        [s.copy() for s in ss] if block.drive in only else ss
-        for block, ss in zip(blocks, kept, strict=True)
-    ]
-    for i in range(len(point.x)):
-        drives = only.intersection(model.system.touched(model.chain, model.known[i]))
-        if drives:
-            x = point.x.copy()
-            x[i] += NUDGE
-            put(model, found, i, predict(model, replace(point, x=x), drives), base, NUDGE)
-    return found
 
 
 def none(model: Model, point: Point) -> Series:

@@ -31,7 +31,7 @@ def simulate(
     added: Mapping[str, Floats],
 ) -> Outputs:
     """Run one drive of one record. q: of the slow road; added: to columns of the inputs."""
-    simulation, state, inputs = _ready(bike, record, chain, drive, q, added)
+    simulation, state, inputs = ready(bike, record, chain, drive, q, added)
     return simulation.advance(state, inputs)[1]
 
 
@@ -46,13 +46,13 @@ def shown(
 ) -> Mapping[str, Floats]:
     """Return what `simulate` gives, but only the columns that sensors of this drive look at."""
     only = drive == "servo"
-    simulation, state, inputs = _ready(bike, record, chain, drive, q, added, finer, only)
+    simulation, state, inputs = ready(bike, record, chain, drive, q, added, finer, only)
     outputs = [o for block in chain.blocks if block.drive == drive for o in block.outputs]
     wanted = {column for o in outputs for column in record.sensors[o].see}
     return simulation.trajectories(state, inputs, sorted(wanted))
 
 
-def _ready(
+def ready(
     bike: Motorcycle,
     record: Record,
     chain: Chain,
@@ -77,7 +77,7 @@ def _ready(
         table[:, Inputs.names.index(name)] += course
     settling = round(LEAD_IN / step)
     speed = true_speed(record, bike, settling + SMOOTH)
-    inputs.measured_speed[:settling] = _smoothed(speed)[:settling]
+    inputs.measured_speed[:settling] = smoothed(speed)[:settling]
     if any(e.unseen_turn for e in bike.effects):
         inputs.kept_rear_speed[:] = _recorded_turning(record)
     return simulation, _begin(simulation, inputs, record, speed), inputs
@@ -101,7 +101,7 @@ def _told_too_much(
     wrong = [e for e in bike.effects if changes_simulation(e, chain, drive)]
     if not wrong:
         return 0.0
-    simulation, state, inputs = _ready(bike, record, chain, "servo", NO_ROAD, {}, finer, True)
+    simulation, state, inputs = ready(bike, record, chain, "servo", NO_ROAD, {}, finer, True)
     sensor = record.sensors[source]
     return sensor.error(
         simulation.trajectories(state, inputs, sorted(sensor.see)), wrong, record.time
@@ -122,8 +122,8 @@ def _led(record: Record, leads: tuple[tuple[str, str], ...]) -> Floats:
     return kept[leads]
 
 
-def _smoothed(speed: Floats) -> Floats:
-    """Mean over 50 ms, the ends continued."""
+def smoothed(speed: Floats) -> Floats:
+    """Mean over 50 ms, the ends continued. speed: (rows,); gives (rows,)."""
     padded = np.pad(speed, SMOOTH // 2, mode="edge")
     sums = np.cumsum(np.concatenate(([0.0], padded)))
     return np.asarray((sums[SMOOTH:] - sums[:-SMOOTH]) / SMOOTH)
@@ -163,20 +163,25 @@ def rolling(record: Record, bike: Motorcycle, wheel: str, turning: Floats) -> Fl
 
 
 def _begin(simulation: Simulation, inputs: Inputs, record: Record, speed: Floats) -> Floats:
-    bike = simulation.motorcycle
+    throttle, states = starts(simulation.motorcycle, inputs, record, speed)
+    spark = float(inputs.spark[0])
+    return simulation.state(throttle_command=throttle, spark=spark, throttle=throttle, **states)
+
+
+def starts(
+    bike: Motorcycle, inputs: Inputs, record: Record, speed: Floats
+) -> tuple[float, dict[str, float]]:
+    """Opening (0..1) at the beginning, and the other states that are not zero."""
     v = float(np.mean(speed[:20]))
     gear = max(int(inputs.gear[0]), 1)
     rear = v / bike.rear_wheel.radius * 1.01
     drag = 0.5 * bike.body.air_density * bike.body.drag_area * v * v + 30.0
     throttle = float(record.measured.get("throttle_position", inputs.throttle_command)[0])
-    return simulation.state(
-        throttle=throttle,
-        air=throttle,
-        throttle_command=throttle,
-        spark=float(inputs.spark[0]),
-        engine_speed=rear * bike.gears[gear - 1],
-        rear_speed=rear,
-        speed=v,
-        crank_angle=record.turned,
-        twist=drag * bike.rear_wheel.radius / bike.driveline.stiffness,
-    )
+    return throttle, {
+        "air": throttle,
+        "engine_speed": rear * bike.gears[gear - 1],
+        "rear_speed": rear,
+        "speed": v,
+        "crank_angle": record.turned,
+        "twist": drag * bike.rear_wheel.radius / bike.driveline.stiffness,
+    }

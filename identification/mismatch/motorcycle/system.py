@@ -19,9 +19,11 @@ from slipbench.identification.mismatch.motorcycle.regressors import (
     servo_regressors,
 )
 from slipbench.identification.mismatch.motorcycle.simulate import FINER, shown, simulate
+from slipbench.identification.mismatch.motorcycle.tangents import derivatives
 from slipbench.identification.mismatch.motorcycle.turns import crank_turns
 from slipbench.identification.mismatch.simulation.blocks import Chain
 from slipbench.identification.mismatch.simulation.coordinates import Coordinate
+from slipbench.identification.mismatch.simulation.derivatives import Derivatives
 from slipbench.identification.mismatch.simulation.place import Injection
 from slipbench.identification.mismatch.simulation.record import Record
 from slipbench.identification.mismatch.simulation.system import System
@@ -166,6 +168,21 @@ class MotorcycleSystem(System):
     ) -> Mapping[str, Floats]:
         """Run one drive of one record."""
         return shown(self.vehicle.motorcycle, record, chain, drive, q, added, self.finer)
+
+    def derivatives(
+        self,
+        record: Record,
+        chain: Chain,
+        drive: str,
+        q: Floats,
+        added: Mapping[str, Floats],
+        known: Sequence[Coordinate],
+        x: Floats,
+    ) -> Derivatives:
+        """Run one drive with tangents."""
+        numbers = [i for i, k in enumerate(known) if drive in self.touched(chain, k)]
+        bike = self.vehicle.motorcycle
+        return derivatives(bike, record, chain, drive, q, added, self.finer, known, x, numbers)
 
     def acts_at(self, effect: Effect) -> str:
         """Return the place that an effect's first seam belongs to, or its channel's sensor."""

@@ -8,9 +8,10 @@ import numpy as np
 
 from slipbench.identification.mismatch.simulation.blocks import Block, Chain
 from slipbench.identification.mismatch.simulation.coordinates import Coordinate
+from slipbench.identification.mismatch.simulation.derivatives import Derivatives
 from slipbench.identification.mismatch.simulation.push import Push
 from slipbench.identification.mismatch.simulation.record import Record
-from slipbench.identification.mismatch.simulation.sensor import Columns, Rounds
+from slipbench.identification.mismatch.simulation.sensor import Columns, Rounds, Sensor
 from slipbench.identification.mismatch.simulation.system import System
 from slipbench.plant.effects.effect import Effect
 from slipbench.plant.encoder import Misplaces
@@ -20,6 +21,8 @@ Series = list[list[Floats]]
 """By block and record: (T, m)."""
 Runs = dict[tuple[int, str], Columns]
 """Simulations by record and drive."""
+LOOK = 0.02
+"""Of a coordinate, between two looks of a sensor at a simulation."""
 PUNCTUAL: Mapping[str, float] = {}
 
 
@@ -159,6 +162,45 @@ def predict(
                 misplace(seen, block.outputs, record, system.effects)
                 found[b][r] = seen
     return found
+
+
+def look_along(
+    model: Model, point: Point, system: System, block: int, record: int, run: Derivatives
+) -> Floats:
+    """Return how a block's outputs change with what a run was differentiated to, (T, m, k)."""
+    sensors, effects, late = _seen_by(model, point, system, block, record)
+    shown = [
+        s.look_along(run.out, run.slopes, effects, late.get(s.clock, 0.0), LOOK) for s in sensors
+    ]
+    return np.stack(shown, axis=1)
+
+
+def late_slopes(
+    model: Model, point: Point, system: System, block: int, record: int, out: Columns
+) -> dict[int, Floats]:
+    """Return how a block's outputs change with each clock's coordinate, (T, m) by its number."""
+    sensors, effects, late = _seen_by(model, point, system, block, record)
+    found = {}
+    for i, known in enumerate(model.known):
+        if known.name in late and known.of_clock:
+            step = LOOK * known.slope(float(point.x[i]))
+            there = {**late, known.name: late[known.name] + step}
+            both = [
+                np.column_stack([s.look(out, effects, d.get(s.clock, 0.0)) for s in sensors])
+                for d in (there, late)
+            ]
+            found[i] = (both[0] - both[1]) / LOOK
+    return found
+
+
+def _seen_by(
+    model: Model, point: Point, system: System, block: int, record: int
+) -> tuple[list[Sensor], list[Effect], dict[str, float]]:
+    """Sensors of a block, effects that act in them, and by how much their clocks tell too much."""
+    effects = [e for e in system.effects if not (model.stepless and isinstance(e, Rounds))]
+    cut = model.chain.blocks[block]
+    sensors = [model.records[record].sensors[o] for o in cut.outputs]
+    return sensors, effects, _late(model, point, cut)
 
 
 def _run(

@@ -32,6 +32,7 @@ MOVED = 1.5  # quanta between two samples from which on telling a value again is
 NEAR = (0.05, 0.08, 0.12, 0.18, 0.27, 0.4)
 """Of a coarse step, how near a simulation may come to what was rounded."""
 THE_SAME = 0.02  # share of a step within which a recording's own steps are meant
+SMALL_PART = 1e-3  # of a step, over which the slope of a rounding is taken
 SEGMENT = 3.0  # s, over which a tooth pattern is averaged
 Integers = npt.NDArray[np.int_]
 
@@ -77,6 +78,20 @@ class Later:
 
 
 @dataclass(frozen=True)
+class Moved:
+    """What a simulation would do a step further in one direction of its slopes."""
+
+    out: Columns
+    slopes: Columns
+    direction: int
+    step: float
+
+    def __getitem__(self, name: str, /) -> FloatArray:
+        """Return a column, (rows,)."""
+        return np.asarray(self.out[name] + self.step * self.slopes[name][:, self.direction])
+
+
+@dataclass(frozen=True)
 class Sensor:
     """name: of the output; value: (bins,) recorded; known: (bins,) False where nothing was.
 
@@ -85,7 +100,8 @@ class Sensor:
     sees and the bins that it fills. time: s, of samples of a point sensor; told: by them; again: 1
     where they told a value again; lattice: steps of what is told; noise: deviation of the white
     noise before it was rounded; coarse: whether the steps are coarser than promised. offsets: what
-    the displacement of every tooth (rad) does before the last steps.
+    the displacement of every tooth (rad) does before the last steps. along: derivative of direct
+    where the simulation's columns change by others, of shape (rows, directions); None: by differences.
     """
 
     name: str
@@ -98,6 +114,7 @@ class Sensor:
     direct: Callable[[Columns], FloatArray]
     grid: Grid
     offsets: Matrix | None = None
+    along: Callable[[Columns, Columns], FloatArray] | None = None
     time: FloatArray | None = None
     told: FloatArray | None = None
     again: FloatArray | None = None
@@ -123,6 +140,31 @@ class Sensor:
             return self.then(self._told(seen, acting))
         shown = self.direct(out)
         return shown - late * np.gradient(shown, self.grid.width) if late else shown
+
+    def look_along(
+        self,
+        out: Columns,
+        slopes: Columns,
+        effects: Iterable[Effect] = (),
+        late: float = 0.0,
+        step: float = 1.0,
+    ) -> FloatArray:
+        """Return how what the sensor shows changes with the simulation, (bins, directions).
+
+        slopes: of its columns, (rows, directions). Where an effect acts, or nothing else is known,
+        it is looked at twice, a step apart in every direction.
+        """
+        if self.along is None or self._acting(effects):
+            base = self.look(out, effects, late)
+            directions = range(next(iter(self._columns(slopes))).shape[1])
+            there = (Moved(out, slopes, d, step) for d in directions)
+            changed = [(self.look(moved, effects, late) - base) / step for moved in there]
+            return np.column_stack(changed) if changed else np.zeros((base.size, 0))
+        shown = self.along(out, slopes)
+        return shown - late * np.gradient(shown, self.grid.width, axis=0) if late else shown
+
+    def _columns(self, out: Columns) -> list[FloatArray]:
+        return [out[column] for column in self.see]
 
     def error(self, out: Columns, effects: Iterable[Effect], at: FloatArray) -> FloatArray:
         """Return by how much effects on its channel make the sensor tell too much, at given times.
@@ -224,6 +266,13 @@ def point_sensor(
             return then(see @ out[column])
         return np.asarray(at_once @ out[column])
 
+    def along(out: Columns, slopes: Columns) -> FloatArray:
+        if usual.step <= 0.0:
+            return np.asarray(at_once @ slopes[column])
+        values, h = see @ out[column], SMALL_PART * usual.step
+        up, down = (mean_quantised(values + s, usual.step, noise, usual.phase) for s in (h, -h))
+        return np.asarray(bins @ (((up - down) / (2.0 * h))[:, None] * (see @ slopes[column])))
+
     again = _again(samples.value)
     return Sensor(
         name,
@@ -235,6 +284,7 @@ def point_sensor(
         then,
         direct,
         grid,
+        along=along,
         time=samples.time,
         told=samples.value,
         again=again,
@@ -276,6 +326,12 @@ def tooth_sensors(wheel: str, teeth: Sampled, per_turn: int, grid: Grid) -> tupl
     def pattern(out: Columns) -> FloatArray:
         return disc.centred(_seen(cells, out))
 
+    def clean_along(_: Columns, slopes: Columns) -> FloatArray:
+        return direct(slopes)
+
+    def pattern_along(_: Columns, slopes: Columns) -> FloatArray:
+        return pattern(slopes)
+
     return (
         Sensor(
             f"{wheel}_teeth",
@@ -288,6 +344,7 @@ def tooth_sensors(wheel: str, teeth: Sampled, per_turn: int, grid: Grid) -> tupl
             direct,
             grid,
             late,
+            clean_along,
         ),
         Sensor(
             f"{wheel}_tooth_pattern",
@@ -300,6 +357,7 @@ def tooth_sensors(wheel: str, teeth: Sampled, per_turn: int, grid: Grid) -> tupl
             pattern,
             grid,
             late,
+            pattern_along,
         ),
     )
 
@@ -321,9 +379,9 @@ class _Disc:
         return self.centred(self.mean @ intervals)
 
     def centred(self, cells: FloatArray) -> FloatArray:
-        """Return the cells less the mean of their segment."""
-        table = cells.reshape(-1, self.per_turn)
-        return np.asarray((table - table.mean(axis=1, keepdims=True)).ravel())
+        """Return the cells, (cells, ...), less the mean of their segment."""
+        table = cells.reshape(-1, self.per_turn, *cells.shape[1:])
+        return np.asarray((table - table.mean(axis=1, keepdims=True)).reshape(cells.shape))
 
 
 def _disc(

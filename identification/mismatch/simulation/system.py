@@ -12,6 +12,7 @@ from typing import Any, Self
 
 from slipbench.identification.mismatch.simulation.blocks import Chain
 from slipbench.identification.mismatch.simulation.coordinates import Coordinate
+from slipbench.identification.mismatch.simulation.derivatives import Derivatives
 from slipbench.identification.mismatch.simulation.place import Injection
 from slipbench.identification.mismatch.simulation.record import Record
 from slipbench.identification.mismatch.simulation.sensor import Columns
@@ -122,6 +123,23 @@ class System(ABC):
 
         Raises PlantError where it cannot run.
         """
+
+    def derivatives(
+        self,
+        record: Record,
+        chain: Chain,
+        drive: str,
+        q: Floats,
+        added: Mapping[str, Floats],
+        known: Sequence[Coordinate],
+        x: Floats,
+    ) -> Derivatives | None:
+        """Run one drive and differentiate what its sensors look at; None where it cannot.
+
+        To the coordinates known, at x, that this drive is touched by, and to the slow unknown if
+        it acts here; q, added: as for `simulate`. Raises PlantError where it cannot run.
+        """
+        return None
 
     @abstractmethod
     def places(self, chain: Chain) -> list[Injection]:
