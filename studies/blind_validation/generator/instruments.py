@@ -17,6 +17,7 @@ from slipbench.studies.blind_validation.generator.ride import Commands, Course
 from slipbench.studies.blind_validation.generator.vehicle_file import Noises
 
 TEETH = 16
+EVEN = 2 * np.pi / TEETH * np.arange(TEETH)  # rad, places of the teeth
 TOLERANCE = 1e-6  # m, standard deviation of a tooth's place: a tenth of what anybody cares for
 PITCH_RADIUS = 0.1  # m
 DRIFT = 30e-6
@@ -145,12 +146,19 @@ def echoed(values: Floats, commands: Commands) -> Samples:
 
 def tooth_places(disc: Disc, rng: np.random.Generator) -> Floats:
     """Angle of every tooth of a disc, rad, shape (TEETH,): even spacing, tolerance, hidden errors."""
-    place = 2 * np.pi / TEETH * np.arange(TEETH)
-    late = TOLERANCE / PITCH_RADIUS * rng.standard_normal(TEETH)
+    tolerance = TOLERANCE / PITCH_RADIUS * rng.standard_normal(TEETH)
+    return np.asarray(EVEN + tolerance + _hidden_errors(disc))
+
+
+def _hidden_errors(disc: Disc) -> Floats:
+    late = disc.run_out / disc.order * np.cos(disc.order * EVEN + disc.phase)
     late[disc.tooth] += disc.displacement / PITCH_RADIUS
-    return np.asarray(
-        place + late + disc.run_out / disc.order * np.cos(disc.order * place + disc.phase)
-    )
+    return np.asarray(late)
+
+
+def tooth_errors(disc: Disc, angle: Floats) -> Floats:
+    """Hidden error of the tooth at each angle of a wheel, rad, shape (n,); between teeth: linear."""
+    return np.asarray(np.interp(angle, EVEN, _hidden_errors(disc), period=2 * np.pi))
 
 
 def tooth_times(
