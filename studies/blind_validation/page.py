@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 
 from slipbench.studies.blind_validation.counting import Figure, figures
-from slipbench.studies.blind_validation.generator.fault_types import LIBRARY, OUTSIDE
+from slipbench.studies.blind_validation.generator.fault_types import LIBRARY
+from slipbench.studies.blind_validation.generator.outside import OUTSIDE
 from slipbench.studies.blind_validation.posterior import ranks_of, uniformity
 from slipbench.studies.blind_validation.score import NOT_VISIBLE, VISIBLE, ScoredCase, misses
 from slipbench.studies.blind_validation.shortfalls import every_curve, every_interval, every_miss

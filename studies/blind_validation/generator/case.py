@@ -17,13 +17,13 @@ from slipbench.studies.blind_validation.generator.fault_type import OPTICAL, SER
 from slipbench.studies.blind_validation.generator.fault_types import (
     BY_NAME,
     LIBRARY,
-    OUTSIDE,
     Hidden,
     draw_hidden,
 )
 from slipbench.studies.blind_validation.generator.filters import Filter, draw_filters
 from slipbench.studies.blind_validation.generator.frames import Line
 from slipbench.studies.blind_validation.generator.instruments import ChannelFaults, Disc, Sensors
+from slipbench.studies.blind_validation.generator.outside import OUTSIDE
 from slipbench.studies.blind_validation.generator.recording import FaultSet, Trial, write_run
 from slipbench.studies.blind_validation.generator.road import Roughness
 from slipbench.studies.blind_validation.generator.tyres import NAMES
@@ -108,13 +108,13 @@ def draw_case(seed: int, number: int) -> Case:
         _draw_roughness(rng),
         Line(*(float(rng.uniform(0.0, m)) for m in (REPEATED, LOST))),
     )
-    trials = [
+    training, held_out = (
         tuple(
             _trial(rng, f"{name}_{i + 1}", e, rough, line, (seed, number)) for i, e in enumerate(es)
         )
         for name, es in zip(("training", "held_out"), sets, strict=True)
-    ]
-    return Case(number, category, truth, hidden, vehicle, *trials, careless)
+    )
+    return Case(number, category, truth, hidden, vehicle, training, held_out, careless)
 
 
 def _filters(rng: np.random.Generator, hidden: Sequence[Hidden]) -> dict[str, Filter]:
