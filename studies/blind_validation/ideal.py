@@ -70,11 +70,18 @@ def ideal(case: Case, base: Fit) -> Ideal:
     if not case.hidden:
         return Ideal(0.0, ())
     observer = Observer(case, case.training)
-    gain = observer.worth(base, case.hidden)
+    whole = observer.fitted(base, case.hidden)
     if len(case.hidden) == 1:
+        gain = observer.worth(base, case.hidden, whole)
         return Ideal(gain, (gain,))
     others = [tuple(h for h in case.hidden if h is not one) for one in case.hidden]
-    return Ideal(gain, tuple(gain - observer.worth(base, o) for o in others))
+    fits = [observer.fitted(base, known) for known in others]
+    # Who knows more cannot gain less: a fit that does has stopped on its way.
+    further = [observer.fitted(base, case.hidden, f) for f in fits if f.score > whole.score]
+    whole = max((whole, *further), key=lambda f: f.score)
+    known = [observer.worth(base, k, f) for k, f in zip(others, fits, strict=True)]
+    gain = max(observer.worth(base, case.hidden, whole), *known)
+    return Ideal(gain, tuple(gain - k for k in known))
 
 
 def on_held_out(case: Case, base: Fit, held_out: Model) -> float:
@@ -111,15 +118,19 @@ class Observer:
     trials: Sequence[Trial]
     rides: dict[tuple[int, tuple[str, ...]], Course] = field(default_factory=dict)
 
-    def worth(self, base: Fit, known: Effects) -> float:
+    def worth(self, base: Fit, known: Effects, fit: Fit | None = None) -> float:
         """Log-likelihood gain of a fit to recordings without the known effects, nats.
 
-        Where another course of the ride makes that fit worse, the shape of the difference counts,
-        at the magnitude that fits best.
+        fit: that fit, if there is one. Where another course of the ride makes it worse, the shape of
+        the difference counts, at the magnitude that fits best.
         """
-        if not known:
-            return 0.0
-        absent = tuple(h for h in self.case.hidden if h not in known)
+        found = fit or self.fitted(base, known)
+        shape = of_its_shape(base, self.difference(base.model, self._absent(known)))
+        return max(found.score - base.score, shape)
+
+    def fitted(self, base: Fit, known: Effects, start: Fit | None = None) -> Fit:
+        """Fit to the recordings without the known effects, from the point of another fit."""
+        absent = self._absent(known)
         difference = self.difference(base.model, absent)
         records = [self.led_in(r, i, absent) for i, r in enumerate(base.model.records)]
         cleared = replace(base.model, records=tuple(records))
@@ -127,9 +138,12 @@ class Observer:
             [m - d for m, d in zip(ms, ds, strict=True)]
             for ms, ds in zip(base.model.measured, difference, strict=True)
         ]
-        predicted = predict(cleared, base.point)
-        fit = settle(Fit(cleared, base.point, predicted, base.noise, base.slopes), noises=3)
-        return max(fit.score - base.score, of_its_shape(base, difference))
+        begun = start or base
+        predicted = predict(cleared, begun.point)
+        return settle(Fit(cleared, begun.point, predicted, begun.noise, base.slopes), noises=3)
+
+    def _absent(self, known: Effects) -> Effects:
+        return tuple(h for h in self.case.hidden if h not in known)
 
     def ride(self, r: int, effects: Effects) -> Course:
         """Simulated run of a trial with some of the hidden effects, without combustion noise.

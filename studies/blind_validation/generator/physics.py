@@ -98,8 +98,10 @@ def charge_of(x: Floats, dx: Floats, arriving: float, m: Machine, e: MotionFault
     x, dx: states and rates, SI, (STATES,). arriving: delayed throttle opening, 1.
     """
     air = x[AIR]
-    emptying = 0.5 * (1.0 + math.tanh((air - arriving) / 5e-4))
-    dx[AIR] = (arriving - air) / (m.filling_time * (1.0 + e.asymmetry * emptying))
+    filling = m.filling_time
+    if e.asymmetry > 0.0:
+        filling *= 1.0 + e.asymmetry * 0.5 * (1.0 + math.tanh((air - arriving) / 5e-4))
+    dx[AIR] = (arriving - air) / filling
     w = e.runner_frequency
     dx[RUNNER] = x[RUNNER_RATE]
     dx[RUNNER_RATE] = w * w * (air - x[RUNNER]) - 2.0 * e.runner_damping * w * x[RUNNER_RATE]
@@ -126,8 +128,10 @@ def crank_torque(
     """Torque of gas, friction and pistons at the crank, N m. x, dx: SI, (STATES,)."""
     w, angle, opening = x[CRANK_SPEED], x[CRANK], max(charge, 0.0)
     friction = m.friction + m.friction_rise * w
-    friction += e.pumping * 1e-3 * w * math.exp(-opening / e.pumping_opening)
-    friction += e.cold_drag * math.exp(-max(t, 0.0) / e.oil_time)
+    if e.pumping > 0.0:
+        friction += e.pumping * 1e-3 * w * math.exp(-opening / e.pumping_opening)
+    if e.cold_drag > 0.0:
+        friction += e.cold_drag * math.exp(-max(t, 0.0) / e.oil_time)
     full = m.peak_torque / (1.0 + ((w - m.peak_speed) / m.torque_width) ** 2)
     full *= 1.0 + e.thin_air + 0.1 * e.torque_drift * max(t, 0.0)
     full *= 1.0 + e.ram_air * (x[SPEED] / 50.0) ** 2
@@ -205,7 +209,8 @@ def tyre_force(
     load = m.load * (1.0 + bump) + m.mass * e.height * x[FELT]
     load = limited(load + e.squat * x[SQUAT_RATE] / e.squat_frequency, 50.0, m.mass * G)
     grip = m.grip * max(1.0 + e.heat_sensitivity * x[WARMTH], 0.3) * (1.0 - e.wear * x[WAY])
-    grip *= 1.0 - e.wet * section(x[WAY], e.wet_place, e.wet_length, 1.0)
+    if e.wet > 0.0:
+        grip *= 1.0 - e.wet * section(x[WAY], e.wet_place, e.wet_length, 1.0)
     stiffness = m.slip_stiffness * load / m.load
     stiffness *= max(1.0 + e.stiffness_by_speed * (x[SPEED] - 40.0) / 40.0, 0.3)
     if s < 0.0:
@@ -224,11 +229,17 @@ def body(
 ) -> None:
     """Write the rates of motorcycle and rider along the road. driving: N; x, dx: SI, (STATES,)."""
     v = x[SPEED]
-    through = v + u[WIND] + e.head_wind + e.gust * math.sin(2.0 * math.pi * t / e.gust_period)
-    crouch = 1.0 + e.tuck * (1.0 - math.exp(-max(t, 0.0) / e.tuck_time))
+    through = v + u[WIND] + e.head_wind
+    if e.gust > 0.0:
+        through += e.gust * math.sin(2.0 * math.pi * t / e.gust_period)
+    crouch = 1.0
+    if e.tuck != 0.0:
+        crouch += e.tuck * (1.0 - math.exp(-max(t, 0.0) / e.tuck_time))
     drag = 0.5 * m.air_density * m.drag_area * crouch * through * abs(through)
-    slope = e.slope * section(x[WAY], e.slope_place, e.slope_length, 10.0)
-    resisting = drag + m.mass * G * (m.rolling_resistance + slope)
+    resistance = m.rolling_resistance
+    if e.slope != 0.0:
+        resistance += e.slope * section(x[WAY], e.slope_place, e.slope_length, 10.0)
+    resisting = drag + m.mass * G * resistance
     push = driving - resisting + u[SHOVE]
     a = push / m.mass
     dx[RIDER], dx[RIDER_RATE] = x[RIDER_RATE], 0.0
@@ -264,8 +275,11 @@ def rates(
     radius = m.radius * (1.0 + e.growth * x[SPEED] ** 2)
     driving = tyre_force(x, dx, radius, u[BUMP], formula, m, e)
     dx[CRANK_SPEED], dx[CRANK] = (torque - passed / m.ratio) / m.crank_inertia, x[CRANK_SPEED]
-    shake = e.run_out * radius * math.sin(x[WHEEL])
-    shake -= e.brake_drag * math.exp(-x[WAY] / e.brake_way)
+    shake = 0.0
+    if e.run_out > 0.0:
+        shake += e.run_out * radius * math.sin(x[WHEEL])
+    if e.brake_drag > 0.0:
+        shake -= e.brake_drag * math.exp(-x[WAY] / e.brake_way)
     turning = arriving - radius * driving - m.rolling + shake
     dx[WHEEL_SPEED], dx[WHEEL] = turning / m.wheel_inertia, x[WHEEL_SPEED]
     body(t, x, dx, driving, u, m, e)
