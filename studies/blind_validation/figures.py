@@ -1,4 +1,4 @@
-"""Figures of the blind validation: rates with intervals; outcome over visibility."""
+"""Figures of the blind validation: rates with intervals; outcome over visibility; ranks."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 
 from slipbench.studies.blind_validation.counting import Figure as Counted
 from slipbench.studies.blind_validation.generator.case import NOTHING
+from slipbench.studies.blind_validation.posterior import Uniformity, ranks_of, uniformity
 from slipbench.studies.blind_validation.score import NOT_VISIBLE, VISIBLE, ScoredCase, what_is_wrong
 
 GOOD, BAD, QUIET = "#1b7f5c", "#c0392b", "#8a8f98"
@@ -21,6 +22,8 @@ def draw_figures(cases: Sequence[ScoredCase], rates: Sequence[Counted], folder: 
     """Paths of all figures, drawn into a folder."""
     folder.mkdir(parents=True, exist_ok=True)
     drawn = {"validation_rates.png": _rates(rates), "validation_visibility.png": _visibility(cases)}
+    if found := uniformity(ranks_of(cases)):
+        drawn["validation_ranks.png"] = _ranks(found)
     for name, figure in drawn.items():
         figure.savefig(folder / name, dpi=110)
     return [folder / name for name in drawn]
@@ -64,5 +67,18 @@ def _visibility(cases: Sequence[ScoredCase]) -> Figure:
         "log-likelihood gain of the ideal observer / nats; left of the band: not visible"
     )
     axes.set_title("green: correct; red: miss; grey: not visible, no alarm", fontsize=9)
+    axes.spines[["top", "right"]].set_visible(False)
+    return figure
+
+
+def _ranks(found: Uniformity) -> Figure:
+    """Histogram of the ranks of the truth, with the band of uniform ranks."""
+    figure = Figure(figsize=(9.0, 3.2), layout="constrained")
+    axes = figure.add_subplot()
+    edges = np.linspace(0.0, 1.0, len(found.counts) + 1)
+    axes.axhspan(*found.band, color="#e7efe9")
+    axes.stairs(found.counts, edges, fill=True, color=GOOD, alpha=0.7)
+    axes.set_xlabel("rank of the truth in the stated posterior; shaded: 99 % of uniform ranks")
+    axes.set_ylabel("numbers")
     axes.spines[["top", "right"]].set_visible(False)
     return figure

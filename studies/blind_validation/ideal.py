@@ -1,52 +1,39 @@
 """Ideal observer: log-likelihood gain (nats) of the known hidden effects after recalibration.
 
-For effects of the library: the engine's own fit, started at the truth. For what is in no library:
-the true difference that it makes, out of the generator without any noise, off all that calibration
-may move. Both with the noise model that fits when the effect is explained.
+The difference that the hidden effects make is taken out of the generator, whose formulas are the
+true ones, without noise, and subtracted from the recordings; then the model of the analysis is fitted
+once more, from its own calibration and with its own sensitivities. No effect of the library is
+fitted, so that an observation costs a few simulations and says nothing about the library.
 """
 
-import math
 from collections.abc import Sequence
-from contextlib import suppress
-from dataclasses import dataclass, replace
-from itertools import product
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from scipy import interpolate
 
-from slipbench.identification.mismatch.fit.calibrate import (
-    as_believed,
-    calibrate,
-    followed,
-    strayed,
-)
-from slipbench.identification.mismatch.fit.candidate import Candidate
-from slipbench.identification.mismatch.fit.fitting import Fit, with_effects
+from slipbench.identification.mismatch.fit.fitting import Fit
 from slipbench.identification.mismatch.fit.held_out import carried_over
 from slipbench.identification.mismatch.fit.judge import Judge
 from slipbench.identification.mismatch.fit.settling import settle
-from slipbench.identification.mismatch.fit.sizing import as_shape, as_size, shapes, sizes, wholes
 from slipbench.identification.mismatch.fit.stack import flat
-from slipbench.identification.mismatch.naming.score import as_recorded
-from slipbench.identification.mismatch.naming.tried import half_a_turn_on
-from slipbench.identification.mismatch.simulation.model import Model, Series
+from slipbench.identification.mismatch.simulation.model import Model, Series, predict
 from slipbench.identification.mismatch.simulation.record import Record
 from slipbench.identification.mismatch.simulation.sampling import into_bins
-from slipbench.plant.effects.effect import Effect
-from slipbench.plant.effects.library import BY_NAME as EFFECTS
-from slipbench.plant.errors import PlantError
-from slipbench.studies.blind_validation.generator.case import Case
-from slipbench.studies.blind_validation.generator.fault_parameters import MotionFaults
-from slipbench.studies.blind_validation.generator.fault_types import BY_NAME, SERVO, Hidden
-from slipbench.studies.blind_validation.generator.instruments import ChannelFaults, sampled
-from slipbench.studies.blind_validation.generator.physics import Floats
-from slipbench.studies.blind_validation.generator.recording import (
-    FaultSet,
-    Trial,
-    channel_chance,
-    course_of,
+from slipbench.studies.blind_validation.generator.case import Case, secret_of
+from slipbench.studies.blind_validation.generator.fault_type import SERVO
+from slipbench.studies.blind_validation.generator.fault_types import Hidden
+from slipbench.studies.blind_validation.generator.filters import LAG, filtered
+from slipbench.studies.blind_validation.generator.instruments import (
+    ChannelFaults,
+    Disc,
+    sampled,
+    tooth_errors,
 )
+from slipbench.studies.blind_validation.generator.physics import Floats
+from slipbench.studies.blind_validation.generator.recording import Trial, channel_chance, course_of
 from slipbench.studies.blind_validation.generator.ride import Course
+from slipbench.studies.blind_validation.generator.vehicle_file import Truth
 
 LEADS_IN = {
     "front": "front_speed",
@@ -55,8 +42,6 @@ LEADS_IN = {
     "engine_speed": "engine_speed",
 }
 """Recorded quantities that lead a simulation in, and what they show."""
-BY_CHANCE = ("held_frames", "stale_frames")
-"""Kinds whose time series no parameter determines: which frames are stale, when a value is updated."""
 COLUMNS = {
     "throttle": "plate",
     "engine_speed": "crank_speed",
@@ -67,218 +52,172 @@ COLUMNS = {
     "optical_speed": "optical",
     "speed": "speed",
 }
+CHANNELS = {"throttle": "throttle_position"}
+"""Channels of columns that bear another name."""
+Effects = tuple[Hidden, ...]
 
 
 @dataclass(frozen=True)
 class Ideal:
-    """gain: nats of all hidden effects together; each: of every one, given the others.
-
-    difference: nats of the true difference, with the true formula known; NaN where effects of
-    sensors are hidden. fit: with the true effects; None where the library lacks one of them.
-    """
+    """gain: nats of all hidden effects together; each: of every one, given the others."""
 
     gain: float
     each: tuple[float, ...]
-    difference: float = math.nan
-    fit: Fit | None = None
 
 
 def ideal(case: Case, base: Fit) -> Ideal:
     """Gain of the ideal observer for a case. base: fit of the analysis without any effect."""
     if not case.hidden:
         return Ideal(0.0, ())
-    if len(case.hidden) == 1 and case.hidden[0].kind in BY_CHANCE:
-        gain = sensor_difference(case, base)
+    observer = Observer(case, case.training)
+    whole = observer.fitted(base, case.hidden)
+    if len(case.hidden) == 1:
+        gain = observer.worth(base, case.hidden, whole)
         return Ideal(gain, (gain,))
-    moves = not any(h.subject for h in case.hidden)
-    difference = motion_difference(case, base, case.training) if moves else math.nan
-    if all(BY_NAME[h.kind].inside for h in case.hidden):
-        return replace(_of_library(case.hidden, base), difference=difference)
-    return Ideal(difference, (difference,), difference)
+    others = [tuple(h for h in case.hidden if h is not one) for one in case.hidden]
+    fits = [observer.fitted(base, known) for known in others]
+    # Who knows more cannot gain less: a fit that does has stopped on its way.
+    further = [observer.fitted(base, case.hidden, f) for f in fits if f.score > whole.score]
+    whole = max((whole, *further), key=lambda f: f.score)
+    known = [observer.worth(base, k, f) for k, f in zip(others, fits, strict=True)]
+    gain = max(observer.worth(base, case.hidden, whole), *known)
+    return Ideal(gain, tuple(gain - k for k in known))
 
 
-def on_held_out(case: Case, base: Fit, found: Ideal, held_out: Model) -> float:
+def on_held_out(case: Case, base: Fit, held_out: Model) -> float:
     """Log-likelihood gain of the true effects on the held-out recordings, nats."""
-    before = carried_over(base, held_out)
-    if math.isfinite(found.difference):
-        return motion_difference(case, before, case.held_out)
-    if found.fit is None:
-        return math.nan
-    return carried_over(found.fit, held_out).score - before.score
-
-
-def _of_library(hidden: Sequence[Hidden], base: Fit) -> Ideal:
-    """Gains of fits with all true effects, and with each left out."""
-    candidates = [as_recorded(at_truth(h), base.model) for h in hidden]
-    whole = _fitted(base, candidates)
-    if whole is None:
-        return Ideal(0.0, tuple(0.0 for _ in hidden))
-    gain = whole.score - base.score
-    if len(candidates) == 1:
-        return Ideal(gain, (gain,), fit=whole)
-    each = []
-    for left_out in candidates:
-        less = _fitted(base, [c for c in candidates if c is not left_out])
-        each.append(whole.score - (less.score if less else base.score))
-    return Ideal(gain, tuple(each), fit=whole)
-
-
-def _fitted(base: Fit, candidates: Sequence[Candidate]) -> Fit | None:
-    """Best of several fits that start at the true effects, with several start angles.
-
-    Angles of rotating parts belong to a recording: an opposite line is half a turn away.
-    """
-    found = [_fitted_from(base, begun) for begun in product(*map(_either_way_on, candidates))]
-    return max((f for f in found if f is not None), key=lambda f: f.score, default=None)
-
-
-def _either_way_on(candidate: Candidate) -> list[Candidate]:
-    turned = half_a_turn_on(candidate) if candidate.kind.unseen_turn else ()
-    return [candidate, *turned]
-
-
-def _fitted_from(base: Fit, candidates: Sequence[Candidate]) -> Fit | None:
-    """Better of two fits: started at the engine's calibration, and at the vehicle file."""
-    found = []
-    with suppress(PlantError):
-        found.append(followed(settle(with_effects(base, candidates), noises=2)))
-    if strayed(base):
-        with suppress(PlantError):
-            found.append(followed(settle(as_believed(with_effects(base, candidates)), noises=2)))
-    return max(found, key=lambda f: f.score, default=None)
-
-
-def at_truth(hidden: Hidden) -> Candidate:
-    """Effect of the library with the true parameters."""
-    pattern = _pattern(EFFECTS[hidden.kind], hidden.subject)
-    kind, true = type(pattern), hidden.parameters
-    first = sizes(kind)[0]
-    size = as_size(first, true[first.name])
-    sought = [p.name for p in shapes(kind) if p.sought is not None and p.name in true]
-    pattern = replace(pattern, **{name: true[name] for name in sought})
-    dials = [
-        as_shape(p, p.typical, true[p.name]) if p.name in true and p.sought is None else 0.0
-        for p in shapes(kind)
-    ]
-    whole = tuple(true.get(p.name, p.typical) for p in wholes(kind))
-    return Candidate(pattern, (size, *dials), whole)
-
-
-def _pattern(kind: type[Effect], subject: str) -> Effect:
-    found = {c.subject: c for c in kind.candidates()}
-    return found[subject] if subject in found else next(iter(found.values()))
+    return Observer(case, case.held_out).worth(carried_over(base, held_out), case.hidden)
 
 
 @dataclass(frozen=True, eq=False)
 class Shown:
     """Trajectory of the generator as columns of the engine's rows. time: s, true."""
 
+    truth: Truth
+    discs: dict[str, Disc]
     course: Course
     time: Floats
 
     def __getitem__(self, name: str, /) -> Floats:
         """A column at the rows' ends, SI, shape (T,)."""
-        values = getattr(self.course, COLUMNS[name])
-        return np.asarray(interpolate.CubicSpline(self.course.time, values)(self.time))
+        course, values = self.course, getattr(self.course, COLUMNS[name])
+        own = self.truth.filters.get(CHANNELS.get(name, name))
+        if own and own.kind == LAG:
+            values = filtered(values, float(course.time[1] - course.time[0]), own)
+        wheel, _, what = name.partition("_")
+        if what == "angle" and wheel in self.discs:
+            values = values - tooth_errors(self.discs[wheel], values)
+        return np.asarray(interpolate.CubicSpline(course.time, values)(self.time))
 
 
-def motion_difference(case: Case, base: Fit, trials: Sequence[Trial]) -> float:
-    """Log-likelihood gain of the true difference in the channels, nuisances projected out, nats."""
-    model = base.model
-    absent = replace(case.faults, motion=MotionFaults())
-    there, without = (
-        [_shown(case, model, r, t, faults) for r, t in enumerate(trials)]
-        for faults in (case.faults, absent)
-    )
-    places = [h.places == (SERVO,) for h in case.hidden]
-    difference: Series = []
-    for b, block in enumerate(model.chain.blocks):
-        # What the plate does is measured, so that its own secrets are seen in its block alone.
-        in_servo = any(places) if block.drive == "servo" else not all(places)
-        difference.append(
-            [
-                (x[b] - y[b]) * (known if in_servo else 0.0)
-                for x, y, known in zip(there, without, model.known_bins[b], strict=True)
-            ]
+@dataclass(frozen=True, eq=False)
+class Observer:
+    """What hidden effects change in the trials of a case. rides: those simulated so far."""
+
+    case: Case
+    trials: Sequence[Trial]
+    rides: dict[tuple[int, tuple[str, ...]], Course] = field(default_factory=dict)
+
+    def worth(self, base: Fit, known: Effects, fit: Fit | None = None) -> float:
+        """Log-likelihood gain of a fit to recordings without the known effects, nats.
+
+        fit: that fit, if there is one. Where another course of the ride makes it worse, the shape of
+        the difference counts, at the magnitude that fits best.
+        """
+        found = fit or self.fitted(base, known)
+        shape = of_its_shape(base, self.difference(base.model, self._absent(known)))
+        return max(found.score - base.score, shape)
+
+    def fitted(self, base: Fit, known: Effects, start: Fit | None = None) -> Fit:
+        """Fit to the recordings without the known effects, from the point of another fit."""
+        absent = self._absent(known)
+        difference = self.difference(base.model, absent)
+        records = [self.led_in(r, i, absent) for i, r in enumerate(base.model.records)]
+        cleared = replace(base.model, records=tuple(records))
+        cleared.__dict__["measured"] = [
+            [m - d for m, d in zip(ms, ds, strict=True)]
+            for ms, ds in zip(base.model.measured, difference, strict=True)
+        ]
+        begun = start or base
+        predicted = predict(cleared, begun.point)
+        return settle(Fit(cleared, begun.point, predicted, begun.noise, base.slopes), noises=3)
+
+    def _absent(self, known: Effects) -> Effects:
+        return tuple(h for h in self.case.hidden if h not in known)
+
+    def ride(self, r: int, effects: Effects) -> Course:
+        """Simulated run of a trial with some of the hidden effects, without combustion noise.
+
+        Its power strokes differ with the crank angle, so that they would not cancel in a difference.
+        """
+        key = r, tuple(h.key for h in effects if not h.subject)
+        if key not in self.rides:
+            trial = self.trials[r]
+            still = replace(trial, roughness=replace(trial.roughness, combustion=1e-12))
+            faults = secret_of(effects)
+            self.rides[key], _ = course_of(self.case.truth, faults, still, self.case.faults)
+        return self.rides[key]
+
+    def difference(self, model: Model, absent: Effects) -> Series:
+        """What is in the recordings because of the effects that are not absent, per output group.
+
+        What the plate does is measured, so effects of the servo are seen in its group alone.
+        """
+        hidden = self.case.hidden
+        servo = tuple(h for h in hidden if h in absent or h.places == (SERVO,))
+        found: Series = []
+        for b, block in enumerate(model.chain.blocks):
+            without = absent if block.drive == "servo" else servo
+            found.append([])
+            for r, record in enumerate(model.records):
+                there, bare = (self._shown(r, record, e) for e in (hidden, without))
+                change = np.column_stack(
+                    [
+                        record.sensors[o].look(there) - record.sensors[o].look(bare)
+                        for o in block.outputs
+                    ]
+                )
+                for column, channel in enumerate(block.outputs):
+                    change[:, column] += self._of_channel(r, record, channel, absent)
+                found[b].append(change * model.known_bins[b][r])
+        return found
+
+    def _shown(self, r: int, record: Record, effects: Effects) -> Shown:
+        discs = dict(secret_of(effects).sensors.discs)
+        return Shown(self.case.truth, discs, self.ride(r, effects), record.time + record.start)
+
+    def _of_channel(self, r: int, record: Record, channel: str, absent: Effects) -> Floats | float:
+        """Change that hidden effects of a channel make in its bins, shape (T,); 0: none."""
+        case, trial = self.case, self.trials[r]
+        channels = (f.sensors.channels for f in (case.faults, secret_of(absent)))
+        there, bare = (c.get(channel, ChannelFaults()) for c in channels)
+        if there == bare:
+            return 0.0
+        course, own = course_of(case.truth, case.faults, trial)[0], case.truth.filters.get(channel)
+        with_it, without = (
+            sampled(channel, course, case.truth.noises, faults, channel_chance(trial, channel), own)
+            for faults in (there, bare)
         )
-    if all(places):
-        return _worth(base, difference)
-    led = [_led_in(case, model, r, t, absent) for r, t in enumerate(trials)]
-    return _worth(base, difference, led)
+        bins = into_bins(with_it.true - record.start, record.grid)
+        return np.asarray(bins @ (with_it.value - without.value))
+
+    def led_in(self, record: Record, r: int, absent: Effects) -> Record:
+        """Record with the warm-up of the simulation without the effects.
+
+        Otherwise an effect that acts in the first second would start the corrected run at a wrong
+        speed.
+        """
+        there, bare = (self._shown(r, record, e) for e in (self.case.hidden, absent))
+        measured = {
+            name: value - (there[LEADS_IN[name]] - bare[LEADS_IN[name]])
+            if name in LEADS_IN
+            else value
+            for name, value in record.measured.items()
+        }
+        return replace(record, measured=measured)
 
 
-def _led_in(case: Case, model: Model, r: int, trial: Trial, absent: FaultSet) -> Record:
-    """Record with the warm-up of the simulation without hidden effects.
-
-    Otherwise an effect that acts in the first second would start the corrected run at a wrong speed.
-    """
-    record = model.records[r]
-    there, without = (
-        Shown(course_of(case.truth, faults, trial, case.faults)[0], record.time + record.start)
-        for faults in (case.faults, absent)
-    )
-    measured = {
-        name: value - (there[LEADS_IN[name]] - without[LEADS_IN[name]])
-        if name in LEADS_IN
-        else value
-        for name, value in record.measured.items()
-    }
-    return replace(record, measured=measured)
-
-
-def sensor_difference(case: Case, base: Fit) -> float:
-    """Log-likelihood gain of the true difference that sensor effects make, without noise, nats."""
-    model = base.model
-    silent = replace(
-        case.truth.noises, throttle=0.0, throttle_quantum=0.0, engine_speed=0.0, optical=0.0
-    )
-    difference: Series = [[np.zeros(m.shape) for m in ms] for ms in model.measured]
-    for r, trial in enumerate(case.training):
-        course, _ = course_of(case.truth, case.faults, trial)
-        record = model.records[r]
-        for channel, hidden in case.faults.sensors.channels.items():
-            there, without = (
-                sampled(channel, course, silent, t, channel_chance(trial, channel))
-                for t in (hidden, ChannelFaults())
-            )
-            bins = into_bins(there.true - record.start, record.grid)
-            for b, block in enumerate(model.chain.blocks):
-                if channel in block.outputs:
-                    column = block.outputs.index(channel)
-                    difference[b][r][:, column] = bins @ (there.value - without.value)
-    return _worth(base, difference)
-
-
-def _shown(case: Case, model: Model, r: int, trial: Trial, faults: FaultSet) -> list[Floats]:
-    """Outputs of every output group in a run without noise, each of shape (T, m)."""
-    course, _ = course_of(case.truth, faults, trial, case.faults)
-    record = model.records[r]
-    columns = Shown(course, record.time + record.start)
-    return [
-        np.column_stack([record.sensors[o].look(columns) for o in b.outputs])
-        for b in model.chain.blocks
-    ]
-
-
-def _worth(base: Fit, difference: Series, records: Sequence[Record] | None = None) -> float:
-    """Gain of the log-posterior when the difference is subtracted and the model recalibrated.
-
-    What is hidden may have led the first calibration far off, and the file may be far off itself.
-    A ride that drifts far away is no longer the same noise beside another course: then the shape of
-    the difference tells more, at the size that fits best.
-    """
-    cleared = replace(base.model, records=tuple(records or base.model.records))
-    cleared.__dict__["measured"] = [
-        [m - d for m, d in zip(ms, ds, strict=True)]
-        for ms, ds in zip(base.model.measured, difference, strict=True)
-    ]
-    gain = calibrate(cleared, base.point).score - base.score
-    if gain <= 0.0:
-        gain = calibrate(cleared, cleared.origin()).score - base.score
-    return max(gain, _of_its_shape(base, difference))
-
-
-def _of_its_shape(base: Fit, difference: Series) -> float:
+def of_its_shape(base: Fit, difference: Series) -> float:
     """Log-likelihood gain of a trajectory of this shape with fitted magnitude, nats."""
     judge = Judge.of(base)
     course = judge.nuisances.off(flat(base.model, base.noise, difference))

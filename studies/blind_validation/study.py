@@ -31,6 +31,7 @@ AFTERWARDS = frozenset(
         "figures.py",
         "score.py",
         "counting.py",
+        "posterior.py",
         "shortfalls.py",
         "publish.py",
         "commands.py",

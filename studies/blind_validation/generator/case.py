@@ -4,7 +4,7 @@ Everything follows from the seed of the study and the number of the case.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -13,15 +13,17 @@ import tomli_w
 
 from slipbench.studies.blind_validation.generator.excitations import Excitation, draw_excitations
 from slipbench.studies.blind_validation.generator.fault_parameters import MotionFaults
+from slipbench.studies.blind_validation.generator.fault_type import OPTICAL, SERVO, FaultType
 from slipbench.studies.blind_validation.generator.fault_types import (
     BY_NAME,
     LIBRARY,
-    OUTSIDE,
-    FaultType,
     Hidden,
     draw_hidden,
 )
+from slipbench.studies.blind_validation.generator.filters import Filter, draw_filters
+from slipbench.studies.blind_validation.generator.frames import Line
 from slipbench.studies.blind_validation.generator.instruments import ChannelFaults, Disc, Sensors
+from slipbench.studies.blind_validation.generator.outside import OUTSIDE
 from slipbench.studies.blind_validation.generator.recording import FaultSet, Trial, write_run
 from slipbench.studies.blind_validation.generator.road import Roughness
 from slipbench.studies.blind_validation.generator.tyres import NAMES
@@ -63,12 +65,18 @@ ROUND = (
     UNEXCITED,
 )
 """The sorts of case, repeated: however early a study ends, it is balanced."""
-OTHER_TYRES = 0.35  # share of the cases whose tyre is no magic formula
+OTHER_TYRES = 0.5  # share of the cases whose tyre is no magic formula
+CARELESS = 0.1  # share of the cases whose vehicle file errs by up to three deviations
+SLOW = (1.0, 12.0)  # s, correlation times of wind and grade
+REPEATED, LOST = 2e-3, 4e-3  # highest shares of frames that are sent twice, or lost
 
 
 @dataclass(frozen=True)
 class Case:
-    """Ground truth and trials of a case. vehicle: tree of the file that is handed out."""
+    """Ground truth and trials of a case. vehicle: tree of the file that is handed out.
+
+    careless: its numbers err by up to three of their stated deviations.
+    """
 
     number: int
     category: str
@@ -77,6 +85,7 @@ class Case:
     vehicle: Mapping[str, Any]
     training: tuple[Trial, ...]
     held_out: tuple[Trial, ...]
+    careless: bool = False
 
     @property
     def faults(self) -> FaultSet:
@@ -91,19 +100,44 @@ def draw_case(seed: int, number: int) -> Case:
     formula = int(rng.integers(1, len(NAMES))) if rng.uniform() < OTHER_TYRES else 0
     truth = draw_truth(rng, formula)
     hidden = _hidden(rng, category, seed, number)
-    vehicle = vehicle_tree(rng, truth)
-    gentle = category == UNEXCITED
-    sets = draw_excitations(rng, gentle)
-    rough = Roughness(
-        wind=float(rng.uniform(0.3, 0.7)),
+    truth = replace(truth, filters=_filters(rng, hidden))
+    careless = bool(rng.uniform() < CARELESS)
+    vehicle = vehicle_tree(rng, truth, careless)
+    sets = draw_excitations(rng, gentle=category == UNEXCITED)
+    rough, line = (
+        _draw_roughness(rng),
+        Line(*(float(rng.uniform(0.0, m)) for m in (REPEATED, LOST))),
+    )
+    training, held_out = (
+        tuple(
+            _trial(rng, f"{name}_{i + 1}", e, rough, line, (seed, number)) for i, e in enumerate(es)
+        )
+        for name, es in zip(("training", "held_out"), sets, strict=True)
+    )
+    return Case(number, category, truth, hidden, vehicle, training, held_out, careless)
+
+
+def _filters(rng: np.random.Generator, hidden: Sequence[Hidden]) -> dict[str, Filter]:
+    """Stated filters of the sensors; a sensor with a hidden effect has none."""
+    taken = {h.subject for h in hidden}
+    if any(h.places == (OPTICAL,) for h in hidden):
+        taken.add("optical_speed")
+    if any(SERVO in h.places for h in hidden):
+        taken.add("throttle_position")
+    return {name: chosen for name, chosen in draw_filters(rng).items() if name not in taken}
+
+
+def _draw_roughness(rng: np.random.Generator) -> Roughness:
+    """Disturbances of a case: wind and grade are as slow as what an analysis takes for slow."""
+    low, high = np.log(SLOW)
+    return Roughness(
+        wind=float(rng.uniform(0.3, 1.0)),
+        wind_time=float(np.exp(rng.uniform(low, high))),
+        grade=float(rng.uniform(1e-3, 3e-3)),
+        grade_time=float(np.exp(rng.uniform(low, high))),
         bump=float(rng.uniform(0.01, 0.025)),
         combustion=float(rng.uniform(0.02, 0.04)),
     )
-    trials = [
-        tuple(_trial(rng, f"{name}_{i + 1}", e, rough, (seed, number)) for i, e in enumerate(es))
-        for name, es in zip(("training", "held_out"), sets, strict=True)
-    ]
-    return Case(number, category, truth, hidden, vehicle, *trials)
 
 
 def _trial(
@@ -111,9 +145,11 @@ def _trial(
     name: str,
     excitation: Excitation,
     rough: Roughness,
+    line: Line,
     origin: tuple[int, int],
 ) -> Trial:
-    return Trial(name, excitation, rough, (*origin, int(rng.integers(1 << 30))), (*origin, 7))
+    seed = (*origin, int(rng.integers(1 << 30)))
+    return Trial(name, excitation, rough, seed, (*origin, 7), line)
 
 
 def _hidden(rng: np.random.Generator, category: str, seed: int, number: int) -> tuple[Hidden, ...]:
@@ -156,7 +192,7 @@ def secret_of(hidden: Sequence[Hidden]) -> FaultSet:
     discs: dict[str, dict[str, float]] = {}
     for one in hidden:
         kind = BY_NAME[one.kind]
-        fields = {name: to for name, (to, *_) in (*kind.sizes.items(), *kind.shapes.items())}
+        fields = {name: to for name, (to, *_) in {**kind.sizes, **kind.shapes, **kind.own}.items()}
         values = {fields[name]: value for name, value in one.parameters.items()}
         if one.subject.endswith("_encoder"):
             discs.setdefault(one.subject.removesuffix("_encoder"), {}).update(values)
@@ -201,6 +237,9 @@ def answer(case: Case) -> dict[str, Any]:
         "category": case.category,
         "tyre": NAMES[case.truth.formula],
         "hidden": [{**asdict(h), "places": list(h.places)} for h in case.hidden],
+        "careless": case.careless,
+        "seconds": [t.excitation.seconds for t in (*case.training, *case.held_out)],
+        "filters": {name: asdict(f) for name, f in case.truth.filters.items()},
         "machine": case.truth.machine._asdict(),
         "gears": list(case.truth.gears),
     }

@@ -1,4 +1,7 @@
-"""Excitation of throttle or spark in a trial, and the steady state at its start."""
+"""Excitation of throttle or spark in a trial, and the steady state at its start.
+
+Each recording is 8 to 20 s long, to the hundredth of a second.
+"""
 
 import math
 from dataclasses import dataclass, replace
@@ -13,15 +16,16 @@ from slipbench.studies.blind_validation.generator.physics import Floats, G
 from slipbench.studies.blind_validation.generator.tyres import force
 from slipbench.studies.blind_validation.generator.vehicle_file import RPM, Truth
 
-SECONDS = 12.0  # of a recording
-BEFORE, EXCITING = 1.5, 10.0  # s
+SHORTEST, LONGEST = 8.0, 20.0  # s, of a recording
+BEFORE, AFTER = 1.5, 0.5  # s, of a recording around its excitation
 
 
 @dataclass(frozen=True)
 class Excitation:
     """kind: sweep, multisine, steps, blips, coast; amplitude: opening, or rad of spark.
 
-    low, high: Hz; engine_speed: rad/s at the beginning; seed: of its phases.
+    low, high: Hz; engine_speed: rad/s at the beginning; seed: of its phases; seconds: of the
+    recording.
     """
 
     kind: str
@@ -32,14 +36,20 @@ class Excitation:
     low: float
     high: float
     seed: int
+    seconds: float
+
+    @property
+    def duration(self) -> float:
+        """Length of the excitation, s."""
+        return self.seconds - BEFORE - AFTER
 
     def wave(self, t: Floats) -> Floats:
         """Deviation from the operating point, shape (n,). t: s since the excitation began, (n,)."""
-        inside = (t >= 0.0) & (t < EXCITING)
+        inside = (t >= 0.0) & (t < self.duration)
         return np.where(inside, self.amplitude * getattr(self, f"_{self.kind}")(t), 0.0)
 
     def _sweep(self, t: Floats) -> Floats:
-        rate = (self.high - self.low) / EXCITING
+        rate = (self.high - self.low) / self.duration
         return np.asarray(np.sin(2 * np.pi * (self.low * t + 0.5 * rate * t * t)))
 
     def _multisine(self, t: Floats) -> Floats:
@@ -122,6 +132,7 @@ def _one(
         float(draw(*low)),
         float(draw(*high)),
         int(rng.integers(1 << 30)),
+        round(float(draw(SHORTEST, LONGEST)), 2),
     )
 
 
@@ -144,7 +155,9 @@ def steady(truth: Truth, missing: MotionFaults, excitation: Excitation) -> tuple
         lambda s: force(truth.formula, s, C, D, m.shape) - drag, 0.0, 1.2 * D / C
     )
     torque = (drag * m.radius + m.rolling) / m.ratio
-    throttle = _opening(m, w, torque / (1.0 - min(missing.loss, 0.2)))
+    throttle = _opening(
+        m, w, torque / (1.0 - min(missing.loss, 0.2)) + missing.brake_drag / m.ratio
+    )
     x = np.zeros(p.STATES)
     for place in (p.PLATE, p.AIR, p.FILM, p.RUNNER):
         x[place] = throttle

@@ -1,64 +1,36 @@
-"""Types of hidden effects: magnitudes, shapes, and the injection points at which they act.
+"""Types of hidden effects: those that the library has, and those of which it has none.
 
 A kind of the library bears the library's name and tells its parameters by the library's words, so
 that verdicts can be compared with it; the formulas are those of `physics` and `instruments`. What
-the last kinds do is in no library. Sizes: the smallest of interest and the typical one of the
-table of effects.
+the kinds of `outside` do is in no library. Sizes: the smallest of interest and the typical one of
+the table of effects. Frames that are held are renewed at random intervals around the stated one.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
-SERVO, ENGINE, DRIVE, TYRE = "servo force", "engine torque", "driveline torque", "tyre force"
-WHEEL, ROAD = "wheel torque", "road force"
-ENGINE_SPEED, OPTICAL = "sensor of engine speed", "sensor of optical speed"
-REAR_TEETH, FRONT_TEETH = "sensor of rear teeth", "sensor of front teeth"
-
-Size = tuple[str, float, float]
-"""Field that it sets, smallest of interest, typical."""
-Shape = tuple[str, float, float]
-"""Field that it sets, lowest, highest."""
-WHOLE = frozenset({"tooth"})
-
-
-@dataclass(frozen=True)
-class FaultType:
-    """A fault type: an effect that can be hidden in a case.
-
-    places: injection points; several where they are physically equivalent.
-    sizes, shapes: by the library's parameter. subjects: channels or wheels that may have it.
-    signed: of either sign. like: whose numbers the library's formula means as well, so that
-    intervals can be compared. quiet: hidden from any usual trial, or left to chance; no part of
-    pairs.
-    needs: excitation without which it does not show at all (for cases that do not excite it).
-    """
-
-    name: str
-    places: tuple[str, ...]
-    sizes: Mapping[str, Size]
-    shapes: Mapping[str, Shape] = field(default_factory=dict)
-    subjects: tuple[str, ...] = ()
-    signed: bool = False
-    like: tuple[str, ...] = ()
-    quiet: bool = False
-    needs: bool = False
-    inside: bool = True
-
-
-def _of(
-    name: str, places: tuple[str, ...], small: float, typical: float, **more: object
-) -> FaultType:
-    """Fault type with one magnitude; `parameter` and `to` name it in library and generator."""
-    parameter, to = str(more.pop("parameter")), str(more.pop("to"))
-    more.setdefault("like", (parameter,))
-    return FaultType(name, places, {parameter: (to, small, typical)}, **more)  # type: ignore[arg-type]
-
+from slipbench.studies.blind_validation.generator.fault_type import (
+    DRIVE,
+    ENGINE,
+    ENGINE_SPEED,
+    FRONT_TEETH,
+    OPTICAL,
+    REAR_TEETH,
+    ROAD,
+    SERVO,
+    TYRE,
+    WHEEL,
+    WHOLE,
+    FaultType,
+    one_size,
+)
+from slipbench.studies.blind_validation.generator.outside import OUTSIDE
 
 LIBRARY: tuple[FaultType, ...] = (
-    _of("rate_limit", (SERVO,), 12.0, 6.0, parameter="limit", to="rate_limit", needs=True),
-    _of(
+    one_size("rate_limit", (SERVO,), 12.0, 6.0, parameter="limit", to="rate_limit", needs=True),
+    one_size(
         "acceleration_limit",
         (SERVO,),
         400.0,
@@ -67,7 +39,7 @@ LIBRARY: tuple[FaultType, ...] = (
         to="acceleration_limit",
         needs=True,
     ),
-    _of(
+    one_size(
         "voltage_limit",
         (SERVO,),
         600.0,
@@ -77,7 +49,7 @@ LIBRARY: tuple[FaultType, ...] = (
         shapes={"no_load_speed": ("no_load_speed", 8.0, 20.0)},
         needs=True,
     ),
-    _of(
+    one_size(
         "throttle_stiction",
         (SERVO,),
         1e-3,
@@ -85,9 +57,10 @@ LIBRARY: tuple[FaultType, ...] = (
         parameter="width",
         to="stiction",
         shapes={"breakaway": ("breakaway", 1.2, 1.8)},
+        memory=True,
     ),
-    _of("gear_play", (SERVO,), 1e-3, 3e-3, parameter="play", to="play"),
-    _of(
+    one_size("gear_play", (SERVO,), 1e-3, 3e-3, parameter="play", to="play", memory=True),
+    one_size(
         "spring_knee",
         (SERVO,),
         0.1,
@@ -96,10 +69,36 @@ LIBRARY: tuple[FaultType, ...] = (
         to="knee",
         shapes={"home": ("home", 0.05, 0.08)},
     ),
-    _of("air_box_delay", (ENGINE,), 1e-3, 5e-3, parameter="delay", to="air_delay", like=()),
-    _of("crank_angle_delay", (ENGINE,), 0.3, 1.5, parameter="turns", to="crank_turns", like=()),
-    _of("asymmetric_filling", (ENGINE,), 0.15, 0.6, parameter="asymmetry", to="asymmetry"),
-    _of(
+    one_size(
+        "air_box_delay",
+        (ENGINE,),
+        1e-3,
+        5e-3,
+        parameter="delay",
+        to="air_delay",
+        like=(),
+        memory=True,
+    ),
+    one_size(
+        "crank_angle_delay",
+        (ENGINE,),
+        0.3,
+        1.5,
+        parameter="turns",
+        to="crank_turns",
+        like=(),
+        memory=True,
+    ),
+    one_size(
+        "asymmetric_filling",
+        (ENGINE,),
+        0.15,
+        0.6,
+        parameter="asymmetry",
+        to="asymmetry",
+        memory=True,
+    ),
+    one_size(
         "runner_resonance",
         (ENGINE,),
         0.15,
@@ -110,8 +109,9 @@ LIBRARY: tuple[FaultType, ...] = (
             "frequency": ("runner_frequency", 160.0, 380.0),
             "damping": ("runner_damping", 0.1, 0.3),
         },
+        memory=True,
     ),
-    _of(
+    one_size(
         "fuel_film",
         (ENGINE,),
         0.05,
@@ -119,8 +119,9 @@ LIBRARY: tuple[FaultType, ...] = (
         parameter="share",
         to="film_share",
         shapes={"time": ("film_time", 0.1, 0.3)},
+        memory=True,
     ),
-    _of(
+    one_size(
         "closed_throttle_friction",
         (ENGINE,),
         1.5,
@@ -129,7 +130,7 @@ LIBRARY: tuple[FaultType, ...] = (
         to="pumping",
         shapes={"opening": ("pumping_opening", 0.02, 0.05)},
     ),
-    _of(
+    one_size(
         "air_density",
         (ENGINE,),
         -0.015,
@@ -139,9 +140,9 @@ LIBRARY: tuple[FaultType, ...] = (
         quiet=True,
         like=(),
     ),
-    _of("spark_curvature", (ENGINE,), 0.3, 1.3, parameter="curvature", to="spark_curvature"),
-    _of("spark_clip", (ENGINE,), 0.14, 0.07, parameter="limit", to="spark_clip", needs=True),
-    _of(
+    one_size("spark_curvature", (ENGINE,), 0.3, 1.3, parameter="curvature", to="spark_curvature"),
+    one_size("spark_clip", (ENGINE,), 0.14, 0.07, parameter="limit", to="spark_clip", needs=True),
+    one_size(
         "torque_dip",
         (ENGINE,),
         1.5,
@@ -157,7 +158,7 @@ LIBRARY: tuple[FaultType, ...] = (
         {"share": ("firing", 0.3, 1.0), "spread": ("firing_spread", 0.015, 0.05)},
         quiet=True,
     ),
-    _of(
+    one_size(
         "compression_torque",
         (ENGINE, ENGINE_SPEED),
         10.0,
@@ -167,12 +168,12 @@ LIBRARY: tuple[FaultType, ...] = (
         quiet=True,
         like=(),
     ),
-    _of(
+    one_size(
         "chain_polygon", (DRIVE,), 1e-3, 3e-3, parameter="ripple", to="polygon", quiet=True, like=()
     ),
-    _of("backlash", (DRIVE,), 2e-3, 8e-3, parameter="slack", to="slack"),
-    _of("hardening_cush", (DRIVE,), 30.0, 150.0, parameter="hardening", to="hardening"),
-    _of(
+    one_size("backlash", (DRIVE,), 2e-3, 8e-3, parameter="slack", to="slack", memory=True),
+    one_size("hardening_cush", (DRIVE,), 30.0, 150.0, parameter="hardening", to="hardening"),
+    one_size(
         "clutch_slip",
         (DRIVE, ENGINE),
         150.0,
@@ -181,7 +182,7 @@ LIBRARY: tuple[FaultType, ...] = (
         to="worn_clutch",
         needs=True,
     ),
-    _of(
+    one_size(
         "slipper_clutch",
         (DRIVE, ENGINE),
         30.0,
@@ -190,14 +191,14 @@ LIBRARY: tuple[FaultType, ...] = (
         to="back_torque",
         needs=True,
     ),
-    _of("driveline_loss", (DRIVE, WHEEL), 0.01, 0.04, parameter="loss", to="loss"),
+    one_size("driveline_loss", (DRIVE, WHEEL), 0.01, 0.04, parameter="loss", to="loss"),
     FaultType(
         "radius_growth",
         (TYRE, WHEEL, REAR_TEETH, FRONT_TEETH, OPTICAL),
         {"growth": ("growth", 2e-6, 1e-5), "front_growth": ("front_growth", 1e-6, 5e-6)},
         like=("growth", "front_growth"),
     ),
-    _of(
+    one_size(
         "load_transfer",
         (TYRE,),
         0.1,
@@ -205,8 +206,9 @@ LIBRARY: tuple[FaultType, ...] = (
         parameter="height",
         to="height",
         shapes={"settling": ("settling", 0.015, 0.03)},
+        memory=True,
     ),
-    _of(
+    one_size(
         "squat",
         (TYRE,),
         0.08,
@@ -217,8 +219,9 @@ LIBRARY: tuple[FaultType, ...] = (
             "frequency": ("squat_frequency", 13.0, 25.0),
             "damping": ("squat_damping", 0.2, 0.4),
         },
+        memory=True,
     ),
-    _of(
+    one_size(
         "grip_temperature",
         (TYRE,),
         -1e-3,
@@ -227,10 +230,13 @@ LIBRARY: tuple[FaultType, ...] = (
         to="heat_sensitivity",
         quiet=True,
         like=(),
+        memory=True,
     ),
-    _of("grip_wear", (TYRE,), 5e-6, 2e-5, parameter="wear", to="wear", quiet=True, like=()),
-    _of("relaxation_length", (TYRE,), 0.04, 0.15, parameter="length", to="relaxation"),
-    _of(
+    one_size("grip_wear", (TYRE,), 5e-6, 2e-5, parameter="wear", to="wear", quiet=True, like=()),
+    one_size(
+        "relaxation_length", (TYRE,), 0.04, 0.15, parameter="length", to="relaxation", memory=True
+    ),
+    one_size(
         "wet_patch",
         (TYRE,),
         0.1,
@@ -241,7 +247,7 @@ LIBRARY: tuple[FaultType, ...] = (
         like=(),
         shapes={"place": ("wet_place", 60.0, 200.0), "length": ("wet_length", 15.0, 40.0)},
     ),
-    _of(
+    one_size(
         "grade",
         (ROAD,),
         0.003,
@@ -265,7 +271,7 @@ LIBRARY: tuple[FaultType, ...] = (
         (OPTICAL,),
         {"angle": ("aside", 0.04, 0.1), "pitch": ("aside_pitch", 1e-3, 4e-3)},
     ),
-    _of(
+    one_size(
         "optical_scale",
         (OPTICAL,),
         1.5e-3,
@@ -274,8 +280,16 @@ LIBRARY: tuple[FaultType, ...] = (
         to="optical_error",
         signed=True,
     ),
-    _of("optical_lag", (OPTICAL,), 5e-3, 20e-3, parameter="time_constant", to="optical_lag"),
-    _of(
+    one_size(
+        "optical_lag",
+        (OPTICAL,),
+        5e-3,
+        20e-3,
+        parameter="time_constant",
+        to="optical_lag",
+        memory=True,
+    ),
+    one_size(
         "tooth_misplacement",
         ("rear teeth", "front teeth"),
         2e-4,
@@ -286,7 +300,7 @@ LIBRARY: tuple[FaultType, ...] = (
         shapes={"tooth": ("tooth", 0, 15)},
         subjects=("rear_encoder", "front_encoder"),
     ),
-    _of(
+    one_size(
         "eccentricity",
         ("rear teeth", "front teeth"),
         1e-3,
@@ -296,7 +310,7 @@ LIBRARY: tuple[FaultType, ...] = (
         shapes={"phase": ("phase", -3.1, 3.1)},
         subjects=("rear_encoder", "front_encoder"),
     ),
-    _of(
+    one_size(
         "channel_latency",
         (),
         1.5e-3,
@@ -305,8 +319,9 @@ LIBRARY: tuple[FaultType, ...] = (
         to="latency",
         like=(),
         subjects=("optical_speed", "engine_speed", "throttle_position"),
+        memory=True,
     ),
-    _of(
+    one_size(
         "channel_lag",
         (),
         4e-3,
@@ -314,8 +329,9 @@ LIBRARY: tuple[FaultType, ...] = (
         parameter="time_constant",
         to="lag",
         subjects=("engine_speed", "throttle_position"),
+        memory=True,
     ),
-    _of(
+    one_size(
         "channel_scale",
         (),
         5e-3,
@@ -326,18 +342,22 @@ LIBRARY: tuple[FaultType, ...] = (
         like=(),
         subjects=("engine_speed", "throttle_position"),
     ),
-    _of("quantiser", (), 1.5, 6.0, parameter="quantum", to="quantum", subjects=("engine_speed",)),
-    _of(
+    one_size(
+        "quantiser", (), 1.5, 6.0, parameter="quantum", to="quantum", subjects=("engine_speed",)
+    ),
+    one_size(
         "held_frames",
         (),
         15e-3,
         30e-3,
         parameter="hold",
         to="hold",
+        own={"jitter": ("jitter", 0.0, 0.4)},
         quiet=True,
         subjects=("engine_speed", "optical_speed", "throttle_position"),
+        memory=True,
     ),
-    _of(
+    one_size(
         "stale_frames",
         (),
         0.02,
@@ -346,86 +366,10 @@ LIBRARY: tuple[FaultType, ...] = (
         to="stale",
         quiet=True,
         subjects=("engine_speed", "optical_speed", "throttle_position"),
+        memory=True,
     ),
 )
 """Kinds that the library of effects has."""
-
-OUTSIDE: tuple[FaultType, ...] = (
-    _of(
-        "rider_on_his_arms",
-        (ROAD, TYRE),
-        0.06,
-        0.2,
-        parameter="share",
-        to="rider_share",
-        shapes={
-            "frequency": ("rider_frequency", 12.0, 25.0),
-            "damping": ("rider_damping", 0.15, 0.35),
-        },
-        inside=False,
-    ),
-    _of("play_of_the_air", (ENGINE,), 1.5e-3, 5e-3, parameter="play", to="air_play", inside=False),
-    _of(
-        "thermal_derate",
-        (ENGINE,),
-        0.06,
-        0.2,
-        parameter="derate",
-        to="derate",
-        shapes={"time": ("derate_time", 0.5, 2.0)},
-        inside=False,
-    ),
-    _of(
-        "stiffness_by_sign",
-        (TYRE,),
-        -0.2,
-        -0.5,
-        parameter="share",
-        to="sign_stiffness",
-        inside=False,
-    ),
-    _of(
-        "ripple_of_the_map",
-        (ENGINE,),
-        1.0,
-        3.0,
-        parameter="swing",
-        to="ripple",
-        shapes={"period": ("ripple_period", 0.02, 0.05)},
-        inside=False,
-    ),
-    _of(
-        "spark_lag", (ENGINE,), 6e-3, 20e-3, parameter="time_constant", to="spark_lag", inside=False
-    ),
-    _of(
-        "servo_gain_by_opening",
-        (SERVO,),
-        1.0,
-        3.0,
-        parameter="growth",
-        to="servo_gain",
-        inside=False,
-    ),
-    _of(
-        "tyre_run_out",
-        (WHEEL, TYRE, "rear teeth", REAR_TEETH),
-        40.0,
-        120.0,
-        parameter="force",
-        to="run_out",
-        inside=False,
-    ),
-    _of(
-        "dry_friction_of_the_cush",
-        (DRIVE,),
-        8.0,
-        25.0,
-        parameter="torque",
-        to="cush_friction",
-        inside=False,
-    ),
-)
-"""Kinds that no library has."""
 
 BY_NAME: Mapping[str, FaultType] = {kind.name: kind for kind in (*LIBRARY, *OUTSIDE)}
 SENSOR_OF: Mapping[str, tuple[str, ...]] = {
@@ -468,7 +412,7 @@ def draw_hidden(rng: np.random.Generator, kind: FaultType, grade: str) -> Hidden
         base = small if grade == "small" else typical
         grows = abs(typical) > abs(small)
         parameters[name] = sign * base * (factor if grows else 1 / factor)
-    for name, (_, low, high) in kind.shapes.items():
+    for name, (_, low, high) in (*kind.shapes.items(), *kind.own.items()):
         parameters[name] = (
             float(rng.integers(int(low), int(high) + 1))
             if name in WHOLE

@@ -1,4 +1,9 @@
-"""Frames of all devices on one bus, each at its time, as a candump log."""
+"""Frames of all devices on one bus, each at its time, as a candump log.
+
+The bus sends some frames twice, at random: a receiver that saw an error in the last bit of a frame
+has already taken it when its sender repeats it (CAN 2.0, section 3.1.5). The logger loses frames in
+short bursts at random times.
+"""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -22,6 +27,19 @@ MAP_ADVANCE = np.radians(36.0)
 JITTER = 60e-6  # s, mean of what a device takes longer than its latency
 MOST_TEETH, LONGEST_WAIT = 3, 5_000_000  # a frame's, and ns
 STATUS_EVERY = 0.1  # s
+AGAIN = 0.4e-3  # s, mean time until a frame is repeated
+BURST = 3.0  # frames, mean length of what a logger loses at a time
+
+
+@dataclass(frozen=True)
+class Line:
+    """Share of the frames that the bus repeats, and share that the logger loses."""
+
+    repeated: float
+    lost: float
+
+
+NO_TROUBLE = Line(0.0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -129,6 +147,31 @@ def trial_frames(devices: Devices, seconds: float, begins: float, ends: float) -
             grip=np.full(hand.size, 0.08),
         ),
     ]
+
+
+def repeated(sent: Sent, line: Line, rng: np.random.Generator) -> Sent:
+    """Frames of a message with those that are sent twice, in the order in which they are ready.
+
+    A frame is repeated before its sender sends the next one of that message.
+    """
+    again = np.flatnonzero(rng.uniform(size=sent.ready.size) < line.repeated)
+    if again.size == 0:
+        return sent
+    gap = np.diff(sent.ready, append=sent.ready[-1] + AGAIN)[again]
+    later = sent.ready[again] + np.minimum(rng.exponential(AGAIN, again.size), 0.5 * gap)
+    ready = np.concatenate((sent.ready, later))
+    order = np.argsort(ready, kind="stable")
+    return Sent(sent.name, ready[order], np.concatenate((sent.data, sent.data[again]))[order])
+
+
+def recorded(log: FrameLog, line: Line, rng: np.random.Generator) -> FrameLog:
+    """Frames that the logger keeps: it loses bursts of random length at random times."""
+    begins = np.flatnonzero(rng.uniform(size=log.time_ns.size) < line.lost / BURST)
+    ends = np.minimum(begins + rng.geometric(1.0 / BURST, begins.size), log.time_ns.size)
+    change = np.zeros(log.time_ns.size + 1, np.int64)
+    np.add.at(change, begins, 1)
+    np.add.at(change, ends, -1)
+    return log.select(np.flatnonzero(np.cumsum(change[:-1]) == 0))
 
 
 def on_the_bus(database: Database, sent: list[Sent]) -> FrameLog:

@@ -1,17 +1,23 @@
-"""Measurements of a simulated run: samples on the devices' clocks, with noise and quantization."""
+"""Measurements of a simulated run: samples on the devices' clocks, filtered, with noise and quanta."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy import signal
 from scipy.interpolate import CubicHermiteSpline
 
+from slipbench.studies.blind_validation.generator.filters import (
+    Filter,
+    filtered,
+    low_pass,
+    moving_mean,
+)
 from slipbench.studies.blind_validation.generator.physics import Floats
 from slipbench.studies.blind_validation.generator.ride import Commands, Course
 from slipbench.studies.blind_validation.generator.vehicle_file import Noises
 
 TEETH = 16
+EVEN = 2 * np.pi / TEETH * np.arange(TEETH)  # rad, places of the teeth
 TOLERANCE = 1e-6  # m, standard deviation of a tooth's place: a tenth of what anybody cares for
 PITCH_RADIUS = 0.1  # m
 DRIFT = 30e-6
@@ -21,7 +27,11 @@ COLUMNS = {"throttle_position": "plate", "engine_speed": "crank_speed", "optical
 
 @dataclass(frozen=True)
 class ChannelFaults:
-    """Hidden effects on a channel: time constants in s, quantum in the channel's unit."""
+    """Hidden effects on a channel: time constants in s, quantum in the channel's unit.
+
+    jitter: share by which each hold is longer or shorter; drift: scale error per 10 s; wave: error
+    that is periodic with the value.
+    """
 
     latency: float = 0.0
     lag: float = 0.0
@@ -29,6 +39,11 @@ class ChannelFaults:
     quantum: float = 0.0
     hold: float = 0.0
     stale: float = 0.0
+    jitter: float = 0.0
+    window: float = 0.0
+    drift: float = 0.0
+    wave: float = 0.0
+    wave_period: float = 0.05
 
 
 @dataclass(frozen=True)
@@ -76,16 +91,27 @@ def draw_clock(rng: np.random.Generator) -> Clock:
 
 
 def sampled(
-    channel: str, course: Course, noises: Noises, faults: ChannelFaults, rng: np.random.Generator
+    channel: str,
+    course: Course,
+    noises: Noises,
+    faults: ChannelFaults,
+    rng: np.random.Generator,
+    own: Filter | None = None,
 ) -> Samples:
-    """Samples of a channel at its own period."""
+    """Samples of a channel at its own period. own: the sensor's own filter, which the file states."""
     period = PERIODS[channel]
     phase = float(rng.uniform(0.1, 1.0)) * period
     time = np.arange(phase + 0.01, course.time[-1] - 2e-3, period)
-    seen = getattr(course, COLUMNS[channel])
+    seen, step = getattr(course, COLUMNS[channel]), float(course.time[1] - course.time[0])
+    if own:
+        seen = filtered(seen, step, own)
     if faults.lag:
-        seen = _trailing(seen, float(course.time[1] - course.time[0]), faults.lag)
-    value = (1.0 + faults.error) * np.interp(time - faults.latency, course.time, seen)
+        seen = low_pass(seen, step, faults.lag)
+    if faults.window:
+        seen = moving_mean(seen, step, faults.window)
+    value = np.interp(time - faults.latency, course.time, seen)
+    value = value + faults.wave * np.sin(2.0 * np.pi * value / faults.wave_period)
+    value = value * (1.0 + faults.error + 0.1 * faults.drift * time)
     noise, quantum = {
         "throttle_position": (noises.throttle, noises.throttle_quantum),
         "engine_speed": (noises.engine_speed, 0.0),
@@ -97,20 +123,16 @@ def sampled(
     return Samples(time, _repeated(time, value, faults, rng))
 
 
-def _trailing(seen: Floats, step: float, lag: float) -> Floats:
-    keep = np.exp(-step / lag)
-    start = [keep * seen[0]]
-    return np.asarray(signal.lfilter([1.0 - keep], [1.0, -keep], seen, zi=start)[0])
-
-
 def _repeated(
     time: Floats, value: Floats, faults: ChannelFaults, rng: np.random.Generator
 ) -> Floats:
     """Values, each repeated until the next update."""
     fresh = np.ones(time.size, np.bool_)
     if faults.hold:
-        slot = np.floor((time + rng.uniform(0.0, faults.hold)) / faults.hold)
-        fresh &= np.diff(slot, prepend=-1.0) != 0.0
+        count = int(time[-1] / faults.hold / (1.0 - faults.jitter)) + 2
+        length = faults.hold * (1.0 + faults.jitter * rng.uniform(-1.0, 1.0, count))
+        renewed = np.cumsum(length) - rng.uniform(0.0, faults.hold)
+        fresh &= np.diff(np.searchsorted(renewed, time), prepend=-1) != 0
     if faults.stale:
         fresh &= rng.uniform(size=time.size) >= faults.stale
     fresh[0] = True
@@ -124,12 +146,19 @@ def echoed(values: Floats, commands: Commands) -> Samples:
 
 def tooth_places(disc: Disc, rng: np.random.Generator) -> Floats:
     """Angle of every tooth of a disc, rad, shape (TEETH,): even spacing, tolerance, hidden errors."""
-    place = 2 * np.pi / TEETH * np.arange(TEETH)
-    late = TOLERANCE / PITCH_RADIUS * rng.standard_normal(TEETH)
+    tolerance = TOLERANCE / PITCH_RADIUS * rng.standard_normal(TEETH)
+    return np.asarray(EVEN + tolerance + _hidden_errors(disc))
+
+
+def _hidden_errors(disc: Disc) -> Floats:
+    late = disc.run_out / disc.order * np.cos(disc.order * EVEN + disc.phase)
     late[disc.tooth] += disc.displacement / PITCH_RADIUS
-    return np.asarray(
-        place + late + disc.run_out / disc.order * np.cos(disc.order * place + disc.phase)
-    )
+    return np.asarray(late)
+
+
+def tooth_errors(disc: Disc, angle: Floats) -> Floats:
+    """Hidden error of the tooth at each angle of a wheel, rad, shape (n,); between teeth: linear."""
+    return np.asarray(np.interp(angle, EVEN, _hidden_errors(disc), period=2 * np.pi))
 
 
 def tooth_times(

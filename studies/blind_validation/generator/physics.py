@@ -66,7 +66,11 @@ def servo(x: Floats, dx: Floats, command: float, m: Machine, e: MotionFaults) ->
     """Write the rates of throttle plate and friction bristles into dx. x, dx: SI, (STATES,)."""
     position, rate = x[PLATE], x[PLATE_RATE]
     stiffness = m.servo_frequency**2
-    push = stiffness * (1.0 + e.servo_gain * (position - 0.1)) * (command - position)
+    error = command - position
+    error -= limited(error, -e.dead_band, e.dead_band)
+    push = stiffness * (1.0 + e.servo_gain * (position - 0.1)) * error
+    if e.cogging > 0.0:
+        push += stiffness * e.cogging * math.sin(2.0 * math.pi * position / e.cogging_period)
     push += -2.0 * m.servo_damping * m.servo_frequency * rate
     push += stiffness * e.knee * max(e.home - position, 0.0)
     dx[BRISTLE] = 0.0
@@ -94,8 +98,10 @@ def charge_of(x: Floats, dx: Floats, arriving: float, m: Machine, e: MotionFault
     x, dx: states and rates, SI, (STATES,). arriving: delayed throttle opening, 1.
     """
     air = x[AIR]
-    emptying = 0.5 * (1.0 + math.tanh((air - arriving) / 5e-4))
-    dx[AIR] = (arriving - air) / (m.filling_time * (1.0 + e.asymmetry * emptying))
+    filling = m.filling_time
+    if e.asymmetry > 0.0:
+        filling *= 1.0 + e.asymmetry * 0.5 * (1.0 + math.tanh((air - arriving) / 5e-4))
+    dx[AIR] = (arriving - air) / filling
     w = e.runner_frequency
     dx[RUNNER] = x[RUNNER_RATE]
     dx[RUNNER_RATE] = w * w * (air - x[RUNNER]) - 2.0 * e.runner_damping * w * x[RUNNER_RATE]
@@ -122,9 +128,13 @@ def crank_torque(
     """Torque of gas, friction and pistons at the crank, N m. x, dx: SI, (STATES,)."""
     w, angle, opening = x[CRANK_SPEED], x[CRANK], max(charge, 0.0)
     friction = m.friction + m.friction_rise * w
-    friction += e.pumping * 1e-3 * w * math.exp(-opening / e.pumping_opening)
+    if e.pumping > 0.0:
+        friction += e.pumping * 1e-3 * w * math.exp(-opening / e.pumping_opening)
+    if e.cold_drag > 0.0:
+        friction += e.cold_drag * math.exp(-max(t, 0.0) / e.oil_time)
     full = m.peak_torque / (1.0 + ((w - m.peak_speed) / m.torque_width) ** 2)
-    full *= 1.0 + e.thin_air
+    full *= 1.0 + e.thin_air + 0.1 * e.torque_drift * max(t, 0.0)
+    full *= 1.0 + e.ram_air * (x[SPEED] / 50.0) ** 2
     if e.warming > 0.0:
         full *= math.sqrt(298.15 / (298.15 + e.warming * (1.0 - math.exp(-t / 60.0))))
     gas = (full + friction) * (1.0 - math.exp(-opening / m.opening_scale))
@@ -141,6 +151,8 @@ def crank_torque(
         torque -= e.dip / math.cosh((w - e.dip_centre) / (1.336 * e.dip_width)) ** 2
     if e.ripple > 0.0:
         torque += e.ripple * math.sin(2.0 * math.pi * opening / e.ripple_period)
+    if e.torque_waves > 0.0:
+        torque += e.torque_waves * math.sin(2.0 * math.pi * w / e.waves_period)
     return float(torque)
 
 
@@ -149,6 +161,8 @@ def chain_torque(x: Floats, dx: Floats, m: Machine, e: MotionFaults) -> float:
     """Torque of chain, cush and clutch at the wheel [N m]; winds the spring."""
     twist, rate = x[TWIST], x[CRANK_SPEED] / m.ratio - x[WHEEL_SPEED]
     felt, felt_rate = twist, rate
+    if e.soft_centre > 0.0:
+        felt -= e.soft_centre * e.soft_twist * math.tanh(twist / e.soft_twist)
     if e.polygon > 0.0:
         angle = e.sprocket * x[WHEEL] + 0.9
         felt += e.polygon / e.sprocket * math.sin(angle)
@@ -195,8 +209,10 @@ def tyre_force(
     load = m.load * (1.0 + bump) + m.mass * e.height * x[FELT]
     load = limited(load + e.squat * x[SQUAT_RATE] / e.squat_frequency, 50.0, m.mass * G)
     grip = m.grip * max(1.0 + e.heat_sensitivity * x[WARMTH], 0.3) * (1.0 - e.wear * x[WAY])
-    grip *= 1.0 - e.wet * section(x[WAY], e.wet_place, e.wet_length, 1.0)
+    if e.wet > 0.0:
+        grip *= 1.0 - e.wet * section(x[WAY], e.wet_place, e.wet_length, 1.0)
     stiffness = m.slip_stiffness * load / m.load
+    stiffness *= max(1.0 + e.stiffness_by_speed * (x[SPEED] - 40.0) / 40.0, 0.3)
     if s < 0.0:
         stiffness *= 1.0 + e.sign_stiffness
     passed = force(formula, s, stiffness, grip * load, m.shape)
@@ -213,10 +229,17 @@ def body(
 ) -> None:
     """Write the rates of motorcycle and rider along the road. driving: N; x, dx: SI, (STATES,)."""
     v = x[SPEED]
-    through = v + u[WIND] + e.head_wind + e.gust * math.sin(2.0 * math.pi * t / e.gust_period)
-    drag = 0.5 * m.air_density * m.drag_area * through * abs(through)
-    slope = e.slope * section(x[WAY], e.slope_place, e.slope_length, 10.0)
-    resisting = drag + m.mass * G * (m.rolling_resistance + slope)
+    through = v + u[WIND] + e.head_wind
+    if e.gust > 0.0:
+        through += e.gust * math.sin(2.0 * math.pi * t / e.gust_period)
+    crouch = 1.0
+    if e.tuck != 0.0:
+        crouch += e.tuck * (1.0 - math.exp(-max(t, 0.0) / e.tuck_time))
+    drag = 0.5 * m.air_density * m.drag_area * crouch * through * abs(through)
+    resistance = m.rolling_resistance
+    if e.slope != 0.0:
+        resistance += e.slope * section(x[WAY], e.slope_place, e.slope_length, 10.0)
+    resisting = drag + m.mass * G * resistance
     push = driving - resisting + u[SHOVE]
     a = push / m.mass
     dx[RIDER], dx[RIDER_RATE] = x[RIDER_RATE], 0.0
@@ -233,7 +256,10 @@ def body(
 @njit(cache=True, error_model="numpy")
 def optical_speed(x: Floats, a: float, e: MotionFaults) -> float:
     """Speed at the optical sensor before its own lag, m/s. a: m/s²; x: SI, (STATES,)."""
-    return float(x[SPEED]) * (1.0 + e.optical_error) * math.cos(e.aside + e.aside_pitch * a)
+    scale = 1.0 + e.optical_error
+    if e.patch != 0.0:
+        scale += e.patch * section(x[WAY], e.patch_place, e.patch_length, 5.0)
+    return float(x[SPEED]) * scale * math.cos(e.aside + e.aside_pitch * a)
 
 
 @njit(cache=True, error_model="numpy")
@@ -249,7 +275,11 @@ def rates(
     radius = m.radius * (1.0 + e.growth * x[SPEED] ** 2)
     driving = tyre_force(x, dx, radius, u[BUMP], formula, m, e)
     dx[CRANK_SPEED], dx[CRANK] = (torque - passed / m.ratio) / m.crank_inertia, x[CRANK_SPEED]
-    shake = e.run_out * radius * math.sin(x[WHEEL])
+    shake = 0.0
+    if e.run_out > 0.0:
+        shake += e.run_out * radius * math.sin(x[WHEEL])
+    if e.brake_drag > 0.0:
+        shake -= e.brake_drag * math.exp(-x[WAY] / e.brake_way)
     turning = arriving - radius * driving - m.rolling + shake
     dx[WHEEL_SPEED], dx[WHEEL] = turning / m.wheel_inertia, x[WHEEL_SPEED]
     body(t, x, dx, driving, u, m, e)

@@ -19,23 +19,21 @@ from slipbench.protocol.recording.run_folder import (
     versions,
     write_description,
 )
-from slipbench.studies.blind_validation.generator.excitations import (
-    BEFORE,
-    EXCITING,
-    SECONDS,
-    Excitation,
-    steady,
-)
+from slipbench.studies.blind_validation.generator.excitations import BEFORE, Excitation, steady
 from slipbench.studies.blind_validation.generator.fault_parameters import MotionFaults
 from slipbench.studies.blind_validation.generator.frames import (
     BITRATE,
     BUS,
     MAP_ADVANCE,
+    NO_TROUBLE,
     START,
     Devices,
+    Line,
     candump_text,
     ecu_frames,
     on_the_bus,
+    recorded,
+    repeated,
     trial_frames,
 )
 from slipbench.studies.blind_validation.generator.instruments import (
@@ -71,13 +69,17 @@ class FaultSet:
 
 @dataclass(frozen=True)
 class Trial:
-    """One trial of a case. seed: of everything that chance decides in it; disc: of the teeth."""
+    """One trial of a case. seed: of everything that chance decides in it; disc: of the teeth.
+
+    line: what the bus repeats and the logger loses.
+    """
 
     name: str
     excitation: Excitation
     roughness: Roughness
     seed: tuple[int, ...]
     disc: tuple[int, ...]
+    line: Line = NO_TROUBLE
 
 
 def course_of(
@@ -92,7 +94,8 @@ def course_of(
     start = start.copy()
     start[[WHEEL, FRONT]] = np.random.default_rng((*trial.seed, 4)).uniform(0.0, 2 * np.pi, 2)
     rng = np.random.default_rng((*trial.seed, 1))
-    ticks = np.arange(round((RUN_UP + SECONDS) / TICK))
+    seconds = trial.excitation.seconds
+    ticks = np.arange(round((RUN_UP + seconds) / TICK))
     time: Floats = np.asarray(ticks * TICK - RUN_UP - BEFORE, np.float64)
     wave = trial.excitation.wave(time)
     throttle = np.full(ticks.size, start[0])
@@ -103,7 +106,7 @@ def course_of(
         spark = spark + wave
     throttle = THROTTLE_STEP * np.round(np.clip(throttle, 0.005, 1.0) / THROTTLE_STEP)
     commands = Commands(throttle, SPARK_STEP * np.round(spark / SPARK_STEP), TICK)
-    road = draw_road(rng, RUN_UP + SECONDS, trial.roughness, machine.mass)
+    road = draw_road(rng, RUN_UP + seconds, trial.roughness, machine.mass)
     origin = RUN_UP + BEFORE - 1.25  # where an analysis of the excitation begins
     whole = ride(machine, faults.motion, truth.formula, commands, road, start, origin)
     first = np.searchsorted(whole.time, RUN_UP - 0.02)
@@ -123,6 +126,7 @@ def write_run(
 ) -> Path:
     """Simulate a trial and record it into a new run folder."""
     course, commands = course_of(truth, faults, trial)
+    excitation = trial.excitation
     database = load_database(dbc.MOTORBIKE)
     rng = np.random.default_rng((*trial.seed, 2))
     clocks = {name: draw_clock(rng) for name in CLOCKS}
@@ -135,6 +139,7 @@ def write_run(
             truth.noises,
             hidden.get(channel, ChannelFaults()),
             channel_chance(trial, channel),
+            truth.filters.get(channel),
         )
         for channel in PERIODS
     }
@@ -142,7 +147,7 @@ def write_run(
     plate, crank, optical = samples.values()
     held = commands.spark[np.clip((crank.true / TICK).astype(int), 0, commands.spark.size - 1)]
     sent = [
-        ecu_frames(devices, throttle, spark.value, trial.excitation.actuator),
+        ecu_frames(devices, throttle, spark.value, excitation.actuator),
         devices.message(
             "ThrottleStatus", "throttle", plate.true, position=np.clip(plate.value, 0.0, 1.0)
         ),
@@ -152,7 +157,7 @@ def write_run(
             crank.true,
             engine_speed=np.maximum(crank.value, 0.0),
             spark_advance=MAP_ADVANCE + held,
-            gear=np.full(held.size, trial.excitation.gear),
+            gear=np.full(held.size, excitation.gear),
         ),
         devices.message(
             "OpticalSpeed",
@@ -161,7 +166,7 @@ def write_run(
             speed=optical.value,
             valid=np.ones(optical.true.size, int),
         ),
-        *trial_frames(devices, SECONDS, BEFORE, BEFORE + EXCITING),
+        *trial_frames(devices, excitation.seconds, BEFORE, BEFORE + excitation.duration),
     ]
     for wheel in ("rear", "front"):
         disc = faults.sensors.discs.get(wheel, Disc())
@@ -169,7 +174,9 @@ def write_run(
         times, first = tooth_times(wheel, course, places, truth.noises, rng)
         sent += devices.teeth(wheel, times, first)
     create(folder)
-    (folder / FRAMES).write_text(candump_text(on_the_bus(database, sent)), encoding="ascii")
+    log = on_the_bus(database, [repeated(s, trial.line, rng) for s in sent])
+    log = recorded(log, trial.line, rng)
+    (folder / FRAMES).write_text(candump_text(log), encoding="ascii")
     _describe(folder, trial, vehicle, database.sha256)
     return folder
 

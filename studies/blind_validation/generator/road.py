@@ -1,8 +1,8 @@
 """Disturbances of a motorcycle: wind, road roughness, cycle-to-cycle variation of combustion.
 
 None of it is in any model of the other side. Gusts follow Dryden's spectrum of first order
-(MIL-F-8785C) with a second, faster one on top; the road undulates; bumps change the tyre's load
-between 1 and 15 Hz; every power stroke differs from the one before (Heywood, Internal Combustion
+(MIL-F-8785C) with a second, faster one on top; the road undulates. Both have correlation times from
+one second to the length of a recording. Bumps change the tyre's load between 1 and 15 Hz; every power stroke differs from the one before (Heywood, Internal Combustion
 Engine Fundamentals, section 9.4).
 """
 
@@ -32,11 +32,15 @@ class Road:
 
 @dataclass(frozen=True)
 class Roughness:
-    """Standard deviations. wind: m/s; grade: 1; bump: of the load; shake: N; combustion: 1."""
+    """Standard deviations. wind: m/s; grade: 1; bump: of the load; shake: N; combustion: 1.
+
+    wind_time, grade_time: correlation times, s.
+    """
 
     wind: float = 0.5
     wind_time: float = 2.0
     grade: float = 0.0015
+    grade_time: float = 3.0
     bump: float = 0.02
     shake: float = 5.0
     combustion: float = 0.03
@@ -47,9 +51,9 @@ def draw_road(rng: np.random.Generator, seconds: float, rough: Roughness, mass: 
     n = round(seconds / PERIOD) + 2
     slow = _coloured(rng, n, rough.wind, rough.wind_time)
     fast = _coloured(rng, n, 0.3 * rough.wind, 0.1 * rough.wind_time)
-    grade = _coloured(rng, n, rough.grade, 3.0)
+    grade = _coloured(rng, n, rough.grade, rough.grade_time)
     shake = _band(rng, n, rough.shake)
-    strokes = rng.standard_normal(1 << 13)
+    strokes = rng.standard_normal(1 << 14)
     strokes = signal.lfilter([1.0], [1.0, 0.2], strokes)  # a weak one follows a strong one
     return Road(
         slow + fast,

@@ -1,17 +1,20 @@
 """A true motorcycle, and its vehicle file with measured parameters and their uncertainty.
 
-Every parameter has a normal error of its logarithm; its 95 % half width is stated beside it. A tyre
-that is no magic formula is stated as the magic formula that fits its curve.
+Every parameter has a normal error of its logarithm; its 95 % half width is stated beside it. In a
+careless file the errors are uniform up to three of the stated standard deviations. A tyre that is no
+magic formula is stated as the magic formula that fits its curve. Filters of sensors are stated.
 """
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 from scipy import optimize
 
+from slipbench.studies.blind_validation.generator.filters import LAG, Filter
 from slipbench.studies.blind_validation.generator.machine import Machine
 from slipbench.studies.blind_validation.generator.tyres import MAGIC, force
 
@@ -72,12 +75,13 @@ class Noises:
 
 @dataclass(frozen=True)
 class Truth:
-    """Ground truth of a motorcycle. gears: true ratios."""
+    """Ground truth of a motorcycle. gears: true ratios; filters: of its sensors, by channel."""
 
     machine: Machine
     formula: int
     gears: tuple[float, ...]
     noises: Noises
+    filters: Mapping[str, Filter] = field(default_factory=dict)
 
 
 def draw_truth(rng: np.random.Generator, formula: int) -> Truth:
@@ -95,25 +99,33 @@ def draw_truth(rng: np.random.Generator, formula: int) -> Truth:
     return Truth(Machine(**values), formula, gears, noises)
 
 
-def vehicle_tree(rng: np.random.Generator, truth: Truth) -> dict[str, Any]:
-    """Tree of the vehicle file: every parameter with its error and its uncertainty."""
+def vehicle_tree(rng: np.random.Generator, truth: Truth, careless: bool = False) -> dict[str, Any]:
+    """Tree of the vehicle file: every parameter with its error and its uncertainty.
+
+    careless: the errors are uniform up to three standard deviations instead of normal.
+    """
+    draw = _careless if careless else _normal
     tree: dict[str, Any] = {"name": "sealed", "description": "Measured in the workshop"}
     tree["gears"] = {
-        str(i): _measured(rng, g, "1", RATIO) for i, g in enumerate(truth.gears, start=1)
+        str(i): _measured(draw(rng), g, "1", RATIO) for i, g in enumerate(truth.gears, start=1)
     }
     true = as_magic_formula(truth)
     for name, (block, parameter, unit, _, share) in FIELDS.items():
         wide = truth.formula != MAGIC and name == "shape"
-        stated = _measured(rng, true[name], unit, OTHER_SHAPE if wide else share)
+        stated = _measured(draw(rng), true[name], unit, OTHER_SHAPE if wide else share)
         tree.setdefault(block, {})[parameter] = stated
     tree["tyre"]["shape"]["value"] = min(max(tree["tyre"]["shape"]["value"], 1.06), 1.94)
-    tree["channels"] = channels(truth.noises)
+    tree["channels"] = channels(truth.noises, truth.filters)
+    if lags := [_stated_lag(c, f) for c, f in truth.filters.items() if f.kind == LAG]:
+        tree["effects"] = lags
     return tree
 
 
-def channels(noises: Noises) -> dict[str, Any]:
-    """Data-sheet values of the sensors."""
-    return {
+def channels(
+    noises: Noises, filters: Mapping[str, Filter] = MappingProxyType({})
+) -> dict[str, Any]:
+    """Data-sheet values of the sensors; the group delay of a moving mean is part of the latency."""
+    found: dict[str, Any] = {
         "throttle_position": _channel(noises, noises.throttle, noises.throttle_quantum, "1"),
         "engine_speed": _channel(noises, noises.engine_speed, 0.5 * RPM, "rad/s"),
         "optical_speed": {
@@ -122,6 +134,15 @@ def channels(noises: Noises) -> dict[str, Any]:
             "period": {"value": 4e-3, "unit": "s"},
         },
     }
+    for channel, chosen in filters.items():
+        if chosen.kind != LAG:
+            found[channel]["latency"]["value"] += chosen.group_delay
+    return found
+
+
+def _stated_lag(channel: str, chosen: Filter) -> dict[str, Any]:
+    time = {"value": chosen.time, "unit": "s"}
+    return {"name": "channel_lag", "channel": channel, "time_constant": time}
 
 
 def _channel(noises: Noises, noise: float, quantum: float, unit: str) -> dict[str, Any]:
@@ -132,9 +153,18 @@ def _channel(noises: Noises, noise: float, quantum: float, unit: str) -> dict[st
     }
 
 
-def _measured(rng: np.random.Generator, true: float, unit: str, share: float) -> dict[str, Any]:
-    error = float(np.clip(rng.standard_normal(), -FURTHEST, FURTHEST)) * share / NORMAL_95
-    stated = true * math.exp(-error)
+def _normal(rng: np.random.Generator) -> float:
+    """Error of a measured number, standard deviations."""
+    return float(np.clip(rng.standard_normal(), -FURTHEST, FURTHEST))
+
+
+def _careless(rng: np.random.Generator) -> float:
+    """Error of a number that was measured with less care than the file says, standard deviations."""
+    return float(rng.uniform(-FURTHEST, FURTHEST))
+
+
+def _measured(error: float, true: float, unit: str, share: float) -> dict[str, Any]:
+    stated = true * math.exp(-error * share / NORMAL_95)
     return {"value": stated, "unit": unit, "plus_minus": share * stated}
 
 

@@ -5,9 +5,11 @@ import math
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 import typer
 from distributed import LocalCluster
+from scipy import stats
 from typer.testing import CliRunner
 
 from slipbench.identification.cluster import Workers
@@ -21,7 +23,14 @@ from slipbench.studies.blind_validation.hidden_cases import (
     store_ground_truth,
 )
 from slipbench.studies.blind_validation.page import Provenance, page
-from slipbench.studies.blind_validation.score import ScoredCase, scored, what_is_wrong
+from slipbench.studies.blind_validation.posterior import ranks_of, uniformity
+from slipbench.studies.blind_validation.score import (
+    NORMAL_95,
+    Estimate,
+    ScoredCase,
+    scored,
+    what_is_wrong,
+)
 from slipbench.studies.blind_validation.shortfalls import every_curve, every_interval, every_miss
 from slipbench.studies.blind_validation.study import (
     Study,
@@ -56,7 +65,6 @@ def result(case: int, told: dict, each: list[float]) -> dict:
         "case": case,
         "verdict": told,
         "ideal": {"gain": sum(each), "each": each},
-        "truth": [],
         "seconds": {"analysis": 1.0},
     }
 
@@ -72,7 +80,14 @@ def hidden(kind: str, **parameters) -> dict:
 
 
 def answer(case: int, sort: str, *things: dict) -> dict:
-    return {"case": case, "category": sort, "tyre": "brush", "hidden": list(things)}
+    return {
+        "case": case,
+        "category": sort,
+        "tyre": "brush",
+        "careless": False,
+        "seconds": [10.0] * 7,
+        "hidden": list(things),
+    }
 
 
 def effect(name: str, **intervals) -> dict:
@@ -166,6 +181,88 @@ def test_what_the_named_things_explain_as_well_is_not_to_be_seen() -> None:
 def test_a_name_for_what_is_in_no_library_is_a_miss() -> None:
     truth = answer(0, "outside", hidden("spark_lag", time_constant=0.02))
     assert "not in the library" in what_is_wrong(only((truth, result(0, FOUND, [90.0])))[0])
+
+
+def test_a_name_that_describes_what_no_library_has_fairly_is_no_wrong_name() -> None:
+    window = {**hidden("moving_mean", window=0.04), "subject": "engine_speed"}
+    truth = answer(0, "outside", window)
+    for name, subject, wrong in (
+        ("channel_lag", "engine_speed", ()),
+        ("channel_lag", "throttle_position", ("channel_lag.throttle_position",)),
+        ("optical_lag", "", ()),
+        ("backlash", "", ("backlash",)),
+    ):
+        told = {**FOUND, "effects": [{**effect(name), "subject": subject}]}
+        (one,) = only((truth, result(0, told, [90.0])))
+        assert one.wrong_names == wrong
+        assert ("wrong name" in what_is_wrong(one)) == bool(wrong)
+
+
+def ranked(z: float, careless: bool = False, low: float = -1.0, high: float = 2.0) -> Estimate:
+    """An estimate of 0 whose truth lies z standard deviations away; the upper side is the wider."""
+    return Estimate("", "", z * (high if z > 0 else -low) / NORMAL_95, low, high, 0.0, careless)
+
+
+def test_ranks_are_those_of_a_normal_posterior_with_the_stated_interval() -> None:
+    for z, rank in ((0.0, 0.5), (NORMAL_95, 0.975), (-NORMAL_95, 0.025), (-1.0, 0.158655)):
+        assert ranked(z).rank == pytest.approx(rank, abs=1e-5)
+    assert math.isnan(Estimate("", "", 1.0, 0.0, 0.0, 0.0).rank)
+
+
+@pytest.mark.parametrize(("width", "uniform"), [(1.0, True), (2.0, False), (0.5, False)])
+def test_ranks_are_uniform_only_where_posteriors_are_as_wide_as_their_errors(
+    width: float, uniform: bool
+) -> None:
+    """Quantiles of a normal distribution; width: of the errors, in units of the stated width."""
+    errors = width * stats.norm.ppf((np.arange(400) + 0.5) / 400)
+    (plain,) = only((answer(0, "nothing"), result(0, verdict(), [])))
+    estimates = tuple(ranked(z) for z in errors)
+    liars = tuple(ranked(z, careless=True) for z in np.full(100, 3.0))
+    found = uniformity(ranks_of([replace(plain, numbers=estimates + liars)]))
+    assert found is not None
+    assert len(found.ranks) == 400
+    assert (found.ks > 0.01) == uniform
+    assert (found.chi_square > 0.01) == uniform
+    low, high = found.band
+    assert all(low <= c <= high for c in found.counts) == uniform
+
+
+def test_too_few_ranks_are_not_tested() -> None:
+    assert uniformity([0.5] * 9) is None
+
+
+def test_curves_of_memories_are_counted_apart_and_times_are_on_the_page() -> None:
+    truths = [
+        answer(0, "moderate", hidden("backlash", slack=8e-3)),
+        answer(1, "moderate", hidden("radius_growth", growth=1e-5)),
+    ]
+    results = [
+        {**result(n, verdict(), [90.0]), "curve": {"confirmed": part, "possible": 100.0}}
+        for n, part in enumerate((40.0, 95.0))
+    ]
+    results[0]["seconds"] = {"analysis": 7.0}
+    cases = scored(truths, results)
+    shown = {f.text: f.percent for f in figures(cases)}
+    assert shown["... memories and hysteresis"] == pytest.approx(40.0)
+    assert shown["... effects without memory"] == pytest.approx(95.0)
+    text = page(cases, Provenance("slipbench prove", "f" * 64, "0" * 64, 2, "figures"))
+    assert "| all cases | 2 | 4.0 s | 7.0 s | 0.06 s |" in text
+
+
+def test_every_figure_that_the_issue_asks_for_has_its_goal() -> None:
+    goals = {f.text: (f.low, f.high) for f in figures([]) if f.has_goal}
+    assert goals["False alarms, nothing missing"] == (0.0, 2.0)
+    assert goals["Injection point correct, moderate"][0] == 97.0
+    assert goals["Injection point correct, small"][0] == 95.0
+    assert goals["Name or equivalence class correct, moderate"][0] == 97.0
+    assert goals["Name or equivalence class correct, small"][0] == 92.0
+    assert goals["Pairs exact"][0] == 95.0
+    assert goals["Triples exact"][0] == 90.0
+    assert goals["Detected, effect outside the library"][0] == 95.0
+    assert goals["No wrong name, outside the library"][0] == 95.0
+    assert goals["Injection point correct, outside the library"][0] == 90.0
+    assert goals["95 % intervals that contain the truth"] == (92.0, 97.0)
+    assert goals["Share of the true effect's held-out gain, free curve"][0] == 90.0
 
 
 @pytest.mark.parametrize(
