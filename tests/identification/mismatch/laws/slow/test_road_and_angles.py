@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import pytest
 
+from slipbench.identification.mismatch.telling.verdict import Verdict
 from slipbench.plant.effects.compression_torque import CompressionTorque
 from slipbench.plant.effects.eccentricity import Eccentricity
 from slipbench.plant.effects.torque_dip import TorqueDip
@@ -17,6 +18,7 @@ TOOTH = ("eccentricity", "tooth_misplacement", "driveline_loss")
 SWING, CYLINDERS = 60.0, 3
 RUN_OUT = 5e-3
 WINDY = 40.0  # N
+LOSS, PLACE, LENGTH = 0.4, 60.0, 20.0  # 1, m, m
 
 
 def test_a_torque_that_turns_with_the_crank_is_named_though_no_channel_shows_its_phase():
@@ -53,14 +55,29 @@ def windy(rides: tuple[Ride, ...]) -> tuple[Ride, ...]:
     return tuple(replace(r, wind=WINDY) for r in rides)
 
 
-def test_wind_is_neither_a_grade_nor_a_wet_patch():
-    """The magnitude at one place counts against its scatter over other places and trials."""
-    found = ridden(library=ROAD, training=windy(LEARN), held_out=windy(PROVE))
+def test_wind_is_neither_a_grade_nor_a_wet_patch_nor_another_drag():
+    """A magnitude at one place counts against its scatter over other places and trials."""
+    library = (*ROAD, "wind", "air_density", "closed_throttle_friction")
+    found = ridden(library=library, training=windy(LEARN), held_out=windy(PROVE))
     assert not found.mismatch, reported(found)
     assert not found.effects
 
 
-def test_a_wet_patch_is_named_where_it_lies():
-    found = ridden(WetPatch(loss=0.4, place=60.0), library=ROAD)
-    assert names(found) == ["wet_patch"], reported(found)
-    assert holds(found, "wet_patch", "place", 60.0, slack=0.05)
+@pytest.fixture(scope="module")
+def wet() -> Verdict:
+    return ridden(WetPatch(loss=LOSS, place=PLACE, length=LENGTH), library=ROAD)
+
+
+def test_a_wet_patch_is_named_where_it_lies(wet):
+    assert names(wet) == ["wet_patch"], reported(wet)
+    assert holds(wet, "wet_patch", "place", PLACE, slack=0.05)
+    assert holds(wet, "wet_patch", "loss", LOSS)
+
+
+@pytest.mark.xfail(
+    reason="place 61.7 m (60.7 to 62.7) for 60 m, length 17.1 m (16.1 to 18.2) for 20 m",
+    strict=False,
+)
+@pytest.mark.parametrize(("parameter", "truth"), [("place", PLACE), ("length", LENGTH)])
+def test_the_intervals_of_its_ends_hold_the_truth(wet, parameter, truth):
+    assert holds(wet, "wet_patch", parameter, truth)
