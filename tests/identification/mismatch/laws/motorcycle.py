@@ -88,14 +88,16 @@ def stale(role: str, share: float, seed: int = 1) -> Change:
     return values(role, repeat)
 
 
-def on_a_clock(role: str, drift: float) -> Change:
-    """A channel whose own clock runs fast. drift: share."""
+def on_a_clock(role: str, drift: float, named: bool = True) -> Change:
+    """A channel whose own clock runs fast. drift: share; named: as the device's, else as the bus's."""
 
     def change(recording: Recording) -> Recording:
-        channel = recording.channels[role]
-        told = replace(
-            channel, time=channel.time[0] + (channel.time - channel.time[0]) * (1 + drift)
-        )
+        old = recording.channels[role]
+        assert old.arrival is not None
+        since = old.time if named else old.time + np.min(old.arrival - old.time)
+        told = replace(old, time=since[0] + (since - since[0]) * (1.0 + drift))
+        if not named:
+            told = replace(told, clock="bus", arrival=None)
         return replace(recording, channels={**recording.channels, role: told})
 
     return change

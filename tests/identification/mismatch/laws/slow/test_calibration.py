@@ -51,3 +51,14 @@ def test_numbers_of_up_to_four_stated_deviations_raise_no_alarm(share):
     )
     assert not found.mismatch, reported(found)
     assert not found.effects
+
+
+def test_without_its_name_a_late_throttle_sensor_is_no_other_effect():
+    """A curve is fitted beside the numbers of the file too, since calibration went astray."""
+    found = ridden(
+        library=("driveline_loss", "optical_lag", "rate_limit"),
+        change=late("throttle_position", LATE),
+    )
+    assert found.unknown, reported(found)
+    assert not found.effects
+    assert found.location.block in ("throttle_servo", "channel", "throttle_position")
