@@ -57,6 +57,21 @@ def late(role: str, by: float) -> Change:
     return values(role, lambda t, y: np.interp(t - by, t, y))
 
 
+def lagging(role: str, time_constant: float) -> Change:
+    """A channel behind a lag of first order. time_constant: s."""
+
+    def lag(t: np.ndarray, y: np.ndarray) -> np.ndarray:
+        keep = np.exp(-np.diff(t, prepend=t[0]) / time_constant)
+        out = np.empty_like(y)
+        last = y[0]
+        for k, new in enumerate(y):
+            last = keep[k] * last + (1.0 - keep[k]) * new
+            out[k] = last
+        return out
+
+    return values(role, lag)
+
+
 def rounded(role: str, step: float) -> Change:
     """A channel that is sent in coarse steps."""
     return values(role, lambda _, y: step * np.round(y / step))

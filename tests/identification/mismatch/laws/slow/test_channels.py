@@ -5,6 +5,7 @@ import pytest
 from tests.identification.mismatch.laws.explained import effect, holds, names, reported
 from tests.identification.mismatch.laws.motorcycle import (
     held,
+    lagging,
     late,
     on_a_clock,
     ridden,
@@ -15,7 +16,7 @@ from tests.identification.mismatch.laws.motorcycle import (
 REPEATED = {"held_frames", "stale_frames"}
 FRAMES = ("held_frames", "stale_frames", "channel_latency", "channel_lag", "optical_lag")
 STEP = 0.25  # m/s
-HOLD = 30e-3  # s
+HOLD, LAG = 30e-3, 15e-3  # s
 
 
 def test_coarse_steps_are_named_with_the_step_of_the_recording():
@@ -60,6 +61,16 @@ def test_a_speed_sensor_two_samples_late_is_named():
     )
     assert names(found) == ["channel_latency.optical_speed"], reported(found)
     assert holds(found, "channel_latency", "latency", 8e-3, slack=0.1)
+
+
+def test_a_lag_of_the_throttle_sensor_is_one_effect_of_the_sensor():
+    """The lagging channel drives the motion as well: its effect is taken off that input."""
+    found = ridden(
+        library=("channel_lag", "channel_latency", "asymmetric_filling"),
+        change=lagging("throttle_position", LAG),
+    )
+    assert names(found) == ["channel_lag.throttle_position"], reported(found)
+    assert holds(found, "channel_lag", "time_constant", LAG, slack=0.03)
 
 
 @pytest.mark.parametrize("by", ["its own clock", "the bus"])
