@@ -6,7 +6,7 @@ from tests.identification.mismatch.laws.explained import explained, names, repor
 from tests.identification.mismatch.laws.spring import noise_of_the_force, spring, swung
 
 BEND = 0.04  # 1/m^2, of the sensor
-LEARNT, PROVEN = (0.0, 0.6, 1.2, 1.8), (0.9, 1.5)  # V
+LEARNT, PROVEN = (0.0, 0.9, 1.8), (1.4,)  # V
 
 
 def at_levels(levels, seed):
@@ -38,4 +38,4 @@ def test_without_its_name_levels_raise_an_alarm_and_a_curve_stands_for_them(tmp_
     assert not found.effects
     assert found.curve is not None
     (error,) = found.held_out
-    assert error.improved < 0.75 * error.calibrated
+    assert error.improved < 0.8 * error.calibrated
