@@ -24,7 +24,8 @@ LEAD = 1.5  # s, before the excitation
 class Ride:
     """One trial: an excitation about an operating point.
 
-    kind: sweep, square, multisine or spark; amplitude: opening (or rad of spark).
+    kind: sweep, square, multisine or spark; amplitude: opening (or rad of spark). cold: torque
+    that a cold engine loses at the beginning, N m; warming: time in which that decays, s.
     """
 
     kind: str = "sweep"
@@ -37,6 +38,8 @@ class Ride:
     seed: int = 1
     wind: float = 12.0
     combustion: float = 0.8
+    cold: float = 0.0
+    warming: float = 4.0
     drop: tuple[str, ...] = field(default=())
 
     def wave(self, t):
@@ -70,7 +73,8 @@ def ride(motorcycle: Motorcycle, trial: Ride) -> Recording:
         throttle_command=command,
         spark=advance,
         road_force=_wind(rng, n, trial.wind),
-        engine_disturbance=trial.combustion * rng.standard_normal(n),
+        engine_disturbance=trial.combustion * rng.standard_normal(n)
+        - trial.cold * np.exp(-t / trial.warming),
     )
     _, out = simulation.advance(state, inputs)
     maker = _Maker(rng)

@@ -1,0 +1,1 @@
+"""Laws that cost less than five processor seconds each."""

@@ -1,0 +1,1 @@
+"""Laws that cost more than five processor seconds each."""

@@ -1,0 +1,88 @@
+"""What a channel does to its values: repeated frames, coarse steps, latency, a clock of its own."""
+
+import pytest
+
+from tests.identification.mismatch.laws.explained import effect, holds, names, reported
+from tests.identification.mismatch.laws.motorcycle import (
+    held,
+    lagging,
+    late,
+    on_a_clock,
+    ridden,
+    rounded,
+    stale,
+)
+
+REPEATED = {"held_frames", "stale_frames"}
+FRAMES = ("held_frames", "stale_frames", "channel_latency", "channel_lag", "optical_lag")
+STEP = 0.25  # m/s
+HOLD, LAG = 30e-3, 15e-3  # s
+
+
+def test_coarse_steps_are_named_with_the_step_of_the_recording():
+    """The step is read off the values; no fit of residuals tells it better."""
+    found = ridden(
+        library=("quantiser", "channel_latency", "channel_lag", "stale_frames", "held_frames"),
+        change=rounded("optical_speed", STEP),
+    )
+    assert names(found) == ["quantiser.optical_speed"], reported(found)
+    (step,) = effect(found, "quantiser").parameters
+    assert step.value == pytest.approx(STEP, rel=5e-3)
+
+
+def test_frames_held_at_a_steady_rate_are_named_so():
+    """All update times are in phase with one frequency."""
+    found = ridden(library=FRAMES, change=held("optical_speed", HOLD))
+    assert names(found) == ["held_frames.optical_speed"], reported(found)
+    assert holds(found, "held_frames", "hold", HOLD, slack=0.05)
+
+
+def test_frames_repeated_at_random_are_named_so():
+    found = ridden(library=FRAMES, change=stale("optical_speed", 0.4))
+    assert names(found) == ["stale_frames.optical_speed"], reported(found)
+    assert holds(found, "stale_frames", "share", 0.4, slack=0.05)
+
+
+@pytest.mark.parametrize(
+    ("channel", "hold", "jitter"), [("optical_speed", HOLD, 4e-3), ("engine_speed", 20e-3, 3e-3)]
+)
+def test_a_jittered_repetition_of_frames_is_one_effect(channel, hold, jitter):
+    """A lag or a latency beside it is a false second name."""
+    found = ridden(library=FRAMES, change=held(channel, hold, jitter))
+    assert len(found.effects) == 1, reported(found)
+    assert found.effects[0].name in REPEATED
+    assert found.effects[0].subject == channel
+
+
+def test_a_speed_sensor_two_samples_late_is_named():
+    found = ridden(
+        library=("channel_latency", "channel_lag", "optical_lag", "relaxation_length"),
+        change=late("optical_speed", 8e-3),
+    )
+    assert names(found) == ["channel_latency.optical_speed"], reported(found)
+    assert holds(found, "channel_latency", "latency", 8e-3, slack=0.1)
+
+
+def test_a_lag_of_the_throttle_sensor_is_one_effect_of_the_sensor():
+    """The lagging channel drives the motion as well: its effect is taken off that input."""
+    found = ridden(
+        library=("channel_lag", "channel_latency", "asymmetric_filling"),
+        change=lagging("throttle_position", LAG),
+    )
+    assert names(found) == ["channel_lag.throttle_position"], reported(found)
+    assert holds(found, "channel_lag", "time_constant", LAG, slack=0.03)
+
+
+@pytest.mark.parametrize("by", ["its own clock", "the bus"])
+@pytest.mark.parametrize("drift", [5e-4, -5e-4])
+def test_a_clock_of_an_encoder_that_is_off_is_no_physics(drift, by):
+    """Clocks of devices are uncertain by 0.05 % unless their file says otherwise.
+
+    Where the times are said to be those of the bus, nothing else tells of a clock.
+    """
+    found = ridden(
+        library=("driveline_loss", "relaxation_length", "radius_growth"),
+        change=on_a_clock("rear_teeth", drift, named=by == "its own clock"),
+    )
+    assert not found.mismatch, reported(found)
+    assert not found.effects

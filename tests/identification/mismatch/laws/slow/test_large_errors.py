@@ -1,0 +1,68 @@
+"""No verdict is silent about outputs that stay far above their floor."""
+
+from dataclasses import replace
+
+import pytest
+
+from slipbench.identification.mismatch.telling.verdict import Verdict
+from slipbench.plant.effects.backlash import Backlash
+from slipbench.plant.effects.radius_growth import RadiusGrowth
+from slipbench.plant.effects.throttle_stiction import ThrottleStiction
+from slipbench.plant.effects.tooth_misplacement import ToothMisplacement
+from tests.identification.mismatch.laws.explained import large_errors, names, reported
+from tests.identification.mismatch.laws.motorcycle import LEARN, PROVE, ridden
+from tests.identification.motorcycle_recording import Ride
+
+LOSSES = ("backlash", "driveline_loss", "grade", "closed_throttle_friction")
+COLD = 4.0  # N m
+
+
+@pytest.mark.xfail(
+    reason="no alarm: p 1, rear tooth pattern 0.0272 rad, its floor is taken from itself",
+    strict=False,
+)
+def test_a_displaced_tooth_that_no_name_of_the_library_explains_raises_an_alarm():
+    found = ridden(
+        ToothMisplacement(displacement=3e-3, tooth=5), library=("backlash", "driveline_loss")
+    )
+    assert found.unknown or found.remains, reported(found)
+
+
+def cold(rides: tuple[Ride, ...], warming: float) -> tuple[Ride, ...]:
+    return tuple(replace(r, cold=COLD, warming=warming) for r in rides)
+
+
+@pytest.mark.xfail(
+    reason="no alarm: p 1, held-out error of the rear teeth 0.178 rad beside a floor of 0.0097",
+    strict=False,
+)
+@pytest.mark.parametrize("warming", [4.0, 1.5])
+def test_a_drag_of_cold_oil_that_decays_within_the_recording_raises_an_alarm(warming):
+    """A slow disturbance of wind and grade takes it in, trial after trial."""
+    found = ridden(library=LOSSES, training=cold(LEARN, warming), held_out=cold(PROVE, warming))
+    assert found.mismatch, reported(found)
+
+
+@pytest.fixture(scope="module")
+def three() -> Verdict:
+    """Stiction, backlash, and a radius that grows 4 % at speed."""
+    hidden = (
+        ThrottleStiction(),
+        Backlash(slack=8e-3),
+        RadiusGrowth(growth=2e-5, front_growth=1e-5),
+    )
+    library = ("throttle_stiction", "backlash", "radius_growth", "driveline_loss", "optical_scale")
+    return ridden(*hidden, library=library)
+
+
+def test_levels_that_grow_with_speed_are_named_beside_two_other_effects(three):
+    """Noise models, calibration and the slow disturbance take levels in; evidence they remain."""
+    assert names(three) == ["backlash", "radius_growth", "throttle_stiction"], reported(three)
+
+
+@pytest.mark.xfail(
+    reason="no word: rear teeth 0.112 rad beside a floor of 0.010, engine speed 0.92 beside 0.26",
+    strict=False,
+)
+def test_three_names_that_leave_a_large_error_are_not_all(three):
+    assert not large_errors(three) or three.unknown or three.remains, reported(three)
