@@ -78,15 +78,19 @@ def rounded(role: str, step: float) -> Change:
 
 
 def held(role: str, hold: float, jitter: float = 0.0, seed: int = 1) -> Change:
-    """A channel that repeats its frames. hold, jitter: s between updates and its deviation."""
+    """A channel that repeats the first frame after each update.
+
+    hold, jitter: s between updates, and its deviation.
+    """
     rng = np.random.default_rng(seed)
 
     def repeat(t: np.ndarray, y: np.ndarray) -> np.ndarray:
         between = hold + jitter * rng.standard_normal(round((t[-1] - t[0]) / hold) + 2)
         updates = t[0] + np.cumsum(np.maximum(between, 0.1 * hold))
         last = np.searchsorted(updates, t, "right") - 1
-        new = np.interp(updates, t, y)[np.maximum(last, 0)]
-        return np.asarray(np.where(last < 0, y, new))
+        fresh = np.diff(last, prepend=-1) != 0
+        fresh[0] = True
+        return np.asarray(y[np.maximum.accumulate(np.where(fresh, np.arange(y.size), 0))])
 
     return values(role, repeat)
 
