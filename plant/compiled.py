@@ -15,7 +15,6 @@ import platform
 import sys
 import tempfile
 import textwrap
-import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -89,17 +88,13 @@ def entry(text: str, signature: str) -> str:
     return f"@njit({signature!r}, {FLAGS}, cache=True, nogil=True)\n{text}\n"
 
 
-_LOADING = threading.RLock()
-"""A module is among the loaded ones before its code has run; other threads wait for that."""
-
-
 def load(text: str) -> ModuleType:
     """The module that the text makes, from the cache if it was compiled before."""
     made_by = f"{numba.__version__} {platform.python_version()} {platform.machine()}"
     fingerprint = hashlib.sha256(f"{made_by}\n{text}".encode()).hexdigest()[:20]
     name = f"slipbench_{fingerprint}"
     folder = cache_folder()
-    with _LOADING, _only_one(folder / f"{name}.lock"):
+    with _only_one(folder / f"{name}.lock"):  # other threads wait here as well
         if name in sys.modules:
             return sys.modules[name]
         path = folder / f"{name}.py"

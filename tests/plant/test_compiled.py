@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
@@ -55,3 +56,11 @@ def test_the_text_is_bare(tmp_path, monkeypatch):
     module = load(text)
     assert module.nine(1.0) == 9.0
     assert load(text) is module
+
+
+def test_threads_wait_for_a_module_that_another_one_loads(tmp_path, monkeypatch):
+    """A module is among the loaded ones before its code has run."""
+    monkeypatch.setenv("SLIPBENCH_CACHE", str(tmp_path))
+    text = f"import time\ntime.sleep(0.3)\nready = {str(tmp_path)!r}\n"
+    with ThreadPoolExecutor(4) as pool:
+        assert {m.ready for m in pool.map(load, [text] * 4)} == {str(tmp_path)}
