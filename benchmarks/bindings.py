@@ -10,6 +10,7 @@ import os
 import subprocess
 import sys
 import tempfile
+import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -42,6 +43,7 @@ def table(checkouts: dict[str, Path], rounds: int, folder: Path) -> str:
     """Quantiles of all rounds; the checkouts take turns, so that they share the load of the machine."""
     cost: dict[str, list[int]] = {name: [] for name in checkouts}
     late: dict[str, list[int]] = {name: [] for name in checkouts}
+    ends: dict[str, list[str]] = {name: [] for name in checkouts}
     skipped = dict.fromkeys(checkouts, 0)
     for number in range(rounds):
         for name, checkout in checkouts.items():
@@ -59,6 +61,8 @@ def table(checkouts: dict[str, Path], rounds: int, folder: Path) -> str:
                 str(out),
             )
             ran, missing = lateness(out / "ticks.csv")
+            with (out / "run.toml").open("rb") as file:
+                ends[name].append(tomllib.load(file)["outcome"]["trip"])
             late[name] += ran
             skipped[name] += missing
     rows = [HEAD]
@@ -66,7 +70,10 @@ def table(checkouts: dict[str, Path], rounds: int, folder: Path) -> str:
     rows += [str(Row(f"{name}: tick start", np.array(late[name]), skipped[name])) for name in late]
     medians = [float(np.median(cost[name])) for name in cost]
     ratio = f"  p50 of the processor time, after / before: {medians[1] / medians[0]:.2f}"
-    return "\n".join([*rows, ratio])
+    trips = "; ".join(f"{name} {', '.join(each)}" for name, each in ends.items())
+    return "\n".join(
+        [*rows, ratio, f"  trips of the trials in real time, which end early: {trips}"]
+    )
 
 
 def lateness(path: Path) -> tuple[list[int], int]:

@@ -15,7 +15,7 @@ from slipbench.bench.gateway.fail_safe import described
 from slipbench.bench.gateway.gateway import Gateway
 from slipbench.bench.loop.clock import MILLISECOND, SECOND, SimulatedClock
 from slipbench.bench.loop.loop import run_periodic
-from slipbench.bench.loop.recorder import PAUSE, Recorder, open_log, recorder_failure
+from slipbench.bench.loop.recorder import Recorder, open_log, recorder_failure
 from slipbench.bench.loop.ring import Ring
 from slipbench.bench.loop.ticks import TICKS, read_ticks, tick_recorder, tick_table
 from slipbench.bench.trials.outcome import Outcome
@@ -135,7 +135,7 @@ class _World:
         self._wires, self._motorcycle, self._recorder = wires, motorcycle, recorder
         self._devices = devices
         self._progress = progress
-        self._number = self._drain_at = 0
+        self._number = 0
         self.notes: list[str] = []
 
     def run_until(self, time_ns: int) -> None:
@@ -147,9 +147,7 @@ class _World:
             self._step_motorcycle(due)
             self._number += 1
         self._advance_to(time_ns)
-        if time_ns >= self._drain_at:
-            self._drain_at = time_ns + round(PAUSE * SECOND)
-            self._recorder.drain()
+        self._recorder.drain()
         if self._number % 100 == 0:
             self._progress((time_ns - START) / SECOND)
 

@@ -71,7 +71,7 @@ def ride(
 
     faults: of the bus; nodes: of the simulated nodes
     """
-    trial = prepared(**SHORT)
+    trial = prepared(**SHORT, ready_within="500 ms")
     scenario = replace(
         trial.scenario, nodes=simulated_nodes(without="throttle"), faults=FaultPlan(nodes, seed=1)
     )

@@ -61,6 +61,7 @@ def trial(tmp_path: Path) -> Path:
     short = {"duration": '"200 ms"', "steady_for": '"100 ms"', "presses_button_after": '"200 ms"'}
     for key, value in short.items():
         lines = [f"{key} = {value}" if line.startswith(f"{key} =") else line for line in lines]
+    lines = ['settling = "100 ms"', 'hand_back = "100 ms"', *lines]
     path = tmp_path / "trial.toml"
     path.write_text("\n".join(lines))
     return path

@@ -95,7 +95,11 @@ def test_the_first_command_with_authority_comes_within_a_tick_of_the_button(tmp_
     """
     for milliseconds in (50, 51, 57, 93):
         folder = tmp_path / str(milliseconds)
-        changes = {"rider__presses_button_after": f"{milliseconds} ms"}
+        changes = {
+            "rider__presses_button_after": f"{milliseconds} ms",
+            "excitation__duration": "200 ms",
+            "excitation__start": "2 Hz",
+        }
         run_trial(prepared(**changes), folder, None)
         told = list(messages(folder))
         pressed = next(t for t, m in told if isinstance(m, RiderControls) and m.button)
