@@ -79,7 +79,8 @@ def tried_along(judge: Judge, places: Sequence[Candidate]) -> list[Tried]:
     length = np.sqrt(np.sum(columns**2, axis=0)) + 1e-300
     at = [place_on_the_road(p.pattern) or 0.0 for p in places]
     energy, push = (np.stack(x) for x in zip(*told, strict=True))
-    alike = columns.T @ columns / np.outer(length, length)
+    even = columns / length
+    alike = even.T @ even
     return at_places(at, energy, push / np.maximum(energy, 1e-300), alike)
 
 
