@@ -15,8 +15,10 @@ import platform
 import sys
 import tempfile
 import textwrap
+import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import cache, wraps
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -68,6 +70,25 @@ FLAGS = "error_model='numpy', fastmath={'arcp', 'contract'}"
 INNER = f"{FLAGS}, no_cpython_wrapper=True, no_cfunc_wrapper=True, _nrt=False"
 """Of functions that only the kernel calls: nothing is made for Python, and arrays that are handed on
 are not counted, which would cost more than what is done with them. They cannot make arrays."""
+
+
+_ONE_AT_A_TIME = threading.RLock()
+
+
+def made_once(make: Callable[..., ModuleType]) -> Callable[..., ModuleType]:
+    """A function that makes a module from text, kept for its arguments, by one thread at a time.
+
+    Threads that parse Python at once disturb each other's parser in Python 3.11 (SystemError: "AST
+    constructor recursion depth mismatch", python/cpython issue 106905).
+    """
+    kept = cache(make)
+
+    @wraps(make)
+    def made(*arguments: Any) -> ModuleType:
+        with _ONE_AT_A_TIME:
+            return kept(*arguments)
+
+    return made
 
 
 def inlined(text: str) -> str:

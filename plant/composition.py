@@ -7,12 +7,11 @@ compiled once (docs/decisions/plant-one-kernel.md states why).
 
 import inspect
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from functools import cache
 from types import ModuleType
 from typing import Any
 
 from slipbench.plant import kernel
-from slipbench.plant.compiled import entry, inlined, load, text_of
+from slipbench.plant.compiled import entry, inlined, load, made_once, text_of
 from slipbench.plant.effects.effect import Hook
 from slipbench.plant.equations import EQUATIONS, GIVES_SEVERAL, RATES, air_delay
 from slipbench.plant.kernel_parts import HELD, LED, tuple_texts
@@ -38,7 +37,7 @@ SERVO = EQUATIONS[: EQUATIONS.index(air_delay)]
 """The equations of the throttle servo, which nothing behind it acts upon."""
 
 
-@cache
+@made_once
 def compose(
     effects: tuple[EffectClass, ...], equations: tuple[Callable[..., Any], ...] = EQUATIONS
 ) -> ModuleType:

@@ -7,12 +7,11 @@ elsewhere, so that it costs one addition.
 
 import ast
 from collections.abc import Iterator
-from functools import cache
 from types import ModuleType
 
 from slipbench.plant import equations as nominal
 from slipbench.plant import kernel, kernel_tangents
-from slipbench.plant.compiled import entry, inlined, load, plain, text_of
+from slipbench.plant.compiled import entry, inlined, load, made_once, plain, text_of
 from slipbench.plant.composition import ADVANCE, RENAMED_OUTPUTS, Names, constants
 from slipbench.plant.derivatives import directional, gradient
 from slipbench.plant.equations import RATES
@@ -38,7 +37,7 @@ ARGUMENTS = (
 )
 
 
-@cache
+@made_once
 def compose_tangents(effects: tuple[EffectClass, ...], equations: Equations) -> ModuleType:
     """The compiled kernel with tangents: a module with `advance_tangents`."""
     return load(tangents_text(effects, equations))

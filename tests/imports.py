@@ -120,6 +120,7 @@ ALLOWED = {
         "bench/loop/loop_process.py",
         "bench/loop/interrupts.py",
         "bench/bus/python_can.py",
+        "plant/compiled.py",
     ),
     "multiprocessing": (
         "bench/loop/ring.py",

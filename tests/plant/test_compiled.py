@@ -3,12 +3,14 @@
 import os
 import subprocess
 import sys
+import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from types import ModuleType
 
 import pytest
 
-from slipbench.plant.compiled import cache_folder, entry, inlined, load, text_of
+from slipbench.plant.compiled import cache_folder, entry, inlined, load, made_once, text_of
 
 PROGRAM = """
 from slipbench.plant.compiled import entry, load
@@ -64,3 +66,22 @@ def test_threads_wait_for_a_module_that_another_one_loads(tmp_path, monkeypatch)
     text = f"import time\ntime.sleep(0.3)\nready = {str(tmp_path)!r}\n"
     with ThreadPoolExecutor(4) as pool:
         assert {m.ready for m in pool.map(load, [text] * 4)} == {str(tmp_path)}
+
+
+def test_one_thread_at_a_time_makes_a_kernel_from_text():
+    """Parsers of two threads disturb each other."""
+    running, most = [], []
+
+    def make(number):
+        running.append(number)
+        most.append(len(running))
+        time.sleep(0.02)
+        running.remove(number)
+        return ModuleType(f"made_{number}")
+
+    one = made_once(make)
+    with ThreadPoolExecutor(4) as pool:
+        made = list(pool.map(one, [1, 2, 1, 3]))
+    assert max(most) == 1
+    assert len(most) == 3
+    assert made[0] is made[2]
