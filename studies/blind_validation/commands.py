@@ -48,7 +48,8 @@ def prove_command(
 ) -> None:
     """Blind validation: generate hidden cases, analyse, score.
 
-    After an interruption the same command continues the study.
+    After an interruption the same command continues the study. Where an analysis failed, the page is
+    written, and the exit code is 1.
     """
     from slipbench.identification.cluster import Workers
     from slipbench.protocol.output_folders import check_page
@@ -85,3 +86,8 @@ def prove_command(
                 raise typer.Exit(130) from None
     for line in publish(study, results, page):
         typer.echo(line)
+    failures = [f"case {r['case']}: {r['failed']}" for r in results if "failed" in r]
+    for line in failures:
+        typer.echo(f"analysis failed: {line}", err=True)
+    if failures:
+        raise typer.Exit(1)

@@ -211,7 +211,7 @@ def placed(database=DATABASE, without: tuple[str, ...] = (), **constants: float)
     return Codec(database, {**placement, "ActuatorCommand": command})
 
 
-def told(trial, codec: Codec) -> str:
+def refusal(trial, codec: Codec) -> str:
     try:
         check_wire(trial, plan_excitation(trial), codec, "trial.toml")
     except InputError as fault:
@@ -222,7 +222,7 @@ def told(trial, codec: Codec) -> str:
 def test_a_spark_that_cannot_carry_0_is_refused_also_where_no_signal_holds_the_throttle():
     codec = with_command("spark", minimum=0.02, maximum=40.0)
     wanted = "ActuatorCommand.spark cannot carry 0, which releases"
-    assert wanted in told(trial_file(), codec)
+    assert wanted in refusal(trial_file(), codec)
     message = DATABASE.message("ActuatorCommand")
     signals = tuple(
         replace(s, minimum=0.02, maximum=40.0) if s.name == "spark" else s for s in message.signals
@@ -231,28 +231,28 @@ def test_a_spark_that_cannot_carry_0_is_refused_also_where_no_signal_holds_the_t
         replace(message, signals=signals) if each is message else each for each in DATABASE.messages
     )
     database = replace(DATABASE, messages=messages)
-    assert wanted in told(trial_file(), placed(database, throttle=0.0))
+    assert wanted in refusal(trial_file(), placed(database, throttle=0.0))
 
 
 def test_what_no_signal_holds_is_not_checked_and_the_rest_is():
     trial = trial_file()
-    assert told(trial, placed(without=("OpticalSpeed",))) == ""
-    assert told(trial, placed(throttle=0.0)) == ""
+    assert refusal(trial, placed(without=("OpticalSpeed",))) == ""
+    assert refusal(trial, placed(throttle=0.0)) == ""
     codec = placed(narrowed("limits.clutch", 0.7), throttle=0.0)
-    assert "limits.clutch = " in told(trial, codec)
+    assert "limits.clutch = " in refusal(trial, codec)
 
 
 def test_a_floating_point_command_has_no_smallest_step():
     limits = {"minimum": None, "maximum": None}
     fine = trial_file(excitation__amplitude="0.001 %")
-    assert "less than one step" in told(fine, Codec(DATABASE))
+    assert "less than one step" in refusal(fine, Codec(DATABASE))
     wide = replace(DATABASE.message("ActuatorCommand").signal("throttle"), start=64, length=32)
     wide = replace(wide, is_float=True, **limits)
     message = DATABASE.message("ActuatorCommand")
     signals = tuple(wide if s.name == "throttle" else s for s in message.signals)
     longer = replace(message, signals=signals, length=12, fd=True)
     messages = tuple(longer if each is message else each for each in DATABASE.messages)
-    assert told(fine, Codec(replace(DATABASE, messages=messages))) == ""
+    assert refusal(fine, Codec(replace(DATABASE, messages=messages))) == ""
 
 
 def test_an_authority_that_no_signal_holds_is_not_checked():

@@ -410,3 +410,22 @@ def test_the_command_is_described_in_the_words_of_the_field() -> None:
     text = " ".join(CliRunner().invoke(app, ["prove", "--help"], terminal_width=200).output.split())
     assert "Blind validation: generate hidden cases, analyse, score." in text
     assert [word for word in ("seal", "secret", "proof") if word in text.lower()] == []
+
+
+FAILED = {"case": 1, "failed": "ValueError: no root"}
+
+
+@pytest.mark.parametrize(("results", "code"), [([{"case": 0}], 0), ([{"case": 0}, FAILED], 1)])
+def test_a_study_with_a_failed_analysis_fails(results, code, tmp_path, monkeypatch):
+    package = "slipbench.studies.blind_validation"
+    monkeypatch.setattr(f"{package}.study.run_study", lambda *_: results)
+    monkeypatch.setattr(f"{package}.publish.publish", lambda *_: ["page: written"])
+    app = typer.Typer()
+    app.callback()(lambda: None)
+    register(app)
+    ended = CliRunner().invoke(
+        app, ["prove", "--cases", "2", "--seed", "1", "--out", str(tmp_path)]
+    )
+    assert ended.exit_code == code
+    assert "page: written" in ended.output
+    assert ("case 1: ValueError: no root" in ended.output) == bool(code)
