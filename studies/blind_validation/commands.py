@@ -7,6 +7,7 @@ import typer
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
+FAILED = 3  # exit status when an analysis failed
 EXAMPLE = (
     "Example: slipbench prove --cases 200 --seed 1 --workers 2 --page docs/blind_validation.md"
 )
@@ -49,7 +50,9 @@ def prove_command(
     """Blind validation: generate hidden cases, analyse, score.
 
     After an interruption the same command continues the study. Where an analysis failed, the page is
-    written, and the exit code is 1.
+    written all the same.
+
+    Exit status: 0 all analysed, 2 invalid input (see message), 3 an analysis failed, 130 interrupted.
     """
     from slipbench.identification.cluster import Workers
     from slipbench.protocol.output_folders import check_page
@@ -90,4 +93,4 @@ def prove_command(
     for line in failures:
         typer.echo(f"analysis failed: {line}", err=True)
     if failures:
-        raise typer.Exit(1)
+        raise typer.Exit(FAILED)

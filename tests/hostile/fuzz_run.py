@@ -4,7 +4,8 @@ A case ends well in one of these ways:
 
 - status 0, and everything that the command line promises is there and not empty;
 - status 2, one message, and no file or folder left behind, unless nothing was changed;
-- status 3 or 130 for a trial that tripped, or an analysis that Ctrl-C ended;
+- status 3 for a trial that tripped, or a study that holds a failed analysis;
+- status 130 for an analysis that Ctrl-C ended;
 - status 1 for an analysis that a step ended which says in the field's words what it cannot simulate.
 
 Everything else is a failure: a traceback anywhere, another status, death by a signal that was not
@@ -264,7 +265,7 @@ def _wrong_for_status(running: Running, status: int, err: str, out: str) -> Iter
     elif status == 2:
         yield from _wrong_refusal(running, err)
     elif status == 3:
-        if case.argv[0] not in ("trial", "paper", "explain-fleet"):
+        if case.argv[0] not in ("trial", "paper", "explain-fleet", "prove"):
             yield "status 3"
     elif status == 1 and case.argv[0] == "explain" and STEP_FAILED.search(err):
         return

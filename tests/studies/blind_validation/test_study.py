@@ -415,7 +415,7 @@ def test_the_command_is_described_in_the_words_of_the_field() -> None:
 FAILED = {"case": 1, "failed": "ValueError: no root"}
 
 
-@pytest.mark.parametrize(("results", "code"), [([{"case": 0}], 0), ([{"case": 0}, FAILED], 1)])
+@pytest.mark.parametrize(("results", "code"), [([{"case": 0}], 0), ([{"case": 0}, FAILED], 3)])
 def test_a_study_with_a_failed_analysis_fails(results, code, tmp_path, monkeypatch):
     package = "slipbench.studies.blind_validation"
     monkeypatch.setattr(f"{package}.study.run_study", lambda *_: results)
