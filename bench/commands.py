@@ -1,10 +1,8 @@
 """The commands of the bench: trial, vehicle, replay."""
 
 import math
-import os
 import threading
-from collections.abc import Sequence
-from contextlib import AbstractContextManager, nullcontext, suppress
+from contextlib import suppress
 from dataclasses import replace
 from itertools import count
 from pathlib import Path
@@ -119,31 +117,24 @@ def trial(
       slipbench trial throttle_sweep --binding my.toml --interface socketcan \\
         --channel powertrain=can0 --channel chassis=can1
     """
-    from slipbench.bench.bus.channels import addresses_of
-    from slipbench.bench.bus.opening import BusAddress
     from slipbench.bench.loop.interrupts import keyboard_interrupt_on_signals
+    from slipbench.bench.trials.connection import Connection, connected
     from slipbench.bench.trials.outcome import in_short, invalid
     from slipbench.bench.trials.preparation import prepare
     from slipbench.bench.trials.progress import script_duration
     from slipbench.bench.trials.run import run_trial
-    from slipbench.bench.vehicle.live_vehicle import VehicleProcess, vehicle_process
 
     require_descriptors()
     prepared = prepare(file, database, binding)
-    addresses: Sequence[BusAddress] | None = None
-    beside: AbstractContextManager[VehicleProcess | None] = nullcontext()
-    if interface is not None:
-        addresses = addresses_of(channel or [], prepared.binding, interface, bitrate, fd)
-    elif real_time:
-        addresses = [
-            BusAddress("slipbench", f"trial-{os.getpid()}{bus and '-'}{bus}", bitrate, fd, bus)
-            for bus in prepared.binding.buses
-        ]
-        beside = vehicle_process(prepared.scenario, prepared.binding, addresses)
+    connection = Connection(interface, channel or [], bitrate, fd, real_time)
     folder = out or _next_folder(Path("runs"), prepared.trial.name)
     console = Console(stderr=True)
     bar = Progress(console=console, disable=not console.is_terminal, transient=True)
-    with keyboard_interrupt_on_signals(), beside as process, bar:
+    with (
+        keyboard_interrupt_on_signals(),
+        connected(prepared, connection) as (addresses, process),
+        bar,
+    ):
         task = bar.add_task(prepared.trial.name, total=script_duration(prepared.trial))
         outcome = run_trial(
             prepared,

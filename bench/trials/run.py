@@ -39,8 +39,8 @@ def run_trial(
     """Outcome of a trial, recorded in `folder`: on the simulated clock, or in real time.
 
     addresses: of the buses, in the order of the binding; None: on the simulated clock
-    progress: receives the seconds of the trial's script that are over; phases: receives each phase of
-    a live trial; vehicle: process of the virtual motorcycle, with which the trial ends.
+    progress: receives the seconds of the trial's script that are over; phases: receives each phase as it
+    begins; vehicle: process of the virtual motorcycle, with which the trial ends.
 
     Raises InputError, and leaves no folder behind, where the folder exists, the trial does not suit
     the vehicle or the database, or the bus cannot be opened.
@@ -50,7 +50,7 @@ def run_trial(
         with simulated_trial(prepared) as trial:
             description = begin_run(prepared, folder, None)
             with _failure_described(folder, description, prepared.trial):
-                outcome = trial.run(folder, progress)
+                outcome = trial.run(folder, progress, phases)
     else:
         with live_trial(prepared, addresses, vehicle) as loop:
             description = begin_run(prepared, folder, addresses, loop.receive_buffer)

@@ -14,7 +14,7 @@ from slipbench.bench.bus.simulated_bus import SimulatedBus, SimulatedNode
 from slipbench.bench.gateway.fail_safe import described
 from slipbench.bench.gateway.gateway import Gateway
 from slipbench.bench.loop.clock import MILLISECOND, SECOND, SimulatedClock
-from slipbench.bench.loop.loop import run_periodic
+from slipbench.bench.loop.loop import Tick, run_periodic
 from slipbench.bench.loop.recorder import Recorder, open_log, recorder_failure
 from slipbench.bench.loop.ring import Ring
 from slipbench.bench.loop.ticks import TICKS, read_ticks, tick_recorder, tick_table
@@ -22,6 +22,7 @@ from slipbench.bench.trials.outcome import Outcome
 from slipbench.bench.trials.preparation import Prepared
 from slipbench.bench.vehicle.virtual_motorcycle import VirtualMotorcycle, wheels_of
 from slipbench.protocol.binding.binding import Binding
+from slipbench.protocol.codec.messages import Phase
 from slipbench.protocol.recording.run_folder import FRAMES
 
 BITRATE = 1_000_000  # bit/s
@@ -61,8 +62,16 @@ class SimulatedTrial:
         self._motorcycle = VirtualMotorcycle(prepared.scenario, theirs, binding.codec())
         self._gateway = Gateway(prepared.plan, ours, binding, self._ring, wheels)
 
-    def run(self, folder: Path, progress: Callable[[float], None] = lambda _: None) -> Outcome:
-        """Run the trial; record frames and ticks into `folder`. progress: receives the time in s."""
+    def run(
+        self,
+        folder: Path,
+        progress: Callable[[float], None] = lambda _: None,
+        on_phase: Callable[[Phase], None] = lambda _: None,
+    ) -> Outcome:
+        """Run the trial; record frames and ticks into `folder`.
+
+        progress: receives the time in s; on_phase: receives each phase as it begins.
+        """
         gateway, ring = self._gateway, self._ring
         period = round(self._trial.command.period * SECOND)
         with open_log(folder / FRAMES) as log, open_log(folder / TICKS) as ticks:
@@ -71,7 +80,7 @@ class SimulatedTrial:
             clock = SimulatedClock(START, world.run_until)
             try:
                 lateness = run_periodic(
-                    gateway.tick,
+                    _reporting(gateway, on_phase),
                     period,
                     clock,
                     observer=tick_recorder(ring),
@@ -119,6 +128,21 @@ def run_simulated(
     """Outcome of a trial on the simulated clock; see `simulated_trial` for faults and errors."""
     with simulated_trial(prepared, faults) as trial:
         return trial.run(folder, progress)
+
+
+def _reporting(gateway: Gateway, on_phase: Callable[[Phase], None]) -> Tick:
+    """Tick of the gateway that also reports new phases."""
+    reported = 0
+
+    def tick(number: int, due: int) -> bool:
+        nonlocal reported
+        goes_on = gateway.tick(number, due)
+        for change in gateway.changes[reported:]:
+            on_phase(change.phase)
+        reported = len(gateway.changes)
+        return goes_on
+
+    return tick
 
 
 class _World:

@@ -9,6 +9,7 @@ from pathlib import Path
 import typer
 
 from slipbench import commands as installation
+from slipbench import session_commands as track
 from slipbench.bench import commands as bench
 from slipbench.identification import commands as identification
 from slipbench.identification.closed_loop_simulation import commands as closed_loop_simulation
@@ -21,6 +22,7 @@ from slipbench.studies.paper import commands as paper
 
 PARTS = (
     bench,
+    track,
     identification,
     design,
     fleet,

@@ -1,0 +1,265 @@
+"""A session: ride what is planned, look at it, and go on where it was interrupted.
+
+Each step follows from the folder alone (`next_step`), so an interruption at any time costs at most
+the run that was being recorded; and that is kept.
+"""
+
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import tomli_w
+
+from slipbench.bench.session.plan_file import SessionPlan, read_plan
+from slipbench.bench.session.planned_runs import PlannedRun, planned_runs
+from slipbench.bench.session.rider_line import PHASES, WAITING, ArmingWatch, instruction
+from slipbench.bench.session.session_folder import (
+    Attempt,
+    attempt_path,
+    attempts,
+    complete,
+    make_durable,
+    set_aside,
+    why_incomplete,
+    write_look,
+    write_whole,
+)
+from slipbench.bench.trials.connection import Connection, Ends, connected
+from slipbench.bench.trials.outcome import Outcome, in_short
+from slipbench.bench.trials.preparation import Prepared, prepare
+from slipbench.bench.trials.run import run_trial
+from slipbench.bench.trials.simulated_trial import simulated_names
+from slipbench.protocol.codec.messages import Phase, TripReason
+from slipbench.protocol.configuration import load_toml
+from slipbench.protocol.errors import InputError
+from slipbench.protocol.recording.run_folder import TRIAL
+
+REPEAT = "repeat"  # verdict that asks for another attempt
+GOOD = "good"
+AGAIN = frozenset({TripReason.NEVER_READY, TripReason.NEVER_PRESSED})
+AGAIN_AFTER = 20  # tenths of a second
+Say = Callable[[str], None]
+Look = Callable[[Path, Sequence[Path]], dict[str, Any]]
+"""Quick look at a run folder, given those of earlier repeats: verdict, reason, lines, and more."""
+
+
+@dataclass(frozen=True)
+class Session:
+    """A plan, its runs in order, and the folder in which they are recorded.
+
+    database, binding  as a trial has them
+    """
+
+    plan: SessionPlan
+    runs: tuple[PlannedRun, ...]
+    folder: Path
+    database: Path | None = None
+    binding: Path | None = None
+
+    def trial_path(self, run: PlannedRun) -> Path:
+        """Path of the trial file of a run."""
+        return self.folder / "trials" / f"{run.name}.toml"
+
+    def attempts(self, run: PlannedRun) -> list[Attempt]:
+        """Complete attempts at a run."""
+        return attempts(self.folder, run.name)
+
+    def settled(self, run: PlannedRun) -> bool:
+        """Whether a run needs no other attempt."""
+        done = self.attempts(run)
+        if not done or not done[-1].verdict:
+            return False
+        return done[-1].verdict != REPEAT or len(done) >= self.plan.attempts
+
+
+@dataclass(frozen=True)
+class Ride:
+    """The next step is to record this run, as attempt `number`."""
+
+    run: PlannedRun
+    number: int
+
+
+@dataclass(frozen=True)
+class TakeLook:
+    """The next step is the quick look at an attempt; earlier: run folders of the same trial."""
+
+    run: PlannedRun
+    attempt: Attempt
+    earlier: tuple[Path, ...] = field(default=())
+
+
+def open_session(
+    path: Path, folder: Path, database: Path | None = None, binding: Path | None = None
+) -> Session:
+    """Session of a plan in its folder, which must be locked; every trial is checked.
+
+    Raises InputError where plan, a trial or a vehicle is invalid, or where a trial was changed of
+    which runs are recorded already.
+    """
+    plan = read_plan(path)
+    runs = planned_runs(plan, path, folder / "trials")
+    session = Session(plan, runs, folder, database, binding)
+    for run in runs:
+        _refuse_change(session, run, path)
+    write_whole(folder / "plan.toml", path.read_text(encoding="utf-8"))
+    for run in runs:
+        write_whole(session.trial_path(run), tomli_w.dumps(dict(run.file)))
+        _prepared(session, run)
+    return session
+
+
+def _refuse_change(session: Session, run: PlannedRun, path: Path) -> None:
+    done = session.attempts(run)
+    if not done or load_toml(done[0].path / TRIAL) == run.file:
+        return
+    raise InputError(
+        f"trial {run.trial!r} differs from the one that was recorded",
+        where=str(path),
+        found=str(done[0].path),
+        remedy="give the changed trial another name, so that its runs are not mixed with these",
+    )
+
+
+def _prepared(session: Session, run: PlannedRun) -> Prepared:
+    return prepare(session.trial_path(run), session.database, session.binding)
+
+
+def next_step(session: Session) -> Ride | TakeLook | None:
+    """What has to be done next; None where the plan is complete. It reads the folder only."""
+    for run in session.runs:
+        done = session.attempts(run)
+        unseen = next((each for each in done if not each.verdict), None)
+        if unseen is not None:
+            return TakeLook(run, unseen, _earlier(session, run, unseen))
+        if not session.settled(run):
+            return Ride(run, done[-1].number + 1 if done else 1)
+    return None
+
+
+def _earlier(session: Session, run: PlannedRun, attempt: Attempt) -> tuple[Path, ...]:
+    """Run folders of the same trial that came before an attempt and were not to be repeated."""
+    return tuple(
+        each.path
+        for other in session.runs
+        if other.trial == run.trial and other.repeat < run.repeat
+        for each in session.attempts(other)
+        if each.verdict and each.verdict != REPEAT and each.path != attempt.path
+    )
+
+
+def usable_runs(session: Session) -> dict[str, tuple[Path, ...]]:
+    """Run folders by trial whose quick look does not ask for a repetition."""
+    return {
+        planned.name: tuple(
+            each.path
+            for run in session.runs
+            if run.trial == planned.name
+            for each in session.attempts(run)
+            if each.verdict and each.verdict != REPEAT
+        )
+        for planned in session.plan.trial
+    }
+
+
+def run_session(session: Session, connection: Connection, look: Look, say: Say) -> bool:
+    """Do all that is planned and not done yet; whether each run has a usable recording.
+
+    say: receives lines for people. Raises InputError where a trial cannot begin or its recording
+    is incomplete; the same call goes on from there.
+    """
+    _set_aside_interrupted(session, say)
+    while (step := next_step(session)) is not None:
+        if isinstance(step, TakeLook):
+            _take_look(step, look, say)
+        else:
+            _ride(session, step, connection, say)
+    return all(session.attempts(run)[-1].verdict != REPEAT for run in session.runs)
+
+
+def _set_aside_interrupted(session: Session, say: Say) -> None:
+    for run in session.runs:
+        for number in range(1, session.plan.attempts + 1):
+            path = attempt_path(session.folder, run.name, number)
+            if path.exists() and not complete(path):
+                why = why_incomplete(path)
+                say(f"{path.name} is incomplete ({why}): kept as {set_aside(path).name}")
+
+
+def _take_look(step: TakeLook, look: Look, say: Say) -> None:
+    found = look(step.attempt.path, step.earlier)
+    write_look(step.attempt.path, found)
+    for line in found["lines"]:
+        say(f"  {line}")
+    say(f"{step.attempt.path.name}: {found['verdict']}: {found['reason']}")
+
+
+def _ride(session: Session, step: Ride, connection: Connection, say: Say) -> None:
+    """Record a run. Raises InputError where it came to no end that counts."""
+    prepared = _prepared(session, step.run)
+    path = attempt_path(session.folder, step.run.name, step.number)
+    again = f", attempt {step.number}" if step.number > 1 else ""
+    say(
+        f"{step.run.trial} {step.run.repeat} of {step.run.of}{again}: {instruction(prepared.trial)}"
+    )
+    with connected(prepared, connection) as ends:
+        outcome = _recorded(prepared, path, ends, say)
+    make_durable(path)
+    for note in in_short(outcome.notes):
+        say(f"  note: {note}")
+    if complete(path):
+        return
+    trip = outcome.state.trip
+    if trip is not None and trip.reason in AGAIN and not connection.simulated:
+        say(f"  not begun: {outcome.trip}; kept as {set_aside(path).name}")
+        return
+    if trip is not None and trip.reason == TripReason.STOPPED:
+        say(f"  stopped; the same command goes on with {step.run.name}")
+        raise KeyboardInterrupt
+    raise InputError(
+        "the session stops, because a run came to no end",
+        where=str(path),
+        found=why_incomplete(path),
+        remedy="fix the cause, then give the same command: it goes on with this run",
+    )
+
+
+def _recorded(prepared: Prepared, path: Path, ends: Ends, say: Say) -> Outcome:
+    """Outcome of a trial while lines say which phase it is in, or why it is not armed."""
+    addresses, vehicle = ends
+    names = simulated_names(prepared.binding)
+    if addresses is not None:
+        names = [address.name for address in addresses]
+    watch = ArmingWatch(prepared, path, tuple(names))
+    lines = _RiderLines(watch, say)
+    return run_trial(prepared, path, addresses, lines.progress, lines.on_phase, vehicle)
+
+
+class _RiderLines:
+    """Lines for the rider while a trial runs: each phase, and what is missing to arm."""
+
+    def __init__(self, watch: ArmingWatch, say: Say) -> None:
+        self._watch, self._say = watch, say
+        self._phase, self._unchanged = Phase.IDLE, 0
+        self._shown: str | None = None
+
+    def on_phase(self, phase: Phase) -> None:
+        """Say what the rider does in a phase that begins."""
+        self._phase = phase
+        if phase in PHASES:
+            self._say(f"  {PHASES[phase]}")
+
+    def progress(self, _seconds: float) -> None:
+        """Say why the bench is not armed: when the reason changes, and its figures now and then."""
+        if self._phase not in WAITING:
+            return
+        reason = self._watch.reason()  # while armed too: the watch must not fall behind
+        if self._phase != Phase.IDLE:
+            return
+        words, self._unchanged = re.sub(r"\d+", "#", reason), self._unchanged + 1
+        if words == self._shown and self._unchanged < AGAIN_AFTER:
+            return
+        self._shown, self._unchanged = words, 0
+        self._say(f"  not armed: {reason or 'hold gear and engine speed'}")

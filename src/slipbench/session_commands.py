@@ -1,0 +1,96 @@
+"""The commands of a day at the track: session. They join the bench and the identification."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from slipbench.bench.commands import (
+    BindingPath,
+    Bitrate,
+    Channel,
+    DatabasePath,
+    FlexibleDataRate,
+    Interface,
+)
+from slipbench.protocol.errors import InputError
+
+NOT_ALL_USABLE = 3  # exit status, as of a trial that tripped
+
+
+def register(app: typer.Typer) -> None:
+    """Add `session` to the one command."""
+    app.command()(session)
+
+
+def session(
+    plan: Annotated[Path, typer.Argument(help="Session plan (TOML).", metavar="PLAN")],
+    out: Annotated[Path, typer.Option(help="Folder of the session; the same one goes on.")],
+    simulate: Annotated[
+        bool, typer.Option("--simulate", help="Simulate the motorcycle, on a simulated clock.")
+    ] = False,
+    interface: Interface = None,
+    channel: Channel = None,
+    bitrate: Bitrate = 1_000_000,
+    fd: FlexibleDataRate = False,
+    real_time: Annotated[
+        bool, typer.Option("--real-time", help="Simulate the motorcycle in real time.")
+    ] = False,
+    database: DatabasePath = None,
+    binding: BindingPath = None,
+) -> None:
+    """Run the trials of a plan one after another, with a quick look after each.
+
+    One line says what the rider has to do next, and why the bench is not armed yet. The quick look
+    gives a verdict: good, repeat (another attempt follows), other amplitude, or go on. Interrupted
+    at any time, the same command goes on where it was; an interrupted recording is kept as
+    NAME-incomplete-NUMBER.
+
+    Exit status: 0 each run is usable, 2 invalid input or a run without an end (see message), 3 a run
+    had to be repeated in its last attempt as well, 130 stopped.
+
+    Examples:
+
+      slipbench session monday.toml --out monday --simulate
+
+      slipbench session monday.toml --out monday --interface socketcan --channel can0
+    """
+    from slipbench.bench.descriptors import require_descriptors
+    from slipbench.bench.loop.interrupts import keyboard_interrupt_on_signals
+    from slipbench.bench.session.session import open_session, run_session
+    from slipbench.bench.session.session_folder import locked
+    from slipbench.bench.trials.connection import Connection
+
+    _choose_one(simulate, interface, real_time)
+    require_descriptors()
+    connection = Connection(interface, channel or [], bitrate, fd, real_time)
+    with keyboard_interrupt_on_signals(), locked(out):
+        opened = open_session(plan, out, database, binding)
+        usable = run_session(opened, connection, look, typer.echo)
+    if not usable:
+        raise typer.Exit(NOT_ALL_USABLE)
+
+
+def look(run: Path, earlier: Sequence[Path]) -> dict[str, Any]:
+    """Quick look at a run folder for quick_look.json. earlier: run folders of the same trial."""
+    from slipbench.bench.session.session_folder import read_look
+    from slipbench.identification.session.quick_look import (
+        earlier_responses,
+        look_tree,
+        quick_look_of,
+    )
+
+    known = earlier_responses([read_look(each) for each in earlier])
+    return look_tree(quick_look_of(run, known))
+
+
+def _choose_one(simulate: bool, interface: str | None, real_time: bool) -> None:
+    """Check that exactly one place is named. Raises InputError."""
+    if simulate + real_time + (interface is not None) == 1:
+        return
+    raise InputError(
+        "a session needs one place to run",
+        expected="one of --interface, --simulate, --real-time",
+        remedy="--interface for a motorcycle, --simulate to rehearse the plan",
+    )
