@@ -78,10 +78,10 @@ class ArmingWatch:
     def _new_lines(self) -> Iterator[bytes]:
         with self._path.open("rb") as file:
             file.seek(self._done)
-            text = file.read(AT_ONCE)
-        self._done += len(text)
-        *lines, self._torn = (self._torn + text).split(b"\n")
-        yield from lines
+            while text := file.read(AT_ONCE):
+                self._done += len(text)
+                *lines, self._torn = (self._torn + text).split(b"\n")
+                yield from lines
 
     def _observe(self, line: bytes) -> None:
         found = LINE.fullmatch(line)
