@@ -96,6 +96,7 @@ ALLOWED = {
         "studies/paper/paper_report.py",
         "identification/mismatch/telling/memo_page.py",
         "identification/design/report.py",
+        "identification/session/page.py",
     ),
     "typer": ("*/commands.py", "src/slipbench/*.py"),
     "rich": ("*/commands.py", "protocol/recording/summary.py", "src/slipbench/*.py"),

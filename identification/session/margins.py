@@ -38,7 +38,7 @@ def _each(found: Identification, of: Limits, held: np.ndarray) -> Iterator[tuple
         return np.full(held.sum(), np.nan) if value is None else value[held]
 
     yield from _of_requests(found, of)
-    if _requests(found, "throttle"):
+    if requests(found, "throttle"):
         grip = signal("rider_grip")
         yield "grip", _within(grip - _first(grip), of.throttle_deviation)
     yield "engine_speed", _between(signal("engine_speed"), *of.engine_speed)
@@ -56,7 +56,7 @@ def _each(found: Identification, of: Limits, held: np.ndarray) -> Iterator[tuple
 
 def _of_requests(found: Identification, of: Limits) -> Iterator[tuple[str, float]]:
     """Margins of the requested commands, frame by frame."""
-    throttle, spark = (_requests(found, name) for name in ("throttle", "spark"))
+    throttle, spark = (requests(found, name) for name in ("throttle", "spark"))
     if throttle and np.ptp(throttle["value"]) > 0:
         value = throttle["value"]
         yield "throttle", _between(value, *of.throttle)
@@ -67,8 +67,8 @@ def _of_requests(found: Identification, of: Limits) -> Iterator[tuple[str, float
         yield "spark_rate", _within(_rate(spark), of.spark_rate)
 
 
-def _requests(found: Identification, actuator: str) -> dict[str, FloatArray]:
-    """Time (s) and value of the requests with authority over an actuator; empty where unknown."""
+def requests(found: Identification, actuator: str) -> dict[str, FloatArray]:
+    """Time (s) and value of the requests with authority over an actuator; empty where unknown. (n,) each."""
     channels = found.recording.channels
     value, authority = channels.get(f"{actuator}_request"), channels.get("authority_request")
     if value is None or authority is None or value.time.size != authority.time.size:

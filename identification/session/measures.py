@@ -11,14 +11,13 @@ import numpy as np
 from slipbench.identification.response.identify import Identification
 from slipbench.identification.response.response import FrequencyResponse, reliable_band
 from slipbench.identification.response.responses import INPUTS, excited_actuator
-from slipbench.identification.session.margins import margins
+from slipbench.identification.session.margins import margins, requests
 from slipbench.identification.session.pooled import pooled
 from slipbench.identification.session.repeatability import Repeatability, repeatability
 from slipbench.identification.signals.trial_window import TrialWindow
-from slipbench.protocol.recording.channel import FloatArray
-from slipbench.protocol.trial_file import Limits, Multisine, Square, Sweep, TrialFile
+from slipbench.protocol.trial_file import RPM, Limits, Multisine, Square, Sweep, TrialFile
 
-STOP = 0.001  # of the opening, or rad: an actuator nearer to its bound stands there
+STOP = 0.001  # of the opening, or rad: resolution of commands and of the position sensor
 HARMONICS = 5  # of a square wave that count as planned: the others have under 1 % of its power
 
 
@@ -29,13 +28,14 @@ class Measures:
     run, trial      names of the run folder and of the trial
     actuator        that was excited
     amplitude       of the trial, as written
+    point           operating point of the trial, for people
     response        from command to slip; None: `no_response` says why
     planned, band   planned and reliable band, Hz
     covered         share of the planned lines that are reliable
     coherence       median over the planned band
     repeatability   against the pooled earlier repeats; None without any
     repeats         number of earlier repeats
-    clipping        share of the excitation with the actuator at a bound
+    clipping        share of the excitation that the actuator did not follow, or at its stop
     margins         by limit; 1: nothing used, 0: at the limit
     larger          amplitude that the trial's own limits still allow, over the present one
     trip, detail    reason of the trip, "" without; and in words
@@ -47,6 +47,7 @@ class Measures:
     trial: str
     actuator: str = ""
     amplitude: str = ""
+    point: str = ""
     response: FrequencyResponse | None = None
     no_response: str = ""
     planned: tuple[float, float] | None = None
@@ -83,6 +84,7 @@ def measures(found: Identification, earlier: Sequence[FrequencyResponse] = ()) -
         trial.name if trial else "",
         actuator,
         str(trial.excitation.amplitude) if trial else "",
+        _point(trial),
         response,
         "" if response else _why_not(found),
         planned,
@@ -103,6 +105,13 @@ def measures(found: Identification, earlier: Sequence[FrequencyResponse] = ()) -
 
 def _path(actuator: str) -> tuple[str, str]:
     return INPUTS[actuator][0], "slip"
+
+
+def _point(trial: TrialFile | None) -> str:
+    if trial is None:
+        return ""
+    point = trial.operating_point
+    return f"gear {point.gear}, {point.engine_speed / RPM:.0f} rpm"
 
 
 def _why_not(found: Identification) -> str:
@@ -139,23 +148,24 @@ def _planned_lines(
 
 
 def _clipping(found: Identification, actuator: str) -> float:
-    """Share of the excitation in which the command, or the throttle plate, stands at a bound."""
-    trial = found.recording.trial
-    if trial is None or not isinstance(found.window, TrialWindow) or actuator not in INPUTS:
+    """Share of the requests that the actuator did not follow, or did at its mechanical stop.
+
+    A request counts that lies outside the range which the applied command reached; this does not
+    depend on the delay between them.
+    """
+    if not isinstance(found.window, TrialWindow) or actuator not in INPUTS:
         return 0.0
     part = found.window.exciting
-    low, high = trial.limits.throttle if actuator == "throttle" else trial.limits.spark
-    at_bound = np.zeros(part.stop - part.start, dtype=bool)
     command, position = (found.base.get(role) for role in INPUTS[actuator])
-    if command is not None:
-        at_bound |= _at(command[part], float(low), float(high))
+    requested = requests(found, actuator)
+    unreached = at_stop = 0.0
+    if command is not None and requested:
+        value, applied = requested["value"], command[part]
+        low, high = np.nanmin(applied) - STOP, np.nanmax(applied) + STOP
+        unreached = float(np.mean((value < low) | (value > high)))
     if actuator == "throttle" and position is not None:
-        at_bound |= _at(position[part], 0.0, 1.0)
-    return float(np.mean(at_bound))
-
-
-def _at(value: FloatArray, low: float, high: float) -> np.ndarray:
-    return np.asarray((value <= low + STOP) | (value >= high - STOP))
+        at_stop = float(np.mean((position[part] <= STOP) | (position[part] >= 1.0 - STOP)))
+    return max(unreached, at_stop)
 
 
 def _larger(trial: TrialFile | None) -> float:
@@ -184,6 +194,7 @@ def tree(of: Measures) -> dict[str, Any]:
         "trial": of.trial,
         "actuator": of.actuator,
         "amplitude": of.amplitude,
+        "operating_point": of.point,
         "planned_band": of.planned and list(of.planned),
         "reliable_band": of.band and list(of.band),
         "covered": of.covered,

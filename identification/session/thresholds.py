@@ -18,7 +18,7 @@ class Thresholds:
 
     covered           least share of the planned frequencies that are reliable
     coherence         least median coherence over the planned band
-    clipping          largest share of the excitation in which the actuator stands at a bound
+    clipping          largest share of the excitation in which the actuator is at its stop
     margin            least margin that must remain to a limit that the motorcycle can trip
     room              margin from which a larger amplitude is safe to propose
     distance          largest relative distance from the earlier repeats

@@ -63,7 +63,7 @@ def _clipped(of: Measures, bounds: Thresholds) -> Verdict | None:
     if of.clipping <= bounds.clipping.value:
         return None
     return _lower(
-        of, bounds, f"the actuator stood at a bound for {of.clipping:.1%} of the excitation"
+        of, bounds, f"the actuator was at its stop for {of.clipping:.1%} of the excitation"
     )
 
 

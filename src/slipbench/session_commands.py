@@ -15,6 +15,8 @@ from slipbench.bench.commands import (
     Interface,
 )
 from slipbench.protocol.errors import InputError
+from slipbench.protocol.shipped_files import completion_of, file_of
+from slipbench.session_report import write_report
 
 NOT_ALL_USABLE = 3  # exit status, as of a trial that tripped
 
@@ -39,13 +41,23 @@ def session(
     ] = False,
     database: DatabasePath = None,
     binding: BindingPath = None,
+    explain: Annotated[
+        Path | None,
+        typer.Option(
+            help="Explain the mismatch of the usable runs to the simulation of this vehicle file.",
+            metavar="FILE",
+            parser=file_of("vehicle"),
+            autocompletion=completion_of("vehicle"),
+        ),
+    ] = None,
 ) -> None:
-    """Run the trials of a plan one after another, with a quick look after each.
+    """Run the trials of a plan one after another, with a quick look after each and one report.
 
     One line says what the rider has to do next, and why the bench is not armed yet. The quick look
     gives a verdict: good, repeat (another attempt follows), other amplitude, or go on. Interrupted
     at any time, the same command goes on where it was; an interrupted recording is kept as
-    NAME-incomplete-NUMBER.
+    NAME-incomplete-NUMBER. At the end report.html and session.json have the pooled responses with
+    intervals, throttle against spark, and what to do next.
 
     Exit status: 0 each run is usable, 2 invalid input or a run without an end (see message), 3 a run
     had to be repeated in its last attempt as well, 130 stopped.
@@ -68,6 +80,7 @@ def session(
     with keyboard_interrupt_on_signals(), locked(out):
         opened = open_session(plan, out, database, binding)
         usable = run_session(opened, connection, look, typer.echo)
+        typer.echo(f"report: {write_report(opened, explain)}")
     if not usable:
         raise typer.Exit(NOT_ALL_USABLE)
 

@@ -9,12 +9,19 @@ import pytest
 
 from slipbench.bench.trials.preparation import prepare
 from slipbench.bench.trials.run import run_trial
+from slipbench.identification.response.identify import identify
 from slipbench.identification.response.response import FrequencyResponse
-from slipbench.identification.session.measures import Measures, response_from, response_tree
+from slipbench.identification.session.measures import (
+    Measures,
+    measures,
+    response_from,
+    response_tree,
+)
 from slipbench.identification.session.pooled import pooled
 from slipbench.identification.session.quick_look import look_tree, quick_look_of
 from slipbench.identification.session.repeatability import Repeatability, repeatability
 from slipbench.identification.session.verdict import verdict
+from slipbench.protocol.recording.run_folder import read
 from tests.bench.session.plans import EXCITATION, trial_file
 
 FREQUENCY = np.linspace(0.5, 12, 116)
@@ -97,6 +104,7 @@ FINE = Measures(
     "sweep",
     "throttle",
     "2 %",
+    "gear 2, 14000 rpm",
     measured(np.random.default_rng(1)),
     planned=(0.5, 12.0),
     band=(0.5, 12.0),
@@ -115,7 +123,7 @@ FINE = Measures(
         ({"trip": "brake", "detail": "brake at 3 bar"}, "repeat", "the rider braked"),
         ({"trip": "of_next_year"}, "repeat", "of_next_year"),
         ({"late": "9 ticks"}, "repeat", "timing is invalid: 9 ticks"),
-        ({"clipping": 0.02}, "other amplitude", "at a bound for 2.0%"),
+        ({"clipping": 0.02}, "other amplitude", "at its stop for 2.0%"),
         ({"margins": {"slip": 0.05}}, "other amplitude", "only 5% of the range to limits.slip"),
         ({"covered": 0.5, "margins": {"slip": 0.8}}, "other amplitude", "1.50 times 2 %"),
         ({"covered": 0.5, "margins": {"slip": 0.8}, "larger": 1.0}, "repeat", "50% of the planned"),
@@ -147,6 +155,20 @@ def test_the_margin_to_the_slip_limit_is_that_of_the_gate(tmp_path):
         figures = quick_look_of(run(tmp_path, f"at-{factor}", limits=limit)).measures
         assert figures.trip == trip
         assert figures.margins["slip"] == pytest.approx(margin, abs=0.02)
+
+
+def test_clipping_is_the_share_that_the_actuator_did_not_follow(tmp_path):
+    found = identify(read(run(tmp_path, "free")))
+    assert measures(found).clipping == 0.0
+    command = found.base.signals["throttle_command"]
+    part = command[found.window.exciting]
+    middle, amplitude = np.median(part), np.ptp(part) / 2
+    clipped = np.minimum(command, middle + amplitude / 2)
+    base = replace(found.base, signals={**found.base.signals, "throttle_command": clipped})
+    share = measures(replace(found, base=base)).clipping
+    held = 6.0 / (6.0 + 1.0 + 0.5)  # excitation in the time with authority
+    assert share == pytest.approx(held * np.mean(part > middle + amplitude / 2), abs=0.05)
+    assert share > 0.2
 
 
 def test_a_recording_without_its_end_or_its_frames_gets_a_verdict(tmp_path):
