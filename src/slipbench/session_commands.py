@@ -1,4 +1,4 @@
-"""The commands of a day at the track: session. They join the bench and the identification."""
+"""The commands of a day at the track: session and plan. They join the bench and the identification."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -22,8 +22,9 @@ NOT_ALL_USABLE = 3  # exit status, as of a trial that tripped
 
 
 def register(app: typer.Typer) -> None:
-    """Add `session` to the one command."""
+    """Add `session` and `plan` to the one command."""
     app.command()(session)
+    app.command()(plan)
 
 
 def session(
@@ -83,6 +84,51 @@ def session(
         typer.echo(f"report: {write_report(opened, explain)}")
     if not usable:
         raise typer.Exit(NOT_ALL_USABLE)
+
+
+def plan(
+    vehicle: Annotated[
+        Path,
+        typer.Argument(
+            help="Vehicle file (TOML), or the name of one that ships with slipbench.",
+            metavar="VEHICLE",
+            parser=file_of("vehicle"),
+            autocompletion=completion_of("vehicle"),
+        ),
+    ],
+    straight: Annotated[str, typer.Option(help="Length of the straight, as in 900m.")],
+    out: Annotated[Path, typer.Option(help="New plan file; trial files go into NAME_trials.")],
+    questions: Annotated[
+        str,
+        typer.Option(
+            help="What the session has to answer, with commas: throttle_response, spark_response,"
+            " distortion, steps."
+        ),
+    ] = "throttle_response,spark_response",
+) -> None:
+    """Propose a session plan that fits into a straight, with trials that were simulated.
+
+    Gear, engine speed and duration follow from the vehicle file and the straight. Each amplitude is
+    the largest of a falling series with which the simulated motorcycle ends the trial inside limits
+    that are narrower by a quarter. The straight begins where the rider has reached the speed.
+
+    Exit status: 0 done, 2 invalid input (see message).
+
+    Example: slipbench plan motorcycle.toml --straight 900m --out monday.toml
+    """
+    from slipbench.bench.session.plan_text import folder_of, write_plan
+    from slipbench.bench.session.proposal import propose
+    from slipbench.bench.session.questions import questions_of
+    from slipbench.bench.session.straight import length_of
+    from slipbench.protocol.new_file import refuse_existing
+
+    asked, length = questions_of(questions), length_of(straight)
+    refuse_existing(out)
+    proposed = propose(
+        vehicle, length, asked, folder_of(out), lambda line: typer.echo(line, err=True)
+    )
+    write_plan(proposed, out, vehicle, length)
+    typer.echo(out)
 
 
 def look(run: Path, earlier: Sequence[Path]) -> dict[str, Any]:
