@@ -8,6 +8,7 @@ from typing import Annotated, Literal
 import pytest
 from pydantic import Field
 
+from slipbench.bench.session.plan_file import SessionPlan
 from slipbench.identification.fleet.fleet_file import FleetFile
 from slipbench.identification.mismatch.systems.model_file import ModelFile
 from slipbench.protocol.configuration import Seconds, Section
@@ -23,7 +24,7 @@ from slipbench.reference.pages import pages, texts
 from tests.paths import ROOT
 
 FOLDER = ROOT / "docs" / "reference"
-READ = (TrialFile, RoleMap, ControllerFile, ModelFile, FleetFile)
+READ = (TrialFile, SessionPlan, RoleMap, ControllerFile, ModelFile, FleetFile)
 
 
 class Wheel(Section):

@@ -1,13 +1,13 @@
 """A session plan: which trials are run, how often and in which order."""
 
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
 from slipbench.protocol.configuration import Section, read_toml
 from slipbench.protocol.quantity import Whole
-from slipbench.protocol.trial_file import EngineSpeed, Speed
+from slipbench.protocol.trial_file import EngineSpeed, Excitation, Speed
 
 
 class PlannedTrial(Section):
@@ -31,7 +31,7 @@ class PlannedTrial(Section):
     ] = 3
     actuator: Literal["throttle", "spark", "slip"] | None = None
     amplitude: str | None = None
-    excitation: dict[str, Any] | None = None
+    excitation: Excitation | None = None
     gear: int | None = Field(default=None, ge=1, le=8)
     engine_speed: tuple[EngineSpeed, EngineSpeed] | None = None
     speed: tuple[Speed, Speed] | None = None

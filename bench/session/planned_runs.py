@@ -12,6 +12,7 @@ from slipbench.bench.session.plan_file import PlannedTrial, SessionPlan
 from slipbench.bench.vehicle.virtual_motorcycle import read_vehicle
 from slipbench.protocol.configuration import load_toml, parse
 from slipbench.protocol.errors import InputError
+from slipbench.protocol.quantity import Quantity
 from slipbench.protocol.shipped_files import file_or_shipped
 from slipbench.protocol.trial_file import RPM, TrialFile
 
@@ -86,9 +87,18 @@ def _trial_tree(planned: PlannedTrial, path: Path, folder: Path) -> dict[str, An
 
 def _set_excitation(tree: dict[str, Any], planned: PlannedTrial) -> None:
     if planned.excitation is not None:
-        tree["excitation"] = dict(planned.excitation)
+        tree["excitation"] = {
+            name: _as_written(getattr(planned.excitation, name))
+            for name in type(planned.excitation).model_fields
+            if name in planned.excitation.model_fields_set
+        }
     changes = {"actuator": planned.actuator, "amplitude": planned.amplitude}
     tree["excitation"] |= {key: value for key, value in changes.items() if value is not None}
+
+
+def _as_written(value: object) -> object:
+    """A quantity as the text of the file; what has no unit unchanged."""
+    return str(value) if isinstance(value, Quantity) else value
 
 
 def _set_operating_point(

@@ -233,15 +233,16 @@ def _recorded(prepared: Prepared, path: Path, ends: Ends, say: Say) -> Outcome:
     if addresses is not None:
         names = [address.name for address in addresses]
     watch = ArmingWatch(prepared, path, tuple(names))
-    lines = _RiderLines(watch, say)
+    lines = _RiderLines(watch, prepared.trial.operating_point.steady_for, say)
     return run_trial(prepared, path, addresses, lines.progress, lines.on_phase, vehicle)
 
 
 class _RiderLines:
     """Lines for the rider while a trial runs: each phase, and what is missing to arm."""
 
-    def __init__(self, watch: ArmingWatch, say: Say) -> None:
+    def __init__(self, watch: ArmingWatch, steady_for: float, say: Say) -> None:
         self._watch, self._say = watch, say
+        self._steady = f"keep gear and engine speed for {steady_for}"
         self._phase, self._unchanged = Phase.IDLE, 0
         self._shown: str | None = None
 
@@ -262,4 +263,4 @@ class _RiderLines:
         if words == self._shown and self._unchanged < AGAIN_AFTER:
             return
         self._shown, self._unchanged = words, 0
-        self._say(f"  not armed: {reason or 'hold gear and engine speed'}")
+        self._say(f"  not armed: {reason or self._steady}")

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from slipbench.bench.session.plan_file import SessionPlan
 from slipbench.identification.fleet.fleet_file import FleetFile
 from slipbench.identification.mismatch.systems.model_file import ModelFile
 from slipbench.protocol.binding.missing import needs
@@ -38,6 +39,14 @@ def pages() -> tuple[Page, ...]:
             f"What is excited, when, and within which limits. {WITH_UNIT}",
             "protocol/trial_file.py",
             tables(TrialFile),
+        ),
+        Page(
+            "session_plan.md",
+            "Session plan",
+            "Which trials a session runs, how often and in which order. `slipbench plan` proposes one;"
+            f" `slipbench session` runs it. {WITH_UNIT}",
+            "bench/session/plan_file.py",
+            tables(SessionPlan),
         ),
         Page(
             "binding.md",
