@@ -5,8 +5,9 @@ the run that was being recorded; and that is kept.
 """
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import count
 from pathlib import Path
 from typing import Any
 
@@ -34,10 +35,10 @@ from slipbench.bench.trials.simulated_trial import simulated_names
 from slipbench.protocol.codec.messages import Phase, TripReason
 from slipbench.protocol.configuration import load_toml
 from slipbench.protocol.errors import InputError
-from slipbench.protocol.recording.run_folder import TRIAL
+from slipbench.protocol.recording.run_folder import TRIAL, VEHICLE
 
 REPEAT = "repeat"  # verdict that asks for another attempt
-GOOD = "good"
+OTHER = "other amplitude"  # verdict after which a trial is not run again as it is
 AGAIN = frozenset({TripReason.NEVER_READY, TripReason.NEVER_PRESSED})
 AGAIN_AFTER = 20  # tenths of a second
 Say = Callable[[str], None]
@@ -69,9 +70,18 @@ class Session:
     def settled(self, run: PlannedRun) -> bool:
         """Whether a run needs no other attempt."""
         done = self.attempts(run)
-        if not done or not done[-1].verdict:
-            return False
+        if not done:
+            return self.given_up(run)
         return done[-1].verdict != REPEAT or len(done) >= self.plan.attempts
+
+    def given_up(self, run: PlannedRun) -> bool:
+        """Whether a run is left out, because an earlier one of its trial asks for another amplitude."""
+        return any(
+            attempt.verdict == OTHER
+            for other in self.runs
+            if other.trial == run.trial
+            for attempt in self.attempts(other)
+        )
 
 
 @dataclass(frozen=True)
@@ -112,15 +122,27 @@ def open_session(
 
 
 def _refuse_change(session: Session, run: PlannedRun, path: Path) -> None:
+    """Check that a run that is recorded had this trial and this vehicle. Raises InputError."""
     done = session.attempts(run)
-    if not done or load_toml(done[0].path / TRIAL) == run.file:
+    if not done:
+        return
+    vehicle = (session.folder / "trials" / run.file["vehicle"]).resolve()
+    same = _without_paths(load_toml(done[0].path / TRIAL)) == _without_paths(run.file)
+    if same and load_toml(done[0].path / VEHICLE) == load_toml(vehicle):
         return
     raise InputError(
-        f"trial {run.trial!r} differs from the one that was recorded",
+        f"{'the vehicle of ' if same else ''}trial {run.trial!r} differs from the recorded one",
         where=str(path),
         found=str(done[0].path),
         remedy="give the changed trial another name, so that its runs are not mixed with these",
     )
+
+
+def _without_paths(tree: Mapping[str, Any]) -> dict[str, Any]:
+    """A trial file without the paths in it: a session that was moved to another folder goes on."""
+    kept = {key: value for key, value in tree.items() if key not in ("vehicle", "controller")}
+    controller = tree.get("controller")
+    return kept | ({"target": controller.get("target")} if controller else {})
 
 
 def _prepared(session: Session, run: PlannedRun) -> Prepared:
@@ -140,25 +162,25 @@ def next_step(session: Session) -> Ride | TakeLook | None:
 
 
 def _earlier(session: Session, run: PlannedRun, attempt: Attempt) -> tuple[Path, ...]:
-    """Run folders of the same trial that came before an attempt and were not to be repeated."""
+    """Run folders of the same trial that came before an attempt and count."""
     return tuple(
         each.path
         for other in session.runs
         if other.trial == run.trial and other.repeat < run.repeat
         for each in session.attempts(other)
-        if each.verdict and each.verdict != REPEAT and each.path != attempt.path
+        if each.counts and each.path != attempt.path
     )
 
 
 def usable_runs(session: Session) -> dict[str, tuple[Path, ...]]:
-    """Run folders by trial whose quick look does not ask for a repetition."""
+    """Run folders by trial that count."""
     return {
         planned.name: tuple(
             each.path
             for run in session.runs
             if run.trial == planned.name
             for each in session.attempts(run)
-            if each.verdict and each.verdict != REPEAT
+            if each.counts
         )
         for planned in session.plan.trial
     }
@@ -176,14 +198,19 @@ def run_session(session: Session, connection: Connection, look: Look, say: Say) 
             _take_look(step, look, say)
         else:
             _ride(session, step, connection, say)
-    return all(session.attempts(run)[-1].verdict != REPEAT for run in session.runs)
+    left_out = [run.name for run in session.runs if not session.attempts(run)]
+    if left_out:
+        say(f"left out until the plan has another amplitude: {', '.join(left_out)}")
+    return all(any(each.counts for each in session.attempts(run)) for run in session.runs)
 
 
 def _set_aside_interrupted(session: Session, say: Say) -> None:
     for run in session.runs:
-        for number in range(1, session.plan.attempts + 1):
+        for number in count(1):
             path = attempt_path(session.folder, run.name, number)
-            if path.exists() and not complete(path):
+            if not path.exists():
+                break
+            if not complete(path):
                 why = why_incomplete(path)
                 say(f"{path.name} is incomplete ({why}): kept as {set_aside(path).name}")
 

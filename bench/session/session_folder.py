@@ -23,9 +23,10 @@ from typing import Any
 from slipbench.protocol.configuration import load_toml
 from slipbench.protocol.errors import InputError
 from slipbench.protocol.logs.candump_line import LINE
-from slipbench.protocol.recording.run_folder import DESCRIPTION, FRAMES
+from slipbench.protocol.recording.run_folder import DESCRIPTION, FRAMES, ROLES, TRIAL, VEHICLE
 
 QUICK_LOOK = "quick_look.json"
+INPUTS_OF_RUN = (TRIAL, VEHICLE, ROLES)
 ENDED = ("done", "tripped")
 # Trips that say nothing of the trial: the operator or the rider did not go on with it.
 NOT_BEGUN = ("stopped", "never_ready", "never_pressed")
@@ -35,12 +36,16 @@ SILENCE = 100_000_000  # ns before the end; a bus that falls silent trips a tria
 
 @dataclass(frozen=True)
 class Attempt:
-    """A run folder: its number as an attempt, and its verdict; "" before its quick look."""
+    """A run folder: its number as an attempt, and the verdict; "" before its quick look.
+
+    counts  whether the run may be used; amplitude: that is proposed in place of the trial's, or ""
+    """
 
     path: Path
     number: int
     verdict: str = ""
-    reason: str = ""
+    counts: bool = False
+    amplitude: str = ""
 
 
 @contextmanager
@@ -60,6 +65,7 @@ def locked(folder: Path) -> Iterator[None]:
                 where=str(folder),
                 remedy="end it first, or give another folder with --out",
             ) from cause
+        _synchronize(folder.absolute().parent)
         yield
 
 
@@ -79,7 +85,15 @@ def attempts(folder: Path, run: str) -> list[Attempt]:
             return found
         if complete(path):
             look = read_look(path)
-            found.append(Attempt(path, number, look.get("verdict", ""), look.get("reason", "")))
+            found.append(
+                Attempt(
+                    path,
+                    number,
+                    str(look.get("verdict", "")),
+                    bool(look.get("counts", False)),
+                    str(look.get("proposed_amplitude", "")),
+                )
+            )
     return found
 
 
@@ -89,14 +103,25 @@ def attempt_path(folder: Path, run: str, number: int) -> Path:
 
 
 def complete(run: Path) -> bool:
-    """Whether a run folder has a whole recording of a trial that came to its end."""
-    if not (run / DESCRIPTION).exists():
+    """Whether a run folder has a whole recording of a trial that came to its end.
+
+    A quick look is written after all files were synchronized, so it vouches for them.
+    """
+    if (run / QUICK_LOOK).exists():
+        return True
+    if not (run / DESCRIPTION).exists() or not all(_intact(name, run) for name in INPUTS_OF_RUN):
         return False
     outcome = load_toml(run / DESCRIPTION).get("outcome", {})
     if outcome.get("phase") not in ENDED or outcome.get("trip") in NOT_BEGUN:
         return False
     ended = max((phase["time_ns"] for phase in outcome.get("phases", [])), default=0)
     return _last_time(run / FRAMES) >= ended - SILENCE
+
+
+def _intact(name: str, run: Path) -> bool:
+    """Whether a copied input reached the disk; a power cut leaves it empty or padded with NUL."""
+    path = run / name
+    return path.exists() and path.stat().st_size > 0 and b"\0" not in path.read_bytes()
 
 
 def why_incomplete(run: Path) -> str:
@@ -106,7 +131,7 @@ def why_incomplete(run: Path) -> str:
         return "the process ended while it was recorded"
     if outcome.get("trip") in NOT_BEGUN or outcome.get("phase") not in ENDED:
         return str(outcome.get("detail") or outcome.get("invalid") or outcome.get("trip"))
-    return f"{FRAMES} ends before the trial did"
+    return f"{FRAMES} or a copied file does not reach the end of the trial"
 
 
 def set_aside(run: Path) -> Path:
@@ -122,7 +147,7 @@ def set_aside(run: Path) -> Path:
 
 def make_durable(run: Path) -> None:
     """Write every file of a run folder to the disk, so that a power cut does not shorten it."""
-    for path in (*(each for each in run.iterdir() if each.is_file()), run, run.parent):
+    for path in (*run.rglob("*"), run, run.parent):
         _synchronize(path)
 
 
@@ -132,9 +157,19 @@ def write_look(run: Path, look: Mapping[str, Any]) -> None:
 
 
 def read_look(run: Path) -> dict[str, Any]:
-    """Quick look of a run; empty before it."""
+    """Quick look of a run; empty before it. Raises InputError where it is no JSON."""
     path = run / QUICK_LOOK
-    return dict(json.loads(path.read_text(encoding="utf-8"))) if path.exists() else {}
+    if not path.exists():
+        return {}
+    try:
+        return dict(json.loads(path.read_text(encoding="utf-8")))
+    except ValueError as cause:
+        raise InputError(
+            "the quick look cannot be read",
+            where=str(path),
+            found=str(cause),
+            remedy="remove that file: the quick look is taken anew",
+        ) from cause
 
 
 def write_whole(path: Path, text: str) -> None:

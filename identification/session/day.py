@@ -28,7 +28,7 @@ class Run:
     @property
     def usable(self) -> bool:
         """Whether the quick look lets it count."""
-        return self.look.get("verdict") not in (REPEAT, None)
+        return bool(self.look.get("counts"))
 
 
 @dataclass(frozen=True)
@@ -116,7 +116,11 @@ def _next_steps(day: Day) -> list[str]:
     steps = []
     for trial in day.trials:
         last = [run for run in day.runs if run.trial == trial][-1]
-        if last.look.get("verdict") in (REPEAT, OTHER):
+        if last.look.get("verdict") == OTHER:
+            steps.append(
+                f"{trial}: {last.look.get('reason', '')}. Add it to the plan under another name"
+            )
+        elif last.look.get("verdict") == REPEAT:
             steps.append(f"{trial}: {last.look['verdict']}: {last.look.get('reason', '')}")
         elif last.look.get("response") and len(day.of_trial(trial)) == 1:
             steps.append(f"{trial}: ride it again: one run shows no scatter between runs")

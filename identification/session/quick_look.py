@@ -53,7 +53,8 @@ def look_tree(look: QuickLook) -> dict[str, Any]:
     return {
         "verdict": look.verdict.word,
         "reason": look.verdict.reason,
-        "amplitude_factor": look.verdict.factor,
+        "counts": look.verdict.counts,
+        "proposed_amplitude": look.verdict.amplitude,
         "lines": lines(look.measures),
         **tree(look.measures),
     }

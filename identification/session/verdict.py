@@ -2,7 +2,8 @@
 
 good             the run counts
 repeat           something disturbed it: ride the same once more
-other amplitude  the same again would give the same; another amplitude would not
+other amplitude  the same again would give the same; the proposed amplitude would not. The run counts
+                 unless the trial tripped or the actuator was at its stop
 go on            it counts as far as its reason says; neither repetition nor amplitude would help
 """
 
@@ -16,15 +17,19 @@ from slipbench.identification.signals.trial_window import trip_in_words
 from slipbench.protocol.codec.messages import TripReason
 
 BY_AMPLITUDE = frozenset({"slip", "front_wheel", "engine_speed", "amplitude", "range", "rate"})
-CONTROLLED = "slip"  # actuator of a trial under slip control, which has no response in open loop
 
 
 class Verdict(NamedTuple):
-    """Verdict and its reason; factor: of the amplitude that is proposed."""
+    """Verdict and its reason.
+
+    counts     whether the run may be pooled with others
+    amplitude  that is proposed, as a trial file has it; "" where none is
+    """
 
     word: Literal["good", "repeat", "other amplitude", "go on"]
     reason: str
-    factor: float = 1.0
+    counts: bool = True
+    amplitude: str = ""
 
 
 Rule = Callable[[Measures, Thresholds], Verdict | None]
@@ -42,7 +47,7 @@ def verdict(of: Measures, bounds: Thresholds = THRESHOLDS) -> Verdict:
 def _tripped_by_amplitude(of: Measures, bounds: Thresholds) -> Verdict | None:
     if of.trip not in BY_AMPLITUDE:
         return None
-    return _lower(of, bounds, f"it tripped: {of.detail or of.trip}")
+    return _other(of, bounds.lowered.value, f"it tripped: {of.detail or of.trip}", counts=False)
 
 
 def _tripped(of: Measures, _: Thresholds) -> Verdict | None:
@@ -52,19 +57,18 @@ def _tripped(of: Measures, _: Thresholds) -> Verdict | None:
         words = trip_in_words(TripReason[of.trip.upper()])
     except KeyError:
         words = of.trip
-    return Verdict("repeat", f"it tripped: {words} ({of.detail})")
+    return _repeat(f"it tripped: {words} ({of.detail})")
 
 
 def _late(of: Measures, _: Thresholds) -> Verdict | None:
-    return Verdict("repeat", f"its timing is invalid: {of.late}") if of.late else None
+    return _repeat(f"its timing is invalid: {of.late}") if of.late else None
 
 
 def _clipped(of: Measures, bounds: Thresholds) -> Verdict | None:
     if of.clipping <= bounds.clipping.value:
         return None
-    return _lower(
-        of, bounds, f"the actuator was at its stop for {of.clipping:.1%} of the excitation"
-    )
+    why = f"the actuator was at its stop for {of.clipping:.1%} of the excitation"
+    return _other(of, bounds.lowered.value, why, counts=False)
 
 
 def _near_a_limit(of: Measures, bounds: Thresholds) -> Verdict | None:
@@ -76,7 +80,8 @@ def _near_a_limit(of: Measures, bounds: Thresholds) -> Verdict | None:
     if not near:
         return None
     name, margin = min(near.items(), key=lambda item: item[1])
-    return _lower(of, bounds, f"only {margin:.0%} of the range to limits.{name} was left")
+    why = f"only {margin:.0%} of the range to limits.{name} was left"
+    return _other(of, bounds.lowered.value, why)
 
 
 def _without_response(of: Measures, _: Thresholds) -> Verdict | None:
@@ -84,7 +89,7 @@ def _without_response(of: Measures, _: Thresholds) -> Verdict | None:
         return None
     if of.actuator and not of.trip:
         return Verdict("go on", f"it has no frequency response: {of.no_response}")
-    return Verdict("repeat", f"it cannot be identified: {of.no_response}")
+    return _repeat(f"it cannot be identified: {of.no_response}")
 
 
 def _unclear(of: Measures, bounds: Thresholds) -> Verdict | None:
@@ -98,7 +103,7 @@ def _unclear(of: Measures, bounds: Thresholds) -> Verdict | None:
     factor = min(bounds.raised.value, 0.95 * of.larger)
     if room >= bounds.room.value and factor > 1.1:
         return _other(of, factor, why)
-    return Verdict("repeat", f"{why}, and the limits leave no room for a larger amplitude")
+    return _repeat(f"{why}, and the limits leave no room for a larger amplitude")
 
 
 def _unlike(of: Measures, bounds: Thresholds) -> Verdict | None:
@@ -107,10 +112,9 @@ def _unlike(of: Measures, bounds: Thresholds) -> Verdict | None:
         return None
     if found.chance > bounds.chance.value:
         return None
-    return Verdict(
-        "repeat",
+    return _repeat(
         f"it differs by {found.distance:.0%} from the earlier repeats, {found.expected:.0%} is"
-        f" noise: check tyre, fuel, gear and wind",
+        f" noise: check tyre, fuel, gear and wind"
     )
 
 
@@ -126,14 +130,15 @@ RULES: tuple[Rule, ...] = (
 )
 
 
-def _lower(of: Measures, bounds: Thresholds, why: str) -> Verdict:
-    return _other(of, bounds.lowered.value, why)
+def _other(of: Measures, factor: float, why: str, counts: bool = True) -> Verdict:
+    number, _, unit = of.amplitude.partition(" ")
+    proposed = f"{float(number) * factor:.3g} {unit}".strip() if of.amplitude else ""
+    instead = f"; {proposed} instead of {of.amplitude} is proposed" if proposed else ""
+    return Verdict("other amplitude", why + instead, counts, proposed)
 
 
-def _other(of: Measures, factor: float, why: str) -> Verdict:
-    return Verdict(
-        "other amplitude", f"{why}; {factor:.2f} times {of.amplitude} is proposed", factor
-    )
+def _repeat(why: str) -> Verdict:
+    return Verdict("repeat", why, counts=False)
 
 
 def _summary(of: Measures) -> str:

@@ -1,6 +1,7 @@
 """The commands of a day at the track: session and plan. They join the bench and the identification."""
 
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -55,13 +56,14 @@ def session(
     """Run the trials of a plan one after another, with a quick look after each and one report.
 
     One line says what the rider has to do next, and why the bench is not armed yet. The quick look
-    gives a verdict: good, repeat (another attempt follows), other amplitude, or go on. Interrupted
+    gives a verdict: good, repeat (another attempt follows), other amplitude (the trial is not run
+    again as it is), or go on. Interrupted
     at any time, the same command goes on where it was; an interrupted recording is kept as
     NAME-incomplete-NUMBER. At the end report.html and session.json have the pooled responses with
     intervals, throttle against spark, and what to do next.
 
-    Exit status: 0 each run is usable, 2 invalid input or a run without an end (see message), 3 a run
-    had to be repeated in its last attempt as well, 130 stopped.
+    Exit status: 0 each run is usable, 2 invalid input or a run without an end (see message), 3 not
+    each run is usable, 130 stopped.
 
     Examples:
 
@@ -80,7 +82,7 @@ def session(
     connection = Connection(interface, channel or [], bitrate, fd, real_time)
     with keyboard_interrupt_on_signals(), locked(out):
         opened = open_session(plan, out, database, binding)
-        usable = run_session(opened, connection, look, typer.echo)
+        usable = run_session(opened, connection, look, _say)
         typer.echo(f"report: {write_report(opened, explain)}")
     if not usable:
         raise typer.Exit(NOT_ALL_USABLE)
@@ -142,6 +144,12 @@ def look(run: Path, earlier: Sequence[Path]) -> dict[str, Any]:
 
     known = earlier_responses([read_look(each) for each in earlier])
     return look_tree(quick_look_of(run, known))
+
+
+def _say(line: str) -> None:
+    """Print a line. A lost terminal is ignored, so that it does not end a trial."""
+    with suppress(OSError):
+        typer.echo(line)
 
 
 def _choose_one(simulate: bool, interface: str | None, real_time: bool) -> None:

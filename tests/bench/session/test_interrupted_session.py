@@ -16,8 +16,8 @@ from slipbench.protocol.errors import InputError
 from slipbench.protocol.recording.run_folder import read
 from slipbench.session_commands import look
 from tests.bench.session.killed_session import PHASES
-from tests.bench.session.plans import plan_file
-from tests.paths import ROOT
+from tests.bench.session.plans import plan_file, trial_file
+from tests.paths import DEMONSTRATION, ROOT
 
 ENVIRONMENT = {**os.environ, "PYTHONPATH": os.pathsep.join((str(ROOT / "src"), str(ROOT)))}
 RECORDED = ("before the quick look", "quick look", "its file")
@@ -80,7 +80,7 @@ def test_a_session_that_is_complete_records_nothing_more(uninterrupted, tmp_path
 
 def test_a_changed_trial_is_refused_once_it_was_recorded(uninterrupted, tmp_path):
     plan = plan_file(tmp_path, {"gear": 3})
-    with locked(uninterrupted), pytest.raises(InputError, match="differs from the one"):
+    with locked(uninterrupted), pytest.raises(InputError, match="differs from the recorded"):
         open_session(plan, uninterrupted)
     more = plan_file(tmp_path, {"repeats": 2}, {"name": "other", "gear": 3})
     with locked(uninterrupted):
@@ -95,6 +95,7 @@ def test_two_sessions_do_not_share_a_folder(tmp_path):
 def test_a_recording_that_lost_its_end_is_incomplete(uninterrupted, tmp_path):
     """What a power cut does: the outcome reached the disk, the last frames did not."""
     run = shutil.copytree(uninterrupted / "runs" / "sweep-1", tmp_path / "sweep-1")
+    (run / QUICK_LOOK).unlink()  # it is written when the other files have reached the disk
     assert complete(run)
     log = run / "frames.log"
     text = log.read_bytes()
@@ -103,6 +104,43 @@ def test_a_recording_that_lost_its_end_is_incomplete(uninterrupted, tmp_path):
         assert not complete(run)
     log.write_bytes(text[:-10])  # a torn last line
     assert complete(run)
+    trial = (run / "trial.toml").read_bytes()
+    for lost in (b"", bytes(len(trial))):
+        (run / "trial.toml").write_bytes(lost)
+        assert not complete(run)
+
+
+def test_a_lost_terminal_ends_no_trial(tmp_path):
+    plan, out = plan_file(tmp_path), tmp_path / "out"
+    command = [sys.executable, "-m", "slipbench", "session", plan, "--out", out, "--simulate"]
+    process = subprocess.Popen(command, env=ENVIRONMENT, stdout=subprocess.PIPE)
+    assert process.stdout is not None
+    process.stdout.readline()
+    process.stdout.close()
+    process.wait()
+    with locked(out):
+        assert next_step(open_session(plan, out)) is None
+    assert [path.name for path in (out / "runs").iterdir()] == ["sweep-1"]
+
+
+def test_a_session_that_was_moved_goes_on(uninterrupted, tmp_path):
+    out = shutil.copytree(uninterrupted, tmp_path / "deeper" / "moved")
+    with locked(out):
+        assert next_step(open_session(plan_file(tmp_path), out)) is None
+
+
+def test_another_vehicle_is_refused_once_runs_are_recorded(tmp_path):
+    vehicle = shutil.copy(DEMONSTRATION, tmp_path / "vehicle.toml")
+    base = trial_file(tmp_path)
+    text = (tmp_path / base).read_text().replace(str(DEMONSTRATION), "vehicle.toml")
+    (tmp_path / base).write_text(text)
+    plan, out = plan_file(tmp_path, {"file": base}), tmp_path / "out"
+    resume(plan, out)
+    changed = vehicle.read_text().replace("radius = { value = 0.32", "radius = { value = 0.33")
+    assert changed != vehicle.read_text()
+    vehicle.write_text(changed)
+    with locked(out), pytest.raises(InputError, match="the vehicle of trial 'sweep' differs"):
+        open_session(plan, out)
 
 
 def test_a_session_in_real_time_that_is_killed_goes_on(tmp_path):

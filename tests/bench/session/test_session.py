@@ -118,6 +118,25 @@ def test_a_run_that_tripped_is_repeated_as_often_as_the_plan_says(monkeypatch, c
         assert usable_runs(open_session(path, out)) == {"sweep": ()}
 
 
+def test_a_trial_that_needs_another_amplitude_is_not_run_again_as_it_is(
+    monkeypatch, capsys, tmp_path
+):
+    base = trial_file(tmp_path, limits={"slip": "6 %"})
+    large = {**EXCITATION, "amplitude": "4 %", "stop": "9 Hz"}
+    trial = {"file": base, "repeats": 3, "excitation": large}
+    out = tmp_path / "out"
+    arguments = ("session", plan_file(tmp_path, trial), "--out", out, "--simulate")
+    status, said, _ = slipbench(monkeypatch, capsys, *arguments)
+    assert status == 3
+    assert "2.8 % instead of 4 % is proposed" in said
+    assert "left out until the plan has another amplitude: sweep-2, sweep-3" in said
+    assert [each.name for each in (out / "runs").iterdir()] == ["sweep-1"]
+    smaller = {"name": "smaller", "file": base, "excitation": {**large, "amplitude": "1 %"}}
+    plan_file(tmp_path, trial, smaller)
+    status, said, _ = slipbench(monkeypatch, capsys, *arguments)
+    assert sorted(each.name for each in (out / "runs").iterdir()) == ["smaller-1", "sweep-1"]
+
+
 def test_the_second_repeat_is_compared_with_the_first_and_all_are_usable(tmp_path):
     path, said = plan_file(tmp_path, {"repeats": 2}), []
     with locked(tmp_path / "out"):

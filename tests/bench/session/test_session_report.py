@@ -1,7 +1,10 @@
 """Laws of a session's report: it is made from the folder, counts usable runs only, says what is next."""
 
 import json
+from dataclasses import replace
 
+from slipbench.identification.session.day import Day, Run, explanation, results
+from slipbench.identification.session.page import page
 from slipbench.session_commands import NOT_ALL_USABLE
 from tests.bench.session.plans import EXCITATION, plan_file, trial_file
 from tests.bench.test_commands import run as slipbench
@@ -61,12 +64,19 @@ def test_a_run_that_tripped_is_in_the_report_and_not_in_the_pool(monkeypatch, ca
     assert "sweep: repeat: it tripped" in figures["next_steps"][0]
 
 
-def test_the_memo_of_explain_is_linked(monkeypatch, capsys, tmp_path):
-    plan = plan_file(tmp_path, {"repeats": 2, "excitation": BAND})
-    out = tmp_path / "out"
-    arguments = ("session", plan, "--out", out, "--simulate", "--explain", "nominal")
-    assert slipbench(monkeypatch, capsys, *arguments)[0] == 0
-    figures, page = report_of(out)
-    assert '<a href="memo/memo.html">' in page
-    assert (out / "memo" / "memo.html").exists()
-    assert figures["explanation"]
+def test_the_findings_of_explain_its_memo_and_its_next_trial_are_in_the_page():
+    """The verdict is as verdict.json has it: docs of `slipbench explain`."""
+    explained = {
+        "mismatch": {"found": True, "p_value": 1e-6},
+        "effects": [{"name": "gear_play"}],
+        "next_trial": {"why": "a square wave would show gear play", "trial": {}},
+    }
+    look = {"verdict": "good", "counts": True, "reason": "fine"}
+    day = Day("day", "", 1, (Run("sweep", "sweep-1", look),), (), explained, "", "memo/memo.html")
+    found = results(day)
+    text = page(day, found)
+    assert explanation(day) == "Effects that the simulation lacks: gear play."
+    assert '<a href="memo/memo.html">Memo</a>' in text
+    assert "next trial: a square wave would show gear play (memo/next_trial.toml)" in text
+    nothing = replace(day, explained={"mismatch": {"found": False}, "effects": []})
+    assert "No significant mismatch" in explanation(nothing)

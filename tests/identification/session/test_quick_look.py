@@ -119,13 +119,17 @@ FINE = Measures(
     ("changes", "word", "reason"),
     [
         ({}, "good", "0.5 to 12.0 Hz reliable"),
-        ({"trip": "slip", "detail": "slip of 8.1%"}, "other amplitude", "slip of 8.1%; 0.70 times"),
+        (
+            {"trip": "slip", "detail": "slip of 8.1%"},
+            "other amplitude",
+            "slip of 8.1%; 1.4 % instead of 2 %",
+        ),
         ({"trip": "brake", "detail": "brake at 3 bar"}, "repeat", "the rider braked"),
         ({"trip": "of_next_year"}, "repeat", "of_next_year"),
         ({"late": "9 ticks"}, "repeat", "timing is invalid: 9 ticks"),
         ({"clipping": 0.02}, "other amplitude", "at its stop for 2.0%"),
         ({"margins": {"slip": 0.05}}, "other amplitude", "only 5% of the range to limits.slip"),
-        ({"covered": 0.5, "margins": {"slip": 0.8}}, "other amplitude", "1.50 times 2 %"),
+        ({"covered": 0.5, "margins": {"slip": 0.8}}, "other amplitude", "3 % instead of 2 %"),
         ({"covered": 0.5, "margins": {"slip": 0.8}, "larger": 1.0}, "repeat", "50% of the planned"),
         ({"coherence": 0.7}, "repeat", "median coherence is 0.70"),
         ({"response": None, "no_response": "closed loop"}, "go on", "closed loop"),
@@ -139,6 +143,8 @@ def test_the_verdict_follows_from_the_figures(changes, word, reason):
     found = verdict(replace(FINE, **changes))
     assert found.word == word
     assert reason in found.reason
+    spoilt = {"trip", "clipping"} & set(changes) or found.word == "repeat"
+    assert found.counts == (not spoilt)
 
 
 def run(folder: Path, name: str, **tables: dict) -> Path:
