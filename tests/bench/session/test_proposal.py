@@ -71,6 +71,21 @@ def test_no_proposed_trial_leaves_its_limits_in_simulation(tmp_path, seed, strai
     assert outcome.done, outcome.trip
 
 
+def test_an_amplitude_falls_until_the_simulation_leaves_the_margin(tmp_path):
+    """On a tyre of a tenth of the stiffness, the first amplitudes use up the range of the slip."""
+    tree = tomllib.loads(DEMONSTRATION.read_text(encoding="utf-8"))
+    tree["tyre"]["slip_stiffness"]["value"] *= 0.1
+    tree["effects"] = []
+    vehicle, said = tmp_path / "soft.toml", []
+    vehicle.write_text(tomli_w.dumps(tree), encoding="utf-8")
+    asked = questions_of("throttle_response")
+    (one,) = propose(vehicle, 700.0, asked, tmp_path, said.append)
+    amplitudes = [line.split()[1] for line in said[1:]]
+    assert len(amplitudes) > 1
+    assert all("slip of" in line for line in said[1:-1])
+    assert one.file["excitation"]["amplitude"] == f"{amplitudes[-1]} %"
+
+
 def test_a_proposal_fits_into_the_straight_with_the_way_to_brake(tmp_path):
     for seed in range(SEED, SEED + 20):
         vehicle = drawn_motorcycle(tmp_path, seed)
