@@ -9,7 +9,7 @@ from slipbench.protocol.errors import InputError
 
 LOW, HIGH = 0.5, 12.0  # Hz: above the drift of the speed, and beyond the resonance of the driveline
 STEPS = 0.5  # Hz of the square wave: a second after each step shows what settles slowly
-PERIOD = 4.0  # s of the multisine: lines 0.5 Hz apart
+PERIODS = 4  # of the multisine: one to settle, and three from whose scatter the noise follows
 DEGREE = math.pi / 180
 
 
@@ -43,12 +43,13 @@ def _sweep(duration: float) -> dict[str, Any]:
 
 
 def _multisine(duration: float) -> dict[str, Any]:
+    period = math.floor(2 * duration / PERIODS) / 2
     return {
         "waveform": "multisine",
         "lowest": f"{LOW:g} Hz",
         "highest": f"{HIGH:g} Hz",
-        "period": f"{PERIOD:g} s",
-        "duration": f"{PERIOD * math.floor(duration / PERIOD):g} s",
+        "period": f"{period:g} s",
+        "duration": f"{PERIODS * period:g} s",
         "detection": True,
     }
 

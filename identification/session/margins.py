@@ -12,6 +12,7 @@ from slipbench.protocol.recording.channel import FloatArray
 from slipbench.protocol.trial_file import Limits
 
 HOLDING = (Phase.EXCITING, Phase.SETTLING, Phase.HANDING_BACK)
+OF_THE_COMMAND = ("throttle", "throttle_deviation", "throttle_rate", "spark", "spark_rate")
 OF_THE_MOTORCYCLE = ("engine_speed", "speed", "slip", "front_slip")
 """Limits whose margin depends on how the motorcycle responds to the amplitude."""
 

@@ -8,6 +8,7 @@ from typing import Any
 from slipbench.identification.response.from_folder import identified
 from slipbench.identification.response.identify import Identification, identify
 from slipbench.identification.response.response import FrequencyResponse
+from slipbench.identification.session.margins import OF_THE_COMMAND
 from slipbench.identification.session.measures import (
     Measures,
     measures,
@@ -93,8 +94,14 @@ def _response_line(of: Measures) -> str:
 
 
 def _margin_line(of: Measures) -> str:
-    """The smallest margins first; those of the plan itself (amplitude, rate) are left to the file."""
-    smallest = sorted(of.margins.items(), key=lambda item: item[1])[:SHOWN]
-    shown = ", ".join(f"{name} {margin:.0%}" for name, margin in smallest)
+    """The smallest margins; those of the command were known before the run."""
+    ridden = [item for item in of.margins.items() if item[0] not in OF_THE_COMMAND]
+    shown = ", ".join(
+        f"{name} {margin:.0%}" for name, margin in sorted(ridden, key=_second)[:SHOWN]
+    )
     worst = 1e3 * of.lateness if of.lateness == of.lateness else 0.0
-    return f"margins: {shown}; largest lateness {worst:.2f} ms"
+    return f"margins: {shown or 'unknown'}; largest lateness {worst:.2f} ms"
+
+
+def _second(item: tuple[str, float]) -> float:
+    return item[1]

@@ -1,6 +1,7 @@
 """Laws of a proposed plan: it fits into the straight, and no trial leaves its limits in simulation."""
 
 import random
+import re
 import tomllib
 from pathlib import Path
 
@@ -12,8 +13,6 @@ from slipbench.bench.session.plan_text import folder_of, write_plan
 from slipbench.bench.session.planned_runs import planned_runs
 from slipbench.bench.session.proposal import propose
 from slipbench.bench.session.questions import QUESTIONS, questions_of
-from slipbench.bench.session.session import open_session
-from slipbench.bench.session.session_folder import locked
 from slipbench.bench.session.straight import BEFORE, BRAKING, fittings, length_of
 from slipbench.bench.trials.preparation import prepare
 from slipbench.bench.trials.run import run_trial
@@ -102,25 +101,24 @@ def test_a_proposal_fits_into_the_straight_with_the_way_to_brake(tmp_path):
                 assert one.speed * (one.duration + 1.5) <= one.distance
 
 
-def test_a_plan_is_written_that_a_session_accepts_and_never_over_another_one(
+def test_what_is_proposed_is_good_in_the_session_and_no_plan_is_overwritten(
     monkeypatch, capsys, tmp_path
 ):
-    plan = tmp_path / "monday.toml"
-    arguments = ("plan", "demonstration", "--straight", "900m", "--out", plan)
-    status, out, _ = slipbench(monkeypatch, capsys, *arguments)
-    assert (status, out) == (0, f"{plan}\n")
-    with locked(tmp_path / "out"):
-        session = open_session(plan, tmp_path / "out")
-    assert [run.name for run in session.runs][:3] == [
-        "throttle_response-1",
-        "spark_response-1",
-        "throttle_response-2",
-    ]
-    before = plan.read_bytes()
+    """Each question of the plan is answered: each run has a response and is found good."""
+    plan, out = tmp_path / "monday.toml", tmp_path / "out"
+    asked = ",".join(QUESTIONS)
+    arguments = ("plan", "demonstration", "--straight", "900m", "--questions", asked, "--out", plan)
+    status, said, _ = slipbench(monkeypatch, capsys, *arguments)
+    assert (status, said) == (0, f"{plan}\n")
     status, _, err = slipbench(monkeypatch, capsys, *arguments)
     assert status == 2
     assert "nothing is overwritten" in err
-    assert plan.read_bytes() == before
+    once = tmp_path / "once.toml"
+    once.write_text(re.sub(r"repeats = \d+", "repeats = 1", plan.read_text()))
+    status, said, _ = slipbench(monkeypatch, capsys, "session", once, "--out", out, "--simulate")
+    assert status == 0
+    for name in QUESTIONS:
+        assert f"{name}-1: good: " in said
 
 
 @pytest.mark.parametrize(
