@@ -130,7 +130,8 @@ def why_incomplete(run: Path) -> str:
     if outcome is None:
         return "the process ended while it was recorded"
     if outcome.get("trip") in NOT_BEGUN or outcome.get("phase") not in ENDED:
-        return str(outcome.get("detail") or outcome.get("invalid") or outcome.get("trip"))
+        why = str(outcome.get("detail") or outcome.get("invalid") or outcome.get("trip"))
+        return "stopped by the operator" if "KeyboardInterrupt" in why else why
     return f"{FRAMES} or a copied file does not reach the end of the trial"
 
 
