@@ -11,7 +11,7 @@ from itertools import combinations
 
 from slipbench.identification.mismatch.fit.calibrate import astray, followed
 from slipbench.identification.mismatch.fit.fitting import Fit
-from slipbench.identification.mismatch.fit.held_out import REJECTED, contradicted
+from slipbench.identification.mismatch.fit.held_out import Veto, contradicted
 from slipbench.identification.mismatch.fit.judge import Judge
 from slipbench.identification.mismatch.fit.scatter import FAMILY, SHARE
 from slipbench.identification.mismatch.naming.accepting import ENOUGH, passes
@@ -43,6 +43,7 @@ class Named:
     """What was accepted. base: without any; rivals: name -> nats behind, by accepted name.
 
     p: of the strongest of all that was tried, family-wise over the library and the free curves.
+    vetoes: what passed on the training recordings and held-out ones contradict.
     """
 
     base: Fit
@@ -50,6 +51,7 @@ class Named:
     scores: list[Score]
     p: float
     rivals: dict[str, dict[str, float]] = field(default_factory=dict)
+    vetoes: tuple[Veto, ...] = ()
 
     @property
     def names(self) -> list[str]:
@@ -70,6 +72,7 @@ def name(
     surveys = SURVEYS if base.model.system.by_factors else 1 + astray(base)
     certainty = Certainty(FAMILY * SHARE / (surveys * first.tests), held_out)
     fit, rivals, found, best_p = base, dict[str, dict[str, float]](), first.scores, 1.0
+    vetoes = list[Veto]()
     while len(fit.candidates) < MOST:
         rough = fit.coarse()
         done = by_score([*full_fits(rough, found, say), *as_believed_fits(rough, library, say)])
@@ -85,7 +88,7 @@ def name(
             )[:CHANCES]
         if not passed:
             best_p = min((_least_p(rough, t) for t in done), default=1.0)
-        best, finer = _first_that_holds(fit, passed, certainty, say)
+        best, finer = _first_that_holds(fit, passed, certainty, vetoes)
         if best is None or finer is None:
             break
         news = [c.name for c in best.candidates if c.name not in {e.name for e in fit.candidates}]
@@ -97,20 +100,22 @@ def name(
     certain = [certainty.p(fit, i) for i in range(len(fit.candidates))]
     rivals = rivals if certain else {}
     least = min(certain) if certain else max(best_p, certainty.limit)
-    return Named(base, fit, first.scores, min(1.0, least / certainty.limit * FAMILY), rivals)
+    p = min(1.0, least / certainty.limit * FAMILY)
+    return Named(base, fit, first.scores, p, rivals, tuple(vetoes))
 
 
 def _first_that_holds(
-    fit: Fit, passed: Sequence[Fit], certainty: Certainty, say: Say
+    fit: Fit, passed: Sequence[Fit], certainty: Certainty, vetoes: list[Veto]
 ) -> tuple[Fit | None, Fit | None]:
-    """Return the first that passes with fine steps as well, coarse and fine."""
+    """Return the first that passes with fine steps as well, coarse and fine; note the vetoes."""
     held_out = certainty.held_out
     for rough in passed:
         finer = followed(rough.fine(fit.model))
         if passes(fit, finer, certainty):
-            if held_out is None or not contradicted(fit, finer, held_out):
+            against = None if held_out is None else contradicted(fit, finer, held_out)
+            if against is None:
                 return rough, finer
-            say(f"{REJECTED}: {rough.candidates[-1].name}")
+            vetoes.append(against)
     return None, None
 
 
