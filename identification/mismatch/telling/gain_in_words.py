@@ -16,11 +16,11 @@ def improvement_in_words(found: Improvement, headline: str, written: WrittenUnit
 
     headline: the output that was chosen on the training recordings, told first.
     """
-    first = found.of(headline) or found.shown_by
-    falls = [o for o in (first, *found.outputs) if o.simulation.falls]
+    first = _first(found, headline)
+    shown = shown_by(found, headline)
     rises = _rises([o for o in found.outputs if o.simulation.rises], written)
-    if falls:
-        said = _falls(falls[0], "simulation error", falls[0].simulation, written)
+    if shown.simulation.falls:
+        said = _falls(shown, "simulation error", shown.simulation, written)
         return f"Held out, {said}; {rises}{log_likelihood(found)}."
     stays = first.simulation
     factor, unit = _scale(first, written)
@@ -29,7 +29,33 @@ def improvement_in_words(found: Improvement, headline: str, written: WrittenUnit
         f" ({words(first.output)}: {factor * stays.calibrated:.4g} re-calibrated,"
         f" {factor * stays.improved:.4g} {unit} improved, {ratio(stays)})"
     )
-    return f"{no_fall}; {rises}{_finer(found, written)}{log_likelihood(found)}."
+    return f"{no_fall}; {rises}{_finer(shown, written)}{log_likelihood(found)}."
+
+
+def shown_by(found: Improvement, headline: str) -> OutputImprovement:
+    """Return the output that shows the improvement: its simulation error falls, or a finer one."""
+    first = _first(found, headline)
+    for falls in (_simulation, _in_band, _one_step):
+        for o in (first, *sorted(found.outputs, key=lambda o: -o.share)):
+            if falls(o):
+                return o
+    return first
+
+
+def _first(found: Improvement, headline: str) -> OutputImprovement:
+    return found.of(headline) or found.differs_most
+
+
+def _simulation(o: OutputImprovement) -> bool:
+    return o.simulation.falls
+
+
+def _in_band(o: OutputImprovement) -> bool:
+    return o.in_band is not None and o.in_band.falls
+
+
+def _one_step(o: OutputImprovement) -> bool:
+    return o.one_step.falls
 
 
 def _rises(outputs: Sequence[OutputImprovement], written: WrittenUnits) -> str:
@@ -43,14 +69,13 @@ def _rises(outputs: Sequence[OutputImprovement], written: WrittenUnits) -> str:
     return "".join(told)
 
 
-def _finer(found: Improvement, written: WrittenUnits) -> str:
+def _finer(o: OutputImprovement, written: WrittenUnits) -> str:
     """Say in which finer measure the effect shows, if in any."""
-    for o in sorted(found.outputs, key=lambda o: -o.share):
-        if o.band and o.in_band and o.in_band.falls:
-            error = f"error from {o.band[0]:.3g} to {o.band[1]:.3g} Hz"
-            return f"{_falls(o, error, o.in_band, written)}; "
-        if o.one_step.falls:
-            return f"{_falls(o, 'one-step error', o.one_step, written)}; "
+    if o.band and o.in_band and o.in_band.falls:
+        error = f"error from {o.band[0]:.3g} to {o.band[1]:.3g} Hz"
+        return f"{_falls(o, error, o.in_band, written)}; "
+    if o.one_step.falls:
+        return f"{_falls(o, 'one-step error', o.one_step, written)}; "
     return ""
 
 
@@ -74,7 +99,11 @@ def ratio(change: Change) -> str:
     low, high = change.interval
     if not isfinite(high):
         return "too few pieces of time for an interval"
-    return f"ratio {low:.3f} to {high:.3f}"
+    return f"ratio {_digits(low)} to {_digits(high)}"
+
+
+def _digits(share: float) -> str:
+    return f"{share:.3f}" if share >= 0.1 else f"{share:.2g}"
 
 
 def log_likelihood(found: Improvement) -> str:

@@ -82,7 +82,7 @@ class Improvement:
         return next((o for o in self.outputs if o.output == output), None)
 
     @property
-    def shown_by(self) -> OutputImprovement:
+    def differs_most(self) -> OutputImprovement:
         """The output in which the two systems differ most, against its noise."""
         return max(self.outputs, key=lambda o: o.share)
 
@@ -139,7 +139,7 @@ def _outputs(before: Fit, after: Fit, b: int) -> Iterator[OutputImprovement]:
     spread = np.sqrt(np.diag(np.linalg.inv(after.noise[b].inverse.T @ after.noise[b].inverse)))
     for j, output in enumerate(block.outputs):
         band = _band([one[:, j] for one in apart], records[0].grid.width) if block.order else None
-        kept = [[_within(r[:, j], band, records[0].grid.width) for r in rs] for rs in rest]
+        kept = [[within(r[:, j], band, records[0].grid.width) for r in rs] for rs in rest]
         yield OutputImprovement(
             output,
             records[0].sensors[output].unit,
@@ -196,8 +196,8 @@ def _band(series: Sequence[Floats], width: float) -> tuple[float, float]:
     return float(low), float(high)
 
 
-def _within(series: Floats, band: tuple[float, float] | None, width: float) -> Floats:
-    """Part of a series within a band."""
+def within(series: Floats, band: tuple[float, float] | None, width: float) -> Floats:
+    """Part of a series within a band. band: Hz; None: all of it; width: s, of a bin."""
     if band is None:
         return series
     lines = np.fft.rfft(series)
