@@ -87,6 +87,7 @@ def _full(a: Analysis) -> Verdict:
         curve=_curve(a.free),
         equivalents=tuple(equivalents(a.named)) if not doubt else (),
         rivals=a.named.rivals,
+        doubts={} if doubt else _doubts(a.named),
         not_excited=tuple(not_excited(a.named)),
         not_told=tuple(not_told(a.named.fit)),
         next_trial=_proposed(a),
@@ -99,6 +100,12 @@ def _full(a: Analysis) -> Verdict:
         else (),
         left_out=_left_out(a),
     )
+
+
+def _doubts(named: Named) -> dict[str, str]:
+    """Say what speaks beforehand against names that cannot be told apart."""
+    tied = {name for names in equivalents(named) for name in names}
+    return {name: why for name, why in named.doubts.items() if name in tied}
 
 
 def _improvement(a: Analysis) -> Improvement | None:

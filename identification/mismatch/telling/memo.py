@@ -1,6 +1,6 @@
 """The verdict in sentences and lines of text."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from math import floor, log10, pi
 
@@ -166,8 +166,19 @@ def _evidence(verdict: Verdict) -> Iterator[str]:
     if verdict.effects:
         yield f"  {INTERVALS}"
     for found, behind in verdict.rivals.items():
-        others = ", ".join(f"{n} ({nats:.0f} nats lower)" for n, nats in behind.items())
+        others = ", ".join(f"{n} ({lower(nats)})" for n, nats in behind.items())
         yield f"  competing explanations of {found}: {others or 'none'}"
+
+
+def lower(nats: float) -> str:
+    """Say by how much the log-likelihood of a name is below that of the accepted one."""
+    return f"{nats:.0f} nats lower" if nats >= 0.0 else f"{-nats:.0f} nats higher, less plausible"
+
+
+def tied(names: Sequence[str], verdict: Verdict) -> str:
+    """List names that cannot be told apart, each with what speaks against it beforehand."""
+    against = (f" ({verdict.doubts[n]})" if n in verdict.doubts else "" for n in names)
+    return ", ".join(f"{n}{why}" for n, why in zip(names, against, strict=True))
 
 
 def circumstances(where: Location, written: WrittenUnits) -> str:
@@ -193,7 +204,7 @@ def _limits(verdict: Verdict) -> Iterator[str]:
     for veto in verdict.vetoes:
         yield f"  rejected by the held-out recordings: {veto.name} ({veto.reason})"
     for names in verdict.equivalents:
-        yield f"  indistinguishable in these recordings: {', '.join(names)}"
+        yield f"  indistinguishable in these recordings: {tied(names, verdict)}"
     if verdict.not_excited:
         yield f"  not excited: {', '.join(verdict.not_excited)}"
     if verdict.not_told:

@@ -20,6 +20,7 @@ from slipbench.identification.mismatch.telling.memo import (
     sentence,
     shown,
     shown_error,
+    tied,
 )
 from slipbench.identification.mismatch.telling.pictures import curve_svg
 from slipbench.identification.mismatch.telling.verdict import INTERVALS, Verdict
@@ -104,7 +105,7 @@ def in_the_file(a: Analysis) -> bool:
 def _undecided(verdict: Verdict) -> Iterator[tuple[str, str]]:
     """Yield what cannot be told apart, and the trial that would tell."""
     for names in verdict.equivalents:
-        yield "indistinguishable", ", ".join(names).replace("_", " ")
+        yield "indistinguishable", tied(names, verdict).replace("_", " ")
     if verdict.next_trial:
         yield "next trial", str(verdict.next_trial["why"])
 

@@ -14,7 +14,8 @@ remains      {injection, regressor, shape, share}: what stays unexplained beside
              as a share of what they explain in mean squares; null where nothing or not weighed
 curve        {injection, unit, regressor, knots, values, gain, confirmed}: what stands in for it
 equivalents  [[names]] that these recordings cannot tell apart
-rivals       {name: {other name: nats behind}}
+rivals       {name: {other name: nats behind}}; below zero where a less plausible one is ahead
+doubts       {name: what speaks against it beforehand} of names that cannot be told apart
 not_excited  [names] that would not have shown
 not_told     [parameters] of the vehicle file of which these recordings say nothing
 next_trial   {why, trial} the experiment of the menu that would tell most, or null
@@ -117,6 +118,7 @@ class Verdict:
     curve: FoundCurve | None = None
     equivalents: tuple[tuple[str, ...], ...] = ()
     rivals: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    doubts: Mapping[str, str] = field(default_factory=dict)
     not_excited: tuple[str, ...] = ()
     not_told: tuple[str, ...] = ()
     next_trial: Mapping[str, Any] | None = None
