@@ -23,7 +23,7 @@ from benchmarks.real.surrogate import surrogate
 from slipbench.identification.mismatch.analysis import Analysis, accepted, begin
 from slipbench.identification.mismatch.explain import analyse
 from slipbench.identification.mismatch.fit.fitting import Fit
-from slipbench.identification.mismatch.fit.held_out import REJECTED, driven
+from slipbench.identification.mismatch.fit.held_out import driven
 from slipbench.identification.mismatch.runs import open_analysis
 from slipbench.identification.mismatch.simulation.model import Model, models
 from slipbench.identification.mismatch.simulation.piece import Piece
@@ -66,12 +66,11 @@ def _import(recordings: Path, case: Case) -> None:
 def _run(case: Case) -> None:
     model = _model(case)
     folders = [[BUILD / "runs" / n for n in names] for names in (case.training, case.held_out)]
-    started, used, messages = time.monotonic(), time.process_time(), list[str]()
+    started, used = time.monotonic(), time.process_time()
     analysis = _opened(case, model, *folders)
 
     def say(words: str) -> None:
         print(f"{time.monotonic() - started:6.1f} s  {case.name}: {words}", flush=True)
-        messages.append(words)
 
     analyse(analysis, say=say)
     result = verdict(analysis)
@@ -82,7 +81,6 @@ def _run(case: Case) -> None:
     tree["code"] = _code()
     records = (analysis.training.records, analysis.held_out.records if analysis.held_out else ())
     tree["notes"] = [note for part in records for r in part for note in r.notes]
-    tree["vetoes"] = [words for words in messages if words.startswith(REJECTED)]
     tree["by_record"] = [*_by_record(analysis, analysis.held_out), *_also(case, analysis)]
     folder = BUILD / case.name
     folder.mkdir(parents=True, exist_ok=True)
@@ -292,8 +290,8 @@ def _section(case: Case, result: dict[str, Any]) -> str:
         *(f"- Reading: {note}." for note in dict.fromkeys(result["notes"])),
         f"- Identified effects: {_effects(result)}.",
         *(
-            f"- Rejected by the held-out recordings: {words.removeprefix(REJECTED)[2:]}."
-            for words in result["vetoes"]
+            f"- Rejected by the held-out recordings: {veto['name']} ({veto['reason']})."
+            for veto in result["vetoes"]
         ),
         *_residual(result),
         *(f"- Indistinguishable here: {', '.join(names)}." for names in result["equivalents"]),

@@ -11,7 +11,7 @@ from slipbench.identification.mismatch.curves.curve import Curve
 from slipbench.identification.mismatch.curves.free_curve import FreeCurve
 from slipbench.identification.mismatch.curves.sufficiency import Remainder
 from slipbench.identification.mismatch.fit.fitting import Fit
-from slipbench.identification.mismatch.fit.held_out import Error
+from slipbench.identification.mismatch.fit.held_out import Error, Veto
 from slipbench.identification.mismatch.naming.accepting import place_of
 from slipbench.identification.mismatch.naming.naming import ALIKE, Named
 from slipbench.identification.mismatch.naming.score import SHOWN
@@ -32,6 +32,7 @@ class Analysis:
     """Everything that is known so far; filled step by step, so that a stop loses nothing.
 
     failure: step and error that ended it early; empty where none did.
+    vetoes: what held-out recordings contradict.
     kept: whether names stand though a free curve finds more beside them, since none does as well
     in their place.
     """
@@ -49,6 +50,7 @@ class Analysis:
     proof: list[Fit] = field(default_factory=list)
     errors: list[Error] = field(default_factory=list)
     free: FreeCurve | None = None
+    vetoes: list[Veto] = field(default_factory=list)
     kept: bool = False
     proposal: tuple[str, Any] | None = None
     done: int = 0

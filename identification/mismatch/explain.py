@@ -22,7 +22,13 @@ from slipbench.identification.mismatch.curves.sufficiency import remainder
 from slipbench.identification.mismatch.curves.trace import effect_of
 from slipbench.identification.mismatch.fit.calibrate import calibrate
 from slipbench.identification.mismatch.fit.fitting import Fit
-from slipbench.identification.mismatch.fit.held_out import CONFIRMED, carried_over, errors, proof
+from slipbench.identification.mismatch.fit.held_out import (
+    CONFIRMED,
+    carried_over,
+    errors,
+    proof,
+    veto,
+)
 from slipbench.identification.mismatch.fit.judge import Judge
 from slipbench.identification.mismatch.fit.sensitivity import change
 from slipbench.identification.mismatch.fit.turned import begun_at, plainest_turn
@@ -96,6 +102,7 @@ def _name(a: Analysis, library: Sequence[type[Effect]], say: Say) -> None:
     assert a.base is not None
     say(f"Screening {len(library)} effects")
     a.named = name(a.base, library, say, a.held_out)
+    a.vetoes = list(a.named.vetoes)
     a.headline = _headline(a)
 
 
@@ -119,7 +126,7 @@ def _doubt(a: Analysis, library: Sequence[type[Effect]], say: Say) -> None:
         return
     _look_after(a, say)
     if a.system.by_factors and len(a.named.names) > 1 and unexplained(a):
-        better = exchanged(a.named, library, a.held_out, say)
+        better = exchanged(a.named, library, a.held_out, say, a.vetoes)
         if better is not a.named:
             a.named = better
             _look_after(a, say)
@@ -145,7 +152,8 @@ def _free(a: Analysis, _: Sequence[type[Effect]], say: Say) -> None:
             a.kept = (a.system.by_factors or nearly_all(a)) and _foretell_more(a, found)
             a.free = None if a.kept else found
         elif any(c.certain and c.place == found.curve.place for c in a.before):
-            say("Free curve rejected: no improvement on the held-out recordings")
+            curve = f"free curve: {found.curve.place} along {found.curve.regressor}"
+            a.vetoes.append(veto(curve, found.confirmed, CONFIRMED))
             _withdraw(a, found.curve.place)
         else:
             return

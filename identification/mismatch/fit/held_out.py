@@ -51,14 +51,34 @@ def carried_over(fit: Fit, model: Model) -> Fit:
     return replace(unbent(settle(start, noises=2)), candidates=fit.candidates)
 
 
-REJECTED = "Rejected by the held-out recordings"
-"""Beginning of the progress message for an effect that they contradict; its name follows."""
+@dataclass(frozen=True)
+class Veto:
+    """What held-out recordings contradict: an effect or a free curve. gain, least: nats.
+
+    gain: held-out log-likelihood gain, at its best; least: what it would have gained if it were
+    right; reason: the same as a sentence.
+    """
+
+    name: str
+    gain: float
+    least: float
+    reason: str = ""
 
 
-def contradicted(before: Fit, after: Fit, model: Model) -> bool:
-    """Tell whether held-out recordings speak against what `after` has more than `before`.
+def veto(name: str, gain: float, least: float) -> Veto:
+    """Say why held-out recordings contradict what these names stand for."""
+    reason = (
+        f"the held-out log-likelihood changes by {gain:.0f} nats, and would rise by at least"
+        f" {least:.0f} nats if it were right"
+    )
+    return Veto(name, gain, least, reason)
 
-    They do where they would show it, if it were right, but gain less than chance may take from it.
+
+def contradicted(before: Fit, after: Fit, model: Model) -> Veto | None:
+    """Return the veto of held-out recordings against what `after` has more than `before`.
+
+    They speak against it where they would show it, if it were right, but gain less than chance may
+    take from it. None: they do not.
     """
     there, bare = carried_over(after, model), carried_over(before, model)
     without = replace(there.point, effects=bare.point.effects)
@@ -66,8 +86,15 @@ def contradicted(before: Fit, after: Fit, model: Model) -> bool:
     course = there.nuisances.off(flat(model, there.noise, trace))
     worth = 0.5 * float(course @ course)
     chance = 2.0 * math.sqrt(2.0 * worth)  # 2 sigma of what a right effect of that worth gains
-    least = bare.score + min(CONFIRMED, worth - chance)
-    return there.score < least and _added(bare, there.point.effects).score < least
+    least = min(CONFIRMED, worth - chance)
+    best = there.score
+    if best < bare.score + least:
+        best = max(best, _added(bare, there.point.effects).score)
+    if best >= bare.score + least:
+        return None
+    known = {e.key for e in before.point.effects}
+    news = [e.key for e in after.point.effects if e.key not in known]
+    return veto(" + ".join(news), best - bare.score, least)
 
 
 def _added(bare: Fit, effects: tuple[Effect, ...]) -> Fit:

@@ -12,7 +12,7 @@ from dataclasses import replace
 from slipbench.identification.mismatch.fit.calibrate import from_far
 from slipbench.identification.mismatch.fit.candidate import Candidate
 from slipbench.identification.mismatch.fit.fitting import Fit, with_effects
-from slipbench.identification.mismatch.fit.held_out import REJECTED, contradicted
+from slipbench.identification.mismatch.fit.held_out import Veto, contradicted
 from slipbench.identification.mismatch.fit.judge import Judge
 from slipbench.identification.mismatch.fit.scatter import FAMILY, SHARE
 from slipbench.identification.mismatch.naming.accepting import ENOUGH
@@ -29,17 +29,21 @@ Say = Callable[[str], None]
 
 
 def exchanged(
-    named: Named, library: Sequence[type[Effect]], held_out: Model | None, say: Say
+    named: Named,
+    library: Sequence[type[Effect]],
+    held_out: Model | None,
+    say: Say,
+    vetoes: list[Veto],
 ) -> Named:
     """Return the names with which more is explained; the same where there are none.
 
     A new name must bring ENOUGH nats over the old one, be certain over all that is tried, and not
-    be contradicted by the held-out recordings.
+    be contradicted by the held-out recordings. vetoes: what they contradict is added to these.
     """
     tests = survey(Judge.of(named.base), library).tests
     certainty = Certainty(FAMILY * SHARE / ((SURVEYS + ROUNDS * MOST) * tests), held_out)
     for _ in range(ROUNDS):
-        better = _better(named, library, certainty, say)
+        better = _better(named, library, certainty, say, vetoes)
         if better is None:
             break
         named = better
@@ -47,7 +51,11 @@ def exchanged(
 
 
 def _better(
-    named: Named, library: Sequence[type[Effect]], certainty: Certainty, say: Say
+    named: Named,
+    library: Sequence[type[Effect]],
+    certainty: Certainty,
+    say: Say,
+    vetoes: list[Veto],
 ) -> Named | None:
     old, held_out = named.fit, certainty.held_out
     found = [f for i in range(len(old.candidates)) for f in _without(old, i, library, say)]
@@ -56,9 +64,10 @@ def _better(
             break
         if not certainty.all_hold(new):
             continue
-        if held_out is None or not contradicted(named.base, new, held_out):
+        against = None if held_out is None else contradicted(named.base, new, held_out)
+        if against is None:
             return _renamed(named, new, say)
-        say(f"{REJECTED}: {new.candidates[-1].name}")
+        vetoes.append(against)
     return None
 
 

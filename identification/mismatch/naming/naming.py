@@ -11,7 +11,7 @@ from itertools import combinations
 
 from slipbench.identification.mismatch.fit.calibrate import astray, followed
 from slipbench.identification.mismatch.fit.fitting import Fit
-from slipbench.identification.mismatch.fit.held_out import REJECTED, contradicted
+from slipbench.identification.mismatch.fit.held_out import Veto, contradicted
 from slipbench.identification.mismatch.fit.judge import Judge
 from slipbench.identification.mismatch.fit.scatter import FAMILY, SHARE
 from slipbench.identification.mismatch.naming.accepting import ENOUGH, passes
@@ -25,6 +25,7 @@ from slipbench.identification.mismatch.naming.full_fits import (
     full_fits,
 )
 from slipbench.identification.mismatch.naming.interval import significance
+from slipbench.identification.mismatch.naming.plausibility import doubts, plausible_first
 from slipbench.identification.mismatch.naming.pruning import pruned
 from slipbench.identification.mismatch.naming.score import Score, survey
 from slipbench.identification.mismatch.simulation.model import Model
@@ -43,6 +44,8 @@ class Named:
     """What was accepted. base: without any; rivals: name -> nats behind, by accepted name.
 
     p: of the strongest of all that was tried, family-wise over the library and the free curves.
+    vetoes: what passed on the training recordings and held-out ones contradict.
+    doubts: what speaks against names beforehand (see plausibility.py), by name.
     """
 
     base: Fit
@@ -50,6 +53,8 @@ class Named:
     scores: list[Score]
     p: float
     rivals: dict[str, dict[str, float]] = field(default_factory=dict)
+    vetoes: tuple[Veto, ...] = ()
+    doubts: dict[str, str] = field(default_factory=dict)
 
     @property
     def names(self) -> list[str]:
@@ -70,10 +75,12 @@ def name(
     surveys = SURVEYS if base.model.system.by_factors else 1 + astray(base)
     certainty = Certainty(FAMILY * SHARE / (surveys * first.tests), held_out)
     fit, rivals, found, best_p = base, dict[str, dict[str, float]](), first.scores, 1.0
+    vetoes, doubtful = list[Veto](), dict[str, str]()
     while len(fit.candidates) < MOST:
         rough = fit.coarse()
         done = by_score([*full_fits(rough, found, say), *as_believed_fits(rough, library, say)])
-        passed = [t for t in done if passes(rough, t, certainty)][:CHANCES]
+        passed = [t for t in done if passes(rough, t, certainty)]
+        passed = plausible_first(passed, len(rough.candidates), ALIKE)[:CHANCES]
         if not passed and not base.model.system.by_factors:
             bent = absorbed_fits(rough, found, say)
             passed = [t for t in bent if passes(rough, t, certainty)][:CHANCES]
@@ -85,11 +92,12 @@ def name(
             )[:CHANCES]
         if not passed:
             best_p = min((_least_p(rough, t) for t in done), default=1.0)
-        best, finer = _first_that_holds(fit, passed, certainty, say)
+        best, finer = _first_that_holds(fit, passed, certainty, vetoes)
         if best is None or finer is None:
             break
         news = [c.name for c in best.candidates if c.name not in {e.name for e in fit.candidates}]
         rivals[" + ".join(news)] = _behind(best, done)
+        doubtful |= _doubts(fit, [best, *done])
         say(f"Accepted: {', '.join(news)} (log-likelihood gain {finer.score - fit.score:.0f} nats)")
         fit = finer
         found = survey(Judge.of(fit), library).scores
@@ -97,20 +105,22 @@ def name(
     certain = [certainty.p(fit, i) for i in range(len(fit.candidates))]
     rivals = rivals if certain else {}
     least = min(certain) if certain else max(best_p, certainty.limit)
-    return Named(base, fit, first.scores, min(1.0, least / certainty.limit * FAMILY), rivals)
+    p = min(1.0, least / certainty.limit * FAMILY)
+    return Named(base, fit, first.scores, p, rivals, tuple(vetoes), doubtful)
 
 
 def _first_that_holds(
-    fit: Fit, passed: Sequence[Fit], certainty: Certainty, say: Say
+    fit: Fit, passed: Sequence[Fit], certainty: Certainty, vetoes: list[Veto]
 ) -> tuple[Fit | None, Fit | None]:
-    """Return the first that passes with fine steps as well, coarse and fine."""
+    """Return the first that passes with fine steps as well, coarse and fine; note the vetoes."""
     held_out = certainty.held_out
     for rough in passed:
         finer = followed(rough.fine(fit.model))
         if passes(fit, finer, certainty):
-            if held_out is None or not contradicted(fit, finer, held_out):
+            against = None if held_out is None else contradicted(fit, finer, held_out)
+            if against is None:
                 return rough, finer
-            say(f"{REJECTED}: {rough.candidates[-1].name}")
+            vetoes.append(against)
     return None, None
 
 
@@ -129,6 +139,13 @@ def _pairs(fit: Fit, scores: Sequence[Score], certainty: Certainty, say: Say) ->
         done.append(fitted(fit, a, b))
     passed = [d for d in done if d is not None and passes(fit, d, certainty)]
     return sorted(passed, key=lambda d: -d.score)
+
+
+def _doubts(fit: Fit, tried: Sequence[Fit]) -> dict[str, str]:
+    """Say what speaks beforehand against effects that were tried beside those of a fit."""
+    news = {c.name: (c, t) for t in tried for c in t.effects[len(fit.candidates) :]}
+    found = {name: doubts(c, t) for name, (c, t) in news.items()}
+    return {name: priors[0].reason for name, priors in found.items() if priors}
 
 
 def _behind(best: Fit, tried: Sequence[Fit]) -> dict[str, float]:

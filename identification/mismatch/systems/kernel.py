@@ -26,17 +26,17 @@ ADVANCE = (
 )
 AT = (
     "f8(i8,f8,f8,f8,b1,b1,f8[::1],f8[::1],i8[::1],i8[::1],i8[::1],f8[:,::1],f8[::1],f8[::1],f8[::1],"
-    "f8[:,::1],i8,f8)"
+    "f8[:,::1],i8,f8,f8[::1])"
 )
-COMMON = (
-    "fraction, commit, init, x, dx, code, where, other, par, q, spill, memory, rings, count, step"
-)
+COMMON = "fraction, commit, init, x, dx, code, where, other, par, q, spill, memory, rings, count, step, held"
 ALL = f"{COMMON}, push, values, busy"
 """What `rates` knows besides: pushes, what is told of every place, and where something acts."""
 
-PAST = """def past(ring, count, fraction, value, delay_steps):
+# A held input is level over each step: drawn as a line between their beginnings it would come half
+# a step early. `steady`: it is one; its mean over the step is returned.
+PAST = """def past(ring, count, fraction, value, delay_steps, steady):
     mask = len(ring) - 1
-    place = fraction - delay_steps
+    place = (0.0 if steady else fraction) - delay_steps
     if place >= 0.0:
         if fraction <= 0.0:
             return value
@@ -159,7 +159,7 @@ def _branch(kind: type[SeamEffect]) -> Iterator[str]:
         "memory": "memory[i]",
         "step": "step",
         "rate_of": "own",
-        "past": "past(rings[i], count, fraction, value, par[i, 0] / step)",
+        "past": "past(rings[i], count, fraction, value, par[i, 0] / step, j < len(held) and held[j] > 0.0)",
     }
     known |= {name: f"par[i, {k}]" for k, name in enumerate(names)}
     known |= {name: f"x[b + {k}]" for k, name in enumerate(kind.states)}

@@ -6,6 +6,7 @@ from typing import Any
 
 from slipbench.identification.mismatch.analysis import (
     Analysis,
+    accepted,
     described,
     equivalents,
     not_excited,
@@ -29,6 +30,8 @@ from slipbench.identification.mismatch.simulation.along import (
 )
 from slipbench.identification.mismatch.simulation.system import System
 from slipbench.identification.mismatch.telling.improved import not_told
+from slipbench.identification.mismatch.telling.improvement import Improvement, improvement
+from slipbench.identification.mismatch.telling.regressor import regressor_of
 from slipbench.identification.mismatch.telling.verdict import (
     FoundCurve,
     FoundEffect,
@@ -70,12 +73,13 @@ def _full(a: Analysis) -> Verdict:
     assert a.named is not None
     doubt = unexplained(a)
     effects = () if doubt else tuple(_effects(a.named))
+    along = effects[0].regressor if effects else ""
     left = (a.after if a.named.names else a.before) if doubt else a.before
     p = min(a.named.p, _least(a.before))
     return Verdict(
         mismatch=p < FAMILY,
         p_value=p,
-        location=_place(a, left, doubt),
+        location=_place(a, left, doubt, along),
         effects=effects,
         unknown=doubt,
         shape=_shape(a, where_found(a) or left[0]) if doubt and left else "",
@@ -83,9 +87,12 @@ def _full(a: Analysis) -> Verdict:
         curve=_curve(a.free),
         equivalents=tuple(equivalents(a.named)) if not doubt else (),
         rivals=a.named.rivals,
+        doubts={} if doubt else _doubts(a.named),
         not_excited=tuple(not_excited(a.named)),
         not_told=tuple(not_told(a.named.fit)),
         next_trial=_proposed(a),
+        improvement=_improvement(a),
+        vetoes=tuple(a.vetoes),
         held_out=tuple(a.errors),
         headline=a.headline,
         lack_of_fit=tuple(f for f in (lack_of_fit(a.base), lack_of_fit(a.named.fit)) if f)
@@ -93,6 +100,19 @@ def _full(a: Analysis) -> Verdict:
         else (),
         left_out=_left_out(a),
     )
+
+
+def _doubts(named: Named) -> dict[str, str]:
+    """Say what speaks beforehand against names that cannot be told apart."""
+    tied = {name for names in equivalents(named) for name in names}
+    return {name: why for name, why in named.doubts.items() if name in tied}
+
+
+def _improvement(a: Analysis) -> Improvement | None:
+    """Compare, on held-out recordings, the re-calibrated system and the one that stands."""
+    if not a.proof or a.base is None or accepted(a) is a.base:
+        return None
+    return improvement(*a.proof[1:])
 
 
 def _left_out(a: Analysis) -> tuple[str, ...]:
@@ -151,20 +171,21 @@ def in_written_units(curve: Curve, system: System) -> tuple[Curve, str]:
     return replace(curve, knots=x * curve.knots, values=y * curve.values, unit=of_values), unit
 
 
-def _place(a: Analysis, left: Sequence[Curve], doubt: bool) -> Location | None:
+def _place(a: Analysis, left: Sequence[Curve], doubt: bool, along: str) -> Location | None:
     """Where it acts: as the names that stand tell, or as the free curves alone do.
 
     What a free curve imitates best may sit at the next seam; a name that explains all knows.
+    along: the regressor of the first of these names.
     """
     assert a.named is not None
     seen = _location(a, where_found(a), a.when)
-    told = None if doubt else _of_the_named(a.system, a.named)
+    told = None if doubt else _of_the_named(a.system, a.named, along)
     if told is None:
         first = left[0] if doubt and left and left[0].certain else None
         return seen or _location(a, first)
     if seen is None:
         return told
-    if seen.injection == told.injection:
+    if seen.injection == told.injection and seen.regressor == (along or seen.regressor):
         return seen
     shape = (
         f"{told.shape}; localized without the library at {seen.injection} along {seen.regressor}"
@@ -173,14 +194,14 @@ def _place(a: Analysis, left: Sequence[Curve], doubt: bool) -> Location | None:
         seen,
         block=told.block,
         injection=told.injection,
-        regressor="",
+        regressor=along,
         shape=shape,
         gain=told.gain,
         confirmed=seen.confirmed,
     )
 
 
-def _of_the_named(system: System, named: Named) -> Location | None:
+def _of_the_named(system: System, named: Named, along: str) -> Location | None:
     """Where the first named effect acts; None where nothing is named, or its place is unknown."""
     if not named.fit.effects:
         return None
@@ -188,7 +209,7 @@ def _of_the_named(system: System, named: Named) -> Location | None:
     place = system.acts_at(first.pattern)
     if not place:
         return None
-    return Location(first.kind.block, place, "", "as described by its equation", named.gain, 0.0)
+    return Location(first.kind.block, place, along, "as described by its equation", named.gain, 0.0)
 
 
 def _remains(a: Analysis) -> Remains | None:
@@ -215,6 +236,7 @@ def _effects(named: Named) -> list[FoundEffect]:
             tuple(estimates(named.fit, i)),
             named.gain,
             " ".join(c.kind.page().get("Trace", "").split()),
+            regressor_of(named.fit, i),
         )
         for i, c in enumerate(named.fit.effects)
     ]

@@ -1,6 +1,6 @@
 """The verdict in sentences and lines of text."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from math import floor, log10, pi
 
@@ -14,7 +14,9 @@ from slipbench.identification.mismatch.simulation.along import (
     quantity_of,
 )
 from slipbench.identification.mismatch.simulation.written_units import WrittenUnits
+from slipbench.identification.mismatch.telling.gain_in_words import improvement_in_words, ratio
 from slipbench.identification.mismatch.telling.verdict import (
+    INTERVALS,
     FoundEffect,
     Location,
     Remains,
@@ -41,6 +43,11 @@ def sentence(verdict: Verdict) -> str:
         return f"Mismatch detected{place}; the effect is not identified yet."
     found = "; ".join(_effect(e, verdict) for e in verdict.effects)
     return f"{found[0].upper()}{found[1:]} that the simulation lacks.{_proof(verdict)}"
+
+
+def effect_along(effect: FoundEffect) -> str:
+    """Say along what an effect acts."""
+    return along(effect.regressor) or " (along no single quantity)"
 
 
 def _no_mismatch(verdict: Verdict) -> str:
@@ -120,21 +127,10 @@ def with_spread(value: float, spread: float) -> str:
 
 
 def _proof(verdict: Verdict) -> str:
-    best = headline_error(verdict)
-    if best is None:
+    if verdict.improvement is None:
         return ""
-    best = shown_error(best, verdict)
-    goes = "falls" if best.improved < best.nominal else "does not fall: it goes"
-    return (
-        f" The held-out RMS error of {best.output.replace('_', ' ')} {goes} from {best.nominal:.2g}"
-        f" ({best.calibrated:.2g} calibrated) to {best.improved:.2g} {best.unit},"
-        f" noise floor {best.floor:.2g} ({best.floor_from})."
-    )
-
-
-def headline_error(verdict: Verdict) -> Error | None:
-    """The output that was chosen on the training recordings."""
-    return next((e for e in verdict.held_out if e.output == verdict.headline), None)
+    told = improvement_in_words(verdict.improvement, verdict.headline, verdict.written)
+    return f" {told}"
 
 
 def lines(verdict: Verdict) -> list[str]:
@@ -142,8 +138,14 @@ def lines(verdict: Verdict) -> list[str]:
     early = [said] if (said := early_end(verdict)) else []
     chances = f"  family-wise p-value  {chance(verdict)}"
     return [*early, sentence(verdict), "", chances, *_evidence(verdict), *_limits(verdict)] + [
-        _error(shown_error(e, verdict)) for e in verdict.held_out
+        _error(shown_error(e, verdict), _against(verdict, e)) for e in verdict.held_out
     ]
+
+
+def _against(verdict: Verdict, e: Error) -> str:
+    """Say the interval of improved over re-calibrated; empty where nothing was found."""
+    found = verdict.improvement.of(e.output) if verdict.improvement else None
+    return f"; improved/re-calibrated: {ratio(found.simulation)}" if found else ""
 
 
 def _evidence(verdict: Verdict) -> Iterator[str]:
@@ -157,12 +159,26 @@ def _evidence(verdict: Verdict) -> Iterator[str]:
     if where and where.band and where.region:
         yield (f"  when           {circumstances(where, verdict.written)}")
     for effect in verdict.effects:
+        yield f"  {effect.name} acts{effect_along(effect)}"
         for p in (shown(p, effect, verdict) for p in effect.parameters):
             yield f"  {effect.name}.{p.name} = {p.value:.5g} [{p.low:.5g}, {p.high:.5g}] {p.unit}"
         yield f"    trace: {effect.trace}"
+    if verdict.effects:
+        yield f"  {INTERVALS}"
     for found, behind in verdict.rivals.items():
-        others = ", ".join(f"{n} ({nats:.0f} nats lower)" for n, nats in behind.items())
+        others = ", ".join(f"{n} ({lower(nats)})" for n, nats in behind.items())
         yield f"  competing explanations of {found}: {others or 'none'}"
+
+
+def lower(nats: float) -> str:
+    """Say by how much the log-likelihood of a name is below that of the accepted one."""
+    return f"{nats:.0f} nats lower" if nats >= 0.0 else f"{-nats:.0f} nats higher, less plausible"
+
+
+def tied(names: Sequence[str], verdict: Verdict) -> str:
+    """List names that cannot be told apart, each with what speaks against it beforehand."""
+    against = (f" ({verdict.doubts[n]})" if n in verdict.doubts else "" for n in names)
+    return ", ".join(f"{n}{why}" for n, why in zip(names, against, strict=True))
 
 
 def circumstances(where: Location, written: WrittenUnits) -> str:
@@ -185,8 +201,10 @@ def _region(where: Location, written: WrittenUnits) -> str:
 def _limits(verdict: Verdict) -> Iterator[str]:
     if verdict.remains:
         yield f"  residual       {remains(verdict.remains)}"
+    for veto in verdict.vetoes:
+        yield f"  rejected by the held-out recordings: {veto.name} ({veto.reason})"
     for names in verdict.equivalents:
-        yield f"  indistinguishable in these recordings: {', '.join(names)}"
+        yield f"  indistinguishable in these recordings: {tied(names, verdict)}"
     if verdict.not_excited:
         yield f"  not excited: {', '.join(verdict.not_excited)}"
     if verdict.not_told:
@@ -215,10 +233,8 @@ def remains(left: Remains) -> str:
     )
 
 
-def _error(e: Error) -> str:
-    low, high = e.interval
+def _error(e: Error, against: str) -> str:
     return (
-        f"  {e.output:<20} {e.nominal:10.4g} -> {e.calibrated:10.4g} -> {e.improved:10.4g}"
-        f" {e.unit:<6} noise floor {e.floor:.3g} ({e.floor_from});"
-        f" improved/nominal {low:.3f} to {high:.3f}"
+        f"  {e.output:<20} {e.calibrated:10.4g} -> {e.improved:10.4g} {e.unit:<6}"
+        f" noise floor {e.floor:.3g} ({e.floor_from}){against}; nominal {e.nominal:.4g}"
     )

@@ -7,6 +7,10 @@ import jinja2
 from markupsafe import Markup
 
 from slipbench.identification.mismatch.analysis import Analysis, accepted, described
+from slipbench.identification.mismatch.simulation.written_units import WrittenUnits
+from slipbench.identification.mismatch.telling.evidence_figure import Residuals, evidence_svg
+from slipbench.identification.mismatch.telling.gain_in_words import ratio, shown_by
+from slipbench.identification.mismatch.telling.hypotheses import hypotheses
 from slipbench.identification.mismatch.telling.memo import (
     along,
     chance,
@@ -16,11 +20,11 @@ from slipbench.identification.mismatch.telling.memo import (
     sentence,
     shown,
     shown_error,
+    tied,
 )
-from slipbench.identification.mismatch.telling.pictures import curve_svg, proof_svg
-from slipbench.identification.mismatch.telling.verdict import Verdict
+from slipbench.identification.mismatch.telling.pictures import curve_svg
+from slipbench.identification.mismatch.telling.verdict import INTERVALS, Verdict
 
-SHOWN = 5  # curves of the table
 RESIDUAL_TEST = 3  # steps before it
 NOT_IN_THE_FILE = (
     "acts along a quantity that no file can hold: the improved file has the calibrated parameters"
@@ -29,7 +33,7 @@ NOT_IN_THE_FILE = (
 
 
 def memo_page(a: Analysis, verdict: Verdict) -> str:
-    """HTML page: the sentence, the evidence, competing explanations, open questions."""
+    """HTML page: the finding, the figure that shows it, hypotheses, what stays open, the numbers."""
     certain = [c for c in a.before if c.certain]
     environment = jinja2.Environment(
         autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
@@ -38,6 +42,8 @@ def memo_page(a: Analysis, verdict: Verdict) -> str:
         "words": lambda s: s.replace("_", " "),
         "short": lambda x: f"{x:.4g}",
         "along": along,
+        "nats": lambda x: "" if x is None else f"{x:.0f}",
+        "ratio": lambda c: ratio(c).removeprefix("ratio "),
         "in_file_unit": lambda p, e: shown(p, e, verdict),
         "error_in_file_unit": lambda e: shown_error(e, verdict),
     }
@@ -56,12 +62,31 @@ def memo_page(a: Analysis, verdict: Verdict) -> str:
         curve=_figure(lambda: curve_svg(certain[0], a.free.curve if a.free else None, a.system))
         if certain and verdict.location
         else "",
-        curves=certain[1 : 1 + SHOWN],
-        proof=_figure(lambda: proof_svg(a.proof, verdict.headline, verdict.written))
-        if a.proof
+        evidence=_figure(lambda: evidence_svg(*_evidence(a, verdict)))
+        if verdict.improvement
         else "",
+        shown=_shown(verdict),
+        hypotheses=hypotheses(a, verdict),
+        intervals=INTERVALS,
+        undecided=list(_undecided(verdict)),
+        unexcited=list(_unexcited(verdict)),
         open=list(_open(a, verdict)),
     )
+
+
+def _shown(verdict: Verdict) -> str:
+    found = verdict.improvement
+    return shown_by(found, verdict.headline).output if found else verdict.headline
+
+
+def _evidence(a: Analysis, verdict: Verdict) -> tuple[Residuals, str, WrittenUnits]:
+    """Return what the figure shows: residuals, the regressor and the units of the file."""
+    assert verdict.improvement is not None
+    shown = shown_by(verdict.improvement, verdict.headline)
+    along = verdict.effects[0].regressor if verdict.effects else ""
+    along = a.free.curve.regressor if a.free and not along else along
+    residuals = Residuals.of(a.proof[1:], shown, verdict.written)
+    return residuals, along, verdict.written
 
 
 def _figure(draw: Callable[[], str]) -> Markup:
@@ -77,8 +102,24 @@ def in_the_file(a: Analysis) -> bool:
     return a.free is None or len(accepted(a).candidates) > len(a.free.beside)
 
 
+def _undecided(verdict: Verdict) -> Iterator[tuple[str, str]]:
+    """Yield what cannot be told apart, and the trial that would tell."""
+    for names in verdict.equivalents:
+        yield "indistinguishable", tied(names, verdict).replace("_", " ")
+    if verdict.next_trial:
+        yield "next trial", str(verdict.next_trial["why"])
+
+
+def _unexcited(verdict: Verdict) -> Iterator[tuple[str, str]]:
+    """Yield effects and parameters of which these recordings say nothing."""
+    if verdict.not_excited:
+        yield "effects", ", ".join(verdict.not_excited).replace("_", " ")
+    if verdict.not_told:
+        yield "parameters", ", ".join(verdict.not_told)
+
+
 def _open(a: Analysis, verdict: Verdict) -> Iterator[tuple[str, str]]:
-    """Yield what these recordings cannot decide: heading and text."""
+    """Yield what limits the result: heading and text."""
     left = [c for c in a.after if c.certain]
     if left:
         yield ("residual", f"{left[0].place}{along(left[0].regressor)}, {left[0].gain:.0f} nats")
@@ -86,15 +127,7 @@ def _open(a: Analysis, verdict: Verdict) -> Iterator[tuple[str, str]]:
         yield "residual", "no significant unmodelled dynamics"
     for when, test in zip(("calibrated", "improved"), verdict.lack_of_fit, strict=False):
         yield f"lack of fit, {when}", f"F = {test.f:.3g}, p = {test.p_value:.2g} (repeated trials)"
-    for names in verdict.equivalents:
-        yield "indistinguishable", ", ".join(names).replace("_", " ")
-    if verdict.not_excited:
-        yield "not excited", ", ".join(verdict.not_excited).replace("_", " ")
     if not in_the_file(a):
         yield "the curve", NOT_IN_THE_FILE
-    if verdict.not_told:
-        yield "not identifiable", ", ".join(verdict.not_told)
     for told in left_out(verdict):
         yield "left out", told
-    if verdict.next_trial:
-        yield "next trial", str(verdict.next_trial["why"])

@@ -1,12 +1,9 @@
-"""The figures of the memo: the located curve, and held-out residuals before and after."""
-
-from collections.abc import Sequence
+"""The figure of the free curves: as localized, and as fitted inside the simulation."""
 
 import numpy as np
 from matplotlib.axes import Axes
 
 from slipbench.identification.mismatch.curves.curve import Curve
-from slipbench.identification.mismatch.fit.fitting import Fit
 from slipbench.identification.mismatch.simulation.along import (
     ANGLE,
     HYSTERESIS,
@@ -18,14 +15,12 @@ from slipbench.identification.mismatch.simulation.along import (
     step_response,
 )
 from slipbench.identification.mismatch.simulation.system import System
-from slipbench.identification.mismatch.simulation.written_units import SI, WrittenUnits
 from slipbench.identification.mismatch.telling.conclude import in_written_units
 from slipbench.identification.report import drawing as d
 from slipbench.plant.signals import Floats
 
 SOON = 0.01
 """Seconds after a step up to which time is drawn evenly."""
-LOOKS = ((d.ORANGE, "calibrated"), (d.BLUE, "improved"))
 
 
 def curve_svg(located: Curve, inside: Curve | None, system: System) -> str:
@@ -82,62 +77,3 @@ def _points(curve: Curve) -> tuple[Floats, Floats]:
     if curve.kind != PAST:
         return curve.knots, curve.values
     return curve.knots, step_response(curve.knots, curve.values, curve.knots)
-
-
-def proof_svg(runs: Sequence[Fit], output: str, written: WrittenUnits = SI) -> str:
-    """Draw residuals of one output before and after: in time, frequency and orders of the wheel.
-
-    runs: on held-out recordings: the file's system, re-calibrated, with what was found.
-    """
-    chain = runs[0].model.chain
-    si = runs[0].model.records[0].sensors[output].unit
-    scale = written.factor(si, output.replace("_", " "))
-    b = next(i for i, k in enumerate(chain.blocks) if output in k.outputs)
-    j = chain.blocks[b].outputs.index(output)
-    pattern = next((i for i, k in enumerate(chain.blocks) if not k.order), None)
-    domains = [_time, _frequency] if chain.blocks[b].order else []
-    with d.style():
-        figure, panels = d.side_by_side(len(domains) + (pattern is not None), 3.2)
-        for fit, (colour, label) in zip(runs[1:], LOOKS, strict=True):
-            for axes, draw in zip(panels, domains, strict=False):
-                draw(axes, fit, b, j, scale, colour, label)
-            if pattern is not None:
-                _orders(panels[-1], fit, b if not chain.blocks[b].order else pattern, colour, label)
-        d.legend(panels[0], 2)
-        return d.svg(figure, "held_out")
-
-
-def _time(
-    axes: Axes, fit: Fit, b: int, j: int, scale: tuple[float, str], colour: str, label: str
-) -> None:
-    record, (factor, unit) = fit.model.records[0], scale
-    rest = factor * fit.rest[b][0][:, j]
-    d.line(axes, record.grid.centre[: rest.size], rest, color=colour, label=label, lw=0.9)
-    axes.set(xlabel="time / s", ylabel=f"measured minus simulated / {unit}")
-
-
-def _frequency(
-    axes: Axes, fit: Fit, b: int, j: int, scale: tuple[float, str], colour: str, label: str
-) -> None:
-    """Draw the mean spectrum over all recordings, as long as the shortest."""
-    factor, unit = scale
-    width = fit.model.records[0].grid.width
-    length = min(len(r) for r in fit.rest[b])
-    window = np.hanning(length)[:, None]
-    pieces = factor * np.stack([r[:length, j] for r in fit.rest[b]], axis=1)
-    lines = np.abs(np.fft.rfft(pieces * window, axis=0)) * 2.0 / window.sum()
-    mean = np.sqrt(np.mean(lines**2, axis=1))
-    grid = np.fft.rfftfreq(length, width)
-    axes.semilogy(grid[1:], np.maximum(mean[1:], 1e-12), color=colour, label=label, lw=0.9)
-    axes.set(xlabel="frequency / Hz", ylabel=f"amplitude / {unit}", xlim=(0.0, 0.25 / width))
-
-
-def _orders(axes: Axes, fit: Fit, b: int, colour: str, label: str) -> None:
-    """Draw the orders of the wheel in the residual of its tooth pattern."""
-    output = fit.model.chain.blocks[b].outputs[0]
-    teeth = fit.model.records[0].sensors[output].teeth
-    turns: Floats = np.concatenate([r[:, 0] for r in fit.rest[b]]).reshape(-1, teeth)
-    lines = 2.0 / teeth * np.abs(np.fft.rfft(turns.mean(axis=0)))
-    orders = np.arange(1, lines.size)
-    axes.semilogy(orders, np.maximum(lines[1:], 1e-12), color=colour, marker="o", ms=3, label=label)
-    axes.set(xlabel=f"order of {output.split('_')[0]} wheel", ylabel="relative speed / 1")

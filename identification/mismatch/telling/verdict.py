@@ -1,20 +1,27 @@
 """Result of an analysis as data: the content of verdict.json.
 
+version      of this form; it counts up where a field is added
 mismatch     {found, p_value}: whether simulation and recordings differ, and the family-wise p;
              null where the analysis ended before a conclusion
 location     {block, injection, regressor, band, region, along, direction, shape, gain, ...}
              or null
-effects      [{name, subject, block, gain, trace, parameters: [{name, value, unit, interval}]}],
-             strongest first; trace: what it leaves in recordings, from the effect's page
+effects      [{name, subject, block, gain, trace, regressor, parameters: [{name, value, unit,
+             interval}]}], strongest first; trace: what it leaves in recordings, from the effect's
+             page; regressor: the quantity along which it acts
+intervals    what the intervals of the parameters are conditional on
 unknown      {found, shape}: something is missing that no effect of the library is
 remains      {injection, regressor, shape, share}: what stays unexplained beside names that stand,
              as a share of what they explain in mean squares; null where nothing or not weighed
 curve        {injection, unit, regressor, knots, values, gain, confirmed}: what stands in for it
 equivalents  [[names]] that these recordings cannot tell apart
-rivals       {name: {other name: nats behind}}
+rivals       {name: {other name: nats behind}}; below zero where a less plausible one is ahead
+doubts       {name: what speaks against it beforehand} of names that cannot be told apart
 not_excited  [names] that would not have shown
 not_told     [parameters] of the vehicle file of which these recordings say nothing
 next_trial   {why, trial} the experiment of the menu that would tell most, or null
+improvement  {log_likelihood_gain, interval, outputs: [{output, unit, share, simulation, one_step,
+             band, in_band}]}: held out, improved against re-calibrated; null where nothing was found
+vetoes       [{name, gain, least, reason}]: what held-out recordings contradict
 held_out     [{output, unit, nominal, calibrated, improved, floor, floor_from, interval}]
 headline     the output of the first sentence, chosen on the training recordings
 lack_of_fit  [{trials, f, p_value}] of repeated trials: re-calibrated, and with what was found
@@ -30,11 +37,18 @@ from dataclasses import asdict, dataclass, field
 from typing import Any
 
 from slipbench.identification.mismatch.fit.floor import LackOfFit
-from slipbench.identification.mismatch.fit.held_out import Error
+from slipbench.identification.mismatch.fit.held_out import Error, Veto
 from slipbench.identification.mismatch.naming.interval import Estimate
 from slipbench.identification.mismatch.simulation.written_units import SI, WrittenUnits
+from slipbench.identification.mismatch.telling.improvement import Improvement
 from slipbench.protocol.extras import optional_library
 from slipbench.protocol.notebook import card
+
+VERSION = 2
+INTERVALS = (
+    "Intervals hold for this set of effects only: they do not include that another set is the right"
+    " one."
+)
 
 
 @dataclass(frozen=True)
@@ -64,6 +78,7 @@ class FoundEffect:
     parameters: tuple[Estimate, ...]
     gain: float
     trace: str = ""
+    regressor: str = ""
 
 
 @dataclass(frozen=True)
@@ -103,9 +118,12 @@ class Verdict:
     curve: FoundCurve | None = None
     equivalents: tuple[tuple[str, ...], ...] = ()
     rivals: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    doubts: Mapping[str, str] = field(default_factory=dict)
     not_excited: tuple[str, ...] = ()
     not_told: tuple[str, ...] = ()
     next_trial: Mapping[str, Any] | None = None
+    improvement: Improvement | None = None
+    vetoes: tuple[Veto, ...] = ()
     held_out: tuple[Error, ...] = ()
     headline: str = ""
     lack_of_fit: tuple[LackOfFit, ...] = ()
@@ -137,7 +155,7 @@ class Verdict:
 
 def as_tree(verdict: Verdict) -> dict[str, Any]:
     """Return the verdict as verdict.json tells it."""
-    tree = asdict(verdict)
+    tree = {"version": VERSION, **asdict(verdict), "intervals": INTERVALS}
     del tree["written"]
     tree["mismatch"] = {"found": verdict.mismatch, "p_value": tree.pop("p_value")}
     tree["unknown"] = {"found": verdict.unknown, "shape": tree.pop("shape")}

@@ -28,7 +28,7 @@ def after_exchange(bare: Fit, key: str) -> tuple[Named, Named]:
     kind = next(k for k in library if k().key == key)
     fit = from_far(with_effects(bare, (next(candidates(kind)),)))
     named = Named(bare, fit, [], 0.0, {key: {"dead_zone.deflection": 3.0}})
-    return named, exchanged(named, library, None, print)
+    return named, exchanged(named, library, None, print, [])
 
 
 def test_a_wrong_name_is_exchanged_for_the_right_one_and_becomes_its_rival(bare) -> None:

@@ -119,7 +119,10 @@ def test_held_out_recordings_contradict_what_they_would_show_and_do_not():
     right = settle(_with(bare, Backlash(slack=8e-3)))
     wrong = _with(bare, DrivelineLoss(loss=0.2))
     assert not contradicted(bare, right, held_out)
-    assert contradicted(bare, wrong, held_out)
+    against = contradicted(bare, wrong, held_out)
+    assert against is not None
+    assert against.name == "driveline_loss"
+    assert against.gain < against.least
 
 
 def _with(fit: Fit, effect) -> Fit:

@@ -14,6 +14,7 @@ from slipbench.identification.mismatch.analysis import begin
 from slipbench.identification.mismatch.explain import NAMES, STEPS, analyse, known_so_far
 from slipbench.identification.mismatch.telling import conclude, memo_page, output
 from slipbench.identification.mismatch.telling.conclude import verdict
+from slipbench.identification.mismatch.telling.hypotheses import hypotheses
 from slipbench.protocol.errors import InputError
 from tests.identification.mismatch.spring import recorded, system
 
@@ -134,3 +135,36 @@ def test_the_memo_quotes_the_trace_of_the_effect_of_a_model_file(hardening):
     page = hardening.named.fit.effects[0].kind.page()["Trace"]
     assert effect.trace == " ".join(page.split())
     assert effect.trace
+
+
+def test_the_memo_leads_with_the_finding_then_figure_hypotheses_and_what_is_open(hardening):
+    page = memo_page.memo_page(hardening, verdict(hardening))
+    order = [
+        "against the re-calibrated file",
+        'aria-label="held_out"',
+        "<h2>Hypotheses</h2>",
+        "What cannot be told apart",
+        "What was not excited",
+        "Missing effects",
+        "Errors on held-out recordings",
+    ]
+    places = [page.index(words) for words in order]
+    assert places == sorted(places)
+    assert "Not drawn" not in page
+    assert "@media print" in page
+    assert "src=" not in page
+    assert 'href="http' not in page
+
+
+def test_the_table_of_hypotheses_has_the_gains_of_what_stands_on_both_sets(hardening):
+    told = verdict(hardening)
+    first = hypotheses(hardening, told)[0]
+    assert first.stands
+    assert first.name == "cubic.deflection"
+    assert first.training == hardening.named.gain
+    assert first.held_out == told.improvement.log_likelihood_gain > 0.0
+
+
+def test_the_memo_says_along_what_a_named_effect_acts(hardening):
+    assert verdict(hardening).effects[0].regressor == "deflection"
+    assert "cubic.deflection" in hardening.named.names

@@ -8,11 +8,17 @@ import jsonschema
 import pytest
 
 from slipbench.identification.mismatch.fit.floor import LackOfFit
-from slipbench.identification.mismatch.fit.held_out import Error
+from slipbench.identification.mismatch.fit.held_out import Error, veto
 from slipbench.identification.mismatch.naming.interval import Estimate
+from slipbench.identification.mismatch.telling.improvement import (
+    Change,
+    Improvement,
+    OutputImprovement,
+)
 from slipbench.identification.mismatch.telling.memo import left_out, lines, sentence, with_spread
 from slipbench.identification.mismatch.telling.output import prepare_places
 from slipbench.identification.mismatch.telling.verdict import (
+    INTERVALS,
     FoundCurve,
     FoundEffect,
     Location,
@@ -41,6 +47,35 @@ SLACK = FoundEffect(
     "backlash", "", "driveline", (Estimate("slack", "rad", 12.2e-3, 11.8e-3, 12.6e-3),), 3000.0
 )
 TEETH = Error("rear_teeth", "rad/s", 0.41, 0.2, 0.12, 0.11, "repeated trials", (0.2, 0.4))
+DELAY = Improvement(
+    365.0,
+    (280.0, 450.0),
+    (
+        OutputImprovement(
+            "rear_teeth",
+            "rad/s",
+            0.7,
+            Change(0.02975, 0.02977, (0.985, 1.016)),
+            Change(0.0105, 0.0098, (0.91, 0.95)),
+            (3.0, 9.0),
+            Change(0.004, 0.003, (0.6, 0.9)),
+        ),
+    ),
+)
+"""A true delay of 2 ms: all that the simulation error falls is calibration."""
+FALLS = Improvement(
+    2000.0,
+    (1500.0, 2500.0),
+    (
+        OutputImprovement(
+            "rear_teeth",
+            "rad/s",
+            1.0,
+            Change(0.2, 0.12, (0.5, 0.7)),
+            Change(0.02, 0.01, (0.4, 0.6)),
+        ),
+    ),
+)
 VERDICTS = {
     "nothing": Verdict(False, 1.0),
     "interrupted": Verdict(True, 0.01, WHERE, complete=False),
@@ -56,6 +91,8 @@ VERDICTS = {
         rivals={"backlash": {"hardening_cush": 4.0}},
         not_excited=("rate_limit",),
         next_trial={"why": "it would", "trial": {"name": "next_trial"}},
+        improvement=FALLS,
+        vetoes=(veto("hardening_cush", -12.0, 5.0),),
         held_out=(TEETH,),
         headline="rear_teeth",
         lack_of_fit=(LackOfFit((("a", "b"),), 3.0, 1e-3),),
@@ -81,13 +118,56 @@ def test_every_verdict_keeps_to_the_schema(name):
 def test_the_first_sentence_names_place_size_and_proof():
     said = sentence(VERDICTS["named"])
     assert said.startswith("The driveline has backlash (slack 12.2 +- 0.4 mrad)")
-    assert "falls from 0.41 (0.2 calibrated) to 0.12 rad/s, noise floor 0.11" in said
+    assert (
+        "the simulation error of rear teeth falls by 40 % (95 %: 30 to 50 %) against the"
+        " re-calibrated file, from 0.2 to 0.12 rad/s;"
+        " held-out log-likelihood gain 2000 nats (95 %: 1500 to 2500)"
+    ) in said
 
 
-def test_an_error_that_rises_is_not_said_to_fall():
-    worse = replace(TEETH, improved=0.5)
-    said = sentence(replace(VERDICTS["named"], held_out=(worse,)))
-    assert "does not fall: it goes from 0.41 (0.2 calibrated) to 0.5 rad/s" in said
+def test_an_improvement_that_is_all_calibration_is_not_said_to_be_one_of_the_effect():
+    """The error falls from 0.11 to 0.03 by calibration, and not by the effect."""
+    teeth = replace(TEETH, nominal=0.11, calibrated=0.02975, improved=0.02977)
+    verdict = replace(VERDICTS["named"], held_out=(teeth,), improvement=DELAY)
+    said = sentence(verdict)
+    assert (
+        "no simulation error falls measurably against the re-calibrated file (rear teeth: 0.02975"
+        " re-calibrated, 0.02977 rad/s improved, ratio 0.985 to 1.016)"
+    ) in said
+    assert "the error from 3 to 9 Hz of rear teeth falls by 25 % (95 %: 10 to 40 %)" in said
+    assert "gain 365 nats (95 %: 280 to 450)" in said
+    assert "0.11" not in said
+
+
+def test_an_error_that_rises_is_said_to_rise():
+    worse = replace(FALLS.outputs[0], simulation=Change(0.356, 0.382, (1.02, 1.12)))
+    said = sentence(
+        replace(VERDICTS["named"], improvement=replace(FALLS, outputs=(worse,)), headline="")
+    )
+    assert "no simulation error falls measurably" in said
+    assert "that of rear teeth rises from 0.356 to 0.382 rad/s (ratio 1.020 to 1.120)" in said
+
+
+def test_the_regressor_and_what_intervals_hold_for_are_always_said():
+    along = replace(SLACK, regressor="twist")
+    told = lines(replace(VERDICTS["named"], effects=(along,)))
+    assert "  backlash acts along the twist" in told
+    assert f"  {INTERVALS}" in told
+    assert json.loads(as_json(VERDICTS["named"]))["intervals"] == INTERVALS
+
+
+def test_a_veto_is_data():
+    tree = json.loads(as_json(VERDICTS["named"]))
+    assert tree["version"] == 2
+    assert tree["vetoes"] == [
+        {
+            "name": "hardening_cush",
+            "gain": -12.0,
+            "least": 5.0,
+            "reason": "the held-out log-likelihood changes by -12 nats, and would rise by at least"
+            " 5 nats if it were right",
+        }
+    ]
 
 
 def test_an_alarm_and_its_probability_agree():
