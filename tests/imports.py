@@ -88,6 +88,7 @@ ALLOWED = {
         "identification/design/figures.py",
         "identification/closed_loop_simulation/figures.py",
         "studies/blind_validation/figures.py",
+        "identification/mismatch/telling/evidence_figure.py",
         "identification/mismatch/telling/pictures.py",
     ),
     "jinja2": (
