@@ -25,6 +25,8 @@ REST = 0.5
 """Seconds for which a reading must stand near zero to be at rest."""
 HELD = 0.5
 """Share of bins in which a computed input keeps its value."""
+SENSORS = ("optical_sensor", "encoder", "channel")
+"""Blocks of the motorcycle that only report."""
 OF_A_READING = ("offset", "scale", "reversed_sign")
 """Effects at an input that say that it was recorded wrongly."""
 
@@ -70,9 +72,7 @@ def _kind_of_place(candidate: Candidate) -> str:
 
 
 def _of_a_sensor(candidate: Candidate, _: Fit) -> bool:
-    kind = candidate.kind
-    reports = hasattr(kind, "measure") or hasattr(kind, "tooth_offsets")
-    return reports or _kind_of_place(candidate) == "output"
+    return candidate.kind.block in SENSORS or _kind_of_place(candidate) == "output"
 
 
 def _sensors(candidate: Candidate, fit: Fit) -> list[Sensor]:

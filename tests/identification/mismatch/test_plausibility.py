@@ -15,6 +15,7 @@ from slipbench.identification.mismatch.naming.plausibility import (
     rank,
 )
 from slipbench.identification.mismatch.naming.tried import candidates
+from slipbench.plant.effects.library import BY_NAME
 from tests.identification.mismatch.laws.spring import noise_of_the_force, spring, swung
 
 MARGIN = 10.0
@@ -119,3 +120,12 @@ def test_what_all_share_does_not_count(bare):
     shared = Scored(1.0, (named(bare, "cubic.place"), named(bare, "cubic.deflection")), bare.model)
     assert rank(shared, 0) == 1
     assert rank(shared, 1) == 0
+
+
+def test_all_faults_of_a_sensor_weigh_alike():
+    """An optical sensor that lags acts in the plant's equations, one that is late does not."""
+    said = {
+        n: doubts(next(candidates(BY_NAME[n])), None) for n in ("optical_lag", "channel_latency")
+    }
+    assert [p.rank for p in said["optical_lag"]] == [p.rank for p in said["channel_latency"]] == [1]
+    assert doubts(next(candidates(BY_NAME["relaxation_length"])), None) == []
