@@ -17,6 +17,8 @@ from rich.progress import Progress
 from slipbench.bench.check.commands import check
 from slipbench.bench.descriptors import require_descriptors
 from slipbench.bench.replay.replay_controls import FASTEST
+from slipbench.bench.view import commands as view_commands
+from slipbench.bench.view.commands import View, ViewAddress, view_address
 from slipbench.protocol.errors import InputError
 from slipbench.protocol.shipped_files import completion_of, file_of
 
@@ -82,6 +84,7 @@ def register(app: typer.Typer) -> None:
     app.command()(vehicle)
     app.command()(replay)
     app.command()(check)
+    view_commands.register(app)
 
 
 def trial(
@@ -98,13 +101,16 @@ def trial(
     ] = False,
     database: DatabasePath = None,
     binding: BindingPath = None,
+    view: View = False,
+    view_at: ViewAddress = None,
 ) -> None:
     """Run a trial, record it and print the run folder.
 
     Without --interface the motorcycle is simulated, on a simulated clock that is faster than real
     time. With --real-time alone the motorcycle is simulated in real time, in a separate process, on
     a virtual CAN bus. With --interface the gateway uses the CAN bus of that interface, always in
-    real time. Ctrl-C aborts the trial and returns control to the rider.
+    real time. Ctrl-C aborts the trial and returns control to the rider; with --view a page in the
+    browser shows the trial and can abort it in the same way.
 
     Exit status: 0 done, 2 invalid input (see message), 3 the trial tripped.
 
@@ -123,8 +129,10 @@ def trial(
     from slipbench.bench.trials.preparation import prepare
     from slipbench.bench.trials.progress import script_duration
     from slipbench.bench.trials.run import run_trial
+    from slipbench.bench.view.view_process import live_view
 
     require_descriptors()
+    address = view_address(view, view_at)
     prepared = prepare(file, database, binding)
     connection = Connection(interface, channel or [], bitrate, fd, real_time)
     folder = out or _next_folder(Path("runs"), prepared.trial.name)
@@ -132,6 +140,7 @@ def trial(
     bar = Progress(console=console, disable=not console.is_terminal, transient=True)
     with (
         keyboard_interrupt_on_signals(),
+        live_view(folder, address, lambda line: _print(console, line), take_look=True),
         connected(prepared, connection) as (addresses, process),
         bar,
     ):

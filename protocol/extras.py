@@ -18,6 +18,9 @@ EXTRA_OF = {
     "dask": "cluster",
     "distributed": "cluster",
     "slycot": "robust",
+    "starlette": "view",
+    "uvicorn": "view",
+    "websockets": "view",
 }
 
 

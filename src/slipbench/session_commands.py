@@ -15,6 +15,7 @@ from slipbench.bench.commands import (
     FlexibleDataRate,
     Interface,
 )
+from slipbench.bench.view.commands import View, ViewAddress, view_address
 from slipbench.protocol.errors import InputError
 from slipbench.protocol.shipped_files import completion_of, file_of
 from slipbench.session_report import write_report
@@ -23,9 +24,10 @@ NOT_ALL_USABLE = 3  # exit status, as of a trial that tripped
 
 
 def register(app: typer.Typer) -> None:
-    """Add `session` and `plan` to the one command."""
+    """Add `session`, `plan` and `look` to the one command."""
     app.command()(session)
     app.command()(plan)
+    app.command("look")(look_at)
 
 
 def session(
@@ -52,6 +54,8 @@ def session(
             autocompletion=completion_of("vehicle"),
         ),
     ] = None,
+    view: View = False,
+    view_at: ViewAddress = None,
 ) -> None:
     """Run the trials of a plan one after another, with a quick look after each and one report.
 
@@ -60,7 +64,8 @@ def session(
     again as it is), or go on. Interrupted
     at any time, the same command goes on where it was; an interrupted recording is kept as
     NAME-incomplete-NUMBER. At the end report.html and session.json have the pooled responses with
-    intervals, throttle against spark, and what to do next.
+    intervals, throttle against spark, and what to do next. With --view a page in the browser shows
+    each run and the list of runs, and can abort a trial as Ctrl-C does.
 
     Exit status: 0 each run is usable, 2 invalid input or a run without an end (see message), 3 not
     each run is usable, 130 stopped.
@@ -76,11 +81,17 @@ def session(
     from slipbench.bench.session.session import open_session, run_session
     from slipbench.bench.session.session_folder import locked
     from slipbench.bench.trials.connection import Connection
+    from slipbench.bench.view.view_process import live_view
 
     _choose_one(simulate, interface, real_time)
     require_descriptors()
     connection = Connection(interface, channel or [], bitrate, fd, real_time)
-    with keyboard_interrupt_on_signals(), locked(out):
+    address = view_address(view, view_at)
+    with (
+        keyboard_interrupt_on_signals(),
+        locked(out),
+        live_view(out, address, _say, take_look=False),
+    ):
         opened = open_session(plan, out, database, binding)
         usable = run_session(opened, connection, look, _say)
         typer.echo(f"report: {write_report(opened, explain)}")
@@ -131,6 +142,31 @@ def plan(
     )
     write_plan(proposed, out, vehicle, length)
     typer.echo(out)
+
+
+def look_at(
+    run: Annotated[Path, typer.Argument(help="Run folder of a trial.", metavar="RUN")],
+) -> None:
+    """Take the quick look at a run: band, coherence, margins, verdict, in a few lines.
+
+    It goes into quick_look.json of the run folder, as in a session.
+
+    Exit status: 0 done, 2 invalid input (see message).
+
+    Example: slipbench look runs/throttle_sweep-1
+    """
+    from slipbench.bench.session.session_folder import write_look
+    from slipbench.protocol.recording.run_folder import DESCRIPTION
+
+    if not (run / DESCRIPTION).exists():
+        raise InputError(
+            "this is no run folder", where=str(run), expected=f"a folder with {DESCRIPTION}"
+        )
+    found = look(run, ())
+    write_look(run, found)
+    for line in found["lines"]:
+        typer.echo(line)
+    typer.echo(f"{found['verdict']}: {found['reason']}")
 
 
 def look(run: Path, earlier: Sequence[Path]) -> dict[str, Any]:

@@ -1,0 +1,123 @@
+"""The run that is recorded now, read from its folder while the recorder writes it."""
+
+from collections import deque
+from pathlib import Path
+from typing import Any
+
+from slipbench.bench.loop.clock import Clock
+from slipbench.bench.loop.ticks import TICKS
+from slipbench.bench.view.log_tail import LogTail
+from slipbench.bench.view.message import scaled, state_message, trial_message
+from slipbench.bench.view.observer import TrialObserver
+from slipbench.bench.view.outcome_file import EndOfRun
+from slipbench.bench.view.recorded_trial import recorded_trial
+from slipbench.bench.view.run_list import RunList
+from slipbench.bench.view.tick_watch import TickWatch
+from slipbench.protocol.recording.run_folder import FRAMES
+
+KEPT = 3000  # samples that a page gets when it connects: 30 s
+FILES_EVERY = 10  # updates between two looks at run.toml, the quick look and the list of runs
+
+
+class LiveRun:
+    """Reader of one run folder, which holds at least the description."""
+
+    def __init__(self, folder: Path, clock: Clock) -> None:
+        """Begin at the first frame. Raises InputError where the folder is not that of a trial."""
+        recorded = recorded_trial(folder)
+        self.folder, self._trial, self._clock = folder, recorded.plan.trial, clock
+        self._frames, self._ticks = LogTail(folder / FRAMES), LogTail(folder / TICKS)
+        self._observer, self._tick_watch = TrialObserver(recorded), TickWatch()
+        self._end = EndOfRun(folder)
+        self._start: float | None = None
+        self._grown = clock.now_ns()
+        self._kept: deque[list[float]] = deque(maxlen=KEPT)
+
+    @property
+    def over(self) -> bool:
+        """Whether the trial has ended, by run.toml."""
+        return bool(self._end.outcome)
+
+    @property
+    def looked_at(self) -> bool:
+        """Whether the run has its quick look."""
+        return bool(self._end.look)
+
+    def hello(self) -> dict[str, Any]:
+        """What a page needs before the first update: the trial, and the samples so far."""
+        return {"run": self.folder.name, "samples": list(self._kept), **trial_message(self._trial)}
+
+    def update(self, files: bool) -> dict[str, Any]:
+        """State after all frames that were recorded by now. files: read the small files as well."""
+        before = self._frames.skipped
+        lines = self._frames.read()
+        if self._frames.skipped != before:
+            self._observer.skipped()
+        if lines:
+            self._grown = self._clock.now_ns()
+        self._observer.observe(lines)
+        self._tick_watch.observe(self._ticks.read())
+        if files:
+            self._end.read()
+        seen = self._observer.observed()
+        samples = self._observer.samples()
+        if self._start is None and samples:
+            self._start = samples[0][0]
+        shown = scaled(samples, self._start or 0.0)
+        self._kept.extend(shown)
+        return {
+            "run": self.folder.name,
+            **state_message(seen, self._trial, self._start or 0.0),
+            "silent": (self._clock.now_ns() - self._grown) * 1e-9,
+            "lateness": self._tick_watch.figures(),
+            "not_read": self._frames.skipped,
+            "samples": shown,
+            "outcome": self._end.outcome,
+            "look": self._end.look,
+        }
+
+
+class LiveView:
+    """The newest run below a folder; a session goes from one run to the next."""
+
+    def __init__(self, root: Path, clock: Clock) -> None:
+        """Watch `root`: the folder of a session, or a run folder, which need not exist yet."""
+        self._runs, self._clock = RunList(root), clock
+        self._run: LiveRun | None = None
+        self._rows: list[dict[str, Any]] = []
+        self._count = 0
+
+    @property
+    def running(self) -> bool:
+        """Whether a trial runs."""
+        return self._run is not None and not self._run.over
+
+    @property
+    def complete(self) -> bool:
+        """Whether the newest run has ended and has its quick look."""
+        return self._run is not None and self._run.over and self._run.looked_at
+
+    def hello(self) -> dict[str, Any]:
+        """What a page needs before the first update."""
+        return {"run": None, "samples": []} if self._run is None else self._run.hello()
+
+    def update(self) -> tuple[bool, dict[str, Any]]:
+        """Whether another run began, and the state now."""
+        files = self._count % FILES_EVERY == 0
+        self._count += 1
+        began = files and self._follow()
+        if files:
+            self._rows = self._runs.rows()
+        state = {"run": None, "line": "the recording has not begun", "samples": []}
+        if self._run is not None:
+            state = self._run.update(files)
+        return began, {**state, "runs": self._rows, "running": self.running}
+
+    def _follow(self) -> bool:
+        newest = self._runs.current()
+        if newest is None or (self._run is not None and newest == self._run.folder):
+            return False
+        if self._run is not None and not newest.exists():
+            return False
+        self._run = LiveRun(newest, self._clock)
+        return True

@@ -1,0 +1,36 @@
+"""New lines of a file that another process appends to; a reader that falls behind skips ahead."""
+
+from pathlib import Path
+
+
+class LogTail:
+    """Reader of a growing file of lines. It never waits, and it never touches the writer."""
+
+    def __init__(self, path: Path, most: int = 1_000_000) -> None:
+        """Begin at the start of the file, which need not exist yet.
+
+        most: bytes that one call reads; of a longer remainder the oldest part is skipped
+        """
+        self._path, self._most = path, most
+        self._done, self._torn = 0, b""
+        self.skipped = 0
+
+    def read(self) -> bytes:
+        """Whole lines that were appended since the last call; bytes before them may be skipped."""
+        if not self._path.exists():
+            return b""
+        with self._path.open("rb") as file:
+            self._skip(self._path.stat().st_size)
+            file.seek(self._done)
+            text = file.read(self._most)
+        self._done += len(text)
+        lines, _, self._torn = (self._torn + text).rpartition(b"\n")
+        return lines + b"\n" if lines else b""
+
+    def _skip(self, size: int) -> None:
+        """Skip what is more than one read behind; the first line after it is torn, and dropped."""
+        behind = size - self._done - self._most
+        if behind > 0:
+            self._done += behind
+            self._torn = b""
+            self.skipped += behind

@@ -1,0 +1,67 @@
+"""How a run ended and what its quick look says, from the files of its folder."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+from slipbench.bench.session.session_folder import QUICK_LOOK
+from slipbench.protocol.configuration import load_toml
+from slipbench.protocol.errors import InputError
+from slipbench.protocol.recording.run_folder import DESCRIPTION
+
+LOOK_KEYS = ("verdict", "reason", "counts", "proposed_amplitude", "lines", "margins")
+SHOWN = 2000  # characters of an outcome's detail
+
+
+class EndOfRun:
+    """The end of a run, read again only where a file was changed."""
+
+    def __init__(self, folder: Path) -> None:
+        """Nothing is read yet."""
+        self._folder = folder
+        self._stamps: dict[str, int] = {}
+        self.outcome: dict[str, Any] = {}
+        self.look: dict[str, Any] = {}
+
+    def read(self) -> bool:
+        """Whether there is something new."""
+        changed = False
+        if self._changed(DESCRIPTION):
+            outcome = _outcome(self._folder / DESCRIPTION)
+            changed |= outcome != self.outcome
+            self.outcome = outcome
+        if self._changed(QUICK_LOOK):
+            self.look = _look(self._folder / QUICK_LOOK)
+            changed = True
+        return changed
+
+    def _changed(self, name: str) -> bool:
+        try:
+            stamp = (self._folder / name).stat().st_mtime_ns
+        except OSError:
+            return False
+        if self._stamps.get(name) == stamp:
+            return False
+        self._stamps[name] = stamp
+        return True
+
+
+def _outcome(path: Path) -> dict[str, Any]:
+    """The outcome in run.toml; empty while the trial runs."""
+    try:
+        outcome = load_toml(path).get("outcome", {})
+    except InputError:
+        return {}
+    return {
+        key: outcome[key]
+        for key in ("valid", "invalid", "phase", "trip", "detail", "notes")
+        if key in outcome
+    }
+
+
+def _look(path: Path) -> dict[str, Any]:
+    try:
+        look = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return {}
+    return {key: look[key] for key in LOOK_KEYS if key in look}

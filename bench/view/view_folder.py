@@ -1,0 +1,51 @@
+"""Serve the view of a folder until Ctrl-C: a replay, or what another command records."""
+
+import threading
+from collections.abc import Callable
+from pathlib import Path
+
+from slipbench.bench.loop.clock import MonotonicClock
+from slipbench.bench.loop.interrupts import interrupts
+from slipbench.bench.view.access import Access, Address
+from slipbench.bench.view.live_run import LiveView
+from slipbench.bench.view.outcome_file import EndOfRun
+from slipbench.bench.view.recorded_trial import recorded_trial
+from slipbench.bench.view.replay_run import ReplayRun
+from slipbench.bench.view.run_list import RUNS
+from slipbench.bench.view.web import listen, require_web, run_server, urls
+
+
+def serve_folder(folder: Path, address: Address, say: Callable[[str], None]) -> None:
+    """Serve a run folder or the folder of a session until Ctrl-C.
+
+    say: receives lines for people. Raises InputError where the folder holds no trial, the extra is
+    missing, or the address cannot be used.
+    """
+    require_web()
+    from slipbench.bench.view.server import LiveSource, ReplaySource, application
+
+    clock, stop = MonotonicClock(), threading.Event()
+    source: LiveSource | ReplaySource
+    if (folder / RUNS).is_dir():
+        source = LiveSource(LiveView(folder, clock))
+    elif has_ended(folder):
+        ReplayRun(folder, clock).close()  # raises where it cannot be replayed
+        source = ReplaySource(lambda: ReplayRun(folder, clock))
+    else:
+        recorded_trial(folder)
+        source = LiveSource(LiveView(folder, clock))
+    with listen(address) as listening:
+        port = listening.getsockname()[1]
+        access = Access(open_to_all=address.loopback)
+        app = application(source, access, f"slipbench_{port}")
+        with run_server(app, listening), interrupts(stop):
+            for line in urls(address, port, access):
+                say(line)
+            stop.wait()
+
+
+def has_ended(folder: Path) -> bool:
+    """Whether the trial of a run folder has ended, by run.toml."""
+    end = EndOfRun(folder)
+    end.read()
+    return bool(end.outcome)
