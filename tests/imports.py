@@ -122,6 +122,9 @@ ALLOWED = {
         "bench/loop/loop_process.py",
         "bench/loop/interrupts.py",
         "bench/bus/python_can.py",
+        "bench/view/view_process.py",
+        "bench/view/view_folder.py",
+        "bench/view/web.py",
         "plant/compiled.py",
     ),
     "multiprocessing": (
@@ -135,11 +138,15 @@ ALLOWED = {
         "bench/loop/process_watch.py",
         "bench/loop/interrupts.py",
         "bench/loop/exit_status.py",
+        "bench/view/view_process.py",
     ),
+    # The page of the live view.
+    "starlette": ("bench/view/server.py",),
+    "uvicorn": ("bench/view/web.py",),
     # Many cases at once.
     "distributed": ("identification/cluster.py",),
     "dask": ("identification/cluster.py",),
-    "asyncio": (),
+    "asyncio": ("bench/view/sources.py", "bench/view/server.py", "bench/view/web.py"),
 }
 
 

@@ -38,11 +38,6 @@ class LiveRun:
         """Whether the trial has ended, by run.toml."""
         return bool(self._end.outcome)
 
-    @property
-    def looked_at(self) -> bool:
-        """Whether the run has its quick look."""
-        return bool(self._end.look)
-
     def hello(self) -> dict[str, Any]:
         """What a page needs before the first update: the trial, and the samples so far."""
         return {"run": self.folder.name, "samples": list(self._kept), **trial_message(self._trial)}
@@ -92,11 +87,6 @@ class LiveView:
         """Whether a trial runs."""
         return self._run is not None and not self._run.over
 
-    @property
-    def complete(self) -> bool:
-        """Whether the newest run has ended and has its quick look."""
-        return self._run is not None and self._run.over and self._run.looked_at
-
     def hello(self) -> dict[str, Any]:
         """What a page needs before the first update."""
         return {"run": None, "samples": []} if self._run is None else self._run.hello()
@@ -108,7 +98,7 @@ class LiveView:
         began = files and self._follow()
         if files:
             self._rows = self._runs.rows()
-        state = {"run": None, "line": "the recording has not begun", "samples": []}
+        state: dict[str, Any] = {"run": None, "line": "the recording has not begun", "samples": []}
         if self._run is not None:
             state = self._run.update(files)
         return began, {**state, "runs": self._rows, "running": self.running}

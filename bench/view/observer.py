@@ -5,7 +5,7 @@ bench sends never depends on them here.
 """
 
 import math
-from collections import Counter, deque
+from collections import Counter
 from dataclasses import dataclass
 
 from slipbench.bench.gateway.receiver import Receiver
@@ -13,15 +13,13 @@ from slipbench.bench.safety.trial import HOLDING, not_ready
 from slipbench.bench.safety.vehicle_monitor import VehicleMonitor
 from slipbench.bench.safety.vehicle_state import VehicleState
 from slipbench.bench.view.limits import AtButton, used_limits
+from slipbench.bench.view.recent_load import RecentLoad
 from slipbench.bench.view.recorded_trial import RecordedTrial
-from slipbench.protocol.codec.bus_load import bus_load
 from slipbench.protocol.codec.faults import FrameFault
-from slipbench.protocol.codec.messages import ActuatorCommand, Phase, TripReason, TrialStatus
+from slipbench.protocol.codec.messages import ActuatorCommand, Phase, TrialStatus, TripReason
 from slipbench.protocol.logs.candump import parse_pieces
-from slipbench.protocol.logs.frame_log import FrameLog
 
 SAMPLE = 0.01  # s between two samples of the strip charts
-LOAD_WINDOW = 0.5  # s over which the bus load is averaged
 SAMPLED = ("time", "throttle_request", "throttle", "slip", "wheel_speed", "speed", "engine_speed")
 
 
@@ -63,7 +61,7 @@ class TrialObserver:
         self._command: ActuatorCommand | None = None
         self._begun: AtButton | None = None
         self._faults: Counter[str] = Counter()
-        self._loads: dict[str, deque[tuple[float, float]]] = {}
+        self._load = RecentLoad(recorded.bitrate)
         self._samples: list[tuple[float, ...]] = []
         self.frames = 0
 
@@ -76,7 +74,7 @@ class TrialObserver:
             self._faults[kind] += count
         if not len(log):
             return
-        self._add_load(log)
+        self._load.add(log)
         self.frames += len(log)
         number = [self._number(name) for name in log.buses]
         width, payload = log.data.shape[1], log.data.tobytes()
@@ -115,7 +113,7 @@ class TrialObserver:
             self._command,
             not_ready(vehicle, self._recorded.plan) if self._phase in (None, Phase.IDLE) else "",
             used_limits(vehicle, self._command, self._begun, self._limits),
-            {name: self._load(name) for name in self._loads},
+            self._load.shares(),
             dict(self._faults),
             self.frames,
         )
@@ -178,21 +176,3 @@ class TrialObserver:
                 vehicle.engine.engine_speed,
             )
         )
-
-    def _add_load(self, log: FrameLog) -> None:
-        """Add the time that the frames took on each bus, by windows of a tenth of a second."""
-        if not self._recorded.bitrate:
-            return
-        start = float(log.time_ns.min()) * 1e-9
-        for name, load in bus_load(log, self._recorded.bitrate).items():
-            spans = [*load.time[1:], float(log.time_ns.max()) * 1e-9 - start]
-            kept = self._loads.setdefault(name, deque())
-            for begin, end, share in zip(load.time, spans, load.load, strict=True):
-                kept.append((start + float(begin), float(share) * float(end - begin)))
-
-    def _load(self, bus: str) -> float:
-        """Share of the last `LOAD_WINDOW` that frames took on a bus, 0..1."""
-        kept = self._loads[bus]
-        while kept and kept[0][0] < self._now - LOAD_WINDOW:
-            kept.popleft()
-        return sum(taken for _, taken in kept) / LOAD_WINDOW

@@ -71,7 +71,7 @@ def _binding(folder: Path) -> Binding:
     path = folder / ROLES
     roles = read_toml(path, RoleMap)
     database = load_database(find_database(folder), roles.bus_of)
-    if OWN_MESSAGES <= {message.name for message in database.messages}:
+    if {message.name for message in database.messages} >= OWN_MESSAGES:
         return own_binding(database)
     return bind(roles, database, path)
 

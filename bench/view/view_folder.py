@@ -12,6 +12,8 @@ from slipbench.bench.view.outcome_file import EndOfRun
 from slipbench.bench.view.recorded_trial import recorded_trial
 from slipbench.bench.view.replay_run import ReplayRun
 from slipbench.bench.view.run_list import RUNS
+from slipbench.bench.view.server import application
+from slipbench.bench.view.sources import LiveSource, ReplaySource
 from slipbench.bench.view.web import listen, require_web, run_server, urls
 
 
@@ -22,7 +24,6 @@ def serve_folder(folder: Path, address: Address, say: Callable[[str], None]) -> 
     missing, or the address cannot be used.
     """
     require_web()
-    from slipbench.bench.view.server import LiveSource, ReplaySource, application
 
     clock, stop = MonotonicClock(), threading.Event()
     source: LiveSource | ReplaySource

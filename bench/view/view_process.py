@@ -16,17 +16,15 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from slipbench.bench.loop.clock import MonotonicClock
 from slipbench.bench.loop.interrupts import ignore_interrupts, start
 from slipbench.bench.view.access import Access, Address
 from slipbench.bench.view.live_run import LiveView
+from slipbench.bench.view.server import application
+from slipbench.bench.view.sources import LiveSource
 from slipbench.bench.view.web import listen, require_web, run_server, urls
 from slipbench.protocol.errors import InputError
-
-if TYPE_CHECKING:
-    from slipbench.bench.view.server import LiveSource
 
 STARTING = 30.0  # s that the server has to start
 LOOKING = 30.0  # s that the quick look may take after the end
@@ -103,7 +101,6 @@ def serve(order: ViewOrder, pipe: Connection) -> None:
 
 
 def _serve(order: ViewOrder, pipe: Connection, listening: socket.socket) -> None:
-    from slipbench.bench.view.server import LiveSource, application
 
     access = Access(open_to_all=order.address.loopback)
     source = LiveSource(LiveView(order.root, MonotonicClock()))
@@ -116,7 +113,7 @@ def _serve(order: ViewOrder, pipe: Connection, listening: socket.socket) -> None
             _finish(order, source)
 
 
-def _finish(order: ViewOrder, source: "LiveSource") -> None:
+def _finish(order: ViewOrder, source: LiveSource) -> None:
     """After the trial: the quick look where a page waits for it, then the last updates."""
     if not source.watched:
         return
@@ -135,7 +132,7 @@ def _finish(order: ViewOrder, source: "LiveSource") -> None:
     pause.wait(2 * LAST_UPDATES)
 
 
-def trip(source: "LiveSource", parent: int) -> bool:
+def trip(source: LiveSource, parent: int) -> bool:
     """End the trial as Ctrl-C does; False where no trial runs."""
     if not source.running or os.getppid() != parent:
         return False

@@ -70,8 +70,7 @@ def _unusable(address: Address, cause: OSError) -> InputError:
 @contextmanager
 def run_server(app: "Starlette", listening: socket.socket) -> Iterator[None]:
     """Serve `app` in a thread until the block ends. The thread leaves the signals to the process."""
-    import uvicorn
-
+    uvicorn = optional_library("uvicorn")
     config = uvicorn.Config(
         app,
         log_level="error",

@@ -156,12 +156,8 @@ def look_at(
     Example: slipbench look runs/throttle_sweep-1
     """
     from slipbench.bench.session.session_folder import write_look
-    from slipbench.protocol.recording.run_folder import DESCRIPTION
 
-    if not (run / DESCRIPTION).exists():
-        raise InputError(
-            "this is no run folder", where=str(run), expected=f"a folder with {DESCRIPTION}"
-        )
+    _require_run(run)
     found = look(run, ())
     write_look(run, found)
     for line in found["lines"]:
@@ -180,6 +176,19 @@ def look(run: Path, earlier: Sequence[Path]) -> dict[str, Any]:
 
     known = earlier_responses([read_look(each) for each in earlier])
     return look_tree(quick_look_of(run, known))
+
+
+def _require_run(run: Path) -> None:
+    """Check that a folder is a run folder. Raises InputError."""
+    from slipbench.protocol.recording.run_folder import DESCRIPTION
+
+    if not (run / DESCRIPTION).exists():
+        raise InputError(
+            "this is no run folder",
+            where=str(run),
+            expected=f"a folder with {DESCRIPTION}",
+            remedy="give the folder that `slipbench trial` printed",
+        )
 
 
 def _say(line: str) -> None:
