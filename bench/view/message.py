@@ -65,7 +65,7 @@ def state_message(seen: Observed, trial: TrialFile, start: float) -> dict[str, A
         "rpm": vehicle.engine.engine_speed / RPM,
         "gear": vehicle.engine.gear if math.isfinite(vehicle.engine.engine_speed) else None,
         "speed": vehicle.speed / KMH,
-        "slip": vehicle.slip * 100,
+        "slip": seen.slip * 100,
         "limits": seen.limits,
         "load": seen.bus_load,
         "faults": seen.faults,

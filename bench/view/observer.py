@@ -15,8 +15,15 @@ from slipbench.bench.safety.vehicle_state import VehicleState
 from slipbench.bench.view.limits import AtButton, used_limits
 from slipbench.bench.view.recent_load import RecentLoad
 from slipbench.bench.view.recorded_trial import RecordedTrial
+from slipbench.bench.view.turn_speed import TurnSpeed
 from slipbench.protocol.codec.faults import FrameFault
-from slipbench.protocol.codec.messages import ActuatorCommand, Phase, TrialStatus, TripReason
+from slipbench.protocol.codec.messages import (
+    ActuatorCommand,
+    Phase,
+    ToothIntervals,
+    TrialStatus,
+    TripReason,
+)
 from slipbench.protocol.logs.candump import parse_pieces
 
 SAMPLE = 0.01  # s between two samples of the strip charts
@@ -25,12 +32,16 @@ SAMPLED = ("time", "throttle_request", "throttle", "slip", "wheel_speed", "speed
 
 @dataclass(frozen=True)
 class Observed:
-    """What the last frames say. time: s; command: None before the first one."""
+    """What the last frames say. time: s; command: None before the first one.
+
+    slip  of the rear wheel over its last turn; that of `vehicle`, which can trip, is of one frame
+    """
 
     time: float
     phase: Phase | None
     trip: TripReason
     vehicle: VehicleState
+    slip: float
     command: ActuatorCommand | None
     not_armed: str
     limits: dict[str, float]
@@ -62,6 +73,7 @@ class TrialObserver:
         self._begun: AtButton | None = None
         self._faults: Counter[str] = Counter()
         self._load = RecentLoad(recorded.bitrate)
+        self._wheel = TurnSpeed(recorded.wheels, averaged=not self._codec.has("RearWheelSpeed"))
         self._samples: list[tuple[float, ...]] = []
         self.frames = 0
 
@@ -94,8 +106,10 @@ class TrialObserver:
                 self._received((identifier, extended), data, number[bus], now)
 
     def skipped(self) -> None:
-        """State that frames before the next ones were not read."""
+        """State that frames before the next ones were not read: the button may have been pressed there."""
         self._receiver.forget()
+        if self._phase not in HOLDING:
+            self._phase = None
 
     def samples(self) -> list[tuple[float, ...]]:
         """Remove and return the samples since the last call: `SAMPLED`, SI units, shape (n, 7)."""
@@ -110,6 +124,7 @@ class TrialObserver:
             self._phase,
             self._trip,
             vehicle,
+            self._wheel.slip(vehicle.speed),
             self._command,
             not_ready(vehicle, self._recorded.plan) if self._phase in (None, Phase.IDLE) else "",
             used_limits(vehicle, self._command, self._begun, self._limits),
@@ -129,6 +144,8 @@ class TrialObserver:
                 self._faults[f"{content.message or name}: {content.fault}"] += 1
             else:
                 self._monitor.observe(name, content, time)
+                if name == "RearTeeth" and isinstance(content, ToothIntervals):
+                    self._wheel.observe(content)
 
     def _sent(self, identifier: int, data: bytes, extended: bool, bus: int, now: float) -> None:
         if self._codec.plan(identifier, extended, bus) is None:
@@ -142,7 +159,7 @@ class TrialObserver:
                 self._trip = trip
 
     def _enter(self, phase: Phase, now: float) -> None:
-        if phase in HOLDING and self._phase not in HOLDING:
+        if self._phase is not None and phase in HOLDING and self._phase not in HOLDING:
             self._monitor.start_distance(now)
             vehicle = self._state(now)
             self._begun = AtButton(
@@ -170,8 +187,8 @@ class TrialObserver:
                 now,
                 requested,
                 vehicle.throttle.position,
-                vehicle.slip,
-                vehicle.speed * (1.0 + vehicle.slip),
+                self._wheel.slip(vehicle.speed),
+                self._wheel.speed,
                 vehicle.speed,
                 vehicle.engine.engine_speed,
             )

@@ -5,16 +5,21 @@ from pathlib import Path
 from typing import Any
 
 from slipbench.bench.session.session_folder import QUICK_LOOK
+from slipbench.protocol.codec.messages import Phase
 from slipbench.protocol.configuration import load_toml
 from slipbench.protocol.errors import InputError
 from slipbench.protocol.recording.run_folder import DESCRIPTION
 
 LOOK_KEYS = ("verdict", "reason", "counts", "proposed_amplitude", "lines", "margins")
-SHOWN = 2000  # characters of an outcome's detail
+OUTCOME_KEYS = ("valid", "invalid", "phase", "trip", "detail", "notes")
+EXCITING = Phase.EXCITING.name.lower()
 
 
 class EndOfRun:
-    """The end of a run, read again only where a file was changed."""
+    """The end of a run, read again only where a file was changed.
+
+    pressed  ns, when the button was pressed
+    """
 
     def __init__(self, folder: Path) -> None:
         """Nothing is read yet."""
@@ -22,12 +27,13 @@ class EndOfRun:
         self._stamps: dict[str, int] = {}
         self.outcome: dict[str, Any] = {}
         self.look: dict[str, Any] = {}
+        self.pressed: tuple[int, ...] = ()
 
     def read(self) -> bool:
         """Whether there is something new."""
         changed = False
         if self._changed(DESCRIPTION):
-            outcome = _outcome(self._folder / DESCRIPTION)
+            outcome, self.pressed = _outcome(self._folder / DESCRIPTION)
             changed |= outcome != self.outcome
             self.outcome = outcome
         if self._changed(QUICK_LOOK):
@@ -46,17 +52,15 @@ class EndOfRun:
         return True
 
 
-def _outcome(path: Path) -> dict[str, Any]:
-    """The outcome in run.toml; empty while the trial runs."""
+def _outcome(path: Path) -> tuple[dict[str, Any], tuple[int, ...]]:
+    """The outcome in run.toml, empty while the trial runs; and when the button was pressed, ns."""
     try:
         outcome = load_toml(path).get("outcome", {})
     except InputError:
-        return {}
-    return {
-        key: outcome[key]
-        for key in ("valid", "invalid", "phase", "trip", "detail", "notes")
-        if key in outcome
-    }
+        return {}, ()
+    phases = outcome.get("phases", [])
+    pressed = tuple(each["time_ns"] for each in phases if each["phase"] == EXCITING)
+    return {key: outcome[key] for key in OUTCOME_KEYS if key in outcome}, pressed
 
 
 def _look(path: Path) -> dict[str, Any]:

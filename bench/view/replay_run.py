@@ -16,7 +16,11 @@ from slipbench.bench.view.timed_lines import TimedLines, frame_time, tick_time
 from slipbench.protocol.errors import InputError
 from slipbench.protocol.recording.run_folder import FRAMES
 
-WARM_UP = 5 * SECOND  # ns before the place of a seek from which frames are read
+WARM_UP = (
+    20 * SECOND
+)  # ns before the place of a seek from which frames are read: what the charts show
+BEFORE = SECOND  # ns before the button: distance and limits count from it
+FARTHEST = 90 * SECOND  # ns; a button that is longer ago is not read again
 
 
 class ReplayRun:
@@ -57,7 +61,7 @@ class ReplayRun:
         if isinstance(seek, bool) or not isinstance(seek, int | float):
             return False
         self._set(round(min(max(float(seek), 0.0), (self._last - self._first) / SECOND) * SECOND))
-        self._restart(self._first + max(0, self._at - WARM_UP))
+        self._restart(self._start_of(self._first + self._at))
         return True
 
     def hello(self) -> dict[str, Any]:
@@ -88,6 +92,11 @@ class ReplayRun:
             "position": self.position / SECOND,
             "playing": self._playing and not ended,
         }
+
+    def _start_of(self, time_ns: int) -> int:
+        """Time from which frames are read, so that the state at a time is known, ns."""
+        pressed = [at - BEFORE for at in self._end.pressed if time_ns - FARTHEST < at <= time_ns]
+        return min([time_ns - WARM_UP, *pressed[-1:]])
 
     def _set(self, position: int) -> None:
         """Continue from a position, ns."""

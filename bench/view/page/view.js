@@ -105,21 +105,23 @@ function draw() {
   text("frames", state.frames ? `${state.frames} frames read` : "");
 }
 
+function makeLimits() {
+  for (const [name, word] of Object.entries(LIMITS)) {
+    const row = document.createElement("div"), label = document.createElement("span"), meter = document.createElement("meter");
+    row.dataset.name = name;
+    label.textContent = word;
+    Object.assign(meter, { min: 0, max: 1, low: 0.5, high: 0.75, optimum: 0 });
+    meter.setAttribute("aria-label", word);
+    row.append(label, meter, document.createElement("output"));
+    $("limits").append(row);
+  }
+}
+
 function drawLimits(limits) {
-  const box = $("limits");
-  for (const row of [...box.children]) if (!(row.dataset.name in limits)) row.remove();
-  for (const [name, share] of Object.entries(limits)) {
-    let row = [...box.children].find((each) => each.dataset.name === name);
-    if (!row) {
-      row = document.createElement("div");
-      row.dataset.name = name;
-      const label = document.createElement("span"), meter = document.createElement("meter");
-      label.textContent = LIMITS[name] || name;
-      Object.assign(meter, { min: 0, max: 1, high: 0.75, low: 0.5, optimum: 0 });
-      meter.setAttribute("aria-label", label.textContent);
-      row.append(label, meter, document.createElement("output"));
-      box.append(row);
-    }
+  for (const row of $("limits").children) {
+    const share = limits[row.dataset.name];
+    row.hidden = share === undefined;
+    if (row.hidden) continue;
     row.className = "limit" + (share >= 1 ? " beyond" : share >= 0.75 ? " near" : "");
     row.children[1].value = share;
     row.children[2].textContent = `${Math.round(share * 100)} %`;
@@ -250,5 +252,6 @@ $("seek").onchange = () => { dragging = false; wish({ seek: Number($("seek").val
 window.addEventListener("resize", fitCharts);
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", makeCharts);
 makeCharts();
+makeLimits();
 connect();
 requestAnimationFrame(draw);

@@ -163,6 +163,43 @@ class HandClock:
         self.now = deadline
 
 
+def test_a_seek_gives_the_state_that_playing_gives(run):
+    clock = HandClock()
+    played, sought = ReplayRun(run, clock), ReplayRun(run, clock)
+    for tenth in range(35):
+        clock.now = tenth * 100_000_000
+        expected = played.update()
+    sought.control({"play": False})
+    sought.control({"seek": clock.now * 1e-9})
+    found = sought.update()
+    assert expected["phase"] == "exciting"
+    assert found["distance_left"] == pytest.approx(expected["distance_left"], abs=0.5)
+    assert found["limits"] == pytest.approx(expected["limits"], rel=0.01)
+    played.close()
+    sought.close()
+
+
+def test_the_slip_shown_is_that_of_a_turn_of_the_wheel(run):
+    """The demonstration's encoder has tooth-pitch errors of several per cent of a tooth."""
+    rows = [dict(zip(SAMPLED, row, strict=True)) for row in observed_in_pieces(run, 999).samples()]
+    after = [row for row in rows if row["time"] > rows[-1]["time"] - 0.3]
+    assert max(abs(row["slip"] - after[0]["slip"]) for row in after) < 0.004
+
+
+def test_frames_that_were_not_read_make_the_button_unknown(run):
+    observer = TrialObserver(recorded_trial(run))
+    lines = TimedLines(run / "frames.log", frame_time)
+    exciting = load_toml(run / "run.toml")["outcome"]["phases"][1]["time_ns"]
+    observer.observe(lines.until(exciting - 500_000_000))
+    lines.seek(exciting + 1_000_000_000)
+    observer.skipped()
+    observer.observe(lines.until(exciting + 1_500_000_000))
+    seen = observer.observed()
+    assert seen.phase == Phase.EXCITING
+    assert "distance" not in seen.limits
+    lines.close()
+
+
 def test_a_replay_has_its_own_clock_with_pause_and_seek(run):
     clock = HandClock()
     replay = ReplayRun(run, clock)
