@@ -19,6 +19,7 @@ EXTRA_OF = {
     "distributed": "cluster",
     "slycot": "robust",
     "starlette": "view",
+    "textual": "view",
     "uvicorn": "view",
     "websockets": "view",
 }

@@ -143,6 +143,7 @@ ALLOWED = {
     # The page of the live view.
     "starlette": ("bench/view/server.py",),
     "uvicorn": ("bench/view/web.py",),
+    "textual": ("bench/view/terminal.py",),
     # Many cases at once.
     "distributed": ("identification/cluster.py",),
     "dask": ("identification/cluster.py",),

@@ -1,4 +1,4 @@
-"""The command of the view: a recording replayed in the browser, or a run that others record."""
+"""The commands of the view: a run in the browser or in the terminal, recorded or being recorded."""
 
 from pathlib import Path
 from typing import Annotated
@@ -47,6 +47,25 @@ def view(
     serve_folder(run, view_address(True, view_at) or Address(), typer.echo)
 
 
+def watch(
+    run: Annotated[Path, typer.Argument(help="Run folder, or folder of a session.", metavar="RUN")],
+) -> None:
+    """Show a run in the terminal: phase, what is missing to arm, numbers, limits in use.
+
+    A run that is being recorded, or the folder of a session, is followed; give the folder to which
+    `trial` or `session` writes. A run that has ended is replayed: space pauses, the arrows seek by
+    5 s. It shows, and can do nothing: Ctrl-C belongs to the terminal of the trial. q ends it.
+
+    Exit status: 0 ended with q, 2 invalid input (see message).
+
+    Example: slipbench watch runs/throttle_sweep-1
+    """
+    from slipbench.bench.view.view_folder import watch_folder
+
+    watch_folder(run)
+
+
 def register(app: typer.Typer) -> None:
-    """Add the command of the view to the application."""
+    """Add the commands of the view to the application."""
     app.command()(view)
+    app.command()(watch)

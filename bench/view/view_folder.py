@@ -2,6 +2,7 @@
 
 import threading
 from collections.abc import Callable
+from contextlib import closing
 from pathlib import Path
 
 from slipbench.bench.loop.clock import MonotonicClock
@@ -14,6 +15,7 @@ from slipbench.bench.view.replay_run import ReplayRun
 from slipbench.bench.view.run_list import RUNS
 from slipbench.bench.view.server import application
 from slipbench.bench.view.sources import LiveSource, ReplaySource
+from slipbench.bench.view.terminal import terminal_app
 from slipbench.bench.view.web import listen, require_web, run_server, urls
 
 
@@ -24,7 +26,6 @@ def serve_folder(folder: Path, address: Address, say: Callable[[str], None]) -> 
     missing, or the address cannot be used.
     """
     require_web()
-
     clock, stop = MonotonicClock(), threading.Event()
     source: LiveSource | ReplaySource
     if (folder / RUNS).is_dir():
@@ -43,6 +44,22 @@ def serve_folder(folder: Path, address: Address, say: Callable[[str], None]) -> 
             for line in urls(address, port, access):
                 say(line)
             stop.wait()
+
+
+def watch_folder(folder: Path) -> None:
+    """Show a run folder or the folder of a session in the terminal until q is pressed.
+
+    Raises InputError where the folder holds no trial, or the extra is missing.
+    """
+    clock = MonotonicClock()
+    if (folder / RUNS).is_dir() or not has_ended(folder):
+        if not (folder / RUNS).is_dir():
+            recorded_trial(folder)
+        live = LiveView(folder, clock)
+        terminal_app(lambda: live.update()[1]).run()
+        return
+    with closing(ReplayRun(folder, clock)) as replay:
+        terminal_app(replay.update, replay.control).run()
 
 
 def has_ended(folder: Path) -> bool:
