@@ -1,151 +1,155 @@
-"""Lateness of a trial in real time without and with a live view, at 8 000 frames/s.
+"""Lateness of the loop without and with a live view, at 8 000 frames/s.
 
-`python benchmarks/view.py [seconds]`. The virtual motorcycle, the bus, the trial and a sender of
-numbered frames are processes of this machine. With the view, a page (a WebSocket client in this
-process) receives its updates. Every numbered frame must be in the recording.
+`python benchmarks/view.py [seconds]`. A loop at 1 kHz, with the rights of a trial's loop, writes eight
+frames per tick into the ring, and the recorder writes them to the disk, both as in a trial. The frames
+are those of a recorded excitation, and numbered ones up to 8 000 frames/s. With the view, a page (a
+WebSocket client in this process) receives its updates. Every frame must be in the recording.
 """
 
 import json
 import multiprocessing
 import os
 import re
-import subprocess
+import shutil
 import sys
 import tempfile
 import time
-from contextlib import suppress
-from itertools import pairwise
+from contextlib import closing, suppress
+from itertools import cycle, islice, pairwise
+from multiprocessing.connection import Connection
 from pathlib import Path
 
-import can
-import tomli_w
 from timing.quantiles import HEAD, Row
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 
 from slipbench.bench.loop.clock import MILLISECOND, MonotonicClock
-from slipbench.bench.loop.ticks import TICKS, read_ticks
-from slipbench.protocol.configuration import load_toml
-from slipbench.protocol.recording.run_folder import FRAMES
+from slipbench.bench.loop.loop import run_periodic
+from slipbench.bench.loop.realtime_process import realtime_process
+from slipbench.bench.loop.recorder import start_recorder
+from slipbench.bench.loop.ring import SENT, attach_shared, create_shared
+from slipbench.bench.loop.ticks import TICKS, read_ticks, tick_recorder, tick_table
+from slipbench.bench.trials.preparation import prepare
+from slipbench.bench.trials.run import run_trial
+from slipbench.bench.view.access import address_of
+from slipbench.bench.view.view_process import live_view
+from slipbench.protocol.logs.candump_line import LINE
+from slipbench.protocol.recording.run_folder import DESCRIPTION, FRAMES
 
-SECONDS = 15.0
-EXTRA = 4  # frames per burst, of two bytes each
-BURST = 1_070_000  # ns: with the motorcycle's 4 300 frames/s about 8 000 frames/s
+SECONDS = 20.0
+PER_TICK = 8  # frames: 8 000 frames/s
+OF_THE_TRIAL = 4300  # of these, frames/s of the recorded trial
 NUMBERED = 0x6FF
-ROOT = Path(__file__).parents[1]
-TRIALS = ROOT / "examples" / "trials"
-SLIPBENCH = (sys.executable, "-m", "slipbench")
+TRIAL = Path(__file__).parents[1] / "examples" / "trials" / "throttle_sweep.toml"
+Entry = tuple[int, int, bytes]  # identifier, flags, data
 
 
 def main(seconds: float = SECONDS) -> None:
     """Print the table."""
     print(f"{os.cpu_count()} processors, load average {os.getloadavg()[0]:.1f} before the run")
+    print(f"\nloop at 1 kHz and 8 000 frames/s, {seconds:g} s each\n{HEAD}", flush=True)
+    notes = []
     with tempfile.TemporaryDirectory() as folder:
-        trial = short_trial(Path(folder), seconds)
-        notes = []
-        print(f"\n1 kHz trial at 8 000 frames/s, {seconds:g} s of excitation\n{HEAD}")
+        source = Path(folder) / "trial"
+        run_trial(prepare(TRIAL), source, None)
+        entries = recorded_entries(source / FRAMES)
         for number, view in enumerate((False, True, False, True)):
-            run = Path(folder) / f"run-{number}"
-            page = ride(trial, run, view)
-            name = "with view" if view else "without view"
-            print(row(name, run))
-            notes.append(f"{name}: {recorded(run)}{page}")
-        print("", *notes, sep="\n")
+            run = prepared_folder(source, Path(folder) / f"run-{number}")
+            name = "with view and page" if view else "without view"
+            notes.append(f"{name}: {ride(run, entries, seconds, view)}")
+            lateness = read_ticks(run / TICKS, MILLISECOND)
+            print(Row(name, lateness.lateness, lateness.skipped), flush=True)
+    print("", *notes, sep="\n")
 
 
-def short_trial(folder: Path, seconds: float) -> Path:
-    """Trial file with an excitation of `seconds`."""
-    tree = load_toml(TRIALS / "throttle_sweep.toml")
-    tree["vehicle"] = str((TRIALS / tree["vehicle"]).resolve())
-    tree["excitation"]["duration"] = f"{seconds:g} s"
-    path = folder / "trial.toml"
-    path.write_text(tomli_w.dumps(tree))
-    return path
+def recorded_entries(log: Path) -> list[Entry]:
+    """Frames of a recorded trial from its button on, in their order."""
+    entries = []
+    for line in log.read_bytes().splitlines():
+        if found := LINE.fullmatch(line):
+            flags = SENT if found["direction"] == b"T" else 0
+            data = bytes.fromhex(found["classic"].decode())
+            entries.append((int(found["identifier"], 16), flags, data))
+    return entries[3 * OF_THE_TRIAL :]
 
 
-def ride(trial: Path, run: Path, view: bool) -> str:
-    """Run a trial into `run`; what the page received, in words."""
-    channel = f"view-{os.getpid()}-{run.name}"
-    on = ("--interface", "slipbench", "--channel", channel)
-    options = ("--view", "--view-address", "127.0.0.1:0") if view else ()
-    vehicle = subprocess.Popen(
-        [*SLIPBENCH, "vehicle", str(trial), *on],
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.DEVNULL,
+def prepared_folder(source: Path, folder: Path) -> Path:
+    """Run folder of a trial that begins."""
+    shutil.copytree(source, folder, ignore=shutil.ignore_patterns(FRAMES, TICKS))
+    description = (source / DESCRIPTION).read_text().partition("[outcome]")[0]
+    (folder / DESCRIPTION).write_text(description)
+    return folder
+
+
+def ride(run: Path, entries: list[Entry], seconds: float, view: bool) -> str:
+    """Run loop, recorder and view; what was recorded and what the page received, in words."""
+    lines: list[str] = []
+    address = address_of("127.0.0.1:0") if view else None
+    memory, ring = create_shared()
+    spawning = multiprocessing.get_context("spawn")
+    ours, theirs = spawning.Pipe()
+    recorder = start_recorder(memory.name, run, ["can0"], tick_table(prepare(TRIAL).trial))
+    loop = spawning.Process(target=run_loop, args=(memory.name, entries, seconds, theirs))
+    with live_view(run, address, lines.append, take_look=False):
+        loop.start()
+        theirs.close()
+        page = watch(lines[0], seconds) if view else ""
+        written, full, refused = ours.recv()
+        loop.join()
+    recorder.join()
+    ring.release()
+    memory.close()
+    memory.unlink()
+    recorded = (run / FRAMES).read_bytes().count(b"\n")
+    rights = f"; not granted: {', '.join(refused)}" if refused else ""
+    return (
+        f"{written} frames written, {recorded} recorded, {full} refused by the ring{page}{rights}"
     )
-    sender = multiprocessing.get_context("spawn").Process(target=send, args=(channel,))
-    sender.start()
-    with subprocess.Popen(
-        [*SLIPBENCH, "trial", str(trial), *on, *options, "--out", str(run)],
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.PIPE,
-        text=True,
-    ) as process:
-        said = watch(process) if view else ""
-        process.communicate()
-    sender.terminate()
-    vehicle.terminate()
-    sender.join()
-    vehicle.wait()
-    return said
 
 
-def send(channel: str) -> None:
-    """Send numbered frames in bursts until this process is ended."""
-    clock, number = MonotonicClock(0), 0
-    with can.Bus(interface="slipbench", channel=channel, bitrate=1_000_000) as bus:
-        due = clock.now_ns()
-        while True:
-            for _ in range(EXTRA):
-                data = (number & 0xFFFF).to_bytes(2, "big")
-                try:
-                    bus.send(can.Message(arbitration_id=NUMBERED, data=data, is_extended_id=False))
-                except can.CanOperationError:  # the buffer is full: the bus was held up
-                    break
-                number += 1
-            due = max(due + BURST, clock.now_ns() - 20 * MILLISECOND)
-            clock.sleep_until_ns(due)
+def run_loop(name: str, entries: list[Entry], seconds: float, pipe: Connection) -> None:
+    """Write frames into the ring in each tick: main function of the loop's process."""
+    memory, ring = attach_shared(name)
+    clock, most = MonotonicClock(), round(seconds * 1000)
+    source, written, full = cycle(entries), 0, 0
+    of_the_trial = 0
+
+    def tick(number: int, _due: int) -> bool:
+        nonlocal written, full, of_the_trial
+        share = (number + 1) * OF_THE_TRIAL // 1000 - of_the_trial
+        of_the_trial += share
+        count = (NUMBERED, 0, (number & 0xFFFF).to_bytes(2, "big"))
+        for identifier, flags, data in (*islice(source, share), *[count] * (PER_TICK - share)):
+            taken = ring.append(clock.now_ns(), identifier, flags, data)
+            written, full = written + taken, full + (not taken)
+        return number < most - 1
+
+    with realtime_process() as refused:
+        run_periodic(tick, MILLISECOND, clock, most, tick_recorder(ring))
+    ring.close()
+    pipe.send((written, full, [text.partition(" was ")[0] for text in refused]))
+    ring.release()
+    with closing(memory):
+        pipe.close()
 
 
-def watch(process: subprocess.Popen[str]) -> str:
-    """Receive the updates of a page while the trial runs; their rate in words."""
-    address = None
-    while address is None:
-        address = re.search(r"view: http://(\S+)/", process.stderr.readline())
-    times = []
-    with (
-        connect(f"ws://{address[1]}/live", max_size=None) as page,
-        suppress(ConnectionClosed),  # the trial has ended
-    ):
-        while True:
-            message = json.loads(page.recv())
-            if message.get("phase") in ("exciting", "settling"):
+def watch(line: str, seconds: float) -> str:
+    """Receive the updates of a page for most of the run; their rate in words."""
+    address = re.search(r"http://([^/]+)/", line)
+    assert address, line
+    times, behind = [], 0.0
+    with connect(f"ws://{address[1]}/live", max_size=None) as page, suppress(ConnectionClosed):
+        begin = time.monotonic()
+        while time.monotonic() < begin + 0.8 * seconds:
+            state = json.loads(page.recv())
+            if state["type"] == "update" and state.get("frames"):
                 times.append(time.monotonic())
-    span = times[-1] - times[0]
+                behind = max(behind, state["not_read"])
     gaps = sorted(after - before for before, after in pairwise(times))
+    rate = (len(times) - 1) / (times[-1] - times[0])
     return (
-        f"; the page got {(len(times) - 1) / span:.0f} updates/s,"
-        f" p99 of the time between two {gaps[int(0.99 * len(gaps))] * 1e3:.0f} ms"
-    )
-
-
-def row(name: str, run: Path) -> Row:
-    """Lateness of every tick of a run."""
-    lateness = read_ticks(run / TICKS, MILLISECOND)
-    return Row(name, lateness.lateness, lateness.skipped)
-
-
-def recorded(run: Path) -> str:
-    """Rate of the recorded frames, and which numbered ones are missing, in words."""
-    lines = (run / FRAMES).read_text().splitlines()
-    mark = f" {NUMBERED:03X}#"
-    numbers = [int(line.split("#")[1][:4], 16) for line in lines if mark in line]
-    missing = sum((after - before - 1) & 0xFFFF for before, after in pairwise(numbers))
-    first, last = (float(line[1 : line.index(")")]) for line in (lines[0], lines[-1]))
-    outcome = load_toml(run / "run.toml")["outcome"]
-    return (
-        f"{outcome['phase']}, {len(lines) / (last - first):.0f} frames/s,"
-        f" {missing} of {len(numbers) + missing} numbered frames missing"
+        f"; page: {rate:.1f} updates/s, p99 of the time between two"
+        f" {gaps[int(0.99 * len(gaps))] * 1e3:.0f} ms, {behind:.0f} bytes not shown"
     )
 
 

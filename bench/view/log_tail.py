@@ -20,17 +20,21 @@ class LogTail:
         if not self._path.exists():
             return b""
         with self._path.open("rb") as file:
-            self._skip(self._path.stat().st_size)
+            if self._skip(self._path.stat().st_size):
+                file.seek(self._done - 1)
+                self._done += len(file.readline()) - 1  # the rest of a line whose start was skipped
             file.seek(self._done)
             text = file.read(self._most)
         self._done += len(text)
         lines, _, self._torn = (self._torn + text).rpartition(b"\n")
         return lines + b"\n" if lines else b""
 
-    def _skip(self, size: int) -> None:
-        """Skip what is more than one read behind; the first line after it is torn, and dropped."""
+    def _skip(self, size: int) -> bool:
+        """Skip what is more than one read behind; whether something was."""
         behind = size - self._done - self._most
-        if behind > 0:
-            self._done += behind
-            self._torn = b""
-            self.skipped += behind
+        if behind <= 0:
+            return False
+        self._done += behind
+        self._torn = b""
+        self.skipped += behind
+        return True

@@ -17,6 +17,7 @@ PAGES = {
     "bindings.py": "Tick cost and lateness before and after binding files",
     "decode.py": "Decoding a whole log",
     "export.py": "Exporting a recording",
+    "view.py": "A trial with and without the live view",
 }
 QUIET = 0.5  # load average of an idle machine
 LIBRARIES = ("python-can", "cantools", "asammdf", "hilspy", "numpy")
