@@ -111,6 +111,9 @@ def base_only(
         ("asammdf", ("export", "run", "--format", "mf4")),
         ("asammdf", ("decode", "one.mf4", "--dbc", "car.dbc", "--out", "x.csv")),
         ("mcap", ("export", "run", "--format", "mcap")),
+        ("starlette", ("trial", "throttle_sweep", "--view")),
+        ("uvicorn", ("trial", "throttle_sweep", "--view-address", "127.0.0.1:0")),
+        ("websockets", ("view", "run")),
     ],
     ids=lambda value: value if isinstance(value, str) else f"{value[0]} {value[-1]}",
 )

@@ -24,6 +24,7 @@ class LiveSource:
         """Read by `view`, once `feed` runs."""
         self._view = view
         self._pages: set[asyncio.Queue[str]] = set()
+        self._complete = False
         self.updates = self.dropped = 0
 
     @property
@@ -35,6 +36,11 @@ class LiveSource:
     def running(self) -> bool:
         """Whether a trial runs."""
         return self._view.running
+
+    @property
+    def told(self) -> bool:
+        """Whether every page has the end of the newest run, with its quick look."""
+        return self._complete and all(queue.empty() for queue in self._pages)
 
     async def feed(self) -> None:
         """Read and send every `PERIOD`, for ever; a reader that was held up does not catch up.
@@ -58,6 +64,7 @@ class LiveSource:
         if began:
             self._publish(to_json({"type": "hello", **self._view.hello()}))
         self._publish(to_json({"type": "update", **state}))
+        self._complete = bool(state.get("outcome") and state.get("look"))
 
     async def stream(self, send: Send, receive: Receive, right: Right) -> None:
         """Send the run so far, then each update, until the page disconnects. It never receives."""

@@ -29,6 +29,7 @@ from slipbench.protocol.errors import InputError
 STARTING = 30.0  # s that the server has to start
 LOOKING = 30.0  # s that the quick look may take after the end
 LAST_UPDATES = 0.3  # s, so that the pages get the last state
+GLANCE, GLANCES = 0.05, 40  # s between two looks whether they have it, and their number
 NICENESS = 10  # below every process of the trial
 FAREWELL = "end"
 
@@ -129,7 +130,11 @@ def _finish(order: ViewOrder, source: LiveSource) -> None:
                 timeout=LOOKING,
                 check=False,
             )
-    pause.wait(2 * LAST_UPDATES)
+    for _ in range(GLANCES):
+        if source.told:
+            break
+        pause.wait(GLANCE)
+    pause.wait(LAST_UPDATES)  # what was sent last is under way
 
 
 def trip(source: LiveSource, parent: int) -> bool:

@@ -17,7 +17,7 @@ CHROMIUM = next(
 ADDRESS = re.compile(r"(?:view|may trip): (http://\S+)")
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def browser():
     """Headless Chromium of the system."""
     library = pytest.importorskip("playwright.sync_api", reason="pip install playwright")
