@@ -141,7 +141,7 @@ ALLOWED = {
         "bench/view/view_process.py",
     ),
     # The page of the live view.
-    "starlette": ("bench/view/server.py",),
+    "starlette": ("bench/view/server.py", "bench/view/web.py"),
     "uvicorn": ("bench/view/web.py",),
     "textual": ("bench/view/terminal.py",),
     # Many cases at once.

@@ -67,6 +67,7 @@ class LiveRun:
             "lateness": self._tick_watch.figures(),
             "not_read": self._frames.skipped,
             "samples": shown,
+            **self._end.last_phase(),
             "outcome": self._end.outcome,
             "look": self._end.look,
         }

@@ -58,6 +58,7 @@ class TrialObserver:
         trial = recorded.plan.trial
         self._recorded, self._limits = recorded, trial.limits
         self._codec = recorded.binding.codec()
+        self._reports = self._codec.has("TrialStatus")  # else authority alone tells the phase
         self._receiver = Receiver(
             recorded.binding,
             self._codec,
@@ -152,6 +153,8 @@ class TrialObserver:
             return
         match self._codec.decode(identifier, data, extended, bus):
             case ActuatorCommand() as command:
+                if not self._reports:
+                    self._enter(Phase.EXCITING if command.authority else Phase.IDLE, now)
                 self._command = command
                 self._receiver.requested(command, now)
             case TrialStatus(phase, _, trip):

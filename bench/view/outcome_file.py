@@ -41,6 +41,10 @@ class EndOfRun:
             changed = True
         return changed
 
+    def last_phase(self) -> dict[str, str]:
+        """The phase in which the trial ended, for buses on which no status reports it."""
+        return {"phase": str(self.outcome["phase"])} if "phase" in self.outcome else {}
+
     def _changed(self, name: str) -> bool:
         try:
             stamp = (self._folder / name).stat().st_mtime_ns

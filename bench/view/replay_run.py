@@ -85,6 +85,7 @@ class ReplayRun:
             **state_message(seen, self._recorded.plan.trial, start),
             "lateness": self._tick_watch.figures(),
             "samples": scaled(self._observer.samples(), start),
+            **(self._end.last_phase() if ended else {}),
             "outcome": self._end.outcome if ended else {},
             "look": self._end.look if ended else {},
             "runs": self._rows,

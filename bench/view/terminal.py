@@ -34,7 +34,6 @@ def terminal_app(
     """
     application: Any = optional_library("textual.app").App
     static: Any = optional_library("textual.widgets").Static
-    text: Any = optional_library("rich.text").Text
 
     class Watch(application):  # type: ignore[misc]  # textual is imported where it is used
         """Four blocks of text."""
@@ -60,8 +59,9 @@ def terminal_app(
         def renew(self) -> None:
             """Read the state and show it."""
             state = self.state = update()
-            colour = COLOURS.get(str(state.get("phase")), "bold")
-            self.query_one("#phase").update(text(phase_line(state), style=colour))
+            phase = self.query_one("#phase")
+            phase.styles.color = COLOURS.get(str(state.get("phase")))
+            phase.update(phase_line(state))
             for name, block in blocks(state).items():
                 self.query_one(f"#{name}").update(block)
 

@@ -1,9 +1,12 @@
 """Laws of the view's state: it is that of the gateway, whatever the pieces in which frames are read."""
 
 import math
+import re
+import shutil
 from itertools import pairwise
 
 import pytest
+import tomli_w
 
 from slipbench.bench.session.rider_line import ArmingWatch
 from slipbench.bench.trials.preparation import prepare
@@ -185,6 +188,36 @@ def test_the_slip_shown_is_that_of_a_turn_of_the_wheel(run):
     rows = [dict(zip(SAMPLED, row, strict=True)) for row in observed_in_pieces(run, 999).samples()]
     after = [row for row in rows if row["time"] > rows[-1]["time"] - 0.3]
     assert max(abs(row["slip"] - after[0]["slip"]) for row in after) < 0.004
+
+
+def test_without_a_status_of_the_trial_authority_tells_the_phase(run, tmp_path):
+    bare = tmp_path / "run"
+    shutil.copytree(run, bare)
+    text = (bare / "database.dbc").read_text()
+    number = re.search(r"BO_ (\d+) TrialStatus", text)[1]
+    text = re.sub(rf"BO_ {number} TrialStatus.*?\n\n", "", text, flags=re.DOTALL)
+    text = re.sub(rf"(CM_|BA_|VAL_)[^;]* {number} [^;]*;\n", "", text)
+    (bare / "database.dbc").write_text(text)
+    roles = load_toml(bare / "roles.toml")
+    for name in [each for each, role in roles["roles"].items() if "TrialStatus" in str(role)]:
+        del roles["roles"][name]
+    (bare / "roles.toml").write_text(tomli_w.dumps(roles))
+    observer, lines = (
+        TrialObserver(recorded_trial(bare)),
+        TimedLines(bare / "frames.log", frame_time),
+    )
+    exciting, settling = (
+        each["time_ns"] for each in load_toml(run / "run.toml")["outcome"]["phases"][1:3]
+    )
+    observer.observe(lines.until(exciting - 10_000_000))
+    assert observer.observed().phase == Phase.IDLE
+    observer.observe(lines.until(settling))
+    seen = observer.observed()
+    assert seen.phase == Phase.EXCITING
+    assert seen.limits["distance"] > 0.0
+    observer.observe(lines.until(10**18))
+    assert observer.observed().phase == Phase.IDLE
+    lines.close()
 
 
 def test_frames_that_were_not_read_make_the_button_unknown(run):
