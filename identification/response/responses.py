@@ -14,7 +14,8 @@ from slipbench.identification.response.quiet_reference import with_quiet_referen
 from slipbench.identification.response.response import FrequencyResponse
 from slipbench.identification.signals.dataset import Dataset
 from slipbench.identification.signals.filters import bridged
-from slipbench.identification.signals.motion import Motion
+from slipbench.identification.signals.motion import Motion, NoMotion
+from slipbench.identification.signals.named import named_signal
 from slipbench.identification.signals.slip import Slip
 from slipbench.identification.signals.trial_window import TrialWindow
 from slipbench.protocol.codec.messages import Authority
@@ -58,7 +59,7 @@ def responses(
     actuator = excited_actuator(trial, base, window)
     command, measured = INPUTS[actuator]
     pairs = [(command, "slip"), (measured, "slip"), (command, measured)]
-    found = [_response(base, moved.slip, window, trial, *pair) for pair in pairs]
+    found = [response_between(base, moved, window, trial, pair) for pair in pairs]
     found = [_quietened(one, base, moved, window, trial) for one in found]
     looped = _closed_loop(found[0], base, moved.slip, window)
     if looped is not None or (trial is not None and trial.controller is not None):
@@ -76,11 +77,38 @@ def _closed_loop(
     return feedback(bridged(base.signals[of.input])[part], bridged(slip.ratio)[part], base.rate, of)
 
 
-def _response(
-    base: Dataset, slip: Slip, window: TrialWindow, trial: TrialFile | None, u: str, y: str
+def chosen_response(
+    base: Dataset,
+    moved: Motion | NoMotion,
+    window: TrialWindow,
+    trial: TrialFile | None,
+    pair: tuple[str, str],
+) -> tuple[FrequencyResponse | NoResponse, ...]:
+    """Response of an output to an input that the user selected, also where the loop is closed.
+
+    Feedback from output to input then stands beside it as a `NoResponse`: the response is biased.
+    """
+    found = response_between(base, moved, window, trial, pair)
+    if isinstance(found, NoResponse):
+        return (found,)
+    part = window.exciting
+    u, y = (named_signal(base, moved, name) for name in pair)
+    assert u is not None
+    assert y is not None
+    looped = feedback(bridged(u)[part], bridged(y)[part], base.rate, found)
+    return (found,) if looped is None else (found, NoResponse(*pair, looped.reason))
+
+
+def response_between(
+    base: Dataset,
+    moved: Motion | NoMotion,
+    window: TrialWindow,
+    trial: TrialFile | None,
+    pair: tuple[str, str],
 ) -> FrequencyResponse | NoResponse:
-    taken = slip.ratio if y == "slip" else base.get(y)
-    given = base.get(u)
+    """Response between two signals by name in a window, or why there is none."""
+    u, y = pair
+    given, taken = (named_signal(base, moved, name) for name in pair)
     absent = tuple(role for role, x in ((u, given), (y, taken)) if x is None)
     if given is None or taken is None:
         return NoResponse(u, y, "not recorded", absent)
