@@ -128,14 +128,15 @@ def write_report(found: "Identification", study: "Study", out: Path, figures: Pa
     """
     from slipbench.identification.report.key_figures import key_figures
     from slipbench.identification.report.report import draw, report, write_figures
+    from slipbench.identification.session.run_verdict import run_verdict
 
-    drawn = draw(found, study)
+    drawn, verdict = draw(found, study), run_verdict(found, study)
     try:
         make_folders(out, *([] if figures is None else [figures]))
-        numbers = json.dumps(_plain(key_figures(found, study)), indent=2, allow_nan=False)
+        numbers = json.dumps(_plain(key_figures(found, study, verdict)), indent=2, allow_nan=False)
         (out / "identification.json").write_text(numbers + "\n", encoding="utf-8")
         path = out / "report.html"
-        path.write_text(report(found, study, drawn), encoding="utf-8")
+        path.write_text(report(found, study, drawn, verdict), encoding="utf-8")
         if figures is not None:
             write_figures(drawn, figures)
     except OSError as fault:
@@ -152,8 +153,9 @@ def summary(found: "Identification", study: "Study") -> list[str]:
     """Key figures as lines for a terminal."""
     from slipbench.identification.report.headline import headline
     from slipbench.identification.report.tiles import tiles
+    from slipbench.identification.session.run_verdict import run_verdict
 
-    lines = [headline(found), ""]
+    lines = [headline(found), f"Verdict on the run: {run_verdict(found, study)}.", ""]
     shown = tiles(found, study)
     label = max((len(tile.label) for tile in shown), default=0)
     value = max((len(tile.value) for tile in shown), default=0)

@@ -115,4 +115,4 @@ def _upper(fit: RationalFit, x: FloatArray, kind: str) -> ComplexArray:
 def _nearest(candidates: ComplexArray, to: ComplexArray) -> ComplexArray:
     if not to.size:
         return to
-    return candidates[np.argmin(np.abs(candidates[None, :] - to[:, None]), axis=1)]
+    return np.asarray(candidates[np.argmin(np.abs(candidates[None, :] - to[:, None]), axis=1)])

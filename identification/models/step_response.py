@@ -14,6 +14,7 @@ from slipbench.protocol.recording.channel import FloatArray
 
 POINTS = 500
 STEP = 1e-4  # of a parameter, finite-difference step
+ABOVE = 2.0  # times the top of the band; a pair of poles beyond is not counted
 SETTLED = 5.0  # time constants of the slowest pole that are shown
 
 
@@ -29,13 +30,14 @@ class StepResponse:
 def step_response(fit: RationalFit, duration: float | None = None) -> StepResponse:
     """Step response; by default until the slowest pole has settled, at most 3 periods of the lowest line.
 
-    The band is that of the parameters, linearised, and of the plausible other orders.
+    The band is that of the parameters, linearised, and of the plausible other orders; an order that
+    rings above the band is left out, because nothing was measured there.
     """
     duration = duration or _settled(fit)
     time = np.arange(POINTS) * duration / (POINTS - 1)
     value, variance = _of_order(fit, time)
     others = []
-    for weight, rival in fit.rivals:
+    for weight, rival in (one for one in fit.rivals if _within_band(one[1])):
         other, own = _of_order(rival, time)
         others.append((weight, ACROSS * np.sqrt(own), other - value))
     return StepResponse(time, value, mixed(ACROSS * np.sqrt(variance), others))
@@ -59,6 +61,12 @@ def _of_order(fit: RationalFit, time: FloatArray) -> tuple[FloatArray, FloatArra
     J = np.stack(slopes, axis=1)
     variance = np.einsum("ij,jk,ik->i", J, fit.covariance[:-1, :-1], J)
     return value, np.asarray(np.maximum(variance, 0.0))
+
+
+def _within_band(fit: RationalFit) -> bool:
+    poles = fit.model.poles
+    swinging = np.abs(poles[np.abs(poles.imag) > np.abs(poles.real)])
+    return bool(np.all(swinging <= ABOVE * 2 * np.pi * fit.lines.frequency[-1]))
 
 
 def _settled(fit: RationalFit) -> float:
