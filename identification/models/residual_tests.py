@@ -39,12 +39,14 @@ class CorrelationTest:
     lag          s, (m,); value: magnitude of the correlation coefficient, (m,), 0..1
     bound        that 95 % of the values are below, each by itself, where the test's law holds
     probability  of so much correlation by chance, over all lags
+    share        of the residual's amplitude that is correlated beyond chance, 0..1
     """
 
     lag: FloatArray
     value: FloatArray
     bound: float
     probability: float
+    share: float
 
     @property
     def passed(self) -> bool:
@@ -144,4 +146,5 @@ def _judged(value: FloatArray, lines: int, lag: FloatArray, parameters: int = 0)
         value,
         float(np.sqrt(-np.log(1 - CONFIDENCE) / lines)),
         float(stats.chi2.sf(statistic, max(2 * value.size - parameters, 1))),
+        float(np.sqrt(np.clip(np.sum(value**2) - value.size / lines, 0.0, 1.0))),
     )

@@ -62,6 +62,16 @@ class Validation:
     error: float
     tests: ResidualTests | NoTests
 
+    @property
+    def missing(self) -> float:
+        """Share of the output's amplitude that depends on the input and is not in the model.
+
+        0 where the test of the cross-correlation passes or is not performed.
+        """
+        if isinstance(self.tests, NoTests) or self.tests.cross_correlation.passed:
+            return 0.0
+        return self.tests.cross_correlation.share * self.error / float(np.std(self.measured))
+
 
 @dataclass(frozen=True)
 class NoValidation:

@@ -4,7 +4,7 @@ from typing import Any
 
 from slipbench.identification.models.residual_tests import CorrelationTest, NoTests
 from slipbench.identification.models.validation import Validation
-from slipbench.identification.report.words import name, of_role, shown_deviation
+from slipbench.identification.report.words import name, of_role, p_value, shown_deviation
 
 Rows = list[tuple[str, str]]
 
@@ -34,7 +34,8 @@ def _tests(of: Validation) -> Rows:
             _said(
                 tests.cross_correlation,
                 "no significant unmodelled dynamics",
-                "the residual depends on the input: the model lacks dynamics",
+                f"the residual depends on the input: the model lacks dynamics of about"
+                f" {100 * of.missing:.1f} % of the output",
             ),
         ),
         (
@@ -51,7 +52,7 @@ def _tests(of: Validation) -> Rows:
 
 def _said(test: CorrelationTest, passed: str, failed: str) -> str:
     word, meaning = ("passed", passed) if test.passed else ("failed", failed)
-    return f"{word} (p = {test.probability:.2g}): {meaning}"
+    return f"{word} ({p_value(test.probability)}): {meaning}"
 
 
 def figures(of: Validation) -> dict[str, Any]:
@@ -64,6 +65,7 @@ def figures(of: Validation) -> dict[str, Any]:
         "held_out": of.held_out,
         "nrmse_fit": of.fit,
         "error": of.error,
+        "missing": of.missing,
         "residual_tests": None
         if isinstance(tests, NoTests)
         else {

@@ -50,6 +50,11 @@ def shown_deviation(value: float, si: str) -> str:
     return f"{value * factor:.3g} {unit(si)}"
 
 
+def p_value(probability: float) -> str:
+    """Probability of a test, such as "p = 0.03"; below 0.001 only that it is."""
+    return f"p = {probability:.2g}" if probability >= 1e-3 else "p < 0.001"
+
+
 def of_role(role: str) -> str:
     """SI unit of a role, of slip or of slip speed."""
     return unit_of(role)

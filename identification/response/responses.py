@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from slipbench.identification.response.feedback import Feedback, feedback
-from slipbench.identification.response.local_polynomial import sweep_response
+from slipbench.identification.response.local_polynomial import WINDOW, sweep_response
 from slipbench.identification.response.periodic import periodic_response
 from slipbench.identification.response.quiet_reference import with_quiet_reference
 from slipbench.identification.response.response import FrequencyResponse
@@ -28,6 +28,7 @@ INPUTS = {
     "spark": ("spark_command", "spark_advance"),
 }
 CONTROLLED = "the trial ran under slip control: in a closed loop the response cannot be identified"
+NARROW = 0.05  # of the band, half width of the windows where no trial says what to expect
 STILL = 1e-6  # an input that moves less than this did not excite
 
 
@@ -168,9 +169,13 @@ def _estimate(
         case Square():
             lines = np.arange(1.0, max(2.0, 0.05 * rate / spec.frequency), 2)
             return periodic_response(u[part], y[part], rate, 1 / spec.frequency, lines, names)
-        case Sweep() | None:
+        case Sweep():
             band = _band(u[whole], spec, window, rate)
             return sweep_response(u[whole], y[whole], rate, band, names)
+        case None:  # the band may be as narrow as a rider's hand is slow
+            band = _band(u[whole], spec, window, rate)
+            narrow = min(WINDOW, NARROW * (band[1] - band[0]))
+            return sweep_response(u[whole], y[whole], rate, band, names, narrow)
 
 
 def swept_band(spec: Sweep, lasted: float) -> tuple[float, float]:

@@ -137,9 +137,8 @@ def _missing(
 ) -> InputError:
     known = [f"{name} [{unit}]" for name, (_, unit) in sorted(named_signals(base, moved).items())]
     return InputError(
-        what,
+        f"{what}; the signals are {', '.join(known) or 'none'}",  # the longest part of a message
         where=where,
-        expected=f"one of {', '.join(known) or 'none: the recording has no signal'}",
         remedy=f"give {option} one of these names",
     )
 

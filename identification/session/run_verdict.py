@@ -1,7 +1,8 @@
 """Verdict on an identified run: quick look, adequacy of the models, held-out data."""
 
+import numpy as np
+
 from slipbench.identification.models.recommended import Recommended
-from slipbench.identification.models.residual_tests import ResidualTests
 from slipbench.identification.models.study import Study
 from slipbench.identification.models.validation import Validation
 from slipbench.identification.report.run_verdict import RunVerdict
@@ -27,7 +28,15 @@ def run_verdict(found: Identification, study: Study) -> RunVerdict:
     doubts = (*_of_the_run(found, look), *_of_the_models(study))
     if doubts:
         return RunVerdict("usable with reservations", doubts)
-    return RunVerdict("good", (look.verdict.reason, *map(_held_out, study.validations[:1])))
+    return RunVerdict("good", (_summary(found, look), *map(_held_out, study.validations[:1])))
+
+
+def _summary(found: Identification, look: QuickLook) -> str:
+    band = reliable_band(found.main) if found.main else None
+    if found.pair is None or found.main is None or band is None:
+        return look.verdict.reason
+    least = float(np.median(found.main.coherence))
+    return f"{band[0]:.2g} to {band[1]:.3g} Hz reliable, coherence {least:.2f}"
 
 
 def _unusable(found: Identification, look: QuickLook) -> str:
@@ -84,11 +93,10 @@ def _of_validation(checked: Validation) -> list[str]:
     path, made = f"{name(checked.input)} to {name(checked.output)}", []
     if checked.fit < THRESHOLDS.held_out.value:
         made.append(f"the model from {path} fits held-out data with NRMSE {checked.fit:.0f} %")
-    tests = checked.tests
-    if isinstance(tests, ResidualTests) and not tests.cross_correlation.passed:
+    if checked.missing > THRESHOLDS.missing.value:
         made.append(
-            f"the residual of the model from {path} depends on the input"
-            f" (p = {tests.cross_correlation.probability:.1g}): dynamics are missing"
+            f"the model from {path} lacks dynamics: {checked.missing:.0%} of the output depends on the"
+            " input and is not in the model"
         )
     return made
 
