@@ -7,6 +7,7 @@ import numpy as np
 from slipbench.identification.models.study import Study
 from slipbench.identification.report import model_tables, validation_tables
 from slipbench.identification.report.headline import headline
+from slipbench.identification.report.identification_file import IDENTIFICATION_VERSION
 from slipbench.identification.report.run_verdict import RunVerdict
 from slipbench.identification.response.identify import Identification, slip_range
 from slipbench.identification.response.resonance import Resonance, low_frequency_delay
@@ -21,18 +22,16 @@ from slipbench.identification.signals.teeth import tooth_interval
 from slipbench.identification.signals.trial_window import TrialWindow
 from slipbench.protocol.recording.channel import FloatArray
 
-SCHEMA_VERSION = "1.0"  # of identification.json: the first number changes where a reader must
-
 
 def key_figures(
     found: Identification, study: Study, verdict: RunVerdict | None = None
 ) -> dict[str, Any]:
     """Results as a tree. Frequencies in Hz, times in s, slip and openings as ratios.
 
-    The tree follows `identification.schema.json` beside this file.
+    The tree is that of `IdentificationFile`, whose JSON schema is docs/reference/identification.schema.json.
     """
     return {
-        "schema_version": SCHEMA_VERSION,
+        "schema_version": IDENTIFICATION_VERSION,
         "recording": found.recording.folder.name,
         "duration": found.recording.duration,
         "headline": headline(found),

@@ -13,12 +13,11 @@ from slipbench.identification.report import drawing
 from slipbench.identification.report.chart import Chart, static
 from slipbench.identification.report.chart_script import script, style
 from slipbench.identification.report.frequency_charts import bode_chart
+from slipbench.identification.report.identification_file import COMPARISON_VERSION
 from slipbench.identification.report.words import name
 from slipbench.identification.session.comparison import ComparedRun, Comparison, Parameter
 from slipbench.identification.session.measures import response_tree
 from slipbench.protocol.output_folders import make_folders
-
-SCHEMA_VERSION = "1.0"  # of comparison.json
 
 
 def page(of: Comparison) -> str:
@@ -79,7 +78,7 @@ def lines(of: Comparison) -> list[str]:
 def figures(of: Comparison) -> dict[str, Any]:
     """Content of comparison.json."""
     return {
-        "schema_version": SCHEMA_VERSION,
+        "schema_version": COMPARISON_VERSION,
         "headline": of.headline,
         "input": of.pooled.input,
         "output": of.pooled.output,
