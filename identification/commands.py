@@ -29,34 +29,86 @@ def register(app: typer.Typer) -> None:
 
 
 def identify_command(
-    run: Annotated[Path, typer.Argument(help="Run folder of a trial or of an imported log.")],
+    runs: Annotated[
+        list[Path],
+        typer.Argument(metavar="RUN...", help="Run folder of a trial or of an imported log."),
+    ],
     out: Annotated[
-        Path | None, typer.Option(help="Folder for the report; default: the run folder.")
+        Path | None,
+        typer.Option(
+            help="Folder for the report; default: the run folder, for several runs `comparison`."
+        ),
     ] = None,
     figures: Annotated[
         Path | None, typer.Option(help="Folder for every figure as PNG; default: none.")
     ] = None,
+    window: Annotated[
+        str | None,
+        typer.Option(
+            metavar="START:END",
+            help="Part to identify from, in s after the start (12:42), or START-END in s or mm:ss"
+            " (1:05-2:10); default: the excitation of the trial.",
+        ),
+    ] = None,
+    input: Annotated[
+        str | None,
+        typer.Option(metavar="SIGNAL", help="Input signal; default: the actuator of the trial."),
+    ] = None,
+    output: Annotated[
+        str | None, typer.Option(metavar="SIGNAL", help="Output signal; default: slip.")
+    ] = None,
 ) -> None:
     """Identify a recording: slip, frequency response to throttle or spark, parametric model.
 
-    Writes report.html (self-contained) and identification.json.
+    Writes report.html (self-contained) and identification.json. With --window any recording can be
+    identified, also one without a trial. Several runs are compared: comparison.html and
+    comparison.json have the pooled response and the differences between the runs.
     """
     from slipbench.identification.response.from_folder import identified
+    from slipbench.identification.response.selection import Selection, parse_window
     from slipbench.protocol.recording.run_folder import read
 
-    console = Console(stderr=True)
+    selection = Selection(parse_window(window) if window else None, input, output)
+    console, made = Console(stderr=True), []
     with console.status("") as progress:
-        progress.update("reading the recording")
-        recording = read(run)
-        progress.update("identifying")
-        found = identified(recording)
-        progress.update("fitting models")
-        study = studied(found)
+        for run in runs:
+            progress.update(f"{run.name}: reading the recording")
+            recording = read(run)
+            progress.update(f"{run.name}: identifying")
+            found = identified(recording, selection)
+            progress.update(f"{run.name}: fitting models")
+            made.append((found, studied(found)))
         progress.update("drawing figures")
-        written = write_report(found, study, out or run, figures)
-    for line in summary(found, study):
+        if len(runs) > 1:
+            said, written = write_comparison(made, out or Path("comparison"), figures)
+        else:
+            said = summary(*made[0])
+            written = write_report(*made[0], out or runs[0], figures)
+    for line in said:
         typer.echo(line)
     typer.echo(f"report: {written}")
+
+
+def write_comparison(
+    runs: "list[tuple[Identification, Study]]", out: Path, figures: Path | None
+) -> tuple[list[str], Path]:
+    """Lines for a terminal and the path of comparison.html; also writes comparison.json.
+
+    figures: folder for the overlay as PNG. Raises InputError where the runs cannot be compared or a
+    file cannot be written.
+    """
+    from slipbench.identification.session import comparison_page
+    from slipbench.identification.session.comparison import compare
+
+    found = compare(runs)
+    made = {
+        "comparison.html": comparison_page.page(found),
+        "comparison.json": _json(comparison_page.figures(found)),
+    }
+    path = _written(out, made)
+    if figures is not None:
+        comparison_page.write_figure(found, figures)
+    return comparison_page.lines(found), path
 
 
 def model_command(
@@ -128,14 +180,15 @@ def write_report(found: "Identification", study: "Study", out: Path, figures: Pa
     """
     from slipbench.identification.report.key_figures import key_figures
     from slipbench.identification.report.report import draw, report, write_figures
+    from slipbench.identification.session.run_verdict import run_verdict
 
-    drawn = draw(found, study)
+    drawn, verdict = draw(found, study), run_verdict(found, study)
     try:
         make_folders(out, *([] if figures is None else [figures]))
-        numbers = json.dumps(_plain(key_figures(found, study)), indent=2, allow_nan=False)
+        numbers = json.dumps(_plain(key_figures(found, study, verdict)), indent=2, allow_nan=False)
         (out / "identification.json").write_text(numbers + "\n", encoding="utf-8")
         path = out / "report.html"
-        path.write_text(report(found, study, drawn), encoding="utf-8")
+        path.write_text(report(found, study, drawn, verdict), encoding="utf-8")
         if figures is not None:
             write_figures(drawn, figures)
     except OSError as fault:
@@ -152,8 +205,9 @@ def summary(found: "Identification", study: "Study") -> list[str]:
     """Key figures as lines for a terminal."""
     from slipbench.identification.report.headline import headline
     from slipbench.identification.report.tiles import tiles
+    from slipbench.identification.session.run_verdict import run_verdict
 
-    lines = [headline(found), ""]
+    lines = [headline(found), f"Verdict on the run: {run_verdict(found, study)}.", ""]
     shown = tiles(found, study)
     label = max((len(tile.label) for tile in shown), default=0)
     value = max((len(tile.value) for tile in shown), default=0)

@@ -11,6 +11,7 @@ from pydantic import Field
 from slipbench.bench.session.plan_file import SessionPlan
 from slipbench.identification.fleet.fleet_file import FleetFile
 from slipbench.identification.mismatch.systems.model_file import ModelFile
+from slipbench.identification.report.identification_file import FILES
 from slipbench.protocol.configuration import Seconds, Section
 from slipbench.protocol.controller_file import ControllerFile
 from slipbench.protocol.quantity import Between, Whole
@@ -24,7 +25,7 @@ from slipbench.reference.pages import pages, texts
 from tests.paths import ROOT
 
 FOLDER = ROOT / "docs" / "reference"
-READ = (TrialFile, SessionPlan, RoleMap, ControllerFile, ModelFile, FleetFile)
+READ = (TrialFile, SessionPlan, RoleMap, ControllerFile, ModelFile, FleetFile, *FILES.values())
 
 
 class Wheel(Section):

@@ -120,7 +120,7 @@ class RationalFit:
             (w, r.band(frequency), np.abs(r.response(frequency)) - np.abs(G))
             for w, r in self.rivals
         ]
-        return _mixed(own, others)
+        return mixed(own, others)
 
     def phase_band(self, frequency: FloatArray) -> FloatArray:
         """Half width of the 95 % band of the phase, rad, (n,)."""
@@ -130,7 +130,7 @@ class RationalFit:
             (w, r.phase_band(frequency), np.angle(r.response(frequency) / G))
             for w, r in self.rivals
         ]
-        return _mixed(own, others)
+        return mixed(own, others)
 
 
 def fit_order(lines: Lines, order: Order, delay: float | None = None) -> RationalFit:
@@ -253,7 +253,7 @@ def _single(fit: RationalFit) -> Mode:
     return Mode(frequency, 1.0, frequency * float(np.sqrt(fit.covariance[n, n])), 0.0)
 
 
-def _mixed(own: FloatArray, others: list[tuple[float, FloatArray, FloatArray]]) -> FloatArray:
+def mixed(own: FloatArray, others: list[tuple[float, FloatArray, FloatArray]]) -> FloatArray:
     """Half width under doubt between models: (weight, half width, distance) of the others.
 
     The variance of a mixture about one of its members (Burnham and Anderson, section 4.3.2).

@@ -7,6 +7,7 @@ study.models[0].fit.model, study.harmonics, study.left_out
 from dataclasses import dataclass
 
 from slipbench.identification.models.recommended import Recommended, recommended
+from slipbench.identification.models.validation import NoValidation, Validation, validated
 from slipbench.identification.response.describing_function import DescribingFunction, NoHarmonics
 from slipbench.identification.response.harmonics import harmonics
 from slipbench.identification.response.identify import Identification
@@ -21,12 +22,13 @@ from slipbench.protocol.notebook import card, table
 class Study:
     """models: one for each response to slip that carries one; harmonics: of the slip, in a sweep.
 
-    left_out: what the responses do not carry, beside what the recording does not.
+    validations: of the models, on held-out data of the same recording; left_out: what the responses do not carry, beside what the recording does not.
     """
 
     models: tuple[Recommended, ...]
     harmonics: DescribingFunction | None
     left_out: tuple[LeftOut, ...]
+    validations: tuple[Validation, ...] = ()
 
     def _repr_html_(self) -> str:
         models = [one.fit.model for one in self.models]
@@ -40,22 +42,29 @@ class Study:
 
 
 def study_of(found: Identification) -> Study:
-    """Model every response to slip; find the harmonics where a sweep excited."""
-    to_slip = [response for response in found.responses if response.output == "slip"]
-    tried = [(response, recommended(response)) for response in to_slip]
+    """Model every response to slip, or to the selected output, and validate the models; find the harmonics where a sweep excited."""
+    output = found.main.output if found.main else "slip"
+    tried = [(one, recommended(one)) for one in found.responses if one.output == output]
     models = tuple(model for _, model in tried if isinstance(model, Recommended))
     left = [
-        LeftOut(f"model from {response.input} to slip", why.reason)
+        LeftOut(f"model from {response.input} to {response.output}", why.reason)
         for response, why in tried
         if isinstance(why, NoRational)
+    ]
+    checked = [validated(found, one) for one in models]
+    validations = tuple(one for one in checked if isinstance(one, Validation))
+    left += [
+        LeftOut(f"validation of the model from {one.input} to {one.output}", one.reason)
+        for one in checked
+        if isinstance(one, NoValidation)
     ]
     if found.main is None:
         return Study(models, None, tuple(left))
     distorted = _harmonics(found)
     if isinstance(distorted, DescribingFunction):
-        return Study(models, distorted, tuple(left))
+        return Study(models, distorted, tuple(left), validations)
     left.append(LeftOut("higher harmonics of the slip", distorted.reason))
-    return Study(models, None, tuple(left))
+    return Study(models, None, tuple(left), validations)
 
 
 def _harmonics(found: Identification) -> DescribingFunction | NoHarmonics | NoSweep:

@@ -71,6 +71,14 @@ def _phase_step(span: float) -> float:
     return 15.0 if span < 90 else 45.0 if span < 360 else 90.0
 
 
+def _decibels(gain: Axes, unit: str) -> None:
+    """Second axis in dB: a logarithmic axis is linear in dB."""
+    right = gain.twinx()
+    low, high = gain.get_ylim()
+    right.set(ylim=(20 * np.log10(low), 20 * np.log10(high)), ylabel=f"dB re 1 {unit}")
+    right.grid(visible=False)
+
+
 def _format_axes(axes: list[Axes], found: list[FrequencyResponse], unit: str) -> None:
     reliable = [r.gain[r.reliable] for r in found if r.reliable.any()]
     factor = gain_unit(found[0].input, found[0].output)[0]
@@ -79,6 +87,7 @@ def _format_axes(axes: list[Axes], found: list[FrequencyResponse], unit: str) ->
         low, high = min(g.min() for g in reliable), max(g.max() for g in reliable)
         room = max(1.6, 2.5 * np.sqrt(low / high))
         axes[0].set_ylim(low * factor / room, high * factor * room)
+    _decibels(axes[0], unit)
     d.legend(axes[0], 2)
     axes[1].set_ylabel("phase / °")
     phases = [np.degrees(r.phase[r.reliable]) for r in found if r.reliable.any()]

@@ -47,16 +47,17 @@ def _not_valid(recording: Recording) -> str:
 def _response(main: FrequencyResponse, found: Identification) -> str:
     factor, unit = gain_unit(main.input, main.output)
     actuator = "spark" if main.input.startswith("spark") else "throttle"
+    path = f"of {name(main.output)} to {name(main.input) if found.pair else actuator}"
     quality = coherence(main)
     if isinstance(found.resonance, Resonance):
         peak = found.resonance
         return (
-            f"The response of slip to {actuator} has a resonance at "
+            f"The response {path} has a resonance at "
             f"{peak.frequency:.1f}\u00a0Hz, {decibel(peak.peak):.1f}\u00a0dB above its DC gain of "
             f"{peak.low_gain * factor:.2g} {unit}; {quality}."
         )
     return (
-        f"The response of slip to {actuator} was measured; {quality}. No resonance is given: "
+        f"The response {path} was measured; {quality}. No resonance is given: "
         f"{found.resonance.reason}."
     )
 

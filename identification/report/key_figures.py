@@ -5,8 +5,10 @@ from typing import Any
 import numpy as np
 
 from slipbench.identification.models.study import Study
-from slipbench.identification.report import model_tables
+from slipbench.identification.report import model_tables, validation_tables
 from slipbench.identification.report.headline import headline
+from slipbench.identification.report.identification_file import IDENTIFICATION_VERSION
+from slipbench.identification.report.run_verdict import RunVerdict
 from slipbench.identification.response.identify import Identification, slip_range
 from slipbench.identification.response.resonance import Resonance, low_frequency_delay
 from slipbench.identification.response.response import (
@@ -21,12 +23,20 @@ from slipbench.identification.signals.trial_window import TrialWindow
 from slipbench.protocol.recording.channel import FloatArray
 
 
-def key_figures(found: Identification, study: Study) -> dict[str, Any]:
-    """Results as a tree. Frequencies in Hz, times in s, slip and openings as ratios."""
+def key_figures(
+    found: Identification, study: Study, verdict: RunVerdict | None = None
+) -> dict[str, Any]:
+    """Results as a tree. Frequencies in Hz, times in s, slip and openings as ratios.
+
+    The tree is that of `IdentificationFile`, whose JSON schema is docs/reference/identification.schema.json.
+    """
     return {
+        "schema_version": IDENTIFICATION_VERSION,
         "recording": found.recording.folder.name,
         "duration": found.recording.duration,
         "headline": headline(found),
+        "verdict": verdict and {"word": verdict.word, "reasons": list(verdict.reasons)},
+        "selected": found.pair and {"input": found.pair[0], "output": found.pair[1]},
         "trial": _trial(found),
         "slip": _slip(found),
         "resonance": _resonance(found),
@@ -44,6 +54,7 @@ def key_figures(found: Identification, study: Study) -> dict[str, Any]:
             for x in (*found.left_out, *study.left_out)
         ],
         "models": [model_tables.figures(model) for model in study.models],
+        "validations": [validation_tables.figures(one) for one in study.validations],
         "responses": [_response(r) for r in found.responses],
     }
 

@@ -16,31 +16,46 @@ from slipbench.identification.report import (
     operation,
     slip_control,
     tables,
+    validation_tables,
 )
 from slipbench.identification.report.bode import bode
+from slipbench.identification.report.chart import Chart, static
+from slipbench.identification.report.chart_script import script, style
 from slipbench.identification.report.close_ups import close_ups
 from slipbench.identification.report.distributions import slip_statistics, spectra
+from slipbench.identification.report.frequency_charts import bode_chart, model_chart, nichols_chart
 from slipbench.identification.report.headline import headline
+from slipbench.identification.report.model_charts import (
+    residual_chart,
+    roots_chart,
+    step_chart,
+    validation_chart,
+)
 from slipbench.identification.report.model_figure import harmonics_figure, model_figure
 from slipbench.identification.report.overview import overview
+from slipbench.identification.report.run_verdict import RunVerdict
 from slipbench.identification.report.tiles import tiles
+from slipbench.identification.report.time_charts import time_chart
+from slipbench.identification.report.words import name
 from slipbench.identification.response.identify import Identification
 
 
 @dataclass(frozen=True)
 class Drawn:
-    """A figure, its name in the report and its caption."""
+    """A figure, its name in the report, its caption and its interactive form, if it has one."""
 
     name: str
     caption: str
     figure: Figure
+    chart: Chart | None = None
 
 
 def draw(found: Identification, study: Study) -> list[Drawn]:
     """All figures for which the recording has the data."""
     with drawing.style():
-        to_slip = [r for r in found.responses if r.output == "slip"]
-        servo = [r for r in found.responses if r.output != "slip"]
+        output = found.main.output if found.main else "slip"
+        to_slip = [r for r in found.responses if r.output == output]
+        servo = [r for r in found.responses if r.output != output]
         made = [
             ("overview", OVERVIEW, overview(found)),
             ("close_ups", CLOSE_UPS, close_ups(found)),
@@ -54,22 +69,56 @@ def draw(found: Identification, study: Study) -> list[Drawn]:
             ("bus_load", BUS_LOAD, operation.bus_load(found.recording)),
             ("lateness", LATENESS, operation.lateness(found.recording)),
         ]
-        return [Drawn(name, text, figure) for name, text, figure in made if figure is not None]
+        charts = interactive(found, study)
+        drawn = [Drawn(n, text, f, charts.get(n)) for n, text, f in made if f is not None]
+        return [
+            *drawn,
+            *(
+                Drawn(name, _caption(name), static(chart), chart)
+                for name, chart in charts.items()
+                if name not in {one.name for one in drawn}
+            ),
+        ]
 
 
-def report(found: Identification, study: Study, drawn: list[Drawn]) -> str:
-    """Report as HTML text."""
+def interactive(found: Identification, study: Study) -> dict[str, Chart]:
+    """Charts by the name of their figure, for which the recording has the data."""
+    output = found.main.output if found.main else "slip"
+    to_slip = [r for r in found.responses if r.output == output]
+    servo = [r for r in found.responses if r.output != output]
+    made = {
+        "overview": time_chart(found),
+        "response": bode_chart(to_slip) if to_slip else None,
+        "nichols": nichols_chart(to_slip, study.models) if to_slip else None,
+        "servo": bode_chart(servo) if servo else None,
+        "model": model_chart(study.models) if study.models else None,
+        "roots": roots_chart(study.models) if study.models else None,
+        "step": step_chart(study.models) if study.models else None,
+    }
+    for k, checked in enumerate(study.validations):
+        made[f"validation-{k}"] = validation_chart(checked)
+        made[f"residual-{k}"] = residual_chart(checked)
+    return {name: chart for name, chart in made.items() if chart is not None}
+
+
+def report(
+    found: Identification, study: Study, drawn: list[Drawn], verdict: RunVerdict | None = None
+) -> str:
+    """Report as HTML text. verdict: on the run, at the head of the page; None where nobody judged it."""
     environment = jinja2.Environment(
         autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
     here = files("slipbench.identification.report")
     template = environment.from_string((here / "report.html").read_text(encoding="utf-8"))
     return template.render(
-        style=Markup((here / "report.css").read_text(encoding="utf-8")),
+        style=style(),
         title=found.recording.folder.name,
         headline=headline(found),
+        verdict=verdict,
         tiles=tiles(found, study),
         figures={d.name: _inline(d) for d in drawn},
+        script=script({d.name: d.chart for d in drawn if d.chart is not None}),
+        output=name(found.main.output if found.main else "slip"),
         captions={d.name: d.caption for d in drawn},
         point=operating_region.operating_point(found),
         processing=operating_region.processing(found),
@@ -80,6 +129,10 @@ def report(found: Identification, study: Study, drawn: list[Drawn]) -> str:
         load=tables.bus_load(found.recording),
         lateness=tables.lateness(found.recording),
         models=[(model_tables.title(m), model_tables.rows(m)) for m in study.models],
+        validations=[
+            (validation_tables.title(v), validation_tables.rows(v), k)
+            for k, v in enumerate(study.validations)
+        ],
         left_out=(*found.left_out, *study.left_out),
         warnings=found.recording.description.get("warnings", []),
         roles=tables.roles(found),
@@ -94,6 +147,10 @@ def write_figures(drawn: list[Drawn], folder: Path) -> list[Path]:
     for item, path in zip(drawn, paths, strict=True):
         drawing.png(item.figure, path)
     return paths
+
+
+def _caption(name: str) -> str:
+    return CAPTIONS[name.partition("-")[0]]
 
 
 def _inline(drawn: Drawn) -> Markup:
@@ -118,6 +175,22 @@ HARMONICS = (
     "Second and third harmonic of slip relative to the first. Faded: 95 % interval wider than the "
     "value."
 )
+CAPTIONS = {
+    "nichols": "Points: reliable bins; lines: fitted models. The cursor gives the frequency.",
+    "roots": (
+        "Poles (x) and zeros (o) in Hz, with 95 % regions; those of real roots are intervals. A region "
+        "wider than its root's frequency is not drawn. The dead time has no root."
+    ),
+    "step": (
+        "Response of the fitted models to a unit step of the input, with 95 % band: parameters and "
+        "order. What is slower than the band of the measurement is not part of the model."
+    ),
+    "validation": "Held-out data: the model's response to the measured input, and the residual.",
+    "residual": (
+        "Correlation over the lines of the band. Dashed: 95 % of the values are below, each by itself, "
+        "where the residual is white (left) or independent of the input (right)."
+    ),
+}
 SERVO = "Throttle servo: from throttle command to measured throttle position."
 STATISTICS = "Slip wherever it is defined; the colour of the right panel is the number of samples."
 SPECTRA = (

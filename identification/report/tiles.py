@@ -71,9 +71,10 @@ def _delay_tiles(found: Identification) -> list[Tile]:
     known, made = delays(found), []
     if "input_to_slip" in known:
         note = "phase slope at low frequency; includes servo, intake and driveline"
-        made.append(
-            Tile("Group delay, command to slip", milliseconds(known["input_to_slip"]), note)
-        )
+        path = "command to slip"
+        if found.pair is not None:
+            path, note = " to ".join(map(name, found.pair)), "phase slope at low frequency"
+        made.append(Tile(f"Group delay, {path}", milliseconds(known["input_to_slip"]), note))
     if "encoder" in known:
         note = "mean age of the encoder speed; compensated in the analysis"
         made.append(Tile("Encoder delay", milliseconds(known["encoder"]), note))

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from slipbench.identification.signals.named import unit_of
 from slipbench.protocol.recording.channel import FloatArray
 
 _SHOWN = {
@@ -43,18 +44,27 @@ def shown(value: FloatArray, si: str) -> FloatArray:
     return value * factor + offset
 
 
+def shown_deviation(value: float, si: str) -> str:
+    """A difference of two values with its display unit. value: in the unit `si`."""
+    factor = _SHOWN.get(si, (1.0, 0.0, si))[0]
+    return f"{value * factor:.3g} {unit(si)}"
+
+
+def p_value(probability: float) -> str:
+    """Probability of a test, such as "p = 0.03"; below 0.001 only that it is."""
+    return f"p = {probability:.2g}" if probability >= 1e-3 else "p < 0.001"
+
+
 def of_role(role: str) -> str:
-    """SI unit of an input role, of slip or of the engine speed."""
-    if role.startswith("spark"):
-        return "rad"
-    return "rad/s" if role == "engine_speed" else "1"
+    """SI unit of a role, of slip or of slip speed."""
+    return unit_of(role)
 
 
 def gain_unit(input_role: str, output_role: str) -> tuple[float, str]:
     """Factor from SI and display unit of a gain, such as percent slip per percent throttle."""
     over, under = of_role(output_role), of_role(input_role)
-    factor = _SHOWN[over][0] / _SHOWN[under][0]
-    return factor, f"{_SHOWN[over][2]}\u2009/\u2009{_SHOWN[under][2]}"
+    factors = [_SHOWN.get(si, (1.0, 0.0, si))[0] for si in (over, under)]
+    return factors[0] / factors[1], f"{unit(over)}\u2009/\u2009{unit(under)}"
 
 
 def decibel(ratio: float) -> float:

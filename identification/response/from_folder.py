@@ -3,6 +3,7 @@
 from pathlib import Path
 
 from slipbench.identification.response.identify import Identification, identify
+from slipbench.identification.response.selection import Selection
 from slipbench.identification.signals.trial_window import NoExcitation
 from slipbench.protocol.errors import InputError
 from slipbench.protocol.recording.recording import Recording
@@ -14,7 +15,7 @@ def identified_folder(run: Path) -> Identification:
     return identified(read(run))
 
 
-def identified(recording: Recording) -> Identification:
+def identified(recording: Recording, selection: Selection | None = None) -> Identification:
     """Identify, or say why nothing can be identified. Raises InputError."""
     if not any(channel.time.size for channel in recording.channels.values()):
         raise InputError(
@@ -24,7 +25,7 @@ def identified(recording: Recording) -> Identification:
             found=f"{recording.frame_count} frames, none of which a role comes from",
             remedy="check that the role map and the database belong to this vehicle",
         )
-    found = identify(recording)
+    found = identify(recording, selection)
     if isinstance(found.window, NoExcitation) and found.window.tripped:
         raise InputError(
             "the trial tripped before it excited anything",

@@ -1,6 +1,6 @@
 """Identification of a recording: all analyses, joined in one function."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -9,18 +9,19 @@ from slipbench.identification.response.following import Following, following
 from slipbench.identification.response.left_out import LeftOut, left_out
 from slipbench.identification.response.resonance import NoResonance, Resonance, resonance
 from slipbench.identification.response.response import FrequencyResponse
-from slipbench.identification.response.responses import NoResponse, responses
+from slipbench.identification.response.responses import NoResponse, chosen_response, responses
+from slipbench.identification.response.selection import Selection, selected_pair, selected_window
 from slipbench.identification.response.spectra import spectra
 from slipbench.identification.signals.aligned import Aligned, aligned
 from slipbench.identification.signals.dataset import Dataset, dataset
 from slipbench.identification.signals.motion import Motion, NoMotion, motion
+from slipbench.identification.signals.named import named_signals
 from slipbench.identification.signals.spectrum import Spectrum
 from slipbench.identification.signals.trial_window import NoExcitation, TrialWindow, trial_window
 from slipbench.protocol.extras import optional_library
 from slipbench.protocol.notebook import card, table
 from slipbench.protocol.recording.channel import FloatArray
 from slipbench.protocol.recording.recording import Recording
-from slipbench.protocol.recording.roles import ROLES
 
 
 @dataclass(frozen=True)
@@ -28,6 +29,7 @@ class Identification:
     """All that was found in a recording; `main` is the response that the trial was made for.
 
     following: how the slip followed its target, None where no controller had a target.
+    pair: input and output that the user selected, None where they are the trial's.
     """
 
     recording: Recording
@@ -41,6 +43,7 @@ class Identification:
     spectra: tuple[Spectrum, ...]
     left_out: tuple[LeftOut, ...]
     following: Following | None = None
+    pair: tuple[str, str] | None = None
 
     def signals(self) -> dict[str, tuple[FloatArray, str]]:
         """Every signal on the common time base `base.time`: values of shape (n,) and SI unit.
@@ -48,14 +51,7 @@ class Identification:
         Beside the recorded roles: slip (1) and slip_speed (m/s), where they are known. NaN where a
         value is not known.
         """
-        found = {
-            role: (value, ROLES[role].unit if role in ROLES else "")
-            for role, value in self.base.signals.items()
-        }
-        if isinstance(self.motion, Motion):
-            found["slip"] = (self.motion.slip.ratio, "1")
-            found["slip_speed"] = (self.motion.slip.speed, "m/s")
-        return found
+        return named_signals(self.base, self.motion)
 
     def to_pandas(self) -> Any:
         """A pandas.DataFrame of all signals in SI on one time base, indexed by time in s.
@@ -101,26 +97,42 @@ class Identification:
         )
 
 
-def identify(recording: Recording) -> Identification:
-    """Align, measure slip, estimate responses and spectra; what is not possible is said."""
+def identify(recording: Recording, selection: Selection | None = None) -> Identification:
+    """Align, measure slip, estimate responses and spectra; what is not possible is said.
+
+    selection: window, input and output where they are not the trial's. Raises InputError where the
+    recording does not have what is selected.
+    """
+    selection = selection or Selection()
     data = aligned(recording)
     base = dataset(data)
-    moved, window = motion(data, base), trial_window(base)
-    tried = _responses(base, moved, window, recording)
+    where = recording.folder.name
+    moved = motion(data, base)
+    window = selected_window(selection, base, where) or trial_window(base)
+    pair = selected_pair(selection, base, moved, window, where)
+    if selection.window is not None:  # then nothing is known of the excitation
+        recording = replace(recording, trial=None)
+    tried = _responses(base, moved, window, recording, pair)
     found = tuple(r for r in tried if isinstance(r, FrequencyResponse))
-    main = next((r for r in found if r.output == "slip"), None)
+    main = next((r for r in found if r.output == (pair[1] if pair else "slip")), None)
     peak = resonance(main) if main else NoResonance("no response to slip was measured")
     drawn = spectra(data, base, moved, window)
     left = left_out(data, moved, window, tried, drawn)
     followed = following(base, moved, window, recording.trial)
     return Identification(
-        recording, data, base, moved, window, found, main, peak, drawn, left, followed
+        recording, data, base, moved, window, found, main, peak, drawn, left, followed, pair
     )
 
 
 def _responses(
-    base: Dataset, moved: Motion | NoMotion, window: TrialWindow | NoExcitation, of: Recording
+    base: Dataset,
+    moved: Motion | NoMotion,
+    window: TrialWindow | NoExcitation,
+    of: Recording,
+    pair: tuple[str, str] | None,
 ) -> tuple[FrequencyResponse | NoResponse, ...]:
+    if pair is not None and isinstance(window, TrialWindow):
+        return chosen_response(base, moved, window, of.trial, pair)
     if isinstance(moved, NoMotion) or isinstance(window, NoExcitation):
         return ()
     return responses(base, moved, window, of.trial)

@@ -16,6 +16,7 @@ import numpy as np
 from scipy import optimize, stats
 
 from slipbench.identification.response.response import ComplexArray, FrequencyResponse
+from slipbench.identification.signals.samples import BoolArray
 from slipbench.protocol.recording.channel import FloatArray
 
 FEWEST = 8  # lines
@@ -84,6 +85,16 @@ def without(lines: Lines, path: KnownPath) -> Lines:
     """Take a known path off a response; the residual is to be fitted."""
     known = path.response(lines.frequency)
     return replace(lines, value=lines.value / known, deviation=lines.deviation / np.abs(known))
+
+
+def subset(lines: Lines, kept: BoolArray) -> Lines:
+    """Lines that are kept. kept: (n,) bool."""
+    return replace(
+        lines,
+        frequency=lines.frequency[kept],
+        value=lines.value[kept],
+        deviation=lines.deviation[kept],
+    )
 
 
 @dataclass(frozen=True)

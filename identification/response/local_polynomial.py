@@ -27,14 +27,16 @@ def sweep_response(
     rate: float,
     band: tuple[float, float],
     names: tuple[str, str] = ("u", "y"),
+    half_width: float = WINDOW,
 ) -> FrequencyResponse:
     """Estimate the response of y to u over a band.
 
-    u, y: (n,), without unknown samples; rate: Hz; band: Hz, lowest and highest excited frequency.
+    u, y: (n,), without unknown samples; rate: Hz; band: Hz, lowest and highest excited frequency;
+    half_width: Hz, of the window of lines.
     Raises ValueError where the record is too short for the band.
     """
     resolution = rate / u.size
-    half = max(FEWEST, round(WINDOW / resolution))
+    half = max(FEWEST, round(half_width / resolution))
     lowest = max(1, int(np.ceil(band[0] / resolution)))
     highest = min(u.size // 2, int(np.floor(band[1] / resolution)))
     if highest - lowest < 2 * half:

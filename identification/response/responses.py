@@ -8,13 +8,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from slipbench.identification.response.feedback import Feedback, feedback
-from slipbench.identification.response.local_polynomial import sweep_response
+from slipbench.identification.response.local_polynomial import WINDOW, sweep_response
 from slipbench.identification.response.periodic import periodic_response
 from slipbench.identification.response.quiet_reference import with_quiet_reference
 from slipbench.identification.response.response import FrequencyResponse
 from slipbench.identification.signals.dataset import Dataset
 from slipbench.identification.signals.filters import bridged
-from slipbench.identification.signals.motion import Motion
+from slipbench.identification.signals.motion import Motion, NoMotion
+from slipbench.identification.signals.named import named_signal
 from slipbench.identification.signals.slip import Slip
 from slipbench.identification.signals.trial_window import TrialWindow
 from slipbench.protocol.codec.messages import Authority
@@ -27,6 +28,7 @@ INPUTS = {
     "spark": ("spark_command", "spark_advance"),
 }
 CONTROLLED = "the trial ran under slip control: in a closed loop the response cannot be identified"
+NARROW = 0.05  # of the band, half width of the windows where no trial says what to expect
 STILL = 1e-6  # an input that moves less than this did not excite
 
 
@@ -58,7 +60,7 @@ def responses(
     actuator = excited_actuator(trial, base, window)
     command, measured = INPUTS[actuator]
     pairs = [(command, "slip"), (measured, "slip"), (command, measured)]
-    found = [_response(base, moved.slip, window, trial, *pair) for pair in pairs]
+    found = [response_between(base, moved, window, trial, pair) for pair in pairs]
     found = [_quietened(one, base, moved, window, trial) for one in found]
     looped = _closed_loop(found[0], base, moved.slip, window)
     if looped is not None or (trial is not None and trial.controller is not None):
@@ -76,11 +78,38 @@ def _closed_loop(
     return feedback(bridged(base.signals[of.input])[part], bridged(slip.ratio)[part], base.rate, of)
 
 
-def _response(
-    base: Dataset, slip: Slip, window: TrialWindow, trial: TrialFile | None, u: str, y: str
+def chosen_response(
+    base: Dataset,
+    moved: Motion | NoMotion,
+    window: TrialWindow,
+    trial: TrialFile | None,
+    pair: tuple[str, str],
+) -> tuple[FrequencyResponse | NoResponse, ...]:
+    """Response of an output to an input that the user selected, also where the loop is closed.
+
+    Feedback from output to input then stands beside it as a `NoResponse`: the response is biased.
+    """
+    found = response_between(base, moved, window, trial, pair)
+    if isinstance(found, NoResponse):
+        return (found,)
+    part = window.exciting
+    u, y = (named_signal(base, moved, name) for name in pair)
+    assert u is not None
+    assert y is not None
+    looped = feedback(bridged(u)[part], bridged(y)[part], base.rate, found)
+    return (found,) if looped is None else (found, NoResponse(*pair, looped.reason))
+
+
+def response_between(
+    base: Dataset,
+    moved: Motion | NoMotion,
+    window: TrialWindow,
+    trial: TrialFile | None,
+    pair: tuple[str, str],
 ) -> FrequencyResponse | NoResponse:
-    taken = slip.ratio if y == "slip" else base.get(y)
-    given = base.get(u)
+    """Response between two signals by name in a window, or why there is none."""
+    u, y = pair
+    given, taken = (named_signal(base, moved, name) for name in pair)
     absent = tuple(role for role, x in ((u, given), (y, taken)) if x is None)
     if given is None or taken is None:
         return NoResponse(u, y, "not recorded", absent)
@@ -140,9 +169,13 @@ def _estimate(
         case Square():
             lines = np.arange(1.0, max(2.0, 0.05 * rate / spec.frequency), 2)
             return periodic_response(u[part], y[part], rate, 1 / spec.frequency, lines, names)
-        case Sweep() | None:
+        case Sweep():
             band = _band(u[whole], spec, window, rate)
             return sweep_response(u[whole], y[whole], rate, band, names)
+        case None:  # the band may be as narrow as a rider's hand is slow
+            band = _band(u[whole], spec, window, rate)
+            narrow = min(WINDOW, NARROW * (band[1] - band[0]))
+            return sweep_response(u[whole], y[whole], rate, band, names, narrow)
 
 
 def swept_band(spec: Sweep, lasted: float) -> tuple[float, float]:

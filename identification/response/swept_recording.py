@@ -17,6 +17,7 @@ from slipbench.identification.response.responses import (
 from slipbench.identification.response.swept_run import SweptRun, swept_run
 from slipbench.identification.signals.filters import bridged
 from slipbench.identification.signals.motion import NoMotion
+from slipbench.identification.signals.named import COMPUTED, named_signal
 from slipbench.identification.signals.swept_phase import NoSweep
 from slipbench.identification.signals.trial_window import NoExcitation
 from slipbench.protocol.recording.channel import FloatArray
@@ -43,9 +44,11 @@ def signals_of(
     """
     if isinstance(found.window, NoExcitation):
         return NoSweep(found.window.reason)
-    actuator = excited_actuator(found.recording.trial, found.base, found.window)
-    command = INPUTS[actuator][0]
-    names = (given or command, taken, command)
+    if found.pair is not None:
+        names = (given or found.pair[0], taken, given or found.pair[0])
+    else:
+        actuator = excited_actuator(found.recording.trial, found.base, found.window)
+        names = (given or INPUTS[actuator][0], taken, INPUTS[actuator][0])
     parts = []
     for name in names:
         part = _part(found, name)
@@ -58,13 +61,10 @@ def signals_of(
 def _part(found: Identification, name: str) -> FloatArray | NoSweep:
     """A signal during the excitation, or why it cannot be had."""
     assert not isinstance(found.window, NoExcitation)
-    if name == "slip":
-        if isinstance(found.motion, NoMotion):
-            return NoSweep(found.motion.reason)
-        signal = found.motion.slip.ratio
-    else:
-        signal = found.base.signals.get(name, np.empty(0))
-    if not signal.size:
+    if name in COMPUTED and isinstance(found.motion, NoMotion):
+        return NoSweep(found.motion.reason)
+    signal = named_signal(found.base, found.motion, name)
+    if signal is None:
         return NoSweep(f"{name} was not recorded")
     part = signal[found.window.exciting]
     unknown = float(np.mean(~np.isfinite(part)))

@@ -23,6 +23,8 @@ class Thresholds:
     room              margin from which a larger amplitude is safe to propose
     distance          largest relative distance from the earlier repeats
     chance            largest probability of such a distance by noise alone
+    missing           largest share of the output that depends on the input beyond the model
+    held_out          least NRMSE fit of a model on held-out data
     raised, lowered   factors of an amplitude that is proposed where no margin gives one
     """
 
@@ -44,6 +46,12 @@ class Thresholds:
     )
     chance: Threshold = Threshold(
         0.001, "1", "one false alarm in a thousand runs; noise that the intervals know is no fault"
+    )
+    held_out: Threshold = Threshold(
+        50.0, "%", "below it the model misses more than a quarter of the output's power"
+    )
+    missing: Threshold = Threshold(
+        0.03, "1", "a smaller gap changes no design; the test sees gaps of half a percent"
     )
     raised: Threshold = Threshold(1.5, "1", "twice the power; slip stays within half of its range")
     lowered: Threshold = Threshold(0.7, "1", "half the power; the largest step that needs no model")

@@ -53,7 +53,7 @@ def trial_window(base: Dataset) -> TrialWindow | NoExcitation:
             f"the excitation lasted {(run.stop - run.start) / base.rate:.2f} s, "
             f"at least {SHORTEST:g} s are needed"
         )
-    return TrialWindow(run, _with_margin(run, base, bool(trip)), trip, when)
+    return TrialWindow(run, with_margin(run, base, bool(trip)), trip, when)
 
 
 def tripped(base: Dataset) -> tuple[TripReason, float]:
@@ -106,8 +106,8 @@ def _longest(active: BoolArray) -> slice | None:
     return slice(int(starts[best]), int(ends[best]))
 
 
-def _with_margin(run: slice, base: Dataset, cut: bool) -> slice:
-    """Widen a segment; not beyond a trip, after which anything may happen."""
+def with_margin(run: slice, base: Dataset, cut: bool = False) -> slice:
+    """Segment with up to 2 s to each side; not beyond a trip (`cut`), after which anything may happen."""
     margin = round(MARGIN * base.rate)
     stop = run.stop if cut else min(run.stop + margin, base.time.size)
     return slice(max(run.start - margin, 0), stop)

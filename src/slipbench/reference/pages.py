@@ -5,6 +5,12 @@ from pathlib import Path
 from slipbench.bench.session.plan_file import SessionPlan
 from slipbench.identification.fleet.fleet_file import FleetFile
 from slipbench.identification.mismatch.systems.model_file import ModelFile
+from slipbench.identification.report.identification_file import (
+    FILES,
+    ComparisonFile,
+    IdentificationFile,
+    schema_text,
+)
 from slipbench.protocol.binding.missing import needs
 from slipbench.protocol.controller_file import ControllerFile
 from slipbench.protocol.recording.message_rules import Degraded
@@ -106,6 +112,22 @@ def pages() -> tuple[Page, ...]:
             "identification/fleet/fleet_file.py",
             tables(FleetFile),
         ),
+        Page(
+            "identification.md",
+            "identification.json",
+            "What `slipbench identify RUN` writes beside the report, in JSON. For programs:"
+            " [JSON schema](identification.schema.json).",
+            "identification/report/identification_file.py",
+            tables(IdentificationFile),
+        ),
+        Page(
+            "comparison.md",
+            "comparison.json",
+            "What `slipbench identify RUN RUN ...` writes beside the comparison, in JSON. For programs:"
+            " [JSON schema](comparison.schema.json).",
+            "identification/report/identification_file.py",
+            tables(ComparisonFile),
+        ),
     )
 
 
@@ -134,7 +156,7 @@ def index() -> str:
     )
     return (
         "# Reference of the files\n\nMade by `make reference` from the models that read the files."
-        " All files are TOML. An unknown key is an error that names the nearest known one.\n\n"
+        " Files that a user writes are TOML; there an unknown key is an error that names the nearest known one.\n\n"
         + grid(("file", "content"), rows)
         + "\n\nA title such as `roles.NAME` stands for a table `[roles.rear_wheel_speed]`,"
         " `road[]` for each entry `[[road]]` of a list.\n"
@@ -143,14 +165,17 @@ def index() -> str:
 
 def texts() -> dict[str, str]:
     """Text of every file of the reference, by file name."""
-    return {"README.md": index(), **{page.file: page.markdown() for page in pages()}}
+    schemas = {f"{name}.schema.json": schema_text(name) for name in FILES}
+    return {"README.md": index(), **{page.file: page.markdown() for page in pages()}, **schemas}
 
 
 def write(folder: Path) -> None:
     """Write the reference into a folder, in place of the pages that are there."""
     folder.mkdir(parents=True, exist_ok=True)
     made = texts()
-    for old in set(folder.glob("*.md")) - {folder / name for name in made}:
+    for old in {*folder.glob("*.md"), *folder.glob("*.schema.json")} - {
+        folder / name for name in made
+    }:
         old.unlink()
     for name, text in made.items():
         (folder / name).write_text(text, encoding="utf-8")

@@ -1,0 +1,35 @@
+"""Every signal of a recording by name: the recorded roles, slip and slip speed."""
+
+from slipbench.identification.signals.dataset import Dataset
+from slipbench.identification.signals.motion import Motion, NoMotion
+from slipbench.protocol.recording.channel import FloatArray
+from slipbench.protocol.recording.roles import ROLES
+
+COMPUTED = {"slip": "1", "slip_speed": "m/s"}
+
+
+def unit_of(name: str) -> str:
+    """SI unit of a role, of slip or of slip speed; "1" where none is known."""
+    return COMPUTED.get(name) or (ROLES[name].unit if name in ROLES else "1")
+
+
+def named_signal(base: Dataset, moved: Motion | NoMotion, name: str) -> FloatArray | None:
+    """Signal by name in SI on the common time base, shape (n,); None where there is none."""
+    if name not in COMPUTED:
+        return base.get(name)
+    if not isinstance(moved, Motion):
+        return None
+    return moved.slip.ratio if name == "slip" else moved.slip.speed
+
+
+def named_signals(base: Dataset, moved: Motion | NoMotion) -> dict[str, tuple[FloatArray, str]]:
+    """Every signal on the common time base: values of shape (n,) and SI unit."""
+    found = {
+        role: (value, ROLES[role].unit if role in ROLES else "")
+        for role, value in base.signals.items()
+    }
+    for name, unit in COMPUTED.items():
+        value = named_signal(base, moved, name)
+        if value is not None:
+            found[name] = (value, unit)
+    return found
