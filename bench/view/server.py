@@ -18,7 +18,14 @@ if TYPE_CHECKING:
 
 POLICY = 1008  # close code of a refusal
 PAGE = files("slipbench.bench.view") / "page"
-NAMES = ("index.html", "view.css", "view.js", "uPlot.iife.min.js", "uPlot.min.css")
+SHARED = files("slipbench") / "static"
+NAMES = {
+    "index.html": PAGE,
+    "view.css": PAGE,
+    "view.js": PAGE,
+    "uplot.iife.min.js": SHARED,
+    "uplot.min.css": SHARED,
+}
 HEADERS = {
     "Cache-Control": "no-store",
     "Content-Security-Policy": "default-src 'self'; connect-src 'self' ws:; img-src data:; "
@@ -54,7 +61,7 @@ class Pages:
         name = request.path_params.get("name", "index.html")
         if name not in NAMES:
             return self._said({"error": "no such file"}, 404)
-        file: Response = self._answers.FileResponse(str(PAGE / name), headers=HEADERS)
+        file: Response = self._answers.FileResponse(str(NAMES[name] / name), headers=HEADERS)
         return file
 
     async def trip(self, request: "Request") -> "Response":
