@@ -157,3 +157,17 @@ def test_a_session_lists_its_runs_with_their_verdicts(page, tmp_path):
         until(page, "document.getElementById('runs').children.length === 2")
         assert page.locator("#runs li").all_text_contents()[0].startswith("sweep-1: ")
         until(page, "document.getElementById('verdict').textContent.length > 10")
+
+
+def test_a_session_is_tripped_from_the_page_and_goes_on_later(page, tmp_path):
+    plan = plan_file(tmp_path, {"repeats": 2})
+    place = ("--real-time", "--view", "--view-address", ANY_PORT)
+    with serving(tmp_path, "session", str(plan), "--out", "day", *place) as session:
+        page.goto(session.url)
+        until(page, "state && state.run === 'sweep-2' && state.phase === 'exciting'")
+        assert page.locator("#runs li").count() == 2
+        page.click("#trip")
+        page.click("#trip-now")
+        assert session.wait() == 130
+        assert "the same command goes on with sweep-2" in session.output
+    assert load_toml(tmp_path / "day/runs/sweep-2/run.toml")["outcome"]["trip"] == "stopped"
