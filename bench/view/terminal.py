@@ -38,7 +38,7 @@ def terminal_app(
     class Watch(application):  # type: ignore[misc]  # textual is imported where it is used
         """Four blocks of text."""
 
-        CSS = "#phase { text-style: bold; } #numbers { margin: 1 0; } #alarm { color: red; }"
+        CSS = "#phase { text-style: bold; } #numbers, #limits { margin-bottom: 1; } #alarm { color: red; }"
         BINDINGS = (
             ("q", "quit", "Quit"),
             ("space", "pause", "Pause"),
@@ -109,7 +109,7 @@ def _alarm(state: Mapping[str, Any]) -> str:
 def _bar(name: str, share: float) -> str:
     filled = round(min(share, 1.0) * BAR)
     mark = "  beyond" if share >= 1.0 else "  near" if share >= NEAR else ""
-    return f"{name:17} {'█' * filled}{'·' * (BAR - filled)} {share:4.0%}{mark}"
+    return f"{name:19} {'█' * filled}{'·' * (BAR - filled)} {share:4.0%}{mark}"
 
 
 def _bench(state: Mapping[str, Any]) -> str:
