@@ -6,7 +6,7 @@ from rides import drawn, linear, vehicle
 
 from slipbench.plant.motorcycle import Motorcycle
 
-FIRST = 300_000  # seeds from here on had no part in any choice, nor had motorcycles drawn by them
+FIRST = 400_000  # seeds from here on had no part in any choice, nor had motorcycles drawn by them
 RIDES_EACH = 10  # of one drawn motorcycle
 
 

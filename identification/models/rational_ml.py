@@ -18,11 +18,12 @@ Approach, 2nd ed., chapters 9 and 12). The parametrisation is stable; delays are
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy import stats
+from scipy import special, stats
 
 from slipbench.identification.models.gauss_newton import MOST_STEPS, Minimum, minimise
 from slipbench.identification.models.rational_model import RationalModel
 from slipbench.identification.models.sanathanan_koerner import first_guess
+from slipbench.identification.models.serial_correlation import serial_covariance
 from slipbench.identification.models.stable_rational import GREATEST, LEAST, Order, evaluate, model
 from slipbench.identification.response.independent_lines import KnownPath, Lines
 from slipbench.identification.response.response import ComplexArray
@@ -32,7 +33,9 @@ STARTS = (0.0, 0.3, 0.5, 0.7, 0.9)  # of the delay that the phase leaves room fo
 REFIT_STEPS = 20
 SHORT, FAVOURITES = 12, 2  # steps from every start; so many of them then go on to the end
 SLOW = 0.5  # of the lowest line: what drifts faster is no drift
-ACROSS = float(stats.norm.ppf(0.975))
+CONFIDENCE = 0.95
+ACROSS = float(stats.norm.ppf((1 + CONFIDENCE) / 2))
+HALVINGS = 40  # of an interval, until its end is known
 
 
 @dataclass(frozen=True)
@@ -158,7 +161,10 @@ def refit(of: RationalFit, delay: float) -> RationalFit:
 def fitted(
     lines: Lines, order: Order, at: Minimum, low: FloatArray, high: FloatArray
 ) -> RationalFit:
-    """Fit with its covariance; residuals beyond the stated deviations widen it.
+    """Fit with its covariance: widened by residuals beyond the deviations and by their serial correlation.
+
+    Residuals below the deviations narrow it as far as the bound on the accuracy of the lines is what
+    made the deviations large.
 
     low, high: bounds of the parameters, shape (p,). A parameter at its bound has no variance.
     """
@@ -170,7 +176,18 @@ def fitted(
     J = at.jacobian[:, moves]
     size = np.sqrt(np.sum(J**2, axis=0)) + 1e-300
     inner = np.linalg.pinv((J / size).T @ (J / size), rcond=1e-13) / np.outer(size, size)
-    fit.covariance[np.ix_(moves, moves)] = inner * lines.inflation * max(1.0, fit.chi_square_ratio)
+    s, weight = _normal(lines, fit.pace)
+    value, slopes = drifting(at.x, s, order)
+    white = lines.inflation * max(fit.chi_square_ratio, lines.measured_share)
+    fit.covariance[np.ix_(moves, moves)] = serial_covariance(
+        value,
+        (value - lines.value) * weight,
+        slopes[:, moves] * weight[:, None],
+        inner,
+        weight,
+        white,
+        lines.serial,
+    )
     above = at.x[1 + order.poles : -1] * lines.common  # all lines may be high or low together
     fit.covariance[1 + order.poles : -1, 1 + order.poles : -1] += np.outer(above, above)
     return fit
@@ -254,14 +271,28 @@ def _single(fit: RationalFit) -> Mode:
 
 
 def mixed(own: FloatArray, others: list[tuple[float, FloatArray, FloatArray]]) -> FloatArray:
-    """Half width under doubt between models: (weight, half width, distance) of the others.
+    """Half width, (n,), of 95 % under doubt between models.
 
-    The variance of a mixture about one of its members (Burnham and Anderson, section 4.3.2).
+    own: (n,) half width of this model; others: weight (1), half width (n,) and distance (n,) of each
+    other one. The estimate is distributed as a mixture of normal distributions, and the half width is
+    that within which 95 % of the mixture lie. (The variance of the mixture, Burnham and Anderson, section
+    4.3.2, would let an order of small weight and wide interval widen it far beyond that.)
     """
-    variance = (1 - sum(w for w, *_ in others)) * own**2
-    for weight, half, apart in others:
-        variance = variance + weight * (half**2 + (ACROSS * apart) ** 2)
-    return np.asarray(np.sqrt(variance))
+    if not others:
+        return own
+    weights = np.array([1 - sum(w for w, *_ in others), *(w for w, *_ in others)])
+    widths = np.stack([own, *(half for _, half, _ in others)])
+    apart = np.stack([np.zeros_like(own), *(np.abs(d) for *_, d in others)])
+    deviation = np.maximum(widths / ACROSS, 1e-300)
+    low, high = np.zeros_like(own), np.max(apart + 2 * widths, axis=0)
+    for _ in range(HALVINGS):
+        middle = (low + high) / 2
+        inside = special.ndtr((middle - apart) / deviation) - special.ndtr(
+            (-middle - apart) / deviation
+        )
+        enough = weights @ inside >= CONFIDENCE
+        low, high = np.where(enough, low, middle), np.where(enough, middle, high)
+    return np.asarray(high)
 
 
 def _doubted(mode: Mode, others: list[tuple[float, tuple[Mode, ...]]]) -> Mode:
@@ -272,12 +303,23 @@ def _doubted(mode: Mode, others: list[tuple[float, tuple[Mode, ...]]]) -> Mode:
         if alike:
             nearest = min(alike, key=lambda m: abs(np.log(m.frequency / mode.frequency)))
             same.append((weight, nearest))
-    left = 1 - sum(w for w, _ in same)
-    f, d = left * mode.frequency_deviation**2, left * mode.damping_deviation**2
-    for weight, m in same:
-        f += weight * (m.frequency_deviation**2 + (m.frequency - mode.frequency) ** 2)
-        d += weight * (m.damping_deviation**2 + (m.damping - mode.damping) ** 2)
-    return replace(mode, frequency_deviation=float(f**0.5), damping_deviation=float(d**0.5))
+    frequency = _deviation(
+        mode.frequency_deviation,
+        [(w, m.frequency_deviation, m.frequency - mode.frequency) for w, m in same],
+    )
+    if mode.single:
+        return replace(mode, frequency_deviation=frequency)
+    damping = _deviation(
+        mode.damping_deviation,
+        [(w, m.damping_deviation, m.damping - mode.damping) for w, m in same],
+    )
+    return replace(mode, frequency_deviation=frequency, damping_deviation=damping)
+
+
+def _deviation(own: float, others: list[tuple[float, float, float]]) -> float:
+    """Deviation whose 95 % interval is that of a mixture. others: weight, deviation, distance."""
+    each = [(w, np.array([ACROSS * s]), np.array([d])) for w, s, d in others]
+    return float(mixed(np.array([ACROSS * own]), each)[0]) / ACROSS
 
 
 def _quadratic(rows: FloatArray, covariance: FloatArray) -> FloatArray:

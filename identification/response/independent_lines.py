@@ -7,7 +7,9 @@ follows from the rest.
 
 A very quiet recording is not as accurate as it is repeatable: interpolation between teeth, the
 curvature of engine and tyre, the slow drift of the speed each leave some tenths of a percent, which
-a fit of high order would take for dynamics. `ACCURACY` is added to the deviation of every line.
+a fit of high order would take for dynamics. `ACCURACY` is added to the deviation of every line, and
+`floor` keeps it: where the residuals of a fit are smaller, the bound was too cautious for this
+recording, and the intervals of the fit become narrower.
 """
 
 from dataclasses import dataclass, replace
@@ -21,7 +23,8 @@ from slipbench.protocol.recording.channel import FloatArray
 
 FEWEST = 8  # lines
 ACCURACY = 0.005  # of the gain; no line is trusted further, see above
-COMMON = 0.003  # of the gain, how well a run returns to its operating point
+SERIAL = 0.25  # of a sweep: see models/serial_correlation.py; chosen on seeds below 400000
+COMMON = 0.001  # of the gain at the mean operating point of the run: radius and sensor scale
 
 
 @dataclass(frozen=True)
@@ -32,8 +35,10 @@ class Lines:
     value      (n,) complex
     deviation  (n,) standard deviation of the complex value
     freedom    real degrees of freedom of which each deviation was estimated; inf where known
+    floor      part of each deviation that is a bound on the accuracy, relative to the gain
+    serial     variance of gain errors that are smooth along frequency, over that of the others
     common     relative standard deviation that the gain of all lines has in common: wind and fuel
-               move the operating point of a run, and the gain with it
+               move the operating point within a run, and what is not known of the sensors' scale
     """
 
     input: str
@@ -43,6 +48,14 @@ class Lines:
     deviation: FloatArray
     freedom: float = float("inf")
     common: float = 0.0
+    floor: float = 0.0
+    serial: float = 0.0
+
+    @property
+    def measured_share(self) -> float:
+        """Mean share of the lines' variance that was measured; the rest is the bound `floor`."""
+        bound = (self.floor * np.abs(self.value) / self.deviation) ** 2
+        return float(np.mean(np.maximum(1 - bound, 0.0)))
 
     @property
     def inflation(self) -> float:
@@ -129,6 +142,8 @@ def independent_lines(
         np.hypot(response.deviation[chosen], ACCURACY * np.abs(response.value[chosen])),
         freedom(response.quantile),
         COMMON,
+        ACCURACY,
+        SERIAL if response.stride > 1 else 0.0,
     )
 
 

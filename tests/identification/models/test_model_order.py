@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy import stats
 
 from slipbench.identification.models.model_order import (
     all_pole,
@@ -51,11 +52,13 @@ def test_bands_widen_by_doubt_about_the_order_and_by_nothing_else(choices):
         alone, fit = choice.best_by_mdl.fit, doubted(choice)
         assert np.array_equal(fit.model.poles, alone.model.poles)
         assert sum(w for w, _ in fit.rivals) < 1
-        total = (1 - sum(w for w, _ in fit.rivals)) * alone.band(f) ** 2
-        for w, rival in fit.rivals:
-            apart = np.abs(rival.response(f)) - np.abs(alone.response(f))
-            total = total + w * (rival.band(f) ** 2 + (1.96 * apart) ** 2)
-        assert fit.band(f) == pytest.approx(np.sqrt(total), rel=1e-3)
+        members = [(1 - sum(w for w, _ in fit.rivals), alone), *fit.rivals]
+        half, inside = fit.band(f), 0.0
+        for w, one in members:  # the band holds 95 % of the mixture of the orders
+            apart = np.abs(np.abs(one.response(f)) - np.abs(alone.response(f)))
+            ends = [(sign * half - apart) / (one.band(f) / 1.959964) for sign in (1, -1)]
+            inside = inside + w * (stats.norm.cdf(ends[0]) - stats.norm.cdf(ends[1]))
+        assert inside == pytest.approx(np.full(f.size, 0.95), abs=1e-6)
     single = doubted(choose_order(lines(chain()), (Order(3, 0),)))
     assert not single.rivals
 
