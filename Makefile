@@ -1,5 +1,6 @@
 # make trial            run the throttle sweep on the virtual motorcycle, identify it
 # make test             the whole check
+# make pages            the live view in a headless Chromium, beside trials in real time (minutes)
 # make vcan             whole trials on a real kernel's CAN bus (minutes)
 # make hil              a throttle body in C as a device under test, on a real kernel's CAN bus (minutes)
 # make conformance      python-can's own tests on the virtual bus
@@ -56,6 +57,11 @@ figures: trial
 # Analyses of hidden effects; minutes, not part of `make test`.
 test-mismatch: setup
 	$(IN)/python -m pytest -n $(WORKERS) --dist load -o addopts=-ra tests/identification/mismatch
+
+# Real-time trials with their view in a browser; one after the other, so that nothing is late.
+.PHONY: pages
+pages: setup
+	$(IN)/python -m pytest -o addopts=-ra tests/bench/view/test_page.py
 
 # The paper's claims, on its trials ridden anew; minutes, not part of `make test`.
 .PHONY: test-paper
