@@ -138,7 +138,8 @@ def test_where_it_acts_is_told_by_what_explains_more(more, told):
     assert found.location.injection == (a.before[0].place if told == "located" else told)
     assert found.location.gain == a.before[0].gain + more
     page = memo_page(replace(a, named=bare, after=[], free=other), found)
-    assert "wheel torque" in page.split("<svg", 1)[1].split("</svg>", 1)[0]
+    figures = [part.split("</svg>", 1)[0] for part in page.split("<svg")[1:]]
+    assert any("wheel torque" in figure for figure in figures)
 
 
 @pytest.mark.parametrize(("confirmed", "stand"), [(6.0, True), (1e6, False)])

@@ -13,6 +13,11 @@ from slipbench.identification.mismatch.naming.interval import Estimate
 from slipbench.identification.mismatch.runs import read_system
 from slipbench.identification.mismatch.simulation.written_units import WrittenUnits
 from slipbench.identification.mismatch.telling.conclude import in_written_units
+from slipbench.identification.mismatch.telling.improvement import (
+    Change,
+    Improvement,
+    OutputImprovement,
+)
 from slipbench.identification.mismatch.telling.memo import lines, sentence
 from slipbench.identification.mismatch.telling.verdict import FoundEffect, Verdict, as_tree
 from slipbench.plant.effects.backlash import Backlash
@@ -49,11 +54,20 @@ def test_results_are_printed_in_the_units_of_the_file(pendulum):
         9.0,
     )
     error = Error("place", "rad", *np.radians((3.0, 2.0, 1.0, 0.5)), "innovations", (0.2, 0.4))
+    fell = Change(np.radians(2.0), np.radians(1.0), (0.4, 0.6))
     told = Verdict(
-        True, 0.01, effects=(zone,), held_out=(error,), headline="place", written=pendulum.written
+        True,
+        0.01,
+        effects=(zone,),
+        held_out=(error,),
+        improvement=Improvement(
+            9.0, (5.0, 13.0), (OutputImprovement("place", "rad", 1.0, fell, fell),)
+        ),
+        headline="place",
+        written=pendulum.written,
     )
     assert "width 4.0 +- 1.0 deg" in sentence(told)
-    assert "falls from 3 (2 calibrated) to 1 deg, noise floor 0.5" in sentence(told)
+    assert "from 2 to 1 deg" in sentence(told)
     text = "\n".join(lines(told))
     assert "dead_zone.width = 4 [3, 5] deg" in text
     assert "dead_zone.cube = 0.5 [0, 1] 1/deg^2" in text
