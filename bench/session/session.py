@@ -190,18 +190,27 @@ def run_session(session: Session, connection: Connection, look: Look, say: Say) 
     """Do all that is planned and not done yet; whether each run has a usable recording.
 
     say: receives lines for people. Raises InputError where a trial cannot begin or its recording
-    is incomplete; the same call goes on from there.
+    is incomplete, and KeyboardInterrupt where the operator ends it; the same call goes on from there.
     """
+    try:
+        _do_all(session, connection, look, say)
+    except KeyboardInterrupt:
+        if (step := next_step(session)) is not None:
+            say(f"stopped; the same command goes on with {step.run.name}")
+        raise
+    left_out = [run.name for run in session.runs if not session.attempts(run)]
+    if left_out:
+        say(f"left out until the plan has another amplitude: {', '.join(left_out)}")
+    return all(any(each.counts for each in session.attempts(run)) for run in session.runs)
+
+
+def _do_all(session: Session, connection: Connection, look: Look, say: Say) -> None:
     _set_aside_interrupted(session, say)
     while (step := next_step(session)) is not None:
         if isinstance(step, TakeLook):
             _take_look(step, look, say)
         else:
             _ride(session, step, connection, say)
-    left_out = [run.name for run in session.runs if not session.attempts(run)]
-    if left_out:
-        say(f"left out until the plan has another amplitude: {', '.join(left_out)}")
-    return all(any(each.counts for each in session.attempts(run)) for run in session.runs)
 
 
 def _set_aside_interrupted(session: Session, say: Say) -> None:
@@ -243,7 +252,6 @@ def _ride(session: Session, step: Ride, connection: Connection, say: Say) -> Non
         say(f"  not begun: {outcome.trip}; kept as {set_aside(path).name}")
         return
     if trip is not None and trip.reason == TripReason.STOPPED:
-        say(f"  stopped; the same command goes on with {step.run.name}")
         raise KeyboardInterrupt
     raise InputError(
         "the session stops, because a run came to no end",

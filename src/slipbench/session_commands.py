@@ -61,8 +61,8 @@ def session(
 
     One line says what the rider has to do next, and why the bench is not armed yet. The quick look
     gives a verdict: good, repeat (another attempt follows), other amplitude (the trial is not run
-    again as it is), or go on. Interrupted
-    at any time, the same command goes on where it was; an interrupted recording is kept as
+    again as it is), or go on. Interrupted at any time,
+    the same command goes on where it was; an interrupted recording is kept as
     NAME-incomplete-NUMBER. At the end report.html and session.json have the pooled responses with
     intervals, throttle against spark, and what to do next. With --view a page in the browser shows
     each run and the list of runs, and can abort a trial as Ctrl-C does.

@@ -71,6 +71,19 @@ def test_a_killed_session_goes_on_where_it_was(phase, tmp_path, uninterrupted):
         assert (out / "runs" / "sweep-1" / name).read_bytes() == (whole / name).read_bytes()
 
 
+def test_an_interrupt_at_any_time_says_where_the_same_command_goes_on(tmp_path):
+    """After the trial, too, when the trial itself no longer catches it."""
+
+    def interrupted(*_):
+        raise KeyboardInterrupt
+
+    plan, said = plan_file(tmp_path), []
+    with locked(tmp_path / "out"), pytest.raises(KeyboardInterrupt):
+        run_session(open_session(plan, tmp_path / "out"), Connection(), interrupted, said.append)
+    assert said[-1] == "stopped; the same command goes on with sweep-1"
+    assert any("sweep-1: good" in line for line in resume(plan, tmp_path / "out"))
+
+
 def test_a_session_that_is_complete_records_nothing_more(uninterrupted, tmp_path):
     plan = plan_file(uninterrupted.parent)
     with locked(uninterrupted):
