@@ -119,14 +119,10 @@ def _effects() -> str:
 
 def kernel_text(equations: Equations, effects: str) -> str:
     """Return the text of a system's kernel. effects: name of the module of what may act."""
-    parts = [f"from {effects} import at", _plain("\n".join(_rates_lines(equations)))]
+    parts = [f"from {effects} import at", inlined("\n".join(_rates_lines(equations)))]
     rest = ALL.replace("commit, init, x, dx", "start, init, stage, k").replace("push", "push[r]")
     run = RUN.format(most=MOST_STATES, rest=rest, bad=NOT_FINITE, fine=FINE)
     return "\n".join([*parts, entry(run, ADVANCE)])
-
-
-def _plain(text: str) -> str:
-    return f"@njit(error_model='numpy')\n{text}\n"
 
 
 def _place_lines() -> Iterator[str]:
