@@ -6,7 +6,6 @@ noise can be compared.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import numpy as np
 
@@ -25,6 +24,7 @@ from slipbench.identification.mismatch.fit.stack import (
 )
 from slipbench.identification.mismatch.fit.whitening import Whitener
 from slipbench.identification.mismatch.simulation.model import Model, Point, Series, predict
+from slipbench.identification.mismatch.simulation.once import once
 from slipbench.plant.signals import Floats
 
 
@@ -39,34 +39,34 @@ class Fit:
     slopes: Series
     candidates: tuple[Dialled, ...] = ()
 
-    @cached_property
+    @once
     def rest(self) -> Series:
         """Residuals of this point."""
         return residuals(self.model, self.predicted)
 
-    @cached_property
+    @once
     def aim(self) -> Floats:
         """Whitened residuals."""
         return flat(self.model, self.noise, self.rest)
 
-    @cached_property
+    @once
     def nuisances(self) -> Nuisances:
         """Whitened sensitivities."""
         return Nuisances(flat(self.model, self.noise, self.slopes))
 
-    @cached_property
+    @once
     def groups(self) -> Integers:
         """Number of the stretch of time of every whitened row."""
         return clusters(self.model, self.noise)
 
-    @cached_property
+    @once
     def scatter(self) -> Scatter:
         """How errors hang together, told by the system's own sensitivities."""
         own = self.nuisances.columns[:, : max(len(self.point.x), 1)]
         left = self.nuisances.off(self.aim)[: len(self.aim)]
         return usual_scatter(own, left, self.groups)
 
-    @cached_property
+    @once
     def score(self) -> float:
         """Log-posterior, nats."""
         likelihood = log_likelihood(self.model, self.rest, self.noise)
@@ -90,7 +90,7 @@ class Fit:
         """Return the same point simulated with the steps of a model."""
         return replace(self, model=model, predicted=predict(model, self.point))
 
-    @cached_property
+    @once
     def columns(self) -> Floats:
         """Whitened sensitivities to the dials of all effects, (rows, dials)."""
         series = _dial_columns(self)

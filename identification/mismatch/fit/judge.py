@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
 
 import numpy as np
 
@@ -11,6 +10,8 @@ from slipbench.identification.mismatch.fit.fitting import Fit
 from slipbench.identification.mismatch.fit.sensitivity import change, coordinates_of
 from slipbench.identification.mismatch.fit.stack import Integers, Nuisances, flat
 from slipbench.identification.mismatch.simulation.model import Runs, Series, predict
+from slipbench.identification.mismatch.simulation.once import once
+from slipbench.identification.mismatch.simulation.threads import in_threads
 from slipbench.plant.effects.effect import Effect
 from slipbench.plant.errors import PlantError
 from slipbench.plant.signals import Floats
@@ -39,7 +40,7 @@ class Judge:
             z = np.concatenate((z, np.zeros(fit.columns.shape[1])))
         return cls(fit, nuisances, nuisances.left(fit.aim, z), nuisances.grouped(fit.groups))
 
-    @cached_property
+    @once
     def coarse(self) -> Series:
         """What sensors would show, simulated with the coarse steps of the signatures."""
         return predict(self.fit.model.coarse, self.fit.point, runs=self.runs)
@@ -52,20 +53,21 @@ class Judge:
         """Return the signatures of several candidates side by side, (rows, candidates)."""
         model = self.fit.model
         found = [[np.zeros((*m.shape, len(tried))) for m in ms] for ms in model.measured]
-        for i, candidate in enumerate(tried):
-            for into, changed in zip(found, self._change(candidate), strict=True):
+        base = self.coarse  # made before the threads, which share it
+        for i, changes in enumerate(in_threads(lambda one: self._change(one, base), tried)):
+            for into, changed in zip(found, changes, strict=True):
                 for r, one in enumerate(changed):
                     if one.size:
                         into[r][:, :, i] = one
         return np.nan_to_num(flat(model, self.fit.noise, found), posinf=0.0, neginf=0.0)
 
-    def _change(self, one: Candidate | Effect) -> Series:
+    def _change(self, one: Candidate | Effect, base: Series) -> Series:
         fit = self.fit
         try:
             effect = one.effect() if isinstance(one, Candidate) else one
             others = (e for e in fit.point.effects if e.key != effect.key)
             effects = (*others, effect)
-            return change(fit.model.coarse, fit.point, effects, self.coarse, self.runs)
+            return change(fit.model.coarse, fit.point, effects, base, self.runs)
         except PlantError:
             return [[np.empty(0)] * len(fit.model.records) for _ in fit.model.chain.blocks]
 

@@ -1,6 +1,7 @@
 """How everything that sensors show changes with each uncertain number."""
 
-from dataclasses import replace
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -77,12 +78,37 @@ def _derive(
 def _compare(model: Model, point: Point, found: Series, drives: frozenset[str]) -> None:
     """Write sensitivities of some drives by finite differences."""
     base = predict(model, point, drives)
+    jobs = [*_own(model, point, drives), *_slow(model, point, drives)]
+    for job, there in zip(jobs, in_threads(lambda job: job.run(model), jobs), strict=True):
+        put(model, found, job.column, there, base, job.nudge)
+
+
+@dataclass(frozen=True)
+class _Nudged:
+    """A point beside another, by `nudge` in one column, and what of it has to be simulated."""
+
+    column: int
+    point: Point
+    nudge: float
+    drives: frozenset[str]
+    records: tuple[int, ...] | None = None
+
+    def run(self, model: Model) -> Series:
+        return predict(model, self.point, self.drives, self.records)
+
+
+def _own(model: Model, point: Point, drives: frozenset[str]) -> Iterator[_Nudged]:
+    """Yield a point beside another for every number of the system."""
     for i in range(len(point.x)):
         touched = drives.intersection(model.system.touched(model.chain, model.known[i]))
         if touched:
             x = point.x.copy()
             x[i] += NUDGE
-            put(model, found, i, predict(model, replace(point, x=x), touched), base, NUDGE)
+            yield _Nudged(i, replace(point, x=x), NUDGE, touched)
+
+
+def _slow(model: Model, point: Point, drives: frozenset[str]) -> Iterator[_Nudged]:
+    """Yield a point beside another for every number of the slow unknown."""
     column = len(point.x)
     slow = drives.intersection(model.system.slow_drives(model.chain))
     for r, q in enumerate(point.q if slow else ()):
@@ -90,7 +116,7 @@ def _compare(model: Model, point: Point, found: Series, drives: frozenset[str]) 
             moved = q.copy()
             moved[k] += SLOW_NUDGE
             there = replace(point, q=(*point.q[:r], moved, *point.q[r + 1 :]))
-            put(model, found, column, predict(model, there, slow, (r,)), base, SLOW_NUDGE)
+            yield _Nudged(column, there, SLOW_NUDGE, slow, (r,))
             column += 1
 
 

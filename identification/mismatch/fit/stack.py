@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
@@ -10,6 +9,7 @@ from scipy import linalg, optimize
 
 from slipbench.identification.mismatch.fit.whitening import Whitener, whitener
 from slipbench.identification.mismatch.simulation.model import Model, Series
+from slipbench.identification.mismatch.simulation.once import once
 from slipbench.plant.signals import Floats
 
 Integers = npt.NDArray[np.int_]
@@ -86,7 +86,7 @@ class Nuisances:
 
     columns: Floats
 
-    @cached_property
+    @once
     def factor(self) -> tuple[Floats, bool]:
         """Cholesky factor of the normal matrix, priors included."""
         n = self.columns

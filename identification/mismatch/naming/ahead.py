@@ -16,6 +16,7 @@ from slipbench.identification.mismatch.fit.candidate import Candidate
 from slipbench.identification.mismatch.fit.fitting import Fit, with_effects
 from slipbench.identification.mismatch.fit.judge import Judge
 from slipbench.identification.mismatch.naming.score import Score, survey
+from slipbench.identification.mismatch.simulation.threads import in_threads
 from slipbench.plant.effects.effect import Effect
 from slipbench.plant.errors import PlantError
 
@@ -48,15 +49,14 @@ def further(
     if passed and _leaves_nothing(before, passed[0], library):
         return list(passed)
     told = as_told(before.model, before.model.origin())
-    found = list(passed)
-    for half in _one_of_each_kind(survey(Judge.of(told), library).scores):
+    halves = _one_of_each_kind(survey(Judge.of(told), library).scores)
+    for half in halves:
         say(f"Look-ahead from {half.name.replace('_', ' ')}")
-        single = _fitted(told, half)
-        if single is None:
-            continue
-        most = max([before.score, *(f.score for f in found)])
-        pairs = [p for p in _pairs(single, library, most + enough) if p.score > most + enough]
-        found += [f for f in (single, *pairs) if passes(before, f)]
+    singles = [f for f in in_threads(lambda half: _fitted(told, half), halves) if f is not None]
+    found = [*passed, *(f for f in singles if passes(before, f))]
+    most = max([before.score, *(f.score for f in found)]) + enough
+    pairs = in_threads(lambda single: list(_pairs(single, library, most)), singles)
+    found += [p for ps in pairs for p in ps if p.score > most and passes(before, p)]
     return sorted(found, key=lambda f: -f.score)
 
 

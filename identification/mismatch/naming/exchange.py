@@ -21,6 +21,7 @@ from slipbench.identification.mismatch.naming.certainty import Certainty
 from slipbench.identification.mismatch.naming.naming import MOST, Named
 from slipbench.identification.mismatch.naming.score import survey
 from slipbench.identification.mismatch.simulation.model import Model
+from slipbench.identification.mismatch.simulation.threads import in_threads
 from slipbench.plant.effects.effect import Effect
 from slipbench.plant.errors import PlantError
 
@@ -58,8 +59,10 @@ def _better(
     vetoes: list[Veto],
 ) -> Named | None:
     old, held_out = named.fit, certainty.held_out
-    found = [f for i in range(len(old.candidates)) for f in _without(old, i, library, say)]
-    for new in sorted(found, key=lambda f: -f.score):
+    for gone in old.candidates:
+        say(f"Testing replacements of {gone.name}".replace("_", " "))
+    several = in_threads(lambda i: list(_without(old, i, library)), range(len(old.candidates)))
+    for new in sorted((f for fits in several for f in fits), key=lambda f: -f.score):
         if new.score < old.score + ENOUGH:
             break
         if not certainty.all_hold(new):
@@ -71,10 +74,9 @@ def _better(
     return None
 
 
-def _without(fit: Fit, i: int, library: Sequence[type[Effect]], say: Say) -> Iterator[Fit]:
+def _without(fit: Fit, i: int, library: Sequence[type[Effect]]) -> Iterator[Fit]:
     """Yield fits with the most promising effects in the place of one."""
     gone = fit.candidates[i]
-    say(f"Testing replacements of {gone.name}".replace("_", " "))
     others = (*fit.candidates[:i], *fit.candidates[i + 1 :])
     rest = from_far(with_effects(fit, others))
     scores = survey(Judge.of(rest), library).scores

@@ -19,6 +19,7 @@ from slipbench.identification.mismatch.fit.judge import Judge
 from slipbench.identification.mismatch.fit.settling import settle
 from slipbench.identification.mismatch.fit.sizing import limits, tried_sizes
 from slipbench.identification.mismatch.naming.score import Score, survey
+from slipbench.identification.mismatch.simulation.threads import in_threads
 from slipbench.plant.effects.effect import Effect
 from slipbench.plant.errors import PlantError
 
@@ -40,15 +41,16 @@ Say = Callable[[str], None]
 
 def full_fits(fit: Fit, scores: Sequence[Score], say: Say) -> list[Fit]:
     """Full fits of the most promising effects, best first."""
-    done: list[Fit] = []
     near = NEAR * (scores[0].gain if scores else 0.0)
-    for score in [*scores[:SHORTLIST], *(s for s in scores[SHORTLIST:LONGEST] if s.gain > near)]:
-        if score.gain > WORTH:
-            say(f"Fitting {score.candidate.name.replace('_', ' ')}")
-            leader = max((d.score - fit.score for d in done), default=0.0)
-            found = _from_several(fit, score, leader)
-            done += [found] if found is not None else []
-    return by_score(done)
+    tried = [*scores[:SHORTLIST], *(s for s in scores[SHORTLIST:LONGEST] if s.gain > near)]
+    worth = [s for s in tried if s.gain > WORTH]
+    for score in worth:
+        say(f"Fitting {score.candidate.name.replace('_', ' ')}")
+    first = in_threads(lambda s: fitted(fit, _as_large_as_scored(s)), worth)
+    leader = max((f.score - fit.score for f in first if f is not None), default=0.0)
+    both = zip(worth, first, strict=True)
+    done = in_threads(lambda pair: _from_several(fit, *pair, leader), both)
+    return by_score(f for f in done if f is not None)
 
 
 def absorbed_fits(fit: Fit, scores: Sequence[Score], say: Say) -> list[Fit]:
@@ -57,15 +59,16 @@ def absorbed_fits(fit: Fit, scores: Sequence[Score], say: Say) -> list[Fit]:
     Of a tyre that grows by speed the radius, the grip and the drag take nearly all: it scored 3
     nats, 23 with the numbers' sensitivities where they stood, and 116 with those of every step.
     """
-    done = []
-    for score in scores:
-        if score.gain > TRACE and score.kept < ABSORBED and score.typical > MUCH:
-            say(
-                f"Fitting {score.candidate.name.replace('_', ' ')} jointly with the nominal parameters"
-            )
-            found = fitted(fit, _as_large_as_scored(score))
-            done += [unbent_wholly(found)] if found is not None else []
-    return by_score(done)
+    bent = [s for s in scores if s.gain > TRACE and s.kept < ABSORBED and s.typical > MUCH]
+    for score in bent:
+        say(f"Fitting {score.candidate.name.replace('_', ' ')} jointly with the nominal parameters")
+    done = in_threads(lambda s: _bent_fit(fit, s), bent)
+    return by_score(f for f in done if f is not None)
+
+
+def _bent_fit(fit: Fit, score: Score) -> Fit | None:
+    found = fitted(fit, _as_large_as_scored(score))
+    return None if found is None else unbent_wholly(found)
 
 
 def unbent_wholly(fit: Fit) -> Fit:
@@ -93,10 +96,10 @@ def as_believed_fits(fit: Fit, library: Sequence[type[Effect]], say: Say) -> lis
         told = refreshed(as_believed(fit))
     except PlantError:
         return []
-    done = []
-    for score in survey(Judge.of(told), library).scores[:SHORTLIST]:
+    first = survey(Judge.of(told), library).scores[:SHORTLIST]
+    for score in first:
         say(f"Fitting {score.candidate.name.replace('_', ' ')} from the parameters of the file")
-        done.append(_fitted_from_the_file(fit, _as_large_as_scored(score)))
+    done = in_threads(lambda s: _fitted_from_the_file(fit, _as_large_as_scored(s)), first)
     return by_score(d for d in done if d is not None)
 
 
@@ -110,21 +113,20 @@ def _as_large_as_scored(score: Score) -> Candidate:
     return at.resized(at.size * min(max(score.amplitude, 0.3), 2.0))
 
 
-def _from_several(fit: Fit, score: Score, leader: float) -> Fit | None:
-    """Fit from the size that scored best, and where that disappoints from others.
+def _from_several(fit: Fit, score: Score, best: Fit | None, leader: float) -> Fit | None:
+    """Return the fit from the size that scored best, and where that disappoints from others.
 
-    leader: nats of the best fit so far; what promises little beside it gets one start.
+    best: the first. leader: nats of the best of all first fits; what promises little beside it gets
+    one start.
     """
     at = score.candidate
-    first = _as_large_as_scored(score)
-    best = fitted(fit, first)
     several = limits(at.kind) or score.gain > HOPELESS * leader
     for size in tried_sizes(at.kind) if several else ():
         if best is not None and best.score - fit.score > 0.5 * score.gain:
             break
         best = _better(best, fitted(fit, at.resized(math.copysign(size, at.size))))
     if several and strayed(fit) and not fit.model.system.by_factors:
-        best = _better(best, _fitted_from_the_file(fit, first))
+        best = _better(best, _fitted_from_the_file(fit, _as_large_as_scored(score)))
     return best
 
 

@@ -6,6 +6,7 @@ from slipbench.identification.mismatch.fit.fitting import Fit, with_effects
 from slipbench.identification.mismatch.naming.accepting import ENOUGH, INEXACT, alike
 from slipbench.identification.mismatch.naming.certainty import Certainty
 from slipbench.identification.mismatch.naming.full_fits import settled
+from slipbench.identification.mismatch.simulation.threads import in_threads
 
 Say = Callable[[str], None]
 
@@ -28,10 +29,8 @@ def pruned(base: Fit, fit: Fit, certainty: Certainty, say: Say) -> Fit:
 
 def _lost(fit: Fit) -> list[tuple[float, Fit]]:
     """Return of each effect the nats lost without it, and the fit of the others."""
-    without = [
-        settled(with_effects(fit, (*fit.candidates[:i], *fit.candidates[i + 1 :])))
-        for i in range(len(fit.candidates))
-    ]
+    sets = [(*fit.candidates[:i], *fit.candidates[i + 1 :]) for i in range(len(fit.candidates))]
+    without = in_threads(lambda others: settled(with_effects(fit, others)), sets)
     return [(fit.score - w.score, w) for w in without]
 
 

@@ -2,13 +2,13 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 
 import numpy as np
 
 from slipbench.identification.mismatch.simulation.blocks import Block, Chain
 from slipbench.identification.mismatch.simulation.coordinates import Coordinate
 from slipbench.identification.mismatch.simulation.derivatives import Derivatives
+from slipbench.identification.mismatch.simulation.once import once
 from slipbench.identification.mismatch.simulation.push import Push
 from slipbench.identification.mismatch.simulation.record import Record
 from slipbench.identification.mismatch.simulation.sensor import Columns, Rounds, Sensor
@@ -50,12 +50,12 @@ class Model:
     injected: tuple[Mapping[str, Floats], ...] = field(default=())
     stepless: bool = False
 
-    @cached_property
+    @once
     def measured(self) -> Series:
         """What was recorded."""
         return [[_stack(b, r, None) for r in self.records] for b in self.chain.blocks]
 
-    @cached_property
+    @once
     def known_bins(self) -> Series:
         """1 where something was recorded, 0 elsewhere."""
         return [
@@ -66,14 +66,14 @@ class Model:
             for b in self.chain.blocks
         ]
 
-    @cached_property
+    @once
     def coarse(self) -> "Model":
         """The same with coarser steps of integration, to compare simulations with each other."""
         model = self._like(replace(self, system=self.system.coarse()))
         model.__dict__["coarse"] = model
         return model
 
-    @cached_property
+    @once
     def for_slopes(self) -> "Model":
         """The coarse one without what sensors round: a staircase has no slope that leads on."""
         return self._like(replace(self.coarse, stepless=True))

@@ -1,6 +1,7 @@
 """Work on independent parts at once, on every processor that there is."""
 
 import os
+import threading
 from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache
@@ -9,6 +10,7 @@ from typing import TypeVar
 Part = TypeVar("Part")
 Result = TypeVar("Result")
 WORKERS = os.process_cpu_count() if hasattr(os, "process_cpu_count") else os.cpu_count()
+_here = threading.local()
 
 
 @cache
@@ -19,9 +21,17 @@ def _pool() -> ThreadPoolExecutor:
 def in_threads(work: Callable[[Part], Result], parts: Iterable[Part]) -> list[Result]:
     """Return the result of every part, in the order of the parts, whatever thread was first.
 
-    Raises what the first part in that order raises. Work must not itself work in threads.
+    Raises what the first part in that order raises. Work that is itself a part of such work is done
+    part by part: threads that wait for each other would wait for ever.
     """
-    return list(_pool().map(work, parts))
+    if getattr(_here, "working", False):
+        return [work(part) for part in parts]
+
+    def worked(part: Part) -> Result:
+        _here.working = True
+        return work(part)
+
+    return list(_pool().map(worked, parts))
 
 
 os.register_at_fork(after_in_child=_pool.cache_clear)
