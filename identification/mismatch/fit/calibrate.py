@@ -5,9 +5,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from slipbench.identification.mismatch.fit.fitting import Fit
-from slipbench.identification.mismatch.fit.sensitivity import sensitivities
-from slipbench.identification.mismatch.fit.settling import promised, settle
+from slipbench.identification.mismatch.fit.fitting import Fit, dials, renoised
+from slipbench.identification.mismatch.fit.sensitivity import coordinates_of, sensitivities
+from slipbench.identification.mismatch.fit.settling import limits_of, promised, settle, there
 from slipbench.identification.mismatch.fit.stack import flat, residuals, whiteners
 from slipbench.identification.mismatch.fit.whitening import Whitener
 from slipbench.identification.mismatch.simulation.model import Model, Point, Series, predict
@@ -24,6 +24,8 @@ Of ten that err as believed one is farther in 37 of 100: that costs one more sta
 """
 ASTRAY = 3.0
 """Prior deviations beyond which calibration itself may have lost its way; by chance in 3 of 100."""
+FARTHEST = 64.0
+"""Times the last way, at most, that a fit is looked for along it."""
 WORTH_AGAIN = 10.0  # nats; what is left then is far less, since steps converge quadratically
 
 
@@ -56,11 +58,38 @@ def followed(fit: Fit) -> Fit:
     """
     fit = settle(refreshed(fit))
     for _ in range(fit.model.system.bends):
-        new = settle(refreshed(fit))
+        new = farther_along(fit, settle(refreshed(fit)))
         if new.score - fit.score < WORTH_AGAIN:
             return unbent(max(new, fit, key=lambda f: f.score))
         fit = new
     return fit
+
+
+def farther_along(before: Fit, after: Fit) -> Fit:
+    """Return the best fit along the line from one fit through the next, as far as it gets better.
+
+    Along a curved valley settled fits creep, each by a like share of the way: a pattern move (Hooke
+    and Jeeves, "Direct search solution of numerical and statistical problems", Journal of the ACM 8
+    (1961)).
+    """
+    dz = coordinates_of(after.point) - coordinates_of(before.point)
+    du = dials(after.candidates) - dials(before.candidates)
+    best, times = after, 1.0
+    while times <= FARTHEST:
+        new = _shifted(after, times * dz, times * du)
+        if new is None or new.score <= best.score:
+            break
+        best, times = new, 2.0 * times
+    return best
+
+
+def _shifted(fit: Fit, dz: Floats, du: Floats) -> Fit | None:
+    low, high = limits_of(fit, coordinates_of(fit.point), np.inf)
+    z = coordinates_of(fit.point)
+    try:
+        return renoised(there(fit, np.clip(dz, low - z, high - z), du))
+    except PlantError:
+        return None
 
 
 def unbent(fit: Fit, rounds: int = 1) -> Fit:

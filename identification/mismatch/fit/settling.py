@@ -70,7 +70,7 @@ def _step(fit: Fit, before: float, held_back: int) -> tuple[Fit, int]:
         return fit, held_back
     first = max(held_back - 1, 0)
     for i, step in enumerate(islice(_steps(fit, full, slope), first, None), start=first):
-        new = _there(fit, step[: z.size], step[z.size :])
+        new = there(fit, step[: z.size], step[z.size :])
         if _objective(new) < before:
             return new, i
         part = _what_helped(fit, new, step)
@@ -81,7 +81,7 @@ def _step(fit: Fit, before: float, held_back: int) -> tuple[Fit, int]:
 
 def _full_step(fit: Fit, z: Floats, u: Floats) -> Floats:
     """Return the step to where least squares leads, within bounds; coordinates, then dials."""
-    columns, weights, (low, high) = fit.nuisances.columns, np.ones(z.size), _bounds(fit, z)
+    columns, weights, (low, high) = fit.nuisances.columns, np.ones(z.size), limits_of(fit, z)
     if u.size:
         columns = np.concatenate((columns, fit.columns), axis=1)
         weights = np.concatenate((weights, deviations(fit.candidates) ** -2.0))
@@ -101,7 +101,7 @@ def _what_helped(fit: Fit, new: Fit, step: Floats) -> Fit | None:
     own = np.array([helped.issuperset(drives) for drives in _drives(fit)])
     part = np.where(own, step, 0.0)
     places = coordinates_of(fit.point).size
-    return _there(fit, part[:places], part[places:]) if part.any() else None
+    return there(fit, part[:places], part[places:]) if part.any() else None
 
 
 def _by_drive(fit: Fit) -> dict[str, float]:
@@ -125,12 +125,12 @@ def _drives(fit: Fit) -> list[tuple[str, ...]]:
     return found
 
 
-def _bounds(fit: Fit, z: Floats) -> tuple[Floats, Floats]:
+def limits_of(fit: Fit, z: Floats, step: float = REACH) -> tuple[Floats, Floats]:
     """Between what a step may move the coordinates to: the system's are held, the slow are free."""
     own = np.arange(z.size) < len(fit.point.x)
     far = fit.model.system.farthest
-    low = np.maximum(z - REACH, np.minimum(-far, z))
-    high = np.minimum(z + REACH, np.maximum(far, z))
+    low = np.maximum(z - step, np.minimum(-far, z))
+    high = np.minimum(z + step, np.maximum(far, z))
     return np.where(own, low, -np.inf), np.where(own, high, np.inf)
 
 
@@ -143,7 +143,7 @@ def _steps(fit: Fit, full: Floats, slope: Floats) -> Iterator[Floats]:
         weights = np.concatenate((weights, deviations(fit.candidates) ** -2.0))
     normal = columns.T @ columns + np.diag(weights)
     z = coordinates_of(fit.point)
-    low, high = _bounds(fit, z)
+    low, high = limits_of(fit, z)
     for damping in DAMPINGS:
         held = normal + damping * np.diag(np.diag(normal))
         step = np.asarray(np.linalg.solve(held, slope), np.float64)
@@ -160,7 +160,8 @@ def _slope(fit: Fit, z: Floats, u: Floats) -> Floats:
     return np.concatenate((to_z, to_u))
 
 
-def _there(fit: Fit, dz: Floats, du: Floats) -> Fit:
+def there(fit: Fit, dz: Floats, du: Floats) -> Fit:
+    """Return the fit after a step of coordinates and dials. Raises PlantError where it cannot run."""
     candidates = turned(fit.candidates, du)
     effects = tuple(c.effect() for c in candidates) if candidates else fit.point.effects
     point = replace(moved(fit.model, fit.point, dz), effects=effects)
