@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -16,6 +17,17 @@ from tests.paths import TRIALS
 
 WITHIN = 120.0  # s, on a machine however loaded
 TRIAL = str(TRIALS / "throttle_sweep.toml")
+
+
+@pytest.fixture(autouse=True)
+def _signals_that_end_a_process() -> Iterator[None]:
+    """Commands inherit what is ignored: under `nohup` or in the background these tests run as well."""
+    ignored = [n for n in (signal.SIGINT, signal.SIGHUP) if signal.getsignal(n) == signal.SIG_IGN]
+    for number in ignored:
+        signal.signal(number, signal.SIG_DFL)
+    yield
+    for number in ignored:
+        signal.signal(number, signal.SIG_IGN)
 
 
 def command(folder: Path, *arguments: str, **options: object) -> "subprocess.Popen[str]":
