@@ -7,7 +7,7 @@ import pytest
 from scipy import stats
 
 from slipbench.identification.models.rational_ml import ACROSS, fit_order, mixed
-from slipbench.identification.models.serial_correlation import LENGTH
+from slipbench.identification.models.serial_correlation import LENGTH, serial_covariance
 from slipbench.identification.models.stable_rational import Order
 from tests.identification.response.known_lines import chain, lines
 
@@ -42,6 +42,25 @@ def coverage(serial):
 def test_correlated_errors_are_in_the_intervals():
     assert coverage(SMOOTH) > coverage(0.0)
     assert coverage(4 * SMOOTH) == pytest.approx(0.95, abs=0.03)
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_smooth_errors_are_never_larger_than_all_residuals(seed):
+    """Nine lines beside eight parameters tell nothing of the smooth part, and divide by nothing."""
+    rng = np.random.default_rng(seed)
+    n, p = 9, 8
+    value, residual = (rng.standard_normal(n) + 1j * rng.standard_normal(n) for _ in range(2))
+    powers = np.linspace(-1, 1, n)[:, None] ** np.arange(p // 2)  # slopes are smooth themselves
+    turn = (value / np.abs(value))[:, None]
+    slopes = np.hstack((powers * turn, 1j * powers * turn))
+    J = np.vstack((slopes.real, slopes.imag))
+    inner = np.linalg.inv(J.T @ J)
+    weight = np.ones(n)
+    found = serial_covariance(value, residual, slopes, inner, weight, 1.0)
+    energy = float(np.sum(np.abs(residual) ** 2))
+    largest = np.max(np.abs(value)) ** 2 / np.mean(np.abs(value) ** 2) * n
+    assert np.all(np.diag(found) <= np.diag(inner) * (1 + 2 * energy / (2 * n - p) * largest))
+    assert np.all(np.diag(found) >= np.diag(inner) * (1 - 1e-9))
 
 
 def test_the_half_width_of_a_mixture_holds_95_percent_of_it():
