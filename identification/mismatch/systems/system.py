@@ -59,7 +59,7 @@ class ModelSystem(System):
     read: placing.Read | None = None
     source: str = ""
 
-    bends = 4
+    bends = 20
     farthest = 3.0  # beyond lies not another value of a parameter but physics that is missing
     by_factors = True
 
