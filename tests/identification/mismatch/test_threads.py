@@ -41,7 +41,7 @@ def test_the_first_failure_in_the_order_of_the_parts_is_raised(workers):
             raise ValueError(x)
         return x
 
-    with pytest.raises(ValueError, match="^3$"):
+    with pytest.raises(ValueError, match=r"^3$"):
         in_threads(work, range(8))
 
 
