@@ -127,6 +127,8 @@ ALLOWED = {
         "bench/view/view_process.py",
         "bench/view/view_folder.py",
         "bench/view/web.py",
+        "bench/foxglove/replay_thread.py",
+        "bench/foxglove/streams.py",
         "plant/compiled.py",
     ),
     "multiprocessing": (
@@ -146,6 +148,7 @@ ALLOWED = {
     "starlette": ("bench/view/server.py", "bench/view/web.py"),
     "uvicorn": ("bench/view/web.py",),
     "textual": ("bench/view/terminal.py",),
+    "foxglove": ("bench/foxglove/server.py",),
     # Many cases at once.
     "distributed": ("identification/cluster.py",),
     "dask": ("identification/cluster.py",),
