@@ -129,6 +129,7 @@ ALLOWED = {
         "bench/view/web.py",
         "bench/foxglove/replay_thread.py",
         "bench/foxglove/streams.py",
+        "bench/foxglove/stream_process.py",
         "plant/compiled.py",
     ),
     "multiprocessing": (
@@ -143,6 +144,8 @@ ALLOWED = {
         "bench/loop/interrupts.py",
         "bench/loop/exit_status.py",
         "bench/view/view_process.py",
+        "bench/view/side_process.py",
+        "bench/foxglove/stream_process.py",
     ),
     # The page of the live view.
     "starlette": ("bench/view/server.py", "bench/view/web.py"),

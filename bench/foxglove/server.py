@@ -32,6 +32,11 @@ class ReplayState:
     seek: bool = False
 
 
+def require_foxglove() -> None:
+    """Check that the library of the stream is installed. Raises InputError."""
+    optional_library("foxglove")
+
+
 class Subscriptions:
     """Callbacks of the server, which the library calls in threads of its own.
 

@@ -28,13 +28,18 @@ class LiveStream:
         self._publisher, self._due = Publisher(server), 0
 
     @property
-    def behind(self) -> int:
-        """Bytes of recorded frames that were not sent yet."""
-        return self._view.behind
+    def waits_for_clients(self) -> bool:
+        """Whether topics are new, so that clients still subscribe to them."""
+        return self._clock.now_ns() < self._due
+
+    @property
+    def complete(self) -> bool:
+        """Whether all frames that were recorded by now were sent."""
+        return not self.waits_for_clients and self._view.complete
 
     def step(self) -> None:
         """Send what is new. The frames of a run wait until clients can subscribe to its topics."""
-        if self._clock.now_ns() < self._due:
+        if self.waits_for_clients:
             return
         began, portion = self._view.read()
         if began and self._view.recorded is not None:

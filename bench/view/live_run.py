@@ -115,9 +115,10 @@ class LiveView:
         return None if self._run is None else self._run.recorded
 
     @property
-    def behind(self) -> int:
-        """Bytes of the recorded frames that were not read."""
-        return 0 if self._run is None else self._run.behind
+    def complete(self) -> bool:
+        """Whether all frames of the newest run were read, by now."""
+        newest, run = self._runs.current(), self._run
+        return newest is None or (run is not None and run.folder == newest and not run.behind)
 
     def read(self) -> tuple[bool, Portion | None]:
         """Whether another run began, and the new frames of this run.

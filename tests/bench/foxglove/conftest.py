@@ -17,11 +17,11 @@ def run(tmp_path_factory):
     return recorded(tmp_path_factory.mktemp("foxglove"))
 
 
-def decoded(run, begin=0, database=None):
-    """Time and values of each frame of each message of a recording, in its order, by topic."""
+def decoded(run, begin=0):
+    """Time and values of each frame of each message of a recording of one bus, by topic."""
     log = read_log(run / "frames.log").frames
     found = {}
-    known = load_database(database or run / "database.dbc")
+    known = load_database(run / "database.dbc")
     for name, signals in decode(sort_log(log, known)).items():
         rows = {}
         for signal, samples in signals.items():
@@ -32,7 +32,7 @@ def decoded(run, begin=0, database=None):
         times = [(int(log.time_ns[row]), row) for row in sorted(rows)]
         kept = [(time, rows[row]) for time, row in times if time >= begin]
         if kept:
-            found[f"/can0/{name}"] = kept
+            found[f"/{log.buses[0]}/{name}"] = kept
     return found
 
 
