@@ -18,7 +18,14 @@ from slipbench.bench.check.commands import check
 from slipbench.bench.descriptors import require_descriptors
 from slipbench.bench.replay.replay_controls import FASTEST
 from slipbench.bench.view import commands as view_commands
-from slipbench.bench.view.commands import View, ViewAddress, view_address
+from slipbench.bench.view.commands import (
+    Foxglove,
+    FoxglovePort,
+    View,
+    ViewAddress,
+    foxglove_address,
+    view_address,
+)
 from slipbench.protocol.errors import InputError
 from slipbench.protocol.shipped_files import completion_of, file_of
 
@@ -103,6 +110,8 @@ def trial(
     binding: BindingPath = None,
     view: View = False,
     view_at: ViewAddress = None,
+    foxglove: Foxglove = False,
+    foxglove_at: FoxglovePort = None,
 ) -> None:
     """Run a trial, record it and print the run folder.
 
@@ -110,7 +119,8 @@ def trial(
     time. With --real-time alone the motorcycle is simulated in real time, in a separate process, on
     a virtual CAN bus. With --interface the gateway uses the CAN bus of that interface, always in
     real time. Ctrl-C aborts the trial and returns control to the rider; with --view a page in the
-    browser shows the trial and can abort it in the same way.
+    browser shows the trial and can abort it in the same way. With --foxglove every signal is streamed
+    to Foxglove, Lichtblick or PlotJuggler, which cannot abort it.
 
     Exit status: 0 done, 2 invalid input (see message), 3 the trial tripped.
 
@@ -123,6 +133,7 @@ def trial(
       slipbench trial throttle_sweep --binding my.toml --interface socketcan \\
         --channel powertrain=can0 --channel chassis=can1
     """
+    from slipbench.bench.foxglove.stream_process import live_stream
     from slipbench.bench.loop.interrupts import keyboard_interrupt_on_signals
     from slipbench.bench.trials.connection import Connection, connected
     from slipbench.bench.trials.outcome import in_short, invalid
@@ -132,7 +143,7 @@ def trial(
     from slipbench.bench.view.view_process import live_view
 
     require_descriptors()
-    address = view_address(view, view_at)
+    address, stream = view_address(view, view_at), foxglove_address(foxglove, foxglove_at)
     prepared = prepare(file, database, binding)
     connection = Connection(interface, channel or [], bitrate, fd, real_time)
     folder = out or _next_folder(Path("runs"), prepared.trial.name)
@@ -141,6 +152,7 @@ def trial(
     with (
         keyboard_interrupt_on_signals(),
         live_view(folder, address, lambda line: _print(console, line), take_look=True),
+        live_stream(folder, stream, lambda line: _print(console, line)),
         connected(prepared, connection) as (addresses, process),
         bar,
     ):

@@ -18,6 +18,7 @@ EXTRA_OF = {
     "dask": "cluster",
     "distributed": "cluster",
     "slycot": "robust",
+    "foxglove": "foxglove",
     "starlette": "view",
     "textual": "view",
     "uvicorn": "view",

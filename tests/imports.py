@@ -127,6 +127,9 @@ ALLOWED = {
         "bench/view/view_process.py",
         "bench/view/view_folder.py",
         "bench/view/web.py",
+        "bench/foxglove/replay_thread.py",
+        "bench/foxglove/streams.py",
+        "bench/foxglove/stream_process.py",
         "plant/compiled.py",
     ),
     "multiprocessing": (
@@ -141,11 +144,14 @@ ALLOWED = {
         "bench/loop/interrupts.py",
         "bench/loop/exit_status.py",
         "bench/view/view_process.py",
+        "bench/view/side_process.py",
+        "bench/foxglove/stream_process.py",
     ),
     # The page of the live view.
     "starlette": ("bench/view/server.py", "bench/view/web.py"),
     "uvicorn": ("bench/view/web.py",),
     "textual": ("bench/view/terminal.py",),
+    "foxglove": ("bench/foxglove/server.py",),
     # Many cases at once.
     "distributed": ("identification/cluster.py",),
     "dask": ("identification/cluster.py",),

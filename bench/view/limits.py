@@ -8,6 +8,13 @@ from slipbench.bench.safety.vehicle_state import VehicleState
 from slipbench.protocol.codec.messages import ActuatorCommand, Authority
 from slipbench.protocol.trial_file import Limits
 
+LIMITS = (
+    *("slip", "front_slip", "engine_speed", "speed", "distance"),
+    *("throttle_deviation", "grip", "throttle", "spark"),
+    *("brake_pressure", "clutch", "stale", "faults"),
+)
+"""Names of the limits that can be in use."""
+
 
 @dataclass(frozen=True)
 class AtButton:

@@ -14,6 +14,9 @@ KMH = 1 / 3.6  # m/s
 SCALES = {"throttle_request": 100.0, "throttle": 100.0, "slip": 100.0, "engine_speed": 1 / RPM}
 """Factors from SI to the units of the page: %, rpm, km/h."""
 SCALES |= {"wheel_speed": 1 / KMH, "speed": 1 / KMH}
+UNITS = {"throttle_request": "%", "throttle": "%", "slip": "%", "engine_speed": "rpm"}
+"""Units of the page."""
+UNITS |= {"wheel_speed": "km/h", "speed": "km/h"}
 FACTORS = tuple(SCALES.get(name, 1.0) for name in SAMPLED)
 DIGITS = 7
 

@@ -25,6 +25,7 @@ from slipbench.protocol.codec.messages import (
     TripReason,
 )
 from slipbench.protocol.logs.candump import parse_pieces
+from slipbench.protocol.logs.frame_log import FrameLog
 
 SAMPLE = 0.01  # s between two samples of the strip charts
 SAMPLED = ("time", "throttle_request", "throttle", "slip", "wheel_speed", "speed", "engine_speed")
@@ -78,15 +79,15 @@ class TrialObserver:
         self._samples: list[tuple[float, ...]] = []
         self.frames = 0
 
-    def observe(self, lines: bytes) -> None:
-        """Take in whole lines of candump text, in order of time."""
+    def observe(self, lines: bytes) -> FrameLog | None:
+        """Take in whole lines of candump text, in order of time. Returns their frames, if any."""
         if not lines:
-            return
+            return None
         log = parse_pieces([lines], str(self._recorded.folder), [])
         for kind, count in log.skipped:
             self._faults[kind] += count
         if not len(log):
-            return
+            return None
         self._load.add(log)
         self.frames += len(log)
         number = [self._number(name) for name in log.buses]
@@ -105,6 +106,7 @@ class TrialObserver:
                 self._sent(identifier, data, extended, number[bus], now)
             else:
                 self._received((identifier, extended), data, number[bus], now)
+        return log
 
     def skipped(self) -> None:
         """State that frames before the next ones were not read: the button may have been pressed there."""

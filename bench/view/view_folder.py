@@ -2,7 +2,7 @@
 
 import threading
 from collections.abc import Callable
-from contextlib import closing
+from contextlib import AbstractContextManager, closing, nullcontext
 from pathlib import Path
 
 from slipbench.bench.loop.clock import MonotonicClock
@@ -18,21 +18,33 @@ from slipbench.bench.view.sources import LiveSource, ReplaySource
 from slipbench.bench.view.terminal import terminal_app
 from slipbench.bench.view.web import listen, require_web, run_server, urls
 
+Beside = Callable[[Path, bool], AbstractContextManager[None]]
 
-def serve_folder(folder: Path, address: Address, say: Callable[[str], None]) -> None:
+
+def nothing_beside(_folder: Path, _replayed: bool) -> AbstractContextManager[None]:
+    """Serve the page alone."""
+    return nullcontext()
+
+
+def serve_folder(
+    folder: Path, address: Address, say: Callable[[str], None], beside: Beside = nothing_beside
+) -> None:
     """Serve a run folder or the folder of a session until Ctrl-C.
 
-    say: receives lines for people. Raises InputError where the folder holds no trial, the extra is
-    missing, or the address cannot be used.
+    say     receives lines for people
+    beside  serves the same folder in another way; it learns whether the run is replayed
+
+    Raises InputError where the folder holds no trial, an extra is missing, or an address cannot be
+    used.
     """
     require_web()
-    clock, stop = MonotonicClock(), threading.Event()
+    clock, stop, replayed = MonotonicClock(), threading.Event(), False
     source: LiveSource | ReplaySource
     if (folder / RUNS).is_dir():
         source = LiveSource(LiveView(folder, clock))
     elif has_ended(folder):
         ReplayRun(folder, clock).close()  # raises where it cannot be replayed
-        source = ReplaySource(lambda: ReplayRun(folder, clock))
+        source, replayed = ReplaySource(lambda: ReplayRun(folder, clock)), True
     else:
         recorded_trial(folder)
         source = LiveSource(LiveView(folder, clock))
@@ -40,7 +52,7 @@ def serve_folder(folder: Path, address: Address, say: Callable[[str], None]) -> 
         port = listening.getsockname()[1]
         access = Access(open_to_all=address.loopback)
         app = application(source, access, f"slipbench_{port}")
-        with run_server(app, listening), interrupts(stop):
+        with run_server(app, listening), beside(folder, replayed), interrupts(stop):
             for line in urls(address, port, access):
                 say(line)
             stop.wait()

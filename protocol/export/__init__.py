@@ -7,7 +7,7 @@ in order of time; a step back in time from one to the next gives a warning.
     blf      Vector BLF: raw frames
     asc      Vector ASC: raw frames
     parquet  a folder of tables: frames.parquet, and one a message
-    mcap     raw frames a topic a bus, and decoded messages a topic each, as JSON
+    mcap     raw frames a topic a bus, and decoded messages a topic each, as JSON with a JSON Schema
 
 Vector's two formats have no place for decoded signals: there the database stands beside the log.
 """

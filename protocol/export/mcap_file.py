@@ -1,7 +1,7 @@
 """Export as MCAP: one topic per bus of raw frames, one per message of decoded values, as JSON.
 
     /can0/frames         {"id", "extended", "fd", "fd_flags", "sent", "data" (base64)}
-    /can0/EngineStatus   {signal: value in the database's unit, ...}; the schema names the units
+    /can0/EngineStatus   {signal: value in the database's unit, ...}: json_messages.py has the schema
 
 All messages stand in one order of time, which readers that follow a log rely on.
 """
@@ -15,9 +15,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from slipbench.protocol.database.layout import Database, Message
+from slipbench.protocol.export.json_messages import (
+    json_messages,
+    message_schema,
+    object_schema,
+    topic_of,
+)
 from slipbench.protocol.export.lengths import fd_flags
 from slipbench.protocol.extras import optional_library
-from slipbench.protocol.logs.decode import Samples, SortedLog, sort_log
+from slipbench.protocol.logs.decode import SortedLog, sort_log
 from slipbench.protocol.logs.frame_log import FrameLog
 
 if TYPE_CHECKING:
@@ -32,6 +38,7 @@ _FRAME = {
     "sent": {"type": "boolean"},
     "data": {"type": "string", "contentEncoding": "base64"},
 }
+_FRAMES = object_schema("frames", "Raw frames of a bus, as recorded", _FRAME)
 
 
 def write_mcap(portions: Iterator[SortedLog], database: Database, path: Path) -> int:
@@ -56,14 +63,14 @@ def _write_piece(
     writer: "Writer", channels: "_Channels", log: FrameLog, database: Database, first: int
 ) -> int:
     """Write some frames, numbered from `first`, and their decoded values."""
-    decoded, samples = _decoded(sort_log(log, database), len(log))
+    decoded, samples = json_messages(sort_log(log, database))
     write = writer.add_message
     for row, (time, bus, frame) in enumerate(_frames(log)):
         write(channels.frames(log.buses[bus]), time, frame, time, first + row)
         if (found := decoded[row]) is not None:
             message, text = found
             channel = channels.message(log.buses[bus], message)
-            write(channel, time, text.encode("ascii"), time, first + row)
+            write(channel, time, text, time, first + row)
     return samples
 
 
@@ -75,21 +82,16 @@ class _Channels:
         self._known: dict[tuple[str, str], int] = {}
 
     def frames(self, bus: str) -> int:
-        return self._known.get((bus, "frames")) or self._channel(bus, "frames", _FRAME)
+        return self._known.get((bus, "frames")) or self._channel(bus, "frames", _FRAMES)
 
     def message(self, bus: str, message: Message) -> int:
-        if (bus, message.name) in self._known:
-            return self._known[bus, message.name]
-        signals = {
-            signal.name: {"type": "number", "description": signal.unit}
-            for signal in message.signals
-        }
-        return self._channel(bus, message.name, signals)
+        known = self._known.get((bus, message.name))
+        return known or self._channel(bus, message.name, message_schema(message))
 
-    def _channel(self, bus: str, name: str, properties: dict[str, Any]) -> int:
-        schema = json.dumps({"type": "object", "properties": properties}).encode()
+    def _channel(self, bus: str, name: str, tree: dict[str, Any]) -> int:
+        schema = json.dumps(tree).encode()
         number = self._writer.register_schema(name, "jsonschema", schema)
-        channel = self._writer.register_channel(f"/{bus}/{name}", "json", number)
+        channel = self._writer.register_channel(topic_of(bus, name), "json", number)
         self._known[bus, name] = channel
         return channel
 
@@ -116,28 +118,3 @@ def _frames(log: FrameLog) -> Iterator[tuple[int, int, bytes]]:
             f'"fd_flags":{flags},"sent":{truth[sent]},"data":"{data}"}}'
         )
         yield time, bus, text.encode("ascii")
-
-
-def _decoded(sorted_log: SortedLog, count: int) -> tuple[list[tuple[Message, str] | None], int]:
-    """Message and values (JSON) of each frame, None where not known; and the number of samples."""
-    found: list[tuple[Message, str] | None] = [None] * count
-    samples = 0
-    for frames in sorted_log.frames.values():
-        texts: list[list[str]] = [[] for _ in range(len(frames))]
-        for signal in frames.message.signals:
-            name, held = json.dumps(signal.name), frames.samples(signal.name)
-            places = np.searchsorted(frames.rows, held.rows).tolist()
-            for place, value in zip(places, _values(held), strict=True):
-                texts[place].append(f"{name}:{value}")
-            samples += len(places)
-        for row, values in zip(frames.rows.tolist(), texts, strict=True):
-            found[row] = frames.message, "{" + ",".join(values) + "}"
-    return found, samples
-
-
-def _values(samples: Samples) -> list[str]:
-    """Values as JSON; NaN and infinities, which JSON lacks, as null."""
-    texts = list(map(repr, samples.exact.tolist()))
-    for row in np.flatnonzero(~np.isfinite(samples.value.astype(np.float64))).tolist():
-        texts[row] = "null"
-    return texts

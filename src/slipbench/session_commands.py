@@ -15,7 +15,14 @@ from slipbench.bench.commands import (
     FlexibleDataRate,
     Interface,
 )
-from slipbench.bench.view.commands import View, ViewAddress, view_address
+from slipbench.bench.view.commands import (
+    Foxglove,
+    FoxglovePort,
+    View,
+    ViewAddress,
+    foxglove_address,
+    view_address,
+)
 from slipbench.protocol.errors import InputError
 from slipbench.protocol.shipped_files import completion_of, file_of
 from slipbench.session_report import write_report
@@ -56,6 +63,8 @@ def session(
     ] = None,
     view: View = False,
     view_at: ViewAddress = None,
+    foxglove: Foxglove = False,
+    foxglove_at: FoxglovePort = None,
 ) -> None:
     """Run the trials of a plan one after another, with a quick look after each and one report.
 
@@ -65,7 +74,8 @@ def session(
     the same command goes on where it was; an interrupted recording is kept as
     NAME-incomplete-NUMBER. At the end report.html and session.json have the pooled responses with
     intervals, throttle against spark, and what to do next. With --view a page in the browser shows
-    each run and the list of runs, and can abort a trial as Ctrl-C does.
+    each run and the list of runs, and can abort a trial as Ctrl-C does. With --foxglove every signal is
+    streamed to Foxglove, Lichtblick or PlotJuggler.
 
     Exit status: 0 each run is usable, 2 invalid input or a run without an end (see message), 3 not
     each run is usable, 130 stopped.
@@ -77,6 +87,7 @@ def session(
       slipbench session monday.toml --out monday --interface socketcan --channel can0
     """
     from slipbench.bench.descriptors import require_descriptors
+    from slipbench.bench.foxglove.stream_process import live_stream
     from slipbench.bench.loop.interrupts import keyboard_interrupt_on_signals
     from slipbench.bench.session.session import open_session, run_session
     from slipbench.bench.session.session_folder import locked
@@ -86,11 +97,12 @@ def session(
     _choose_one(simulate, interface, real_time)
     require_descriptors()
     connection = Connection(interface, channel or [], bitrate, fd, real_time)
-    address = view_address(view, view_at)
+    address, stream = view_address(view, view_at), foxglove_address(foxglove, foxglove_at)
     with (
         keyboard_interrupt_on_signals(),
         locked(out),
         live_view(out, address, _say, take_look=False),
+        live_stream(out, stream, _say),
     ):
         opened = open_session(plan, out, database, binding)
         usable = run_session(opened, connection, look, _say)

@@ -60,8 +60,11 @@ class Command:
 
 
 @contextmanager
-def serving(folder: Path, *arguments: str):
-    """Run a command of slipbench that serves a view, until the block ends."""
+def serving(folder: Path, *arguments: str, address: re.Pattern = ADDRESS):
+    """Run a command of slipbench that serves a view or a stream, until the block ends.
+
+    address: finds in its output where it serves
+    """
     pytest.importorskip("starlette", reason="pip install 'slipbench[view]'")
     output = folder / f"output-{len(list(folder.glob('output-*')))}"
     with output.open("w") as file:
@@ -74,7 +77,7 @@ def serving(folder: Path, *arguments: str):
         )
     command = Command(process, output)
     try:
-        while not (found := ADDRESS.search(command.output)):
+        while not (found := address.search(command.output)):
             assert process.poll() is None, command.output
             with_patience(process)
         command.url = found[1]

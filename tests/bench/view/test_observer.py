@@ -277,3 +277,26 @@ def test_the_lateness_is_that_of_the_table(run):
 def test_a_folder_without_a_trial_is_refused(tmp_path):
     with pytest.raises(InputError, match="not the run folder of a trial"):
         recorded_trial(tmp_path)
+
+
+def test_a_tail_that_may_lag_gives_every_line_in_parts(tmp_path):
+    path, text = tmp_path / "log", b"".join(b"%06d\n" % number for number in range(1000))
+    path.write_bytes(text)
+    tail, found = LogTail(path, most=100, lag=math.inf), b""
+    while tail.behind:
+        found += tail.read()
+    assert (found, tail.skipped) == (text, 0)
+
+
+@pytest.mark.parametrize("speed", [0.5, 3.0])
+def test_the_speed_of_a_replay_holds_from_when_it_is_set(run, speed):
+    clock = HandClock()
+    replay = ReplayRun(run, clock)
+    clock.now = 1_000_000_000
+    replay.control({"speed": speed})
+    clock.now = 2_000_000_000
+    assert replay.position == pytest.approx(1e9 * (1 + speed))
+    for wrong in (0.0, -1.0, math.nan, math.inf, True, "2"):
+        replay.control({"speed": wrong})
+        assert replay.speed == speed
+    replay.close()

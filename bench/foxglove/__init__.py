@@ -1,0 +1,1 @@
+"""Stream of a trial or a recording to Foxglove, Lichtblick and PlotJuggler."""
