@@ -10,6 +10,7 @@ from types import ModuleType
 from slipbench.protocol.errors import InputError
 
 EXTRA_OF = {
+    "duckdb": "analysis",
     "pyarrow": "analysis",
     "pandas": "analysis",
     "xarray": "analysis",

@@ -51,7 +51,9 @@ ALLOWED = {
         "protocol/tables/*.py",
         "protocol/export/asc.py",
         "protocol/export/parquet.py",
+        "identification/season/*.py",
     ),
+    "duckdb": ("identification/season/season.py",),
     "mcap": ("protocol/export/mcap_file.py",),
     # Mathematics.
     "control": (

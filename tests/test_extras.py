@@ -110,6 +110,7 @@ def base_only(
         ("pyarrow", ("export", "run", "--format", "parquet")),
         ("pyarrow", ("export", "run", "--format", "asc")),
         ("pyarrow", ("model", "one.csv", "--input", "u", "--output", "y", "--out", "model")),
+        ("duckdb", ("runs", ".")),
         ("asammdf", ("export", "run", "--format", "mf4")),
         ("asammdf", ("decode", "one.mf4", "--dbc", "car.dbc", "--out", "x.csv")),
         ("mcap", ("export", "run", "--format", "mcap")),

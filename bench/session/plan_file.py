@@ -7,6 +7,7 @@ from pydantic import Field, model_validator
 
 from slipbench.protocol.configuration import Section, read_toml
 from slipbench.protocol.quantity import Whole
+from slipbench.protocol.recording.tags import Tags
 from slipbench.protocol.trial_file import EngineSpeed, Excitation, Speed
 
 
@@ -67,6 +68,8 @@ class SessionPlan(Section):
     order        fixed: all runs of the first trial, then those of the next; interleaved: one run of
                  each trial in turn, so that slow changes (tyres, fuel, weather) meet all alike
     attempts     at a run whose quick look asks for a repetition
+    tags         what the frames do not have, such as track, tyre, mileage, temperature; they go into
+                 run.toml of every run
     trial        the trials
     """
 
@@ -74,6 +77,7 @@ class SessionPlan(Section):
     description: str = ""
     order: Literal["fixed", "interleaved"] = "interleaved"
     attempts: Annotated[int, Whole(1, 5, "what fails five times will not get better")] = 2
+    tags: Tags = Field(default={})
     trial: tuple[PlannedTrial, ...] = Field(min_length=1)
 
     @model_validator(mode="after")

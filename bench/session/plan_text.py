@@ -53,6 +53,10 @@ def plan_text(proposed: Sequence[Proposed], plan: Path, vehicle: Path, straight:
         f'description = "{fitting.gear}. gear at {rpm:.0f} rpm on {straight:g} m"',
         'order = "interleaved"   # one run of each trial in turn; "fixed": one trial after another',
         "attempts = 2            # at a run whose quick look asks for a repetition",
+        "",
+        "# [tags]                # go into every run; slipbench runs filters by them",
+        '# track = "Mugello"',
+        "# mileage = 812",
     ]
     for one in proposed:
         lines += ["", f"# {one.question.text}", *_trial_lines(one, folder_of(plan).name)]

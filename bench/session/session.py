@@ -6,7 +6,7 @@ the run that was being recorded; and that is kept.
 
 import re
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import count
 from pathlib import Path
 from typing import Any
@@ -146,7 +146,8 @@ def _without_paths(tree: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _prepared(session: Session, run: PlannedRun) -> Prepared:
-    return prepare(session.trial_path(run), session.database, session.binding)
+    prepared = prepare(session.trial_path(run), session.database, session.binding)
+    return replace(prepared, tags=session.plan.tags)
 
 
 def next_step(session: Session) -> Ride | TakeLook | None:

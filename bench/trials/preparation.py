@@ -1,6 +1,7 @@
 """Before a trial: every file is read and checked before the run folder exists."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from slipbench import dbc
@@ -26,6 +27,7 @@ class Prepared:
     """A trial that can be run, and the paths of its files.
 
     degraded: what the bus lacks, and what the bench does instead
+    tags: of the run, for run.toml
     """
 
     plan: Plan
@@ -36,6 +38,7 @@ class Prepared:
     database_path: Path
     controller_path: Path | None = None
     degraded: tuple[str, ...] = ()
+    tags: Mapping[str, int | float | str] = field(default_factory=dict)
 
     @property
     def database(self) -> Database:

@@ -22,9 +22,11 @@ from slipbench.bench.trials.vehicle_roles import roles_text
 from slipbench.bench.vehicle.live_vehicle import VehicleProcess
 from slipbench.bench.vehicle.virtual_motorcycle import equilibrium_throttle, wheels_of
 from slipbench.protocol.codec.messages import Phase
+from slipbench.protocol.configuration import load_toml
 from slipbench.protocol.errors import InputError
 from slipbench.protocol.recording.database_copy import copy_database
-from slipbench.protocol.recording.run_folder import create, versions, write_description
+from slipbench.protocol.recording.run_folder import DESCRIPTION, create, versions, write_description
+from slipbench.protocol.recording.tags import TAGS, tags_of
 from slipbench.protocol.trial_file import TrialFile
 
 
@@ -103,13 +105,26 @@ def begin_run(
 def end_run(
     folder: Path, description: dict[str, Any], outcome: Outcome, trial: TrialFile
 ) -> Outcome:
-    """Outcome after it was written into run.toml; a full disk is a note and costs no frame."""
+    """Outcome after it was written into run.toml; a full disk is a note and costs no frame.
+
+    Tags that were written while the trial ran stay.
+    """
+    known = {**description, **_tags_since(folder), **outcome_tables(outcome, trial)}
     try:
-        write_description(folder, {**description, **outcome_tables(outcome, trial)})
+        write_description(folder, known)
     except OSError as cause:
         note = f"run.toml has no outcome of the trial: {cause.strerror}"
         return replace(outcome, notes=(*outcome.notes, note))
     return outcome
+
+
+def _tags_since(folder: Path) -> dict[str, Any]:
+    """Table [tags] of run.toml as it is now, for the description; nothing where it has none."""
+    try:
+        description = load_toml(folder / DESCRIPTION)
+        return {TAGS: description[TAGS]} if tags_of(description, DESCRIPTION) else {}
+    except InputError:  # being edited: the trial's end must be recorded all the same
+        return {}
 
 
 def _keep_inputs(prepared: Prepared, folder: Path) -> None:
@@ -158,6 +173,8 @@ def _description(
     described: dict[str, Any] = {"run": run, "bus": bus, "versions": versions()}
     if len(each) > 1:
         described["buses"] = {of_bus.pop("name"): of_bus for of_bus in each}
+    if prepared.tags:
+        described[TAGS] = dict(prepared.tags)
     if prepared.degraded:
         described["warnings"] = [f"degraded mode: {text}" for text in prepared.degraded]
     return described

@@ -85,9 +85,14 @@ def write_description(folder: Path, description: Mapping[str, Any]) -> None:
 
     Bytes of a file name that are not UTF-8 become question marks.
     """
+    write_description_text(folder, tomli_w.dumps(dict(description)))
+
+
+def write_description_text(folder: Path, text: str) -> None:
+    """Write run.toml from its text, whole or not at all."""
     draft = folder / (DESCRIPTION + ".part")
     with draft.open("wb") as file:
-        file.write(tomli_w.dumps(dict(description)).encode("utf-8", "replace"))
+        file.write(text.encode("utf-8", "replace"))
         file.flush()
         os.fsync(file.fileno())
     draft.replace(folder / DESCRIPTION)

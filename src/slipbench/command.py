@@ -15,6 +15,7 @@ from slipbench.identification import commands as identification
 from slipbench.identification.closed_loop_simulation import commands as closed_loop_simulation
 from slipbench.identification.design import commands as design
 from slipbench.identification.fleet import commands as fleet
+from slipbench.identification.season import commands as season
 from slipbench.protocol import commands as protocol
 from slipbench.protocol.errors import InputError, is_interrupt, readable
 from slipbench.studies.blind_validation import commands as blind_validation
@@ -26,6 +27,7 @@ PARTS = (
     identification,
     design,
     fleet,
+    season,
     blind_validation,
     closed_loop_simulation,
     paper,

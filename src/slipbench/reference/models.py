@@ -72,7 +72,7 @@ def _default(field: FieldInfo) -> str:
     if field.is_required():
         return "required"
     value = field.default
-    if value is PydanticUndefined or value in ((), ""):
+    if value is PydanticUndefined or value in ((), "", {}):
         return ""
     if isinstance(value, Section):
         stated = value.model_dump(exclude_unset=True)

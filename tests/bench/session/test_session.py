@@ -14,6 +14,8 @@ from slipbench.bench.trials.connection import Connection
 from slipbench.bench.trials.preparation import prepare
 from slipbench.bench.trials.run import run_trial
 from slipbench.protocol.configuration import load_toml, parse
+from slipbench.protocol.errors import InputError
+from slipbench.protocol.recording.tags import write_tags
 from slipbench.protocol.trial_file import RPM, TrialFile
 from slipbench.session_commands import look
 from tests.bench.session.plans import EXCITATION, plan_file, trial_file
@@ -185,3 +187,24 @@ def test_the_line_is_the_same_however_the_log_is_cut_into_pieces(tmp_path):
 def trial_of(folder: Path) -> Path:
     tree = load_toml(TRIALS / "throttle_sweep.toml")
     return folder / trial_file(folder, excitation={**tree["excitation"], **EXCITATION})
+
+
+def test_the_tags_of_the_plan_go_into_the_run_beside_those_written_while_it_ran(tmp_path):
+    tags = {"track": "Mugello", "mileage": 812, "temperature": 23.5}
+    path, folder = plan_file(tmp_path, tags=tags), tmp_path / "day"
+
+    def tag_it(line):
+        if "exciting" in line:
+            write_tags(folder / "runs" / "sweep-1", {"tyre": "new"})
+
+    good = {"verdict": "good", "reason": "", "counts": True, "lines": []}
+    with locked(folder):
+        run_session(open_session(path, folder), Connection(), lambda *_: good, tag_it)
+    description = load_toml(folder / "runs" / "sweep-1" / "run.toml")
+    assert description["tags"] == {**tags, "tyre": "new"}
+    assert description["outcome"]["phase"] == "done"
+
+
+def test_a_key_that_no_tag_can_have_is_refused(tmp_path):
+    with pytest.raises(InputError, match="Tyre"):
+        read_plan(plan_file(tmp_path, tags={"Tyre": "new"}))

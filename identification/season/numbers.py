@@ -1,0 +1,33 @@
+"""Numbers with their intervals, as text: as many digits as the interval is worth."""
+
+import math
+
+
+def digits(value: float, low: float | None, high: float | None) -> int:
+    """Decimals to show, so that the half width of the interval has two digits; without one, four."""
+    width = (high - low) / 2 if low is not None and high is not None else 0.0
+    if not math.isfinite(width) or width <= 0:
+        return _decimals(abs(value), 4)
+    return _decimals(width, 2)
+
+
+def _decimals(size: float, significant: int) -> int:
+    if not math.isfinite(size) or size <= 0:
+        return significant - 1
+    return max(significant - 1 - math.floor(math.log10(size)), 0)
+
+
+def shown(value: float, decimals: int) -> str:
+    """A number with decimals; very small and very large ones with an exponent. Units are the caller's."""
+    if value and not 1e-3 <= abs(value) < 1e6:
+        return f"{value:.3g}"
+    return f"{value:.{min(decimals, 9)}f}"
+
+
+def with_interval(value: float, low: float | None, high: float | None) -> str:
+    """A number with its 95 % interval, such as "7.71 (7.65 to 7.78)"; both in one unit."""
+    decimals = digits(value, low, high)
+    text = shown(value, decimals)
+    if low is None or high is None:
+        return text
+    return f"{text} ({shown(low, decimals)} to {shown(high, decimals)})"
