@@ -8,12 +8,14 @@ from pathlib import Path
 
 from slipbench.protocol.errors import InputError
 from slipbench.protocol.logs.formats import FORMATS, looks_like, read_head, refusal
-from slipbench.protocol.tables.csv_file import read_csv
+from slipbench.protocol.tables.csv_file import holds_table, read_csv
 from slipbench.protocol.tables.parquet_file import read_parquet, write_parquet
 from slipbench.protocol.tables.samples import Samples, samples
 from slipbench.protocol.tables.table import Table
 
 __all__ = ["Samples", "Table", "is_table", "read_table", "samples", "write_parquet"]
+
+LOOKED_AT = 1 << 16  # bytes in which the numbers of a table must begin
 
 
 def read_table(path: Path) -> Table:
@@ -49,4 +51,4 @@ def is_table(path: Path) -> bool:
             return not has_raw_frames(mdf)
     if form is not None:
         return FORMATS[form].reader == "table"
-    return path.suffix.casefold() in (".csv", ".tsv", ".txt", ".dat", ".parquet")
+    return path.suffix.casefold() in (".csv", ".tsv") or holds_table(read_head(path, LOOKED_AT))
