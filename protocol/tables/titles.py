@@ -91,13 +91,29 @@ def _is_measured(word: str) -> bool:
 @lru_cache(maxsize=4096)
 def unit_in_name(name: str) -> str:
     """Unit that the end of a name states, "speed_kmh" -> km/h; "" where it states none."""
-    words = re.sub(r"([a-z])([A-Z])", r"\1_\2", name).replace(" ", "_").casefold().split("_")
-    if len(words) == 1 and words[0] in _ALONE:
-        return ENDINGS[words[0]]
+    words = _words(name)
+    if len(words) == 1 and words[0].casefold() in _ALONE:
+        return ENDINGS[words[0].casefold()]
+    return ENDINGS.get(_ending(name, words), "")
+
+
+def without_unit(name: str) -> str:
+    """Name without the unit at its end, "speed_kmh" -> "speed"; as it is where there is none."""
+    words = _words(name)
+    ending = _ending(name, words)
+    return "_".join(words[: len(words) - len(ending.split("_"))]) if ending else name
+
+
+def _words(name: str) -> list[str]:
+    return re.sub(r"([a-z])([A-Z])", r"\1_\2", name).replace(" ", "_").split("_")
+
+
+def _ending(name: str, words: list[str]) -> str:
+    """Last words of a name that are a unit; "" where none are."""
     for count in range(min(_MOST_WORDS, len(words) - 1), 0, -1):
-        ending = "_".join(words[-count:])
+        ending = "_".join(words[-count:]).casefold()
         if ending in ENDINGS and (ending != "g" or _GRAVITY.search(name)):
-            return ENDINGS[ending]
+            return ending
     return ""
 
 
