@@ -92,6 +92,11 @@ FORMATS = {
     "matlab": Format("a MATLAB file", "", re.compile(rb"MATLAB 5\.0"), _TABLE),
     "hdf5": Format("an HDF5 file", "", re.compile(rb"\x89HDF"), _TABLE),
     "parquet": Format("Parquet", "table", re.compile(rb"PAR1")),
+    "vbo": Format(
+        "RaceLogic VBO",
+        "table",
+        _starts(rb"(?:File created on[^\r\n]*\s+)?\[(?:header|column names|comments)\]\s"),
+    ),
     "motec-csv": Format("MoTeC CSV", "table", _starts(rb'"?Format"?[,;]\s*"?MoTeC CSV File')),
 }
 

@@ -16,6 +16,7 @@ from slipbench.protocol.tables.times import is_time_name
 
 FloatArray = npt.NDArray[np.float64]
 NO_CLOCK = TableRules(sample_period=1.0)
+RECEIVERS = ("VBO", "GPX", "FIT")  # formats in which a speed without another name is that of GNSS
 STEP = 0.1  # s, of the common time base
 MOST_STEPS = 200_000
 
@@ -77,7 +78,7 @@ class Columns:
 def columns_of(table: Table) -> Columns:
     """Columns of numbers of a table, with their times."""
     clock = _clock(table)
-    around = "gps" if "gnss" in concepts_in(Path(table.where).stem) else ""
+    around = _around(table)
     warnings = dict.fromkeys(table.warnings)
     numbers: list[Column] = []
     unread: dict[str, str] = {}
@@ -98,6 +99,12 @@ def columns_of(table: Table) -> Columns:
         time = found.time if found.clock else np.zeros(0)
         numbers.append(Column(name, found.unit, time, found.value, found.clock, around))
     return Columns(table, tuple(numbers), clock, unread, tuple(warnings))
+
+
+def _around(table: Table) -> str:
+    """What the file says of all its columns: "gps" for a receiver's format or name, else ""."""
+    receiver = bool(table.layout) and table.layout[0].startswith(RECEIVERS)
+    return "gps" if receiver or "gnss" in concepts_in(Path(table.where).stem) else ""
 
 
 def _clock(table: Table) -> str:

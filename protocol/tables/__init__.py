@@ -4,6 +4,8 @@ table = read_table(Path("gps.csv"))
 speed = samples(table, "Speed", "", TableRules())   # times in s, values, unit
 """
 
+from collections.abc import Callable
+from importlib import import_module
 from pathlib import Path
 
 from slipbench.protocol.errors import InputError
@@ -15,23 +17,26 @@ from slipbench.protocol.tables.table import Table
 
 __all__ = ["Samples", "Table", "is_table", "read_table", "samples", "write_parquet"]
 
+_HERE = "slipbench.protocol.tables"
+# Module and function that read a format; imported when a file of it is read.
+READERS = {"mf4": (f"{_HERE}.mdf_file", "read_mdf"), "vbo": (f"{_HERE}.vbo_file", "read_vbo")}
 LOOKED_AT = 1 << 16  # bytes in which the numbers of a table must begin
 
 
 def read_table(path: Path) -> Table:
-    """Table of a CSV file (also MoTeC i2's), a Parquet file or an MDF file of decoded channels.
+    """Table of a file of any format of samples, recognized by its content.
 
     Raises InputError where the file holds no table, is damaged or of another format.
     """
     form = looks_like(read_head(path))
     if form == "parquet":
         return read_parquet(path)
-    if form == "mf4":
-        from slipbench.protocol.tables.mdf_file import read_mdf
-
-        return read_mdf(path)
     if form is None or form == "motec-csv":
         return read_csv(path)
+    if form in READERS:
+        module, function = READERS[form]
+        read: Callable[[Path], Table] = getattr(import_module(module), function)
+        return read(path)
     if FORMATS[form].refused:
         raise refusal(form, path)
     raise InputError(

@@ -58,15 +58,20 @@ def _read(where: str, text: Text) -> Table:
             found=repr(next((line for line in text.lines if line.strip()), "")[:80]),
             remedy="export it as CSV with one row for each sample",
         )
+    table = table_of_rows(where, text, layout)
+    long = long_columns(layout.names)
+    return by_channel(table, long) if long else table
+
+
+def table_of_rows(where: str, text: Text, layout: Layout) -> Table:
+    """Table of a text whose layout is known. Raises InputError with the line of a wrong row."""
     warnings = _doubts(where, text, layout)
     numbers, rows = _rows(text.lines, layout, where, warnings)
     data = _parse(rows, numbers, layout, where)
     keep = [name for name in data.column_names if not _is_nothing(name, data[name])]
     units, guessed = _units(layout)
     shown = (*_description(layout, text), *guessed)
-    table = Table(where, data.select(keep), units, {}, tuple(warnings), shown, _breaks(numbers))
-    long = long_columns(layout.names)
-    return by_channel(table, long) if long else table
+    return Table(where, data.select(keep), units, {}, tuple(warnings), shown, _breaks(numbers))
 
 
 def _doubts(where: str, text: Text, layout: Layout) -> list[str]:

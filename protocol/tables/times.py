@@ -66,7 +66,7 @@ def _seconds(column: Any, name: str, unit: str, table: Table) -> FloatArray:
     if pa.types.is_timestamp(kind):
         return _filled(column.cast(pa.timestamp("ns"))) * 1e-9
     if pa.types.is_time(kind):
-        return _past_midnight(_filled(column.cast(pa.time64("ns"))) * 1e-9)
+        return past_midnight(_filled(column.cast(pa.time64("ns"))) * 1e-9)
     if pa.types.is_string(kind):
         return _moments(column, name, table)
     number: FloatArray = np.asarray(
@@ -105,7 +105,7 @@ def _filled(column: Any) -> FloatArray:
     return np.where(valid, number.astype(np.float64), np.nan)
 
 
-def _past_midnight(time: FloatArray) -> FloatArray:
+def past_midnight(time: FloatArray) -> FloatArray:
     """Times of day in s, continued after midnight."""
     days = np.cumsum(np.concatenate([[0], np.nan_to_num(np.diff(time)) < -43_200]))
     return time + 86_400.0 * days
@@ -134,7 +134,7 @@ def _moments(column: Any, name: str, table: Table) -> FloatArray:
                 remedy="export the time in seconds",
             )
     time = np.array([np.nan if moment is None else moment for moment in moments], np.float64)
-    return time if any(" " in text for text in texts) else _past_midnight(time)
+    return time if any(" " in text for text in texts) else past_midnight(time)
 
 
 def _moment(text: str, style: DateStyle) -> float | None:
