@@ -52,6 +52,8 @@ ALLOWED = {
         "protocol/export/asc.py",
         "protocol/export/parquet.py",
     ),
+    "gpxpy": ("protocol/tables/gpx_file.py",),
+    "fitdecode": ("protocol/tables/fit_file.py",),
     "mcap": ("protocol/export/mcap_file.py",),
     # Mathematics.
     "control": (

@@ -97,6 +97,15 @@ FORMATS = {
         "table",
         _starts(rb"(?:File created on[^\r\n]*\s+)?\[(?:header|column names|comments)\]\s"),
     ),
+    "gpx": Format(
+        "GPX",
+        "table",
+        re.compile(
+            rb"(?:\xef\xbb\xbf)?\s*(?:<\?xml.{0,200}?\?>\s*)?(?:<!--.{0,2000}?-->\s*)*<gpx[\s>]",
+            re.DOTALL,
+        ),
+    ),
+    "fit": Format("FIT", "table", re.compile(rb"[\x0c\x0e].{7}\.FIT", re.DOTALL)),
     "motec-csv": Format("MoTeC CSV", "table", _starts(rb'"?Format"?[,;]\s*"?MoTeC CSV File')),
 }
 

@@ -17,9 +17,13 @@ from slipbench.protocol.tables.table import Table
 
 __all__ = ["Samples", "Table", "is_table", "read_table", "samples", "write_parquet"]
 
-_HERE = "slipbench.protocol.tables"
-# Module and function that read a format; imported when a file of it is read.
-READERS = {"mf4": (f"{_HERE}.mdf_file", "read_mdf"), "vbo": (f"{_HERE}.vbo_file", "read_vbo")}
+# Module here and its function that read a format; imported when a file of it is read.
+READERS = {
+    "mf4": "mdf_file.read_mdf",
+    "vbo": "vbo_file.read_vbo",
+    "gpx": "gpx_file.read_gpx",
+    "fit": "fit_file.read_fit",
+}
 LOOKED_AT = 1 << 16  # bytes in which the numbers of a table must begin
 
 
@@ -34,8 +38,8 @@ def read_table(path: Path) -> Table:
     if form is None or form == "motec-csv":
         return read_csv(path)
     if form in READERS:
-        module, function = READERS[form]
-        read: Callable[[Path], Table] = getattr(import_module(module), function)
+        module, _, function = READERS[form].partition(".")
+        read: Callable[[Path], Table] = getattr(import_module(f"{__name__}.{module}"), function)
         return read(path)
     if FORMATS[form].refused:
         raise refusal(form, path)
