@@ -36,6 +36,7 @@ def register(app: typer.Typer) -> None:
     app.command("decode")(decode)
     app.command("export")(export)
     app.command("import")(import_)
+    app.command("roles")(roles_)
     app.command("bind")(bind)
 
 
@@ -167,6 +168,50 @@ def import_(
     with _progress(f"importing {capture.log.name}") as progress:
         recording = import_capture(capture, out, progress)
     imported(recording)
+
+
+def roles_(
+    log: Logs,
+    out: Annotated[
+        Path | None, typer.Option(help="New role map (TOML).  [default: LOG's name + _roles.toml]")
+    ] = None,
+    database: Annotated[
+        Path | None,
+        typer.Option(
+            "--dbc",
+            help="The vehicle's CAN database, for a log of frames.",
+            metavar="FILE",
+            parser=file_of("database"),
+            autocompletion=completion_of("database"),
+        ),
+    ] = None,
+    title: Annotated[
+        str, typer.Option(help="Name of the recording.  [default: name of the new file]")
+    ] = "",
+) -> None:
+    """Propose a role map for a log: which of its columns or signals has which role, in which unit.
+
+    Columns are found by name (abbreviations of several languages), unit and plausible values. Where
+    no unit is stated, one is proposed only if no other is plausible, or if the speed then agrees with
+    another one; else the role is listed as unresolved, with the units to choose from. The file has
+    the reasons, the range of each column and the next best ones. Read it, and correct it: it is a
+    proposal. The next command is printed.
+
+    Exit status: 0 done, 2 invalid input (see message).
+
+    Examples:
+
+      slipbench roles logger.csv
+
+      slipbench roles drive.log --dbc car.dbc --out my_roles.toml
+    """
+    from slipbench.protocol.role_proposal.wizard import RoleRequest, write_role_map
+
+    one = _one(log)
+    request = RoleRequest(one, out or Path(f"{one.stem}_roles.toml"), database, title)
+    with _progress(f"reading {one.name}") as progress:
+        report = write_role_map(request, progress)
+    typer.echo(report)
 
 
 def bind(

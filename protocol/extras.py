@@ -16,6 +16,8 @@ EXTRA_OF = {
     "xarray": "analysis",
     "asammdf": "mdf",
     "mcap": "mdf",
+    "gpxpy": "logs",
+    "fitdecode": "logs",
     "dask": "cluster",
     "distributed": "cluster",
     "slycot": "robust",

@@ -8,7 +8,8 @@ from typing import Any
 from pydantic import GetCoreSchemaHandler, ValidationInfo
 from pydantic_core import CoreSchema, core_schema
 
-from slipbench.protocol.units import ALIASES, linear
+from slipbench.protocol.unit_spellings import spelled
+from slipbench.protocol.units import linear
 
 # The units that each quantity may be written in, by its SI unit. The list is closed: a unit library
 # takes a degree for 0.017 of a ratio and a revolution per minute for 0.1 Hz.
@@ -68,7 +69,7 @@ def read_quantity(text: str, kind: str) -> Quantity:
     units = UNITS[kind]
     number, _, unit = text.strip().partition(" ")
     unit = unit.strip()
-    known = unit if unit in units else ALIASES.get(unit, unit)
+    known = unit if unit in units else spelled(unit)
     if known not in units:
         what = f"the unit {unit!r} is not one for this quantity" if unit else "the unit is missing"
         raise ValueError(f"{what}; write a number, a space and one of: {', '.join(units)}")

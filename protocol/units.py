@@ -7,33 +7,7 @@ from tokenize import TokenError
 import pint
 
 from slipbench.protocol.errors import InputError, readable
-
-# Spellings that databases and loggers use and that mean something else, or nothing, to pint.
-ALIASES = {
-    "": "dimensionless",
-    "-": "dimensionless",
-    "1": "dimensionless",
-    "C": "degC",
-    "°C": "degC",
-    "deg C": "degC",
-    "degrees C": "degC",
-    "F": "degF",
-    "°F": "degF",
-    "Nm": "N m",
-    "RPM": "rpm",
-    "1/min": "rpm",
-    "KPH": "km/h",
-    "kmh": "km/h",
-    "MPH": "mph",
-    "°": "deg",
-    "degrees": "deg",
-    "deg/sec": "deg/s",
-    "m/s2": "m/s^2",
-    "sec": "s",
-    "KPa": "kPa",
-    "G": "standard_gravity",
-}
-
+from slipbench.protocol.unit_spellings import spelled
 
 NAMED = {"kg/m/s**2": "Pa", "kg*m/s**2": "N", "kg*m**2/s**2": "N m", "m/s**2": "m/s^2"}
 """Base units that have a name of their own."""
@@ -67,7 +41,7 @@ def linear(unit: str, to: str) -> tuple[float, float]:
 
     Raises ValueError where the units are unknown or measure different things.
     """
-    unit_name, to_name = ALIASES.get(unit, unit), ALIASES.get(to, to)
+    unit_name, to_name = spelled(unit), spelled(to)
     if unit_name == "g" and to_name in ("m/s^2", "m/s**2"):
         unit_name = "standard_gravity"  # an accelerometer's g, not a gram
     try:
@@ -80,6 +54,20 @@ def linear(unit: str, to: str) -> tuple[float, float]:
     return one - zero, zero
 
 
+def is_unit(text: str) -> bool:
+    """Whether a text is a unit that is known here."""
+    return converts(text, text)
+
+
+def converts(unit: str, to: str) -> bool:
+    """Whether values in `unit` convert to `to`."""
+    try:
+        linear(unit, to)
+    except ValueError:
+        return False
+    return True
+
+
 @lru_cache(maxsize=1024)
 def to_base(unit: str) -> tuple[float, float, str]:
     """Slope and offset to the base units of SI, and those; `unit` itself where it is one already.
@@ -87,9 +75,9 @@ def to_base(unit: str) -> tuple[float, float, str]:
     Raises ValueError where the unit is unknown.
     """
     source = _registry()
-    _check_plain(ALIASES.get(unit, unit))
+    _check_plain(spelled(unit))
     try:
-        base = f"{source.Quantity(1.0, ALIASES.get(unit, unit)).to_base_units().units:~C}"
+        base = f"{source.Quantity(1.0, spelled(unit)).to_base_units().units:~C}"
     except _NO_UNIT as cause:
         raise ValueError(f"unit {unit!r} is not known ({cause})") from cause
     slope, offset = linear(unit, base)

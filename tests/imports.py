@@ -54,6 +54,8 @@ ALLOWED = {
         "identification/season/*.py",
     ),
     "duckdb": ("identification/season/season.py",),
+    "gpxpy": ("protocol/tables/gpx_file.py",),
+    "fitdecode": ("protocol/tables/fit_file.py",),
     "mcap": ("protocol/export/mcap_file.py",),
     # Mathematics.
     "control": (

@@ -10,9 +10,11 @@ from slipbench.protocol.binding.propose import Chosen, Proposal
 from slipbench.protocol.binding.source_lines import lacks_unit, stated
 from slipbench.protocol.binding.words import concepts_in
 from slipbench.protocol.database.layout import Checksum, Message, Protection
+from slipbench.protocol.errors import readable
 from slipbench.protocol.recording.message_rules import Degraded
 
 WIDTH = 96
+LONGEST = 2000  # characters of a comment
 SAME_CYCLE = 0.2  # relative difference up to which a measured cycle time is the stated one
 
 
@@ -37,8 +39,8 @@ def _head(proposal: Proposal, title: str, database: str) -> Iterator[str]:
     yield f"# Proposed by slipbench bind from {database} {measured}."
     yield "# Every entry is a proposal: confirm it, or replace it by another signal of its list."
     yield "# Then run slipbench check on the bus. Scores are 0 to 1; they are no probabilities."
-    yield f"title = {_quoted(title)}"
-    yield f"database = {_quoted(database)}"
+    yield f"title = {quoted(title)}"
+    yield f"database = {quoted(database)}"
 
 
 def _degraded(proposal: Proposal) -> Iterator[str]:
@@ -112,7 +114,7 @@ def _unseen(proposal: Proposal, message: Message) -> Iterator[str]:
     if sent and message.protection is None:
         looks = f" ({', '.join(named)} may belong to one)" if named else ""
         yield ""
-        yield from _wrapped(
+        yield from wrapped(
             f"The bench sends {message.name}. State the protection that the ECU expects of it{looks},"
             " and its cycle time:"
         )
@@ -155,7 +157,7 @@ def _protection(message: Message, traffic: Traffic) -> Iterator[str]:
         yield "#   explains the frames as well; a capture in which more signals change decides"
     parts = []
     if traffic.counter:
-        parts.append(f"counter = {_quoted(traffic.counter)}, period = {traffic.period}")
+        parts.append(f"counter = {quoted(traffic.counter)}, period = {traffic.period}")
     if traffic.checksum is not None and not traffic.others:
         parts.append(f"checksum = {_checksum(traffic.checksum)}")
     if parts:
@@ -186,7 +188,7 @@ def _profile(message: Message, found: Protection, traffic: Traffic) -> Iterator[
 
 
 def _checksum(rule: Checksum) -> str:
-    text = f"{{ signal = {_quoted(rule.signal)}, kind = {_quoted(rule.kind)}"
+    text = f"{{ signal = {quoted(rule.signal)}, kind = {quoted(rule.kind)}"
     if rule.kind == "crc8":
         text += f", polynomial = 0x{rule.polynomial:02X}"
     if rule.start:
@@ -200,12 +202,12 @@ def _roles(proposal: Proposal) -> Iterator[str]:
     for each in proposal.teeth:
         yield ""
         yield f"[roles.{each.wheel}_teeth] # by the layout of the message"
-        yield f"teeth = {_quoted(each.teeth)}"
-        yield f"anchor = {_quoted(each.anchor)}"
+        yield f"teeth = {quoted(each.teeth)}"
+        yield f"anchor = {quoted(each.anchor)}"
         yield f'clock = "{each.wheel}_encoder"'
         for key, names in (("names", each.names), ("anchor_names", each.anchor_names)):
             if names:
-                pairs = ", ".join(f"{own} = {_quoted(name)}" for own, name in names.items())
+                pairs = ", ".join(f"{own} = {quoted(name)}" for own, name in names.items())
                 yield f"{key} = {{ {pairs} }}"
     for chosen in proposal.roles:
         if chosen.best is not None:
@@ -215,15 +217,15 @@ def _roles(proposal: Proposal) -> Iterator[str]:
 def _role(proposal: Proposal, chosen: Chosen, best: Match) -> Iterator[str]:
     yield ""
     close = "; CHECK: others are close" if chosen.is_close else ""
-    yield from _wrapped(f"{best.score:.2f}: {', '.join(best.reasons)}{close}")
+    yield from wrapped(f"{best.score:.2f}: {', '.join(best.reasons)}{close}")
     others = [each for each in chosen.others if each.score >= ALIKE]
     if others:
-        yield from _wrapped("others: " + ", ".join(_named(each) for each in others))
+        yield from wrapped("others: " + ", ".join(_named(each) for each in others))
     mark = "" if not lacks_unit(chosen.role, best) else "# "
     if mark:
         yield "# Not bound yet: state the unit, then remove the number signs."
     yield f"{mark}[roles.{chosen.role}]"
-    yield f"{mark}signals = [{_quoted(best.name)}]"
+    yield f"{mark}signals = [{quoted(best.name)}]"
     for line in stated(proposal, chosen.role, best):
         check = f" # CHECK: {line.check}" if line.check else ""
         yield f"{mark}{line.key} = {line.value}{check}"
@@ -240,17 +242,17 @@ def _not_found(proposal: Proposal) -> Iterator[str]:
             ", ".join(_named(other) for other in each.others if other.score >= ALIKE)
             or "none that is alike"
         )
-        yield from _wrapped(f"{each.role}: {near}")
+        yield from wrapped(f"{each.role}: {near}")
 
 
 def _named(found: Match) -> str:
     return f"{found.name} [{found.signal.unit or '-'}] {found.score:.2f}"
 
 
-def _wrapped(text: str) -> Iterator[str]:
-    """A comment of lines that are not too long."""
+def wrapped(text: str) -> Iterator[str]:
+    """A comment of lines that are not too long; control characters are escaped."""
     line = "#"
-    for word in text.split(" "):
+    for word in readable(text, LONGEST).replace("\n", " ").split(" "):
         if len(line) + len(word) + 1 > WIDTH:
             yield line
             line = "#  "
@@ -262,7 +264,7 @@ def _ms(time: float | None) -> str:
     return f"{(time or 0.0) * 1e3:.4g} ms"
 
 
-def _quoted(text: str) -> str:
+def quoted(text: str) -> str:
     """A basic string of TOML."""
     escaped = "".join(
         f"\\u{ord(c):04X}" if ord(c) < 0x20 or ord(c) == 0x7F else c

@@ -1,34 +1,36 @@
-"""Vocabulary of signal names: which words of the field mean what, in English and German databases."""
+"""Vocabulary of signal names: which words of the field mean what, in English and German databases, and in
+those and the exports of other languages of Europe."""
 
 import re
+import unicodedata
 from functools import cache
 
 # Concept: its spellings. A word may belong to several concepts ("accel", "current").
 CONCEPTS: dict[str, str] = {
-    "engine": "engine eng crank crankshaft motor mot nmot ecm ecu",
-    "rpm": "rpm revs rev n nmot drehzahl rotational w omega angular revolutions ne",
-    "speed": "speed spd speeds velocity vel v vss wspd geschwindigkeit geschw geschwind tempo kph mph",
-    "wheel": "wheel wheels whl ws wspd rad raeder tyre tire vwhl",
-    "front": "front frnt f fr fl fw lf rf vorn vorne vorderrad vl vr v",
-    "rear": "rear rr rl rw lr back hinten hinterrad hl hr",
-    "left": "left fl rl lf lr links li vl hl l",
-    "right": "right fr rr rf rechts re vr hr r",
-    "vehicle": "vehicle veh car vss fahrzeug fzg bike chassis",
+    "engine": "engine eng crank crankshaft motor mot nmot ecm ecu moteur motore",
+    "rpm": "rpm revs rev n nmot drehzahl rotational w omega angular revolutions ne regime giri tours rpms nmotor umdrehungen toerental",
+    "speed": "speed spd speeds velocity vel v vss wspd geschwindigkeit geschw geschwind tempo kph mph vitesse velocita velocidad velocidade snelheid",
+    "wheel": "wheel wheels whl ws wspd rad raeder tyre tire vwhl roue roues ruota ruote rueda ruedas roda wiel",
+    "front": "front frnt f fr fl fw lf rf vorn vorne vorderrad vl vr v avant av anteriore ant delantera delantero dianteira voor",
+    "rear": "rear rr rl rw lr back hinten hinterrad hl hr arriere ar posteriore trasera trasero traseira achter",
+    "left": "left fl rl lf lr links li vl hl l gauche sinistra sx izquierda izq esquerda",
+    "right": "right fr rr rf rechts re vr hr r droite destra dx derecha direita",
+    "vehicle": "vehicle veh car vss fahrzeug fzg bike chassis vehicule veicolo vehiculo moto",
     "transmission": "transmission trans xmission gearbox getriebe turbine trn tcm",
     "other_shaft": "turbo fan pump compressor input output idle cam camshaft shaft prop driveshaft",
-    "throttle": "throttle tb tps ths thr thrott plate drosselklappe dk etb etc butterfly",
-    "position": "position pos posn opening tps apps pps stellung oeffnung percent pct pc aperture",
+    "throttle": "throttle tb tps ths thr thrott plate drosselklappe dk etb etc butterfly papillon gaz farfalla mariposa",
+    "position": "position pos posn opening tps apps pps stellung oeffnung percent pct pc aperture stelling posizione posicion ouverture apertura",
     "angle": "angle ang winkel",
-    "pedal": "pedal pdl aped bped pps apps fahrpedal gaspedal gas pps accelerator accel fp",
+    "pedal": "pedal pdl aped bped pps apps fahrpedal gaspedal gas pps accelerator accel fp accelerateur acceleratore acelerador",
     "grip": "grip twist twistgrip apps aps gas",
     "rider": "rider driver drv fahrer user",
     "button": "button btn taster knob pushbutton",
     "switch": "switch sw sws pressed schalter stat state active act actv on light lamp",
     "trial": "trial test launch bench pit start",
-    "gear": "gear gears gang gr gearpos",
-    "clutch": "clutch clu cltch kupplung",
-    "brake": "brake bped brk brakes braking bremse bremsen brakelight",
-    "pressure": "pressure press pres prs druck map boost p",
+    "gear": "gear gears gang gr gearpos rapport marcia marcha versnelling",
+    "clutch": "clutch clu cltch kupplung embrayage frizione embrague",
+    "brake": "brake bped brk brakes braking brems bremse bremsen brakelight frein freins freno freni frenos",
+    "pressure": "pressure press pres prs druck map boost p pression pressione presion pressao",
     "cylinder": "cylinder cyl master mc",
     "spark": "spark ignition ign timing zuendung zuendwinkel zw",
     "advance": "advance adv timing zuendwinkel winkel zw",
@@ -41,26 +43,26 @@ CONCEPTS: dict[str, str] = {
     "current": "current curr amps strom i",
     "actual": "actual actl act ist meas measured current present",
     "fault": "fault error faulty fail failure err flt fehler malfunction defect",
-    "coolant": "coolant clt ect water clnt kuehlmittel kuehlwasser cts wassertemperatur twater",
-    "intake": "intake iat inlet mat ansaugluft charge airtemp",
+    "coolant": "coolant clt ect water clnt kuehlmittel kuehlwasser cts wassertemperatur twater eau acqua agua refrigerante",
+    "intake": "intake iat inlet mat ansaugluft charge airtemp admission aspirazione admision",
     "air": "air luft",
-    "temperature": "temperature temp temps te clt ect iat mat temperatur twater airtemp tmp",
-    "manifold": "manifold map boost saugrohr mani ladedruck",
-    "oil": "oil oel",
-    "fuel": "fuel kraftstoff",
+    "temperature": "temperature temp temps te clt ect iat mat temperatur twater airtemp tmp temperatura",
+    "manifold": "manifold man map boost saugrohr mani ladedruck",
+    "oil": "oil oel huile olio aceite",
+    "fuel": "fuel kraftstoff carburant carburante combustible",
     "ambient": "ambient outside baro barometric atmospheric aussen",
-    "steering": "steering steer lenkrad lenkwinkel lenk sas stw",
-    "yaw": "yaw gier",
-    "pitch": "pitch nick",
-    "lean": "lean roll bank leaning schraeglage",
+    "steering": "steering steer lenkrad lenkwinkel lenk sas stw volant sterzo",
+    "yaw": "yaw gier lacet imbardata",
+    "pitch": "pitch nick tangage beccheggio",
+    "lean": "lean roll bank leaning schraeglage roulis rollio piega inclinaison inclinacion",
     "rate": "rate gyro velocity vel gradient rate",
-    "longitudinal": "longitudinal long lng ax x laengs",
-    "lateral": "lateral lat ay y quer",
-    "vertical": "vertical vert az z",
-    "acceleration": "acceleration accel acc accelerometer a ax ay az g beschl beschleunigung",
+    "longitudinal": "longitudinal long lng ax x laengs longitudinale",
+    "lateral": "lateral lat ay y quer laterale",
+    "vertical": "vertical vert az z verticale",
+    "acceleration": "acceleration accel acc accelerometer a ax ay az g beschl beschleunigung accelerazione aceleracion",
     "optical": "optical ground vbox correvit radar",
     "gnss": "gps gnss satellite sat",
-    "suspension": "suspension susp fork shock damper damping federweg",
+    "suspension": "suspension susp fork shock damper damping federweg sospensione forcella horquilla fourche amortisseur",
     "travel": "travel stroke position pos displacement hub federweg pot",
     "teeth": "teeth tooth rotat pulses pulse edges",
     "count": "count cnt counter cntr counts zaehler",
@@ -77,7 +79,10 @@ CONCEPTS: dict[str, str] = {
     "trip": "trip",
     "reason": "reason cause",
     "parking": "parking park ebrake hand handbrake",
-    "course": "course heading bearing track",
+    "course": "course heading bearing track cap rotta rumbo kurs",
+    "latitude": "latitude lat breite breitengrad",
+    "longitude": "longitude lon lng long laenge laengengrad",
+    "altitude": "altitude alt elevation ele height hoehe quota altezza",
     "direction": "direction dir reverse",
     "lambda": "lambda lam afr",
     "compensated": "comp compensated corrected filtered filt",
@@ -91,6 +96,7 @@ _NOISE = (
     " physical of the unit primary main in"
 )
 NOISE = frozenset(re.findall("[a-z]+", _NOISE))
+_UMLAUTS = {"ä": "ae", "ö": "oe", "ü": "ue", "Ä": "Ae", "Ö": "Oe", "Ü": "Ue", "ß": "ss"}
 LONG_ENOUGH = 3  # letters of a word that can be cut out of a run of letters
 
 
@@ -106,9 +112,17 @@ def _spellings() -> dict[str, frozenset[str]]:
 @cache
 def words_of(name: str) -> tuple[str, ...]:
     """Words of a signal's name, in lower case: "EngineSpd_RPM" -> engine, spd, rpm."""
-    split = re.sub(r"([a-z0-9])([A-Z])", r"\1 \2", re.sub(r"([A-Z]+)([A-Z][a-z])", r"\1 \2", name))
+    split = re.sub(r"([A-Z]+)([A-Z][a-z])", r"\1 \2", _plain(name))
+    split = re.sub(r"([a-z0-9])([A-Z])", r"\1 \2", split)
     parts = (part.lower() for part in re.split(r"[^A-Za-z]+", split) if part)
     return tuple(word for part in parts for word in _cut(part))
+
+
+def _plain(name: str) -> str:
+    """Name in the letters A to Z: ö becomes oe, as in German, and é becomes e."""
+    for letter, plain in _UMLAUTS.items():
+        name = name.replace(letter, plain)
+    return unicodedata.normalize("NFKD", name).encode("ascii", "ignore").decode()
 
 
 @cache

@@ -17,7 +17,16 @@ from slipbench.protocol.logs.formats import FORMATS, looks_like, read_head, refu
 from slipbench.protocol.logs.frame_log import FrameLog
 from slipbench.protocol.logs.reading import LogReading, LogText, Progress, quiet
 
-__all__ = ["LogReading", "LogText", "Progress", "open_log", "quiet", "read_log", "read_portions"]
+__all__ = [
+    "LogReading",
+    "LogText",
+    "Progress",
+    "open_log",
+    "quiet",
+    "read_log",
+    "read_portions",
+    "unknown_format",
+]
 
 
 def read_log(path: Path, progress: Progress = quiet) -> LogReading:
@@ -53,7 +62,7 @@ def open_log(path: Path, progress: Progress = quiet) -> LogText:
     """A log of any format as candump text. Raises InputError if it is none, or unreadable."""
     name = looks_like(read_head(path))
     if name is None:
-        raise _unknown(path)
+        raise unknown_format(path)
     form = FORMATS[name]
     text = LogText(form.title, iter(()))
     if form.reader == "candump":
@@ -83,7 +92,17 @@ def _a_table(path: Path, title: str) -> InputError:
     )
 
 
-def _unknown(path: Path) -> InputError:
+def _known(what: str) -> str:
+    """Titles of the formats of frames, or of tables, that are read."""
+    return ", ".join(
+        form.title
+        for form in FORMATS.values()
+        if form.reader and (form.reader == "table") == (what == "table")
+    )
+
+
+def unknown_format(path: Path) -> InputError:
+    """Error that the format of a file is not known, with those that are read."""
     head = read_head(path)
     text = head.decode("utf-8", errors="replace")
     binary = sum(not character.isprintable() for character in text) > len(text) / 10 + 2
@@ -91,7 +110,7 @@ def _unknown(path: Path) -> InputError:
     return InputError(
         "not a log of frames that is known here",
         where=str(path),
-        expected="candump text, Vector ASC or BLF, PCAN TRC, python-can or GVRET CSV, ASAM MF4",
+        expected=f"{_known('frames')}; or a table: CSV, {_known('table')}",
         found=first,
         remedy="convert it with the program that wrote it, or with SavvyCAN",
     )

@@ -29,7 +29,7 @@ def _starts(pattern: bytes) -> re.Pattern[bytes]:
 
 FORMATS = {
     "mf4": Format("ASAM MDF", "asammdf", _starts(rb"(?:MDF     |UnFinMF )")),
-    "blf": Format("Vector BLF", "python-can", _starts(rb"LOGG")),
+    "blf": Format("Vector BLF", "python-can", re.compile(rb"LOGG(?![A-Za-z,;])")),
     "candump": Format("candump text", "candump", _starts(rb"\(\d+\.\d+\)\s+\S+\s+[0-9a-f]+#")),
     "candump-screen": Format(
         "candump's screen output",
@@ -92,6 +92,20 @@ FORMATS = {
     "matlab": Format("a MATLAB file", "", re.compile(rb"MATLAB 5\.0"), _TABLE),
     "hdf5": Format("an HDF5 file", "", re.compile(rb"\x89HDF"), _TABLE),
     "parquet": Format("Parquet", "table", re.compile(rb"PAR1")),
+    "vbo": Format(
+        "RaceLogic VBO",
+        "table",
+        _starts(rb"(?:File created on[^\r\n]*\s+)?\[(?:header|column names|comments)\]\s"),
+    ),
+    "gpx": Format(
+        "GPX",
+        "table",
+        re.compile(
+            rb"(?:\xef\xbb\xbf)?\s*(?:<\?xml.{0,200}?\?>\s*)?(?:<!--.{0,2000}?-->\s*)*<gpx[\s>]",
+            re.DOTALL,
+        ),
+    ),
+    "fit": Format("FIT", "table", re.compile(rb"[\x0c\x0e].{7}\.FIT", re.DOTALL)),
     "motec-csv": Format("MoTeC CSV", "table", _starts(rb'"?Format"?[,;]\s*"?MoTeC CSV File')),
 }
 
@@ -101,11 +115,11 @@ def looks_like(head: bytes) -> str | None:
     return next((name for name, one in FORMATS.items() if one.head.match(head)), None)
 
 
-def read_head(path: Path) -> bytes:
-    """First bytes of a file, at most HEAD. Raises InputError for a missing or an empty file."""
+def read_head(path: Path, most: int = HEAD) -> bytes:
+    """First bytes of a file, at most `most`. Raises InputError for a missing or an empty file."""
     with open_user_file(path) as file:
         try:
-            head = file.read(HEAD)
+            head = file.read(most)
         except OSError as cause:  # a damaged disk, files of /proc
             raise InputError("cannot be read", where=str(path), found=str(cause)) from cause
     if not head.strip(b"\0\r\n\t \xef\xbb\xbf"):

@@ -10,8 +10,9 @@ from typing import Any, BinaryIO
 from slipbench.protocol.configuration import read_toml
 from slipbench.protocol.database.database import load_database
 from slipbench.protocol.errors import InputError
-from slipbench.protocol.logs import Progress, no_frames, open_log, quiet
+from slipbench.protocol.logs import Progress, no_frames, open_log, quiet, unknown_format
 from slipbench.protocol.logs.candump import parse_pieces
+from slipbench.protocol.logs.formats import looks_like, read_head
 from slipbench.protocol.recording import run_folder
 from slipbench.protocol.recording.database_copy import copy_database
 from slipbench.protocol.recording.recording import Recording
@@ -88,6 +89,8 @@ def _all_tables(capture: Capture, roles: RoleMap) -> dict[str, Path]:
     if is_table(capture.log):
         tables[MAIN] = capture.log
     elif capture.database is None:
+        if looks_like(read_head(capture.log)) is None:
+            raise unknown_format(capture.log)
         raise InputError(
             "frames cannot be decoded without a database",
             where=str(capture.log),
@@ -150,7 +153,10 @@ def _write_table(name: str, path: Path, out: Path, description: dict[str, Any]) 
     (out / TABLES).mkdir(exist_ok=True)
     write_parquet(table, out / TABLES / f"{name}.parquet")
     description[TABLES][name] = f"{TABLES}/{name}.parquet"
-    description["sources"].append(_source(path, "table", table=name, rows=table.data.num_rows))
+    layout = {"layout": "; ".join(table.layout)} if table.layout else {}
+    description["sources"].append(
+        _source(path, "table", table=name, rows=table.data.num_rows, **layout)
+    )
     description["warnings"].extend(table.warnings)
 
 

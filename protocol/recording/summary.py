@@ -32,6 +32,9 @@ def decoded(form: str, warnings: list[str], tally: Tally, samples: int, out: Pat
 def imported(recording: Recording) -> None:
     """Print what `slipbench import` wrote."""
     console = _console()
+    for source in recording.description.get("sources", []):
+        if "layout" in source:
+            console.print(f"{source['file']}: {source['layout']}")
     table = Table("role", "samples", "rate / Hz", "from / s", "to / s", "range", "origin", box=None)
     for channel in recording.channels.values():
         table.add_row(*_row(channel))

@@ -4,32 +4,43 @@ table = read_table(Path("gps.csv"))
 speed = samples(table, "Speed", "", TableRules())   # times in s, values, unit
 """
 
+from collections.abc import Callable
+from importlib import import_module
 from pathlib import Path
 
 from slipbench.protocol.errors import InputError
 from slipbench.protocol.logs.formats import FORMATS, looks_like, read_head, refusal
-from slipbench.protocol.tables.csv_file import read_csv
+from slipbench.protocol.tables.csv_file import holds_table, read_csv
 from slipbench.protocol.tables.parquet_file import read_parquet, write_parquet
 from slipbench.protocol.tables.samples import Samples, samples
 from slipbench.protocol.tables.table import Table
 
 __all__ = ["Samples", "Table", "is_table", "read_table", "samples", "write_parquet"]
 
+# Module here and its function that read a format; imported when a file of it is read.
+READERS = {
+    "mf4": "mdf_file.read_mdf",
+    "vbo": "vbo_file.read_vbo",
+    "gpx": "gpx_file.read_gpx",
+    "fit": "fit_file.read_fit",
+}
+LOOKED_AT = 1 << 16  # bytes in which the numbers of a table must begin
+
 
 def read_table(path: Path) -> Table:
-    """Table of a CSV file (also MoTeC i2's), a Parquet file or an MDF file of decoded channels.
+    """Table of a file of any format of samples, recognized by its content.
 
     Raises InputError where the file holds no table, is damaged or of another format.
     """
     form = looks_like(read_head(path))
     if form == "parquet":
         return read_parquet(path)
-    if form == "mf4":
-        from slipbench.protocol.tables.mdf_file import read_mdf
-
-        return read_mdf(path)
     if form is None or form == "motec-csv":
         return read_csv(path)
+    if form in READERS:
+        module, _, function = READERS[form].partition(".")
+        read: Callable[[Path], Table] = getattr(import_module(f"{__name__}.{module}"), function)
+        return read(path)
     if FORMATS[form].refused:
         raise refusal(form, path)
     raise InputError(
@@ -49,4 +60,4 @@ def is_table(path: Path) -> bool:
             return not has_raw_frames(mdf)
     if form is not None:
         return FORMATS[form].reader == "table"
-    return path.suffix.casefold() in (".csv", ".tsv", ".txt", ".dat", ".parquet")
+    return path.suffix.casefold() in (".csv", ".tsv") or holds_table(read_head(path, LOOKED_AT))

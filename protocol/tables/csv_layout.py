@@ -1,7 +1,8 @@
 """Find names, units and numbers of a CSV file from its first lines.
 
 Known: any delimiter, a decimal comma, comments and metadata above the names, names in a comment,
-units in brackets behind the names or in a row below them, no names at all, and MoTeC i2's export.
+units in or behind the names or in a row below or above them, no names at all, the exports of MoTeC i2
+and of AiM's RaceStudio, and RaceCapture's titles.
 """
 
 import csv
@@ -9,16 +10,21 @@ import re
 from collections import Counter
 from dataclasses import dataclass
 
-from slipbench.protocol.tables.table import split_unit
-from slipbench.protocol.units import linear
+from slipbench.protocol.tables.dates import is_date
+from slipbench.protocol.tables.times import is_time_name
+from slipbench.protocol.tables.titles import split_unit
+from slipbench.protocol.units import is_unit
 
 LINES = 200  # looked at
+HEADER_ROWS = 3  # rows above the numbers that may hold names and units
 _COMMENT = re.compile(r"^\s*(?:#|%|//)\s*")
-_MOTEC = re.compile(r'\s*"?Format"?[,;]\s*"?MoTeC CSV File', re.IGNORECASE)
+_LOGGER = re.compile(r'\s*"?Format"?[,;]\s*"?(MoTeC|AIM) CSV File', re.IGNORECASE)
 _UNIT_LIKE = re.compile(r"[^\s]{1,4}|[^\s]*[/^*%°µ·²³.][^\s]*|\w{1,12}")
 _NUMBER = re.compile(r"[+-]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][+-]?\d+)?")
 _DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+(?:[eE][+-]?\d+)?")
-_MOMENT = re.compile(r"(?:\d{4}-\d{2}-\d{2}[T ])?\d{1,2}:\d{2}(?::\d{2}(?:[.,]\d*)?)?(?:Z|[+-].*)?")
+_THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2}(?:,\d{3})+")
+_MOMENT = re.compile(r"(?:[\d./-]{6,10}[T ])?\d{1,2}:\d{2}(?::\d{2}(?:[.,]\d*)?)?(?:Z|[+-].*)?")
+_TIME_UNITS = ("s", "sec", "ms", "us", "µs", "ns", "min", "hh:mm:ss")
 EMPTY = frozenset(
     ("", "-", "--", "nan", "NaN", "NAN", "null", "NULL", "None", "N/A", "n/a", "#N/A", "NA")
 )
@@ -26,13 +32,31 @@ EMPTY = frozenset(
 
 @dataclass(frozen=True)
 class Layout:
-    """Layout of a file. `first_row`: index of the line in which the numbers begin."""
+    """Layout of a file. Rows count from 0 in the lines of the file.
+
+    names_row, units_row   None where the file has none, or where the units stand in the names
+    first_row              in which the numbers begin
+    doubtful_comma         every decimal comma may as well divide thousands: "1,234"
+    logger                 "MoTeC" or "AIM" where the file states it
+    """
 
     delimiter: str
     decimal: str
     names: tuple[str, ...]
     units: tuple[str, ...]
+    names_row: int | None
+    units_row: int | None
     first_row: int
+    doubtful_comma: bool = False
+    logger: str = ""
+
+
+@dataclass(frozen=True)
+class _Row:
+    """Cells of one line above the numbers, and its index in the file."""
+
+    index: int
+    cells: list[str]
 
 
 def find_layout(lines: list[str]) -> Layout | None:
@@ -44,9 +68,23 @@ def find_layout(lines: list[str]) -> Layout | None:
         return None
     width = max(len(row) for row in rows[first:])
     above = _titles(lines[:first], delimiter, width)
-    titles, units = _names_and_units(above, width, motec=bool(_MOTEC.match(lines[0])))
-    decimal = "," if delimiter != "," and _has_decimal_comma(rows[first:]) else "."
-    return Layout(delimiter, decimal, unique_names(titles), units, first)
+    logger = _LOGGER.match(lines[0])
+    names, units = _names_and_units(above, motec=bool(logger))
+    titles = names.cells if names else [f"column {number + 1}" for number in range(width)]
+    pairs = [(title, "") if units else split_unit(title) for title in titles]
+    beside = [cell.strip("()[]") for cell in units.cells] if units else [unit for _, unit in pairs]
+    decimal, doubtful = decimal_of(rows[first:])
+    return Layout(
+        delimiter,
+        decimal,
+        unique_names([name for name, _ in pairs]),
+        tuple(beside),
+        names.index if names else None,
+        units.index if units else None,
+        first,
+        doubtful,
+        logger[1] if logger else "",
+    )
 
 
 def split(line: str, delimiter: str) -> list[str]:
@@ -59,7 +97,7 @@ def split(line: str, delimiter: str) -> list[str]:
 
 def is_number(cell: str) -> bool:
     """Whether a cell holds a number, a date or a time."""
-    return bool(_NUMBER.fullmatch(cell) or _MOMENT.fullmatch(cell))
+    return bool(_NUMBER.fullmatch(cell) or _MOMENT.fullmatch(cell) or is_date(cell))
 
 
 def _delimiter(lines: list[str]) -> str:
@@ -94,28 +132,44 @@ def _holds_numbers(row: list[str]) -> bool:
     return bool(filled) and numbers >= 0.5 * len(filled) and is_number(filled[0])
 
 
-def _titles(lines: list[str], delimiter: str, width: int) -> list[list[str]]:
+def _titles(lines: list[str], delimiter: str, width: int) -> list[_Row]:
     """Last rows above the numbers that have as many cells as the numbers."""
     rows = [
-        split(_COMMENT.sub("", line, count=1), delimiter) for line in lines if line.strip(",; ")
+        _Row(index, split(_COMMENT.sub("", line, count=1), delimiter))
+        for index, line in enumerate(lines)
+        if line.strip(",; \t")
     ]
-    found: list[list[str]] = []
+    found: list[_Row] = []
     for row in reversed(rows):
-        if not width - 1 <= len(row) <= width + 1 or len(found) == 2:
+        fits = width - 1 <= len(row.cells) <= width + 1
+        if not fits and _COMMENT.match(lines[row.index]):
+            continue  # a remark between the names and the numbers
+        if not fits or len(found) == HEADER_ROWS:
             break
-        found.insert(0, (row + [""] * width)[:width])
+        found.insert(0, _Row(row.index, (row.cells + [""] * width)[:width]))
     return found
 
 
-def _names_and_units(
-    above: list[list[str]], width: int, *, motec: bool
-) -> tuple[list[str], tuple[str, ...]]:
-    if not above:
-        return [f"column {number}" for number in range(1, width + 1)], ("",) * width
-    if len(above) == 2 and (motec or _are_units(above[1])):
-        return above[0], tuple(cell.strip("()[]") for cell in above[1])
-    pairs = [split_unit(title) for title in above[-1]]
-    return [name for name, _ in pairs], tuple(unit for _, unit in pairs)
+def _names_and_units(above: list[_Row], *, motec: bool) -> tuple[_Row | None, _Row | None]:
+    """Row of the names and row of the units, of the rows above the numbers."""
+    if len(above) < 2:
+        return (above[-1] if above else None), None
+    upper, lower = above[-2:]
+    if motec or _are_units(lower.cells):
+        return upper, lower
+    if _are_units(upper.cells):
+        for names in (lower, *above[:-2]):
+            if _time_agrees(names.cells, upper.cells):
+                return names, upper
+    return lower, None
+
+
+def _time_agrees(names: list[str], units: list[str]) -> bool:
+    """Whether a column that is called time has a unit of time."""
+    return any(
+        is_time_name(name) and unit.strip("()[]").casefold() in _TIME_UNITS
+        for name, unit in zip(names, units, strict=True)
+    )
 
 
 def _are_units(row: list[str]) -> bool:
@@ -124,20 +178,15 @@ def _are_units(row: list[str]) -> bool:
     A logger has units of its own, such as MoTeC's LA for lambda; no name of a column is that short.
     """
     filled = [cell.strip("()[]") for cell in row if cell]
-    known = sum(map(_is_unit, filled))
-    return 2 * known >= len(filled) and all(_UNIT_LIKE.fullmatch(cell) for cell in filled)
+    known = sum(is_unit(cell) for cell in filled)
+    like_units = all(_UNIT_LIKE.fullmatch(cell) for cell in filled)
+    return bool(filled) and 2 * known >= len(filled) and like_units
 
 
-def _is_unit(cell: str) -> bool:
-    try:
-        linear(cell.strip("()[]"), cell.strip("()[]"))
-    except ValueError:
-        return False
-    return True
-
-
-def _has_decimal_comma(rows: list[list[str]]) -> bool:
-    return any(_DECIMAL_COMMA.fullmatch(cell) for row in rows for cell in row)
+def decimal_of(rows: list[list[str]]) -> tuple[str, bool]:
+    """Decimal point or comma of rows of cells, and whether the comma may as well divide thousands."""
+    commas = [cell for row in rows for cell in row if _DECIMAL_COMMA.fullmatch(cell)]
+    return "," if commas else ".", bool(commas) and all(map(_THOUSANDS.fullmatch, commas))
 
 
 def unique_names(names: list[str]) -> tuple[str, ...]:

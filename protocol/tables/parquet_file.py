@@ -4,13 +4,15 @@ A copy keeps every column as it was read, text included; units, and which time c
 which column, stand in the metadata of the columns under "unit" and "clock".
 """
 
+import re
 from pathlib import Path
 from typing import Any, BinaryIO
 
 from slipbench.protocol.errors import InputError
 from slipbench.protocol.extras import optional_library
 from slipbench.protocol.tables.csv_layout import unique_names
-from slipbench.protocol.tables.table import Table, split_unit
+from slipbench.protocol.tables.table import Table
+from slipbench.protocol.tables.titles import split_unit
 from slipbench.protocol.user_file import open_user_file
 
 MOST_CELLS = 100_000_000  # values: 0.8 GB of doubles
@@ -46,9 +48,17 @@ def read_parquet(path: Path) -> Table:
         clocks |= (
             {name: metadata[b"clock"].decode(errors="replace")} if b"clock" in metadata else {}
         )
-    source = (data.schema.metadata or {}).get(b"source")
+    metadata = data.schema.metadata or {}
+    source = metadata.get(b"source")
     where = source.decode(errors="replace") if source else str(path)
-    return Table(where, data.rename_columns([name for name, _ in titles]), units, clocks)
+    data = data.rename_columns([name for name, _ in titles])
+    return Table(where, data, units, clocks, (), ("Parquet",), _lines(metadata.get(b"lines", b"")))
+
+
+def _lines(text: bytes) -> tuple[tuple[int, int], ...]:
+    """Lines of the rows in the file of which this is the copy; none where they are not stated."""
+    pairs = re.findall(rb"(\d{1,12}):(\d{1,12})", text)
+    return tuple((int(row), int(line)) for row, line in pairs)
 
 
 def _columns(file: BinaryIO, where: str) -> Any:
@@ -111,7 +121,8 @@ def write_parquet(table: Table, path: Path) -> None:
     ]
     columns = [table.data[name] for name in table.names]
     source = Path(table.where).name.encode("utf-8", "replace")
-    schema = pa.schema(fields, {"source": source})
+    lines = " ".join(f"{row}:{line}" for row, line in table.lines)
+    schema = pa.schema(fields, {"source": source, "lines": lines})
     with path.open("wb") as file:  # not by name: its bytes may be no text
         parquet.write_table(pa.table(columns, schema=schema), file)
 

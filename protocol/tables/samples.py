@@ -9,10 +9,14 @@ import numpy.typing as npt
 from slipbench.protocol.errors import InputError
 from slipbench.protocol.extras import optional_library
 from slipbench.protocol.recording.role_map import TableRules
+from slipbench.protocol.tables.dates import DATE_NAME
 from slipbench.protocol.tables.table import Table
-from slipbench.protocol.tables.times import is_time_name, seconds
+from slipbench.protocol.tables.times import dates, is_time_name, seconds
+from slipbench.protocol.tables.titles import is_time_unit
+from slipbench.protocol.units import is_unit
 
 FloatArray = npt.NDArray[np.float64]
+_LONGEST_OF_DAY = 3 * 86_400.0  # s: times of day go on after midnight; dates would be far above
 
 
 @dataclass(frozen=True)
@@ -39,28 +43,50 @@ def samples(table: Table, column: str, time_column: str, rules: TableRules) -> S
     Raises InputError for a column that is missing or holds text, and for a missing time column.
     """
     name = table.find(column)
-    time, clock = _time(table, name, time_column, rules)
+    time, clock, doubts = _time(table, name, time_column, rules)
     value = _numbers(table, name)
     known = np.isfinite(time) & np.isfinite(value)
     lost = int(np.sum(np.isfinite(value) & ~np.isfinite(time)))
     warnings = [f"{table.where}: {name}: {lost} values without a time are omitted"] if lost else []
+    warnings += doubts
     time, value = time[known], value[known]
     order = _order(time, f"{table.where}: {clock or name}", warnings)
     return Samples(time[order], value[order], table.units.get(name, ""), clock, tuple(warnings))
 
 
-def _time(table: Table, name: str, time_column: str, rules: TableRules) -> tuple[FloatArray, str]:
+def _time(
+    table: Table, name: str, time_column: str, rules: TableRules
+) -> tuple[FloatArray, str, list[str]]:
+    """Times in s, the name of their column, and doubts about them."""
     if rules.sample_period is not None and not time_column:
-        return np.arange(table.data.num_rows) * rules.sample_period, ""
+        return np.arange(table.data.num_rows) * rules.sample_period, "", []
     known = time_column or rules.time_column or table.clocks.get(name)
-    clock = table.find(known or _clock(table))
+    clock = table.find(known or time_column_of(table))
     unit = rules.time_unit or table.units.get(clock, "")
-    return seconds(table.data[clock].combine_chunks(), clock, unit, table.where), clock
+    time = seconds(table.data[clock].combine_chunks(), clock, unit, table)
+    dated, doubts = _dated(table, clock, time)
+    return dated, clock, doubts
 
 
-def _clock(table: Table) -> str:
-    """Name of the table's time column. Raises InputError where there is none."""
-    found = [name for name in table.names if is_time_name(name)]
+def _dated(table: Table, clock: str, time: FloatArray) -> tuple[FloatArray, list[str]]:
+    """Times of day on the date of the table's first row, where it has a column of dates."""
+    pa = optional_library("pyarrow")
+
+    kind = table.data[clock].type
+    date = next((name for name in table.names if DATE_NAME.fullmatch(name)), "")
+    if not date or not (pa.types.is_string(kind) or pa.types.is_time(kind)):
+        return time, []
+    midnights, doubtful = dates(table.data[date].combine_chunks())
+    known = midnights[np.isfinite(midnights)]
+    if not known.size or (np.isfinite(time) & (time >= _LONGEST_OF_DAY)).any():
+        return time, []
+    doubt = f"{table.where}: {date}: day and month may be exchanged; read as month/day"
+    return time + known[0], [doubt] if doubtful else []
+
+
+def time_column_of(table: Table) -> str:
+    """Name of the table's time column, by its name. Raises InputError where there is none."""
+    found = [name for name in table.names if is_time_name(name) and _may_be_time(table, name)]
     if found:
         return found[0]
     raise InputError(
@@ -71,6 +97,12 @@ def _clock(table: Table) -> str:
         remedy='in the role map, under [tables.NAME], give time_column = "..." or, for samples at'
         ' one rate, sample_period = "2 ms"',
     )
+
+
+def _may_be_time(table: Table, name: str) -> bool:
+    """Whether the unit of a column allows times: German "Tempo [km/h]" is a speed."""
+    unit = table.units.get(name, "")
+    return not unit or is_time_unit(unit) or not is_unit(unit)
 
 
 def _numbers(table: Table, name: str) -> FloatArray:
@@ -103,7 +135,7 @@ def _text_among_numbers(table: Table, name: str, column: Any) -> InputError:
     row = (odd or filled or [0])[0]  # pyarrow reads fewer numbers than Python, 1_000 for one
     return InputError(
         f"column {name!r} holds text",
-        where=f"{table.where}: data row {row + 1}",
+        where=f"{table.at_row(row)}, column {table.names.index(name) + 1}",
         expected="a number, or an empty cell",
         found=repr(texts[row]),
         remedy="empty that cell in a copy of the table, or bind another column",

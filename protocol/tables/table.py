@@ -1,14 +1,12 @@
 """Table as a logger exported it: named columns with units and time columns."""
 
 import difflib
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
 from slipbench.protocol.errors import InputError
-
-_NAME_AND_UNIT = re.compile(r"(.*?)\s*[(\[]\s*([^()\[\]]{0,16}?)\s*[)\]]\s*")
+from slipbench.protocol.tables.titles import split_unit
 
 
 @dataclass(frozen=True)
@@ -20,6 +18,9 @@ class Table:
     units     column -> unit, where the file states one
     clocks    column -> its time column, where the file states it
     warnings  of reading it
+    layout    how the file was read: what was recognized and what was guessed, a line each
+    lines     (row, line) where the file's lines begin to differ from the rows by another number:
+              rows from 0, lines from 1; empty where the file has no lines
     """
 
     where: str
@@ -27,11 +28,21 @@ class Table:
     units: Mapping[str, str] = field(default_factory=dict)
     clocks: Mapping[str, str] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
+    layout: tuple[str, ...] = ()
+    lines: tuple[tuple[int, int], ...] = ()
 
     @property
     def names(self) -> list[str]:
         """Names of the columns, as in the file but for a unit in brackets."""
         return list(self.data.column_names)
+
+    def at_row(self, row: int) -> str:
+        """File, and the line of a row, which counts from 0; the row itself where there are no lines."""
+        before = [(first, line) for first, line in self.lines if first <= row]
+        if not before:
+            return f"{self.where}: data row {row + 1}"
+        first, line = before[-1]
+        return f"{self.where}: line {line + row - first}"
 
     def find(self, title: str) -> str:
         """Name of the column called `title`: with or without its unit, or behind "MESSAGE.".
@@ -53,14 +64,6 @@ class Table:
             found=", ".join(self.names[:40]),
             remedy=f"did you mean {near[0]!r}?" if near else "name one of these",
         )
-
-
-def split_unit(title: str) -> tuple[str, str]:
-    """Name and unit of a title such as "Throttle Pos (%)" or "Time[s]"."""
-    match = _NAME_AND_UNIT.fullmatch(title.strip())
-    if match and match[1].strip():
-        return match[1].strip(), match[2]
-    return title.strip(), ""
 
 
 def _without_message(name: str) -> str:

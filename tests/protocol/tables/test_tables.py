@@ -154,7 +154,7 @@ def test_without_a_time_column_a_sample_period_is_asked_for(tmp_path):
 
 def test_text_among_numbers_names_the_row(tmp_path):
     table = table_of(tmp_path, "time,speed\n0,1\n1,2\n2,oops\n3,4\n")
-    with pytest.raises(InputError, match=r"data row 3.*\n.*\n.*'oops'"):
+    with pytest.raises(InputError, match=r"line 4, column 2: .*\n.*\n.*'oops'"):
         samples(table, "speed", "", ANY)
 
 
@@ -173,7 +173,7 @@ def test_a_wrong_column_names_the_nearest(tmp_path):
 def test_a_torn_last_row_is_left_out_and_told(tmp_path):
     table = table_of(tmp_path, "time,a,b\n0,1,2\n1,2,3\n2,3")
     assert samples(table, "b", "", ANY).time.tolist() == [0, 1]
-    assert "torn" in table.warnings[0]
+    assert "the last row is incomplete" in table.warnings[0]
 
 
 def test_an_odd_row_names_its_line(tmp_path):
