@@ -128,6 +128,7 @@ ALLOWED = {
         "bench/view/view_folder.py",
         "bench/view/web.py",
         "plant/compiled.py",
+        "identification/mismatch/callables/worker.py",
     ),
     "multiprocessing": (
         "bench/loop/ring.py",
@@ -141,6 +142,7 @@ ALLOWED = {
         "bench/loop/interrupts.py",
         "bench/loop/exit_status.py",
         "bench/view/view_process.py",
+        "identification/mismatch/callables/worker.py",
     ),
     # The page of the live view.
     "starlette": ("bench/view/server.py", "bench/view/web.py"),

@@ -13,6 +13,7 @@ from slipbench.identification.mismatch.simulation.system import System
 from slipbench.identification.mismatch.systems.system import ModelSystem
 from slipbench.protocol.configuration import load_toml
 from slipbench.protocol.errors import InputError
+from slipbench.protocol.recording.recording import Recording
 
 
 def read_system(path: Path) -> System:
@@ -33,7 +34,14 @@ def open_analysis(file: Path, training: Sequence[Path], held_out: Sequence[Path]
             remedy="hold out recordings, or segments of them, that are not used for training",
         )
     system = read_system(file)
-    records = [[system.prepare(p.read()) for p in pieces] for pieces in (learnt, proof)]
+    return analysis_of(system, *([p.read() for p in pieces] for pieces in (learnt, proof)))
+
+
+def analysis_of(
+    system: System, training: Sequence[Recording], held_out: Sequence[Recording]
+) -> Analysis:
+    """Begin an analysis of recordings. Raises InputError where they are not of this system."""
+    records = [[system.prepare(r) for r in recordings] for recordings in (training, held_out)]
     for record in (*records[0], *records[1]):
         system.check(record)
     _check_other(*records)

@@ -15,6 +15,7 @@ from slipbench.identification.mismatch.fit.fitting import Fit, deviations, dials
 from slipbench.identification.mismatch.fit.sensitivity import coordinates_of, moved
 from slipbench.identification.mismatch.fit.stack import bounded
 from slipbench.identification.mismatch.simulation.model import predict
+from slipbench.plant.errors import PlantError
 from slipbench.plant.signals import Floats
 
 SETTLED = 0.5  # nats that another step must bring
@@ -70,7 +71,9 @@ def _step(fit: Fit, before: float, held_back: int) -> tuple[Fit, int]:
         return fit, held_back
     first = max(held_back - 1, 0)
     for i, step in enumerate(islice(_steps(fit, full, slope), first, None), start=first):
-        new = _there(fit, step[: z.size], step[z.size :])
+        new = _tried(fit, step[: z.size], step[z.size :])
+        if new is None:
+            continue
         if _objective(new) < before:
             return new, i
         part = _what_helped(fit, new, step)
@@ -158,6 +161,14 @@ def _slope(fit: Fit, z: Floats, u: Floats) -> Floats:
         return np.asarray(to_z)
     to_u = fit.columns.T @ fit.aim - u / deviations(fit.candidates) ** 2
     return np.concatenate((to_z, to_u))
+
+
+def _tried(fit: Fit, dz: Floats, du: Floats) -> Fit | None:
+    """Return the fit after a step; None where the system cannot be simulated there."""
+    try:
+        return _there(fit, dz, du)
+    except PlantError:
+        return None
 
 
 def _there(fit: Fit, dz: Floats, du: Floats) -> Fit:
