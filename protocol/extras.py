@@ -18,6 +18,7 @@ EXTRA_OF = {
     "dask": "cluster",
     "distributed": "cluster",
     "slycot": "robust",
+    "fmpy": "fmu",
     "starlette": "view",
     "textual": "view",
     "uvicorn": "view",

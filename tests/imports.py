@@ -53,6 +53,7 @@ ALLOWED = {
         "protocol/export/parquet.py",
     ),
     "mcap": ("protocol/export/mcap_file.py",),
+    "fmpy": ("identification/mismatch/callables/fmu/*.py",),
     # Mathematics.
     "control": (
         "plant/linear.py",

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from slipbench.identification.mismatch.analysis import Analysis, begin
+from slipbench.identification.mismatch.callables.fmu.fmu_system import SUFFIX, load_fmu_system
 from slipbench.identification.mismatch.motorcycle.system import MotorcycleSystem
 from slipbench.identification.mismatch.simulation.piece import Piece
 from slipbench.identification.mismatch.simulation.record import Record
@@ -17,8 +18,16 @@ from slipbench.protocol.recording.recording import Recording
 
 
 def read_system(path: Path) -> System:
-    """Load the file that tells the nominal simulation: a model file has outputs, a vehicle none."""
-    if "outputs" in load_toml(path):
+    """Load the file of the nominal simulation: an FMU, the file beside it, a model or vehicle file.
+
+    A model file has outputs, and so has the file of an FMU, whose states have no equations.
+    """
+    if path.suffix.lower() == SUFFIX:
+        return load_fmu_system(path)
+    tree = load_toml(path)
+    if "fmu" in tree or ("outputs" in tree and path.with_suffix(SUFFIX).exists()):
+        return load_fmu_system(path)
+    if "outputs" in tree:
         return ModelSystem.load(path)
     return MotorcycleSystem.load(path)
 

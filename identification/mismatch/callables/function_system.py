@@ -35,5 +35,5 @@ def function_system(
     caller = in_process(simulate)
     if time_limit is not None and CAN_ISOLATE:
         caller = IsolatedCaller(caller, time_limit)
-    simulator = OutsideSimulator(caller, *bounds(parameters, file))
+    simulator = OutsideSimulator(caller, *bounds(parameters, file), "the function")
     return replace(ModelSystem.of(file, name, simulator), source=text_of(file))

@@ -55,15 +55,16 @@ class Kept:
 class OutsideSimulator(Simulator):
     """Runs a simulation that is not known from inside.
 
-    caller: runs it. low, high: bounds of the parameters, SI, (parameters,).
+    caller: runs it. low, high: bounds of the parameters, SI, (parameters,). what: its name in
+    messages.
     """
 
     caller: Caller
     low: Floats
     high: Floats
+    what: str
     kept: Kept = field(default_factory=Kept)
 
-    what = "the simulation"
     remedy = "run it by itself with the nominal parameters and these inputs"
 
     def bounded(self, values: Floats) -> Floats:
@@ -118,7 +119,7 @@ class OutsideSimulator(Simulator):
                 f"{task.file.name} on {task.record.name}",
                 "finite outputs",
                 f"{fault} at {_in_words(call.parameters)}",
-                self.remedy,
+                "other parameters are tried",
             ) from fault
 
 

@@ -18,6 +18,7 @@ from slipbench.identification.mismatch.simulation.model import (
 from slipbench.identification.mismatch.simulation.system import System
 from slipbench.identification.mismatch.simulation.threads import in_threads
 from slipbench.plant.effects.effect import Effect
+from slipbench.plant.errors import PlantError
 from slipbench.plant.signals import Floats
 
 NUDGE = 0.02  # of a coordinate's prior deviation
@@ -80,9 +81,8 @@ def _compare(model: Model, point: Point, found: Series, drives: frozenset[str]) 
     for i in range(len(point.x)):
         touched = drives.intersection(model.system.touched(model.chain, model.known[i]))
         if touched:
-            x = point.x.copy()
-            x[i] += NUDGE
-            put(model, found, i, predict(model, replace(point, x=x), touched), base, NUDGE)
+            shown, nudge = _nudged(model, point, i, touched)
+            put(model, found, i, shown, base, nudge)
     column = len(point.x)
     slow = drives.intersection(model.system.slow_drives(model.chain))
     for r, q in enumerate(point.q if slow else ()):
@@ -92,6 +92,23 @@ def _compare(model: Model, point: Point, found: Series, drives: frozenset[str]) 
             there = replace(point, q=(*point.q[:r], moved, *point.q[r + 1 :]))
             put(model, found, column, predict(model, there, slow, (r,)), base, SLOW_NUDGE)
             column += 1
+
+
+def _nudged(model: Model, point: Point, i: int, touched: frozenset[str]) -> tuple[Series, float]:
+    """Return what is predicted a step along a coordinate, and the step.
+
+    Backward where the system cannot be simulated forward; raises PlantError where neither can be.
+    """
+
+    def stepped(step: float) -> Series:
+        x = point.x.copy()
+        x[i] += step
+        return predict(model, replace(point, x=x), touched)
+
+    try:
+        return stepped(NUDGE), NUDGE
+    except PlantError:
+        return stepped(-NUDGE), -NUDGE
 
 
 def none(model: Model, point: Point) -> Series:
