@@ -22,6 +22,7 @@ EXTRA_OF = {
     "distributed": "cluster",
     "slycot": "robust",
     "foxglove": "foxglove",
+    "fmpy": "fmu",
     "starlette": "view",
     "textual": "view",
     "uvicorn": "view",

@@ -57,6 +57,7 @@ ALLOWED = {
     "gpxpy": ("protocol/tables/gpx_file.py",),
     "fitdecode": ("protocol/tables/fit_file.py",),
     "mcap": ("protocol/export/mcap_file.py",),
+    "fmpy": ("identification/mismatch/callables/fmu/*.py",),
     # Mathematics.
     "control": (
         "plant/linear.py",
@@ -135,6 +136,7 @@ ALLOWED = {
         "bench/foxglove/streams.py",
         "bench/foxglove/stream_process.py",
         "plant/compiled.py",
+        "identification/mismatch/callables/worker.py",
     ),
     "multiprocessing": (
         "bench/loop/ring.py",
@@ -150,6 +152,7 @@ ALLOWED = {
         "bench/view/view_process.py",
         "bench/view/side_process.py",
         "bench/foxglove/stream_process.py",
+        "identification/mismatch/callables/worker.py",
     ),
     # The page of the live view.
     "starlette": ("bench/view/server.py", "bench/view/web.py"),

@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
+from slipbench.protocol.errors import InputError
 from slipbench.protocol.shipped_files import completion_of, file_of
 
 EXAMPLE = (
@@ -22,17 +23,22 @@ def register(app: typer.Typer) -> None:
 
 def explain_command(
     training: Annotated[
-        list[Path], typer.Argument(help="Training run folders; run@0:60 is a segment, in s.")
+        list[Path],
+        typer.Argument(
+            help="Training run folders; run@0:60 is a segment, in s. An FMU in the first place is"
+            " the simulation.",
+            metavar="[FMU] RUN...",
+        ),
     ],
     vehicle: Annotated[
-        Path,
+        Path | None,
         typer.Option(
-            help="Vehicle or model file of the nominal simulation.",
+            help="Vehicle file, model file or FMU of the nominal simulation.",
             metavar="FILE",
             parser=file_of("vehicle", "model"),
             autocompletion=completion_of("vehicle", "model"),
         ),
-    ],
+    ] = None,
     held_out: Annotated[
         list[Path] | None, typer.Option(help="Held-out run folder for validation; repeatable.")
     ] = None,
@@ -47,7 +53,7 @@ def explain_command(
 
     Calibrates the nominal parameters, tests the residual, selects the missing effects and validates
     them on held-out runs. Writes vehicle.improved.toml beside the vehicle file. Ctrl-C ends the
-    analysis and writes the results so far.
+    analysis and writes the results so far. An FMU needs a file beside it: model.toml for model.fmu.
 
     Exit status: 0 done, 1 a step failed, 2 invalid input (see message), 130 interrupted.
     """
@@ -59,6 +65,7 @@ def explain_command(
     from slipbench.identification.mismatch.telling.output import prepare_places, write_outputs
 
     console = Console(stderr=True)
+    vehicle, training = _simulation(vehicle, training)
     with console.status("Reading recordings") as progress:
         analysis = open_analysis(vehicle, training, held_out or [])
         prepare_places(json_path, report_folder)  # after the input, which may be invalid
@@ -82,3 +89,18 @@ def explain_command(
         raise typer.Exit(FAILED)
     if not found.complete:
         raise typer.Exit(INTERRUPTED)
+
+
+def _simulation(vehicle: Path | None, training: list[Path]) -> tuple[Path, list[Path]]:
+    """Return the file of the simulation and the training runs. Raises InputError."""
+    if vehicle is not None:
+        return vehicle, training
+    if training[0].suffix.lower() == ".fmu":
+        if training[1:]:
+            return training[0], training[1:]
+        raise InputError("no run is given", expected="slipbench explain model.fmu RUN...")
+    raise InputError(
+        "no simulation is given",
+        expected="--vehicle FILE, or an FMU before the runs",
+        remedy=EXAMPLE.removeprefix("Example: "),
+    )

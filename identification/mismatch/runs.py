@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from slipbench.identification.mismatch.analysis import Analysis, begin
+from slipbench.identification.mismatch.callables.fmu.fmu_system import SUFFIX, load_fmu_system
 from slipbench.identification.mismatch.motorcycle.system import MotorcycleSystem
 from slipbench.identification.mismatch.simulation.piece import Piece
 from slipbench.identification.mismatch.simulation.record import Record
@@ -13,11 +14,20 @@ from slipbench.identification.mismatch.simulation.system import System
 from slipbench.identification.mismatch.systems.system import ModelSystem
 from slipbench.protocol.configuration import load_toml
 from slipbench.protocol.errors import InputError
+from slipbench.protocol.recording.recording import Recording
 
 
 def read_system(path: Path) -> System:
-    """Load the file that tells the nominal simulation: a model file has outputs, a vehicle none."""
-    if "outputs" in load_toml(path):
+    """Load the file of the nominal simulation: an FMU, the file beside it, a model or vehicle file.
+
+    A model file has outputs, and so has the file of an FMU, whose states have no equations.
+    """
+    if path.suffix.lower() == SUFFIX:
+        return load_fmu_system(path)
+    tree = load_toml(path)
+    if "fmu" in tree or ("outputs" in tree and path.with_suffix(SUFFIX).exists()):
+        return load_fmu_system(path)
+    if "outputs" in tree:
         return ModelSystem.load(path)
     return MotorcycleSystem.load(path)
 
@@ -33,7 +43,14 @@ def open_analysis(file: Path, training: Sequence[Path], held_out: Sequence[Path]
             remedy="hold out recordings, or segments of them, that are not used for training",
         )
     system = read_system(file)
-    records = [[system.prepare(p.read()) for p in pieces] for pieces in (learnt, proof)]
+    return analysis_of(system, *([p.read() for p in pieces] for pieces in (learnt, proof)))
+
+
+def analysis_of(
+    system: System, training: Sequence[Recording], held_out: Sequence[Recording]
+) -> Analysis:
+    """Begin an analysis of recordings. Raises InputError where they are not of this system."""
+    records = [[system.prepare(r) for r in recordings] for recordings in (training, held_out)]
     for record in (*records[0], *records[1]):
         system.check(record)
     _check_other(*records)

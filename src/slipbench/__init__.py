@@ -20,9 +20,11 @@ if TYPE_CHECKING:
         load_database,
         load_vehicle,
         read,
+        recording_of,
         replay,
     )
     from slipbench.controllers.slip_controller import SlipController
+    from slipbench.identification.mismatch.callables.parameter import Parameter
     from slipbench.plant.vehicle_file import Vehicle
     from slipbench.protocol.codec.codec import Codec
     from slipbench.protocol.errors import InputError
@@ -34,6 +36,7 @@ if TYPE_CHECKING:
 __all__ = [
     "Codec",
     "InputError",
+    "Parameter",
     "Recording",
     "SlipController",
     "Trial",
@@ -49,12 +52,14 @@ __all__ = [
     "load_database",
     "load_vehicle",
     "read",
+    "recording_of",
     "replay",
 ]
 
 _ELSEWHERE = {
     "Codec": "protocol.codec.codec",
     "InputError": "protocol.errors",
+    "Parameter": "identification.mismatch.callables.parameter",
     "Recording": "protocol.recording.recording",
     "SlipController": "controllers.slip_controller",
     "Vehicle": "plant.vehicle_file",

@@ -5,14 +5,18 @@ Every file may be given as text or as a Path. Each function imports what it need
 
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, overload
 
 from slipbench import dbc
 from slipbench.protocol.recording.recording import Recording
 
 if TYPE_CHECKING:
+    import numpy.typing as npt
+
     from slipbench.bench.trials.outcome import Outcome
     from slipbench.controllers.slip_controller import SlipController
+    from slipbench.identification.mismatch.callables.call import Simulate
+    from slipbench.identification.mismatch.callables.parameter import Parameter
     from slipbench.identification.mismatch.telling.verdict import Verdict
     from slipbench.identification.models.study import Study
     from slipbench.identification.response.identify import Identification
@@ -151,19 +155,60 @@ def fit_models(identification: "Identification") -> "Study":
     return study_of(identification)
 
 
+@overload
 def explain(
     vehicle: StrPath,
     training: Sequence[StrPath | Recording],
     held_out: Sequence[StrPath | Recording] = (),
     progress: Callable[[str], None] | None = None,
-) -> "Verdict":
+) -> "Verdict": ...
+@overload
+def explain(
+    simulate: "Simulate",
+    parameters: "Mapping[str, Parameter]",
+    recordings: Sequence[StrPath | Recording],
+    held_out: Sequence[StrPath | Recording] = (),
+    progress: Callable[[str], None] | None = None,
+    *,
+    inputs: Sequence[str],
+    outputs: Sequence[str],
+    linear: Sequence[str] = (),
+    period: float = 0.0,
+    improved: StrPath | None = None,
+    time_limit: float | None = 60.0,
+) -> "Verdict": ...
+def explain(*arguments: Any, **options: Any) -> "Verdict":
     """Explain where a simulation and recordings differ: place, effect, significance.
 
-    vehicle: vehicle file or model file (TOML). training, held_out: run folders; "run@0:60" is the
-    part from 0 to 60 s. `progress` is called with each step's description. After Ctrl-C
-    the result so far is returned with `complete` False. Raises InputError where the files do not
-    belong together.
+    vehicle: vehicle file or model file (TOML). training (recordings), held_out: run folders or
+    recordings; "run@0:60" is the part from 0 to 60 s. `progress` is called with each step's
+    description.
+
+    simulate: a function `simulate(parameters, inputs, times)` that returns outputs. It gets a
+    dictionary of numbers in the units of `parameters`, arrays (n,) of the inputs in the unit
+    recorded (SI) and evenly spaced times (n,) in s from 0, and returns arrays (n,) of the outputs
+    at these times. inputs, outputs: roles of the recordings. An input holds until the next sample;
+    those in `linear` follow straight lines. period: of the bins in which residuals are tested, s;
+    that of the slowest output if 0. improved: new file (TOML) with the calibrated parameters and
+    the effects that were found. time_limit: of one run, s; on Linux the function runs in a
+    process of its own, and one that hangs or crashes does not end the analysis. None: in this
+    process, without limit.
+
+    After Ctrl-C the result so far is returned with `complete` False. Raises InputError where the
+    files or recordings do not belong together, or a function cannot be used.
     """
+    first = arguments[0] if arguments else options.get("simulate", options.get("vehicle"))
+    how = _explain_function if callable(first) else _explain_file
+    verdict: Verdict = how(*arguments, **options)
+    return verdict
+
+
+def _explain_file(
+    vehicle: StrPath,
+    training: Sequence[StrPath | Recording],
+    held_out: Sequence[StrPath | Recording] = (),
+    progress: Callable[[str], None] | None = None,
+) -> "Verdict":
     from slipbench.identification.mismatch.explain import known_so_far
     from slipbench.identification.mismatch.runs import open_analysis
     from slipbench.identification.mismatch.telling.conclude import verdict
@@ -172,6 +217,53 @@ def explain(
     analysis = open_analysis(Path(vehicle), *folders)
     known_so_far(analysis, progress or _ignore)
     return verdict(analysis)
+
+
+def _explain_function(
+    simulate: "Simulate",
+    parameters: "Mapping[str, Parameter]",
+    recordings: Sequence[StrPath | Recording],
+    held_out: Sequence[StrPath | Recording] = (),
+    progress: Callable[[str], None] | None = None,
+    *,
+    inputs: Sequence[str] = (),
+    outputs: Sequence[str] = (),
+    linear: Sequence[str] = (),
+    period: float = 0.0,
+    improved: StrPath | None = None,
+    time_limit: float | None = 60.0,
+) -> "Verdict":
+    from slipbench.identification.mismatch.callables.description import Ports
+    from slipbench.identification.mismatch.callables.function_system import function_system
+    from slipbench.identification.mismatch.explain import known_so_far
+    from slipbench.identification.mismatch.runs import analysis_of
+    from slipbench.identification.mismatch.telling.conclude import verdict
+    from slipbench.identification.mismatch.telling.output import write_improved
+
+    ports = Ports(tuple(inputs), tuple(outputs), tuple(linear), period)
+    training, proof = ([_in_memory(run) for run in runs] for runs in (recordings, held_out))
+    system = function_system(simulate, parameters, ports, training, time_limit)
+    analysis = analysis_of(system, training, proof)
+    known_so_far(analysis, progress or _ignore)
+    if improved is not None:
+        write_improved(analysis, Path(improved))
+    return verdict(analysis)
+
+
+def recording_of(
+    name: str,
+    time: "npt.ArrayLike",
+    values: "Mapping[str, npt.ArrayLike]",
+    units: Mapping[str, str],
+) -> Recording:
+    """Make a recording of arrays that were measured together.
+
+    time: (n,) s, increasing. values: role -> (n,), in the unit that `units` states for it; the
+    recording holds SI. Raises InputError where an array or a unit cannot be used.
+    """
+    from slipbench.protocol.recording.from_arrays import recording_of as of_arrays
+
+    return of_arrays(name, time, values, units)
 
 
 def design(
@@ -236,6 +328,12 @@ def replay(
 
 def _folder(run: StrPath | Recording) -> Path:
     return run.folder if isinstance(run, Recording) else Path(run)
+
+
+def _in_memory(run: StrPath | Recording) -> Recording:
+    from slipbench.identification.mismatch.simulation.piece import Piece
+
+    return run if isinstance(run, Recording) else Piece.of(Path(run)).read()
 
 
 def _ignore(_: object) -> None:

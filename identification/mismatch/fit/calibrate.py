@@ -84,12 +84,10 @@ def farther_along(before: Fit, after: Fit) -> Fit:
 
 
 def _shifted(fit: Fit, dz: Floats, du: Floats) -> Fit | None:
-    low, high = limits_of(fit, coordinates_of(fit.point), np.inf)
     z = coordinates_of(fit.point)
-    try:
-        return renoised(there(fit, np.clip(dz, low - z, high - z), du))
-    except PlantError:
-        return None
+    low, high = limits_of(fit, z, np.inf)
+    new = there(fit, np.clip(dz, low - z, high - z), du)
+    return None if new is None else renoised(new)
 
 
 def unbent(fit: Fit, rounds: int = 1) -> Fit:

@@ -19,6 +19,7 @@ from slipbench.identification.mismatch.simulation.model import (
 from slipbench.identification.mismatch.simulation.system import System
 from slipbench.identification.mismatch.simulation.threads import in_threads
 from slipbench.plant.effects.effect import Effect
+from slipbench.plant.errors import PlantError
 from slipbench.plant.signals import Floats
 
 NUDGE = 0.02  # of a coordinate's prior deviation
@@ -79,22 +80,35 @@ def _compare(model: Model, point: Point, found: Series, drives: frozenset[str]) 
     """Write sensitivities of some drives by finite differences."""
     base = predict(model, point, drives)
     jobs = [*_own(model, point, drives), *_slow(model, point, drives)]
-    for job, there in zip(jobs, in_threads(lambda job: job.run(model), jobs), strict=True):
-        put(model, found, job.column, there, base, job.nudge)
+    for job, (there, nudge) in zip(jobs, in_threads(lambda job: job.run(model), jobs), strict=True):
+        put(model, found, job.column, there, base, nudge)
 
 
 @dataclass(frozen=True)
 class _Nudged:
-    """A point beside another, by `nudge` in one column, and what of it has to be simulated."""
+    """A point beside another, by `nudge` in one column, and what of it has to be simulated.
+
+    backward: the point on the other side.
+    """
 
     column: int
     point: Point
     nudge: float
     drives: frozenset[str]
     records: tuple[int, ...] | None = None
+    backward: Point | None = None
 
-    def run(self, model: Model) -> Series:
-        return predict(model, self.point, self.drives, self.records)
+    def run(self, model: Model) -> tuple[Series, float]:
+        """Return what is predicted there, and the step to it.
+
+        Backward where the system cannot be simulated forward; raises PlantError where neither can.
+        """
+        try:
+            return predict(model, self.point, self.drives, self.records), self.nudge
+        except PlantError:
+            if self.backward is None:
+                raise
+        return predict(model, self.backward, self.drives, self.records), -self.nudge
 
 
 def _own(model: Model, point: Point, drives: frozenset[str]) -> Iterator[_Nudged]:
@@ -102,9 +116,9 @@ def _own(model: Model, point: Point, drives: frozenset[str]) -> Iterator[_Nudged
     for i in range(len(point.x)):
         touched = drives.intersection(model.system.touched(model.chain, model.known[i]))
         if touched:
-            x = point.x.copy()
-            x[i] += NUDGE
-            yield _Nudged(i, replace(point, x=x), NUDGE, touched)
+            step = NUDGE * (np.arange(len(point.x)) == i)
+            forward, backward = (replace(point, x=point.x + s) for s in (step, -step))
+            yield _Nudged(i, forward, NUDGE, touched, backward=backward)
 
 
 def _slow(model: Model, point: Point, drives: frozenset[str]) -> Iterator[_Nudged]:

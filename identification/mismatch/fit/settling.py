@@ -15,6 +15,7 @@ from slipbench.identification.mismatch.fit.fitting import Fit, deviations, dials
 from slipbench.identification.mismatch.fit.sensitivity import coordinates_of, moved
 from slipbench.identification.mismatch.fit.stack import bounded
 from slipbench.identification.mismatch.simulation.model import predict
+from slipbench.plant.errors import PlantError
 from slipbench.plant.signals import Floats
 
 SETTLED = 0.5  # nats that another step must bring
@@ -71,6 +72,8 @@ def _step(fit: Fit, before: float, held_back: int) -> tuple[Fit, int]:
     first = max(held_back - 1, 0)
     for i, step in enumerate(islice(_steps(fit, full, slope), first, None), start=first):
         new = there(fit, step[: z.size], step[z.size :])
+        if new is None:
+            continue
         if _objective(new) < before:
             return new, i
         part = _what_helped(fit, new, step)
@@ -160,12 +163,16 @@ def _slope(fit: Fit, z: Floats, u: Floats) -> Floats:
     return np.concatenate((to_z, to_u))
 
 
-def there(fit: Fit, dz: Floats, du: Floats) -> Fit:
-    """Return the fit after a step of coordinates and dials. Raises PlantError where it cannot run."""
+def there(fit: Fit, dz: Floats, du: Floats) -> Fit | None:
+    """Return the fit after a step of coordinates and dials; None where it cannot be simulated."""
     candidates = turned(fit.candidates, du)
     effects = tuple(c.effect() for c in candidates) if candidates else fit.point.effects
     point = replace(moved(fit.model, fit.point, dz), effects=effects)
-    new = replace(fit, point=point, predicted=predict(fit.model, point), candidates=candidates)
+    try:
+        predicted = predict(fit.model, point)
+    except PlantError:
+        return None
+    new = replace(fit, point=point, predicted=predicted, candidates=candidates)
     new.__dict__["nuisances"] = fit.nuisances
     return new
 

@@ -97,8 +97,18 @@ def window(data: Aligned, file: ModelFile) -> tuple[float, float, tuple[str, ...
     best = max(pieces, key=lambda piece: piece[1] - piece[0])
     where = ", ".join(f"{last:.3g} to {first:.3g} s" for last, first in gaps)
     cut = (f"inputs have gaps ({where}): {best[0]:.3g} to {best[1]:.3g} s is analysed",)
-    rest = (FREE,) if _inputs_rest(data.recording, file) else ()
-    return *best, (*(cut if gaps else ()), *rest)
+    return *best, (*(cut if gaps else ()), *_at_rest(data.recording, file))
+
+
+def _at_rest(recording: Recording, file: ModelFile) -> tuple[str, ...]:
+    """Say which inputs never change: what acts there cannot be told from an offset."""
+    if _inputs_rest(recording, file):
+        return (FREE,)
+    return tuple(
+        f"input {name.replace('_', ' ')} is constant: no effect that acts there can be identified"
+        for name, told in file.inputs.items()
+        if _rests(recording.channels.get(told.role))
+    )
 
 
 def _gaps(time: Floats, period: float) -> list[tuple[float, float]]:

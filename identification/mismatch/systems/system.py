@@ -22,7 +22,8 @@ from slipbench.identification.mismatch.systems.effects.seam_effect import OUTPUT
 from slipbench.identification.mismatch.systems.equations import Equations, equations
 from slipbench.identification.mismatch.systems.model_file import ModelFile, load_model_file
 from slipbench.identification.mismatch.systems.record import prepare, realigned, slow_places
-from slipbench.identification.mismatch.systems.run import Shown, run
+from slipbench.identification.mismatch.systems.run import Shown
+from slipbench.identification.mismatch.systems.simulator import CompiledEquations, Simulator, Task
 from slipbench.identification.mismatch.systems.turn_pattern import without_patterns
 from slipbench.identification.mismatch.systems.writing import as_text
 from slipbench.plant.effects.effect import Effect
@@ -46,13 +47,14 @@ PUSH = 0.1
 class ModelSystem(System):
     """A system of a model file.
 
-    values: of its parameters, SI, in the file's order. acting: effects. known: 95 % half widths.
+    simulator: what runs it. values: of its parameters, SI, in the file's order. acting: effects. known: 95 % half widths.
     source: text of the file.
     """
 
     file: ModelFile
     where: str
     equations: Equations
+    simulator: Simulator
     values: Floats
     acting: tuple[Effect, ...] = ()
     known: Mapping[str, float] = field(default_factory=dict)
@@ -71,8 +73,12 @@ class ModelSystem(System):
         )
 
     @classmethod
-    def of(cls, file: ModelFile, where: str) -> Self:
-        """Make the system of a model file. where: its name, for messages."""
+    def of(cls, file: ModelFile, where: str, simulator: Simulator | None = None) -> Self:
+        """Make the system of a model file. where: its name, for messages.
+
+        simulator: what runs it in place of the file's equations. Raises InputError.
+        """
+        read = equations(file, where)
         values = np.array([number.si for number in file.parameters.values()])
         acts = tuple(
             placing.acting(e, file, f"{where}: effects[{i}]") for i, e in enumerate(file.effects)
@@ -81,7 +87,8 @@ class ModelSystem(System):
             f"parameters.{name}": _plus_minus(number.si, number.si_plus_minus)
             for name, number in file.parameters.items()
         }
-        return cls(file, where, equations(file, where), values, acts, told, placing.Read(file))
+        runs = simulator or CompiledEquations(read)
+        return cls(file, where, read, runs, values, acts, told, placing.Read(file))
 
     @property
     def units(self) -> Mapping[str, str]:  # type: ignore[override]
@@ -133,6 +140,7 @@ class ModelSystem(System):
             values[self.equations.parameters.index(coordinate.name)] = coordinate.at(float(place))
         new = {e.key for e in effects}
         kept = tuple(e for e in self.acting if e.key not in new)
+        values = self.simulator.bounded(values)
         return replace(self, values=values, acting=(*kept, *effects))
 
     def believed(self, plus_minus: Mapping[str, float]) -> Self:
@@ -163,13 +171,13 @@ class ModelSystem(System):
         record = replace(record, notes=(*record.notes, *found))
         q = np.zeros(record.slow.shape[1])
         try:
-            shown = self.simulate(record, Chain({DRIVE: ()}, ()), DRIVE, q, {})
+            shown = self.simulator.first_run(self._task(record, q, {}))
         except PlantError as fault:
             raise InputError(
-                "the model file cannot be simulated with its nominal parameters",
+                f"{self.simulator.what} cannot be simulated with its nominal parameters",
                 where=f"{self.where} on {recording.folder}",
                 found=str(fault),
-                remedy="check the parameters and the equations",
+                remedy=self.simulator.remedy,
             ) from fault
         return realigned(record, recording, self.file, shown)
 
@@ -212,13 +220,16 @@ class ModelSystem(System):
         self, record: Record, chain: Chain, drive: str, q: Floats, added: Mapping[str, Floats]
     ) -> Shown:
         """Run it."""
+        return self.simulator.run(self._task(record, q, added))
+
+    def _task(self, record: Record, q: Floats, added: Mapping[str, Floats]) -> Task:
         names = self.equations.places
         push = np.zeros((record.grid.rows, len(names)))
         for k, place in enumerate(slow_places(self.file, record.grid)):
             push[:, place] += record.slow[:, k] * q[k]
         for name, course in added.items():
             push[:, names.index(name)] += course
-        return run(self.equations, self.file, self.values, self.acting, record, push)
+        return Task(self.file, self.values, self.acting, record, push)
 
     def places(self, chain: Chain) -> list[Injection]:
         """Inputs, seams and rates of states."""

@@ -50,6 +50,18 @@ def write_outputs(
     return written
 
 
+def write_improved(analysis: Analysis, path: Path) -> bool:
+    """Write the file of the system as it should have been; tell whether anything is known of it.
+
+    Raises InputError where the place cannot be written.
+    """
+    fit = accepted(analysis) if analysis.named else analysis.base
+    if fit is None:
+        return False
+    _write(path, improved_system(fit).text())
+    return True
+
+
 def _write(path: Path, text: str) -> None:
     try:
         path.parent.mkdir(parents=True, exist_ok=True)

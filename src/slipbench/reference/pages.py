@@ -4,6 +4,7 @@ from pathlib import Path
 
 from slipbench.bench.session.plan_file import SessionPlan
 from slipbench.identification.fleet.fleet_file import FleetFile
+from slipbench.identification.mismatch.callables.fmu.fmu_file import FmuFile
 from slipbench.identification.mismatch.systems.model_file import ModelFile
 from slipbench.identification.report.identification_file import (
     FILES,
@@ -97,6 +98,17 @@ def pages() -> tuple[Page, ...]:
             " that of the quantity that it uses besides, `[time]` the `period` of the model.",
             "identification/mismatch/systems/effects/library.py",
             model_effect_tables(),
+        ),
+        Page(
+            "fmu.md",
+            "File beside an FMU",
+            "What is uncertain in an FMU, what drives it and what was recorded of it, for"
+            " `slipbench explain model.fmu`. A quantity is"
+            ' `{ value = 3, unit = "mm", plus_minus = 1 }`. Units convert to those of the FMU. An'
+            " `effects` entry names an [effect of model files](model_effects.md) at an input or an"
+            " output.",
+            "identification/mismatch/callables/fmu/fmu_file.py",
+            tables(FmuFile),
         ),
         Page(
             "controller.md",

@@ -1,0 +1,1 @@
+"""FMUs (Functional Mock-up Units, FMI 2.0 and 3.0) as simulations."""

@@ -1,0 +1,129 @@
+"""The file beside an FMU: what is uncertain in it, what drives it, and what was recorded of it.
+
+TOML, `servo.toml` beside `servo.fmu`. Numbers and sizes are written as in a model file.
+"""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Literal
+
+from pydantic import Field, ValidationError
+
+from slipbench.identification.mismatch.callables.description import NOT_AN_EQUATION
+from slipbench.identification.mismatch.callables.parameter import Parameter
+from slipbench.identification.mismatch.systems.model_file import (
+    ActingEffect,
+    Input,
+    ModelFile,
+    Number,
+    Output,
+    Size,
+)
+from slipbench.protocol.configuration import Seconds, Section
+from slipbench.protocol.errors import InputError
+
+
+class FmuParameter(Number):
+    """A parameter of the FMU, or the start value of a variable that it initializes exactly.
+
+    value       nominal value
+    unit        of all numbers of the parameter
+    plus_minus  half width of what is reliable with 95 %; none: half of the distance between low and
+                high. 0: exact
+    low         least value; none: that of the FMU
+    high        greatest value; none: that of the FMU
+    variable    name in the FMU; empty: the parameter's own
+    """
+
+    low: float | None = None
+    high: float | None = None
+    variable: str = ""
+
+
+class FmuInput(Input):
+    """An input of the FMU.
+
+    variable  name in the FMU; empty: the input's own
+    """
+
+    variable: str = ""
+
+
+class FmuOutput(Section):
+    """A variable of the FMU that a sensor shows.
+
+    role      role of the recording
+    size      usual magnitude of the quantity
+    latency   known, of the sensor
+    noise     standard deviation before the sensor rounds
+    variable  name in the FMU; empty: the output's own
+    """
+
+    role: str
+    size: Size
+    latency: Seconds = 0.0
+    noise: Number = Number(value=0.0)
+    variable: str = ""
+
+
+class FmuFile(Section):
+    """One file beside an FMU.
+
+    fmu          the FMU, relative to this file; empty: the one of the same name
+    name         of the system; empty: the FMU's
+    description  text for people
+    interface    of the FMU
+    step         largest step of communication
+    period       of the bins in which residuals are tested: that of the slowest output, as a rule
+    stretch      time within which errors may be serially correlated; 0: 30 periods
+    time_limit   of one run; a run that takes longer is ended
+    parameters   by name
+    inputs       by name
+    outputs      by name
+    effects      effects that act at inputs and outputs already
+    """
+
+    fmu: str = ""
+    name: str = ""
+    description: str = ""
+    interface: Literal["co_simulation"] = "co_simulation"
+    step: Seconds = Field(gt=0.0)
+    period: Seconds = Field(gt=0.0)
+    stretch: Seconds = Field(default=0.0, ge=0.0)
+    time_limit: Seconds = Field(default=60.0, gt=0.0)
+    parameters: dict[str, FmuParameter] = Field(default_factory=dict)
+    inputs: dict[str, FmuInput] = Field(min_length=1)
+    outputs: dict[str, FmuOutput] = Field(min_length=1)
+    effects: tuple[ActingEffect, ...] = ()
+
+    def model_file(self, parameters: Mapping[str, Parameter], name: str, where: str) -> ModelFile:
+        """Return it as a model file without equations. Raises InputError.
+
+        parameters: those of this file, with the FMU's own bounds; name: of the system.
+        """
+        numbers = {key: one.number(f"{where}: parameters.{key}") for key, one in parameters.items()}
+        try:
+            return ModelFile(
+                name=name,
+                description=self.description,
+                step=self.step,
+                period=self.period,
+                stretch=self.stretch,
+                parameters=numbers,
+                inputs={
+                    key: Input(**one.model_dump(exclude={"variable"}))
+                    for key, one in self.inputs.items()
+                },
+                outputs={
+                    key: Output(value=NOT_AN_EQUATION, **one.model_dump(exclude={"variable"}))
+                    for key, one in self.outputs.items()
+                },
+                effects=self.effects,
+            )
+        except ValidationError as fault:
+            reasons = "; ".join(str(error["msg"]) for error in fault.errors())
+            raise InputError("the file cannot be used", where=where, found=reasons) from fault
+
+    def path(self, file: Path) -> Path:
+        """Return the FMU's path. file: of this file."""
+        return file.parent / self.fmu if self.fmu else file.with_suffix(".fmu")

@@ -1,0 +1,113 @@
+"""An FMU and the file beside it as a system that the engine explains."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import tomlkit
+
+from slipbench.identification.mismatch.callables.description import bounds
+from slipbench.identification.mismatch.callables.fmu.fmu_file import (
+    FmuFile,
+    FmuInput,
+    FmuOutput,
+    FmuParameter,
+)
+from slipbench.identification.mismatch.callables.fmu.plan import Plan
+from slipbench.identification.mismatch.callables.fmu.runner import FmuRunner
+from slipbench.identification.mismatch.callables.fmu.template import template
+from slipbench.identification.mismatch.callables.fmu.unpacked import UnpackedFmu, unpacked
+from slipbench.identification.mismatch.callables.fmu.variables import Port, port
+from slipbench.identification.mismatch.callables.parameter import Parameter
+from slipbench.identification.mismatch.callables.simulator import OutsideSimulator
+from slipbench.identification.mismatch.callables.worker import CAN_ISOLATE, IsolatedCaller
+from slipbench.identification.mismatch.systems.model_file import ModelFile
+from slipbench.identification.mismatch.systems.system import ModelSystem
+from slipbench.protocol.configuration import read_toml
+from slipbench.protocol.errors import InputError
+
+SUFFIX = ".fmu"
+
+
+def load_fmu_system(path: Path) -> ModelSystem:
+    """Load an FMU, or the file beside it. Raises InputError where something does not fit."""
+    beside = path.with_suffix(".toml") if path.suffix.lower() == SUFFIX else path
+    if not beside.exists():
+        raise _no_file(path, beside)
+    file = read_toml(beside, FmuFile)
+    fmu = unpacked(path if path.suffix.lower() == SUFFIX else file.path(path))
+    where = str(beside)
+    ports = _parameter_ports(file, fmu, where)
+    parameters = {key: _parameter(one, ports[key]) for key, one in file.parameters.items()}
+    name = file.name or str(fmu.description.modelName)
+    model = file.model_file(parameters, name, where)
+    plan = _plan(file, fmu, model, tuple(ports.values()), where)
+    caller = IsolatedCaller(FmuRunner(plan), file.time_limit) if CAN_ISOLATE else FmuRunner(plan)
+    simulator = OutsideSimulator(caller, *bounds(parameters, model), "the FMU")
+    source = _source(beside, fmu.path, name)
+    return replace(ModelSystem.of(model, beside.name, simulator), source=source)
+
+
+def _no_file(path: Path, beside: Path) -> InputError:
+    return InputError(
+        f"the FMU needs a file beside it, {beside.name}, that says what is uncertain and recorded."
+        f" Begin with this:\n\n{template(unpacked(path))}",
+        where=str(path),
+        remedy=f"write it as {beside}: half widths, roles of your recordings, usual magnitudes",
+    )
+
+
+def _parameter_ports(file: FmuFile, fmu: UnpackedFmu, where: str) -> dict[str, Port]:
+    return {
+        key: port(
+            fmu.description, key, one.variable, one.unit, "parameter", f"{where}: parameters.{key}"
+        )
+        for key, one in file.parameters.items()
+    }
+
+
+def _parameter(told: FmuParameter, own: Port) -> Parameter:
+    """Return a parameter with the bounds of its file, else those of the FMU."""
+    low = own.low if told.low is None else told.low
+    high = own.high if told.high is None else told.high
+    some = np.isfinite([low, high]).any()
+    return Parameter(told.value, told.plus_minus, (low, high) if some else None, told.unit)
+
+
+def _plan(
+    file: FmuFile, fmu: UnpackedFmu, model: ModelFile, parameters: tuple[Port, ...], where: str
+) -> Plan:
+    """Find inputs and outputs; recordings hold SI."""
+    found = {
+        (kind, key): port(
+            fmu.description, key, one.variable, one.size.si_unit, kind, f"{where}: {kind}s.{key}"
+        )
+        for kind, key, one in _ports(file)
+    }
+    inputs, outputs = (
+        tuple(one for (what, _), one in found.items() if what == kind)
+        for kind in ("input", "output")
+    )
+    held = tuple(one.steps for one in model.inputs.values())
+    interface = fmu.interface(file.interface)
+    return Plan(fmu, interface, file.step, parameters, inputs, outputs, held)
+
+
+def _ports(file: FmuFile) -> Iterator[tuple[str, str, FmuInput | FmuOutput]]:
+    for key, told in file.inputs.items():
+        yield "input", key, told
+    for name, shown in file.outputs.items():
+        yield "output", name, shown
+
+
+def _source(beside: Path, fmu: Path, name: str) -> str:
+    """Text of the file, with the FMU's whole path: an improved file may lie elsewhere."""
+    text = beside.read_text(encoding="utf-8")
+    document = tomlkit.parse(text)
+    wanted = {"name": name, "description": "", "fmu": str(fmu.resolve())}
+    if "fmu" in document:
+        document["fmu"] = wanted["fmu"]
+        text = tomlkit.dumps(document)
+    new = {key: value for key, value in wanted.items() if key not in document}
+    return tomlkit.dumps(new) + text  # keys of the whole file stand before its first table

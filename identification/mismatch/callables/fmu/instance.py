@@ -1,0 +1,200 @@
+"""One instance of an FMU at a time, with the calls of FMI 2.0 and 3.0 under the same names.
+
+What the FMU logs is kept: its last words are the reason of a failure. Calls go to fmpy with arrays
+that are made once, since a run makes tens of thousands.
+"""
+
+import ctypes
+from abc import ABC, abstractmethod
+from collections import deque
+from typing import Any
+
+import numpy as np
+
+from slipbench.identification.mismatch.callables.call import CallFailedError
+from slipbench.identification.mismatch.callables.fmu.plan import Plan
+from slipbench.plant.signals import Floats
+from slipbench.protocol.extras import optional_library
+
+WARNING = 1  # status of FMI: the least that is kept
+MOST_WORDS = 3
+
+
+class Values:
+    """Variables that are set or read together. fixed while the library is loaded."""
+
+    def __init__(self, references: tuple[int, ...]) -> None:
+        """references: value references."""
+        self.count = len(references)
+        self.references = (ctypes.c_uint32 * self.count)(*references)
+        self.values = (ctypes.c_double * self.count)()
+        self.array = np.ctypeslib.as_array(self.values)
+
+
+class Instance(ABC):
+    """An FMU that is instantiated anew for every run."""
+
+    def __init__(self, plan: Plan) -> None:
+        """Load the library. Raises CallFailedError."""
+        self.plan = plan
+        self.words: deque[str] = deque(maxlen=MOST_WORDS)
+        try:
+            self.fmu = self._load()
+        except Exception as fault:  # fmpy raises plain exceptions
+            raise CallFailedError(f"its library cannot be loaded: {fault}") from fault
+        self.parameters, self.inputs, self.outputs = (
+            Values(tuple(p.reference for p in ports))
+            for ports in (plan.parameters, plan.inputs, plan.outputs)
+        )
+
+    def begin(self, parameters: Floats, inputs: Floats, stop: float) -> None:
+        """Instantiate and initialize. parameters, inputs: units of the FMU; stop: s."""
+        self.words.clear()
+        self._instantiated()
+        self._set_up(stop)
+        self.set(self.parameters, parameters)
+        self._enter_initialization(stop)
+        self.set(self.inputs, inputs)
+        self.fmu.exitInitializationMode()
+
+    def end(self) -> None:
+        """Free the instance, the library stays loaded."""
+        if self.fmu.component:
+            self._free()
+            self.fmu.component = None
+
+    def set(self, which: Values, values: Floats) -> None:
+        """Set variables."""
+        if which.count:
+            which.array[:] = values
+            self._set(which)
+
+    def get(self, which: Values) -> Floats:
+        """Return variables, a new array."""
+        self._get(which)
+        return which.array.copy()
+
+    def reason(self, fault: Exception) -> str:
+        """Say why a call failed: fmpy's words, and the last of the FMU's."""
+        said = "; ".join(self.words)
+        return f"{fault}" + (f" The FMU says: {said}" if said else "")
+
+    def keep(self, status: int, message: bytes | None) -> None:
+        """Keep a message of the FMU."""
+        if status >= WARNING and message:
+            self.words.append(message.decode("utf-8", "replace").strip())
+
+    def _instantiated(self) -> None:
+        """Instantiate; where that fails, once more with messages, for the reason."""
+        for log in (False, True):
+            try:
+                return self._instantiate(log)
+            except Exception as fault:
+                if log:
+                    raise CallFailedError(
+                        self.reason(Exception("it cannot be instantiated (no licence?)."))
+                    ) from fault
+        return None
+
+    @abstractmethod
+    def _load(self) -> Any:
+        """Return fmpy's object of the library."""
+
+    @abstractmethod
+    def _instantiate(self, log: bool) -> None:
+        """Instantiate."""
+
+    def _set_up(self, stop: float) -> None:
+        """Do what comes before parameters are set."""
+        return
+
+    @abstractmethod
+    def _enter_initialization(self, stop: float) -> None:
+        """Enter initialization mode."""
+
+    @abstractmethod
+    def _set(self, which: Values) -> None:
+        """Set variables to what their array holds."""
+
+    @abstractmethod
+    def _get(self, which: Values) -> None:
+        """Read variables into their array."""
+
+    @abstractmethod
+    def _free(self) -> None:
+        """Free the instance."""
+
+
+class Instance2(Instance):
+    """FMI 2.0, either interface."""
+
+    def _load(self) -> Any:
+        fmi2 = optional_library("fmpy.fmi2")
+        kind = "FMU2Slave" if self.plan.interface == "co_simulation" else "FMU2Model"
+        self._callbacks = self._listening(fmi2)
+        return getattr(fmi2, kind)(**self.plan.loading())
+
+    def _listening(self, fmi2: Any) -> Any:
+        base, logging = optional_library("fmpy"), optional_library("fmpy.logging")
+
+        def log(_: Any, __: Any, status: int, ___: Any, message: bytes) -> None:
+            self.keep(status, message)
+
+        found = fmi2.fmi2CallbackFunctions()
+        found.logger = fmi2.fmi2CallbackLoggerTYPE(log)
+        found.allocateMemory = fmi2.fmi2CallbackAllocateMemoryTYPE(base.calloc)
+        found.freeMemory = fmi2.fmi2CallbackFreeMemoryTYPE(base.free)
+        logging.addLoggerProxy(ctypes.byref(found))
+        return found
+
+    def _instantiate(self, log: bool) -> None:
+        self.fmu.instantiate(callbacks=self._callbacks, loggingOn=log)
+
+    def _set_up(self, stop: float) -> None:
+        self.fmu.setupExperiment(startTime=0.0, stopTime=stop)
+
+    def _enter_initialization(self, stop: float) -> None:
+        self.fmu.enterInitializationMode()
+
+    def _set(self, which: Values) -> None:
+        self.fmu.fmi2SetReal(self.fmu.component, which.references, which.count, which.values)
+
+    def _get(self, which: Values) -> None:
+        self.fmu.fmi2GetReal(self.fmu.component, which.references, which.count, which.values)
+
+    def _free(self) -> None:
+        self.fmu.fmi2FreeInstance(self.fmu.component)
+
+
+class Instance3(Instance):
+    """FMI 3.0, either interface."""
+
+    def _load(self) -> Any:
+        fmi3 = optional_library("fmpy.fmi3")
+        kind = "FMU3Slave" if self.plan.interface == "co_simulation" else "FMU3Model"
+        return getattr(fmi3, kind)(**self.plan.loading())
+
+    def _instantiate(self, log: bool) -> None:
+        def keep(_: Any, status: int, __: Any, message: bytes) -> None:
+            self.keep(status, message)
+
+        self.fmu.instantiate(loggingOn=log, logMessage=keep)
+
+    def _enter_initialization(self, stop: float) -> None:
+        self.fmu.enterInitializationMode(startTime=0.0, stopTime=stop)
+
+    def _set(self, which: Values) -> None:
+        n = which.count
+        self.fmu.fmi3SetFloat64(self.fmu.component, which.references, n, which.values, n)
+
+    def _get(self, which: Values) -> None:
+        n = which.count
+        self.fmu.fmi3GetFloat64(self.fmu.component, which.references, n, which.values, n)
+
+    def _free(self) -> None:
+        self.fmu.fmi3FreeInstance(self.fmu.component)
+
+
+def instance_of(plan: Plan) -> Instance:
+    """Load an FMU. Raises CallFailedError."""
+    return (Instance2 if plan.fmu.version == "2.0" else Instance3)(plan)

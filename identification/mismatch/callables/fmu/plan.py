@@ -1,0 +1,51 @@
+"""How an FMU is run: its library, its interface, and the variables that are set and read."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from slipbench.identification.mismatch.callables.fmu.unpacked import INTERFACES, UnpackedFmu
+from slipbench.identification.mismatch.callables.fmu.variables import Port
+from slipbench.plant.signals import Floats
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """interface: co_simulation or model_exchange. step: largest step, s.
+
+    held: for each input, whether it holds between samples.
+    """
+
+    fmu: UnpackedFmu
+    interface: str
+    step: float
+    parameters: tuple[Port, ...]
+    inputs: tuple[Port, ...]
+    outputs: tuple[Port, ...]
+    held: tuple[bool, ...]
+
+    @property
+    def identifier(self) -> str:
+        """Name of the FMU's library."""
+        return str(getattr(self.fmu.description, INTERFACES[self.interface]).modelIdentifier)
+
+    def loading(self) -> dict[str, object]:
+        """Return what fmpy loads the library with."""
+        return {
+            "guid": self.fmu.description.guid,
+            "unzipDirectory": self.fmu.folder.name,
+            "modelIdentifier": self.identifier,
+            "instanceName": self.identifier,
+            "requireFunctions": False,
+        }
+
+
+def inside(ports: tuple[Port, ...], values: Mapping[str, Floats | float]) -> Floats:
+    """Return values in the units of the FMU, ports along the last axis."""
+    return np.stack([p.slope * np.asarray(values[p.name]) + p.offset for p in ports], axis=-1)
+
+
+def outside(ports: tuple[Port, ...], rows: Floats) -> dict[str, Floats]:
+    """Return values in the units of the file. rows: (n, ports)."""
+    return {p.name: (rows[:, k] - p.offset) / p.slope for k, p in enumerate(ports)}

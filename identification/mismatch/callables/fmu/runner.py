@@ -1,0 +1,43 @@
+"""Runs calls on an FMU, whose library is loaded at the first one: in the process that serves them."""
+
+import numpy as np
+
+from slipbench.identification.mismatch.callables.call import Call, CallFailedError, checked
+from slipbench.identification.mismatch.callables.fmu.co_simulation import co_simulated
+from slipbench.identification.mismatch.callables.fmu.instance import Instance, instance_of
+from slipbench.identification.mismatch.callables.fmu.plan import Plan, inside, outside
+from slipbench.plant.signals import Floats
+from slipbench.protocol.errors import is_interrupt
+
+NONE = np.zeros(0)
+RUN = {"co_simulation": co_simulated}
+
+
+class FmuRunner:
+    """The caller of an FMU."""
+
+    def __init__(self, plan: Plan) -> None:
+        """plan: how it is run."""
+        self._plan = plan
+        self._instance: Instance | None = None
+
+    def __call__(self, call: Call) -> dict[str, Floats]:
+        """Run a call. Raises CallFailedError."""
+        self._instance = self._instance or instance_of(self._plan)
+        found = outside(self._plan.outputs, self._run(self._instance, call))
+        return checked(found, call.outputs, call.times.size)
+
+    def _run(self, instance: Instance, call: Call) -> Floats:
+        plan = self._plan
+        parameters = inside(plan.parameters, call.parameters) if plan.parameters else NONE
+        try:
+            run = RUN[plan.interface]
+            return run(instance, parameters, inside(plan.inputs, call.inputs), call.times)
+        except CallFailedError:
+            raise
+        except Exception as fault:  # fmpy's own, for a call that failed
+            if is_interrupt(fault):
+                raise
+            raise CallFailedError(instance.reason(fault)) from fault
+        finally:
+            instance.end()

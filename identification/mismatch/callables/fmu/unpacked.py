@@ -1,0 +1,86 @@
+"""An FMU unpacked into a folder of its own, its description read and its binary known to be there."""
+
+import zipfile
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+from slipbench.protocol.errors import InputError
+from slipbench.protocol.extras import optional_library
+
+VERSIONS = ("2.0", "3.0")
+INTERFACES = {"co_simulation": "coSimulation"}
+
+
+@dataclass(frozen=True, eq=False)
+class UnpackedFmu:
+    """path: of the FMU. description: fmpy's ModelDescription. folder: removed with this object."""
+
+    path: Path
+    description: Any
+    folder: TemporaryDirectory[str]
+
+    @property
+    def version(self) -> str:
+        """Version of FMI: "2.0" or "3.0"."""
+        return str(self.description.fmiVersion)[:3]
+
+    def interface(self, wanted: str) -> str:
+        """Return co_simulation or model_exchange. wanted: empty: whichever there is.
+
+        Raises InputError where the FMU has none of them, or needs the tool that made it.
+        """
+        there = [name for name, own in INTERFACES.items() if getattr(self.description, own)]
+        if not there or (wanted and wanted not in there):
+            raise InputError(
+                f"the FMU has no interface for {(wanted or 'co_simulation').replace('_', '-')}",
+                where=str(self.path),
+                remedy="export it for co-simulation",
+            )
+        chosen = wanted or there[0]
+        if getattr(self.description, INTERFACES[chosen]).needsExecutionTool:
+            raise InputError(
+                "the FMU runs only together with the tool that made it",
+                where=str(self.path),
+                found=f"needsExecutionTool in {INTERFACES[chosen]}",
+                remedy="export it as a stand-alone FMU",
+            )
+        return chosen
+
+
+def unpacked(path: Path) -> UnpackedFmu:
+    """Unpack an FMU. Raises InputError where it is none, or not for this platform."""
+    fmpy = optional_library("fmpy")
+    reading = optional_library("fmpy.model_description")
+    try:
+        description = reading.read_model_description(str(path), validate=False)
+        platforms = fmpy.supported_platforms(str(path))
+    except FileNotFoundError as fault:
+        raise InputError("there is no such FMU", where=str(path)) from fault
+    except (OSError, zipfile.BadZipFile, KeyError) as fault:
+        raise _not_an_fmu(path, fault) from fault
+    except Exception as fault:  # fmpy raises plain exceptions for invalid descriptions
+        raise _not_an_fmu(path, fault) from fault
+    if str(description.fmiVersion)[:3] not in VERSIONS:
+        raise InputError(
+            "the version of FMI is not supported",
+            where=str(path),
+            expected=" or ".join(VERSIONS),
+            found=str(description.fmiVersion),
+        )
+    if fmpy.platform not in platforms and f"{fmpy.architecture}-{fmpy.system}" not in platforms:
+        raise InputError(
+            "the FMU has no binary for this platform",
+            where=str(path),
+            expected=fmpy.platform,
+            found=", ".join(platforms) or "no binary",
+            remedy="export it for this platform, or compile its sources with fmpy",
+        )
+    folder = TemporaryDirectory(prefix="slipbench-fmu-")
+    fmpy.extract(str(path), folder.name)
+    return UnpackedFmu(path, description, folder)
+
+
+def _not_an_fmu(path: Path, fault: Exception) -> InputError:
+    return InputError("this is no valid FMU", where=str(path), found=str(fault))

@@ -1,0 +1,91 @@
+"""Effects outside of a simulation, as operators on its input and output signals.
+
+The laws are those of the seam effects of model files, and so is the kernel that runs them: a system
+without states, whose equations pass each signal on. A held input keeps its steps: what a dynamic
+effect makes of it within a row is replaced by its mean, as a sampled simulation is driven.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from slipbench.identification.mismatch.systems.effects.seam_effect import INPUT, OUTPUT, SeamEffect
+from slipbench.identification.mismatch.systems.equations import Equations
+from slipbench.identification.mismatch.systems.expression import PREFIX
+from slipbench.identification.mismatch.systems.model_file import Input
+from slipbench.identification.mismatch.systems.run import run
+from slipbench.identification.mismatch.systems.simulator import Task
+from slipbench.plant.effects.effect import Effect
+from slipbench.plant.signals import Floats
+
+FINER = 8
+"""Parts of a row in which an effect with a memory is integrated."""
+RAW = "simulated_"
+"""Before the name of an output as the simulation gives it, before effects."""
+NO_VALUES = np.zeros(0)
+
+
+def acted_inputs(task: Task) -> Floats:
+    """Inputs with what is pushed and what acts there, (rows, inputs)."""
+    names = tuple(task.file.inputs)
+    pushed = task.record.inputs + task.push[:, : len(names)]
+    effects = _at(INPUT, task.effects)
+    if not effects:
+        return pushed
+    parts = FINER if any(map(_dynamic, effects)) else 1
+    held = [told.steps for told in task.file.inputs.values()]
+    grid = task.record.grid
+    fine = replace(
+        task.record,
+        grid=replace(grid, rows=parts * grid.rows, step=grid.step / parts),
+        inputs=_finer(pushed, held, parts),
+    )
+    alone = Equations((), names, (), (), (), ())
+    still = np.zeros((parts * grid.rows, len(names)))
+    shown = run(alone, task.file, NO_VALUES, effects, fine, still)
+    return np.column_stack(
+        [_of_rows(shown[n], steps, parts) for n, steps in zip(names, held, strict=True)]
+    )
+
+
+def acted_outputs(task: Task, inputs: Floats, raw: Floats) -> Floats:
+    """Outputs with what acts there. inputs: as they act, (rows, inputs); raw: (rows, outputs)."""
+    effects = _at(OUTPUT, task.effects)
+    if not effects:
+        return raw
+    names = {f"{RAW}{n}": o for n, o in task.file.outputs.items()}
+    told = {n: Input(role=o.role, size=o.size, held=False) for n, o in names.items()}
+    step = task.record.grid.step / (FINER if any(map(_dynamic, effects)) else 1)
+    file = task.file.model_copy(update={"inputs": {**task.file.inputs, **told}, "step": step})
+    passed = tuple((n, f"{PREFIX}{RAW}{n}") for n in task.file.outputs)
+    through = Equations((), (*task.file.inputs, *told), (), (), (), passed)
+    record = replace(task.record, inputs=np.concatenate((inputs, raw), axis=1))
+    shown = run(
+        through, file, NO_VALUES, effects, record, np.zeros((len(raw), len(through.places)))
+    )
+    return np.column_stack([shown[n] for n in task.file.outputs])
+
+
+def _at(kind: str, effects: Sequence[Effect]) -> list[SeamEffect]:
+    return [e for e in effects if isinstance(e, SeamEffect) and e.place.kind == kind]
+
+
+def _dynamic(effect: SeamEffect) -> bool:
+    return bool(effect.states) or effect.remembers or hasattr(effect, "delay")
+
+
+def _finer(rows: Floats, held: Sequence[bool], parts: int) -> Floats:
+    """Cut each row into parts, level where held, else along the line from the row before."""
+    level = np.repeat(rows, parts, axis=0)
+    if parts == 1:
+        return level
+    before = np.repeat(np.concatenate((rows[:1], rows[:-1])), parts, axis=0)
+    share = np.tile(np.arange(1, parts + 1) / parts, len(rows))[:, None]
+    return np.where(np.array(held), level, before + share * (level - before))
+
+
+def _of_rows(fine: Floats, held: bool, parts: int) -> Floats:
+    """Mean of each row where held, else its end."""
+    whole = fine.reshape(-1, parts)
+    return np.asarray(whole.mean(axis=1) if held else whole[:, -1])

@@ -1,0 +1,165 @@
+"""A simulation from outside as the simulator of a system.
+
+Effects act on its inputs and outputs (operators.py). Runs are kept: what acts at outputs alone, or
+only in a sensor, costs no run.
+"""
+
+from collections import OrderedDict
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from hashlib import blake2b
+from threading import Lock
+
+import numpy as np
+
+from slipbench.identification.mismatch.callables.call import (
+    Call,
+    Caller,
+    CallFailedError,
+    difference,
+)
+from slipbench.identification.mismatch.callables.operators import acted_inputs, acted_outputs
+from slipbench.identification.mismatch.systems.model_file import ModelFile, Number
+from slipbench.identification.mismatch.systems.run import Shown
+from slipbench.identification.mismatch.systems.simulator import Simulator, Task
+from slipbench.plant.errors import PlantError
+from slipbench.plant.signals import Floats
+from slipbench.protocol.errors import InputError
+from slipbench.protocol.units import to_base
+
+MOST_KEPT = 64_000_000
+"""Bytes of runs that are kept."""
+
+
+@dataclass
+class Kept:
+    """Runs by what was asked, the oldest first.
+
+    made: how many runs were made; repeatable: whether one was seen to be.
+    """
+
+    runs: OrderedDict[bytes, Floats] = field(default_factory=OrderedDict)
+    size: int = 0
+    made: int = 0
+    repeatable: bool = False
+    lock: Lock = field(default_factory=Lock)
+
+    def put(self, key: bytes, run: Floats) -> None:
+        """Keep a run and drop the oldest where there are too many."""
+        with self.lock:
+            replaced = self.runs.pop(key, None)
+            self.runs[key] = run
+            self.size += run.nbytes - (0 if replaced is None else replaced.nbytes)
+            self.made += 1
+            while self.size > MOST_KEPT and len(self.runs) > 1:
+                self.size -= self.runs.popitem(last=False)[1].nbytes
+
+
+@dataclass(frozen=True, eq=False)
+class OutsideSimulator(Simulator):
+    """Runs a simulation that is not known from inside.
+
+    caller: runs it. low, high: bounds of the parameters, SI, (parameters,). what: its name in
+    messages.
+    """
+
+    caller: Caller
+    low: Floats
+    high: Floats
+    what: str
+    kept: Kept = field(default_factory=Kept)
+
+    remedy = "run it by itself with the nominal parameters and these inputs"
+
+    def bounded(self, values: Floats) -> Floats:
+        """Return parameters within their bounds."""
+        return np.clip(values, self.low, self.high)
+
+    def run(self, task: Task) -> Shown:
+        """Run a task, effects included. Raises PlantError where the simulation fails."""
+        inputs = acted_inputs(task)
+        raw = self._raw(task, inputs)
+        outputs = acted_outputs(task, inputs, raw)
+        names = (*task.file.inputs, *task.file.outputs)
+        return Shown(dict(zip(names, np.concatenate((inputs, outputs), axis=1).T, strict=True)))
+
+    def first_run(self, task: Task) -> Shown:
+        """Run a task, the very first one twice. Raises InputError where results differ."""
+        if not self.kept.repeatable:
+            self._check_repeatable(task)
+        self.kept.repeatable = True
+        return self.run(task)
+
+    def _check_repeatable(self, task: Task) -> None:
+        call = call_of(task, acted_inputs(task))
+        one, other = (self._outputs(task, call) for _ in range(2))
+        if different := difference(one, other):
+            raise InputError(
+                "two runs with the same parameters and inputs gave different results",
+                where=task.file.name,
+                expected="a simulation that depends on its arguments alone",
+                found=f"{different} on {task.record.name}",
+                remedy="fix the seed of random numbers, and keep no state between two runs",
+            )
+
+    def _raw(self, task: Task, inputs: Floats) -> Floats:
+        """Outputs as the simulation gives them, (rows, outputs)."""
+        call = call_of(task, inputs)
+        key = _key(call)
+        if (run := self.kept.runs.get(key)) is None:
+            told = self._outputs(task, call)
+            run = np.column_stack([told[name][1:] for name in task.file.outputs])
+            self.kept.put(key, run)
+        return run
+
+    def _outputs(self, task: Task, call: Call) -> Mapping[str, Floats]:
+        try:
+            return self.caller(call)
+        except CallFailedError as fault:
+            if fault.lost:
+                raise InputError(str(fault), where=task.file.name, remedy=self.remedy) from fault
+            raise PlantError(
+                "the simulation failed",
+                f"{task.file.name} on {task.record.name}",
+                "finite outputs",
+                f"{fault} at {_in_words(call.parameters)}",
+                "other parameters are tried",
+            ) from fault
+
+
+def call_of(task: Task, inputs: Floats) -> Call:
+    """Return what the simulation is asked: sample k of all arrays is at times[k].
+
+    inputs: (rows, inputs); a row begins at a sample and ends at the next one.
+    """
+    grid = task.record.grid
+    told = zip(task.file.inputs.items(), inputs.T, strict=True)
+    columns = {
+        name: np.append(column, column[-1]) if one.steps else np.insert(column, 0, column[0])
+        for (name, one), column in told
+    }
+    times = np.asarray(grid.step * np.arange(grid.rows + 1), np.float64)
+    return Call(written(task.file, task.values), columns, times, tuple(task.file.outputs))
+
+
+def written(file: ModelFile, values: Floats) -> dict[str, float]:
+    """Return parameters in the units of the file. values: SI, in the file's order."""
+    numbers = zip(file.parameters.items(), values, strict=True)
+    return {name: _in_unit(number, float(value)) for (name, number), value in numbers}
+
+
+def _in_unit(number: Number, value: float) -> float:
+    slope, offset, _ = to_base(number.unit)
+    return (value - offset) / slope
+
+
+def _key(call: Call) -> bytes:
+    numbers = np.array(list(call.parameters.values()), np.float64)
+    arrays = (numbers, call.times[[1, -1]], *call.inputs.values())
+    return blake2b(b"".join(a.tobytes() for a in arrays), digest_size=20).digest()
+
+
+def _in_words(parameters: Mapping[str, float]) -> str:
+    return (
+        ", ".join(f"{name} = {value:.6g}" for name, value in parameters.items()) or "no parameter"
+    )

@@ -1,0 +1,62 @@
+"""What simulates a system: equations compiled from a model file, or a function from outside.
+
+Everything else about a system (places, effects, recordings, priors) comes from its model file and
+is the same for both.
+"""
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+
+from slipbench.identification.mismatch.simulation.record import Record
+from slipbench.identification.mismatch.systems.equations import Equations
+from slipbench.identification.mismatch.systems.model_file import ModelFile
+from slipbench.identification.mismatch.systems.run import Shown, run
+from slipbench.plant.effects.effect import Effect
+from slipbench.plant.signals import Floats
+
+
+@dataclass(frozen=True)
+class Task:
+    """One simulation: parameters (SI, in the file's order), effects, and what drives it.
+
+    push: (rows, places), added to the quantities of the places.
+    """
+
+    file: ModelFile
+    values: Floats
+    effects: tuple[Effect, ...]
+    record: Record
+    push: Floats
+
+
+class Simulator(ABC):
+    """Runs the tasks of one system.
+
+    what: its name in messages; remedy: where it cannot run with its nominal parameters.
+    """
+
+    what: str = "the model file"
+    remedy: str = "check the parameters and the equations"
+
+    @abstractmethod
+    def run(self, task: Task) -> Shown:
+        """Run all rows of a task. Raises PlantError where that fails."""
+
+    def first_run(self, task: Task) -> Shown:
+        """Run a task with nominal parameters. Raises InputError where it cannot be used at all."""
+        return self.run(task)
+
+    def bounded(self, values: Floats) -> Floats:
+        """Return parameters within what the simulation accepts."""
+        return values
+
+
+@dataclass(frozen=True)
+class CompiledEquations(Simulator):
+    """Equations of a model file, compiled."""
+
+    equations: Equations
+
+    def run(self, task: Task) -> Shown:
+        """Run the kernel."""
+        return run(self.equations, task.file, task.values, task.effects, task.record, task.push)

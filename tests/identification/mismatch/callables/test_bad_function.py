@@ -1,0 +1,206 @@
+"""A function that cannot be used is refused in a sentence; one that fails on the way ends nothing."""
+
+import os
+import signal
+import time
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from slipbench import InputError, Parameter
+from slipbench.identification.mismatch.callables.call import Call, CallFailedError, in_process
+from slipbench.identification.mismatch.callables.description import Ports
+from slipbench.identification.mismatch.callables.worker import (
+    CAN_ISOLATE,
+    MOST_LOST,
+    IsolatedCaller,
+)
+from slipbench.identification.mismatch.simulation.coordinates import Coordinate
+from tests.identification.mismatch.callables import springs
+from tests.identification.mismatch.laws.explained import explained, names, reported
+from tests.identification.mismatch.laws.spring import swung
+
+isolated = pytest.mark.skipif(not CAN_ISOLATE, reason="processes are forked on Linux only")
+
+
+@pytest.fixture(scope="module")
+def recording():
+    return swung(5, seconds=2.0)
+
+
+def told(change):
+    """The spring with its answer changed."""
+    return lambda *asked: change(springs.spring(*asked))
+
+
+def raises(*asked):
+    raise ZeroDivisionError("no damping")
+
+
+@pytest.mark.parametrize(
+    ("simulate", "sentence"),
+    [
+        (raises, "it raised ZeroDivisionError: no damping at gain = 100"),
+        (told(lambda out: out["place"]), "returned ndarray, not a mapping"),
+        (
+            told(lambda out: {"position": out["place"]}),
+            "did not return place; it returned position",
+        ),
+        (told(lambda out: {}), "it returned nothing"),
+        (told(lambda out: {"place": out["place"][:-1]}), r"shape \(199,\); expected \(200,\)"),
+        (told(lambda out: {"place": out["place"][:, None]}), r"shape \(200, 1\)"),
+        (told(lambda out: {"place": 0.0}), r"shape \(\)"),
+        (told(lambda out: {"place": out["place"] * np.nan}), "nan at sample 0 of 200"),
+        (told(lambda out: {"place": ["a"] * 200}), "no array of real numbers"),
+        (told(lambda out: {"place": out["place"] + 0j}), "no array of real numbers"),
+    ],
+)
+def test_what_a_function_does_wrong_is_said_before_any_analysis(recording, simulate, sentence):
+    with pytest.raises(InputError, match=sentence):
+        springs.system([recording], simulate).prepare(recording)
+
+
+def test_a_function_that_gives_other_results_each_time_is_refused(recording):
+    noise = np.random.default_rng(1)
+    random = told(lambda out: {"place": out["place"] + 1e-6 * noise.standard_normal(200)})
+    with pytest.raises(InputError, match="two runs with the same parameters"):
+        springs.system([recording], random).prepare(recording)
+
+
+def test_a_function_may_change_its_arguments(recording):
+    def careless(parameters, inputs, times):
+        found = springs.spring(parameters, inputs, times)
+        parameters.clear()
+        inputs["force"][:] = 0.0
+        times[:] = 0.0
+        return found
+
+    both = [
+        springs.system([recording], one).prepare(recording) for one in (careless, springs.spring)
+    ]
+    assert np.array_equal(both[0].inputs, both[1].inputs)
+
+
+@pytest.mark.parametrize(
+    ("parameter", "sentence"),
+    [
+        (Parameter(0.1), "neither plus_minus nor bounds"),
+        (Parameter(np.nan, 1.0), "not a finite number"),
+        (Parameter(0.1, -1.0), "no half width"),
+        (Parameter(0.1, np.inf), "no half width"),
+        (Parameter(0.1, bounds=(0.2, 0.3)), "outside of the bounds"),
+        (Parameter(0.1, bounds=(0.3, 0.2)), "the bounds are no range"),
+        (Parameter(0.1, bounds=(0.0, np.inf)), "the bounds are no range"),
+        (Parameter(0.1, 0.1, unit="furlong per jiffy cubed"), "cannot be used"),
+    ],
+)
+def test_a_parameter_that_says_too_little_is_named(recording, parameter, sentence):
+    parameters = {**springs.PARAMETERS, "damping": parameter}
+    with pytest.raises(InputError, match=f"'damping'.*{sentence}"):
+        springs.system([recording], parameters=parameters)
+
+
+@pytest.mark.parametrize(
+    ("ports", "sentence"),
+    [
+        (Ports((), ("place",)), "the inputs are not named"),
+        (Ports(("force",), ()), "the outputs are not named"),
+        (Ports(("forse",), ("place",)), "did you mean 'force'"),
+        (Ports(("force",), ("place",), ("palce",)), "linear names 'palce'"),
+        (Ports(("force",), ("force",)), "is an input and an output"),
+    ],
+)
+def test_roles_that_do_not_fit_are_named(recording, ports, sentence):
+    with pytest.raises(InputError, match=sentence):
+        springs.system([recording], ports=ports)
+
+
+def test_an_input_that_never_changes_is_said(recording):
+    still = replace(recording.channels["force"], role="tilt", value=np.full(200, 0.2))
+    more = replace(recording, channels={**recording.channels, "tilt": still})
+    record = springs.system([more], ports=Ports(("force", "tilt"), ("place",))).prepare(more)
+    assert any("tilt" in note and "constant" in note for note in record.notes)
+
+
+def test_a_parameter_stays_within_its_bounds(recording):
+    bounded = {**springs.PARAMETERS, "damping": Parameter(0.1, 0.05, bounds=(0.09, 0.12))}
+    system = springs.system([recording], parameters=bounded)
+    damping = Coordinate("parameters", "damping", 0.1, 0.25)
+    for place in (-3.0, 0.0, 3.0):
+        value = system.at([damping], np.array([place]), ()).values[2]
+        assert value == pytest.approx(np.clip(damping.at(place), 0.09, 0.12))
+
+
+def test_bounds_alone_say_how_far_a_parameter_may_be():
+    assert Parameter(2.0, bounds=(1.0, 4.0), unit="mm").number("here").plus_minus == 1.5
+
+
+@pytest.mark.parametrize("below", [0.9, 1.0])
+def test_a_function_that_fails_at_some_parameters_is_still_explained(below):
+    """It fails below, near which the gain of the recordings lies; the steps there are shorter."""
+
+    def fails(parameters, inputs, times):
+        if parameters["gain"] < below * 97.0:
+            raise ValueError("too small")
+        return springs.spring(parameters, inputs, times)
+
+    def felt(force):
+        return force - np.clip(force, -0.3, 0.3)
+
+    training, held_out = [swung(1, felt=felt)], [swung(2, felt=felt)]
+    found = explained(springs.system(training, fails), training, held_out, ["dead_zone", "lag"])
+    assert names(found) == ["dead_zone.force"], reported(found)
+
+
+@isolated
+def test_a_process_gives_what_a_function_gives(recording):
+    alone, other = (springs.system([recording], time_limit=limit) for limit in (None, 20.0))
+    prepared = [system.prepare(recording) for system in (alone, other)]
+    runs = [s.simulator.kept.runs for s in (alone, other)]
+    assert list(runs[0]) == list(runs[1])
+    assert all(np.array_equal(runs[0][key], runs[1][key]) for key in runs[0])
+    assert prepared[0].notes == prepared[1].notes
+
+
+@isolated
+def test_a_crash_and_a_hang_are_said_and_the_next_call_is_served(recording):
+    def treacherous(parameters, inputs, times):
+        if parameters["gain"] > 110.0:
+            os.kill(os.getpid(), signal.SIGKILL)
+        if parameters["gain"] < 90.0:
+            time.sleep(60.0)
+        return springs.spring(parameters, inputs, times)
+
+    call = asked(recording)
+    caller = IsolatedCaller(in_process(treacherous), 1.0)
+    expected = in_process(springs.spring)(call)["place"]
+    for gain, sentence in ((120.0, "SIGKILL"), (80.0, "did not return within 1 s")):
+        with pytest.raises(CallFailedError, match=sentence):
+            caller(replace(call, parameters={**call.parameters, "gain": gain}))
+        assert np.array_equal(caller(call)["place"], expected)
+    caller.close()
+
+
+@isolated
+def test_a_function_that_always_crashes_is_given_up(recording):
+    caller = IsolatedCaller(in_process(lambda *asked: os._exit(3)), 20.0)
+    sentences = []
+    for _ in range(MOST_LOST + 1):
+        with pytest.raises(CallFailedError) as fault:
+            caller(asked(recording))
+        sentences.append((str(fault.value), fault.value.lost))
+    assert sentences[0] == ("its process ended: exit status 3", False)
+    assert sentences[-1] == (f"it hung or crashed {MOST_LOST} times: given up", True)
+
+
+def asked(recording):
+    """A call of the nominal spring."""
+    calls = []
+
+    def keep(parameters, inputs, times):
+        calls.append((parameters, inputs, times))
+        return springs.spring(parameters, inputs, times)
+
+    springs.system([recording], keep).prepare(recording)
+    return Call(*calls[0], ("place",))

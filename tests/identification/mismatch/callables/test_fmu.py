@@ -1,0 +1,241 @@
+"""An FMU and the file beside it: what it simulates, what is found in it, what is written."""
+
+import zipfile
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from slipbench.command import app
+from slipbench.identification.mismatch.runs import read_system
+from slipbench.identification.mismatch.simulation.blocks import Chain
+from slipbench.protocol.errors import InputError
+from slipbench.protocol.recording.import_log import Capture, import_capture
+from tests.identification.mismatch.callables.fmus.building import (
+    BESIDE,
+    build,
+    needs_compiler,
+    with_file,
+)
+from tests.identification.mismatch.laws.explained import explained, holds, names, reported
+from tests.identification.mismatch.laws.spring import cubic, spring, swung
+
+pytestmark = needs_compiler
+CHAIN = Chain({"system": ()}, ())
+ROLES = """
+title = "spring"
+[quantities]
+force = "V"
+place = "m"
+[roles.force]
+column = "force"
+unit = "V"
+[roles.place]
+column = "place"
+unit = "m"
+"""
+
+
+def dead(force):
+    return force - np.clip(force, -0.3, 0.3)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    return tmp_path_factory.mktemp("fmus")
+
+
+@pytest.fixture(scope="module", params=[2, 3], ids=["FMI 2.0", "FMI 3.0"])
+def fmu(request, folder):
+    return with_file(build(folder, request.param, f"spring{request.param}"))
+
+
+def shown(system, recording, *effects):
+    record = system.prepare(recording)
+    there = system.at([], np.zeros(0), effects)
+    return there.simulate(record, CHAIN, "system", np.zeros(record.slow.shape[1]), {})["place"]
+
+
+def test_an_fmu_simulates_what_its_equations_simulate(fmu, tmp_path):
+    recording = swung(5, seconds=4.0)
+    expected = shown(spring(tmp_path), recording)
+    assert np.allclose(shown(read_system(fmu), recording), expected, atol=1e-4 * np.ptp(expected))
+
+
+def test_smaller_communication_steps_give_the_same(fmu, tmp_path):
+    recording = swung(5, seconds=2.0)
+    fine = tmp_path / "fine.toml"
+    text = BESIDE.replace('step = "10 ms"', 'step = "2.5 ms"')
+    fine.write_text(f'fmu = "{fmu}"\n{text}', encoding="utf-8")
+    expected = shown(read_system(fmu), recording)
+    assert np.allclose(shown(read_system(fine), recording), expected, atol=1e-6 * np.ptp(expected))
+
+
+def test_a_linear_input_is_not_half_a_step_late(fmu, tmp_path):
+    """Ten times longer steps of communication change what a line does by its curvature alone."""
+    recording = swung(5, seconds=2.0, force=np.sin(0.1 * np.arange(200)))
+    steps = ("10 ms", "1 ms")
+    found = []
+    for step in steps:
+        path = tmp_path / f"{step.replace(' ', '')}.toml"
+        text = BESIDE.replace('step = "10 ms"', f'step = "{step}"')
+        text = text.replace('role = "force"', 'role = "force"\nheld = false')
+        path.write_text(f'fmu = "{fmu}"\n{text}', encoding="utf-8")
+        found.append(shown(read_system(path), recording))
+    assert np.allclose(*found, atol=1e-3 * np.ptp(found[0]))
+
+
+def test_what_an_fmu_lacks_is_named_with_its_size(folder):
+    fmu = with_file(build(folder, 3, "named"))
+    system = read_system(fmu)
+    training, held_out = [swung(1, felt=dead)], [swung(2, felt=dead)]
+    found = explained(system, training, held_out, ["dead_zone", "saturation", "lag", "cubic"])
+    assert names(found) == ["dead_zone.force"], reported(found)
+    assert holds(found, "dead_zone", "width", 0.3, slack=0.01)
+
+
+def test_nothing_is_found_where_an_fmu_lacks_nothing(folder):
+    """What model files lack here, a cubic spring, this FMU has."""
+    fmu = with_file(build(folder, 2, "complete", "CUBE=0.15"))
+    training, held_out = [swung(1, cubic(0.15))], [swung(2, cubic(0.15))]
+    found = explained(read_system(fmu), training, held_out, ["dead_zone", "lag", "cubic"])
+    assert not found.mismatch, reported(found)
+    assert not found.effects
+
+
+def test_the_command_takes_an_fmu_and_writes_a_file_that_reads_back(folder, tmp_path):
+    fmu = with_file(build(folder, 2, "commanded"))
+    runs = [recorded(tmp_path, seed) for seed in (1, 2)]
+    done = CliRunner().invoke(
+        app, ["explain", str(fmu), str(runs[0]), "--held-out", str(runs[1])], catch_exceptions=False
+    )
+    assert done.exit_code == 0, done.output
+    assert "dead zone" in done.output
+    improved = read_system(fmu.with_name("commanded.improved.toml"))
+    assert [e.key for e in improved.effects] == ["dead_zone.force"]
+    assert improved.values[0] == pytest.approx(97.0, rel=0.02)
+
+
+def recorded(folder, seed):
+    """A run folder of a spring whose force has a dead zone."""
+    recording = swung(seed, felt=dead)
+    table, roles = folder / f"{seed}.csv", folder / "roles.toml"
+    time, force, place = (
+        recording.channels["force"].time,
+        recording.channels["force"].value,
+        recording.channels["place"].value,
+    )
+    rows = np.column_stack((time, force, place))
+    np.savetxt(table, rows, delimiter=",", header="time,force,place", comments="")
+    roles.write_text(ROLES, encoding="utf-8")
+    import_capture(Capture(table, roles), folder / f"run{seed}")
+    return folder / f"run{seed}"
+
+
+def test_an_fmu_without_a_file_beside_it_shows_one_that_reads(fmu, folder):
+    alone = folder / "alone.fmu"
+    alone.write_bytes(fmu.read_bytes())
+    with pytest.raises(InputError, match=r"alone\.toml") as fault:
+        read_system(alone)
+    shown = str(fault.value).partition("Begin with this:\n\n")[2].partition("\n  remedy")[0]
+    alone.with_suffix(".toml").write_text(shown, encoding="utf-8")
+    system = read_system(alone)
+    assert list(system.file.parameters) == ["gain", "frequency", "damping", "start"]
+    assert list(system.file.outputs) == ["position"]
+    alone.with_suffix(".toml").unlink()
+
+
+@pytest.mark.parametrize(
+    ("written", "instead", "sentence"),
+    [
+        ("gain = {", "gian = {", r"no variable 'gian'(.|\n)*did you mean 'gain'"),
+        ('variable = "position"', 'variable = "order"', "'order' is not a real number"),
+        ('variable = "position"', "", r"no variable 'place'"),
+        ("[inputs.force]", '[inputs.force]\nvariable = "gain"', "cannot be used as input"),
+        ("gain = {", 'gain = { variable = "velocity",', "cannot be used as parameter"),
+        ('size = { value = 1, unit = "V" }', 'size = { value = 1, unit = "N" }', "contradict"),
+        ('value = 10, unit = "rad/s"', 'value = 10, unit = "m"', "contradict"),
+        ("value = 100,", "value = 2000,", r"outside of the bounds(.|\n)*0 to 1000"),
+        (", plus_minus = 1 }", " }", "neither plus_minus nor bounds"),
+        ('step = "10 ms"', 'setp = "10 ms"', "step"),
+        ('step = "10 ms"', 'step = "10 ms"\ninterface = "cosim"', "interface"),
+    ],
+)
+def test_a_file_that_does_not_fit_is_refused_in_a_sentence(
+    fmu, tmp_path, written, instead, sentence
+):
+    assert written in BESIDE
+    path = tmp_path / "wrong.toml"
+    path.write_text(f'fmu = "{fmu}"\n' + BESIDE.replace(written, instead, 1), encoding="utf-8")
+    with pytest.raises(InputError, match=sentence):
+        read_system(path)
+
+
+def test_other_units_of_the_same_quantity_are_converted(fmu, tmp_path):
+    path = tmp_path / "degrees.toml"
+    text = BESIDE.replace('value = 10, unit = "rad/s"', f'value = {np.rad2deg(10)}, unit = "deg/s"')
+    path.write_text(f'fmu = "{fmu}"\n{text}', encoding="utf-8")
+    recording = swung(5, seconds=2.0)
+    expected = shown(read_system(fmu), recording)
+    assert np.allclose(shown(read_system(path), recording), expected, atol=1e-9)
+
+
+def test_what_is_no_fmu_is_refused(tmp_path):
+    path = tmp_path / "text.fmu"
+    path.write_text("no archive", encoding="utf-8")
+    with_file(path)
+    with pytest.raises(InputError, match="no valid FMU"):
+        read_system(path)
+
+
+def test_an_fmu_for_another_platform_is_refused(folder):
+    windows = build(folder, 2, "windows")
+    made = folder / "windows-build" / "binaries"
+    (made / "linux64").rename(made / "win64")
+    (made / "win64" / "spring.so").rename(made / "win64" / "spring.dll")
+    with zipfile.ZipFile(windows, "w") as packed:
+        for file in made.parent.rglob("*"):
+            packed.write(file, file.relative_to(made.parent))
+    with_file(windows)
+    with pytest.raises(InputError, match=r"no binary for this platform(.|\n)*win64"):
+        read_system(windows)
+
+
+@pytest.mark.parametrize("version", [2, 3])
+def test_a_licence_that_is_missing_is_said_in_the_words_of_the_fmu(folder, version):
+    fmu = with_file(build(folder, version, f"licensed{version}", "NO_LICENCE"))
+    with pytest.raises(InputError, match=r"no licence on server licences\.example"):
+        read_system(fmu).prepare(swung(5, seconds=2.0))
+
+
+@pytest.mark.parametrize(
+    ("fault", "sentence"),
+    [
+        (1, "did not return within 0.5 s"),
+        (2, "SIGABRT"),
+        (3, r"fmi2DoStep failed with status 3 \(error\)"),
+        (4, "place is nan at sample 1"),
+    ],
+)
+def test_an_fmu_that_fails_from_the_start_is_refused(folder, fault, sentence):
+    """It fails above a gain of 105 N/kg/V, which the file takes as nominal."""
+    fmu = build(folder, 2, f"fault{fault}", f"FAULT={fault}")
+    text = BESIDE.replace("value = 100,", "value = 106,").replace('"5 s"', '"0.5 s"')
+    with pytest.raises(InputError, match=sentence):
+        read_system(with_file(fmu, text)).prepare(swung(5, seconds=2.0))
+
+
+def test_an_fmu_that_fails_on_the_way_is_still_explained(folder):
+    """Its nominal gain of 104.9 is next to where it gives no numbers; the truth is 97."""
+    fmu = build(folder, 2, "edge", "FAULT=4")
+    text = BESIDE.replace("value = 100,", "value = 104.9,")
+    training, held_out = [swung(1, felt=dead)], [swung(2, felt=dead)]
+    system = read_system(with_file(fmu, text))
+    found = explained(system, training, held_out, ["dead_zone", "lag"])
+    assert names(found) == ["dead_zone.force"], reported(found)
+
+
+def test_an_fmu_that_ends_its_simulation_is_said(folder):
+    fmu = with_file(build(folder, 3, "ending", "STOPS_AT=1.0"))
+    with pytest.raises(InputError, match=r"ended the simulation at 1\.0"):
+        read_system(fmu).prepare(swung(5, seconds=2.0))

@@ -1,0 +1,133 @@
+"""A function is explained as its equations in a model file are."""
+
+import numpy as np
+import pytest
+
+import slipbench
+from slipbench.identification.mismatch.simulation.blocks import Chain
+from slipbench.identification.mismatch.systems.effects.library import BY_NAME
+from slipbench.identification.mismatch.systems.effects.seam_effect import INPUT, OUTPUT
+from tests.identification.mismatch.callables import springs
+from tests.identification.mismatch.laws.explained import explained, holds, names, reported
+from tests.identification.mismatch.laws.spring import MODEL, noise_of_the_force, spring, swung
+
+CHAIN = Chain({"system": ()}, ())
+
+
+def dead(force):
+    return force - np.clip(force, -0.3, 0.3)
+
+
+def runs(**truth):
+    return [swung(1, **truth)], [swung(2, **truth)]
+
+
+@pytest.fixture(scope="module")
+def pair(tmp_path_factory):
+    """The function and the model file of one spring, and a recording."""
+    recording = swung(5, seconds=4.0)
+    function = springs.system([recording])
+    fine = MODEL.replace('step = "5 ms"', 'step = "1.25 ms"')  # as operators integrate
+    equations = spring(tmp_path_factory.mktemp("spring"), fine)
+    return function, equations, recording
+
+
+def shown(system, recording, *effects):
+    record = system.prepare(recording)
+    there = system.at([], np.zeros(0), effects)
+    return there.simulate(record, CHAIN, "system", np.zeros(record.slow.shape[1]), {})["place"]
+
+
+def test_without_effects_it_gives_what_its_equations_give(pair):
+    function, equations, recording = pair
+    expected = shown(equations, recording)
+    assert np.allclose(shown(function, recording), expected, atol=1e-4 * np.ptp(expected))
+
+
+@pytest.mark.parametrize("name", [n for n, k in BY_NAME.items() if INPUT in k.acts_on])
+def test_an_effect_at_an_input_is_that_of_a_model_file(pair, name):
+    """Dynamic effects of a held input reach the function as their means over its steps."""
+    function, equations, recording = pair
+    of_file = [k for k in equations.library if k.name == name and k.place.name == "force"]
+    for kind in of_file:
+        expected = shown(equations, recording, kind())
+        found = shown(function, recording, kind())
+        assert np.allclose(found, expected, atol=0.02 * np.ptp(expected)), kind().key
+
+
+@pytest.mark.parametrize("name", [n for n, k in BY_NAME.items() if OUTPUT in k.acts_on])
+def test_an_effect_at_an_output_is_that_of_a_model_file(pair, name):
+    function, equations, recording = pair
+    of_file = [k for k in equations.library if k.name == name and k.place.name == "place"]
+    for kind in of_file:
+        expected = shown(equations, recording, kind())
+        found = shown(function, recording, kind())
+        assert np.allclose(found, expected, atol=2e-3 * np.ptp(expected)), kind().key
+
+
+def test_what_acts_at_outputs_alone_costs_no_run(pair):
+    function, _, recording = pair
+    shown(function, recording)
+    before = function.simulator.kept.made
+    for kind in (k for k in function.library if k.place.kind == OUTPUT):
+        shown(function, recording, kind())
+    assert function.simulator.kept.made == before
+
+
+def test_nothing_is_found_where_nothing_is_missing():
+    training, held_out = runs()
+    found = explained(springs.system(training), training, held_out)
+    assert not found.mismatch, reported(found)
+    assert not found.effects
+
+
+@pytest.mark.parametrize(
+    ("name", "parameter", "size", "felt"),
+    [
+        ("dead_zone", "width", 0.3, dead),
+        ("saturation", "limit", 1.0, lambda u: np.clip(u, -1.0, 1.0)),
+    ],
+)
+def test_the_verdict_is_that_of_the_model_file(tmp_path, name, parameter, size, felt):
+    training, held_out = runs(felt=felt)
+    both = [
+        explained(system, training, held_out)
+        for system in (springs.system(training), spring(tmp_path))
+    ]
+    for found in both:
+        assert names(found) == [f"{name}.force"], reported(found)
+        assert holds(found, name, parameter, size, slack=0.01)
+    improved = [found.held_out[0].improved for found in both]
+    assert improved[0] == pytest.approx(improved[1], rel=0.02)
+
+
+def test_what_is_found_stands_in_the_improved_file(tmp_path):
+    training, held_out = runs(felt=dead)
+    path = tmp_path / "spring.improved.toml"
+    said = []
+    found = slipbench.explain(
+        springs.spring,
+        springs.PARAMETERS,
+        training,
+        held_out,
+        said.append,
+        inputs=["force"],
+        outputs=["place"],
+        improved=path,
+    )
+    assert names(found) == ["dead_zone.force"], reported(found)
+    text = path.read_text(encoding="utf-8")
+    assert 'name = "dead_zone"' in text
+    assert 'at = "force"' in text
+    assert said
+
+
+def test_arrays_in_memory_are_a_recording_in_si():
+    force = noise_of_the_force(3, 1.0)
+    time = 0.01 * np.arange(force.size)
+    made = slipbench.recording_of(
+        "made", time, {"force": force, "place": 1e3 * force}, {"force": "V", "place": "mm"}
+    )
+    assert made.channels["place"].unit == "m"
+    assert np.allclose(made.channels["place"].value, force)
+    assert np.array_equal(made.channels["force"].value, force)
