@@ -136,7 +136,9 @@ ALLOWED = {
         "bench/foxglove/streams.py",
         "bench/foxglove/stream_process.py",
         "plant/compiled.py",
+        "identification/mismatch/callables/simulator.py",
         "identification/mismatch/callables/worker.py",
+        "identification/mismatch/simulation/threads.py",
     ),
     "multiprocessing": (
         "bench/loop/ring.py",
