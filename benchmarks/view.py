@@ -1,9 +1,10 @@
-"""Lateness of the loop without and with a live view, at 8 000 frames/s.
+"""Lateness of the loop without and with a live view or a Foxglove stream, at 8 000 frames/s.
 
 `python benchmarks/view.py [seconds]`. A loop at 1 kHz, with the rights of a trial's loop, writes eight
 frames per tick into the ring, and the recorder writes them to the disk, both as in a trial. The frames
 are those of a recorded excitation, and numbered ones up to 8 000 frames/s. With the view, a page (a
-WebSocket client in this process) receives its updates. Every frame must be in the recording.
+WebSocket client in this process) receives its updates; with the stream, a client receives all topics.
+Every frame must be in the recording.
 """
 
 import json
@@ -11,9 +12,12 @@ import multiprocessing
 import os
 import re
 import shutil
+import statistics
+import struct
 import sys
 import tempfile
 import time
+from collections.abc import Callable
 from contextlib import closing, suppress
 from itertools import cycle, islice, pairwise
 from multiprocessing.connection import Connection
@@ -21,8 +25,9 @@ from pathlib import Path
 
 from timing.quantiles import HEAD, Row
 from websockets.exceptions import ConnectionClosed
-from websockets.sync.client import connect
+from websockets.sync.client import ClientConnection, connect
 
+from slipbench.bench.foxglove.stream_process import live_stream
 from slipbench.bench.loop.clock import MILLISECOND, MonotonicClock
 from slipbench.bench.loop.loop import run_periodic
 from slipbench.bench.loop.realtime_process import realtime_process
@@ -42,6 +47,12 @@ OF_THE_TRIAL = 4300  # of these, frames/s of the recorded trial
 NUMBERED = 0x6FF
 TRIAL = Path(__file__).parents[1] / "examples" / "trials" / "throttle_sweep.toml"
 Entry = tuple[int, int, bytes]  # identifier, flags, data
+Client = Callable[[str, float], str]
+VIEW, STREAM = "with view and page", "with Foxglove stream and client"
+RIDES = 6
+SUBPROTOCOL = "foxglove.sdk.v1"
+PATIENCE = 60.0  # s that a client waits for its connection
+QUIET = 0.1  # s after which no more topics come
 
 
 def main(seconds: float = SECONDS) -> None:
@@ -53,12 +64,15 @@ def main(seconds: float = SECONDS) -> None:
         source = Path(folder) / "trial"
         run_trial(prepare(TRIAL), source, None)
         entries = recorded_entries(source / FRAMES)
-        for number, view in enumerate((False, True, False, True)):
+        medians: dict[str, list[float]] = {}
+        for number, (name, client) in enumerate(islice(cycle(CLIENTS.items()), RIDES)):
             run = prepared_folder(source, Path(folder) / f"run-{number}")
-            name = "with view and page" if view else "without view"
-            notes.append(f"{name}: {ride(run, entries, seconds, view)}")
+            notes.append(f"{name}: {ride(run, entries, seconds, name, client)}")
             lateness = read_ticks(run / TICKS, MILLISECOND)
+            medians.setdefault(name, []).append(statistics.median(lateness.lateness))
             print(Row(name, lateness.lateness, lateness.skipped), flush=True)
+    for name, values in medians.items():
+        print(f"{name}: median lateness {statistics.median(values) * 1e-3:.1f} us")
     print("", *notes, sep="\n")
 
 
@@ -81,19 +95,22 @@ def prepared_folder(source: Path, folder: Path) -> Path:
     return folder
 
 
-def ride(run: Path, entries: list[Entry], seconds: float, view: bool) -> str:
-    """Run loop, recorder and view; what was recorded and what the page received, in words."""
+def ride(run: Path, entries: list[Entry], seconds: float, name: str, client: Client | None) -> str:
+    """Run loop, recorder and what serves; what was recorded and what a client received, in words."""
     lines: list[str] = []
-    address = address_of("127.0.0.1:0") if view else None
+    page, stream = (address_of("127.0.0.1:0") if name == each else None for each in (VIEW, STREAM))
     memory, ring = create_shared()
     spawning = multiprocessing.get_context("spawn")
     ours, theirs = spawning.Pipe()
     recorder = start_recorder(memory.name, run, ["can0"], tick_table(prepare(TRIAL).trial))
     loop = spawning.Process(target=run_loop, args=(memory.name, entries, seconds, theirs))
-    with live_view(run, address, lines.append, take_look=False):
+    with (
+        live_view(run, page, lines.append, take_look=False),
+        live_stream(run, stream, lines.append),
+    ):
         loop.start()
         theirs.close()
-        page = watch(lines[0], seconds) if view else ""
+        received = client(lines[0], seconds) if client else ""
         written, full, refused = ours.recv()
         loop.join()
     recorder.join()
@@ -102,9 +119,7 @@ def ride(run: Path, entries: list[Entry], seconds: float, view: bool) -> str:
     memory.unlink()
     recorded = (run / FRAMES).read_bytes().count(b"\n")
     rights = f"; not granted: {', '.join(refused)}" if refused else ""
-    return (
-        f"{written} frames written, {recorded} recorded, {full} refused by the ring{page}{rights}"
-    )
+    return f"{written} frames written, {recorded} recorded, {full} refused by the ring{received}{rights}"
 
 
 def run_loop(name: str, entries: list[Entry], seconds: float, pipe: Connection) -> None:
@@ -138,7 +153,10 @@ def watch(line: str, seconds: float) -> str:
     address = re.search(r"http://([^/]+)/", line)
     assert address, line
     times, behind = [], 0.0
-    with connect(f"ws://{address[1]}/live", max_size=None) as page, suppress(ConnectionClosed):
+    with (
+        connect(f"ws://{address[1]}/live", max_size=None, open_timeout=PATIENCE) as page,
+        suppress(ConnectionClosed),
+    ):
         begin = time.monotonic()
         while time.monotonic() < begin + 0.8 * seconds:
             state = json.loads(page.recv())
@@ -151,6 +169,47 @@ def watch(line: str, seconds: float) -> str:
         f"; page: {rate:.1f} updates/s, p99 of the time between two"
         f" {gaps[int(0.99 * len(gaps))] * 1e3:.0f} ms, {behind:.0f} bytes not shown"
     )
+
+
+def follow(line: str, seconds: float) -> str:
+    """Receive all topics of a stream for most of the run; their rate and delay in words."""
+    address = re.search(r"ws://\S+", line)
+    assert address, line
+    delays: list[float] = []
+    with (
+        connect(
+            address[0], subprotocols=[SUBPROTOCOL], max_size=None, open_timeout=PATIENCE
+        ) as client,
+        suppress(ConnectionClosed),
+    ):
+        subscribe(client)
+        begin = time.monotonic()
+        while time.monotonic() < begin + 0.8 * seconds:
+            data = client.recv()
+            if isinstance(data, bytes) and data[0] == 1:
+                delays.append(time.time_ns() - struct.unpack_from("<Q", data, 5)[0])
+        taken = time.monotonic() - begin
+    delays = sorted(
+        delays[len(delays) // 4 :]
+    )  # the first come late: frames wait for subscriptions
+    p50, p99 = (delays[int(share * len(delays))] * 1e-6 for share in (0.5, 0.99))
+    rate = len(delays) / 0.75 / taken
+    return f"; client: {rate:.0f} messages/s, delay p50 {p50:.0f} ms, p99 {p99:.0f} ms"
+
+
+def subscribe(client: ClientConnection) -> None:
+    """Subscribe to all topics when they have come, each with a message of its own."""
+    channels: list[int] = []
+    with suppress(TimeoutError):
+        while True:
+            data = client.recv(timeout=QUIET if channels else None)
+            tree = json.loads(data) if isinstance(data, str) else {}
+            channels += [each["id"] for each in tree.get("channels", [])]
+    wanted = [{"id": each, "channelId": each} for each in channels]
+    client.send(json.dumps({"op": "subscribe", "subscriptions": wanted}))
+
+
+CLIENTS: dict[str, Client | None] = {"without": None, VIEW: watch, STREAM: follow}
 
 
 if __name__ == "__main__":

@@ -6,12 +6,15 @@ import numpy as np
 
 from slipbench.bench.foxglove.quantities import Message, quantities, quantity_schemas
 from slipbench.bench.foxglove.server import Server
+from slipbench.bench.loop.clock import SECOND
 from slipbench.bench.view.portion import Portion
 from slipbench.bench.view.recorded_trial import RecordedTrial
 from slipbench.protocol.database.layout import Database
 from slipbench.protocol.export.json_messages import Tree, json_messages, message_schema, topic_of
 from slipbench.protocol.logs.decode import sort_log
 from slipbench.protocol.logs.frame_log import FrameLog
+
+STEP_BACK = SECOND  # ns; less is frames of one instant that were recorded in turn
 
 
 def message_schemas(database: Database, buses: tuple[str, ...]) -> dict[str, Tree]:
@@ -31,7 +34,6 @@ class Publisher:
         self._server = server
         self._recorded: RecordedTrial | None = None
         self.time = 0
-        self.messages = 0
 
     def begin(self, recorded: RecordedTrial) -> None:
         """Advertise the topics of a trial."""
@@ -49,12 +51,12 @@ class Publisher:
         messages.sort(key=lambda message: message[0])
         if not messages:
             return
-        if messages[-1][0] < self.time:
+        if messages[-1][0] < self.time - STEP_BACK:
             self._server.clear()
+            self.time = 0
         for time, topic, data in messages:
             self._server.send(topic, time, data)
-        self.time = messages[-1][0]
-        self.messages += len(messages)
+        self.time = max(self.time, messages[-1][0])
         self._server.set_time(self.time)
 
     def _frames(self, portion: Portion, wanted: set[str]) -> Iterator[Message]:

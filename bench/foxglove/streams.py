@@ -14,7 +14,7 @@ from slipbench.bench.view.sources import PERIOD
 
 SETTLING = (
     SECOND // 2
-)  # ns that clients have to subscribe, after topics or after the last subscription
+)  # ns that clients have to subscribe: after new topics, or the last of several
 NOTHING_SKIPPED = math.inf  # bytes that the stream may lag behind the recorder
 Wait = Callable[[float], bool]
 

@@ -39,9 +39,11 @@ class Block:
     text: str
 
 
-def blocks(page: str) -> list[Block]:
-    """Blocks of a page, in order."""
+def blocks(page: str, section: str = "") -> list[Block]:
+    """Blocks of a page, or of the section with this heading, in order."""
     text = (HOW_TO / page).read_text(encoding="utf-8")
+    if section:
+        text = text.split(f"\n## {section}\n")[1].split("\n## ")[0]
     return [Block(*found) for found in BLOCK.findall(text)]
 
 
@@ -68,10 +70,10 @@ class Reader:
             "NO_COLOR": "1",
         }
 
-    def follow(self, page: str) -> None:
-        """Run the blocks of a page; the output of one that is skipped is not expected."""
+    def follow(self, page: str, section: str = "") -> None:
+        """Run the blocks of a page or section; the output of one that is skipped is not expected."""
         skipped = False
-        for block in blocks(page):
+        for block in blocks(page, section):
             if block.language == "text" and skipped:
                 continue
             skipped = bool(block.needs) and block.needs not in self.interfaces

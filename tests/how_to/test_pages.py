@@ -40,6 +40,13 @@ def test_your_ecu(reader: Reader) -> None:
     assert reader.skipped == {"vcan0"}  # make hil runs these: tests/hil/inside/test_how_to.py
 
 
+def test_streams_of_the_live_view(reader: Reader) -> None:
+    for library in ("foxglove", "mcap"):
+        pytest.importorskip(library, reason="pip install 'slipbench[foxglove,mdf]'")
+    reader.follow("live_view.md", "Foxglove, Lichtblick, PlotJuggler")
+    assert reader.skipped == set()
+
+
 def test_a_page_that_fails_or_says_other_than_it_shows_fails(reader: Reader) -> None:
     reader._sh("mkdir here && cd here && echo gain 7.9 Hz\n")
     assert reader.at == reader.folder / "here"

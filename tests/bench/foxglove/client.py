@@ -91,6 +91,6 @@ class Client:
 @contextmanager
 def client(url, **options):
     """A connected client, which knows the topics."""
-    options = {"close_timeout": 0.3, "max_size": None, **options}
+    options = {"open_timeout": 60, "close_timeout": 0.3, "max_size": None, **options}
     with connect(url, subprotocols=[SUBPROTOCOL], **options) as socket:
         yield Client(socket).receive(0.2)
