@@ -46,6 +46,23 @@ def runs_command(
             metavar="SQL", help='Columns to show: "name, mileage, dead_time". `all` names them.'
         ),
     ] = None,
+    trend: Annotated[
+        str | None,
+        typer.Option(
+            metavar="PARAMETER",
+            help="Trend of a parameter with its interval, and sudden changes (5 % false alarms).",
+        ),
+    ] = None,
+    over: Annotated[
+        str,
+        typer.Option(
+            help="Abscissa of the trend: date (runs of a day are pooled), time, or a tag: mileage."
+        ),
+    ] = "date",
+    figure: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Figure of the trend, a new file: .png, .svg or .pdf."),
+    ] = None,
     tag: Annotated[
         str | None,
         typer.Option(
@@ -84,7 +101,27 @@ def runs_command(
 
         typer.echo(f"{write_season(season, export, where)} rows: {export}")
         return
+    if trend is not None:
+        typer.echo("\n".join(_trend(season, trend, over, where, figure)))
+        return
     _list(season, columns, where)
+
+
+def _trend(
+    season: "Season", parameter: str, over: str, where: str | None, figure: Path | None
+) -> list[str]:
+    """Lines on the trend of a parameter; draws it where a figure is asked for."""
+    from slipbench.identification.season.points import points
+    from slipbench.identification.season.trend import trend
+    from slipbench.identification.season.trend_words import lines
+
+    found = trend(points(season, parameter, over, where))
+    if figure is None:
+        return lines(found)
+    from slipbench.identification.season.trend_figure import write_figure
+
+    write_figure(found, figure)
+    return [*lines(found), f"figure: {figure}"]
 
 
 def _season(folder: Path, scheduler: str | None) -> "Season":

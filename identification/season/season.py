@@ -48,6 +48,13 @@ class Season:
         """Names of all columns."""
         return list(self._table.columns)
 
+    @property
+    def numeric(self) -> list[str]:
+        """Columns that a trend may run over: numbers other than parameters, and the date."""
+        kinds = ("DOUBLE", "BIGINT", "TIMESTAMP")
+        found = zip(self._plain(), self._table.project(", ".join(self._plain())).types, strict=True)
+        return [name for name, kind in found if str(kind) in kinds and name not in self.units]
+
     def rows(self, where: str | None = None) -> list[dict[str, Any]]:
         """Rows for which an SQL expression holds, newest first. Raises InputError where it is none."""
         found = self._filtered(where).fetchall()
