@@ -1,5 +1,6 @@
 """The sub-command of this package: `slipbench runs`."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -14,7 +15,7 @@ if TYPE_CHECKING:  # duckdb and pyarrow are of an extra; --help does not need th
 EXAMPLE = "Example: slipbench runs 2026 --where \"tyre = 'new' and mileage > 300\""
 STYLES = {"good": "green", "not usable": "red", "repeat": "red", "incomplete": "red"}
 FIRST_LEFT_OUT = ("excitation", "amplitude", "kind", "actuator")
-WIDEST = 10_000  # characters
+WIDE = Console(width=10_000)  # characters; for measures only
 
 
 def register(app: typer.Typer) -> None:
@@ -44,6 +45,12 @@ def runs_command(
         str | None,
         typer.Option(
             metavar="SQL", help='Columns to show: "name, mileage, dead_time". `all` names them.'
+        ),
+    ] = None,
+    compare: Annotated[
+        tuple[str, str] | None,
+        typer.Option(
+            metavar="RUN RUN", help="Two runs side by side: tags, and parameters against intervals."
         ),
     ] = None,
     trend: Annotated[
@@ -101,6 +108,11 @@ def runs_command(
 
         typer.echo(f"{write_season(season, export, where)} rows: {export}")
         return
+    if compare is not None:
+        from slipbench.identification.season.side_by_side import pair, table
+
+        _print_whole(*table(season, *pair(season, compare)))
+        return
     if trend is not None:
         typer.echo("\n".join(_trend(season, trend, over, where, figure)))
         return
@@ -149,22 +161,26 @@ def _list(season: "Season", columns: str | None, where: str | None) -> None:
 
 
 def _print(headings: list[str], cells: list[list[str]]) -> None:
-    """Print a table as wide as it is; to a terminal only the columns that fit, the others by name."""
-    console, wide = Console(highlight=False), Console(width=WIDEST, highlight=False)
-    kept = list(range(len(headings)))
-    while (table := _table(headings, cells, kept)) and console.is_terminal and len(kept) > 1:
-        if wide.measure(table).maximum <= console.width:
+    """Print a table; to a terminal only the columns that fit, the others by name."""
+    console, kept = Console(highlight=False), list(range(len(headings)))
+    while console.is_terminal and len(kept) > 1:
+        if WIDE.measure(_table_of(headings, cells, kept)).maximum <= console.width:
             break
         early = [i for i in kept if headings[i] in FIRST_LEFT_OUT]
         kept.remove(early[0] if early else kept[-1])
-    wide.width = wide.measure(table).maximum
-    wide.print(table)
+    _print_whole([headings[i] for i in kept], [[row[i] for i in kept] for row in cells])
     left_out = [one for i, one in enumerate(headings) if i not in kept]
     if left_out:
         console.print(f"no room for: {', '.join(left_out)} (--columns selects)", style="dim")
 
 
-def _table(headings: list[str], cells: list[list[str]], kept: list[int]) -> Table:
+def _print_whole(headings: list[str], cells: list[list[str]]) -> None:
+    """Print a table as wide as it is."""
+    table = _table_of(headings, cells, range(len(headings)))
+    Console(highlight=False, width=max(WIDE.measure(table).maximum, 1)).print(table)
+
+
+def _table_of(headings: list[str], cells: list[list[str]], kept: Sequence[int]) -> Table:
     table = Table(box=None, pad_edge=False, header_style="bold")
     for i in kept:
         table.add_column(headings[i], no_wrap=True)
