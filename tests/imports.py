@@ -96,6 +96,7 @@ ALLOWED = {
         "studies/blind_validation/figures.py",
         "identification/mismatch/telling/evidence_figure.py",
         "identification/mismatch/telling/pictures.py",
+        "identification/season/trend_figure.py",
     ),
     "jinja2": (
         "identification/report/report.py",

@@ -11,7 +11,7 @@ from slipbench.identification.mismatch.explain import known_so_far
 from slipbench.identification.mismatch.runs import open_analysis
 from slipbench.identification.mismatch.telling.conclude import verdict
 from slipbench.identification.mismatch.telling.memo import sentence
-from slipbench.identification.mismatch.telling.output import write_outputs
+from slipbench.identification.mismatch.telling.output import with_training, write_outputs
 from slipbench.identification.mismatch.telling.verdict import as_tree
 from slipbench.protocol.errors import InputError
 
@@ -52,7 +52,7 @@ def explain_one(entry: Entry, folder: str) -> Row:
         known_so_far(analysis)
     except InputError as fault:
         return {"trouble": str(fault)}
-    found = verdict(analysis)
+    found = with_training(verdict(analysis), [*map(Path, entry.training)], place)
     place.mkdir(parents=True, exist_ok=True)
     write_outputs(analysis, found, Path(entry.vehicle), None, place)
     tree = {**as_tree(found), "sentence": sentence(found)}

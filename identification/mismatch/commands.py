@@ -62,7 +62,11 @@ def explain_command(
     from slipbench.identification.mismatch.telling.conclude import verdict
     from slipbench.identification.mismatch.telling.memo import lines
     from slipbench.identification.mismatch.telling.memo_page import NOT_IN_THE_FILE, in_the_file
-    from slipbench.identification.mismatch.telling.output import prepare_places, write_outputs
+    from slipbench.identification.mismatch.telling.output import (
+        prepare_places,
+        with_training,
+        write_outputs,
+    )
 
     console = Console(stderr=True)
     vehicle, training = _simulation(vehicle, training)
@@ -78,6 +82,8 @@ def explain_command(
         if not known_so_far(analysis, say) and not analysis.failure:
             console.print("Interrupted: writing the results so far. Ctrl-C again discards them.")
     found = verdict(analysis)
+    if json_path is not None:
+        found = with_training(found, training, json_path.parent)
     for line in lines(found):
         typer.echo(line)
     for path in write_outputs(analysis, found, vehicle, json_path, report_folder):

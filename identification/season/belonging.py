@@ -1,12 +1,14 @@
 """Which run an analysis belongs to: it lends its parameters to the run, and takes tags and date from it."""
 
 import posixpath
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from statistics import fmean
 
 from slipbench.identification.season.entry import Entry
 
+SEGMENT = re.compile(r"@[-+.\de]*:[-+.\de]*$")
 Runs = Mapping[str, Entry]
 Tag = int | float | str
 
@@ -80,9 +82,10 @@ def _trained_on(analysis: Entry, runs: Runs) -> list[Entry]:
 
 
 def _stated(analysis: Entry) -> list[str]:
-    """Paths of the training runs that an `explain` states."""
+    """Paths of the training runs that an `explain` states, without the segments of them."""
     place = analysis.folder.path
-    paths = [posixpath.normpath(posixpath.join(place, one)) for one in analysis.training]
+    runs = [SEGMENT.sub("", one) for one in analysis.training]
+    paths = [posixpath.normpath(posixpath.join(place, one)) for one in runs]
     return list(dict.fromkeys(paths))
 
 

@@ -1,5 +1,6 @@
 """The sub-command of this package: `slipbench runs`."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -14,7 +15,7 @@ if TYPE_CHECKING:  # duckdb and pyarrow are of an extra; --help does not need th
 EXAMPLE = "Example: slipbench runs 2026 --where \"tyre = 'new' and mileage > 300\""
 STYLES = {"good": "green", "not usable": "red", "repeat": "red", "incomplete": "red"}
 FIRST_LEFT_OUT = ("excitation", "amplitude", "kind", "actuator")
-WIDEST = 10_000  # characters
+WIDE = Console(width=10_000)  # characters; for measures only
 
 
 def register(app: typer.Typer) -> None:
@@ -45,6 +46,29 @@ def runs_command(
         typer.Option(
             metavar="SQL", help='Columns to show: "name, mileage, dead_time". `all` names them.'
         ),
+    ] = None,
+    compare: Annotated[
+        tuple[str, str] | None,
+        typer.Option(
+            metavar="RUN RUN", help="Two runs side by side: tags, and parameters against intervals."
+        ),
+    ] = None,
+    trend: Annotated[
+        str | None,
+        typer.Option(
+            metavar="PARAMETER",
+            help="Trend of a parameter with its interval, and sudden changes (5 % false alarms).",
+        ),
+    ] = None,
+    over: Annotated[
+        str,
+        typer.Option(
+            help="Abscissa of the trend: date (runs of a day are pooled), time, or a tag: mileage."
+        ),
+    ] = "date",
+    figure: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Figure of the trend, a new file: .png, .svg or .pdf."),
     ] = None,
     tag: Annotated[
         str | None,
@@ -84,7 +108,32 @@ def runs_command(
 
         typer.echo(f"{write_season(season, export, where)} rows: {export}")
         return
+    if compare is not None:
+        from slipbench.identification.season.side_by_side import pair, table
+
+        _print_whole(*table(season, *pair(season, compare)))
+        return
+    if trend is not None:
+        typer.echo("\n".join(_trend(season, trend, over, where, figure)))
+        return
     _list(season, columns, where)
+
+
+def _trend(
+    season: "Season", parameter: str, over: str, where: str | None, figure: Path | None
+) -> list[str]:
+    """Lines on the trend of a parameter; draws it where a figure is asked for."""
+    from slipbench.identification.season.points import points
+    from slipbench.identification.season.trend import trend
+    from slipbench.identification.season.trend_words import lines
+
+    found = trend(points(season, parameter, over, where))
+    if figure is None:
+        return lines(found)
+    from slipbench.identification.season.trend_figure import write_figure
+
+    write_figure(found, figure)
+    return [*lines(found), f"figure: {figure}"]
 
 
 def _season(folder: Path, scheduler: str | None) -> "Season":
@@ -112,22 +161,26 @@ def _list(season: "Season", columns: str | None, where: str | None) -> None:
 
 
 def _print(headings: list[str], cells: list[list[str]]) -> None:
-    """Print a table as wide as it is; to a terminal only the columns that fit, the others by name."""
-    console, wide = Console(highlight=False), Console(width=WIDEST, highlight=False)
-    kept = list(range(len(headings)))
-    while (table := _table(headings, cells, kept)) and console.is_terminal and len(kept) > 1:
-        if wide.measure(table).maximum <= console.width:
+    """Print a table; to a terminal only the columns that fit, the others by name."""
+    console, kept = Console(highlight=False), list(range(len(headings)))
+    while console.is_terminal and len(kept) > 1:
+        if WIDE.measure(_table_of(headings, cells, kept)).maximum <= console.width:
             break
         early = [i for i in kept if headings[i] in FIRST_LEFT_OUT]
         kept.remove(early[0] if early else kept[-1])
-    wide.width = wide.measure(table).maximum
-    wide.print(table)
+    _print_whole([headings[i] for i in kept], [[row[i] for i in kept] for row in cells])
     left_out = [one for i, one in enumerate(headings) if i not in kept]
     if left_out:
         console.print(f"no room for: {', '.join(left_out)} (--columns selects)", style="dim")
 
 
-def _table(headings: list[str], cells: list[list[str]], kept: list[int]) -> Table:
+def _print_whole(headings: list[str], cells: list[list[str]]) -> None:
+    """Print a table as wide as it is."""
+    table = _table_of(headings, cells, range(len(headings)))
+    Console(highlight=False, width=max(WIDE.measure(table).maximum, 1)).print(table)
+
+
+def _table_of(headings: list[str], cells: list[list[str]], kept: Sequence[int]) -> Table:
     table = Table(box=None, pad_edge=False, header_style="bold")
     for i in kept:
         table.add_column(headings[i], no_wrap=True)

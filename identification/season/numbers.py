@@ -18,10 +18,13 @@ def _decimals(size: float, significant: int) -> int:
 
 
 def shown(value: float, decimals: int) -> str:
-    """A number with decimals; very small and very large ones with an exponent. Units are the caller's."""
-    if value and not 1e-3 <= abs(value) < 1e6:
+    """A number with decimals; one that is too small or too large for them with an exponent.
+
+    value: in any unit, which is the caller's to write
+    """
+    if decimals > 7 or abs(value) >= 1e7:
         return f"{value:.3g}"
-    return f"{value:.{min(decimals, 9)}f}"
+    return f"{value:.{decimals}f}"
 
 
 def with_interval(value: float, low: float | None, high: float | None) -> str:

@@ -48,6 +48,17 @@ class Season:
         """Names of all columns."""
         return list(self._table.columns)
 
+    @property
+    def numeric(self) -> list[str]:
+        """Columns that a trend may run over: numbers other than parameters, and the date."""
+        kinds = ("DOUBLE", "BIGINT", "TIMESTAMP")
+        found = zip(
+            self.plain_columns,
+            self._table.project(", ".join(self.plain_columns)).types,
+            strict=True,
+        )
+        return [name for name, kind in found if str(kind) in kinds and name not in self.units]
+
     def rows(self, where: str | None = None) -> list[dict[str, Any]]:
         """Rows for which an SQL expression holds, newest first. Raises InputError where it is none."""
         found = self._filtered(where).fetchall()
@@ -73,7 +84,8 @@ class Season:
             self._checked(relation.fetchall, where, "--where")  # values may be at fault as well
         return relation.order("date DESC NULLS LAST, path, kind")
 
-    def _plain(self) -> list[str]:
+    @property
+    def plain_columns(self) -> list[str]:
         """Columns without the bounds of intervals."""
         return [name for name in self.columns if not name.endswith(("_low", "_high"))]
 
@@ -95,7 +107,7 @@ class Season:
             )
         name = unknown[1]
         near = difflib.get_close_matches(name.lower(), self.columns, n=1, cutoff=0.5)
-        hint = f"did you mean {near[0]!r}?" if near else f"columns: {', '.join(self._plain())}"
+        hint = f"did you mean {near[0]!r}?" if near else f"columns: {', '.join(self.plain_columns)}"
         if f'"{name}"' in text:
             hint = f"a text is in single quotes: '{name}'; {hint}"
         return InputError(f"there is no column {name!r}", where=option, remedy=hint)

@@ -1,7 +1,7 @@
 """Files of an analysis: the verdict, the improved file, the memo."""
 
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from errno import EISDIR
 from pathlib import Path
@@ -26,6 +26,12 @@ def prepare_places(json_path: Path | None, folder: Path | None) -> None:
         make_folders(*(place for place in places if place is not None))
     except OSError as fault:
         raise _refused(fault) from fault
+
+
+def with_training(verdict: Verdict, runs: Sequence[Path], folder: Path) -> Verdict:
+    """The verdict with its training runs, as paths from the folder of verdict.json."""
+    paths = [Path(os.path.relpath(run, folder)).as_posix() for run in runs]
+    return replace(verdict, training=tuple(paths))
 
 
 def write_outputs(

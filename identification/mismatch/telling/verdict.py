@@ -26,6 +26,8 @@ held_out     [{output, unit, nominal, calibrated, improved, floor, floor_from, i
 headline     the output of the first sentence, chosen on the training recordings
 lack_of_fit  [{trials, f, p_value}] of repeated trials: re-calibrated, and with what was found
 left_out     ["recording: channel: why"] of what could not be used
+training     [paths] of the training runs, relative to the folder of verdict.json, with the segment
+             that was used, as in run@0:60; empty where they are not known
 complete     false where the analysis was interrupted or failed
 failure      the step that failed and its error; empty where none did
 """
@@ -44,7 +46,7 @@ from slipbench.identification.mismatch.telling.improvement import Improvement
 from slipbench.protocol.extras import optional_library
 from slipbench.protocol.notebook import card
 
-VERSION = 2
+VERSION = 3
 INTERVALS = (
     "Intervals hold for this set of effects only: they do not include that another set is the right"
     " one."
@@ -128,6 +130,7 @@ class Verdict:
     headline: str = ""
     lack_of_fit: tuple[LackOfFit, ...] = ()
     left_out: tuple[str, ...] = ()
+    training: tuple[str, ...] = ()
     complete: bool = True
     failure: str = ""
     written: WrittenUnits = SI

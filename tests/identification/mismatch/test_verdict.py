@@ -3,6 +3,7 @@
 import json
 from dataclasses import replace
 from importlib.resources import files
+from pathlib import Path
 
 import jsonschema
 import pytest
@@ -16,7 +17,7 @@ from slipbench.identification.mismatch.telling.improvement import (
     OutputImprovement,
 )
 from slipbench.identification.mismatch.telling.memo import left_out, lines, sentence, with_spread
-from slipbench.identification.mismatch.telling.output import prepare_places
+from slipbench.identification.mismatch.telling.output import prepare_places, with_training
 from slipbench.identification.mismatch.telling.verdict import (
     INTERVALS,
     FoundCurve,
@@ -158,7 +159,7 @@ def test_the_regressor_and_what_intervals_hold_for_are_always_said():
 
 def test_a_veto_is_data():
     tree = json.loads(as_json(VERDICTS["named"]))
-    assert tree["version"] == 2
+    assert tree["version"] == 3
     assert tree["vetoes"] == [
         {
             "name": "hardening_cush",
@@ -225,3 +226,11 @@ def test_places_are_made_before_the_work_and_refused_before_it(tmp_path):
 )
 def test_a_number_is_told_as_exactly_as_it_is_known_in_plain_digits(value, spread, told):
     assert with_spread(value, spread) == told
+
+
+def test_training_runs_are_paths_from_the_folder_of_the_verdict(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    runs = [Path("runs/sweep@0:60"), tmp_path / "runs" / "square"]
+    found = with_training(VERDICTS["nothing"], runs, Path("memo"))
+    assert found.training == ("../runs/sweep@0:60", "../runs/square")
+    jsonschema.validate(json.loads(as_json(found)), SCHEMA)

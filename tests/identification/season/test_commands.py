@@ -94,3 +94,16 @@ def test_an_empty_folder_and_a_filter_that_nothing_fits_say_so(season, monkeypat
 def test_an_export_says_how_many_runs(season, monkeypatch, capsys):
     status, out, _ = run(monkeypatch, capsys, "runs", ".", "--export", "x.parquet")
     assert (status, out) == (0, "5 rows: x.parquet\n")
+
+
+def test_a_narrow_terminal_has_the_columns_that_fit_and_the_names_of_the_others(
+    season, monkeypatch, capsys
+):
+    monkeypatch.setenv("TTY_COMPATIBLE", "1")
+    monkeypatch.setenv("NO_COLOR", "1")
+    monkeypatch.setenv("COLUMNS", "60")
+    _, out, _ = run(monkeypatch, capsys, "runs", ".", "--where", "kind = 'run'")
+    table, _, rest = out.partition("no room for: ")
+    assert "excitation" in rest
+    assert "name" in table
+    assert max(map(len, table.splitlines())) <= 60

@@ -142,7 +142,7 @@ def test_an_explanation_has_what_its_training_runs_have_in_common(tmp_path):
     for i in (1, 2, 3):
         tags = {"tyre": "new", "mileage": 100 * i, "rider": f"r{i}"}
         make_run(tmp_path / f"monday/runs/a-{i}", i, tags)
-    explain(tmp_path / "memo", 1.5, training=("../monday/runs/a-1", "../monday/runs/a-2"))
+    explain(tmp_path / "memo", 1.5, training=("../monday/runs/a-1@0:60", "../monday/runs/a-2"))
     explain(tmp_path / "other", 1.5, training=("../monday/runs/a-9",))
     (lacks, row) = sorted(
         Season(refreshed(tmp_path)).rows("kind = 'explain'"), key=lambda r: not r["fault"]
