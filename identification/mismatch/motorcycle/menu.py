@@ -124,6 +124,8 @@ def _measured(like: Record, out: Outputs) -> dict[str, Floats]:
         "throttle_position": "throttle",
         "rear": "rear_speed",
         "front": "front_speed",
+        "rear_turned": "rear_angle",
+        "front_turned": "front_angle",
         "gnss_speed": "speed",
         "vehicle_speed": "speed",
     }
