@@ -19,14 +19,16 @@ from slipbench.plant.compiled import entry, inlined, load, text_of
 MOST_STATES = 2
 """States that one effect may have."""
 MOST_PARAMETERS = 4
+MOST_MEMORIES = 4
+"""Values that one effect may remember."""
 FINE, NOT_FINITE = 0.0, 1.0
 ADVANCE = (
     "f8(f8[::1],f8[:,::1],f8[::1],f8[:,::1],f8[::1],i8[::1],i8[::1],i8[::1],f8[:,::1],"
     "i8,f8,i8,f8[:,::1])"
 )
 AT = (
-    "f8(i8,f8,f8,f8,b1,b1,f8[::1],f8[::1],i8[::1],i8[::1],i8[::1],f8[:,::1],f8[::1],f8[::1],f8[::1],"
-    "f8[:,::1],i8,f8,f8[::1])"
+    "f8(i8,f8,f8,f8,b1,b1,f8[::1],f8[::1],i8[::1],i8[::1],i8[::1],f8[:,::1],f8[::1],f8[::1],"
+    "f8[:,::1],f8[:,::1],i8,f8,f8[::1])"
 )
 COMMON = "fraction, commit, init, x, dx, code, where, other, par, q, spill, memory, rings, count, step, held"
 ALL = f"{COMMON}, push, values, busy"
@@ -55,7 +57,7 @@ RUN = """def advance(x0, u, held, push, p, code, where, other, par, ring, step, 
     x[:size] = x0
     stage, total = x.copy(), np.zeros(states)
     now, q = np.zeros(u.shape[1]), np.zeros(u.shape[1] + size)
-    spill, memory = np.zeros(size), np.zeros(n)
+    spill, memory = np.zeros(size), np.zeros((n, {memories}))
     rings, values = np.zeros((n, ring)), np.zeros(push.shape[1])
     busy = np.zeros(push.shape[1], np.bool_)
     for i in range(n):
@@ -121,7 +123,7 @@ def kernel_text(equations: Equations, effects: str) -> str:
     """Return the text of a system's kernel. effects: name of the module of what may act."""
     parts = [f"from {effects} import at", inlined("\n".join(_rates_lines(equations)))]
     rest = ALL.replace("commit, init, x, dx", "start, init, stage, k").replace("push", "push[r]")
-    run = RUN.format(most=MOST_STATES, rest=rest, bad=NOT_FINITE, fine=FINE)
+    run = RUN.format(most=MOST_STATES, memories=MOST_MEMORIES, rest=rest, bad=NOT_FINITE, fine=FINE)
     return "\n".join([*parts, entry(run, ADVANCE)])
 
 
@@ -134,7 +136,7 @@ def _place_lines() -> Iterator[str]:
     yield f"        b = len(spill) + {MOST_STATES} * i"
     yield "        z = q[other[i]] if other[i] >= 0 else 0.0"
     yield "        if init:"
-    yield "            memory[i] = value"
+    yield "            memory[i, :] = value"
     yield "            rings[i, :] = value"
     yield "        if commit:"
     yield "            rings[i, count & (rings.shape[1] - 1)] = value"
@@ -152,24 +154,26 @@ def _branch(kind: type[SeamEffect]) -> Iterator[str]:
     known = {
         "value": "value",
         "other": "z",
-        "memory": "memory[i]",
+        "memory": "memory[i, 0]",
+        "second": "memory[i, 1]",
+        "third": "memory[i, 2]",
+        "fourth": "memory[i, 3]",
         "step": "step",
+        "elapsed": "(step if commit else fraction * step)",
         "rate_of": "own",
         "past": "past(rings[i], count, fraction, value, par[i, 0] / step, j < len(held) and held[j] > 0.0)",
     }
     known |= {name: f"par[i, {k}]" for k, name in enumerate(names)}
     known |= {name: f"x[b + {k}]" for k, name in enumerate(kind.states)}
-    starts = [(k, s) for k, s in enumerate(kind.starts) if s == "value"]
-    if starts:
-        yield "if init:"
-        yield from (f"    x[b + {k}] = value" for k, _ in starts)
+    yield from _starts(kind)
     assert kind.act is not None
     given = ", ".join(known[a] for a in inspect.signature(kind.act).parameters)
     call = f"act_{kind.name}({given})"
     if kind.remembers:
-        yield f"value, kept = {call}"
+        kept = [f"kept_{k}" for k in range(kind.remembers)]
+        yield f"value, {', '.join(kept)} = {call}"
         yield "if commit:"
-        yield "    memory[i] = kept"
+        yield from (f"    memory[i, {k}] = {name}" for k, name in enumerate(kept))
     elif kind.gives:
         yield f"value, given = {call}"
         yield "if other[i] >= 0:"
@@ -178,6 +182,17 @@ def _branch(kind: type[SeamEffect]) -> Iterator[str]:
         yield f"value, {', '.join(f'dx[b + {k}]' for k in range(len(kind.states)))} = {call}"
     else:
         yield f"value = {call}"
+
+
+def _starts(kind: type[SeamEffect]) -> Iterator[str]:
+    """Yield what states and memories are at first, where that is not what they are made with."""
+    if kind.remembers:
+        lines = [f"memory[i, {k}] = {s}" for k, s in enumerate(kind.starts) if s != "value"]
+    else:
+        lines = [f"x[b + {k}] = value" for k, s in enumerate(kind.starts) if s == "value"]
+    if lines:
+        yield "if init:"
+        yield from (f"    {line}" for line in lines)
 
 
 def _rates_lines(e: Equations) -> Iterator[str]:
@@ -189,6 +204,8 @@ def _rates_lines(e: Equations) -> Iterator[str]:
     for k, name in enumerate(e.states):
         yield f"    {PREFIX}{name} = x[{k}]"
         yield f"    q[{len(e.inputs) + k}] = x[{k}]"
+    for k in range(len(e.inputs)):
+        yield f"    q[{k}] = u[{k}]"
     numbers = iter(range(len(e.places)))
     for k, name in enumerate(e.inputs):
         yield from _at(next(numbers), f"{PREFIX}{name}", f"u[{k}]")

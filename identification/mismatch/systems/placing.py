@@ -1,6 +1,6 @@
 """Every effect at every place of a system where it may act."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from functools import cache
 
 from slipbench.identification.mismatch.systems.effects.library import BY_NAME, LIBRARY
@@ -14,7 +14,13 @@ from slipbench.identification.mismatch.systems.effects.seam_effect import (
     placed,
 )
 from slipbench.identification.mismatch.systems.equations import rate_name
-from slipbench.identification.mismatch.systems.model_file import ActingEffect, ModelFile, Number
+from slipbench.identification.mismatch.systems.model_file import (
+    ActingEffect,
+    Input,
+    ModelFile,
+    Number,
+    State,
+)
 from slipbench.plant.errors import ParameterError, nearest
 from slipbench.protocol.errors import InputError
 
@@ -64,18 +70,52 @@ def _using(kind: type[SeamEffect], place: Place, file: ModelFile) -> Iterator[Pl
         along = file.seams[place.name].along
         if along:
             yield _with(place, along, file)
-    elif kind.uses == "into":
-        state = next(s for s in file.states if rate_name(s) == place.name)
-        yield _with(place, state, file)
+    elif kind.uses in ("of_speed", "of_store"):
+        if is_speed(_state(place, file), file) == (kind.uses == "of_speed"):
+            yield place
     else:
-        for name, told in file.inputs.items():
-            angle = told.size.si_unit == "rad"
-            if name != place.name and (kind.uses == "channel" or angle):
-                yield _with(place, name, file)
+        for name in _others(kind.uses, place, file):
+            yield _with(place, name, file)
+
+
+def _others(uses: str, place: Place, file: ModelFile) -> Iterable[str]:
+    """Inputs and states that an effect may use at a place."""
+    inputs = [name for name in file.inputs if name != place.name]
+    if uses == "into":
+        return (_state(place, file),)
+    if uses == "position":
+        return _positions(_state(place, file), file)
+    if uses == "speed":
+        return (name for name in file.states if is_speed(name, file))
+    if uses == "channel":
+        return inputs
+    angles = [*inputs, *(file.states if uses == "turn" else ())]
+    return (name for name in angles if _told(name, file).size.si_unit == "rad")
+
+
+def _state(place: Place, file: ModelFile) -> str:
+    """Name of the state at whose rate a place is."""
+    return next(s for s in file.states if rate_name(s) == place.name)
+
+
+def _positions(speed: str, file: ModelFile) -> list[str]:
+    """Names of the states whose rate is this state and nothing else."""
+    return [name for name, state in file.states.items() if state.rate.strip() == speed]
+
+
+def is_speed(state: str, file: ModelFile) -> bool:
+    """Tell whether a state is a speed: of a position, along a seam, or by its unit."""
+    along = any(seam.along == state for seam in file.seams.values())
+    unit = file.states[state].size.si_unit
+    return along or bool(_positions(state, file)) or unit.endswith("/s")
+
+
+def _told(name: str, file: ModelFile) -> State | Input:
+    return file.states[name] if name in file.states else file.inputs[name]
 
 
 def _with(place: Place, other: str, file: ModelFile) -> Place:
-    size = (file.states[other] if other in file.states else file.inputs[other]).size
+    size = _told(other, file).size
     return Place(place.name, place.kind, place.unit, place.size, other, size.si_unit, abs(size.si))
 
 

@@ -44,7 +44,7 @@ class Hysteresis(SeamEffect):
     name = "hysteresis"
     block = "seam"
     confused_with = ("dead_zone", "friction", "lag")
-    remembers = True
+    remembers = 1
     act = follow
 
     play: float = parameter(

@@ -47,7 +47,7 @@ class RateLimit(SeamEffect):
     block = "seam"
     confused_with = ("lag", "saturation")
     acts_on = (INPUT, SEAM)
-    remembers = True
+    remembers = 1
     act = ramp
 
     limit: float = parameter(

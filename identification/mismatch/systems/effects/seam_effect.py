@@ -2,18 +2,19 @@
 
 A page writes its parameters in relative units: `[seam]` is the usual magnitude of the quantity at
 which it acts, `[other]` that of the quantity it uses besides, `[time]` the period in which
-residuals are judged; `[1/seam^2]` and the like are their powers. `placed` makes of it the effect at
-one seam of one system, with physical units and ranges.
+residuals are judged; `[1/seam^2]`, `[seam/other]`, `[seam*time^2]` and the like are their powers and
+products. `placed` makes of it the effect at one seam of one system, with physical units and ranges.
 
 `act` is a plain function of floats, compiled into the kernel like the hooks of the plant's effects.
 It gives the quantity's new value; its arguments are found by name:
 
 value    the quantity at the seam           other   the quantity that the effect uses besides
 rate_of  only at a state's rate: the state  step    of integration, s
-past     the value `delay` ago              memory  what the quantity was after the step before
+past     the value `delay` ago              elapsed since the step before, s
+memory   what was remembered at the step before; more of it: second, third, fourth
 and the effect's own parameters and states, whose rates it returns after the value. One that
-`remembers` returns what is to be remembered instead; one that `gives` returns what the state named
-by the model file gains.
+`remembers` returns what is to be remembered instead, at first the value itself or what `starts`
+tells; one that `gives` returns what the state named by the model file gains.
 """
 
 import dataclasses
@@ -26,6 +27,7 @@ from slipbench.plant.effects.effect import Effect
 from slipbench.plant.signals import Floats
 
 RELATIVE = re.compile(r"\[(1/)?(seam|other|time)(?:\^(\d))?\]")
+PRODUCT = re.compile(r"\[(seam|other)([*/])(other|time)(?:\^(\d))?\]")
 INPUT, SEAM, RATE, OUTPUT = "input", "seam", "rate", "output"
 
 
@@ -49,14 +51,18 @@ class Place:
 class SeamEffect(Effect):
     """Base of all effects of model files.
 
-    acts_on: kinds of places. uses: what it needs besides: "along", the speed that a seam tells;
-    "channel", every other input; "angle", every other input in rad; "into", a state that gains.
-    variants: factors of the typical value of what `varies`, each tried apart.
+    acts_on: kinds of places. uses: what it needs besides (placing.py): "along", the speed that a
+    seam tells; "channel", every other input; "angle", every other input in rad; "turn", every other
+    input or state in rad; "speed", every state that is a speed; "into", a state that gains; at a
+    rate: "position", what has that rate as its own; "of_speed" and "of_store", nothing more, but
+    only at a speed or at what is none.
+    remembers: how many values. variants: factors of the typical value of what `varies`, each tried
+    apart.
     """
 
     acts_on: ClassVar[tuple[str, ...]] = (INPUT, SEAM, OUTPUT)
     uses: ClassVar[str] = ""
-    remembers: ClassVar[bool] = False
+    remembers: ClassVar[int] = 0
     gives: ClassVar[bool] = False
     variants: ClassVar[tuple[float, ...]] = (1.0,)
     varies: ClassVar[str] = ""
@@ -102,28 +108,28 @@ def _made(kind: type[SeamEffect], place: Place, period: float, factor: float) ->
             described["absent"] = described["typical"]
         default = dataclasses.field(default=described["typical"], metadata=described)
         fields.append((field.name, float, default))
-    return dataclasses.make_dataclass(
+    made = dataclasses.make_dataclass(
         kind.__name__,
         fields,
         bases=(kind,),
         frozen=True,
-        namespace={
-            "__module__": kind.__module__,
-            "__doc__": kind.__doc__,
-            "place": place,
-            "block": place.name,
-        },
+        namespace={"__doc__": kind.__doc__, "place": place, "block": place.name},
     )
+    made.__module__ = (
+        kind.__module__
+    )  # where its page is; make_dataclass of Python 3.12 names this file
+    return made
 
 
 def _scaled(unit: str, place: Place, period: float) -> tuple[float, str]:
     """Size and unit of a relative unit at a place."""
+    if match := PRODUCT.fullmatch(unit):
+        return _product(match[1], match[2], match[3], int(match[4] or 1), place, period)
     match = RELATIVE.fullmatch(unit)
     if not match:
         return 1.0, unit
     inverse, of, power = match[1], match[2], int(match[3] or 1)
-    size = {"seam": place.size, "other": place.other_size, "time": period}[of]
-    base = {"seam": place.unit, "other": place.other_unit, "time": "s"}[of]
+    size, base = _quantity(of, place, period)
     simple = base.replace("_", "").isalnum()
     name = base if power == 1 else f"{base if simple else f'({base})'}^{power}"
     if not inverse:
@@ -131,3 +137,24 @@ def _scaled(unit: str, place: Place, period: float) -> tuple[float, str]:
     if base == "1":
         return size**-power, "1"
     return size**-power, f"1/{name if simple else f'({name})'}"
+
+
+def _quantity(name: str, place: Place, period: float) -> tuple[float, str]:
+    """Size and unit of a quantity that a relative unit names."""
+    sizes = {"seam": place.size, "other": place.other_size, "time": period}
+    units = {"seam": place.unit, "other": place.other_unit, "time": "s"}
+    return sizes[name], units[name]
+
+
+def _product(
+    of: str, sign: str, by: str, power: int, place: Place, period: float
+) -> tuple[float, str]:
+    """Size and unit of a product or quotient; seconds cancel: rad/s times s is rad."""
+    (size, unit), (factor, base) = _quantity(of, place, period), _quantity(by, place, period)
+    if sign == "/":
+        simple = base.replace("_", "").isalnum()
+        divided = "" if base == "1" else f"/{base if simple else f'({base})'}" * power
+        return size / factor**power, f"{unit}{divided}"
+    for _ in range(power):
+        unit = unit.removesuffix("/s") if unit.endswith("/s") else f"{unit}*{base}"
+    return size * factor**power, unit

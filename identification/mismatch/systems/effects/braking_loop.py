@@ -1,0 +1,61 @@
+"""Braking loop: a position loop that slows down in time for its target.
+
+To stop within a distance with a limited deceleration, speed may be no more than the root of twice
+their product. Servos and flight controllers follow this law instead of a straight gain.
+
+Equation
+--------
+    y' = sign(e) sqrt(2 A |e|),   e = f - y,   f = y
+
+Symbols
+-------
+    A   deceleration   that the loop plans with   of the quantity over time squared   (absent infinite)
+    e                  what is left to go
+
+Trace
+-----
+Steps end as parabolas and take a time that grows with the root of their size; there is no overshoot.
+
+Confused with
+-------------
+Rate limit (a straight ramp to the end), lag (an exponential, alike for all sizes), profiled command
+(begins as a parabola too): steps of several sizes.
+
+Reference
+---------
+ArduPilot, libraries/AP_Math/control.cpp: `sqrt_controller`.
+"""
+
+import math
+from dataclasses import dataclass
+
+from slipbench.identification.mismatch.systems.effects.seam_effect import INPUT, SEAM, SeamEffect
+from slipbench.plant.parameters import parameter
+
+
+def approach(
+    value: float, memory: float, elapsed: float, deceleration: float
+) -> tuple[float, float]:
+    """Return where it has come to, twice: it is what is remembered."""
+    left = max(abs(value - memory), 1e-300)
+    way = min(left, elapsed * math.sqrt(2.0 * deceleration * left))
+    new = memory + math.copysign(way, value - memory)
+    return new, new
+
+
+@dataclass(frozen=True)
+class BrakingLoop(SeamEffect):
+    """A loop with a square-root law."""
+
+    name = "braking_loop"
+    block = "seam"
+    confused_with = ("rate_limit", "lag", "profiled_command")
+    acts_on = (INPUT, SEAM)
+    remembers = 1
+    variants = (1.0, 0.1, 0.01, 0.001)
+    varies = "deceleration"
+    act = approach
+
+    deceleration: float = parameter(
+        0.03, "[seam/time^2]", 1e-12, 1e9, "that it plans with", absent=math.inf, smallest=0.3
+    )
