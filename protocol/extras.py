@@ -17,6 +17,7 @@ EXTRA_OF = {
     "mcap": "mdf",
     "gpxpy": "logs",
     "fitdecode": "logs",
+    "rosbags": "logs",
     "dask": "cluster",
     "distributed": "cluster",
     "slycot": "robust",

@@ -22,6 +22,9 @@ READERS = {
     "mf4": "mdf_file.read_mdf",
     "vbo": "vbo_file.read_vbo",
     "gpx": "gpx_file.read_gpx",
+    "mcap": "mcap_file.read_mcap",
+    "ros1-bag": "ros_bag.read_ros1_bag",
+    "sqlite": "ros_bag.read_ros2_bag",
     "fit": "fit_file.read_fit",
 }
 LOOKED_AT = 1 << 16  # bytes in which the numbers of a table must begin

@@ -181,7 +181,6 @@ HEADS = {
     "motec-ld": b"\x40\x00\x00\x00\x00\x00\x00\x00binary",
     "compressed": b"\x1f\x8b\x08\x00",
     "matlab": b"MATLAB 5.0 MAT-file",
-    "sqlite": b"SQLite format 3\x00",
     "hdf5": b"\x89HDF\r\n\x1a\n",
     "spreadsheet": b"\xd0\xcf\x11\xe0\xa1\xb1",
 }
