@@ -110,7 +110,7 @@ class _Topic:
 
     def group(self, name: str) -> Group:
         """Channels of the topic: "topic.path"; columns in which a message has no number are NaN there."""
-        times = np.array(self.times, np.int64) * 1e-9
+        times = np.asarray(np.array(self.times, np.int64) * 1e-9, np.float64)
         if self.stamped:
             sec, nano = next(pair for pair in STAMPS if pair[0] in self.rows[0])
             times = np.array([row[sec] + row[nano] * 1e-9 for row in self.rows])
@@ -157,5 +157,5 @@ def _number(value: Any) -> float | str:
 
 def _fields(message: Any) -> list[str]:
     """Names of the fields of a decoded ROS message."""
-    names = getattr(message, "__dataclass_fields__", None) or getattr(message, "__slots__", ())
-    return [name for name in names if not name.startswith("_") and hasattr(message, name)]
+    names: Mapping[str, Any] = getattr(message, "__dataclass_fields__", {})
+    return [name for name in names if not name.startswith("_")]
