@@ -77,6 +77,12 @@ FORMATS = {
         re.compile(rb"\x40\x00\x00\x00\x00\x00\x00\x00"),
         "export it from MoTeC i2 as CSV and give that",
     ),
+    "xrk": Format(
+        "an AiM binary log (.xrk, .drk)",
+        "",
+        re.compile(rb"<h[A-Za-z]{3}[A-Za-z \x00]"),
+        "export it from RaceStudio as CSV and give that",
+    ),
     "compressed": Format(
         "a compressed file",
         "",
