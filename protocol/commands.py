@@ -1,4 +1,4 @@
-"""The sub-commands for logs, captures and databases: decode, export, import, bind."""
+"""The sub-commands for logs, captures and databases: decode, export, import, roles, bind."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -14,10 +14,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
 Logs = Annotated[
-    list[Path],
-    typer.Argument(
-        metavar="LOG", help="candump, ASC, BLF, TRC, GVRET or MF4; recognized by content."
-    ),
+    list[Path], typer.Argument(metavar="LOG", help="Recognized by content, not by the ending.")
 ]
 OneDatabase = Annotated[
     Path,
@@ -144,11 +141,12 @@ def import_(
     """Import a capture as a recording that `slipbench identify` reads.
 
     LOG is a log of frames (candump, Vector ASC and BLF, PCAN TRC, python-can CSV, GVRET CSV, ASAM
-    MF4), or a
-    table in place of one (CSV, MoTeC i2's CSV export, Parquet, MF4 of decoded channels). All frames
-    are kept, also those with unknown identifiers, with the database, the role map and the side
-    tables in one new folder; the frames are decoded again whenever it is read. Roles without samples
-    are listed with the reason.
+    MF4), or a table in place of one (CSV of any logger, exports of MoTeC i2 and AiM RaceStudio,
+    RaceLogic VBO, GPX, FIT, MCAP, bags of ROS 1 and 2, Parquet, MF4 of decoded channels), recognized
+    by its content; how a table was read is printed. All frames are kept, also those with unknown
+    identifiers, with the database, the role map and the side tables in one new folder; the frames are
+    decoded again whenever it is read. Roles without samples are listed with the reason. `slipbench
+    roles` proposes the role map.
 
     Exit status: 0 done, 2 invalid input (see message); then no file is written.
 

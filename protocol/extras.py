@@ -18,6 +18,7 @@ EXTRA_OF = {
     "mcap": "mdf",
     "gpxpy": "logs",
     "fitdecode": "logs",
+    "rosbags": "logs",
     "dask": "cluster",
     "distributed": "cluster",
     "slycot": "robust",

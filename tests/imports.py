@@ -56,7 +56,8 @@ ALLOWED = {
     "duckdb": ("identification/season/season.py",),
     "gpxpy": ("protocol/tables/gpx_file.py",),
     "fitdecode": ("protocol/tables/fit_file.py",),
-    "mcap": ("protocol/export/mcap_file.py",),
+    "mcap": ("protocol/export/mcap_file.py", "protocol/tables/mcap_file.py"),
+    "rosbags": ("protocol/tables/ros_bag.py", "protocol/tables/ros_types.py"),
     "fmpy": ("identification/mismatch/callables/fmu/*.py",),
     # Mathematics.
     "control": (

@@ -77,6 +77,12 @@ FORMATS = {
         re.compile(rb"\x40\x00\x00\x00\x00\x00\x00\x00"),
         "export it from MoTeC i2 as CSV and give that",
     ),
+    "xrk": Format(
+        "an AiM binary log (.xrk, .drk)",
+        "",
+        re.compile(rb"<h[A-Za-z]{3}[A-Za-z \x00]"),
+        "export it from RaceStudio as CSV and give that",
+    ),
     "compressed": Format(
         "a compressed file",
         "",
@@ -86,9 +92,9 @@ FORMATS = {
     "spreadsheet": Format(
         "an old spreadsheet", "", re.compile(rb"\xd0\xcf\x11\xe0"), "save it as CSV"
     ),
-    "sqlite": Format(
-        "an SQLite database", "", re.compile(rb"SQLite format 3"), f"export the frames: {_CONVERT}"
-    ),
+    "sqlite": Format("ROS 2 bag (SQLite)", "table", re.compile(rb"SQLite format 3")),
+    "ros1-bag": Format("ROS 1 bag", "table", re.compile(rb"#ROSBAG V2\.0")),
+    "mcap": Format("MCAP", "table", re.compile(rb"\x89MCAP")),
     "matlab": Format("a MATLAB file", "", re.compile(rb"MATLAB 5\.0"), _TABLE),
     "hdf5": Format("an HDF5 file", "", re.compile(rb"\x89HDF"), _TABLE),
     "parquet": Format("Parquet", "table", re.compile(rb"PAR1")),

@@ -11,6 +11,7 @@ from pathlib import Path
 from slipbench.protocol.errors import InputError
 from slipbench.protocol.logs.formats import FORMATS, looks_like, read_head, refusal
 from slipbench.protocol.tables.csv_file import holds_table, read_csv
+from slipbench.protocol.tables.long_table import by_channel, holds_text, long_columns
 from slipbench.protocol.tables.parquet_file import read_parquet, write_parquet
 from slipbench.protocol.tables.samples import Samples, samples
 from slipbench.protocol.tables.table import Table
@@ -22,6 +23,9 @@ READERS = {
     "mf4": "mdf_file.read_mdf",
     "vbo": "vbo_file.read_vbo",
     "gpx": "gpx_file.read_gpx",
+    "mcap": "mcap_file.read_mcap",
+    "ros1-bag": "ros_bag.read_ros1_bag",
+    "sqlite": "ros_bag.read_ros2_bag",
     "fit": "fit_file.read_fit",
 }
 LOOKED_AT = 1 << 16  # bytes in which the numbers of a table must begin
@@ -34,7 +38,7 @@ def read_table(path: Path) -> Table:
     """
     form = looks_like(read_head(path))
     if form == "parquet":
-        return read_parquet(path)
+        return _wide(read_parquet(path))
     if form is None or form == "motec-csv":
         return read_csv(path)
     if form in READERS:
@@ -48,6 +52,12 @@ def read_table(path: Path) -> Table:
         where=str(path),
         remedy="give it as the log, not with --table",
     )
+
+
+def _wide(table: Table) -> Table:
+    """Table with a column for each channel, also of one that has a row for each sample."""
+    long = long_columns(table.names)
+    return by_channel(table, long) if long and holds_text(table, long.names[-1]) else table
 
 
 def is_table(path: Path) -> bool:

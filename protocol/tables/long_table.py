@@ -54,6 +54,16 @@ def long_columns(titles: Sequence[str]) -> LongColumns | None:
     return LongColumns(times[0], (*around, *names), values[0], unit, bus)
 
 
+def holds_text(table: Table, column: str) -> bool:
+    """Whether a column holds text, as that of the names of channels does."""
+    pa = optional_library("pyarrow")
+
+    kind = table.data[column].type
+    if pa.types.is_dictionary(kind):
+        kind = kind.value_type
+    return bool(pa.types.is_string(kind) or pa.types.is_large_string(kind))
+
+
 def by_channel(table: Table, long: LongColumns) -> Table:
     """Table with a column for each channel of a long table, and a time column for each time base.
 

@@ -63,8 +63,10 @@ def _time(
     known = time_column or rules.time_column or table.clocks.get(name)
     clock = table.find(known or time_column_of(table))
     unit = rules.time_unit or table.units.get(clock, "")
-    time = seconds(table.data[clock].combine_chunks(), clock, unit, table)
-    dated, doubts = _dated(table, clock, time)
+    if (clock, unit) not in table.times:
+        time = seconds(table.data[clock].combine_chunks(), clock, unit, table)
+        table.times[clock, unit] = _dated(table, clock, time)
+    dated, doubts = table.times[clock, unit]
     return dated, clock, doubts
 
 

@@ -32,6 +32,11 @@ def test_your_motorcycle(reader: Reader) -> None:
     assert reader.skipped == {"can0"}
 
 
+def test_your_recordings(reader: Reader) -> None:
+    reader.follow("your_recordings.md")
+    assert reader.skipped == set()
+
+
 def test_your_ecu(reader: Reader) -> None:
     if lacks := missing():
         pytest.skip(f"gcc and make are needed: {lacks}")
@@ -66,7 +71,14 @@ def test_numbers_agree_within_a_tolerance_and_words_exactly() -> None:
 
 
 @pytest.mark.parametrize(
-    "page", ["first_trial.md", "a_day_at_the_track.md", "your_motorcycle.md", "your_ecu.md"]
+    "page",
+    [
+        "first_trial.md",
+        "a_day_at_the_track.md",
+        "your_motorcycle.md",
+        "your_recordings.md",
+        "your_ecu.md",
+    ],
 )
 def test_every_block_of_a_page_is_of_a_language_that_the_runner_knows(page: str) -> None:
     assert {block.language for block in blocks(page)} <= {"sh", "text", "toml", "python"}

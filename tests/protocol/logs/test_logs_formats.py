@@ -179,9 +179,9 @@ HEADS = {
     "carbus": b"@ TEXT @ 2 @ 64 @ 0 @ 55 @ 10078 @ 00:00:10.078 @\r46,016\t1\n",
     "candump-screen": b"  vcan0  123   [8]  11 22 33 44 55 66 77 88\n",
     "motec-ld": b"\x40\x00\x00\x00\x00\x00\x00\x00binary",
+    "xrk": b"<hCNF\x00\x10\x00\x00\x00\x01>",
     "compressed": b"\x1f\x8b\x08\x00",
     "matlab": b"MATLAB 5.0 MAT-file",
-    "sqlite": b"SQLite format 3\x00",
     "hdf5": b"\x89HDF\r\n\x1a\n",
     "spreadsheet": b"\xd0\xcf\x11\xe0\xa1\xb1",
 }

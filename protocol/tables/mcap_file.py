@@ -1,0 +1,115 @@
+"""Read MCAP files: messages in JSON and of ROS, each topic with its own times."""
+
+import json
+from collections.abc import Iterator
+from functools import lru_cache
+from io import BufferedReader
+from pathlib import Path
+from typing import Any
+
+from slipbench.protocol.errors import InputError
+from slipbench.protocol.extras import optional_library
+from slipbench.protocol.tables.ros_types import Decode, ros_decoder
+from slipbench.protocol.tables.table import Table
+from slipbench.protocol.tables.topics import MOST_DEPTH, About, Topics
+from slipbench.protocol.units import is_unit
+from slipbench.protocol.user_file import open_user_file
+
+LIMIT = 1 << 30  # bytes of one record
+
+
+def read_mcap(path: Path) -> Table:
+    """Table of the numbers of every message. A file that breaks off is read up to there, and said.
+
+    Raises InputError where no message with a number can be read.
+    """
+    topics = Topics(str(path))
+    warnings: list[str] = []
+    try:
+        with open_user_file(path) as file:
+            _read(file, topics)
+    except InputError:
+        raise
+    except Exception as cause:  # mcap lets through whatever its parsing meets
+        damage = f"{type(cause).__name__}: {cause}"[:200]
+        warnings.append(
+            f"{path}: damaged or broken off: {damage}; {topics.count} messages before it are read"
+        )
+    return topics.table("MCAP", warnings)
+
+
+def _read(file: BufferedReader, topics: Topics) -> None:
+    """Add all messages in the order of the file, which needs no index at its end."""
+    mcap = optional_library("mcap.reader")
+
+    decoders = _Decoders()
+    reader = mcap.NonSeekingReader(file, validate_crcs=True, record_size_limit=LIMIT)
+    for schema, channel, message in reader.iter_messages(log_time_order=False):
+        decode = decoders.of(schema, channel)
+        if decode is None:
+            topics.skip(channel.topic, f"encoding {channel.message_encoding!r}")
+            continue
+        try:
+            decoded = decode(message.data)
+        except Exception as cause:  # whatever a damaged or foreign message makes
+            topics.skip(channel.topic, f"cannot be decoded ({type(cause).__name__})")
+            continue
+        topics.add(channel.topic, message.log_time, decoded, _about(schema))
+
+
+class _Decoders:
+    """Functions that decode the messages of a channel, by its schema."""
+
+    def __init__(self) -> None:
+        self._known: dict[tuple[int, str], Decode | None] = {}
+
+    def of(self, schema: Any, channel: Any) -> Decode | None:
+        """Decoder of a channel; None for an encoding that is not read."""
+        if channel.message_encoding == "json":
+            return json.loads
+        if schema is None:
+            return None
+        key = schema.id, channel.message_encoding
+        if key not in self._known:
+            self._known[key] = self._made(schema, channel.message_encoding)
+        return self._known[key]
+
+    def _made(self, schema: Any, encoding: str) -> Decode | None:
+        try:
+            text = schema.data.decode("utf-8")
+            return ros_decoder(schema.name, schema.encoding, text, encoding)
+        except InputError:
+            raise
+        except Exception:  # a damaged or foreign definition; its messages are counted as not read
+            return None
+
+
+def _about(schema: Any) -> About:
+    if schema is None:
+        return About()
+    return _known(schema.name, schema.encoding, schema.data)
+
+
+@lru_cache(maxsize=1024)
+def _known(name: str, encoding: str, definition: bytes) -> About:
+    """What a schema says: the type of ROS, or the units that a JSON schema has as descriptions."""
+    if encoding != "jsonschema":
+        return About(name)
+    try:
+        schema = json.loads(definition)
+    except ValueError:
+        return About()
+    return About("", dict(_units(schema, "", 0)))
+
+
+def _units(schema: Any, path: str, depth: int) -> Iterator[tuple[str, str]]:
+    """Units by path, of the properties whose description is a unit."""
+    properties = schema.get("properties") if isinstance(schema, dict) else None
+    if not isinstance(properties, dict) or depth >= MOST_DEPTH:
+        return
+    for name, held in properties.items():
+        inner = f"{path}.{name}".lstrip(".")
+        text = held.get("description") if isinstance(held, dict) else None
+        if isinstance(text, str) and text.strip() and is_unit(text.strip()):
+            yield inner, text.strip()
+        yield from _units(held, inner, depth + 1)
