@@ -72,7 +72,7 @@ def _at(kind: str, effects: Sequence[Effect]) -> list[SeamEffect]:
 
 
 def _dynamic(effect: SeamEffect) -> bool:
-    return bool(effect.states) or effect.remembers or hasattr(effect, "delay")
+    return bool(effect.states) or effect.remembers > 0 or hasattr(effect, "delay")
 
 
 def _finer(rows: Floats, held: Sequence[bool], parts: int) -> Floats:
