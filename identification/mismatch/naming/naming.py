@@ -87,9 +87,10 @@ def name(
         if not passed and not fit.candidates:
             passed = _pairs(rough, found, certainty, say)[:CHANCES]
         if base.model.system.by_factors and not fit.candidates:
-            passed = further(
+            ahead = further(
                 rough, passed, library, lambda a, b: passes(a, b, certainty), ENOUGH, say
-            )[:CHANCES]
+            )
+            passed = plausible_first(ahead, len(rough.candidates), ALIKE)[:CHANCES]
         if not passed:
             best_p = min((_least_p(rough, t) for t in done), default=1.0)
         best, finer = _first_that_holds(fit, passed, certainty, vetoes)
