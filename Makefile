@@ -18,6 +18,7 @@
 # make thousand         a thousand randomised simulated trials under slip control (minutes)
 # make controllers      design a controller of each kind and compare them: docs/controllers.md
 # make real-recordings  write docs/real_recordings.md: mismatch in published recordings (tens of minutes)
+# make walkthrough      write docs/how_a_mismatch_is_explained.md from a published recording
 # make lock             choose the newest versions that pyproject.toml allows
 # make clean            delete the environment and all generated files, except runs/
 #
@@ -178,6 +179,10 @@ sources: setup
 RECORDINGS ?= ../shared/recordings
 real-recordings: setup
 	$(IN)/python -m benchmarks.real.run $(RECORDINGS)
+
+.PHONY: walkthrough
+walkthrough: setup
+	$(IN)/python -m benchmarks.real.walkthrough $(RECORDINGS)
 
 setup: $(READY)
 
