@@ -172,6 +172,10 @@ class Server:
         """Show a warning in all clients."""
         self._running.publish_status(text, self._library.StatusLevel.Warning, text)
 
+    def withdraw(self, text: str) -> None:
+        """Remove a warning in all clients."""
+        self._running.remove_status([text])
+
     def plays(self, request: Any) -> bool:
         """Whether a request of a client is to play, and not to pause."""
         return bool(request.playback_command == self._parts.PlaybackCommand.Play)

@@ -16,6 +16,7 @@ SETTLING = (
     SECOND // 2
 )  # ns that clients have to subscribe: after new topics, or the last of several
 NOTHING_SKIPPED = math.inf  # bytes that the stream may lag behind the recorder
+LAGS = "the stream lags behind the recording: what is shown is late; nothing is skipped"
 Wait = Callable[[float], bool]
 
 
@@ -25,7 +26,7 @@ class LiveStream:
     def __init__(self, server: Server, view: LiveView, clock: Clock) -> None:
         """Read by `view`, which must not skip."""
         self._server, self._view, self._clock = server, view, clock
-        self._publisher, self._due = Publisher(server), 0
+        self._publisher, self._due, self._lags = Publisher(server), 0, False
 
     @property
     def waits_for_clients(self) -> bool:
@@ -47,6 +48,16 @@ class LiveStream:
             self._due = self._clock.now_ns() + SETTLING
         if portion is not None:
             self._publisher.publish(portion)
+            self._warn_of_lag()
+
+    def _warn_of_lag(self) -> None:
+        """Warn all clients for as long as more is recorded than a look reads."""
+        lags = self._view.behind > 0
+        if lags and not self._lags:
+            self._server.warn(LAGS)
+        elif self._lags and not lags:
+            self._server.withdraw(LAGS)
+        self._lags = lags
 
 
 class ReplayStream:

@@ -115,6 +115,11 @@ class LiveView:
         return None if self._run is None else self._run.recorded
 
     @property
+    def behind(self) -> int:
+        """Bytes of the recorded frames that were not read."""
+        return 0 if self._run is None else self._run.behind
+
+    @property
     def complete(self) -> bool:
         """Whether all frames of the newest run were read, by now."""
         newest, run = self._runs.current(), self._run

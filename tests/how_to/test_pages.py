@@ -47,7 +47,7 @@ def test_your_ecu(reader: Reader) -> None:
 
 def test_streams_of_the_live_view(reader: Reader) -> None:
     for library in ("foxglove", "mcap"):
-        pytest.importorskip(library, reason="pip install 'slipbench[foxglove,mdf]'")
+        pytest.importorskip(library, reason="pip install 'slipbench[view,foxglove,mdf]'")
     reader.follow("live_view.md", "Foxglove, Lichtblick, PlotJuggler")
     assert reader.skipped == set()
 

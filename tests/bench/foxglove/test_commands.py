@@ -12,6 +12,7 @@ pytest.importorskip("websockets", reason="pip install websockets")
 
 from websockets.exceptions import ConnectionClosed
 
+from slipbench.bench.foxglove.streams import LAGS
 from slipbench.bench.trials.preparation import prepare
 from slipbench.bench.trials.run import run_trial
 from tests.bench.foxglove.client import ENDED, PLAY, client
@@ -58,7 +59,8 @@ def test_a_client_that_is_there_when_a_trial_begins_receives_its_whole_recording
     received = {topic: viewer.values(topic) for topic in viewer.messages}
     signals = {topic: each for topic, each in received.items() if "/slipbench/" not in topic}
     assert signals == decoded(tmp_path / "run")
-    assert (viewer.statuses, viewer.order) == ([], sorted(viewer.order))
+    assert set(viewer.statuses) <= {LAGS}
+    assert viewer.order == sorted(viewer.order)
     assert viewer.values("/slipbench/trial")[-1][1]["phase"] == "done"
     assert viewer.values("/slipbench/lateness")[-1][1]["ticks"] > 1000
 

@@ -7,31 +7,9 @@ from slipbench.bench.foxglove.quantities import TRIAL
 from slipbench.bench.view.observer import TrialObserver
 from slipbench.bench.view.portion import Portion
 from slipbench.bench.view.recorded_trial import recorded_trial
+from tests.bench.foxglove.wire import Wire
 
 NO_TICKS = {"ticks": 0}
-
-
-class Wire:
-    """Stands for the server. It does not imitate clients: it keeps what is sent."""
-
-    def __init__(self, wanted=None):
-        self.schemas, self.sent, self.times, self.cleared = {}, [], [], 0
-        self._wanted = wanted
-
-    def advertise(self, schemas):
-        self.schemas = dict(schemas)
-
-    def wanted(self):
-        return set(self.schemas) if self._wanted is None else self._wanted
-
-    def send(self, topic, time_ns, data):
-        self.sent.append((time_ns, topic, data))
-
-    def set_time(self, time_ns):
-        self.times.append(time_ns)
-
-    def clear(self):
-        self.cleared += 1
 
 
 @pytest.fixture(scope="module")
