@@ -27,6 +27,12 @@ def test_a_day_at_the_track(reader: Reader) -> None:
     assert reader.skipped == set()
 
 
+def test_a_season(reader: Reader) -> None:
+    pytest.importorskip("duckdb", reason="pip install 'slipbench[analysis]'")
+    reader.follow("a_season.md")
+    assert reader.skipped == set()
+
+
 def test_your_motorcycle(reader: Reader) -> None:
     reader.follow("your_motorcycle.md")
     assert reader.skipped == {"can0"}
@@ -59,7 +65,8 @@ def test_numbers_agree_within_a_tolerance_and_words_exactly() -> None:
 
 
 @pytest.mark.parametrize(
-    "page", ["first_trial.md", "a_day_at_the_track.md", "your_motorcycle.md", "your_ecu.md"]
+    "page",
+    ["first_trial.md", "a_day_at_the_track.md", "a_season.md", "your_motorcycle.md", "your_ecu.md"],
 )
 def test_every_block_of_a_page_is_of_a_language_that_the_runner_knows(page: str) -> None:
     assert {block.language for block in blocks(page)} <= {"sh", "text", "toml", "python"}

@@ -1,5 +1,7 @@
 """`slipbench runs` at the command line."""
 
+import re
+
 import pytest
 
 from slipbench.protocol.configuration import load_toml
@@ -103,7 +105,8 @@ def test_a_narrow_terminal_has_the_columns_that_fit_and_the_names_of_the_others(
     monkeypatch.setenv("NO_COLOR", "1")
     monkeypatch.setenv("COLUMNS", "60")
     _, out, _ = run(monkeypatch, capsys, "runs", ".", "--where", "kind = 'run'")
-    table, _, rest = out.partition("no room for: ")
+    plain = re.sub(r"\x1b\[[0-9;?]*[a-zA-Z]", "", out)
+    table, _, rest = plain.partition("no room for: ")
     assert "excitation" in rest
     assert "name" in table
     assert max(map(len, table.splitlines())) <= 60
