@@ -77,6 +77,11 @@ def test_a_run_and_a_session_are_tagged(season, monkeypatch, capsys):
         (("--tag", "a-2", "X=1"), "tags.X"),
         (("--tag", "b-1", "x=1"), "not valid TOML"),
         (("--export", "x.csv"), "ends with .parquet"),
+        (("--export", "x.parquet", "--trend", "dead_time"), "do not go together"),
+        (("--over", "mileage"), "needs --trend"),
+        (("--figure", "x.png"), "needs --trend"),
+        (("--where", "gear = 1", "--tag", "a-2", "x=1"), "no effect"),
+        (("--where", "gear = 1", "--compare", "a-2", "a-1"), "no effect"),
         (("--where", "x = 1", "--export", "x.parquet"), "no column 'x'"),
     ],
 )
