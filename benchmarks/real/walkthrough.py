@@ -12,6 +12,7 @@ from pathlib import Path
 
 import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.figure import Figure
 
 from benchmarks.real.cases import CASES
 from benchmarks.real.run import BUILD, DOCS, _import, _model
@@ -143,9 +144,7 @@ def _table(head: str, rows: Iterable[str]) -> str:
 def _parameters(a: Analysis) -> str:
     assert a.base is not None
     known = zip(a.base.model.known, a.base.point.x, strict=True)
-    rows = (
-        f"| {k.name} | {k.at(0.0):.4g} | {k.at(float(x)):.4g} | {x:+.2f} |" for k, x in known
-    )
+    rows = (f"| {k.name} | {k.at(0.0):.4g} | {k.at(float(x)):.4g} | {x:+.2f} |" for k, x in known)
     return _table("parameter | as written | calibrated | moved by, prior deviations", rows)
 
 
@@ -160,7 +159,8 @@ def _curves(a: Analysis) -> str:
 def _scores(a: Analysis) -> str:
     assert a.named is not None
     rows = (
-        f"| {s.candidate.name} | {s.gain:.0f} | {100 * s.kept:.0f} |" for s in a.named.scores[:SHOWN]
+        f"| {s.candidate.name} | {s.gain:.0f} | {100 * s.kept:.0f} |"
+        for s in a.named.scores[:SHOWN]
     )
     return _table("effect | predicted gain, nats | share that calibration cannot hide, %", rows)
 
@@ -178,7 +178,9 @@ def _remains(a: Analysis) -> str:
     if a.remains is None:
         return "Nothing certain was left."
     share = f"{100 * a.remains.share:.2g} % of the mean square that the effects explain"
-    return f"Left here: {share}; {'the names suffice' if a.remains.small else 'they do not suffice'}."
+    return (
+        f"Left here: {share}; {'the names suffice' if a.remains.small else 'they do not suffice'}."
+    )
 
 
 def _errors(a: Analysis) -> str:
@@ -215,7 +217,7 @@ def _draw_residuals(a: Analysis, path: Path) -> None:
     _save(figure, path)
 
 
-def _save(figure: plt.Figure, path: Path) -> None:
+def _save(figure: Figure, path: Path) -> None:
     figure.tight_layout()
     figure.savefig(path, dpi=80)
     plt.close(figure)

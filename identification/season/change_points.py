@@ -29,12 +29,14 @@ class ChangePoint:
     after      index of the first value after it
     p_value    of so large a step without a change, over all places
     before, afterwards  level on either side: estimate, low and high of the 95 % interval
+    also       the same index for other places, where the step fits hardly worse
     """
 
     after: int
     p_value: float
     before: tuple[float, float, float]
     afterwards: tuple[float, float, float]
+    also: tuple[int, ...] = ()
 
     @property
     def rises(self) -> bool:
@@ -104,8 +106,16 @@ def _described(
     x: FloatArray, value: FloatArray, deviation: FloatArray, places: list[int], at: int, p: float
 ) -> ChangePoint:
     columns = model(x, places)
-    made = fit(columns, value, variances(columns, value, deviation)[0])
-    return ChangePoint(at, p, level(made, columns[at - 1]), level(made, columns[at]))
+    variance, _ = variances(columns, value, deviation)
+    made = fit(columns, value, variance)
+    others = [one for one in places if one != at]
+    elsewhere = {
+        one: fit(model(x, [*others, one]), value, variance) for one in _places(x.size, others)
+    }
+    near = float(stats.f.ppf(1 - LEVEL, 1, made.freedom)) * max(made.scale, 1.0)
+    also = [k for k, one in elsewhere.items() if k != at and one.residual - made.residual < near]
+    before, afterwards = level(made, columns[at - 1]), level(made, columns[at])
+    return ChangePoint(at, p, before, afterwards, tuple(also))
 
 
 def level(of: Fit, row: FloatArray) -> tuple[float, float, float]:

@@ -61,11 +61,12 @@ def runs_command(
         ),
     ] = None,
     over: Annotated[
-        str,
+        str | None,
         typer.Option(
             help="Abscissa of the trend: date (runs of a day are pooled), time, or a tag: mileage."
+            "  [default: date]"
         ),
-    ] = "date",
+    ] = None,
     figure: Annotated[
         Path | None,
         typer.Option(metavar="FILE", help="Figure of the trend, a new file: .png, .svg or .pdf."),
@@ -94,6 +95,19 @@ def runs_command(
 
     Exit status: 0 done, 2 invalid input (see message).
     """
+    from slipbench.identification.season.options import check_options
+
+    check_options(
+        {
+            "--tag": tag or tags,
+            "--compare": compare,
+            "--trend": trend,
+            "--export": export,
+            "--columns": columns,
+        },
+        {"--over": over, "--figure": figure},
+        where,
+    )
     if tag is not None or tags:
         from slipbench.identification.season.tagging import tag_runs
 
@@ -114,7 +128,7 @@ def runs_command(
         _print_whole(*table(season, *pair(season, compare)))
         return
     if trend is not None:
-        typer.echo("\n".join(_trend(season, trend, over, where, figure)))
+        typer.echo("\n".join(_trend(season, trend, over or "date", where, figure)))
         return
     _list(season, columns, where)
 

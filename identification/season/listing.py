@@ -17,13 +17,14 @@ def listing(season: Season, where: str | None = None) -> Listing:
     """Headings and cells of the usual columns, newest first. Raises InputError for a wrong filter.
 
     Facts, tags, parameters of the main model, and every parameter of an `explain`; a column that is
-    empty, or is "run" everywhere, is left out.
+    empty, or is "run" everywhere, is left out, and the vehicle where it is one and the same.
     """
     rows = season.rows(where)
     effects = {
         p.name for one in season.entries if one.folder.kind == "explain" for p in one.parameters
     }
-    names = [*FIRST, *season.tags, *SHOWN, *sorted(effects)]
+    several = ["vehicle"] if len({row["vehicle"] for row in rows}) > 1 else []
+    names = [*FIRST, *several, *season.tags, *SHOWN, *sorted(effects)]
     kept = [
         name for name in names if any(row.get(name) not in (None, "", "run") for row in rows)
     ] or ["name"]

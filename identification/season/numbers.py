@@ -24,7 +24,7 @@ def shown(value: float, decimals: int) -> str:
     """
     if decimals > 7 or abs(value) >= 1e7:
         return f"{value:.3g}"
-    return f"{value:.{decimals}f}"
+    return f"{round(value, decimals) + 0.0:.{decimals}f}"  # no -0.00
 
 
 def with_interval(value: float, low: float | None, high: float | None) -> str:

@@ -68,7 +68,17 @@ def _change(of: Trend, one: ChangePoint) -> str:
         f"Change point: {points.parameter} {verb} from {with_interval(*one.before)} to"
         f" {with_interval(*one.afterwards)}{unit} between {_first(points.runs[last], -1)} and"
         f" {_first(points.runs[one.after], 0)} ({where}; {p_value(one.p_value)} over all places)."
+        f"{_elsewhere(of, one)}"
     )
+
+
+def _elsewhere(of: Trend, one: ChangePoint) -> str:
+    """Sentence on other places that are nearly as likely."""
+    if not one.also:
+        return ""
+    every = (one.after, *one.also)
+    first, last = of.points.place(min(every) - 1), of.points.place(max(every))
+    return f" Other places from {first} to {last} fit hardly worse."
 
 
 def _first(names: str, at: int) -> str:

@@ -27,6 +27,12 @@ def test_a_day_at_the_track(reader: Reader) -> None:
     assert reader.skipped == set()
 
 
+def test_a_season(reader: Reader) -> None:
+    pytest.importorskip("duckdb", reason="pip install 'slipbench[analysis]'")
+    reader.follow("a_season.md")
+    assert reader.skipped == set()
+
+
 def test_your_motorcycle(reader: Reader) -> None:
     reader.follow("your_motorcycle.md")
     assert reader.skipped == {"can0"}
@@ -75,6 +81,7 @@ def test_numbers_agree_within_a_tolerance_and_words_exactly() -> None:
     [
         "first_trial.md",
         "a_day_at_the_track.md",
+        "a_season.md",
         "your_motorcycle.md",
         "your_recordings.md",
         "your_ecu.md",

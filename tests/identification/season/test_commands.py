@@ -1,5 +1,7 @@
 """`slipbench runs` at the command line."""
 
+import re
+
 import pytest
 
 from slipbench.protocol.configuration import load_toml
@@ -75,6 +77,11 @@ def test_a_run_and_a_session_are_tagged(season, monkeypatch, capsys):
         (("--tag", "a-2", "X=1"), "tags.X"),
         (("--tag", "b-1", "x=1"), "not valid TOML"),
         (("--export", "x.csv"), "ends with .parquet"),
+        (("--export", "x.parquet", "--trend", "dead_time"), "do not go together"),
+        (("--over", "mileage"), "needs --trend"),
+        (("--figure", "x.png"), "needs --trend"),
+        (("--where", "gear = 1", "--tag", "a-2", "x=1"), "no effect"),
+        (("--where", "gear = 1", "--compare", "a-2", "a-1"), "no effect"),
         (("--where", "x = 1", "--export", "x.parquet"), "no column 'x'"),
     ],
 )
@@ -103,7 +110,8 @@ def test_a_narrow_terminal_has_the_columns_that_fit_and_the_names_of_the_others(
     monkeypatch.setenv("NO_COLOR", "1")
     monkeypatch.setenv("COLUMNS", "60")
     _, out, _ = run(monkeypatch, capsys, "runs", ".", "--where", "kind = 'run'")
-    table, _, rest = out.partition("no room for: ")
+    plain = re.sub(r"\x1b\[[0-9;?]*[a-zA-Z]", "", out)
+    table, _, rest = plain.partition("no room for: ")
     assert "excitation" in rest
     assert "name" in table
     assert max(map(len, table.splitlines())) <= 60

@@ -87,6 +87,28 @@ def test_a_jump_is_found_at_its_place_with_its_levels(kind):
     assert inside > 0.9 * 2 * found
 
 
+def test_the_true_place_of_a_small_jump_is_among_those_that_are_named():
+    print("seed", SEED)
+    generator, found, exact, named = np.random.default_rng(SEED), 0, 0, 0
+    for _ in range(300):
+        x, at = np.arange(12.0), int(generator.integers(3, 10))
+        deviation, error = noise("as stated", generator, x.size)
+        changes = change_points(x, 4.0 * (x >= at) + error, deviation)
+        if len(changes) == 1:
+            (one,) = changes
+            found, exact = found + 1, exact + (one.after == at)
+            named += at in (one.after, *one.also)
+    assert named > 0.9 * found
+    assert named > exact  # the others are named for a reason
+
+
+def test_a_clear_jump_has_one_place():
+    x = np.arange(12.0)
+    _, error = noise("as stated", np.random.default_rng(SEED), 12)
+    (one,) = change_points(x, 100.0 * (x >= 5) + error, np.ones(12))
+    assert (one.after, one.also) == (5, ())
+
+
 def test_two_jumps_are_two_change_points():
     print("seed", SEED)
     x, generator = np.arange(30.0), np.random.default_rng(SEED)
