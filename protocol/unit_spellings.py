@@ -25,7 +25,7 @@ EXACT = {
 _SPELLINGS = {
     "km/h": "kmh km/h km/hr kmph kph",
     "mph": "mph mi/h miles/h",
-    "m/s": "m_per_s mps m/sec",
+    "m/s": "m_per_s mps m/sec meters/second metres/second",
     "knot": "kts knots",
     "m/s^2": "m/s2 m/s/s mps2 m/sec^2 m/s²",
     "rpm": "rpm 1/min min-1 min^-1 /min rev/min r/min u/min tr/min giri/min umdr/min ot/min",

@@ -117,7 +117,12 @@ ALLOWED: dict[str, tuple[str, ...]] = {
     "rider_button": ("enable",),
 }
 # A name that consists of this concept alone may mean the role: "THROTTLE", "SPEED".
-BARE: dict[str, str] = {"vehicle_speed": "speed", "brake": "brake", "rider_grip": "pedal"}
+BARE: dict[str, str] = {
+    "vehicle_speed": "speed",
+    "brake": "brake",
+    "rider_grip": "pedal",
+    "coolant_temperature": "coolant",
+}
 SWITCHES = {"rider_button", "throttle_fault"}
 EITHER = {"brake", "clutch", "gear", "authority", "authority_request", "throttle_authority"}
 # Meanings that a unit states, by the SI unit that it converts to.

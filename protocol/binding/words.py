@@ -1,5 +1,6 @@
-"""Vocabulary of signal names: which words of the field mean what, in English and German databases, and in
-those and the exports of other languages of Europe."""
+"""Vocabulary of signal names: which words of the field mean what, in the databases and exports of
+English, German, French, Italian and Spanish tools.
+"""
 
 import re
 import unicodedata

@@ -108,7 +108,7 @@ def unknown_format(path: Path) -> InputError:
     binary = sum(not character.isprintable() for character in text) > len(text) / 10 + 2
     first = "binary data" if binary else repr(next(filter(str.strip, text.splitlines()), "")[:80])
     return InputError(
-        "not a log of frames that is known here",
+        "the format of this file is not known here",
         where=str(path),
         expected=f"{_known('frames')}; or a table: CSV, {_known('table')}",
         found=first,

@@ -16,7 +16,8 @@ from slipbench.protocol.binding.source_lines import PERCENT
 from slipbench.protocol.recording.roles import ROLES
 from slipbench.protocol.role_proposal.columns import Column
 from slipbench.protocol.tables.titles import unit_in_name
-from slipbench.protocol.units import linear
+from slipbench.protocol.unit_spellings import spelled
+from slipbench.protocol.units import converts, is_unit, linear
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -99,12 +100,14 @@ def unit_verdict(
     """
     target, unit, value = ROLES[role].unit, column.unit, column.value
     source = "from its name" if unit == unit_in_name(column.name) else "stated"
-    if unit and _converts(unit, target):
+    if unit and (target == "count" or converts(unit, target)):
         good = _in_range(role, unit, value)
         reason = f"unit {unit} {source}" + ("" if good else f", but {_range(role, unit, value)}")
         return UnitVerdict(unit, True, good, (), reason)
+    if is_unit(unit) and spelled(unit) != "dimensionless":
+        return _of_another_kind(role, unit)
     candidates = tuple(each for each in usual_units(role) if _is_plausible(role, each, value))
-    why = f"the file states {unit!r}, which is no unit of it" if unit else "no unit stated"
+    why = f"the file states {unit!r}, which is no unit" if unit else "no unit stated"
     if target == "m/s" and reference is not None:
         found = _by_reference(candidates, *reference)
         if found is not None:
@@ -117,6 +120,21 @@ def unit_verdict(
         listed = " or ".join(candidates)
         return UnitVerdict("", False, True, candidates, f"{why}; plausible in {listed}")
     return UnitVerdict("", False, False, (), f"{why}; plausible in no usual unit")
+
+
+def needs_radius(role: str, unit: str) -> bool:
+    """Whether a column is the angular speed of a wheel, whose role is a speed."""
+    return role.endswith("wheel_speed") and converts(unit, "rad/s") and not converts(unit, "m/s")
+
+
+def _of_another_kind(role: str, unit: str) -> UnitVerdict:
+    """Verdict on a stated unit that measures something else: it is never replaced by another."""
+    if needs_radius(role, unit):
+        reason = f"unit {unit} stated: an angular speed, which needs the rolling radius"
+        return UnitVerdict("", True, True, (unit,), reason)
+    return UnitVerdict(
+        "", True, False, (), f"the file states {unit}, which measures something else"
+    )
 
 
 def usual_units(role: str) -> tuple[str, ...]:
@@ -171,11 +189,3 @@ def _range(role: str, unit: str, value: FloatArray) -> str:
 
 def _to(unit: str, target: str) -> tuple[float, float]:
     return (1.0, 0.0) if target == "count" else linear(unit, target)
-
-
-def _converts(unit: str, target: str) -> bool:
-    try:
-        _to(unit, target)
-    except ValueError:
-        return False
-    return True

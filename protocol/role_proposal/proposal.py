@@ -21,7 +21,7 @@ FloatArray = npt.NDArray[np.float64]
 ALIKE = 0.25  # score from which a column is named beside another
 CLOSE = 0.05  # difference of scores from which the second is named as close
 IMPLAUSIBLE = 0.4  # lost where the values are not those of the role
-GUESSED = 0.1  # lost where the unit was found by the values alone
+ONE_LETTER = 0.45  # lost by a name of one letter: "n" may be the engine speed, or a number
 AGREES = 0.985
 DISAGREES = 0.7
 OF_THE_BENCH = ("authority", "authority_request", "throttle_authority", "rider_button")
@@ -143,8 +143,6 @@ def _candidate(
     verdict = unit_verdict(role, column, beside)
     if not verdict.plausible:
         score -= IMPLAUSIBLE
-    elif not verdict.stated and ROLES[role].unit not in ("1", "count"):
-        score -= GUESSED
     reasons = [*named, verdict.reason]
     if beside is not None and verdict.unit:
         for change, reason in _behaviour(role, verdict.unit, *beside):
@@ -159,16 +157,12 @@ def _by_name(column: Column, role: str) -> tuple[float, tuple[str, ...]]:
     name = without_unit(name) or name
     bits = 1 if column.is_switch else 16
     unit = column.unit if converts(column.unit, column.unit) else ""
-    signal = Signal(name, 0, bits, unit=unit or _usual_unit(role))
+    signal = Signal(name, 0, bits, unit=unit)
     around = f"{message} {column.around}".strip()
     found = match(Message(around, 0, 8, (signal,)), signal, role)
-    return found.score, tuple(reason for reason in found.reasons if reason.startswith("name"))
-
-
-def _usual_unit(role: str) -> str:
-    """Unit that does not count for or against a role whose column states none."""
-    unit = ROLES[role].unit
-    return "" if unit in ("1", "count") else unit
+    lost = ONE_LETTER if len(name) == 1 else 0.0
+    reasons = tuple(reason for reason in found.reasons if reason.startswith("name"))
+    return max(0.0, found.score - lost), reasons
 
 
 def _behaviour(

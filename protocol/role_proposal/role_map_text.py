@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from slipbench.protocol.binding.binding_text import quoted, wrapped
-from slipbench.protocol.role_proposal.plausible import usual_units
+from slipbench.protocol.role_proposal.plausible import needs_radius, usual_units
 from slipbench.protocol.role_proposal.proposal import Candidate, RoleProposal
 
 LISTED = 60  # columns without a role
@@ -75,6 +75,8 @@ def _role(proposal: RoleProposal, role: str, chosen: Candidate, mark: str) -> It
     yield f"{mark}[roles.{role}]"
     yield f"{mark}column = {quoted(chosen.column.name)}"
     yield from (mark + line for line in _unit(chosen))
+    if needs_radius(role, chosen.column.unit):
+        yield f'{mark}radius = "0.3 m" # measure the rolling radius'
 
 
 def _unit(chosen: Candidate) -> Iterator[str]:
@@ -86,6 +88,8 @@ def _unit(chosen: Candidate) -> Iterator[str]:
 
 
 def _to_do(chosen: Candidate) -> str:
+    if needs_radius(chosen.role, chosen.column.unit):
+        return "state the radius"
     return "choose the unit" if chosen.verdict.plausible else "check column and unit"
 
 

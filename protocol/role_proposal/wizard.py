@@ -38,7 +38,7 @@ def write_role_map(request: RoleRequest, progress: Progress = quiet) -> str:
     text = role_map_text(proposal, request.log, request.title or request.out.stem)
     with new_file(request.out) as draft:
         draft.write_text(text, encoding="utf-8")
-    return "\n".join([*_report(proposal), *_next(request, len(proposal.bound))])
+    return "\n".join([*_report(proposal), *_next(request, len(proposal.bound), _to_do(proposal))])
 
 
 def _of_frames(request: RoleRequest, progress: Progress) -> str:
@@ -51,7 +51,7 @@ def _of_frames(request: RoleRequest, progress: Progress) -> str:
             remedy="give the vehicle's DBC file with --dbc",
         )
     proposal = propose_file(request.database, request.log, request.out, request.title, progress)
-    return "\n".join([table(proposal), *_next(request, len(proposal.bound))])
+    return "\n".join([table(proposal), *_next(request, len(proposal.bound), [])])
 
 
 def _report(proposal: RoleProposal) -> Iterator[str]:
@@ -59,6 +59,8 @@ def _report(proposal: RoleProposal) -> Iterator[str]:
     yield from proposal.columns.table.layout
     if proposal.columns.time_column:
         yield f"times: column {proposal.columns.time_column!r}"
+    elif not proposal.columns.table.clocks:
+        yield "times: no column of times was found"
     yield ""
     rows = []
     for role, chosen in {**proposal.bound, **proposal.unresolved}.items():
@@ -91,10 +93,22 @@ def _aligned(rows: Sequence[tuple[str, ...]]) -> Iterator[str]:
         yield "  ".join([*cells, row[-1]])
 
 
-def _next(request: RoleRequest, bound: int) -> Iterator[str]:
+def _to_do(proposal: RoleProposal) -> list[str]:
+    """What the user must state before the file can be imported."""
+    columns = proposal.columns
+    timed = columns.time_column or columns.table.clocks
+    return [
+        *([] if proposal.bound else ["bind columns to roles"]),
+        *([] if timed else ["state sample_period or time_column under [tables.main]"]),
+    ]
+
+
+def _next(request: RoleRequest, bound: int, to_do: list[str]) -> Iterator[str]:
     command = ["slipbench", "import", str(request.log)]
     if request.database:
         command += ["--dbc", str(request.database)]
     command += ["--roles", str(request.out), "--out", f"runs/{request.log.stem}"]
     yield f"{bound} roles proposed in {request.out}; read it and confirm them"
-    yield f"next: {shlex.join(command)}"
+    if to_do:
+        yield f"first: in {request.out} {'; '.join(to_do)}"
+    yield f"{'then' if to_do else 'next'}: {shlex.join(command)}"

@@ -2,6 +2,7 @@
 
 import csv
 import re
+from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -15,6 +16,7 @@ from slipbench.protocol.tables.csv_long import find_long
 from slipbench.protocol.tables.csv_text import Text, decode_text
 from slipbench.protocol.tables.long_table import by_channel, long_columns
 from slipbench.protocol.tables.table import Table
+from slipbench.protocol.tables.times import is_time_name
 from slipbench.protocol.tables.titles import unit_in_name
 from slipbench.protocol.user_file import read_user_file
 
@@ -70,8 +72,30 @@ def table_of_rows(where: str, text: Text, layout: Layout) -> Table:
     data = _parse(rows, numbers, layout, where)
     keep = [name for name in data.column_names if not _is_nothing(name, data[name])]
     units, guessed = _units(layout)
-    shown = (*_description(layout, text), *guessed)
-    return Table(where, data.select(keep), units, {}, tuple(warnings), shown, _breaks(numbers))
+    clocks = _clocks(keep)
+    shown = [*_description(layout, text), *guessed]
+    if clocks:
+        shown.append(f"{len(set(clocks.values()))} time columns, each for the columns behind it")
+    return Table(
+        where, data.select(keep), units, clocks, tuple(warnings), tuple(shown), _breaks(numbers)
+    )
+
+
+def _clocks(names: Sequence[str]) -> dict[str, str]:
+    """Time column of each column where several of one name stand among the others.
+
+    So CANape and others export signals of different rates: Time, a, Time, b.
+    """
+    times = [name for name in names if is_time_name(name)]
+    same = Counter(name.split(" #")[0] for name in times)
+    clocks: dict[str, str] = {}
+    clock = ""
+    for name in names:
+        if name in times and same[name.split(" #")[0]] > 1:
+            clock = name
+        elif clock:
+            clocks[name] = clock
+    return clocks
 
 
 def _doubts(where: str, text: Text, layout: Layout) -> list[str]:

@@ -16,14 +16,16 @@ from slipbench.protocol.tables.titles import split_unit
 from slipbench.protocol.units import is_unit
 
 LINES = 200  # looked at
+LIKE_UNITS = 0.8  # share of the cells of a row of units; RaceChrono has "unix time" among them
 HEADER_ROWS = 3  # rows above the numbers that may hold names and units
 _COMMENT = re.compile(r"^\s*(?:#|%|//)\s*")
+_SECTION = re.compile(r"\s*\[[^\],;\t]+\]\s*")  # [Channel Data], as HP Tuners writes it
 _LOGGER = re.compile(r'\s*"?Format"?[,;]\s*"?(MoTeC|AIM) CSV File', re.IGNORECASE)
 _UNIT_LIKE = re.compile(r"[^\s]{1,4}|[^\s]*[/^*%°µ·²³.][^\s]*|\w{1,12}")
 _NUMBER = re.compile(r"[+-]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][+-]?\d+)?")
 _DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+(?:[eE][+-]?\d+)?")
 _THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2}(?:,\d{3})+")
-_MOMENT = re.compile(r"(?:[\d./-]{6,10}[T ])?\d{1,2}:\d{2}(?::\d{2}(?:[.,]\d*)?)?(?:Z|[+-].*)?")
+_MOMENT = re.compile(r"(?:[\w./-]{6,11}[T ])?\d{1,2}:\d{2}(?::\d{2}(?:[.,]\d*)?)?(?:Z|[+-].*)?")
 _TIME_UNITS = ("s", "sec", "ms", "us", "µs", "ns", "min", "hh:mm:ss")
 EMPTY = frozenset(
     ("", "-", "--", "nan", "NaN", "NAN", "null", "NULL", "None", "N/A", "n/a", "#N/A", "NA")
@@ -71,7 +73,7 @@ def find_layout(lines: list[str]) -> Layout | None:
     logger = _LOGGER.match(lines[0])
     names, units = _names_and_units(above, motec=bool(logger))
     titles = names.cells if names else [f"column {number + 1}" for number in range(width)]
-    pairs = [(title, "") if units else split_unit(title) for title in titles]
+    pairs = [(title, "") for title in titles] if units else _split_units(titles)
     beside = [cell.strip("()[]") for cell in units.cells] if units else [unit for _, unit in pairs]
     decimal, doubtful = decimal_of(rows[first:])
     return Layout(
@@ -122,8 +124,18 @@ def _first_numbers(rows: list[list[str]], lines: list[str]) -> int | None:
     if not any(good):
         return None
     first = good.index(True)
+    if _is_above_titles(rows, lines, first, width):
+        first = good.index(True, first + 1) if any(good[first + 1 :]) else first
     filled = sum(bool(line.strip()) for line in lines[first:])
     return first if sum(good) >= 0.5 * filled else None
+
+
+def _is_above_titles(rows: list[list[str]], lines: list[str], first: int, width: int) -> bool:
+    """Whether a row of numbers is one of identifiers: no names stand above it, but just below."""
+    below = rows[first + 1] if first + 1 < len(rows) else []
+    named = len(below) == width and not any(is_number(cell) for cell in below) and any(below)
+    above = next((row for row in reversed(rows[:first]) if any(row)), [])
+    return named and len(above) != width and not _COMMENT.match(lines[first + 1])
 
 
 def _holds_numbers(row: list[str]) -> bool:
@@ -142,8 +154,9 @@ def _titles(lines: list[str], delimiter: str, width: int) -> list[_Row]:
     found: list[_Row] = []
     for row in reversed(rows):
         fits = width - 1 <= len(row.cells) <= width + 1
-        if not fits and _COMMENT.match(lines[row.index]):
-            continue  # a remark between the names and the numbers
+        line = lines[row.index]
+        if not fits and (_COMMENT.match(line) or _SECTION.fullmatch(line)):
+            continue  # a remark or a title between the names and the numbers
         if not fits or len(found) == HEADER_ROWS:
             break
         found.insert(0, _Row(row.index, (row.cells + [""] * width)[:width]))
@@ -173,20 +186,30 @@ def _time_agrees(names: list[str], units: list[str]) -> bool:
 
 
 def _are_units(row: list[str]) -> bool:
-    """Whether a row holds units: most cells are known units, and the others look like units.
+    """Whether a row holds units: most cells are known units, and nearly all others look like units.
 
     A logger has units of its own, such as MoTeC's LA for lambda; no name of a column is that short.
     """
     filled = [cell.strip("()[]") for cell in row if cell]
     known = sum(is_unit(cell) for cell in filled)
-    like_units = all(_UNIT_LIKE.fullmatch(cell) for cell in filled)
-    return bool(filled) and 2 * known >= len(filled) and like_units
+    like_units = sum(is_unit(cell) or bool(_UNIT_LIKE.fullmatch(cell)) for cell in filled)
+    return bool(filled) and 2 * known >= len(filled) and like_units >= LIKE_UNITS * len(filled)
 
 
 def decimal_of(rows: list[list[str]]) -> tuple[str, bool]:
     """Decimal point or comma of rows of cells, and whether the comma may as well divide thousands."""
     commas = [cell for row in rows for cell in row if _DECIMAL_COMMA.fullmatch(cell)]
     return "," if commas else ".", bool(commas) and all(map(_THOUSANDS.fullmatch, commas))
+
+
+def _split_units(titles: list[str]) -> list[tuple[str, str]]:
+    """Names and units of titles. Brackets that alone tell two columns apart stay: G(x), G(y)."""
+    pairs = [split_unit(title) for title in titles]
+    count = Counter(name for name, _ in pairs)
+    return [
+        (title, "") if count[name] > 1 and unit and not is_unit(unit) else (name, unit)
+        for title, (name, unit) in zip(titles, pairs, strict=True)
+    ]
 
 
 def unique_names(names: list[str]) -> tuple[str, ...]:

@@ -8,6 +8,8 @@ _EPOCH = date(1970, 1, 1).toordinal()
 _ISO = re.compile(r"(\d{4})[-/.](\d{1,2})[-/.](\d{1,2})")
 _EUROPEAN = re.compile(r"(\d{1,2})\.(\d{1,2})\.(\d{4}|\d{2})")
 _STROKES = re.compile(r"(\d{1,2})[/-](\d{1,2})[/-](\d{4}|\d{2})")
+_NAMED = re.compile(r"(\d{1,2})[- ]([A-Za-z]{3})[- ](\d{4})")
+_MONTHS = ("jan", "feb", "mar", "apr", "may", "jun", "jul", "aug", "sep", "oct", "nov", "dec")
 _PACKED = re.compile(r"(\d{4})(\d{2})(\d{2})")
 DATE_NAME = re.compile(
     r"(?:gps|utc|local|log)?[ _]*(?:date|datum|fecha|data|dato)(?:[ _]*utc)?", re.IGNORECASE
@@ -24,7 +26,7 @@ class DateStyle:
 
 def is_date(text: str) -> bool:
     """Whether a text is a date, without a time."""
-    return any(style.fullmatch(text) for style in (_ISO, _EUROPEAN, _STROKES))
+    return any(style.fullmatch(text) for style in (_ISO, _EUROPEAN, _STROKES, _NAMED))
 
 
 def date_style(texts: list[str]) -> DateStyle:
@@ -41,6 +43,9 @@ def days(text: str, style: DateStyle) -> int | None:
         year, month, day = map(int, match.groups())
     elif match := _EUROPEAN.fullmatch(text):
         day, month, year = map(int, match.groups())
+    elif (match := _NAMED.fullmatch(text)) and match[2].casefold() in _MONTHS:
+        day, year = int(match[1]), int(match[3])
+        month = _MONTHS.index(match[2].casefold()) + 1
     elif match := _STROKES.fullmatch(text):
         first, second, year = map(int, match.groups())
         day, month = (first, second) if style.day_first else (second, first)

@@ -87,10 +87,15 @@ def _dated(table: Table, clock: str, time: FloatArray) -> tuple[FloatArray, list
 
 
 def time_column_of(table: Table) -> str:
-    """Name of the table's time column, by its name. Raises InputError where there is none."""
+    """Name of the table's time column: one that is called so, else the first if in a unit of time.
+
+    Raises InputError where there is none.
+    """
     found = [name for name in table.names if is_time_name(name) and _may_be_time(table, name)]
     if found:
         return found[0]
+    if table.names and is_time_unit(table.units.get(table.names[0], "")):
+        return table.names[0]
     raise InputError(
         "the table has no time column",
         where=table.where,

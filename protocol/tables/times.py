@@ -22,7 +22,16 @@ _TIME_NAME = re.compile(
     r"(?:[ _]*(?:in[ _]+)?(?P<unit>s|sec|seconds?|ms|msec|us|µs|ns|min))?(?: #\d+)?",
     re.IGNORECASE,
 )
-_UNITS = {"msec": "ms", "millis": "ms", "milliseconds": "ms", "µs": "us", "μs": "us"}
+_UNITS = {
+    "unix time": "s",
+    "unix": "s",
+    "epoch": "s",
+    "msec": "ms",
+    "millis": "ms",
+    "milliseconds": "ms",
+    "µs": "us",
+    "μs": "us",
+}
 # Names whose numbers have a unit of their own by a standard: u-blox's iTOW.
 _STANDARD = {"itow": "ms"}
 

@@ -5,7 +5,8 @@ from functools import lru_cache
 
 from slipbench.protocol.units import converts
 
-_BRACKETS = re.compile(r"(.*?)\s*[(\[{<]\s*([^()\[\]{}<>]{0,16}?)\s*[)\]}>]\s*")
+# Behind the unit TrackAddict writes the source: "Engine Speed (rpm) *OBD".
+_BRACKETS = re.compile(r"(.*?)\s*[(\[{<]\s*([^()\[\]{}<>]{0,16}?)\s*[)\]}>]\s*(\*\w{1,8})?")
 _BEHIND = re.compile(r"(.*\S)(?:\s+in\s+|\s+/\s+|\s*,\s+|\s+-\s+)(\S{1,12})\s*")
 # RaceCapture: "EngineTemp"|"F"|0|300|1, which the CSV reader leaves with some of its quotes.
 _PIPES = re.compile(r'"?([^|"]+)"?\|"?([^|"]*)"?(?:\|-?[\d.]+){2,3}')
@@ -75,7 +76,7 @@ def split_unit(title: str) -> tuple[str, str]:
         return piped[1].strip(), piped[2].strip()
     match = _BRACKETS.fullmatch(text)
     if match and match[1].strip():
-        return match[1].strip(), match[2]
+        return f"{match[1].strip()} {match[3] or ''}".strip(), match[2]
     match = _BEHIND.fullmatch(text)
     if match and _is_measured(match[2]):
         return match[1], match[2]

@@ -180,6 +180,40 @@ def test_values_that_a_role_cannot_have_are_not_bound(tmp_path):
     assert "is not plausible" in report
 
 
+@pytest.mark.parametrize("unit", ["V", "%", "bar", "deg", "s"])
+def test_a_stated_unit_is_never_replaced_by_another(tmp_path, unit):
+    """Values between 5 and 55 would be plausible in km/h; the file says that they are no speed."""
+    log = write_csv(tmp_path / "log.csv", {f"Vehicle Speed [{unit}]": SPEED})
+    assert not proposed(tmp_path, log)[0].roles
+
+
+def test_a_wheel_speed_in_rpm_needs_its_radius(tmp_path):
+    speed = TRUTH["rear_wheel_speed"] / 0.31 / linear("rpm", "rad/s")[0]
+    log = write_csv(tmp_path / "log.csv", {"Wheel Speed Rear [rpm]": speed})
+    roles, report, out = proposed(tmp_path, log)
+    assert not roles.roles
+    assert "needs the rolling radius" in report
+    keys = ("# [roles.", "# column", "# unit", "# radius")
+    lines = [
+        line.removeprefix("# ") if line.startswith(keys) else line
+        for line in out.read_text().splitlines()
+    ]
+    text = "\n".join(line for line in lines if line != "[roles]").replace("0.3 m", "0.31 m")
+    out.write_text(text)
+    channel = import_capture(Capture(log, out), tmp_path / "run").channels["rear_wheel_speed"]
+    check_right("rear_wheel_speed", True, channel)
+
+
+@pytest.mark.parametrize("name", ["u", "y", "n", "z1", "yVal", "Channel 0", "a", "v"])
+def test_a_name_that_says_nothing_gets_no_role(tmp_path, name):
+    roles, report, _ = proposed(
+        tmp_path, write_csv(tmp_path / "log.csv", {name: TRUTH["yaw_rate"]})
+    )
+    assert not roles.roles
+    assert "UNRESOLVED" not in report
+    assert f"without a role: {name}" in report
+
+
 def test_two_columns_of_one_name_are_said_to_be_close(tmp_path):
     columns = {"Vehicle Speed [km/h]": SPEED, "Speed Vehicle [km/h]": SPEED * 1.1}
     _, report, out = proposed(tmp_path, write_csv(tmp_path / "log.csv", columns))
@@ -190,8 +224,10 @@ def test_two_columns_of_one_name_are_said_to_be_close(tmp_path):
 def test_without_times_the_file_says_what_to_state(tmp_path):
     path = tmp_path / "log.csv"
     path.write_text("Vehicle Speed [km/h],RPM\n" + "36,3000\n37,3100\n38,3200\n" * 20)
-    roles, _, out = proposed(tmp_path, path)
+    roles, report, out = proposed(tmp_path, path)
     assert "sample_period" in out.read_text()
+    assert "first: in" in report
+    assert "then: slipbench import" in report
     with pytest.raises(InputError, match="sample_period"):
         import_capture(Capture(path, out), tmp_path / "run")
     assert set(roles.roles) == {"vehicle_speed", "engine_speed"}

@@ -295,3 +295,88 @@ def test_damage_is_an_error_or_is_said(tmp_path_factory, at, damage):
             samples(table, name, "", ANY)
     except InputError:
         return
+
+
+RACE_CHRONO = """This file is created using RaceChrono Pro
+Format,3
+Session title,"Lap day"
+
+timestamp,lap_number,elapsed_time,speed,latitude,rpm
+unix time,,s,m/s,deg,rpm
+,,,100: gps,100: gps,200: obd
+1700000000.000,1,0.000,10.5,52.1,3000
+1700000000.100,1,0.100,10.6,52.1,3010
+1700000000.200,1,0.200,,52.1,3020
+"""
+HP_TUNERS = """HP Tuners CSV Log File - Export
+Version: 1.0
+
+[Log Information]
+Creation Time: 1/2/2024 10:00:00
+
+[Channel Information]
+0,12,13,2310
+Offset,Engine RPM,Vehicle Speed,Coolant Temp
+s,rpm,km/h,deg C
+
+[Channel Data]
+0.000,850,36.0,85
+0.050,860,37.0,85
+0.100,870,38.0,86
+"""
+TORQUE = """Device Time, Longitude, Latitude,GPS Speed (Meters/second), G(x), G(y),Engine RPM(rpm)
+13-May-2024 12:00:00.000,8.1,52.1,10.5,0.1,9.7,-
+13-May-2024 12:00:01.000,8.1,52.1,10.6,0.2,9.8,1500
+"""
+TRACK_ADDICT = """# RaceRender Data: TrackAddict 4.6
+# User Settings: SmoothAccel=0
+"Time","UTC Time","Lap","Speed (Km/h)","Engine Speed (rpm) *OBD","Throttle Position (%) *OBD"
+0.000,1700000000.000,0,36.0,1500,10
+0.050,1700000000.050,0,37.0,1510,11
+# Lap 1: 00:01:02.3
+0.100,1700000000.100,1,38.0,1520,12
+"""
+LOGGERS = [
+    (RACE_CHRONO, "speed", "m/s", [10.5, 10.6], 1_700_000_000.0),
+    (RACE_CHRONO, "rpm", "rpm", [3000, 3010, 3020], 1_700_000_000.0),
+    (HP_TUNERS, "Vehicle Speed", "km/h", [36, 37, 38], 0.0),
+    (HP_TUNERS, "Coolant Temp", "deg C", [85, 85, 86], 0.0),
+    (TORQUE, "GPS Speed", "Meters/second", [10.5, 10.6], NOON),
+    (TORQUE, "G(y)", "", [9.7, 9.8], NOON),
+    (TORQUE, "Engine RPM", "rpm", [1500], NOON + 1),
+    (TRACK_ADDICT, "Engine Speed *OBD", "rpm", [1500, 1510, 1520], 0.0),
+    (TRACK_ADDICT, "Speed", "Km/h", [36, 37, 38], 0.0),
+]
+
+
+@pytest.mark.parametrize(("text", "name", "unit", "values", "start"), LOGGERS)
+def test_exports_of_known_loggers(tmp_path, text, name, unit, values, start):
+    table = table_of(tmp_path, text)
+    found = samples(table, name, "", ANY)
+    assert found.value.tolist() == values
+    assert found.unit == unit
+    assert found.time[0] == pytest.approx(start, abs=1e-6)
+    assert not table.warnings
+
+
+@given(st.lists(st.integers(1, 12), min_size=2, max_size=4), st.sampled_from(["Time [s]", "t"]))
+@settings(max_examples=30, deadline=None)
+def test_several_time_columns_are_each_for_those_behind_them(tmp_path_factory, lengths, title):
+    """Signals of different rates side by side; the shorter ones end in empty cells."""
+    titles = [each for n in range(len(lengths)) for each in (title, f"signal {n}", f"other {n}")]
+    rows = [
+        [
+            f"{value}" if row < length else ""
+            for n, length in enumerate(lengths)
+            for value in (round(row * 0.01 * (n + 1), 4), row + n, -row)
+        ]
+        for row in range(max(*lengths, 3))
+    ]
+    rows = [row for row in rows if any(row)]
+    text = "\n".join([",".join(titles), *map(",".join, rows)]) + "\n"
+    table = table_of(tmp_path_factory.mktemp("clocks"), text)
+    for n, length in enumerate(lengths):
+        found = samples(table, f"other {n}", "", ANY)
+        assert found.value.tolist() == [-row for row in range(length)]
+        assert found.time == pytest.approx([row * 0.01 * (n + 1) for row in range(length)])
+    assert "time columns, each for the columns behind it" in table.layout[-1]
