@@ -54,10 +54,17 @@ SI = WrittenUnits()
 
 
 def power_of(unit: str, power: int, inverse: bool) -> str:
-    """Name of a power of a unit: m^2, (m/s)^2, 1/m, 1/(m/s), 1/((m/s)^2)."""
-    simple = unit.replace("_", "").isalnum()
-    name = unit if power == 1 else f"{unit if simple else f'({unit})'}^{power}"
-    return name if not inverse else f"1/{name if simple else f'({name})'}"
+    """Name of a power of a unit: m^2, (m/s)*(m/s), 1/m, 1/m^2, 1/(m/s), 1/(m/s)/(m/s).
+
+    A power of a bracket is no unit that files may write (protocol/units.py).
+    """
+    if unit.replace("_", "").isalnum():
+        name = unit if power == 1 else f"{unit}^{power}"
+        return f"1/{name}" if inverse else name
+    bracket = f"({unit})"
+    if inverse:
+        return "1" + f"/{bracket}" * power
+    return unit if power == 1 else "*".join([bracket] * power)
 
 
 def _factor(si: str, written: str) -> tuple[float, str]:

@@ -70,8 +70,11 @@ def _using(kind: type[SeamEffect], place: Place, file: ModelFile) -> Iterator[Pl
         along = file.seams[place.name].along
         if along:
             yield _with(place, along, file)
-    elif kind.uses in ("of_speed", "of_store"):
-        if is_speed(_state(place, file), file) == (kind.uses == "of_speed"):
+    elif kind.uses == "of_speed":
+        if is_speed(_state(place, file), file):
+            yield place
+    elif kind.uses == "of_store":
+        if is_store(_state(place, file), file):
             yield place
     else:
         for name in _others(kind.uses, place, file):
@@ -108,6 +111,11 @@ def is_speed(state: str, file: ModelFile) -> bool:
     along = any(seam.along == state for seam in file.seams.values())
     unit = file.states[state].size.si_unit
     return along or bool(_positions(state, file)) or unit.endswith("/s")
+
+
+def is_store(state: str, file: ModelFile) -> bool:
+    """Tell whether a state is neither a speed nor the integral of another state."""
+    return not is_speed(state, file) and file.states[state].rate.strip() not in file.states
 
 
 def _told(name: str, file: ModelFile) -> State | Input:

@@ -33,6 +33,26 @@ def record(spring):
     return spring.prepare(recorded(7, seconds=4.0))
 
 
+LAGGING = """
+[states.current]
+rate = "50 * (force - current)"
+size = { value = 1, unit = "V" }
+"""
+
+
+@pytest.fixture(scope="module")
+def lagging(tmp_path_factory):
+    """A spring whose force is a state: neither a speed nor the integral of one."""
+    path = tmp_path_factory.mktemp("lagging") / "spring.toml"
+    path.write_text(MODEL.replace("gain * force", "gain * current") + LAGGING, encoding="utf-8")
+    return read_system(path)
+
+
+@pytest.fixture(scope="module")
+def settled(lagging):
+    return lagging.prepare(recorded(7, seconds=4.0))
+
+
 def shown(spring, record, *effects):
     there = spring.at([], np.zeros(0), effects)
     quiet = np.zeros(record.slow.shape[1])
@@ -61,27 +81,29 @@ def test_the_page_of_every_effect_is_complete(kind):
 
 
 @pytest.mark.parametrize("name", list(BY_NAME))
-def test_an_absent_effect_changes_nothing_and_a_typical_one_leaves_a_trace(spring, record, name):
-    found = kinds(spring, name)
+def test_an_absent_effect_changes_nothing_and_a_typical_one_leaves_a_trace(lagging, settled, name):
+    found = kinds(lagging, name)
     assert found, f"{name} acts nowhere in a system that has every kind of place"
-    plain = shown(spring, record)
+    plain = shown(lagging, settled)
     for kind in found:
-        absent = shown(spring, record, kind.absent())
+        absent = shown(lagging, settled, kind.absent())
         assert np.allclose(absent, plain, atol=1e-9 * np.abs(plain).max()), kind().key
-    traces = [np.ptp(tried(spring, record, kind()) - plain) for kind in found]
+    traces = [np.ptp(tried(lagging, settled, kind()) - plain) for kind in found]
     assert np.nanmax(traces) > 1e-4 * np.ptp(plain)
 
 
 @pytest.mark.parametrize("name", list(BY_NAME))
-def test_up_to_three_times_the_typical_size_it_is_finite_or_refused_in_words(spring, record, name):
-    for kind in kinds(spring, name):
+def test_up_to_three_times_the_typical_size_it_is_finite_or_refused_in_words(
+    lagging, settled, name
+):
+    for kind in kinds(lagging, name):
         for share in (0.3, 3.0):
             values = {}
             for p in kind.parameters():
                 sized = p.sized and np.isfinite(p.absent)
                 wanted = p.absent + share * (p.typical - p.absent) if sized else p.typical
                 values[p.name] = min(max(wanted, p.low), p.high)
-            seen = tried(spring, record, kind(**values))
+            seen = tried(lagging, settled, kind(**values))
             assert np.isfinite(seen).all() or np.isnan(seen).all()
 
 

@@ -37,8 +37,9 @@ def approach(
     value: float, memory: float, elapsed: float, deceleration: float
 ) -> tuple[float, float]:
     """Return where it has come to, twice: it is what is remembered."""
-    left = max(abs(value - memory), 1e-300)
-    way = min(left, elapsed * math.sqrt(2.0 * deceleration * left))
+    left = abs(value - memory)
+    fast = math.sqrt(2.0 * deceleration * max(left, 1e-300))  # no limit times no way is no number
+    way = min(left, elapsed * fast)
     new = memory + math.copysign(way, value - memory)
     return new, new
 

@@ -23,8 +23,8 @@ Offset where the other quantity hardly changes.
 
 Reference
 ---------
-Carlson, Gerdes and Powell, "Error sources when land vehicle dead reckoning with differential
-wheelspeeds", Navigation 51 (2004).
+Everett, "Sensors for mobile robots" (1995), chapter on dead reckoning: speeds of the two wheels of an
+axle.
 """
 
 from dataclasses import dataclass

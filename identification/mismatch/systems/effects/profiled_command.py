@@ -40,8 +40,9 @@ def profile(
     """Return where the command has come to, twice, and its rate."""
     if elapsed <= 0.0:
         return memory, memory, second
-    left = max(abs(value - memory), 1e-300)
-    wanted = math.copysign(min(left / elapsed, math.sqrt(2.0 * limit * left)), value - memory)
+    left = abs(value - memory)
+    fast = math.sqrt(2.0 * limit * max(left, 1e-300))  # no limit times no way is no number
+    wanted = math.copysign(min(left / elapsed, fast), value - memory)
     most = limit * elapsed
     rate = min(max(wanted, second - most), second + most)
     new = memory + elapsed * rate

@@ -23,6 +23,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
+from slipbench.identification.mismatch.simulation.written_units import power_of
 from slipbench.plant.effects.effect import Effect
 from slipbench.plant.signals import Floats
 
@@ -130,13 +131,9 @@ def _scaled(unit: str, place: Place, period: float) -> tuple[float, str]:
         return 1.0, unit
     inverse, of, power = match[1], match[2], int(match[3] or 1)
     size, base = _quantity(of, place, period)
-    simple = base.replace("_", "").isalnum()
-    name = base if power == 1 else f"{base if simple else f'({base})'}^{power}"
-    if not inverse:
-        return size**power, name
     if base == "1":
-        return size**-power, "1"
-    return size**-power, f"1/{name if simple else f'({name})'}"
+        return size ** (-power if inverse else power), "1"
+    return size ** (-power if inverse else power), power_of(base, power, bool(inverse))
 
 
 def _quantity(name: str, place: Place, period: float) -> tuple[float, str]:
@@ -152,9 +149,9 @@ def _product(
     """Size and unit of a product or quotient; seconds cancel: rad/s times s is rad."""
     (size, unit), (factor, base) = _quantity(of, place, period), _quantity(by, place, period)
     if sign == "/":
-        simple = base.replace("_", "").isalnum()
-        divided = "" if base == "1" else f"/{base if simple else f'({base})'}" * power
+        divided = "" if base == "1" else power_of(base, 1, inverse=True)[1:] * power
         return size / factor**power, f"{unit}{divided}"
     for _ in range(power):
-        unit = unit.removesuffix("/s") if unit.endswith("/s") else f"{unit}*{base}"
+        cancels = base == "s" and unit.endswith("/s")
+        unit = unit.removesuffix("/s") if cancels else f"{unit}*{base}"
     return size * factor**power, unit
