@@ -17,7 +17,11 @@ from slipbench.identification.mismatch.callables.call import (
     CallFailedError,
     difference,
 )
-from slipbench.identification.mismatch.callables.operators import acted_inputs, acted_outputs
+from slipbench.identification.mismatch.callables.operators import (
+    acted_inputs,
+    acted_outputs,
+    speeds_used,
+)
 from slipbench.identification.mismatch.systems.model_file import ModelFile, Number
 from slipbench.identification.mismatch.systems.run import Shown
 from slipbench.identification.mismatch.systems.simulator import Simulator, Task
@@ -26,6 +30,9 @@ from slipbench.plant.signals import Floats
 from slipbench.protocol.errors import InputError
 from slipbench.protocol.units import to_base
 
+PASSES = 3
+"""Runs where an effect at an input acts along an output: first along the recorded one, then along
+that of the run before."""
 MOST_KEPT = 64_000_000
 """Bytes of runs that are kept."""
 
@@ -73,8 +80,10 @@ class OutsideSimulator(Simulator):
 
     def run(self, task: Task) -> Shown:
         """Run a task, effects included. Raises PlantError where the simulation fails."""
-        inputs = acted_inputs(task)
-        raw = self._raw(task, inputs)
+        raw = recorded_outputs(task)
+        for _ in range(PASSES if speeds_used(task) else 1):
+            inputs = acted_inputs(task, raw)
+            raw = self._raw(task, inputs)
         outputs = acted_outputs(task, inputs, raw)
         names = (*task.file.inputs, *task.file.outputs)
         return Shown(dict(zip(names, np.concatenate((inputs, outputs), axis=1).T, strict=True)))
@@ -87,7 +96,7 @@ class OutsideSimulator(Simulator):
         return self.run(task)
 
     def _check_repeatable(self, task: Task) -> None:
-        call = call_of(task, acted_inputs(task))
+        call = call_of(task, acted_inputs(task, recorded_outputs(task)))
         one, other = (self._outputs(task, call) for _ in range(2))
         if different := difference(one, other):
             raise InputError(
@@ -121,6 +130,13 @@ class OutsideSimulator(Simulator):
                 f"{fault} at {_in_words(call.parameters)}",
                 "other parameters are tried",
             ) from fault
+
+
+def recorded_outputs(task: Task) -> Floats:
+    """Return what was recorded of the outputs, (rows, outputs); 0 where nothing was."""
+    nothing = np.zeros(task.record.grid.rows)
+    known = task.record.measured
+    return np.column_stack([known.get(name, nothing) for name in task.file.outputs])
 
 
 def call_of(task: Task, inputs: Floats) -> Call:

@@ -7,13 +7,13 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Literal
 
-from pydantic import Field, ValidationError
+from pydantic import Field, ValidationError, model_validator
 
 from slipbench.identification.mismatch.callables.description import NOT_AN_EQUATION
 from slipbench.identification.mismatch.callables.parameter import Parameter
 from slipbench.identification.mismatch.systems.model_file import (
     ActingEffect,
-    Input,
+    DrivenInput,
     ModelFile,
     Number,
     Output,
@@ -40,7 +40,7 @@ class FmuParameter(Number):
     variable: str = ""
 
 
-class FmuInput(Input):
+class FmuInput(DrivenInput):
     """An input of the FMU.
 
     variable  name in the FMU; empty: the input's own
@@ -96,6 +96,16 @@ class FmuFile(Section):
     outputs: dict[str, FmuOutput] = Field(min_length=1)
     effects: tuple[ActingEffect, ...] = ()
 
+    @model_validator(mode="after")
+    def _speeds_are_outputs(self) -> "FmuFile":
+        for key, told in self.inputs.items():
+            if told.along and told.along not in self.outputs:
+                raise ValueError(
+                    f"inputs.{key}.along = {told.along!r} is no output;"
+                    f" one of {', '.join(self.outputs)} is expected"
+                )
+        return self
+
     def model_file(self, parameters: Mapping[str, Parameter], name: str, where: str) -> ModelFile:
         """Return it as a model file without equations. Raises InputError.
 
@@ -111,7 +121,7 @@ class FmuFile(Section):
                 stretch=self.stretch,
                 parameters=numbers,
                 inputs={
-                    key: Input(**one.model_dump(exclude={"variable"}))
+                    key: DrivenInput(**one.model_dump(exclude={"variable"}))
                     for key, one in self.inputs.items()
                 },
                 outputs={

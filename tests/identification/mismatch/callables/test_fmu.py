@@ -158,6 +158,7 @@ def test_an_fmu_without_a_file_beside_it_shows_one_that_reads(fmu, folder):
         ("value = 100,", "value = 2000,", r"outside of the bounds(.|\n)*0 to 1000"),
         (", plus_minus = 1 }", " }", "neither plus_minus nor bounds"),
         ('step = "10 ms"', 'setp = "10 ms"', "step"),
+        ("[inputs.force]", '[inputs.force]\nalong = "speed"', "along = 'speed' is no output"),
         ('step = "10 ms"', 'step = "10 ms"\ninterface = "cosim"', "interface"),
     ],
 )
@@ -212,7 +213,7 @@ def test_a_licence_that_is_missing_is_said_in_the_words_of_the_fmu(folder, versi
     ("fault", "sentence"),
     [
         (1, "did not return within 0.5 s"),
-        (2, "SIGABRT"),
+        (2, "SIGKILL"),
         (3, r"fmi2DoStep failed with status 3 \(error\)"),
         (4, "place is nan at sample 1"),
     ],
