@@ -72,8 +72,8 @@ class FmuFile(Section):
     fmu          the FMU, relative to this file; empty: the one of the same name
     name         of the system; empty: the FMU's
     description  text for people
-    interface    of the FMU
-    step         largest step of communication
+    interface    of the FMU; empty: co-simulation where it has it, else model exchange
+    step         largest step of communication, or of integration in model exchange
     period       of the bins in which residuals are tested: that of the slowest output, as a rule
     stretch      time within which errors may be serially correlated; 0: 30 periods
     time_limit   of one run; a run that takes longer is ended
@@ -86,7 +86,7 @@ class FmuFile(Section):
     fmu: str = ""
     name: str = ""
     description: str = ""
-    interface: Literal["co_simulation"] = "co_simulation"
+    interface: Literal["co_simulation", "model_exchange", ""] = ""
     step: Seconds = Field(gt=0.0)
     period: Seconds = Field(gt=0.0)
     stretch: Seconds = Field(default=0.0, ge=0.0)

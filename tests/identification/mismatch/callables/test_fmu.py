@@ -21,6 +21,7 @@ from tests.identification.mismatch.laws.explained import explained, holds, names
 from tests.identification.mismatch.laws.spring import cubic, spring, swung
 
 pytestmark = needs_compiler
+START = 'start = { value = 0.5, unit = "m", plus_minus = 0.1 }\n\n[inputs.force]'
 CHAIN = Chain({"system": ()}, ())
 ROLES = """
 title = "spring"
@@ -60,6 +61,33 @@ def test_an_fmu_simulates_what_its_equations_simulate(fmu, tmp_path):
     recording = swung(5, seconds=4.0)
     expected = shown(spring(tmp_path), recording)
     assert np.allclose(shown(read_system(fmu), recording), expected, atol=1e-4 * np.ptp(expected))
+
+
+def test_model_exchange_gives_what_co_simulation_gives(fmu, tmp_path):
+    recording = swung(5, seconds=2.0)
+    path = tmp_path / "exchanged.toml"
+    text = BESIDE.replace('step = "10 ms"', 'step = "2 ms"\ninterface = "model_exchange"')
+    path.write_text(f'fmu = "{fmu}"\n{text}', encoding="utf-8")
+    expected = shown(read_system(fmu), recording)
+    assert np.allclose(shown(read_system(path), recording), expected, atol=1e-5 * np.ptp(expected))
+
+
+def test_the_start_of_a_state_may_be_a_parameter(fmu, tmp_path):
+    """Both interfaces start there: a spring that is let go swings with its frequency and damping."""
+    recording = swung(5, seconds=2.0, force=np.zeros(200), start=0.5)
+    found = []
+    for interface in ("co_simulation", "model_exchange"):
+        path = tmp_path / f"{interface}.toml"
+        text = BESIDE.replace("[inputs.force]", START).replace(
+            'step = "10 ms"', f'step = "2 ms"\ninterface = "{interface}"'
+        )
+        path.write_text(f'fmu = "{fmu}"\n{text}', encoding="utf-8")
+        found.append(shown(read_system(path), recording))
+    time = 0.01 * np.arange(1, 200)
+    damped = 10.0 * np.sqrt(1.0 - 0.1**2)
+    swing = np.cos(damped * time) + 0.1 * 10.0 / damped * np.sin(damped * time)
+    for one in found:
+        assert np.allclose(one, 0.5 * np.exp(-time) * swing, atol=1e-5)
 
 
 def test_smaller_communication_steps_give_the_same(fmu, tmp_path):
