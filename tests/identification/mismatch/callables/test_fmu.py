@@ -90,6 +90,22 @@ def test_the_start_of_a_state_may_be_a_parameter(fmu, tmp_path):
         assert np.allclose(one, 0.5 * np.exp(-time) * swing, atol=1e-5)
 
 
+@pytest.mark.parametrize("version", [2, 3])
+def test_an_event_is_handled_at_the_end_of_its_step(folder, version):
+    """It bounces at -0.2 m with half its speed, so it never goes far beyond, and stays above 0.25 m
+    on its way back: an oscillator of 10 rad/s with 0.5 m passes the wall at 4.6 m/s."""
+    fmu = build(folder, version, f"wall{version}", "WALL=-0.2")
+    text = BESIDE.replace("[inputs.force]", START).replace(
+        'step = "10 ms"', 'step = "0.5 ms"\ninterface = "model_exchange"'
+    )
+    system = read_system(with_file(fmu, text))
+    found = shown(system, swung(5, seconds=2.0, force=np.zeros(200), start=0.5))
+    assert -0.2 - 4.6 * 0.5e-3 < found.min() < -0.15
+    rates = np.diff(found) / 0.01
+    hit = int(np.argmin(found))
+    assert rates[hit + 2] == pytest.approx(-0.5 * rates[hit - 2], rel=0.15)
+
+
 def test_smaller_communication_steps_give_the_same(fmu, tmp_path):
     recording = swung(5, seconds=2.0)
     fine = tmp_path / "fine.toml"

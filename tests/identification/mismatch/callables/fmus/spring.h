@@ -21,7 +21,6 @@ typedef struct {
     double value[COUNT];
     double time;
     int ready; /* whether it is initialized */
-    int nothing; /* whether the last state event was handled */
 } Spring;
 
 static void rates(Spring *s, const double x[2], double dx[2])
@@ -53,6 +52,20 @@ static void classical_step(Spring *s, double h)
     for (int i = 0; i < 2; i++)
         x[i] += h / 6.0 * (k[0][i] + 2.0 * k[1][i] + 2.0 * k[2][i] + k[3][i]);
 }
+
+#ifdef WALL /* m, where it bounces and loses half its speed; in model exchange alone */
+enum { INDICATORS = 1 };
+static void indicate(const Spring *s, double *z) { z[0] = s->value[POSITION] - WALL; }
+static void bounce(Spring *s)
+{
+    if (s->value[POSITION] < WALL && s->value[VELOCITY] < 0.0)
+        s->value[VELOCITY] *= -0.5;
+}
+#else
+enum { INDICATORS = 0 };
+static void indicate(const Spring *s, double *z) {}
+static void bounce(Spring *s) {}
+#endif
 
 /* 0: done. Faults that are compiled in happen where the gain is above 105. */
 static int advance(Spring *s, double h)
