@@ -4,6 +4,7 @@ Effects act on its inputs and outputs (operators.py). Runs are kept: what acts a
 only in a sensor, costs no run.
 """
 
+import time
 from collections import OrderedDict
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -33,6 +34,8 @@ from slipbench.protocol.units import to_base
 PASSES = 3
 """Runs where an effect at an input acts along an output: first along the recorded one, then along
 that of the run before."""
+RUNS = (150, 2000)
+"""Runs for each recording: where nothing is missing, and where many effects compete."""
 MOST_KEPT = 64_000_000
 """Bytes of runs that are kept."""
 
@@ -41,13 +44,14 @@ MOST_KEPT = 64_000_000
 class Kept:
     """Runs by what was asked, the oldest first.
 
-    made: how many runs were made; repeatable: whether one was seen to be.
+    made: how many runs were made; repeatable: whether one was seen to be; seconds: that it took.
     """
 
     runs: OrderedDict[bytes, Floats] = field(default_factory=OrderedDict)
     size: int = 0
     made: int = 0
     repeatable: bool = False
+    seconds: float = 0.0
 
     def put(self, key: bytes, run: Floats) -> None:
         """Keep a run and drop the oldest where there are too many."""
@@ -78,6 +82,14 @@ class OutsideSimulator(Simulator):
         """Return parameters within their bounds."""
         return np.clip(values, self.low, self.high)
 
+    def duration(self, recordings: int) -> str:
+        """Say how long an analysis of so many recordings takes, from the first run."""
+        low, high = (recordings * runs * self.kept.seconds / 60.0 for runs in RUNS)
+        return (
+            f"One run of {self.what} takes {self.kept.seconds:.2g} s: its runs alone take"
+            f" {low:.2g} to {high:.2g} min"
+        )
+
     def run(self, task: Task) -> Shown:
         """Run a task, effects included. Raises PlantError where the simulation fails."""
         raw = recorded_outputs(task)
@@ -97,7 +109,10 @@ class OutsideSimulator(Simulator):
 
     def _check_repeatable(self, task: Task) -> None:
         call = call_of(task, acted_inputs(task, recorded_outputs(task)))
-        one, other = (self._outputs(task, call) for _ in range(2))
+        one = self._outputs(task, call)
+        begun = time.perf_counter()
+        other = self._outputs(task, call)
+        self.kept.seconds = time.perf_counter() - begun
         if different := difference(one, other):
             raise InputError(
                 "two runs with the same parameters and inputs gave different results",
