@@ -80,6 +80,9 @@ def analyse(
 
 
 def _calibrate(a: Analysis, _: Sequence[type[Effect]], say: Say) -> None:
+    records = len(a.training.records) + (len(a.held_out.records) if a.held_out else 0)
+    if takes := a.system.duration(records):
+        say(takes)
     say("Calibrating nominal parameters")
     a.base = calibrate(a.training, a.training.origin())
     turn = plainest_turn(a.base)

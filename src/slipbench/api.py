@@ -173,6 +173,7 @@ def explain(
     inputs: Sequence[str],
     outputs: Sequence[str],
     linear: Sequence[str] = (),
+    speeds: Mapping[str, str] | None = None,
     period: float = 0.0,
     improved: StrPath | None = None,
     time_limit: float | None = 60.0,
@@ -188,7 +189,8 @@ def explain(*arguments: Any, **options: Any) -> "Verdict":
     dictionary of numbers in the units of `parameters`, arrays (n,) of the inputs in the unit
     recorded (SI) and evenly spaced times (n,) in s from 0, and returns arrays (n,) of the outputs
     at these times. inputs, outputs: roles of the recordings. An input holds until the next sample;
-    those in `linear` follow straight lines. period: of the bins in which residuals are tested, s;
+    those in `linear` follow straight lines. speeds: input -> output that is the speed of what it
+    drives: friction may act along it. period: of the bins in which residuals are tested, s;
     that of the slowest output if 0. improved: new file (TOML) with the calibrated parameters and
     the effects that were found. time_limit: of one run, s; on Linux the function runs in a
     process of its own, and one that hangs or crashes does not end the analysis. None: in this
@@ -229,6 +231,7 @@ def _explain_function(
     inputs: Sequence[str] = (),
     outputs: Sequence[str] = (),
     linear: Sequence[str] = (),
+    speeds: Mapping[str, str] | None = None,
     period: float = 0.0,
     improved: StrPath | None = None,
     time_limit: float | None = 60.0,
@@ -240,7 +243,7 @@ def _explain_function(
     from slipbench.identification.mismatch.telling.conclude import verdict
     from slipbench.identification.mismatch.telling.output import write_improved
 
-    ports = Ports(tuple(inputs), tuple(outputs), tuple(linear), period)
+    ports = Ports(tuple(inputs), tuple(outputs), tuple(linear), period, dict(speeds or {}))
     training, proof = ([_in_memory(run) for run in runs] for runs in (recordings, held_out))
     system = function_system(simulate, parameters, ports, training, time_limit)
     analysis = analysis_of(system, training, proof)

@@ -5,14 +5,19 @@ Magnitudes and periods that a model file states are taken from the training reco
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 import tomli_w
 from pydantic import ValidationError
 
 from slipbench.identification.mismatch.callables.parameter import Parameter
-from slipbench.identification.mismatch.systems.model_file import Input, ModelFile, Number, Output
+from slipbench.identification.mismatch.systems.model_file import (
+    DrivenInput,
+    ModelFile,
+    Number,
+    Output,
+)
 from slipbench.plant.errors import nearest
 from slipbench.plant.signals import Floats
 from slipbench.protocol.errors import InputError
@@ -28,13 +33,15 @@ class Ports:
     """Roles of the recordings that a simulation takes and gives.
 
     linear: inputs that follow straight lines between samples; all others hold until the next one.
-    period: of the bins in which residuals are tested, s; 0: that of the slowest output.
+    speeds: input -> output that is the speed of what it drives: friction may act along it. period:
+    of the bins in which residuals are tested, s; 0: that of the slowest output.
     """
 
     inputs: tuple[str, ...]
     outputs: tuple[str, ...]
     linear: tuple[str, ...] = ()
     period: float = 0.0
+    speeds: Mapping[str, str] = field(default_factory=dict)
 
 
 def described(
@@ -52,7 +59,12 @@ def described(
             period=period,
             parameters=numbers,
             inputs={
-                role: Input(role=role, size=sizes[role], held=role not in ports.linear)
+                role: DrivenInput(
+                    role=role,
+                    size=sizes[role],
+                    held=role not in ports.linear,
+                    along=ports.speeds.get(role, ""),
+                )
                 for role in ports.inputs
             },
             outputs={
@@ -103,16 +115,21 @@ def _check_ports(ports: Ports, recordings: Sequence[Recording], name: str) -> No
     for role in (*ports.inputs, *ports.outputs):
         if role not in there:
             raise InputError(f"{role!r} was not recorded", where=name, remedy=nearest(role, there))
-    for role in ports.linear:
-        if role not in ports.inputs:
-            raise InputError(
-                f"linear names {role!r}, which is no input",
-                where=name,
-                remedy=nearest(role, ports.inputs),
-            )
+    for what, roles, known in (
+        ("linear", ports.linear, ports.inputs),
+        ("speeds", tuple(ports.speeds), ports.inputs),
+        ("speeds", tuple(ports.speeds.values()), ports.outputs),
+    ):
+        _check_known(what, roles, known, name)
     both = sorted({*ports.inputs} & {*ports.outputs})
     if both:
         raise InputError(f"{both[0]!r} is an input and an output", where=name)
+
+
+def _check_known(what: str, roles: Sequence[str], known: Sequence[str], name: str) -> None:
+    for role in roles:
+        if role not in known:
+            raise InputError(f"{what} names {role!r}", where=name, remedy=nearest(role, known))
 
 
 def _size(role: str, recordings: Sequence[Recording]) -> Number:

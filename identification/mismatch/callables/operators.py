@@ -5,6 +5,7 @@ without states, whose equations pass each signal on. A held input keeps its step
 effect makes of it within a row is replaced by its mean, as a sampled simulation is driven.
 """
 
+import inspect
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -13,7 +14,7 @@ import numpy as np
 from slipbench.identification.mismatch.systems.effects.seam_effect import INPUT, OUTPUT, SeamEffect
 from slipbench.identification.mismatch.systems.equations import Equations
 from slipbench.identification.mismatch.systems.expression import PREFIX
-from slipbench.identification.mismatch.systems.model_file import Input
+from slipbench.identification.mismatch.systems.model_file import Input, Output
 from slipbench.identification.mismatch.systems.run import run
 from slipbench.identification.mismatch.systems.simulator import Task
 from slipbench.plant.effects.effect import Effect
@@ -26,26 +27,36 @@ RAW = "simulated_"
 NO_VALUES = np.zeros(0)
 
 
-def acted_inputs(task: Task) -> Floats:
-    """Inputs with what is pushed and what acts there, (rows, inputs)."""
-    names = tuple(task.file.inputs)
-    pushed = task.record.inputs + task.push[:, : len(names)]
+def speeds_used(task: Task) -> bool:
+    """Tell whether an effect at an input acts along an output."""
+    return any(e.place.other in task.file.outputs for e in _at(INPUT, task.effects))
+
+
+def acted_inputs(task: Task, outputs: Floats) -> Floats:
+    """Inputs with what is pushed and what acts there, (rows, inputs).
+
+    outputs: (rows, outputs), along which some of it acts.
+    """
+    names = (*task.file.inputs, *task.file.outputs)
+    pushed = task.record.inputs + task.push[:, : len(task.file.inputs)]
     effects = _at(INPUT, task.effects)
     if not effects:
         return pushed
     parts = FINER if any(map(_dynamic, effects)) else 1
-    held = [told.steps for told in task.file.inputs.values()]
+    held = [i.steps for i in task.file.inputs.values()] + [False] * len(task.file.outputs)
+    lines = {n: _line(o) for n, o in task.file.outputs.items()}
+    file = task.file.model_copy(update={"inputs": {**task.file.inputs, **lines}})
     grid = task.record.grid
     fine = replace(
         task.record,
         grid=replace(grid, rows=parts * grid.rows, step=grid.step / parts),
-        inputs=_finer(pushed, held, parts),
+        inputs=_finer(np.concatenate((pushed, outputs), axis=1), held, parts),
     )
     alone = Equations((), names, (), (), (), ())
     still = np.zeros((parts * grid.rows, len(names)))
-    shown = run(alone, task.file, NO_VALUES, effects, fine, still)
+    shown = run(alone, file, NO_VALUES, effects, fine, still)
     return np.column_stack(
-        [_of_rows(shown[n], steps, parts) for n, steps in zip(names, held, strict=True)]
+        [_of_rows(shown[n], i.steps, parts) for n, i in task.file.inputs.items()]
     )
 
 
@@ -55,7 +66,7 @@ def acted_outputs(task: Task, inputs: Floats, raw: Floats) -> Floats:
     if not effects:
         return raw
     names = {f"{RAW}{n}": o for n, o in task.file.outputs.items()}
-    told = {n: Input(role=o.role, size=o.size, held=False) for n, o in names.items()}
+    told = {n: _line(o) for n, o in names.items()}
     step = task.record.grid.step / (FINER if any(map(_dynamic, effects)) else 1)
     file = task.file.model_copy(update={"inputs": {**task.file.inputs, **told}, "step": step})
     passed = tuple((n, f"{PREFIX}{RAW}{n}") for n in task.file.outputs)
@@ -71,8 +82,16 @@ def _at(kind: str, effects: Sequence[Effect]) -> list[SeamEffect]:
     return [e for e in effects if isinstance(e, SeamEffect) and e.place.kind == kind]
 
 
+def _line(output: Output) -> Input:
+    return Input(role=output.role, size=output.size, held=False)
+
+
 def _dynamic(effect: SeamEffect) -> bool:
-    return bool(effect.states) or effect.remembers > 0 or hasattr(effect, "delay")
+    """Tell whether what an effect makes of a level input changes within a row."""
+    if effect.states or effect.uses == "along":
+        return True
+    known = inspect.signature(effect.act).parameters if effect.act is not None else {}
+    return not {"past", "step", "elapsed"}.isdisjoint(known)
 
 
 def _finer(rows: Floats, held: Sequence[bool], parts: int) -> Floats:

@@ -158,6 +158,10 @@ class System(ABC):
         q, added: as for `simulate`.
         """
 
+    def duration(self, recordings: int) -> str:
+        """Say how long the analysis of so many prepared recordings takes; empty: not long."""
+        return ""
+
     def acts_at(self, effect: Effect) -> str:
         """Return the place (see `places`) or the sensor where an effect acts; empty: no such."""
         return ""

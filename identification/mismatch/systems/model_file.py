@@ -109,6 +109,15 @@ class Input(Section):
         return self.held and not self.smooth
 
 
+class DrivenInput(Input):
+    """An input of a simulation from outside.
+
+    along  output that is the speed of what the input drives: friction may act along it
+    """
+
+    along: str = ""
+
+
 class State(Section):
     """A state of the system.
 

@@ -16,9 +16,11 @@ from slipbench.identification.mismatch.systems.effects.seam_effect import (
 from slipbench.identification.mismatch.systems.equations import rate_name
 from slipbench.identification.mismatch.systems.model_file import (
     ActingEffect,
+    DrivenInput,
     Input,
     ModelFile,
     Number,
+    Output,
     State,
 )
 from slipbench.plant.errors import ParameterError, nearest
@@ -49,7 +51,7 @@ def library(read: "Read") -> tuple[type[SeamEffect], ...]:
         placed(kind, used, read.file.period, factor)
         for kind in LIBRARY
         for place in places(read.file)
-        if place.kind in kind.acts_on
+        if _suits(kind, place, read.file)
         for used in _using(kind, place, read.file)
         for factor in kind.variants
     )
@@ -67,7 +69,7 @@ def _using(kind: type[SeamEffect], place: Place, file: ModelFile) -> Iterator[Pl
     if not kind.uses:
         yield place
     elif kind.uses == "along":
-        along = file.seams[place.name].along
+        along = _speed_at(place, file)
         if along:
             yield _with(place, along, file)
     elif kind.uses == "of_speed":
@@ -118,8 +120,23 @@ def is_store(state: str, file: ModelFile) -> bool:
     return not is_speed(state, file) and file.states[state].rate.strip() not in file.states
 
 
-def _told(name: str, file: ModelFile) -> State | Input:
-    return file.states[name] if name in file.states else file.inputs[name]
+def _told(name: str, file: ModelFile) -> State | Input | Output:
+    if name in file.states:
+        return file.states[name]
+    return file.inputs[name] if name in file.inputs else file.outputs[name]
+
+
+def _suits(kind: type[SeamEffect], place: Place, file: ModelFile) -> bool:
+    """Tell whether an effect may act at a place; what acts along a speed needs one."""
+    return place.kind in kind.acts_on or (kind.uses == "along" and bool(_speed_at(place, file)))
+
+
+def _speed_at(place: Place, file: ModelFile) -> str:
+    """Return the quantity that is the speed at a seam or an input; empty: none is known."""
+    if place.kind == SEAM:
+        return file.seams[place.name].along
+    told = file.inputs.get(place.name)
+    return told.along if isinstance(told, DrivenInput) else ""
 
 
 def _with(place: Place, other: str, file: ModelFile) -> Place:
@@ -137,12 +154,12 @@ def acting(entry: ActingEffect, file: ModelFile, where: str) -> SeamEffect:
     found = [
         used
         for place in places(file)
-        if place.kind in kind.acts_on and place.name == entry.at
+        if _suits(kind, place, file) and place.name == entry.at
         for used in _using(kind, place, file)
         if not entry.using or used.other == entry.using
     ]
     if len(found) != 1:
-        allowed = sorted({p.name for p in places(file) if p.kind in kind.acts_on})
+        allowed = sorted({p.name for p in places(file) if _suits(kind, p, file)})
         raise InputError(
             f"{entry.name} cannot act at {entry.at!r} using {entry.using!r}",
             where=where,

@@ -46,6 +46,10 @@ class Simulator(ABC):
         """Run a task with nominal parameters. Raises InputError where it cannot be used at all."""
         return self.run(task)
 
+    def duration(self, recordings: int) -> str:
+        """Say how long an analysis takes, after the first run; empty: not worth a word."""
+        return ""
+
     def bounded(self, values: Floats) -> Floats:
         """Return parameters within what the simulation accepts."""
         return values

@@ -181,6 +181,10 @@ class ModelSystem(System):
             ) from fault
         return realigned(record, recording, self.file, shown)
 
+    def duration(self, recordings: int) -> str:
+        """Say how long the analysis of so many prepared recordings takes; empty: not long."""
+        return self.simulator.duration(recordings)
+
     def check(self, record: Record) -> None:
         """A recording with its inputs and an output is taken as one of it."""
 

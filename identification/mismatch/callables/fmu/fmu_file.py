@@ -7,13 +7,13 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Literal
 
-from pydantic import Field, ValidationError
+from pydantic import Field, ValidationError, model_validator
 
 from slipbench.identification.mismatch.callables.description import NOT_AN_EQUATION
 from slipbench.identification.mismatch.callables.parameter import Parameter
 from slipbench.identification.mismatch.systems.model_file import (
     ActingEffect,
-    Input,
+    DrivenInput,
     ModelFile,
     Number,
     Output,
@@ -40,7 +40,7 @@ class FmuParameter(Number):
     variable: str = ""
 
 
-class FmuInput(Input):
+class FmuInput(DrivenInput):
     """An input of the FMU.
 
     variable  name in the FMU; empty: the input's own
@@ -72,8 +72,8 @@ class FmuFile(Section):
     fmu          the FMU, relative to this file; empty: the one of the same name
     name         of the system; empty: the FMU's
     description  text for people
-    interface    of the FMU
-    step         largest step of communication
+    interface    of the FMU; empty: co-simulation where it has it, else model exchange
+    step         largest step of communication, or of integration in model exchange
     period       of the bins in which residuals are tested: that of the slowest output, as a rule
     stretch      time within which errors may be serially correlated; 0: 30 periods
     time_limit   of one run; a run that takes longer is ended
@@ -86,7 +86,7 @@ class FmuFile(Section):
     fmu: str = ""
     name: str = ""
     description: str = ""
-    interface: Literal["co_simulation"] = "co_simulation"
+    interface: Literal["co_simulation", "model_exchange", ""] = ""
     step: Seconds = Field(gt=0.0)
     period: Seconds = Field(gt=0.0)
     stretch: Seconds = Field(default=0.0, ge=0.0)
@@ -95,6 +95,16 @@ class FmuFile(Section):
     inputs: dict[str, FmuInput] = Field(min_length=1)
     outputs: dict[str, FmuOutput] = Field(min_length=1)
     effects: tuple[ActingEffect, ...] = ()
+
+    @model_validator(mode="after")
+    def _speeds_are_outputs(self) -> "FmuFile":
+        for key, told in self.inputs.items():
+            if told.along and told.along not in self.outputs:
+                raise ValueError(
+                    f"inputs.{key}.along = {told.along!r} is no output;"
+                    f" one of {', '.join(self.outputs)} is expected"
+                )
+        return self
 
     def model_file(self, parameters: Mapping[str, Parameter], name: str, where: str) -> ModelFile:
         """Return it as a model file without equations. Raises InputError.
@@ -111,7 +121,7 @@ class FmuFile(Section):
                 stretch=self.stretch,
                 parameters=numbers,
                 inputs={
-                    key: Input(**one.model_dump(exclude={"variable"}))
+                    key: DrivenInput(**one.model_dump(exclude={"variable"}))
                     for key, one in self.inputs.items()
                 },
                 outputs={

@@ -5,12 +5,13 @@ import numpy as np
 from slipbench.identification.mismatch.callables.call import Call, CallFailedError, checked
 from slipbench.identification.mismatch.callables.fmu.co_simulation import co_simulated
 from slipbench.identification.mismatch.callables.fmu.instance import Instance, instance_of
+from slipbench.identification.mismatch.callables.fmu.model_exchange import integrated
 from slipbench.identification.mismatch.callables.fmu.plan import Plan, inside, outside
 from slipbench.plant.signals import Floats
 from slipbench.protocol.errors import is_interrupt
 
 NONE = np.zeros(0)
-RUN = {"co_simulation": co_simulated}
+RUN = {"co_simulation": co_simulated, "model_exchange": integrated}
 
 
 class FmuRunner:

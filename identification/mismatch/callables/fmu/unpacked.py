@@ -10,7 +10,7 @@ from slipbench.protocol.errors import InputError
 from slipbench.protocol.extras import optional_library
 
 VERSIONS = ("2.0", "3.0")
-INTERFACES = {"co_simulation": "coSimulation"}
+INTERFACES = {"co_simulation": "coSimulation", "model_exchange": "modelExchange"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,8 +34,9 @@ class UnpackedFmu:
         there = [name for name, own in INTERFACES.items() if getattr(self.description, own)]
         if not there or (wanted and wanted not in there):
             raise InputError(
-                f"the FMU has no interface for {(wanted or 'co_simulation').replace('_', '-')}",
+                f"the FMU has no interface for {wanted.replace('_', '-') or 'simulation'}",
                 where=str(self.path),
+                found=", ".join(there) or "neither co-simulation nor model exchange",
                 remedy="export it for co-simulation",
             )
         chosen = wanted or there[0]

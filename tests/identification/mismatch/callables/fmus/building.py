@@ -54,7 +54,10 @@ def build(folder: Path, version: int = 2, name: str = "spring", *defined: str) -
     flags = ["-O2", "-shared", "-fPIC", *macros, f"-I{headers}"]
     subprocess.run(["gcc", *flags, *sources, "-o", library, "-lm"], check=True)
     (made / "resources").mkdir()
-    (made / "modelDescription.xml").write_text(description(version), encoding="utf-8")
+    text = description(version)
+    if any(one.startswith("WALL") for one in defined):
+        text = text.replace('numberOfEventIndicators="0"', 'numberOfEventIndicators="1"')
+    (made / "modelDescription.xml").write_text(text, encoding="utf-8")
     path = folder / f"{name}.fmu"
     with zipfile.ZipFile(path, "w") as packed:
         for file in made.rglob("*"):

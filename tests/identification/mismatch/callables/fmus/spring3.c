@@ -60,6 +60,7 @@ fmi3Status fmi3UpdateDiscreteStates(fmi3Instance c, fmi3Boolean *more, fmi3Boole
 {
     *more = *terminate = *nominals = *states = *timed = fmi3False;
     *next = 0.0;
+    bounce(c);
     return fmi3OK;
 }
 fmi3Status fmi3EnterContinuousTimeMode(fmi3Instance c) { return fmi3OK; }
@@ -85,6 +86,10 @@ fmi3Status fmi3GetContinuousStateDerivatives(fmi3Instance c, fmi3Float64 dx[], s
     rates(c, &((Spring *)c)->value[POSITION], dx);
     return fmi3OK;
 }
-fmi3Status fmi3GetEventIndicators(fmi3Instance c, fmi3Float64 z[], size_t n) { return fmi3OK; }
-fmi3Status fmi3GetNumberOfEventIndicators(fmi3Instance c, size_t *n) { *n = 0; return fmi3OK; }
+fmi3Status fmi3GetEventIndicators(fmi3Instance c, fmi3Float64 z[], size_t n)
+{
+    indicate(c, z);
+    return fmi3OK;
+}
+fmi3Status fmi3GetNumberOfEventIndicators(fmi3Instance c, size_t *n) { *n = INDICATORS; return fmi3OK; }
 fmi3Status fmi3GetNumberOfContinuousStates(fmi3Instance c, size_t *n) { *n = 2; return fmi3OK; }

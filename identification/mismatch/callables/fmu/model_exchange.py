@@ -1,0 +1,56 @@
+"""A run of an FMU for model exchange: its states integrated by the classical Runge-Kutta rule.
+
+The step is fixed. An event (a sign change of an indicator, a time that the FMU announced, or one that
+it asks for) is handled at the end of the step in which it lies: choose the step accordingly.
+"""
+
+import math
+
+import numpy as np
+
+from slipbench.identification.mismatch.callables.call import CallFailedError
+from slipbench.identification.mismatch.callables.fmu.instance import Instance
+from slipbench.identification.mismatch.callables.fmu.states import ContinuousStates
+from slipbench.plant.signals import Floats
+
+STAGES = ((0.0, 1.0), (0.5, 2.0), (0.5, 2.0), (1.0, 1.0))
+"""Share of the step at which each stage is evaluated, and its weight."""
+
+
+def integrated(instance: Instance, parameters: Floats, inputs: Floats, times: Floats) -> Floats:
+    """Return outputs at all times, (n, outputs). inputs: (n, inputs), units of the FMU.
+
+    Raises CallFailedError where the FMU ends the simulation.
+    """
+    step = float(times[1] - times[0])
+    parts = max(1, math.ceil(step / instance.plan.step - 1e-9))
+    held = np.array(instance.plan.held)
+    found = np.empty((times.size, instance.outputs.count))
+    instance.begin(parameters, inputs[0], float(times[-1]))
+    states = ContinuousStates(instance)
+    states.handle_event()
+    found[0] = instance.get(instance.outputs)
+    for row in range(times.size - 1):
+        first, last = inputs[row], np.where(held, inputs[row], inputs[row + 1])
+        for part in range(parts):
+            ends = [first + (part + k) / parts * (last - first) for k in (0, 1)]
+            _step(instance, states, float(times[row]) + step * part / parts, step / parts, ends)
+        found[row + 1] = instance.get(instance.outputs)
+    return found
+
+
+def _step(
+    instance: Instance, states: ContinuousStates, time: float, step: float, ends: list[Floats]
+) -> None:
+    """Integrate one step and handle its events. ends: inputs when it begins and ends."""
+    x = states.get()
+    slope, total = np.zeros_like(x), np.zeros_like(x)
+    for share, weight in STAGES:
+        instance.set(instance.inputs, ends[0] + share * (ends[1] - ends[0]))
+        states.put(time + share * step, x + share * step * slope)
+        slope = states.rates()
+        total = total + weight * slope
+    instance.set(instance.inputs, ends[1])
+    states.put(time + step, x + step / 6.0 * total)
+    if states.ended(time + step):
+        raise CallFailedError(f"the FMU ended the simulation at {time + step:.6g} s")

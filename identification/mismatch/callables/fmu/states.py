@@ -1,0 +1,82 @@
+"""The continuous states of an FMU for model exchange, and its events."""
+
+import ctypes
+import math
+
+import numpy as np
+
+from slipbench.identification.mismatch.callables.call import CallFailedError
+from slipbench.identification.mismatch.callables.fmu.instance import Instance
+from slipbench.plant.signals import Floats
+
+DOUBLES = ctypes.POINTER(ctypes.c_double)
+MOST_ITERATIONS = 100
+"""Of the discrete states at one event."""
+
+
+class ContinuousStates:
+    """States, rates and event indicators of an instance; arrays are those of FMI."""
+
+    def __init__(self, instance: Instance) -> None:
+        """Count states and indicators of an initialized instance."""
+        self._fmu, self._version = instance.fmu, instance.plan.fmu.version
+        description = instance.plan.fmu.description
+        if self._version == "2.0":
+            states, indicators = len(description.derivatives), description.numberOfEventIndicators
+        else:
+            states = self._fmu.getNumberOfContinuousStates()
+            indicators = self._fmu.getNumberOfEventIndicators()
+        self._x, self._dx, self._z = (np.zeros(n) for n in (states, states, int(indicators)))
+        self._signs = self._z > 0.0
+        self._next = math.inf
+
+    def get(self) -> Floats:
+        """Return the states, a new array."""
+        self._call("getContinuousStates", self._x)
+        return self._x.copy()
+
+    def put(self, time: float, x: Floats) -> None:
+        """Set time and states."""
+        self._fmu.setTime(time)
+        self._x[:] = x
+        self._call("setContinuousStates", self._x)
+
+    def rates(self) -> Floats:
+        """Return the rates of the states, a new array."""
+        name = "getDerivatives" if self._version == "2.0" else "getContinuousStateDerivatives"
+        self._call(name, self._dx)
+        return self._dx.copy()
+
+    def ended(self, time: float) -> bool:
+        """Complete a step and handle what happened in it; tell whether the FMU ended."""
+        event, terminate = self._fmu.completedIntegratorStep()
+        if event or time >= self._next or self._crossed():
+            self._fmu.enterEventMode()
+            return bool(terminate) or self.handle_event()
+        return bool(terminate)
+
+    def handle_event(self) -> bool:
+        """Iterate discrete states and go on in continuous time; tell whether the FMU ended."""
+        name = "newDiscreteStates" if self._version == "2.0" else "updateDiscreteStates"
+        for _ in range(MOST_ITERATIONS):
+            more, terminate, _, _, timed, time = getattr(self._fmu, name)()
+            if terminate:
+                return True
+            if not more:
+                self._next = float(time) if timed else math.inf
+                self._fmu.enterContinuousTimeMode()
+                self._crossed()
+                return False
+        raise CallFailedError(f"its discrete states do not settle in {MOST_ITERATIONS} iterations")
+
+    def _crossed(self) -> bool:
+        """Read the indicators; tell whether one has another sign than before."""
+        if not self._z.size:
+            return False
+        self._call("getEventIndicators", self._z)
+        before, self._signs = self._signs, self._z > 0.0
+        return bool((before != self._signs).any())
+
+    def _call(self, name: str, array: Floats) -> None:
+        if array.size:
+            getattr(self._fmu, name)(array.ctypes.data_as(DOUBLES), array.size)
