@@ -108,7 +108,7 @@ def unknown_format(path: Path) -> InputError:
     binary = sum(not character.isprintable() for character in text) > len(text) / 10 + 2
     first = "binary data" if binary else repr(next(filter(str.strip, text.splitlines()), "")[:80])
     return InputError(
-        "the format of this file is not known here",
+        "not a log or a table of a format that is known here",
         where=str(path),
         expected=f"{_known('frames')}; or a table: CSV, {_known('table')}",
         found=first,

@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Iterator
+from dataclasses import replace
 from functools import lru_cache
 from io import BufferedReader
 from pathlib import Path
@@ -16,6 +17,7 @@ from slipbench.protocol.units import is_unit
 from slipbench.protocol.user_file import open_user_file
 
 LIMIT = 1 << 30  # bytes of one record
+LARGEST_CHUNK = 1 << 28  # bytes, unpacked; writers make chunks of some megabytes
 
 
 def read_mcap(path: Path) -> Table:
@@ -40,21 +42,69 @@ def read_mcap(path: Path) -> Table:
 
 def _read(file: BufferedReader, topics: Topics) -> None:
     """Add all messages in the order of the file, which needs no index at its end."""
-    mcap = optional_library("mcap.reader")
-
     decoders = _Decoders()
-    reader = mcap.NonSeekingReader(file, validate_crcs=True, record_size_limit=LIMIT)
-    for schema, channel, message in reader.iter_messages(log_time_order=False):
-        decode = decoders.of(schema, channel)
-        if decode is None:
-            topics.skip(channel.topic, f"encoding {channel.message_encoding!r}")
+    schemas: dict[int, Any] = {}
+    channels: dict[int, Any] = {}
+    for record in _records(file):
+        kind = type(record).__name__
+        if kind == "Schema":
+            schemas[record.id] = record
+        elif kind == "Channel":
+            channels[record.id] = record
+        elif kind == "Message":
+            channel = channels[record.channel_id]
+            _add(topics, decoders, schemas.get(channel.schema_id), channel, record)
+
+
+def _add(topics: Topics, decoders: "_Decoders", schema: Any, channel: Any, message: Any) -> None:
+    """Decode one message; one that cannot be decoded is counted with the reason."""
+    decode = decoders.of(schema, channel)
+    if decode is None:
+        topics.skip(channel.topic, f"encoding {channel.message_encoding!r}")
+        return
+    try:
+        decoded = decode(message.data)
+    except Exception as cause:  # whatever a damaged or foreign message makes
+        topics.skip(channel.topic, f"cannot be decoded ({type(cause).__name__})")
+        return
+    topics.add(channel.topic, message.log_time, decoded, _about(schema))
+
+
+def _records(file: BufferedReader) -> Iterator[Any]:
+    """Records of a file, those in chunks as well. A chunk is unpacked to at most LARGEST_CHUNK."""
+    stream = optional_library("mcap.stream_reader")
+
+    reader = stream.StreamReader(
+        file, emit_chunks=True, validate_crcs=True, record_size_limit=LIMIT
+    )
+    for record in reader.records:
+        if type(record).__name__ != "Chunk":
+            yield record
             continue
-        try:
-            decoded = decode(message.data)
-        except Exception as cause:  # whatever a damaged or foreign message makes
-            topics.skip(channel.topic, f"cannot be decoded ({type(cause).__name__})")
-            continue
-        topics.add(channel.topic, message.log_time, decoded, _about(schema))
+        plain = replace(record, compression="", data=_unpacked(record, stream))
+        yield from stream.breakup_chunk(plain, validate_crc=True)
+
+
+def _unpacked(chunk: Any, stream: Any) -> bytes:
+    """Content of a chunk. Raises InputError before more than LARGEST_CHUNK is in memory."""
+    most = LARGEST_CHUNK + 1
+    if chunk.compression == "lz4":
+        data = stream.lz4.LZ4FrameDecompressor().decompress(chunk.data, max_length=most)
+    elif chunk.compression == "zstd":
+        packed = stream.zstandard.ZstdDecompressor()
+        with packed.stream_reader(chunk.data) as reader:
+            data = reader.read(most)
+    elif chunk.compression == "":
+        data = chunk.data
+    else:
+        raise ValueError(f"compression {chunk.compression!r}")
+    if len(data) >= most:
+        raise InputError(
+            "a chunk of this file unpacks to more than can be read at once",
+            expected=f"at most {LARGEST_CHUNK:,} bytes",
+            remedy="write it again with smaller chunks: mcap compress --chunk-size",
+        )
+    return bytes(data)
 
 
 class _Decoders:

@@ -206,6 +206,25 @@ def test_damage_is_an_error_or_is_read(tmp_path, kind):
             continue
 
 
+@pytest.mark.parametrize("compression", ["ZSTD", "LZ4"])
+def test_a_chunk_that_unpacks_to_too_much_is_refused(tmp_path, monkeypatch, compression):
+    """A small file can unpack to any size; the limit is lowered here to keep the test small."""
+    monkeypatch.setattr("slipbench.protocol.tables.mcap_file.LARGEST_CHUNK", 1 << 20)
+    path = tmp_path / "x.mcap"
+    with path.open("wb") as file:
+        kind = getattr(mcap_writer.CompressionType, compression)
+        writer = mcap_writer.Writer(file, compression=kind, chunk_size=1 << 24)
+        writer.start()
+        channel = writer.register_channel("/a", "json", 0)
+        writer.add_message(channel, START_NS, b'{"v": 1}' + b" " * (1 << 22), START_NS)
+        writer.finish()
+    assert path.stat().st_size < 40_000
+    with pytest.raises(InputError, match="unpacks to more"):
+        read_table(path)
+    monkeypatch.undo()
+    assert samples(read_table(path), "a.v", "", ANY).value.tolist() == [1]
+
+
 def test_other_encodings_are_counted(tmp_path):
     path = tmp_path / "x.mcap"
     write_mcap(path, [])
