@@ -43,7 +43,7 @@ def refuse_existing(path: Path) -> None:
         raise InputError(
             "it exists, and nothing is overwritten",
             where=str(path),
-            remedy="give another name with --out, or remove it yourself",
+            remedy="give another name, or remove it yourself",
         )
 
 
