@@ -88,3 +88,15 @@ def odd_multisine(
     crossing = fine[rising] + share * (fine[1] - fine[0])
     played = wave(time + crossing)
     return np.asarray(played / max(np.max(np.abs(values)), np.max(np.abs(played))))
+
+
+def end_at_zero(wave: FloatArray) -> FloatArray:
+    """Waveform that is zero after its last zero crossing, so that the hand-over does not jump.
+
+    wave: (n,), at each command. One that ends near zero, after whole periods, is unchanged.
+    """
+    crossings = np.flatnonzero(np.diff(np.signbit(wave)))
+    at_rest = wave.size > 1 and abs(wave[-1]) <= 1.01 * abs(wave[-1] - wave[-2])
+    if at_rest or not crossings.size:
+        return wave
+    return np.where(np.arange(wave.size) <= crossings[-1], wave, 0.0)

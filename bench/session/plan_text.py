@@ -5,9 +5,9 @@ from pathlib import Path
 
 import tomli_w
 
-from slipbench.bench.session.proposal import MARGIN, Proposed
-from slipbench.bench.session.straight import BEFORE, BRAKING, WINDOW
+from slipbench.bench.session.proposal import Proposed
 from slipbench.protocol.new_file import new_file, refuse_existing
+from slipbench.protocol.straight import BEFORE, BRAKING, MARGIN, WINDOW
 from slipbench.protocol.trial_file import RPM
 
 

@@ -12,17 +12,15 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-import tomli_w
-
+from slipbench.bench.session.margin_check import narrower, trip_of, written
 from slipbench.bench.session.questions import DEGREE, QUESTIONS, Question
-from slipbench.bench.session.straight import DRIFT, WINDOW, Fitting, fittings
+from slipbench.bench.session.straight import Fitting, fittings
 from slipbench.bench.trials.preparation import prepare
-from slipbench.bench.trials.run import run_trial
 from slipbench.bench.vehicle.virtual_motorcycle import equilibrium_throttle
 from slipbench.protocol.errors import InputError
+from slipbench.protocol.straight import MARGIN, WINDOW
 from slipbench.protocol.trial_file import RPM
 
-MARGIN = 0.25  # of the range of each limit that the simulation must leave
 LOWER = 0.75  # from one amplitude to the next
 LEAST = 0.1  # of the question's amplitude: smaller ones drown in noise
 OF_OPENING = 0.35  # of the opening at the operating point: an engine answers linearly to no more
@@ -105,7 +103,7 @@ def _opening(vehicle: Path, fitting: Fitting) -> float:
     point = OperatingPoint(vehicle, fitting, 0.1, SLIPS[0])
     tree = trial_tree("opening", question, point, question.amplitude)
     with tempfile.TemporaryDirectory() as folder:
-        return equilibrium_throttle(prepare(_written(Path(folder), tree)).scenario)
+        return equilibrium_throttle(prepare(written(Path(folder), tree)).scenario)
 
 
 def _with_slip_limit(point: OperatingPoint) -> OperatingPoint:
@@ -117,7 +115,7 @@ def _with_slip_limit(point: OperatingPoint) -> OperatingPoint:
     for slip in SLIPS:
         steady = f"steady riding shows a {before} in single frames" if before else ""
         at = replace(point, slip=slip, steady=steady)
-        why = _trip(_narrower(trial_tree("steady", question, at, LEAST * question.amplitude)))
+        why = trip_of(narrower(trial_tree("steady", question, at, LEAST * question.amplitude)))
         if not why:
             return at
         before = why
@@ -137,7 +135,7 @@ def _simulated(
     amplitude, why = _largest(question, point.opening), ""
     while amplitude >= LEAST * question.amplitude:
         tree = trial_tree(name, question, point, amplitude)
-        why = _trip(_narrower(tree))
+        why = trip_of(narrower(tree))
         say(f"{name}: {tree['excitation']['amplitude']}: {why or 'inside the limits, with margin'}")
         if not why:
             return {**tree, "vehicle": os.path.relpath(tree["vehicle"], folder.resolve())}
@@ -156,19 +154,6 @@ def _largest(question: Question, opening: float) -> float:
     if question.actuator != "throttle":
         return question.amplitude
     return min(question.amplitude, OF_OPENING * opening, (opening - 2 * CLOSED) / DEVIATION)
-
-
-def _trip(tree: Mapping[str, Any]) -> str:
-    """Why a simulated trial does not come to its end; "" where it does."""
-    with tempfile.TemporaryDirectory() as folder:
-        outcome = run_trial(prepare(_written(Path(folder), tree)), Path(folder) / "run", None)
-    return "" if outcome.done else outcome.trip or "it did not end"
-
-
-def _written(folder: Path, tree: Mapping[str, Any]) -> Path:
-    path = folder / "trial.toml"
-    path.write_text(tomli_w.dumps(dict(tree)), encoding="utf-8")
-    return path
 
 
 def trial_tree(
@@ -211,17 +196,3 @@ def trial_tree(
 
 def _shown(amplitude: float, throttle: bool) -> str:
     return f"{100 * amplitude:.2f} %" if throttle else f"{amplitude / DEGREE:.2f} deg"
-
-
-def _narrower(tree: Mapping[str, Any]) -> dict[str, Any]:
-    """The trial with limits that are narrower by MARGIN, on what the motorcycle does."""
-    limits = dict(tree["limits"])
-    slip = float(limits["slip"].split()[0])
-    limits["slip"] = f"{slip * (1 - MARGIN):g} %"
-    limits["front_slip"] = f"{10 * (1 - MARGIN):g} %"
-    limits["distance"] = f"{float(limits['distance'].split()[0]) / (1 + DRIFT):.0f} m"
-    for name in ("engine_speed", "speed"):
-        low, high = (float(text.split()[0]) for text in limits[name])
-        unit, inset = limits[name][0].split()[1], 0.5 * MARGIN * (high - low)
-        limits[name] = [f"{low + inset:.2f} {unit}", f"{high - inset:.2f} {unit}"]
-    return {**tree, "limits": limits}

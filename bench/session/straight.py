@@ -8,16 +8,9 @@ from pathlib import Path
 from slipbench.bench.vehicle.virtual_motorcycle import read_vehicle
 from slipbench.protocol.errors import InputError
 from slipbench.protocol.quantity import read_quantity
+from slipbench.protocol.straight import AFTERWARDS, BEFORE, BRAKING, DRIFT, SHORTEST, WINDOW, room
 from slipbench.protocol.trial_file import RPM
 
-BEFORE = (
-    3.0  # s at the operating point before the button: steady state, armed, the rider's reaction
-)
-BRAKING = 5.0  # m/s^2 after the trial: half of what a dry track allows
-WINDOW = 0.03  # of the crank speed, either way: what a rider holds on a straight
-DRIFT = 0.05  # of the speed, by which it may rise during the trial
-AFTERWARDS = 1.5  # s of settling and hand-back
-SHORTEST, LONGEST = 8.0, 30.0  # s of excitation: below it the lines are too wide for a resonance
 SLOWEST = 0.5  # of the speed of peak torque: below it a racing engine is ridden by nobody
 FEWEST_METRES, MOST_METRES = 50.0, 9000.0
 
@@ -84,10 +77,8 @@ def length_of(text: str) -> float:
 
 
 def _fitting(gear: int, engine_speed: float, speed: float, straight: float) -> Fitting:
-    fastest = speed * (1 + WINDOW + DRIFT)
-    distance = straight - fastest * BEFORE - fastest**2 / (2 * BRAKING)
-    duration = min(distance / fastest - AFTERWARDS, LONGEST)
-    return Fitting(gear, engine_speed, speed, math.floor(2 * duration + 1e-9) / 2, distance)
+    duration, distance = room(speed, straight)
+    return Fitting(gear, engine_speed, speed, duration, distance)
 
 
 def _fastest(straight: float) -> float:

@@ -10,7 +10,7 @@ import numpy.typing as npt
 from slipbench.protocol.errors import InputError
 from slipbench.protocol.quantity import shown
 from slipbench.protocol.trial_file import Multisine, Square, Sweep, TrialFile
-from slipbench.protocol.waveforms import waveform
+from slipbench.protocol.waveforms import end_at_zero, waveform
 
 FloatArray = npt.NDArray[np.float64]
 COMMANDS_PER_CYCLE = 20  # fewer make a sine a staircase whose images reach the slip
@@ -62,7 +62,7 @@ def plan_excitation(trial: TrialFile, where: str = "") -> Excitation:
     step = rate * trial.command.period
     if spec.actuator == "slip":
         return Excitation(spec.actuator, wave, trial.command.period)
-    wave = _limit_rate(wave, step) if isinstance(spec, Square) else _end_at_zero(wave)
+    wave = _limit_rate(wave, step) if isinstance(spec, Square) else end_at_zero(wave)
     _check_rate(trial, wave, rate, where)
     return Excitation(spec.actuator, wave, trial.command.period)
 
@@ -138,15 +138,6 @@ def _check_rate(trial: TrialFile, wave: FloatArray, rate: float, where: str) -> 
             found=shown(fastest, rate),
             remedy="lower the amplitude or the highest frequency, or raise the rate limit",
         )
-
-
-def _end_at_zero(wave: FloatArray) -> FloatArray:
-    """Waveform that is zero after the last zero crossing, so that the hand-over to settling does not jump."""
-    crossings = np.flatnonzero(np.diff(np.signbit(wave)))
-    at_rest = wave.size > 1 and abs(wave[-1]) <= 1.01 * abs(wave[-1] - wave[-2])  # whole periods
-    if at_rest or not crossings.size:
-        return wave
-    return np.where(np.arange(wave.size) <= crossings[-1], wave, 0.0)
 
 
 def _limit_rate(wave: FloatArray, step: float) -> FloatArray:

@@ -33,6 +33,7 @@ class Analysis:
 
     failure: step and error that ended it early; empty where none did.
     vetoes: what held-out recordings contradict.
+    runs: paths of its recordings, training and held out, with their segments.
     kept: whether names stand though a free curve finds more beside them, since none does as well
     in their place.
     """
@@ -56,6 +57,7 @@ class Analysis:
     done: int = 0
     complete: bool = False
     failure: str = ""
+    runs: tuple[str, ...] = ()
 
 
 def begin(system: System, training: Sequence[Record], held_out: Sequence[Record]) -> Analysis:

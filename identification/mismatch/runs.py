@@ -54,7 +54,9 @@ def analysis_of(
     for record in (*records[0], *records[1]):
         system.check(record)
     _check_other(*records)
-    return begin(system, *records)
+    analysis = begin(system, *records)
+    analysis.runs = tuple(map(str, (*training, *held_out)))
+    return analysis
 
 
 def _check_other(training: Sequence[Record], held_out: Sequence[Record]) -> None:

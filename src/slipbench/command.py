@@ -9,6 +9,7 @@ from pathlib import Path
 import typer
 
 from slipbench import commands as installation
+from slipbench import next_command as experiments
 from slipbench import session_commands as track
 from slipbench.bench import commands as bench
 from slipbench.identification import commands as identification
@@ -24,6 +25,7 @@ from slipbench.studies.paper import commands as paper
 PARTS = (
     bench,
     track,
+    experiments,
     identification,
     design,
     fleet,

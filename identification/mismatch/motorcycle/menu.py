@@ -3,13 +3,14 @@
 A trial of the menu is simulated on the fitted vehicle and seen by sensors like the recorded ones.
 """
 
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from slipbench.identification.mismatch.motorcycle.record import BIN, LEAD_IN, STEP
+from slipbench.identification.mismatch.motorcycle.record import BIN, LEAD_IN, OVERHANG, STEP
 from slipbench.identification.mismatch.motorcycle.slow_road import road_hats
 from slipbench.identification.mismatch.simulation.record import Record
 from slipbench.identification.mismatch.simulation.sampling import Grid
@@ -24,8 +25,12 @@ from slipbench.plant.equilibrium import equilibrium
 from slipbench.plant.motorcycle import Motorcycle
 from slipbench.plant.signals import Floats, Inputs, Outputs
 from slipbench.plant.simulation import Simulation
+from slipbench.protocol.waveforms import end_at_zero, linear_sweep, odd_multisine, square_wave
 
 SECONDS = 12.0
+BEGINS = LEAD_IN + 0.25  # s, the excitation in the record
+AFTER = 0.5  # s of the record after the excitation
+PERIODS_PLAYED = 4  # of a multisine
 RPM = np.pi / 30
 PERIODS = {"throttle_position": 1e-3, "engine_speed": 5e-3, "optical_speed": 4e-3}  # s
 USUAL = 0.01  # s
@@ -33,7 +38,12 @@ USUAL = 0.01  # s
 
 @dataclass(frozen=True)
 class Choice:
-    """A trial of the menu. amplitude: opening, or rad of spark; high: Hz, of sweeps."""
+    """A trial about an operating point.
+
+    gear; engine_speed: rad/s; actuator: "throttle" or "spark"; waveform: "linear_sweep", "square" or
+    "multisine"; amplitude: opening, or rad of spark; low: Hz, the frequency of a square wave; high:
+    Hz; seconds: of the excitation; rate: 1/s or rad/s, at which a square wave changes at most
+    """
 
     gear: int
     engine_speed: float
@@ -42,27 +52,62 @@ class Choice:
     amplitude: float
     low: float
     high: float = 12.0
+    seconds: float = SECONDS
+    rate: float = math.inf
+
+    @property
+    def period(self) -> float:
+        """Period of a multisine, s."""
+        return self.seconds / PERIODS_PLAYED
+
+    @property
+    def rows(self) -> int:
+        """Rows of the record, one each `STEP`."""
+        return round((BEGINS + self.seconds + AFTER) / STEP)
 
     def wave(self, time: Floats) -> Floats:
-        """Course of the actuator about its operating point. time: s since the trial began."""
-        t = np.maximum(time - LEAD_IN - 0.25, 0.0)
-        rate = (self.high - self.low) / (SECONDS - LEAD_IN)
-        sine = np.sin(2 * np.pi * (self.low * t + 0.5 * rate * t * t))
+        """Deviation of the actuator from its operating point. time: s since the record began."""
+        t = np.asarray(time) - BEGINS
+        inside = (t >= 0.0) & (t < self.seconds)
+        wave = np.zeros(t.size)
+        wave[inside] = self.amplitude * self._unit(t[inside])
+        if self.waveform != "square":
+            wave[inside] = end_at_zero(wave[inside])
+        return wave
+
+    def _unit(self, t: Floats) -> Floats:
         if self.waveform == "square":
-            sine = np.sign(np.sin(2 * np.pi * self.low * t))
-        return np.asarray(self.amplitude * sine)
+            return _with_ramps(t, self.low, 2.0 * self.amplitude / self.rate)
+        if self.waveform == "multisine":
+            return odd_multisine(t, self.period, self.low, self.high, seed=1)
+        return linear_sweep(t, self.low, self.high, self.seconds)
 
     def __str__(self) -> str:
         """Say it in a line."""
-        shape = "square wave" if self.waveform == "square" else "sweep"
-        band = f"{self.low:g} Hz" if self.waveform == "square" else f"to {self.high:g} Hz"
+        shape = {"square": "square wave", "multisine": "multisine"}.get(self.waveform, "sweep")
+        band = (
+            f"{self.low:g} Hz" if self.waveform == "square" else f"{self.low:g} to {self.high:g} Hz"
+        )
         size = (
-            f"{100 * self.amplitude:.0f} %"
+            f"{100 * self.amplitude:.3g} %"
             if self.actuator == "throttle"
-            else (f"{np.degrees(self.amplitude):.0f} degrees")
+            else f"{np.degrees(self.amplitude):.3g} degrees"
         )
         speed = f"{self.engine_speed / RPM:.0f} rpm in gear {self.gear}"
         return f"a {shape} of the {self.actuator} {band}, {size}, at {speed}"
+
+
+def _with_ramps(t: Floats, frequency: float, ramp: float) -> Floats:
+    """Square wave (Hz) whose steps take a time (s): its mean over that time before each instant."""
+    if ramp == 0.0:
+        return square_wave(t, frequency)
+    return np.asarray((_area(t, frequency) - _area(np.maximum(t - ramp, 0.0), frequency)) / ramp)
+
+
+def _area(t: Floats, frequency: float) -> Floats:
+    """Integral of a square wave from 0 on, s."""
+    half = np.mod(2.0 * frequency * t, 2.0)
+    return np.asarray(np.minimum(half, 2.0 - half) / (2.0 * frequency))
 
 
 def menu(gears: int) -> Iterator[Choice]:
@@ -78,14 +123,14 @@ def rehearse(bike: Motorcycle, like: Record, choice: Choice) -> Record:
     """Return the record that the vehicle would give. Raises ValueError where it cannot."""
     simulation = Simulation(bike, STEP / 2, 2, 2)
     state, throttle = equilibrium(simulation, choice.gear, choice.engine_speed)
-    rows = round(SECONDS / STEP)
+    rows, settled = choice.rows, round(LEAD_IN / STEP)
     time: Floats = np.asarray(STEP * np.arange(1, rows + 1))
     inputs = Inputs.held(rows, gear=float(choice.gear), throttle_command=throttle)
     column = inputs.throttle_command if choice.actuator == "throttle" else inputs.spark
     column += choice.wave(time)
     np.clip(inputs.throttle_command, 0.0, 1.0, out=inputs.throttle_command)
     _, out = simulation.advance(state, inputs)
-    grid = Grid(rows, LEAD_IN, round((rows * STEP - LEAD_IN) / BIN), BIN, STEP)
+    grid = Grid(rows, LEAD_IN, int(((rows - settled) * STEP - OVERHANG) / BIN), BIN, STEP)
     sensors, measured = _sensors(bike, like, out, time, grid), _measured(like, out)
     slow = road_hats(rows, bike.body.mass, LEAD_IN, STEP)
     return Record(str(choice), 0.0, grid, inputs.table, measured, sensors, slow)
@@ -135,27 +180,13 @@ def _measured(like: Record, out: Outputs) -> dict[str, Floats]:
 
 def trial_tree(choice: Choice, name: str, vehicle: str) -> Mapping[str, Any]:
     """Return the trial as the tree of a trial file, with limits that hold it."""
-    throttle = choice.actuator == "throttle"
-    amplitude = (
-        f"{100 * choice.amplitude:g} %" if throttle else (f"{np.degrees(choice.amplitude):.2f} deg")
-    )
-    excitation: dict[str, Any] = {
-        "actuator": choice.actuator,
-        "waveform": choice.waveform,
-        "amplitude": amplitude,
-        "duration": f"{SECONDS:g} s",
-    }
-    if choice.waveform == "square":
-        excitation["frequency"] = f"{choice.low:g} Hz"
-    else:
-        excitation |= {"start": f"{choice.low:g} Hz", "stop": f"{choice.high:g} Hz"}
     rpm = choice.engine_speed / RPM
     return {
         "name": name,
         "description": f"Proposed by an analysis: {choice}",
         "vehicle": vehicle,
         "operating_point": {"gear": choice.gear, "engine_speed": f"{rpm:.0f} rpm"},
-        "excitation": excitation,
+        "excitation": excitation_table(choice),
         "limits": {
             "throttle": ["0 %", "60 %"],
             "throttle_deviation": "10 %",
@@ -168,3 +199,23 @@ def trial_tree(choice: Choice, name: str, vehicle: str) -> Mapping[str, Any]:
             "distance": "3000 m",
         },
     }
+
+
+def excitation_table(choice: Choice) -> dict[str, Any]:
+    """Return the table [excitation] of the trial file."""
+    throttle = choice.actuator == "throttle"
+    table: dict[str, Any] = {
+        "actuator": choice.actuator,
+        "waveform": choice.waveform,
+        "amplitude": f"{100 * choice.amplitude:.6g} %"
+        if throttle
+        else f"{np.degrees(choice.amplitude):.6g} deg",
+        "duration": f"{choice.seconds:g} s",
+    }
+    if choice.waveform == "square":
+        return table | {"frequency": f"{choice.low:g} Hz"}
+    band = (f"{choice.low:g} Hz", f"{choice.high:g} Hz")
+    if choice.waveform == "multisine":
+        names = {"lowest": band[0], "highest": band[1], "period": f"{choice.period:g} s"}
+        return table | names
+    return table | {"start": band[0], "stop": band[1]}

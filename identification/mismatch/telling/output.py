@@ -11,6 +11,7 @@ import tomli_w
 from slipbench.identification.mismatch.analysis import Analysis, accepted, described
 from slipbench.identification.mismatch.telling.improved import improved_system
 from slipbench.identification.mismatch.telling.memo_page import memo_page
+from slipbench.identification.mismatch.telling.open_questions import NAME, open_questions_text
 from slipbench.identification.mismatch.telling.verdict import Verdict, as_json
 from slipbench.protocol.errors import InputError
 from slipbench.protocol.output_folders import make_folders
@@ -88,6 +89,9 @@ def _contents(
         yield path, lambda: improved_system(fit).text()
     if folder is not None:
         yield folder / "memo.html", lambda: memo_page(analysis, verdict)
+    if folder is not None and analysis.runs and analysis.named and analysis.system.menu():
+        place = folder
+        yield folder / NAME, lambda: open_questions_text(analysis, vehicle, place)
     if analysis.proposal is not None and folder is not None:
         choice, file = analysis.proposal[1], os.path.relpath(vehicle, folder)
         yield (

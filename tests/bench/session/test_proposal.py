@@ -13,10 +13,11 @@ from slipbench.bench.session.plan_text import folder_of, write_plan
 from slipbench.bench.session.planned_runs import planned_runs
 from slipbench.bench.session.proposal import propose
 from slipbench.bench.session.questions import QUESTIONS, questions_of
-from slipbench.bench.session.straight import BEFORE, BRAKING, fittings, length_of
+from slipbench.bench.session.straight import fittings, length_of
 from slipbench.bench.trials.preparation import prepare
 from slipbench.bench.trials.run import run_trial
 from slipbench.protocol.errors import InputError
+from slipbench.protocol.straight import BEFORE, BRAKING
 from tests.bench.test_commands import run as slipbench
 from tests.paths import DEMONSTRATION
 

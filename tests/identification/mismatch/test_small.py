@@ -4,11 +4,13 @@ import json
 from dataclasses import replace
 from functools import cache
 from importlib.resources import files
+from pathlib import Path
 
 import jsonschema
 import numpy as np
 import pytest
 
+from slipbench.identification.experiments.hypothesis import stated
 from slipbench.identification.mismatch import explain
 from slipbench.identification.mismatch.analysis import Analysis, begin
 from slipbench.identification.mismatch.curves.inside import inside
@@ -19,6 +21,7 @@ from slipbench.identification.mismatch.telling.conclude import verdict
 from slipbench.identification.mismatch.telling.improved import improved_system
 from slipbench.identification.mismatch.telling.memo import lines, sentence
 from slipbench.identification.mismatch.telling.memo_page import memo_page
+from slipbench.identification.mismatch.telling.open_questions import read_open_questions
 from slipbench.identification.mismatch.telling.output import write_outputs
 from slipbench.identification.mismatch.telling.verdict import as_json
 from slipbench.plant.effects.backlash import Backlash
@@ -174,3 +177,25 @@ def test_an_interrupted_analysis_says_what_it_has(step):
     assert not found.complete
     assert lines(found)[0].startswith("Interrupted")
     assert "Interrupted" in memo_page(a, found)
+
+
+def test_what_is_open_is_written_for_the_design_of_the_next_trial(tmp_path):
+    """Effects that were not excited, each against nothing; the file reads back as it was written."""
+    a = replace(slack(), runs=("runs/sweep", "runs/square@0:60"))
+    written = write_outputs(a, verdict(a), tmp_path / "v.toml", None, tmp_path / "report")
+    path = next(p for p in written if p.name == "hypotheses.json")
+    opened = read_open_questions(path)
+    assert [(path.parent / run).resolve() for run in opened.runs] == [
+        Path(run).resolve() for run in a.runs
+    ]
+    assert (path.parent / opened.improved).is_file()
+    library = a.system.library
+    for question in opened.questions:
+        hypotheses = [stated(one, library, str(path)) for one in question]
+        assert len({h.name for h in hypotheses}) == len(question) > 1
+    assert "hypotheses.json" not in [
+        p.name
+        for p in write_outputs(
+            slack(), verdict(slack()), tmp_path / "w.toml", None, tmp_path / "other"
+        )
+    ], "an analysis without recordings on disk has none to name"

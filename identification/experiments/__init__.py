@@ -1,0 +1,1 @@
+"""Experiments that separate the hypotheses that recordings left open."""
