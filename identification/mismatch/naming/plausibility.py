@@ -110,6 +110,12 @@ def _rests(sensor: Sensor, near: float) -> bool:
     return bool(quiet.size >= count and np.convolve(quiet, np.ones(count), "valid").max() >= count)
 
 
+def _leak_of_a_speed(candidate: Candidate, _: Fit) -> bool:
+    """Tell whether a speed is said to leak: the unit of its rate is one of an acceleration."""
+    unit = str(getattr(getattr(candidate.kind, "place", None), "unit", ""))
+    return candidate.kind.name == "linear_loss" and unit.endswith("/s/s")
+
+
 def _of_a_computed_input(candidate: Candidate, fit: Fit) -> bool:
     if _kind_of_place(candidate) != "input" or candidate.kind.name not in OF_A_READING:
         return False
@@ -131,5 +137,6 @@ PRIORS = (
     Prior("no clock drifts by more than 1e-3", 3, _too_fast),
     Prior("an offset of the sensor would be seen at rest, where it reads zero", 3, _not_at_rest),
     Prior("a computed input does not err", 2, _of_a_computed_input),
+    Prior("a speed is lost to friction, not by leakage", 1, _leak_of_a_speed),
     Prior("a fault of a sensor is rarer than physics that explains as much", 1, _of_a_sensor),
 )

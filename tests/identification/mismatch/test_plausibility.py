@@ -99,6 +99,14 @@ def test_physics_has_no_doubts_and_goes_before_a_sensor(bare):
     assert reasons(bare, "cubic.place") == [PRIORS[-1].reason]
 
 
+def test_a_speed_is_lost_to_friction_and_not_by_leakage(bare):
+    assert reasons(bare, "linear_loss.velocity_rate") == [
+        "a speed is lost to friction, not by leakage"
+    ]
+    assert reasons(bare, "linear_loss.position_rate") == []
+    assert reasons(bare, "viscous_friction.deflection/velocity") == []
+
+
 def scored(bare, key, score):
     return Scored(score, (named(bare, key),), bare.model, bare.point, bare.noise)
 

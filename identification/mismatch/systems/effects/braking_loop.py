@@ -36,11 +36,12 @@ from slipbench.plant.parameters import parameter
 def approach(
     value: float, memory: float, elapsed: float, deceleration: float
 ) -> tuple[float, float]:
-    """Return where it has come to, twice: it is what is remembered."""
-    left = abs(value - memory)
-    fast = math.sqrt(2.0 * deceleration * max(left, 1e-300))  # no limit times no way is no number
-    way = min(left, elapsed * fast)
-    new = memory + math.copysign(way, value - memory)
+    """Return where it has come to, twice: it is what is remembered. Exact for a held target.
+
+    The root of what is left falls in proportion to time.
+    """
+    left = math.sqrt(abs(value - memory)) - elapsed * math.sqrt(0.5 * min(deceleration, 1e300))
+    new = value - math.copysign(max(left, 0.0) ** 2, value - memory)
     return new, new
 
 

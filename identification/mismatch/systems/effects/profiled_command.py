@@ -37,16 +37,17 @@ from slipbench.plant.parameters import parameter
 def profile(
     value: float, memory: float, second: float, elapsed: float, limit: float
 ) -> tuple[float, float, float]:
-    """Return where the command has come to, twice, and its rate."""
-    if elapsed <= 0.0:
-        return memory, memory, second
-    left = abs(value - memory)
-    fast = math.sqrt(2.0 * limit * max(left, 1e-300))  # no limit times no way is no number
-    wanted = math.copysign(min(left / elapsed, fast), value - memory)
-    most = limit * elapsed
-    rate = min(max(wanted, second - most), second + most)
-    new = memory + elapsed * rate
-    return new, new, rate
+    """Return where the command has come to, twice, and its rate: in eight parts of the time."""
+    part = max(0.125 * elapsed, 1e-300)
+    most = part * limit
+    place, rate = memory, second
+    for _ in range(8):
+        left = abs(value - place)
+        fast = math.sqrt(2.0 * limit * max(left, 1e-300))  # no limit times no way is no number
+        wanted = math.copysign(min(left / part, fast), value - place)
+        rate = min(max(wanted, rate - most), rate + most)
+        place += part * rate
+    return place, place, rate
 
 
 @dataclass(frozen=True)
