@@ -7,6 +7,7 @@ import pytest
 
 from tests.hil.device import missing
 from tests.how_to.page import Reader, agrees, blocks
+from tests.identification.mismatch.callables.fmus.building import build, needs_compiler, recorded
 from tests.paths import ROOT
 
 
@@ -38,6 +39,16 @@ def test_your_ecu(reader: Reader) -> None:
     shutil.copytree(ROOT / "examples" / "hil", reader.folder / "examples" / "hil")
     reader.follow("your_ecu.md")
     assert reader.skipped == {"vcan0"}  # make hil runs these: tests/hil/inside/test_how_to.py
+
+
+@needs_compiler
+def test_explain_your_simulation(reader: Reader) -> None:
+    build(reader.folder, 3)
+    (reader.folder / "runs").mkdir()
+    for name, seed in (("one", 1), ("two", 2)):
+        recorded(reader.folder / "runs", seed).rename(reader.folder / "runs" / name)
+    reader.follow("explain_your_simulation.md")
+    assert reader.skipped == set()
 
 
 def test_a_page_that_fails_or_says_other_than_it_shows_fails(reader: Reader) -> None:
