@@ -7,6 +7,7 @@ import pytest
 
 from tests.hil.device import missing
 from tests.how_to.page import Reader, agrees, blocks
+from tests.identification.mismatch.callables.fmus.building import build, needs_compiler, recorded
 from tests.paths import ROOT
 
 
@@ -55,6 +56,15 @@ def test_streams_of_the_live_view(reader: Reader) -> None:
     for library in ("foxglove", "mcap"):
         pytest.importorskip(library, reason="pip install 'slipbench[view,foxglove,mdf]'")
     reader.follow("live_view.md", "Foxglove, Lichtblick, PlotJuggler")
+
+
+@needs_compiler
+def test_explain_your_simulation(reader: Reader) -> None:
+    build(reader.folder, 3)
+    (reader.folder / "runs").mkdir()
+    for name, seed in (("one", 1), ("two", 2)):
+        recorded(reader.folder / "runs", seed).rename(reader.folder / "runs" / name)
+    reader.follow("explain_your_simulation.md")
     assert reader.skipped == set()
 
 

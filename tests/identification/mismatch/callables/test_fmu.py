@@ -10,11 +10,12 @@ from slipbench.command import app
 from slipbench.identification.mismatch.runs import read_system
 from slipbench.identification.mismatch.simulation.blocks import Chain
 from slipbench.protocol.errors import InputError
-from slipbench.protocol.recording.import_log import Capture, import_capture
 from tests.identification.mismatch.callables.fmus.building import (
     BESIDE,
     build,
+    dead,
     needs_compiler,
+    recorded,
     with_file,
 )
 from tests.identification.mismatch.laws.explained import explained, holds, names, reported
@@ -23,22 +24,6 @@ from tests.identification.mismatch.laws.spring import cubic, spring, swung
 pytestmark = needs_compiler
 START = 'start = { value = 0.5, unit = "m", plus_minus = 0.1 }\n\n[inputs.force]'
 CHAIN = Chain({"system": ()}, ())
-ROLES = """
-title = "spring"
-[quantities]
-force = "V"
-place = "m"
-[roles.force]
-column = "force"
-unit = "V"
-[roles.place]
-column = "place"
-unit = "m"
-"""
-
-
-def dead(force):
-    return force - np.clip(force, -0.3, 0.3)
 
 
 @pytest.fixture(scope="module")
@@ -158,22 +143,6 @@ def test_the_command_takes_an_fmu_and_writes_a_file_that_reads_back(folder, tmp_
     improved = read_system(fmu.with_name("commanded.improved.toml"))
     assert [e.key for e in improved.effects] == ["dead_zone.force"]
     assert improved.values[0] == pytest.approx(97.0, rel=0.02)
-
-
-def recorded(folder, seed):
-    """A run folder of a spring whose force has a dead zone."""
-    recording = swung(seed, felt=dead)
-    table, roles = folder / f"{seed}.csv", folder / "roles.toml"
-    time, force, place = (
-        recording.channels["force"].time,
-        recording.channels["force"].value,
-        recording.channels["place"].value,
-    )
-    rows = np.column_stack((time, force, place))
-    np.savetxt(table, rows, delimiter=",", header="time,force,place", comments="")
-    roles.write_text(ROLES, encoding="utf-8")
-    import_capture(Capture(table, roles), folder / f"run{seed}")
-    return folder / f"run{seed}"
 
 
 def test_an_fmu_without_a_file_beside_it_shows_one_that_reads(fmu, folder):

@@ -6,9 +6,12 @@ import subprocess
 import zipfile
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from slipbench.protocol.extras import optional_library
+from slipbench.protocol.recording.import_log import Capture, import_capture
+from tests.identification.mismatch.laws.spring import swung
 
 HERE = Path(__file__).parent
 PARAMETERS = {"gain": 0, "frequency": 1, "damping": 2, "start": 3}
@@ -34,6 +37,18 @@ size = { value = 1, unit = "V" }
 role = "place"
 variable = "position"
 size = { value = 1, unit = "m" }
+"""
+ROLES = """
+title = "spring"
+[quantities]
+force = "V"
+place = "m"
+[roles.force]
+column = "force"
+unit = "V"
+[roles.place]
+column = "place"
+unit = "m"
 """
 needs_compiler = pytest.mark.skipif(
     shutil.which("gcc") is None or platform.system() != "Linux",
@@ -145,3 +160,23 @@ def _variables(derivative: str, index: int) -> list[tuple[str, int, str, str]]:
         ("der(position)", RATE, f'causality="local" {state}', f'{derivative}="{at[0]}"'),
         ("der(velocity)", ACCELERATION, f'causality="local" {state}', f'{derivative}="{at[1]}"'),
     ]
+
+
+def dead(force):
+    return force - np.clip(force, -0.3, 0.3)
+
+
+def recorded(folder, seed):
+    """A run folder of a spring whose force has a dead zone."""
+    recording = swung(seed, felt=dead)
+    table, roles = folder / f"{seed}.csv", folder / "roles.toml"
+    time, force, place = (
+        recording.channels["force"].time,
+        recording.channels["force"].value,
+        recording.channels["place"].value,
+    )
+    rows = np.column_stack((time, force, place))
+    np.savetxt(table, rows, delimiter=",", header="time,force,place", comments="")
+    roles.write_text(ROLES, encoding="utf-8")
+    import_capture(Capture(table, roles), folder / f"run{seed}")
+    return folder / f"run{seed}"
