@@ -97,7 +97,11 @@ def turned(
     sensed: Callable[[np.ndarray, np.ndarray], np.ndarray] = lambda angle, load: angle,
     emf: float = 0.0,
 ) -> Recording:
-    """Record a servo. felt: drive that acts, of the recorded one; sensed: reading of the angle."""
+    """Record a servo.
+
+    felt: drive that acts, of the recorded one, both with FINER values a period; sensed: reading of
+    the angle.
+    """
     print(f"seed {seed}")
     rng = np.random.default_rng(seed)
     told = drives(seed, seconds, size)
@@ -112,9 +116,10 @@ def turned(
         return torque(nominal, speed, angle, load)
 
     angle, speed, shown, h = 0.0, 0.0, np.empty(told.size), PERIOD / FINER
-    for k, drive in enumerate(felt(told)):
+    acting = felt(np.repeat(told, FINER)).reshape(-1, FINER)
+    for k in range(told.size):
         shown[k] = angle
-        for _ in range(FINER):
+        for drive in acting[k]:
             half = speed + 0.5 * h * rate(angle, speed, drive, load[k])
             gained = rate(angle + 0.5 * h * speed, half, drive, load[k])
             angle, speed = angle + h * half, speed + h * gained
