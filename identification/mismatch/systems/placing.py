@@ -1,5 +1,6 @@
 """Every effect at every place of a system where it may act."""
 
+import math
 from collections.abc import Iterable, Iterator
 from functools import cache
 
@@ -25,6 +26,9 @@ from slipbench.identification.mismatch.systems.model_file import (
 )
 from slipbench.plant.errors import ParameterError, nearest
 from slipbench.protocol.errors import InputError
+
+POSITIONS = ("rad", "m", "count")
+"""Units of what a position loop is commanded to."""
 
 
 def places(file: ModelFile) -> Iterator[Place]:
@@ -72,6 +76,9 @@ def _using(kind: type[SeamEffect], place: Place, file: ModelFile) -> Iterator[Pl
         along = _speed_at(place, file)
         if along:
             yield _with(place, along, file)
+    elif kind.uses == "of_position":
+        if place.unit in POSITIONS:
+            yield place
     elif kind.uses == "of_speed":
         if is_speed(_state(place, file), file):
             yield place
@@ -94,8 +101,15 @@ def _others(uses: str, place: Place, file: ModelFile) -> Iterable[str]:
         return (name for name in file.states if is_speed(name, file))
     if uses == "channel":
         return inputs
-    angles = [*inputs, *(file.states if uses == "turn" else ())]
-    return (name for name in angles if _told(name, file).size.si_unit == "rad")
+    if uses == "turn":
+        return (name for name in (*inputs, *file.states) if _turns(name, file))
+    return (name for name in inputs if _told(name, file).size.si_unit == "rad")
+
+
+def _turns(name: str, file: ModelFile) -> bool:
+    """Tell whether a quantity is an angle that goes round: an input that leans does not."""
+    size = _told(name, file).size
+    return size.si_unit == "rad" and (name in file.states or abs(size.si) >= 2.0 * math.pi)
 
 
 def _state(place: Place, file: ModelFile) -> str:

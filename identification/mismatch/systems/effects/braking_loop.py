@@ -53,6 +53,7 @@ class BrakingLoop(SeamEffect):
     block = "seam"
     confused_with = ("rate_limit", "lag", "profiled_command")
     acts_on = (INPUT, SEAM)
+    uses = "of_position"
     remembers = 1
     variants = (1.0, 0.1, 0.01, 0.001)
     varies = "deceleration"

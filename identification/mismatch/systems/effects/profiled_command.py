@@ -58,6 +58,7 @@ class ProfiledCommand(SeamEffect):
     block = "seam"
     confused_with = ("rate_limit", "braking_loop", "lag", "acceleration_limit")
     acts_on = (INPUT, SEAM)
+    uses = "of_position"
     remembers = 2
     starts = ("value", 0.0)
     variants = (1.0, 0.1, 0.01, 0.001)

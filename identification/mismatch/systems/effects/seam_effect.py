@@ -55,7 +55,7 @@ class SeamEffect(Effect):
     acts_on: kinds of places. uses: what it needs besides (placing.py): "along", the speed that a
     seam tells; "channel", every other input; "angle", every other input in rad; "turn", every other
     input or state in rad; "speed", every state that is a speed; "into", a state that gains; at a
-    rate: "position", what has that rate as its own; "of_speed" and "of_store", nothing more, but
+    rate: "position", what has that rate as its own; "of_position", "of_speed" and "of_store", nothing more, but
     only at a speed or at what is none.
     remembers: how many values. variants: factors of the typical value of what `varies`, each tried
     apart.
