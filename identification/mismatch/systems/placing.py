@@ -1,7 +1,7 @@
 """Every effect at every place of a system where it may act."""
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import cache
 
 from slipbench.identification.mismatch.systems.effects.library import BY_NAME, LIBRARY
@@ -76,14 +76,8 @@ def _using(kind: type[SeamEffect], place: Place, file: ModelFile) -> Iterator[Pl
         along = _speed_at(place, file)
         if along:
             yield _with(place, along, file)
-    elif kind.uses == "of_position":
-        if place.unit in POSITIONS:
-            yield place
-    elif kind.uses == "of_speed":
-        if is_speed(_state(place, file), file):
-            yield place
-    elif kind.uses == "of_store":
-        if is_store(_state(place, file), file):
+    elif kind.uses in ALONE:
+        if ALONE[kind.uses](place, file):
             yield place
     else:
         for name in _others(kind.uses, place, file):
@@ -138,6 +132,14 @@ def _told(name: str, file: ModelFile) -> State | Input | Output:
     if name in file.states:
         return file.states[name]
     return file.inputs[name] if name in file.inputs else file.outputs[name]
+
+
+ALONE: Mapping[str, Callable[[Place, ModelFile], bool]] = {
+    "of_position": lambda place, file: place.unit in POSITIONS,
+    "of_speed": lambda place, file: is_speed(_state(place, file), file),
+    "of_store": lambda place, file: is_store(_state(place, file), file),
+}
+"""Effects that use nothing more, and where they may act."""
 
 
 def _suits(kind: type[SeamEffect], place: Place, file: ModelFile) -> bool:

@@ -54,9 +54,9 @@ class SeamEffect(Effect):
 
     acts_on: kinds of places. uses: what it needs besides (placing.py): "along", the speed that a
     seam tells; "channel", every other input; "angle", every other input in rad; "turn", every other
-    input or state in rad; "speed", every state that is a speed; "into", a state that gains; at a
-    rate: "position", what has that rate as its own; "of_position", "of_speed" and "of_store", nothing more, but
-    only at a speed or at what is none.
+    input or state that is an angle and goes round; "speed", every state that is a speed; "into", a
+    state that gains; at a rate: "position", what has that rate as its own; "of_position",
+    "of_speed" and "of_store", nothing more, but only at a position, a speed or at what is neither.
     remembers: how many values. variants: factors of the typical value of what `varies`, each tried
     apart.
     """
