@@ -19,6 +19,7 @@ EXTRA_OF = {
     "distributed": "cluster",
     "slycot": "robust",
     "fmpy": "fmu",
+    "mujoco": "mujoco",
     "starlette": "view",
     "textual": "view",
     "uvicorn": "view",
