@@ -24,6 +24,7 @@ EXTRA_OF = {
     "slycot": "robust",
     "foxglove": "foxglove",
     "fmpy": "fmu",
+    "mujoco": "mujoco",
     "starlette": "view",
     "textual": "view",
     "uvicorn": "view",

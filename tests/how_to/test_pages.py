@@ -68,6 +68,12 @@ def test_explain_your_simulation(reader: Reader) -> None:
     assert reader.skipped == set()
 
 
+def test_explain_a_mujoco_model(reader: Reader) -> None:
+    pytest.importorskip("mujoco", reason="pip install 'slipbench[mujoco]'")
+    reader.follow("explain_a_mujoco_model.md")
+    assert reader.skipped == set()
+
+
 def test_a_page_that_fails_or_says_other_than_it_shows_fails(reader: Reader) -> None:
     reader._sh("mkdir here && cd here && echo gain 7.9 Hz\n")
     assert reader.at == reader.folder / "here"
