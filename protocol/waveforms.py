@@ -11,6 +11,7 @@ import numpy.typing as npt
 from slipbench.protocol.trial_file import Multisine, Square, Sweep
 
 FloatArray = npt.NDArray[np.float64]
+COMMANDS_PER_CYCLE = 20  # fewer make a sine a staircase whose images reach the slip
 GROUP = 4  # odd lines of a multisine, of which one is left free to detect odd distortion
 
 

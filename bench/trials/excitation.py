@@ -10,10 +10,9 @@ import numpy.typing as npt
 from slipbench.protocol.errors import InputError
 from slipbench.protocol.quantity import shown
 from slipbench.protocol.trial_file import Multisine, Square, Sweep, TrialFile
-from slipbench.protocol.waveforms import end_at_zero, waveform
+from slipbench.protocol.waveforms import COMMANDS_PER_CYCLE, end_at_zero, waveform
 
 FloatArray = npt.NDArray[np.float64]
-COMMANDS_PER_CYCLE = 20  # fewer make a sine a staircase whose images reach the slip
 
 
 @dataclass(frozen=True)

@@ -8,13 +8,12 @@ from slipbench.identification.mismatch.motorcycle.menu import BEGINS, Choice
 from slipbench.plant.signals import Floats
 from slipbench.protocol.straight import AFTERWARDS, BEFORE, DRIFT, MARGIN, longest_excitation, room
 from slipbench.protocol.trial_file import Limits
+from slipbench.protocol.waveforms import COMMANDS_PER_CYCLE
 
 INSIDE = 0.999
 """Share of a limit on what is commanded that is used at most: rounding must not exceed it."""
 RAMPS = 16.0
 """Rate of a square wave's ramps over its frequency: a quarter of each half period at most."""
-COMMANDS_PER_CYCLE = 20
-"""As the bench requires of a trial."""
 
 
 @dataclass(frozen=True)
