@@ -20,7 +20,7 @@ from slipbench.identification.mismatch.simulation.threads import in_threads
 from slipbench.plant.effects.effect import Effect
 from slipbench.plant.errors import PlantError
 
-KINDS = 8
+KINDS = 16
 """First halves that are tried, each of another kind: one kind at two places is often one thing."""
 SURVEYS = 3 + KINDS
 """How often the library is looked through: re-calibrated, after a single effect, as told, and after
