@@ -1,0 +1,1 @@
+"""A day at the track, rehearsed end to end on the simulated clock."""
