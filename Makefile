@@ -19,6 +19,7 @@
 # make controllers      design a controller of each kind and compare them: docs/controllers.md
 # make real-recordings  write docs/real_recordings.md: mismatch in published recordings (tens of minutes)
 # make walkthrough      write docs/how_a_mismatch_is_explained.md from a published recording
+# make day              a day at the track rehearsed on the simulated clock: build/day (tens of minutes)
 # make lock             choose the newest versions that pyproject.toml allows
 # make clean            delete the environment and all generated files, except runs/
 #
@@ -179,6 +180,10 @@ sources: setup
 RECORDINGS ?= ../shared/recordings
 real-recordings: setup
 	$(IN)/python -m benchmarks.real.run $(RECORDINGS)
+
+.PHONY: day
+day: setup
+	rm -rf build/day && $(IN)/python -m slipbench.studies.day build/day
 
 .PHONY: walkthrough
 walkthrough: setup

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from slipbench.identification.mismatch.runs import read_system
@@ -18,7 +18,6 @@ from slipbench.identification.mismatch.systems.effects.jerk_limit import ramp
 from slipbench.identification.mismatch.systems.effects.library import BY_NAME
 from slipbench.identification.mismatch.systems.effects.load_friction import rub
 from slipbench.identification.mismatch.systems.effects.presliding import bend
-from slipbench.identification.mismatch.systems.effects.profiled_command import profile
 from slipbench.identification.mismatch.systems.effects.supply_limit import limit_force
 from slipbench.protocol.units import to_base
 from tests.identification.mismatch.laws.servo import MODEL, servo, turned
@@ -180,19 +179,6 @@ def test_a_braking_loop_never_passes_its_target_and_arrives_in_time(start, targe
         before, (place, _) = place, approach(target, place, step, deceleration)
         assert abs(target - place) <= abs(target - before)
     assert abs(target - place) <= 1e-5 * way + 1e-9
-
-
-@settings(max_examples=30)
-@given(NUMBER, NUMBER, ABOVE)
-def test_a_profiled_command_keeps_its_acceleration_and_arrives(start, target, limit):
-    """From rest to rest it takes 2 sqrt(way / limit)."""
-    way = abs(target - start)
-    time = 2.0 * np.sqrt(way / limit)
-    place, rate, step = start, 0.0, time / 1000 or 1.0
-    for _ in range(1100):
-        before, (place, _, rate) = rate, profile(target, place, rate, step, limit)
-        assert abs(rate - before) <= limit * step * (1.0 + 1e-9)
-    assert abs(target - place) <= 2e-3 * way + 1e-9
 
 
 @given(NUMBER, NUMBER, NUMBER, st.floats(0.0, 0.9), ABOVE)

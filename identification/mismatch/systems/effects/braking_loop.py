@@ -18,8 +18,8 @@ Steps end as parabolas and take a time that grows with the root of their size; t
 
 Confused with
 -------------
-Rate limit (a straight ramp to the end), lag (an exponential, alike for all sizes), profiled command
-(begins as a parabola too): steps of several sizes.
+Rate limit (a straight ramp to the end), lag (an exponential, alike for all sizes): steps of several
+sizes.
 
 Reference
 ---------
@@ -51,7 +51,7 @@ class BrakingLoop(SeamEffect):
 
     name = "braking_loop"
     block = "seam"
-    confused_with = ("rate_limit", "lag", "profiled_command")
+    confused_with = ("rate_limit", "lag")
     acts_on = (INPUT, SEAM)
     uses = "of_position"
     remembers = 1

@@ -35,7 +35,6 @@ NAMES = (
     "slew_limit",
     "acceleration_limit",
     "jerk_limit",
-    "profiled_command",
     "braking_loop",
     "linear_loss",
     "overflow",
