@@ -212,7 +212,11 @@ Changes after a result had been seen:
   wheel of the Yamaha had lost names that reduce its held-out error from 1.5 to 0.7 m/s in favour of
   a curve that reduces it to 1.3;
 - the effect linear_loss (a loss in proportion to the stored quantity), after a square at the sensor
-  of the tanks had taken its place, at 0.43 V.
+  of the tanks had taken its place, at 0.43 V;
+- places of the new effects, after the front wheel of the Yamaha had lost its lean to a torque ripple
+  and the drives had got braking loops: what repeats with an angle needs one that goes round, a
+  position loop a position; look-ahead from 16 kinds instead of 8; ties of pairs in the order of
+  plausibility, after the accelerometer had lost its reversed sign to a pair 2 nats better.
 
 A version is the SHA-256 of the analysis code and the model files; a section stays until its case is
 run again, and sections of several versions may stand side by side. Times are processor time / wall
