@@ -142,7 +142,7 @@ def _about(schema: Any) -> About:
 
 @lru_cache(maxsize=1024)
 def _known(name: str, encoding: str, definition: bytes) -> About:
-    """What a schema says: the type of ROS, or the units that a JSON schema has as descriptions."""
+    """What a schema says: the type of ROS, or the units of a JSON schema."""
     if encoding != "jsonschema":
         return About(name)
     try:
@@ -153,13 +153,14 @@ def _known(name: str, encoding: str, definition: bytes) -> About:
 
 
 def _units(schema: Any, path: str, depth: int) -> Iterator[tuple[str, str]]:
-    """Units by path, of the properties whose description is a unit."""
+    """Units by path, of the properties that have one: as `unit`, or as their description."""
     properties = schema.get("properties") if isinstance(schema, dict) else None
     if not isinstance(properties, dict) or depth >= MOST_DEPTH:
         return
     for name, held in properties.items():
         inner = f"{path}.{name}".lstrip(".")
-        text = held.get("description") if isinstance(held, dict) else None
+        told = held if isinstance(held, dict) else {}
+        text = told.get("unit", told.get("description"))
         if isinstance(text, str) and text.strip() and is_unit(text.strip()):
             yield inner, text.strip()
         yield from _units(held, inner, depth + 1)

@@ -37,12 +37,16 @@ LAGGING = """
 [states.current]
 rate = "50 * (force - current)"
 size = { value = 1, unit = "V" }
+
+[states.wheel]
+rate = "20 * force"
+size = { value = 6, unit = "rad" }
 """
 
 
 @pytest.fixture(scope="module")
 def lagging(tmp_path_factory):
-    """A spring whose force is a state: neither a speed nor the integral of one."""
+    """A spring whose force is a state, neither a speed nor the integral of one; and a wheel turns."""
     path = tmp_path_factory.mktemp("lagging") / "spring.toml"
     path.write_text(MODEL.replace("gain * force", "gain * current") + LAGGING, encoding="utf-8")
     return read_system(path)

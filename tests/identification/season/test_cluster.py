@@ -1,5 +1,6 @@
 """Laws of reading on a dask cluster: the same index as here, and a fault for a folder it lacks."""
 
+import os
 import shutil
 
 import pytest
@@ -15,10 +16,13 @@ distributed = pytest.importorskip("distributed", reason="pip install 'slipbench[
 
 @pytest.fixture(scope="module")
 def scheduler():
+    before = dict(os.environ)  # a nanny leaves its limits of memory in it
     with distributed.LocalCluster(
         n_workers=1, threads_per_worker=1, processes=True, dashboard_address="127.0.0.1:0"
     ) as cluster:
         yield cluster.scheduler_address
+    os.environ.clear()
+    os.environ.update(before)
 
 
 def test_a_cluster_reads_the_same(tmp_path, scheduler):
