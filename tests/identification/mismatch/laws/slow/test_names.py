@@ -1,7 +1,5 @@
 """Names beside their like: pairs, ties, and what is located along what."""
 
-import pytest
-
 from slipbench.plant.effects.acceleration_limit import AccelerationLimit
 from slipbench.plant.effects.backlash import Backlash
 from slipbench.plant.effects.driveline_loss import DrivelineLoss
@@ -40,9 +38,6 @@ def test_play_of_a_gear_is_no_stiction():
     assert names(found) == ["gear_play"], reported(found)
 
 
-@pytest.mark.xfail(
-    reason="no regressor where a name stands and no free curve sits at its place", strict=False
-)
 def test_along_what_a_named_effect_acts_is_said():
     found = ridden(AccelerationLimit(limit=250.0), library=LIMITS)
     assert found.location.injection == "servo force"
