@@ -56,9 +56,10 @@ figures: trial
 	cp build/figures/response.png docs/figures/throttle_sweep_response.png
 	cp build/figures/overview.png docs/figures/throttle_sweep_overview.png
 
-# Analyses of hidden effects; minutes, not part of `make test`.
+# Analyses of hidden effects with the whole library, which `make test` leaves out; minutes.
 test-mismatch: setup
-	$(IN)/python -m pytest -n $(WORKERS) --dist load -o addopts=-ra tests/identification/mismatch
+	$(IN)/python -m pytest -n $(WORKERS) --dist load -o addopts=-ra \
+		tests/identification/mismatch/test_laws.py tests/identification/mismatch/laws/slow
 
 # Real-time trials with their view in a browser; one after the other, so that nothing is late.
 .PHONY: pages
