@@ -3,6 +3,11 @@
 Effects are handed in as numbers: a code, a place, what it uses, parameters. So one kernel serves
 every combination of them, and is compiled once a model file (plant/compiled.py keeps it on disk).
 Steps are the classical fourth-order Runge-Kutta rule; inputs are held or follow lines in a row.
+
+A held input jumps between rows. What effects remember is therefore brought up to date twice there:
+at the end of a row, with the input of that row, and at the beginning of the next, with the new
+input and no time elapsed. Otherwise a memory would follow the new input for one step that had
+already passed, or would not see a value from which the input jumped back.
 """
 
 import inspect
@@ -27,26 +32,46 @@ ADVANCE = (
     "i8,f8,i8,f8[:,::1])"
 )
 AT = (
-    "f8(i8,f8,f8,f8,b1,b1,f8[::1],f8[::1],i8[::1],i8[::1],i8[::1],f8[:,::1],f8[::1],f8[::1],"
-    "f8[:,::1],f8[:,::1],i8,f8,f8[::1])"
+    "f8(i8,f8,f8,f8,f8,i8,f8[::1],f8[::1],i8[::1],i8[::1],i8[::1],f8[:,::1],f8[::1],f8[::1],"
+    "f8[:,::1],f8[:,:,::1],i8,f8)"
 )
-COMMON = "fraction, commit, init, x, dx, code, where, other, par, q, spill, memory, rings, count, step, held"
+COMMON = (
+    "fraction, elapsed, when, x, dx, code, where, other, par, q, spill, memory, rings, count, step"
+)
+WITHIN, FIRST, ROW, STEP, END = range(5)
+"""When the rates are evaluated: within a step, at the beginning of all, of a row, of a later step
+of the same row, and at a row's end."""
 ALL = f"{COMMON}, push, values, busy"
 """What `rates` knows besides: pushes, what is told of every place, and where something acts."""
 
-# A held input is level over each step: drawn as a line between their beginnings it would come half
-# a step early. `steady`: it is one; its mean over the step is returned.
-PAST = """def past(ring, count, fraction, value, delay_steps, steady):
-    mask = len(ring) - 1
-    place = (0.0 if steady else fraction) - delay_steps
+# A quantity is the sum of its jumps between rows, which are level over a step, and of a rest that
+# follows lines in a step. Of the delayed jumps the mean over the step acts: at the stages of a step
+# alone, a jump within the step would not move with the delay.
+# ring: jumps so far, and the rest at a step's beginning. memory: the whole at the last row's end.
+KEEP = """def keep(ring, memory, count, when, value):
+    here, before = count & (ring.shape[1] - 1), (count - 1) & (ring.shape[1] - 1)
+    if when == {first}:
+        ring[0, :], ring[1, :] = 0.0, value
+    elif when == {end}:
+        memory[0] = value
+    elif when != {within}:
+        ring[0, here] = ring[0, before] + (value - memory[0] if when == {row} else 0.0)
+        ring[1, here] = value - ring[0, here]
+"""
+PAST = """def past(ring, count, fraction, value, delay_steps):
+    mask = ring.shape[1] - 1
+    whole = int(delay_steps)
+    share = delay_steps - whole
+    new, old = ring[0, (count - whole) & mask], ring[0, (count - whole - 1) & mask]
+    jumps = new + share * (old - new)
+    place = fraction - delay_steps
     if place >= 0.0:
-        if fraction <= 0.0:
-            return value
-        return ring[count & mask] + (value - ring[count & mask]) * place / fraction
+        begun, now = ring[1, count & mask], value - ring[0, count & mask]
+        return jumps + (begun + (now - begun) * place / fraction if fraction > 0.0 else now)
     whole = int(-place)
     share = -place - whole
-    new, old = ring[(count - whole) & mask], ring[(count - whole - 1) & mask]
-    return new + share * (old - new)
+    new, old = ring[1, (count - whole) & mask], ring[1, (count - whole - 1) & mask]
+    return jumps + new + share * (old - new)
 """
 
 RUN = """def advance(x0, u, held, push, p, code, where, other, par, ring, step, substeps, out):
@@ -58,7 +83,7 @@ RUN = """def advance(x0, u, held, push, p, code, where, other, par, ring, step, 
     stage, total = x.copy(), np.zeros(states)
     now, q = np.zeros(u.shape[1]), np.zeros(u.shape[1] + size)
     spill, memory = np.zeros(size), np.zeros((n, {memories}))
-    rings, values = np.zeros((n, ring)), np.zeros(push.shape[1])
+    rings, values = np.zeros((n, 2, ring)), np.zeros(push.shape[1])
     busy = np.zeros(push.shape[1], np.bool_)
     for i in range(n):
         busy[where[i]] = True
@@ -74,12 +99,17 @@ RUN = """def advance(x0, u, held, push, p, code, where, other, par, ring, step, 
             for i in range(len(now)):
                 line = before[i] + (u[r, i] - before[i]) * (s + fraction) / substeps
                 now[i] = u[r, i] if held[i] else line
-            start = part == 0 and not last
-            init = start and r == 0 and s == 0
+            when, elapsed = {within}, fraction * step
+            if last:
+                when = {end}
+            elif part == 0 and s > 0:
+                when, elapsed = {step}, step
+            elif part == 0:
+                when = {row} if r > 0 else {first}
             rates(now, p, {rest})
             if last:
                 break
-            if init:
+            if when == {first}:
                 x[:] = stage
             weight = 1.0 if part == 0 or part == 3 else 2.0
             for i in range(states):
@@ -115,15 +145,27 @@ def compose(equations: Equations) -> ModuleType:
 def _effects() -> str:
     """Compile what may act at a place, once for all systems; return its module's name."""
     parts = [inlined(text_of(k.act, f"act_{k.name}")) for k in LIBRARY if k.act is not None]
-    text = "\n".join([*parts, inlined(PAST), entry("\n".join(_place_lines()), AT)])
+    kept = KEEP.format(first=FIRST, end=END, within=WITHIN, row=ROW)
+    text = "\n".join([*parts, inlined(kept), inlined(PAST), entry("\n".join(_place_lines()), AT)])
     return load(text).__name__
 
 
 def kernel_text(equations: Equations, effects: str) -> str:
     """Return the text of a system's kernel. effects: name of the module of what may act."""
     parts = [f"from {effects} import at", inlined("\n".join(_rates_lines(equations)))]
-    rest = ALL.replace("commit, init, x, dx", "start, init, stage, k").replace("push", "push[r]")
-    run = RUN.format(most=MOST_STATES, memories=MOST_MEMORIES, rest=rest, bad=NOT_FINITE, fine=FINE)
+    rest = ALL.replace("x, dx", "stage, k").replace("push", "push[r]")
+    run = RUN.format(
+        most=MOST_STATES,
+        memories=MOST_MEMORIES,
+        rest=rest,
+        bad=NOT_FINITE,
+        fine=FINE,
+        within=WITHIN,
+        first=FIRST,
+        row=ROW,
+        step=STEP,
+        end=END,
+    )
     return "\n".join([*parts, entry(run, ADVANCE)])
 
 
@@ -135,11 +177,8 @@ def _place_lines() -> Iterator[str]:
     yield "            continue"
     yield f"        b = len(spill) + {MOST_STATES} * i"
     yield "        z = q[other[i]] if other[i] >= 0 else 0.0"
-    yield "        if init:"
+    yield f"        if when == {FIRST}:"
     yield "            memory[i, :] = value"
-    yield "            rings[i, :] = value"
-    yield "        if commit:"
-    yield "            rings[i, count & (rings.shape[1] - 1)] = value"
     word = "if"
     for kind in LIBRARY:
         if kind.act is not None:
@@ -159,20 +198,23 @@ def _branch(kind: type[SeamEffect]) -> Iterator[str]:
         "third": "memory[i, 2]",
         "fourth": "memory[i, 3]",
         "step": "step",
-        "elapsed": "(step if commit else fraction * step)",
+        "elapsed": "elapsed",
         "rate_of": "own",
-        "past": "past(rings[i], count, fraction, value, par[i, 0] / step, j < len(held) and held[j] > 0.0)",
+        "past": "past(rings[i], count, fraction, value, par[i, 0] / step)",
     }
     known |= {name: f"par[i, {k}]" for k, name in enumerate(names)}
     known |= {name: f"x[b + {k}]" for k, name in enumerate(kind.states)}
     yield from _starts(kind)
     assert kind.act is not None
-    given = ", ".join(known[a] for a in inspect.signature(kind.act).parameters)
+    arguments = inspect.signature(kind.act).parameters
+    if "past" in arguments:
+        yield "keep(rings[i], memory[i], count, when, value)"
+    given = ", ".join(known[a] for a in arguments)
     call = f"act_{kind.name}({given})"
     if kind.remembers:
         kept = [f"kept_{k}" for k in range(kind.remembers)]
         yield f"value, {', '.join(kept)} = {call}"
-        yield "if commit:"
+        yield f"if when != {WITHIN}:"
         yield from (f"    memory[i, {k}] = {name}" for k, name in enumerate(kept))
     elif kind.gives:
         yield f"value, given = {call}"
@@ -191,7 +233,7 @@ def _starts(kind: type[SeamEffect]) -> Iterator[str]:
     else:
         lines = [f"x[b + {k}] = value" for k, s in enumerate(kind.starts) if s == "value"]
     if lines:
-        yield "if init:"
+        yield f"if when == {FIRST}:"
         yield from (f"    {line}" for line in lines)
 
 

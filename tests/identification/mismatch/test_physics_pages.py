@@ -14,10 +14,10 @@ from slipbench.identification.mismatch.systems.effects.back_drive_loss import lo
 from slipbench.identification.mismatch.systems.effects.braking_loop import approach
 from slipbench.identification.mismatch.systems.effects.elastic_backlash import strike
 from slipbench.identification.mismatch.systems.effects.elastic_load import pull_back
-from slipbench.identification.mismatch.systems.effects.jerk_limit import ramp
 from slipbench.identification.mismatch.systems.effects.library import BY_NAME
 from slipbench.identification.mismatch.systems.effects.load_friction import rub
 from slipbench.identification.mismatch.systems.effects.presliding import bend
+from slipbench.identification.mismatch.systems.effects.rate_limit import ramp
 from slipbench.identification.mismatch.systems.effects.supply_limit import limit_force
 from slipbench.protocol.units import to_base
 from tests.identification.mismatch.laws.servo import MODEL, servo, turned
@@ -153,9 +153,9 @@ def test_presliding_stays_within_its_force_and_splits_time_exactly(torque, speed
     """Two halves of a step are the step, at a constant speed."""
     bent = halves = 0.0
     for speed in speeds:
-        left, bent = bend(torque, speed, bent, 0.01, 2.0, distance)
-        _, middle = bend(torque, speed, halves, 0.005, 2.0, distance)
-        _, halves = bend(torque, speed, middle, 0.005, 2.0, distance)
+        left, bent, _ = bend(torque, speed, bent, speed, 0.01, 2.0, distance)
+        _, middle, _ = bend(torque, speed, halves, speed, 0.005, 2.0, distance)
+        _, halves, _ = bend(torque, speed, middle, speed, 0.005, 2.0, distance)
         assert abs(torque - left) <= 2.0 + 1e-9
         assert bent == pytest.approx(halves, abs=1e-9)
 
@@ -164,7 +164,7 @@ def test_presliding_stays_within_its_force_and_splits_time_exactly(torque, speed
 def test_a_jerk_limit_changes_by_no_more_than_its_limit(values, limit):
     kept = values[0]
     for value in values:
-        before, (new, kept) = kept, ramp(value, kept, 0.5, limit, 1.0)
+        before, (new, kept, _) = kept, ramp(value, kept, value, 0.5, 0.5, limit, 1.0)
         assert abs(new - before) <= 0.5 * limit * (1.0 + 1e-9)
         assert min(before, value) <= new <= max(before, value)
 
@@ -176,7 +176,7 @@ def test_a_braking_loop_never_passes_its_target_and_arrives_in_time(start, targe
     time = np.sqrt(2.0 * way / deceleration)
     place, step = start, time / 2000 or 1.0
     for _ in range(2100):
-        before, (place, _) = place, approach(target, place, step, deceleration)
+        before, (place, *_) = place, approach(target, place, target, step, step, deceleration)
         assert abs(target - place) <= abs(target - before)
     assert abs(target - place) <= 1e-5 * way + 1e-9
 

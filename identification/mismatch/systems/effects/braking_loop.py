@@ -34,15 +34,25 @@ from slipbench.plant.parameters import parameter
 
 
 def approach(
-    value: float, memory: float, elapsed: float, deceleration: float
-) -> tuple[float, float]:
-    """Return where it has come to, twice: it is what is remembered. Exact for a held target.
+    value: float, memory: float, second: float, elapsed: float, step: float, deceleration: float
+) -> tuple[float, float, float]:
+    """Return where it has come to, and what is remembered: that and the target.
 
-    The root of what is left falls in proportion to time.
+    The root of the distance falls in proportion to time: exact for a held target. A target that
+    moves does so half way through (Strang's splitting, second order). At the moment of a jump it
+    returns what gives the step its true mean by Simpson's rule, as a rate limit does.
     """
-    left = math.sqrt(abs(value - memory)) - elapsed * math.sqrt(0.5 * min(deceleration, 1e300))
-    new = value - math.copysign(max(left, 0.0) ** 2, value - memory)
-    return new, new
+    pace = math.sqrt(0.5 * min(deceleration, 1e300))
+    if elapsed == 0.0:
+        error, falls = abs(value - memory), pace * step
+        root = math.sqrt(error)
+        if root < falls:
+            error = 2.0 * error * root / falls - 4.0 * max(root - 0.5 * falls, 0.0) ** 2
+        return value - math.copysign(error, value - memory), memory, value
+    error, falls = second - memory, 0.5 * elapsed * pace
+    error = math.copysign(max(math.sqrt(abs(error)) - falls, 0.0) ** 2, error) + value - second
+    error = math.copysign(max(math.sqrt(abs(error)) - falls, 0.0) ** 2, error)
+    return value - error, value - error, value
 
 
 @dataclass(frozen=True)
@@ -54,7 +64,7 @@ class BrakingLoop(SeamEffect):
     confused_with = ("rate_limit", "lag")
     acts_on = (INPUT, SEAM)
     uses = "of_position"
-    remembers = 1
+    remembers = 2
     variants = (1.0, 0.1, 0.01, 0.001)
     varies = "deceleration"
     act = approach

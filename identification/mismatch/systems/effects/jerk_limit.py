@@ -28,17 +28,9 @@ generation", Robotics 10 (2021), 25.
 import math
 from dataclasses import dataclass
 
+from slipbench.identification.mismatch.systems.effects.rate_limit import ramp
 from slipbench.identification.mismatch.systems.effects.seam_effect import RATE, SeamEffect
 from slipbench.plant.parameters import parameter
-
-
-def ramp(
-    value: float, memory: float, elapsed: float, limit: float, period: float
-) -> tuple[float, float]:
-    """Return the acceleration, twice: it is what is remembered."""
-    most = limit / period * elapsed
-    new = min(max(value, memory - most), memory + most)
-    return new, new
 
 
 @dataclass(frozen=True)
@@ -50,7 +42,7 @@ class JerkLimit(SeamEffect):
     confused_with = ("lag", "acceleration_limit", "rate_limit")
     acts_on = (RATE,)
     uses = "of_speed"
-    remembers = 1
+    remembers = 2
     variants = (1.0, 0.3, 0.1, 0.03)
     varies = "limit"
     act = ramp

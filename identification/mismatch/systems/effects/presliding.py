@@ -38,13 +38,22 @@ from slipbench.plant.parameters import parameter
 
 
 def bend(
-    value: float, other: float, memory: float, elapsed: float, force: float, distance: float
-) -> tuple[float, float]:
-    """Return the force that is left and the deflection as a share: exact for a constant speed."""
-    way = abs(other) * elapsed / distance
-    end = math.copysign(1.0, other)
-    bent = end + (memory - end) * math.exp(-way)
-    return value - force * bent, bent
+    value: float,
+    other: float,
+    memory: float,
+    second: float,
+    elapsed: float,
+    force: float,
+    distance: float,
+) -> tuple[float, float, float]:
+    """Return the force that remains, the deflection as a share, and the speed.
+
+    Exact for a constant speed; otherwise the mean of the speed before and now acts.
+    """
+    way = 0.5 * (second + other) * elapsed / distance
+    end = math.copysign(1.0, way)
+    bent = end + (memory - end) * math.exp(-abs(way))
+    return value - force * bent, bent, other
 
 
 @dataclass(frozen=True)
@@ -56,8 +65,8 @@ class Presliding(SeamEffect):
     confused_with = ("friction", "hysteresis")
     acts_on = (SEAM,)
     uses = "along"
-    remembers = 1
-    starts = (0.0,)
+    remembers = 2
+    starts = (0.0, 0.0)
     variants = (1.0, 0.2)
     varies = "distance"
     act = bend

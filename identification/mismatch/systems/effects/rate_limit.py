@@ -31,12 +31,33 @@ from slipbench.plant.parameters import parameter
 
 
 def ramp(
-    value: float, memory: float, step: float, limit: float, period: float
-) -> tuple[float, float]:
-    """Return what it has become, twice: it is what is remembered."""
-    most = limit / period * step
-    new = min(max(value, memory - most), memory + most)
-    return new, new
+    value: float,
+    memory: float,
+    second: float,
+    elapsed: float,
+    step: float,
+    limit: float,
+    period: float,
+) -> tuple[float, float, float]:
+    """Return what it has become, and what is remembered: that and the value that it follows.
+
+    Exact for a value that moves along a line from `second`: where the two meet within a step, it
+    follows from there on. At the moment of a jump it returns what gives the step its true mean by
+    Simpson's rule: a ramp that is shorter than the step would otherwise act a sixth of a step late.
+    """
+    rate = min(limit, 1e290) / period
+    if elapsed == 0.0:
+        behind, most = abs(value - memory), rate * step
+        mean = behind - 0.5 * most if behind > most else 0.5 * behind * behind / most
+        start = 6.0 * mean - 4.0 * max(behind - 0.5 * most, 0.0) - max(behind - most, 0.0)
+        return value - math.copysign(start, value - memory), memory, value
+    way, most = math.copysign(1.0, second - memory), rate * elapsed
+    behind, ahead = abs(second - memory), way * (value - second)
+    left = behind + ahead - most
+    if left < 0.0:
+        left = min(ahead + most, 0.0) * (1.0 - behind / (most - ahead))
+    new = value - way * left
+    return new, new, value
 
 
 @dataclass(frozen=True)
@@ -47,7 +68,7 @@ class RateLimit(SeamEffect):
     block = "seam"
     confused_with = ("lag", "saturation")
     acts_on = (INPUT, SEAM)
-    remembers = 1
+    remembers = 2
     act = ramp
 
     limit: float = parameter(

@@ -96,11 +96,12 @@ def turned(
     felt: Callable[[np.ndarray], np.ndarray] = lambda u: u,
     sensed: Callable[[np.ndarray, np.ndarray], np.ndarray] = lambda angle, load: angle,
     emf: float = 0.0,
+    finer: int = FINER,
 ) -> Recording:
     """Record a servo.
 
-    felt: drive that acts, of the recorded one, both with FINER values a period; sensed: reading of
-    the angle.
+    felt: drive that acts, of the recorded one, both with `finer` values a period; sensed: reading of
+    the angle. finer: steps of the integrator in a period.
     """
     print(f"seed {seed}")
     rng = np.random.default_rng(seed)
@@ -115,8 +116,8 @@ def turned(
         nominal = GAIN * (drive - emf * speed) - DAMPING * speed - WEIGHT * math.sin(angle)
         return torque(nominal, speed, angle, load)
 
-    angle, speed, shown, h = 0.0, 0.0, np.empty(told.size), PERIOD / FINER
-    acting = felt(np.repeat(told, FINER)).reshape(-1, FINER)
+    angle, speed, shown, h = 0.0, 0.0, np.empty(told.size), PERIOD / finer
+    acting = felt(np.repeat(told, finer)).reshape(-1, finer)
     for k in range(told.size):
         shown[k] = angle
         for drive in acting[k]:

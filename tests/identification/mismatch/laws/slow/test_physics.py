@@ -6,7 +6,7 @@ beside all that its page says it is confused with and what they are confused wit
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -15,8 +15,9 @@ import pytest
 from slipbench.identification.mismatch.systems.effects.library import BY_NAME
 from slipbench.identification.mismatch.systems.system import ModelSystem
 from slipbench.identification.mismatch.telling.verdict import Verdict
+from slipbench.protocol.recording.recording import Recording
 from tests.identification.mismatch.laws.explained import explained, holds, names, reported
-from tests.identification.mismatch.laws.servo import FINER, PERIOD, nothing, servo, turned
+from tests.identification.mismatch.laws.servo import FINER, MODEL, PERIOD, nothing, servo, turned
 
 CREEP = 0.02  # rad/s
 OLD = ("friction", "saturation", "dead_zone", "lag", "asymmetry", "offset", "cubic")
@@ -44,15 +45,22 @@ def dahl(force: float, distance: float) -> Callable[[float, float, float, float]
 STEP = PERIOD / FINER  # s
 
 
+FOLLOWED = 640
+"""Steps a period of a ride whose torque follows another: it is late by part of a step."""
+
+
 def slow_to_turn(jerk: float) -> Callable[[float, float, float, float], float]:
     """Acceleration that changes by no more than this a second, for one run; called twice a step."""
     before: float | None = None
 
     def torque(nominal: float, speed: float, angle: float, load: float) -> float:
         nonlocal before
-        most = 0.5 * STEP * jerk
-        now = nominal if before is None else before
-        before = min(max(nominal, now - most), now + most)
+        most = 0.5 * PERIOD / FOLLOWED * jerk
+        if before is None or abs(nominal - before) <= most:
+            before = nominal
+            return nominal
+        now = before
+        before += math.copysign(most, nominal - now)
         return now
 
     return torque
@@ -101,10 +109,19 @@ def followed(rule: Callable[[float, float], float]) -> Callable[[np.ndarray], np
 
 
 def braked(deceleration: float) -> Callable[[float, float], float]:
-    """Rate of the square-root law."""
-    return lambda left, _: math.copysign(
-        min(math.sqrt(2.0 * deceleration * abs(left)), abs(left) / STEP), left
-    )
+    """Rate of the square-root law, by the midpoint rule."""
+
+    def rule(left: float, _: float) -> float:
+        way = abs(left)
+        middle = max(way - 0.5 * STEP * math.sqrt(2.0 * deceleration * way), 0.0)
+        return math.copysign(min(math.sqrt(2.0 * deceleration * middle), way / STEP), left)
+
+    return rule
+
+
+def slewed(limit: float) -> Callable[[float, float], float]:
+    """Rate of a drive that is limited, V/s."""
+    return lambda left, _: min(max(left / STEP, -limit), limit)
 
 
 def tired(loss: float, time_constant: float, power: int) -> Callable[[np.ndarray], np.ndarray]:
@@ -181,16 +198,31 @@ def machine(tmp_path_factory: pytest.TempPathFactory) -> ModelSystem:
     return servo(tmp_path_factory.mktemp("servo"))
 
 
+@pytest.fixture(scope="module")
+def commanded(tmp_path_factory: pytest.TempPathFactory) -> ModelSystem:
+    """The same servo with its command in angles."""
+    text = MODEL.replace("rad/s^2/V", "1/s^2").replace('unit = "V"', 'unit = "rad"')
+    return servo(tmp_path_factory.mktemp("commanded"), text)
+
+
 def family(name: str) -> tuple[str, ...]:
     """An effect, its confusions and theirs, and the old ones of every family."""
     near = {name, *BY_NAME[name].confused_with}
     return tuple(sorted(near | {n for k in near for n in BY_NAME[k].confused_with} | set(OLD)))
 
 
+def in_unit(recording: Recording, unit: str) -> Recording:
+    """The recording, with its drive in another unit."""
+    channels = dict(recording.channels)
+    channels["drive"] = replace(channels["drive"], unit=unit)
+    return replace(recording, channels=channels)
+
+
 def analysed(
     machine: ModelSystem, how: Callable[[], dict[str, Any]], library: tuple[str, ...]
 ) -> Verdict:
-    rides = [turned(seed, **how()) for seed in (1, 2, 3)]
+    unit = machine.file.inputs["drive"].size.si_unit
+    rides = [in_unit(turned(seed, **how()), unit) for seed in (1, 2, 3)]
     there = {k.name for k in machine.library}
     return explained(machine, rides[:2], rides[2:], [n for n in library if n in there])
 
@@ -205,23 +237,29 @@ def test_it_is_named_and_its_size_told(machine: ModelSystem, hidden: Hidden) -> 
     assert error.improved < max(1.1 * error.floor, 0.02 * error.nominal), reported(found)
 
 
-@pytest.mark.xfail(
-    reason="beside it a sensor delay of a part of a step: what remembers is a step of integration"
-    " ahead where a held input jumps",
-    run=False,  # minutes
-)
-def test_a_braking_loop_is_named_alone(machine: ModelSystem) -> None:
-    found = analysed(machine, lambda: {"felt": followed(braked(100.0))}, family("braking_loop"))
+def test_a_braking_loop_is_named_alone(commanded: ModelSystem) -> None:
+    """Of a servo that is commanded in angles: such a loop acts on a position."""
+    found = analysed(commanded, lambda: {"felt": followed(braked(100.0))}, family("braking_loop"))
     assert names(found) == ["braking_loop.drive"], reported(found)
+    assert holds(found, "braking_loop", "deceleration", 100.0, slack=0.05), reported(found)
 
 
-@pytest.mark.xfail(
-    reason="beside it a sensor delay, for the same reason; held-out error 0.0028 rad, floor 0.0011",
-    run=False,
-)
 def test_a_jerk_limit_is_named_alone(machine: ModelSystem) -> None:
-    found = analysed(machine, lambda: {"torque": slow_to_turn(200.0)}, family("jerk_limit"))
-    assert names(found) == ["jerk_limit.speed_rate"], reported(found)
+    """The torque of this servo is the rate of its speed: its rate limit is the same."""
+    found = analysed(
+        machine, lambda: {"torque": slow_to_turn(200.0), "finer": FOLLOWED}, family("jerk_limit")
+    )
+    (named,) = names(found)
+    assert named in {"jerk_limit.speed_rate", "rate_limit.torque"}, reported(found)
+    limit, period = (p.value for p in found.effects[0].parameters)
+    assert limit / period == pytest.approx(200.0, rel=0.03), reported(found)
+
+
+def test_a_rate_limit_is_named_alone(machine: ModelSystem) -> None:
+    found = analysed(machine, lambda: {"felt": followed(slewed(6.0))}, family("rate_limit"))
+    assert names(found) == ["rate_limit.drive"], reported(found)
+    limit, period = (p.value for p in found.effects[0].parameters)
+    assert limit / period == pytest.approx(6.0, rel=0.03), reported(found)
 
 
 ALIKE = [
