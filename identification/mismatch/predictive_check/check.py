@@ -8,7 +8,7 @@ and back. The same without the effects gives the rate of false alarms.
 
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
@@ -65,6 +65,14 @@ class TimeLimitError(Exception):
 def analyses_of(a: Analysis, count: int) -> int:
     """Return how many analyses a check makes: where nothing was identified, one kind only."""
     return (2 if _found(a) else 1) * count
+
+
+def checked(a: Analysis, count: int, say: Say) -> Verdict:
+    """Verdict of an analysis, with its check where it is complete. count: 0: no check."""
+    found = verdict(a)
+    if not count or not found.complete:
+        return found
+    return replace(found, check=check(a, found, Order(count), say))
 
 
 def check(a: Analysis, first: Verdict, order: Order, say: Say = lambda _: None) -> Check:
@@ -126,7 +134,9 @@ class _Counts:
 
 
 def _found(a: Analysis) -> bool:
-    return bool(accepted(a).candidates)
+    """Tell whether something was identified that can be simulated: effects, or a free curve."""
+    fit = accepted(a)
+    return bool(fit.candidates or fit.model.injected)
 
 
 def _work(

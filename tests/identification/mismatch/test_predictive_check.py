@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from typer.testing import CliRunner
 
 from slipbench.command import app
-from slipbench.identification.mismatch.analysis import begin
+from slipbench.identification.mismatch.analysis import accepted, begin
 from slipbench.identification.mismatch.explain import analyse
 from slipbench.identification.mismatch.fit.stack import whiteners
 from slipbench.identification.mismatch.predictive_check.answer import alike, answer_of, compared
@@ -40,6 +40,7 @@ from slipbench.identification.mismatch.telling.conclude import verdict
 from slipbench.identification.mismatch.telling.verdict import Verdict, as_json
 from slipbench.protocol.recording.channel import Channel
 from slipbench.protocol.recording.recording import Recording
+from tests.identification.mismatch.callables import springs
 from tests.identification.mismatch.laws.spring import cubic, spring, swung
 
 SCHEMA = json.loads(
@@ -118,6 +119,39 @@ def test_where_nothing_was_identified_only_false_alarms_are_counted(tmp_path):
     lines = " ".join(check_lines(replace(verdict(silent), check=found)))
     assert "On 3 recordings simulated without effects" in lines
     assert "accepted model the same" not in lines
+
+
+def test_a_free_curve_in_the_simulation_is_simulated_as_well(tmp_path):
+    """No lag makes a spring hard: a free curve stands, and the same answer is that no name suffices."""
+    system = spring(tmp_path)
+    learnt, proof = ([system.prepare(swung(s, cubic(0.15)))] for s in (1, 2))
+    few = [k for k in system.library if k.name == "lag" and k.place.name == "force"]
+    a = analyse(begin(system, learnt, proof), few)
+    assert a.free is not None
+    with_curve, _ = simulated(a, np.random.default_rng(1), True)
+    without, _ = simulated(a, np.random.default_rng(1), False)
+    for made, plain in (
+        (with_curve.training, without.training),
+        (with_curve.held_out, without.held_out),
+    ):
+        apart = made.measured[0][0] - plain.measured[0][0]
+        assert np.std(apart) > 10 * CLEAR[1]
+    found = check(a, verdict(a), Order(1, library=few))
+    assert (found.same.of, found.false_alarms.of) == (1, 1)
+    assert list(found.effects) == ["unknown effect"]
+
+
+def test_a_function_is_simulated_as_a_model_file_is():
+    """The simulated recordings of a function differ from the recorded ones by noise only."""
+    recordings = [swung(s, cubic(0.15), seconds=4.0) for s in (1, 2)]
+    system = springs.system(recordings)
+    learnt, proof = ([system.prepare(r)] for r in recordings)
+    few = [k for k in system.library if k.name == "offset" and k.place.name == "place"]
+    a = analyse(begin(system, learnt, proof), few)
+    replica, _ = simulated(a, np.random.default_rng(1), True)
+    rest = accepted(a).rest[0][0]
+    apart = replica.training.measured[0][0] - a.training.measured[0][0]
+    assert np.std(apart) == pytest.approx(np.sqrt(2.0) * np.std(rest), rel=0.5)
 
 
 @pytest.mark.parametrize("ended", [INTERRUPTED, OUT_OF_TIME])
