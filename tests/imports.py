@@ -121,6 +121,7 @@ ALLOWED = {
         "bench/bus/python_can.py",
         "studies/blind_validation/one_case.py",
         "identification/mismatch/callables/simulator.py",
+        "identification/mismatch/predictive_check/stopwatch.py",
     ),
     "threading": (
         "bench/loop/loop.py",

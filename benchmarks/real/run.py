@@ -10,7 +10,7 @@ import json
 import os
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from itertools import count
 from pathlib import Path
 from typing import Any
@@ -52,7 +52,12 @@ def main(arguments: list[str]) -> None:
 
 
 def _import(recordings: Path, case: Case) -> None:
-    used = {name.partition("@")[0] for name in (*case.training, *case.held_out, *case.also)}
+    import_captures(recordings, (*case.training, *case.held_out, *case.also))
+
+
+def import_captures(recordings: Path, runs: Iterable[str]) -> None:
+    """Import the captures of runs such as name@0:60 that are not in build/real/runs yet."""
+    used = {name.partition("@")[0] for name in runs}
     for capture in CAPTURES:
         out = BUILD / "runs" / capture.name
         if capture.name in used and not out.exists():

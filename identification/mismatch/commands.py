@@ -1,13 +1,20 @@
 """The sub-command of this package: `slipbench explain`."""
 
+from dataclasses import replace
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
 
 from slipbench.protocol.errors import InputError
 from slipbench.protocol.shipped_files import completion_of, file_of
+
+if TYPE_CHECKING:
+    from slipbench.identification.mismatch.analysis import Analysis
+    from slipbench.identification.mismatch.predictive_check.check import Order
+    from slipbench.identification.mismatch.telling.check_result import Check
+    from slipbench.identification.mismatch.telling.verdict import Verdict
 
 EXAMPLE = (
     "Example: slipbench explain --vehicle vehicle.toml runs/sweep runs/square --held-out runs/other"
@@ -48,6 +55,20 @@ def explain_command(
     report_folder: Annotated[
         Path | None, typer.Option("--report", help="Write a memo with figures into this folder.")
     ] = None,
+    check: Annotated[
+        bool,
+        typer.Option(
+            "--check", help="Simulate the recordings from the result, and analyse them again."
+        ),
+    ] = False,
+    check_count: Annotated[
+        int, typer.Option(min=1, help="Simulated sets with effects, and as many without.")
+    ] = 10,
+    check_minutes: Annotated[
+        float | None,
+        typer.Option(min=0.0, help="Time limit of --check; twice the expected time by default."),
+    ] = None,
+    check_seed: Annotated[int, typer.Option(min=0, help="Seed of --check.")] = 1,
 ) -> None:
     """Localize and identify the mismatch between simulation and recordings.
 
@@ -55,10 +76,17 @@ def explain_command(
     them on held-out runs. Writes vehicle.improved.toml beside the vehicle file. Ctrl-C ends the
     analysis and writes the results so far. An FMU needs a file beside it: model.toml for model.fmu.
 
+    --check measures how repeatable the result is: it simulates the recordings from the accepted
+    model, analyses them again and reports how often the answer is the same. The expected time and
+    the time limit are printed first. Ctrl-C ends it and keeps what was done.
+
     Exit status: 0 done, 1 a step failed, 2 invalid input (see message), 130 interrupted.
     """
     from slipbench.identification.mismatch.explain import known_so_far
+    from slipbench.identification.mismatch.predictive_check.check import Order
+    from slipbench.identification.mismatch.predictive_check.stopwatch import seconds
     from slipbench.identification.mismatch.runs import open_analysis
+    from slipbench.identification.mismatch.telling.check_in_words import check_lines
     from slipbench.identification.mismatch.telling.conclude import verdict
     from slipbench.identification.mismatch.telling.memo import lines
     from slipbench.identification.mismatch.telling.memo_page import NOT_IN_THE_FILE, in_the_file
@@ -79,22 +107,53 @@ def explain_command(
             if not console.is_terminal:
                 console.print(words)
 
+        begun = seconds()
         if not known_so_far(analysis, say) and not analysis.failure:
             console.print("Interrupted: writing the results so far. Ctrl-C again discards them.")
+        took = seconds() - begun
     found = verdict(analysis)
     if json_path is not None:
         found = with_training(found, training, json_path.parent)
     for line in lines(found):
         typer.echo(line)
+    if check and found.complete:
+        write_outputs(analysis, found, vehicle, json_path, report_folder)  # a check takes long
+        order = Order(check_count, check_seed)
+        found = replace(found, check=_checked(analysis, found, order, took, check_minutes))
+        for line in check_lines(found):
+            typer.echo(line)
     for path in write_outputs(analysis, found, vehicle, json_path, report_folder):
         typer.echo(f"written: {path}")
     if not in_the_file(analysis):
         typer.echo(f"the free curve {NOT_IN_THE_FILE}")
-    if analysis.failure:
-        console.print(f"slipbench: the analysis failed in {analysis.failure}", markup=False)
+    _end(analysis.failure, found.complete)
+
+
+def _end(failure: str, complete: bool) -> None:
+    """End with the exit status of an analysis that failed or was interrupted."""
+    if failure:
+        Console(stderr=True).print(f"slipbench: the analysis failed in {failure}", markup=False)
         raise typer.Exit(FAILED)
-    if not found.complete:
+    if not complete:
         raise typer.Exit(INTERRUPTED)
+
+
+def _checked(
+    analysis: "Analysis", found: "Verdict", order: "Order", took: float, minutes: float | None
+) -> "Check":
+    """Return the result of the check. took: wall time of the analysis, s."""
+    from slipbench.identification.mismatch.predictive_check.check import analyses_of, check
+    from slipbench.identification.mismatch.predictive_check.stopwatch import duration, limit_of
+
+    console = Console(stderr=True)
+    number = analyses_of(analysis, order.count)
+    limit = limit_of(number * took, minutes)
+    console.print(
+        f"Check: {number} analyses of simulated recordings, seed {order.seed}; expected time"
+        f" {duration(number * took)}, time limit {duration(limit)}. Ctrl-C ends it."
+    )
+    with console.status("Check") as progress:
+        return check(analysis, found, replace(order, limit=limit), progress.update)
 
 
 def _simulation(vehicle: Path | None, training: list[Path]) -> tuple[Path, list[Path]]:

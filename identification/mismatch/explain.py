@@ -67,15 +67,21 @@ def _failure(so_far: Analysis) -> str:
 
 
 def analyse(
-    so_far: Analysis, library: Sequence[type[Effect]] | None = None, say: Say = lambda _: None
+    so_far: Analysis,
+    library: Sequence[type[Effect]] | None = None,
+    say: Say = lambda _: None,
+    until: int | None = None,
 ) -> Analysis:
-    """Do all steps. library: effects to look for, the system's own if not given."""
+    """Do all steps. library: effects to look for, the system's own if not given.
+
+    until: number of steps after which to end; None: all.
+    """
     library = so_far.system.library if library is None else library
-    for number, step in enumerate(STEPS, start=1):
+    for number, step in enumerate(STEPS[:until], start=1):
         if number > so_far.done:
             step(so_far, library, say)
             so_far.done = number
-    so_far.complete = True
+    so_far.complete = until is None
     return so_far
 
 
@@ -202,6 +208,8 @@ def _propose(a: Analysis, library: Sequence[type[Effect]], say: Say) -> None:
 
 
 STEPS = (_calibrate, _locate, _name, _doubt, _free, _prove, _propose)
+CONCLUDED = 5
+"""Steps after which it is known what is identified; the others validate it."""
 NAMES = (
     "calibration",
     "localization",

@@ -161,6 +161,8 @@ def explain(
     training: Sequence[StrPath | Recording],
     held_out: Sequence[StrPath | Recording] = (),
     progress: Callable[[str], None] | None = None,
+    *,
+    check: int = 0,
 ) -> "Verdict": ...
 @overload
 def explain(
@@ -177,13 +179,15 @@ def explain(
     period: float = 0.0,
     improved: StrPath | None = None,
     time_limit: float | None = 60.0,
+    check: int = 0,
 ) -> "Verdict": ...
 def explain(*arguments: Any, **options: Any) -> "Verdict":
     """Explain where a simulation and recordings differ: place, effect, significance.
 
     vehicle: vehicle file or model file (TOML). training (recordings), held_out: run folders or
     recordings; "run@0:60" is the part from 0 to 60 s. `progress` is called with each step's
-    description.
+    description. check: number of simulated sets of recordings that are analysed to check how
+    repeatable the verdict is, and as many without effects; it takes twice as many analyses.
 
     simulate: a function `simulate(parameters, inputs, times)` that returns outputs. It gets a
     dictionary of numbers in the units of `parameters`, arrays (n,) of the inputs in the unit
@@ -210,15 +214,17 @@ def _explain_file(
     training: Sequence[StrPath | Recording],
     held_out: Sequence[StrPath | Recording] = (),
     progress: Callable[[str], None] | None = None,
+    *,
+    check: int = 0,
 ) -> "Verdict":
     from slipbench.identification.mismatch.explain import known_so_far
+    from slipbench.identification.mismatch.predictive_check.check import checked
     from slipbench.identification.mismatch.runs import open_analysis
-    from slipbench.identification.mismatch.telling.conclude import verdict
 
     folders = [[_folder(run) for run in runs] for runs in (training, held_out)]
     analysis = open_analysis(Path(vehicle), *folders)
     known_so_far(analysis, progress or _ignore)
-    return verdict(analysis)
+    return checked(analysis, check, progress or _ignore)
 
 
 def _explain_function(
@@ -235,12 +241,13 @@ def _explain_function(
     period: float = 0.0,
     improved: StrPath | None = None,
     time_limit: float | None = 60.0,
+    check: int = 0,
 ) -> "Verdict":
     from slipbench.identification.mismatch.callables.description import Ports
     from slipbench.identification.mismatch.callables.function_system import function_system
     from slipbench.identification.mismatch.explain import known_so_far
+    from slipbench.identification.mismatch.predictive_check.check import checked
     from slipbench.identification.mismatch.runs import analysis_of
-    from slipbench.identification.mismatch.telling.conclude import verdict
     from slipbench.identification.mismatch.telling.output import write_improved
 
     ports = Ports(tuple(inputs), tuple(outputs), tuple(linear), period, dict(speeds or {}))
@@ -250,7 +257,7 @@ def _explain_function(
     known_so_far(analysis, progress or _ignore)
     if improved is not None:
         write_improved(analysis, Path(improved))
-    return verdict(analysis)
+    return checked(analysis, check, progress or _ignore)
 
 
 def recording_of(

@@ -25,6 +25,12 @@ class Lattice:
         """Tell whether these steps break a promise; where nothing was promised none is broken."""
         return 0.0 < COARSER * promised < self.step
 
+    def rounded(self, values: Floats) -> Floats:
+        """Return values, of any shape and in the channel's unit, on the nearest steps."""
+        if self.step <= 0.0:
+            return values
+        return np.asarray(self.phase + self.step * np.round((values - self.phase) / self.step))
+
 
 REACHES = (1.5, 5.0, 20.0, np.inf)
 """Steps between neighbours from which on the step is told, the nearest first."""

@@ -158,7 +158,9 @@ def predict(
         for b, block in enumerate(model.chain.blocks):
             if block.drive in wanted:
                 record = model.records[r]
-                seen = _stack(block, record, outs[block.drive], effects, _late(model, point, block))
+                seen = _stack(
+                    block, record, outs[block.drive], effects, lateness(model, point, block)
+                )
                 misplace(seen, block.outputs, record, system.effects)
                 found[b][r] = seen
     return found
@@ -200,7 +202,7 @@ def _seen_by(
     effects = [e for e in system.effects if not (model.stepless and isinstance(e, Rounds))]
     cut = model.chain.blocks[block]
     sensors = [model.records[record].sensors[o] for o in cut.outputs]
-    return sensors, effects, _late(model, point, cut)
+    return sensors, effects, lateness(model, point, cut)
 
 
 def _run(
@@ -213,8 +215,8 @@ def _run(
     return runs[record, drive]
 
 
-def _late(model: Model, point: Point, block: Block) -> dict[str, float]:
-    """Return by how many seconds each clock tells more than it should, where that is doubted."""
+def lateness(model: Model, point: Point, block: Block) -> dict[str, float]:
+    """Return by how many seconds each clock shows more than it should, where that is doubted."""
     clocks = [(i, k) for i, k in enumerate(model.known) if k.of_clock and block.sensors_suspected]
     return {k.name: k.at(float(point.x[i])) for i, k in clocks}
 

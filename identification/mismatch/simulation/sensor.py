@@ -6,7 +6,7 @@ recorded wheel angle is so judged at the recorded wheel angle.
 """
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol, runtime_checkable
 
 import numpy as np
@@ -211,6 +211,27 @@ class Sensor:
             for near in NEAR
         )
         return min(tried, key=lambda shown: float(np.sum(np.diff(told - shown) ** 2)))
+
+    def samples(
+        self, out: Columns, effects: Iterable[Effect], late: float, noise: FloatArray
+    ) -> FloatArray:
+        """Samples that a point sensor would have recorded of a simulation, (k,) in its unit.
+
+        noise: (k,), added before effects on the channel and before the steps of the channel. late:
+        s, as for `look`.
+        """
+        acting = self._acting(effects)
+        seen = _seen(self.see, Later(out, late / self.grid.step) if late else out) + noise
+        told = self._told(seen, acting) if acting else seen
+        rounds = any(isinstance(e, Rounds) for e in acting)
+        return self.lattice.rounded(told) if rounds or not self.coarse else told
+
+    def recording(self, told: FloatArray) -> "Sensor":
+        """The same point sensor with other samples, (k,) in its unit; its steps are kept."""
+        assert self.time is not None
+        again = _again(told)
+        value = into_bins(self.time, self.grid) @ told
+        return replace(self, value=value, told=told, again=again, rhythm=rhythm(again))
 
     def misplaced(self, displacement: FloatArray) -> FloatArray:
         """Return what displaced teeth (rad, by tooth) add to the output; zeros without teeth."""

@@ -14,6 +14,7 @@ from slipbench.identification.mismatch.simulation.along import (
     quantity_of,
 )
 from slipbench.identification.mismatch.simulation.written_units import WrittenUnits
+from slipbench.identification.mismatch.telling.check_in_words import check_lines
 from slipbench.identification.mismatch.telling.gain_in_words import improvement_in_words, ratio
 from slipbench.identification.mismatch.telling.verdict import (
     INTERVALS,
@@ -137,9 +138,10 @@ def lines(verdict: Verdict) -> list[str]:
     """The memo for a terminal."""
     early = [said] if (said := early_end(verdict)) else []
     chances = f"  family-wise p-value  {chance(verdict)}"
-    return [*early, sentence(verdict), "", chances, *_evidence(verdict), *_limits(verdict)] + [
-        _error(shown_error(e, verdict), _against(verdict, e)) for e in verdict.held_out
-    ]
+    errors = [_error(shown_error(e, verdict), _against(verdict, e)) for e in verdict.held_out]
+    checked = [f"  check          {line}" for line in check_lines(verdict)]
+    found = [*_evidence(verdict), *_limits(verdict)]
+    return [*early, sentence(verdict), "", chances, *found, *errors, *checked]
 
 
 def _against(verdict: Verdict, e: Error) -> str:

@@ -8,6 +8,7 @@ from markupsafe import Markup
 
 from slipbench.identification.mismatch.analysis import Analysis, accepted, described
 from slipbench.identification.mismatch.simulation.written_units import WrittenUnits
+from slipbench.identification.mismatch.telling.check_in_words import check_lines
 from slipbench.identification.mismatch.telling.evidence_figure import Residuals, evidence_svg
 from slipbench.identification.mismatch.telling.gain_in_words import ratio, shown_by
 from slipbench.identification.mismatch.telling.hypotheses import hypotheses
@@ -70,6 +71,7 @@ def memo_page(a: Analysis, verdict: Verdict) -> str:
         intervals=INTERVALS,
         undecided=list(_undecided(verdict)),
         unexcited=list(_unexcited(verdict)),
+        check=list(check_lines(verdict)),
         open=list(_open(a, verdict)),
     )
 

@@ -28,6 +28,9 @@ lack_of_fit  [{trials, f, p_value}] of repeated trials: re-calibrated, and with 
 left_out     ["recording: channel: why"] of what could not be used
 training     [paths] of the training runs, relative to the folder of verdict.json, with the segment
              that was used, as in run@0:60; empty where they are not known
+check        {seed, requested, seconds, limit, ended, same, place, inside, false_alarms, effects,
+             answers, failures}: how often the analysis of simulated recordings gives the same
+             answer (explain --check); null where it was not checked
 complete     false where the analysis was interrupted or failed
 failure      the step that failed and its error; empty where none did
 """
@@ -42,11 +45,12 @@ from slipbench.identification.mismatch.fit.floor import LackOfFit
 from slipbench.identification.mismatch.fit.held_out import Error, Veto
 from slipbench.identification.mismatch.naming.interval import Estimate
 from slipbench.identification.mismatch.simulation.written_units import SI, WrittenUnits
+from slipbench.identification.mismatch.telling.check_result import Check, check_tree
 from slipbench.identification.mismatch.telling.improvement import Improvement
 from slipbench.protocol.extras import optional_library
 from slipbench.protocol.notebook import card
 
-VERSION = 3
+VERSION = 4
 INTERVALS = (
     "Intervals hold for this set of effects only: they do not include that another set is the right"
     " one."
@@ -131,6 +135,7 @@ class Verdict:
     lack_of_fit: tuple[LackOfFit, ...] = ()
     left_out: tuple[str, ...] = ()
     training: tuple[str, ...] = ()
+    check: Check | None = None
     complete: bool = True
     failure: str = ""
     written: WrittenUnits = SI
@@ -160,6 +165,7 @@ def as_tree(verdict: Verdict) -> dict[str, Any]:
     """Return the verdict as verdict.json tells it."""
     tree = {"version": VERSION, **asdict(verdict), "intervals": INTERVALS}
     del tree["written"]
+    tree["check"] = None if verdict.check is None else check_tree(verdict.check)
     tree["mismatch"] = {"found": verdict.mismatch, "p_value": tree.pop("p_value")}
     tree["unknown"] = {"found": verdict.unknown, "shape": tree.pop("shape")}
     for effect in tree["effects"]:

@@ -1,0 +1,1 @@
+"""Published benchmarks by their own splits and figures of merit, beside what others reached."""
