@@ -52,6 +52,15 @@ def kernel_text(
     effects: tuple[EffectClass, ...], equations: tuple[Callable[..., Any], ...] = EQUATIONS
 ) -> str:
     """The whole text of the kernel for these effects, nominal equations first."""
+    parts = [motion_text(effects, equations), inlined(text_of(kernel.proceed))]
+    parts += [entry(text_of(kernel.advance), ADVANCE), entry(text_of(kernel.evaluate), EVALUATE)]
+    return "\n\n".join(parts)
+
+
+def motion_text(
+    effects: tuple[EffectClass, ...], equations: tuple[Callable[..., Any], ...] = EQUATIONS
+) -> str:
+    """The text of the functions that `kernel.proceed` and `kernel.evaluate` call."""
     order = layout(effects)
     parts = [constants(order)]
     parts += [inlined(text_of(equation, f"nominal__{equation.__name__}")) for equation in equations]
@@ -64,7 +73,6 @@ def kernel_text(
         inlined(text_of(f)) for f in (kernel.held_value, kernel.transmission, kernel.off_the_stop)
     ]
     parts += [inlined(text) for text in tuple_texts(order)]
-    parts += [entry(text_of(kernel.advance), ADVANCE), entry(text_of(kernel.evaluate), EVALUATE)]
     return "\n\n".join(parts)
 
 

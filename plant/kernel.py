@@ -158,26 +158,51 @@ def advance(
     returned state is -1 where a gear does not exist.
     """
     new = state.copy()
+    now = np.empty(OUTPUTS)
+    proceed(
+        new, table, parameters, ratios, step, steps_per_row, every, states, delays, shown, out, now
+    )
+    return new
+
+
+def proceed(
+    state: Floats,
+    table: Floats,
+    parameters: Floats,
+    ratios: Floats,
+    step: float,
+    steps_per_row: int,
+    every: int,
+    states: int,
+    delays: Floats,
+    shown: Integers,
+    out: Floats,
+    now: Floats,
+) -> None:
+    """Move a state, shape (size,), through all rows of the table, in place: see `advance`.
+
+    now: room for all outputs of one instant, shape (outputs,). Nothing is allocated, so this is also
+    what a program without Python calls.
+    """
     ring = (len(state) - HEADER - states) // RINGS
     first = HEADER + states
-    history = new[first : first + ring]
-    history_rate = new[first + ring : first + 2 * ring]
-    commands = new[first + 2 * ring : first + 3 * ring]
-    sparks = new[first + 3 * ring : first + 4 * ring]
+    history = state[first : first + ring]
+    history_rate = state[first + ring : first + 2 * ring]
+    commands = state[first + 2 * ring : first + 3 * ring]
+    sparks = state[first + 3 * ring : first + 4 * ring]
     p = read_parameters(parameters)
-    x = read_states(new[HEADER:first])
+    x = read_states(state[HEADER:first])
     count = int(state[0])
     mask = ring - 1
     taken = 0
     sample = 0
-    now = np.empty(OUTPUTS)
     k1 = x
     c_end, s_end = 0.0, 0.0
     for r in range(len(table)):
         ratio, clutch = transmission(table[r], ratios)
         if ratio == BAD_GEAR:
-            new[0] = BAD_GEAR
-            return new
+            state[0] = BAD_GEAR
+            return
         u = read_inputs(table[r], ratio, clutch)
         led = slopes(table[r], x, steps_per_row * step)
         if led[0] == led[0]:
@@ -216,9 +241,8 @@ def advance(
                 for i in range(len(shown)):
                     out[sample, i] = now[shown[i]]
                 sample += 1
-    new[0] = count
-    write_states(new[HEADER:first], x)
-    return new
+    state[0] = count
+    write_states(state[HEADER:first], x)
 
 
 def evaluate(x: Floats, y: Floats, parameters: Floats, row: Floats, step: float) -> Floats:

@@ -20,7 +20,12 @@ from slipbench.plant.signals import Floats, Inputs, Outputs
 HISTORY = 0.25
 """Longest delay that is kept [s]."""
 
-__all__ = ["Inputs", "Outputs", "Simulation"]
+__all__ = ["Inputs", "Outputs", "Simulation", "ring_length"]
+
+
+def ring_length(step: float) -> int:
+    """Length of the kept history in steps of so many seconds, a power of two."""
+    return 1 << math.ceil(math.log2(HISTORY / step + 4))
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,8 +65,7 @@ class Simulation:
         self._set("kernel", compose(effects, SERVO if self.servo_only else EQUATIONS))
         self._set("parameters", self.layout.pack(self.motorcycle))
         self._set("ratios", np.array(self.motorcycle.gears))
-        ring = 1 << math.ceil(math.log2(HISTORY / self.step + 4))
-        self._set("size", HEADER + len(self.layout.states) + RINGS * ring)
+        self._set("size", HEADER + len(self.layout.states) + RINGS * ring_length(self.step))
         self._set("shown", np.arange(len(Outputs.names) + len(self.layout.effect_states)))
         self._set("delays", np.array([servo.delay, engine.spark_delay]) / self.step)
 

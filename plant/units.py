@@ -53,3 +53,9 @@ def _parsed(unit: str) -> Any:
     if not _PLAIN.fullmatch(unit) or "^" in rest or "**" in rest:
         raise pint.DefinitionSyntaxError("not a product of units with powers of one digit")
     return _registry().Unit("" if unit == "1" else unit.replace("%", "percent"))
+
+
+def base_exponents(unit: str) -> dict[str, int]:
+    """Exponents of the base units, by pint's names, of a unit in SI; radians are kept."""
+    base = _registry().Quantity(1.0, _parsed(unit)).to_base_units()
+    return {name: int(power) for name, power in base.unit_items()}

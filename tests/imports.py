@@ -58,7 +58,7 @@ ALLOWED = {
     "fitdecode": ("protocol/tables/fit_file.py",),
     "mcap": ("protocol/export/mcap_file.py", "protocol/tables/mcap_file.py"),
     "rosbags": ("protocol/tables/ros_bag.py", "protocol/tables/ros_types.py"),
-    "fmpy": ("identification/mismatch/callables/fmu/*.py",),
+    "fmpy": ("identification/mismatch/callables/fmu/*.py", "src/slipbench/fmu_check.py"),
     # Mathematics.
     "control": (
         "plant/linear.py",
@@ -70,8 +70,10 @@ ALLOWED = {
         "identification/models/scheduled.py",
         "identification/design/mixed_sensitivity.py",
     ),
+    "llvmlite": ("plant/fmu/kernel_object.py",),
     "numba": (
         "plant/*.py",
+        "plant/fmu/kernel_object.py",
         "identification/models/switched.py",
         "studies/blind_validation/generator/*.py",
         "identification/mismatch/simulation/along.py",

@@ -9,6 +9,7 @@ from pathlib import Path
 import typer
 
 from slipbench import commands as installation
+from slipbench import fmu_command as fmu
 from slipbench import next_command as experiments
 from slipbench import session_commands as track
 from slipbench.bench import commands as bench
@@ -26,6 +27,7 @@ PARTS = (
     bench,
     track,
     experiments,
+    fmu,
     identification,
     design,
     fleet,

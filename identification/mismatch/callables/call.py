@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from slipbench.identification.mismatch.callables.acting_rates import ActingRates
 from slipbench.plant.signals import Floats
 from slipbench.protocol.errors import is_interrupt
 
@@ -41,13 +42,14 @@ class SimulationLostError(CallFailedError):
 class Call:
     """One run. parameters: in the units of their description. inputs: (n,) by name. times: (n,), s.
 
-    outputs: names of what has to be returned.
+    outputs: names of what has to be returned. rates: what acts on rates of states; None: nothing.
     """
 
     parameters: Mapping[str, float]
     inputs: Mapping[str, Floats]
     times: Floats
     outputs: tuple[str, ...]
+    rates: ActingRates | None = None
 
 
 Caller = Callable[[Call], dict[str, Floats]]

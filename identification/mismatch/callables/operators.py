@@ -11,11 +11,17 @@ from dataclasses import replace
 
 import numpy as np
 
-from slipbench.identification.mismatch.systems.effects.seam_effect import INPUT, OUTPUT, SeamEffect
+from slipbench.identification.mismatch.callables.acting_rates import ActingRates
+from slipbench.identification.mismatch.systems.effects.seam_effect import (
+    INPUT,
+    OUTPUT,
+    RATE,
+    SeamEffect,
+)
 from slipbench.identification.mismatch.systems.equations import Equations
 from slipbench.identification.mismatch.systems.expression import PREFIX
-from slipbench.identification.mismatch.systems.model_file import Input, Output
-from slipbench.identification.mismatch.systems.run import run
+from slipbench.identification.mismatch.systems.model_file import Input, ModelFile, Output, State
+from slipbench.identification.mismatch.systems.run import run, slots
 from slipbench.identification.mismatch.systems.simulator import Task
 from slipbench.plant.effects.effect import Effect
 from slipbench.plant.signals import Floats
@@ -27,25 +33,30 @@ RAW = "simulated_"
 NO_VALUES = np.zeros(0)
 
 
+def shown_names(file: ModelFile) -> tuple[str, ...]:
+    """Return the names of what a simulation shows: outputs, then the states of its file."""
+    return (*file.outputs, *file.states)
+
+
 def speeds_used(task: Task) -> bool:
-    """Tell whether an effect at an input acts along an output."""
-    return any(e.place.other in task.file.outputs for e in _at(INPUT, task.effects))
+    """Tell whether an effect at an input acts along an output or a state."""
+    return any(e.place.other in shown_names(task.file) for e in _at(INPUT, task.effects))
 
 
 def acted_inputs(task: Task, outputs: Floats) -> Floats:
     """Inputs with what is pushed and what acts there, (rows, inputs).
 
-    outputs: (rows, outputs), along which some of it acts.
+    outputs: (rows, outputs and states), along which some of it acts.
     """
-    names = (*task.file.inputs, *task.file.outputs)
+    names = (*task.file.inputs, *shown_names(task.file))
     pushed = task.record.inputs + task.push[:, : len(task.file.inputs)]
     effects = _at(INPUT, task.effects)
     if not effects:
         return pushed
     parts = FINER if any(map(_dynamic, effects)) else 1
-    held = [i.steps for i in task.file.inputs.values()] + [False] * len(task.file.outputs)
-    lines = {n: _line(o) for n, o in task.file.outputs.items()}
-    file = task.file.model_copy(update={"inputs": {**task.file.inputs, **lines}})
+    held = [i.steps for i in task.file.inputs.values()] + [False] * len(shown_names(task.file))
+    lines = {n: _line(o) for n, o in _shown(task.file).items()}
+    file = task.file.model_copy(update={"inputs": {**task.file.inputs, **lines}, "states": {}})
     grid = task.record.grid
     fine = replace(
         task.record,
@@ -61,14 +72,19 @@ def acted_inputs(task: Task, outputs: Floats) -> Floats:
 
 
 def acted_outputs(task: Task, inputs: Floats, raw: Floats) -> Floats:
-    """Outputs with what acts there. inputs: as they act, (rows, inputs); raw: (rows, outputs)."""
+    """Outputs with what acts there, (rows, outputs).
+
+    inputs: as they act, (rows, inputs); raw: (rows, outputs and states).
+    """
     effects = _at(OUTPUT, task.effects)
     if not effects:
-        return raw
-    names = {f"{RAW}{n}": o for n, o in task.file.outputs.items()}
-    told = {n: _line(o) for n, o in names.items()}
+        return raw[:, : len(task.file.outputs)]
+    told = {f"{RAW}{n}": _line(o) for n, o in task.file.outputs.items()}
+    told |= {n: _line(s) for n, s in task.file.states.items()}
     step = task.record.grid.step / (FINER if any(map(_dynamic, effects)) else 1)
-    file = task.file.model_copy(update={"inputs": {**task.file.inputs, **told}, "step": step})
+    file = task.file.model_copy(
+        update={"inputs": {**task.file.inputs, **told}, "states": {}, "step": step}
+    )
     passed = tuple((n, f"{PREFIX}{RAW}{n}") for n in task.file.outputs)
     through = Equations((), (*task.file.inputs, *told), (), (), (), passed)
     record = replace(task.record, inputs=np.concatenate((inputs, raw), axis=1))
@@ -78,12 +94,30 @@ def acted_outputs(task: Task, inputs: Floats, raw: Floats) -> Floats:
     return np.column_stack([shown[n] for n in task.file.outputs])
 
 
+def acting_rates(task: Task) -> ActingRates | None:
+    """Return what acts on the rates of the file's states; None where nothing does."""
+    file, first = task.file, len(task.file.inputs)
+    push = np.ascontiguousarray(task.push[:, first : first + len(file.states)])
+    if not push.any() and not _at(RATE, task.effects):
+        return None
+    names = Equations((), (*file.inputs,), (*file.states,), (), (), ())
+    effects = _at(RATE, task.effects)
+    code, where, other, par = slots(effects, names, file)
+    held = np.array([1.0 if told.steps else 0.0 for told in file.inputs.values()])
+    longest = max((float(getattr(e, "delay", 0.0)) for e in effects), default=0.0)
+    return ActingRates((*file.states,), push, held, code, where, other, par, longest)
+
+
 def _at(kind: str, effects: Sequence[Effect]) -> list[SeamEffect]:
     return [e for e in effects if isinstance(e, SeamEffect) and e.place.kind == kind]
 
 
-def _line(output: Output) -> Input:
-    return Input(role=output.role, size=output.size, held=False)
+def _shown(file: ModelFile) -> dict[str, Output | State]:
+    return {**file.outputs, **file.states}
+
+
+def _line(shown: Output | State) -> Input:
+    return Input(role="", size=shown.size, held=False)
 
 
 def _dynamic(effect: SeamEffect) -> bool:

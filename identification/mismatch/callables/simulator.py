@@ -22,6 +22,8 @@ from slipbench.identification.mismatch.callables.call import (
 from slipbench.identification.mismatch.callables.operators import (
     acted_inputs,
     acted_outputs,
+    acting_rates,
+    shown_names,
     speeds_used,
 )
 from slipbench.identification.mismatch.systems.model_file import ModelFile, Number
@@ -101,8 +103,10 @@ class OutsideSimulator(Simulator):
             inputs = acted_inputs(task, raw)
             raw = self._raw(task, inputs)
         outputs = acted_outputs(task, inputs, raw)
-        names = (*task.file.inputs, *task.file.outputs)
-        return Shown(dict(zip(names, np.concatenate((inputs, outputs), axis=1).T, strict=True)))
+        states = raw[:, len(task.file.outputs) :]
+        names = (*task.file.inputs, *shown_names(task.file))
+        columns = np.concatenate((inputs, outputs, states), axis=1).T
+        return Shown(dict(zip(names, columns, strict=True)))
 
     def first_run(self, task: Task) -> Shown:
         """Run a task, the very first one twice. Raises InputError where results differ."""
@@ -132,7 +136,7 @@ class OutsideSimulator(Simulator):
         key = _key(call)
         if (run := self.kept.runs.get(key)) is None:
             told = self._outputs(task, call)
-            run = np.column_stack([told[name][1:] for name in task.file.outputs])
+            run = np.column_stack([told[name][1:] for name in call.outputs])
             self.kept.put(key, run)
         return run
 
@@ -152,10 +156,10 @@ class OutsideSimulator(Simulator):
 
 
 def recorded_outputs(task: Task) -> Floats:
-    """Return what was recorded of the outputs, (rows, outputs); 0 where nothing was."""
+    """Return what was recorded of outputs and states, (rows, outputs and states); 0: nothing was."""
     nothing = np.zeros(task.record.grid.rows)
     known = task.record.measured
-    return np.column_stack([known.get(name, nothing) for name in task.file.outputs])
+    return np.column_stack([known.get(name, nothing) for name in shown_names(task.file)])
 
 
 def call_of(task: Task, inputs: Floats) -> Call:
@@ -170,7 +174,8 @@ def call_of(task: Task, inputs: Floats) -> Call:
         for (name, one), column in told
     }
     times = np.asarray(grid.step * np.arange(grid.rows + 1), np.float64)
-    return Call(written(task.file, task.values), columns, times, tuple(task.file.outputs))
+    parameters = written(task.file, task.values)
+    return Call(parameters, columns, times, shown_names(task.file), acting_rates(task))
 
 
 def written(file: ModelFile, values: Floats) -> dict[str, float]:
@@ -186,7 +191,8 @@ def _in_unit(number: Number, value: float) -> float:
 
 def _key(call: Call) -> bytes:
     numbers = np.array(list(call.parameters.values()), np.float64)
-    arrays = (numbers, call.times[[1, -1]], *call.inputs.values())
+    acting = () if call.rates is None else call.rates.arrays
+    arrays = (numbers, call.times[[1, -1]], *call.inputs.values(), *acting)
     return blake2b(b"".join(a.tobytes() for a in arrays), digest_size=20).digest()
 
 

@@ -1,6 +1,6 @@
-"""A simulation in a process of its own: one that hangs or crashes ends that process alone.
+"""A simulation in processes of its own: one that hangs or crashes ends its process alone.
 
-The process is forked, so the simulation may be anything that this process holds. Where no process
+A process is forked, so the simulation may be anything that this process holds. Where no process
 can be forked (Windows), or forking is unsafe (macOS), a simulation runs in this process.
 """
 
@@ -8,12 +8,12 @@ import multiprocessing
 import signal
 import sys
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from multiprocessing.context import ForkProcess
-from threading import Lock
+from threading import Lock, Semaphore
 
 from slipbench.identification.mismatch.callables.call import (
     Call,
@@ -21,11 +21,13 @@ from slipbench.identification.mismatch.callables.call import (
     CallFailedError,
     SimulationLostError,
 )
+from slipbench.identification.mismatch.simulation.threads import WORKERS
 from slipbench.plant.signals import Floats
 
 CAN_ISOLATE = sys.platform == "linux"
 MOST_LOST = 3
 """Processes that may hang or crash before the simulation is given up."""
+MOST_PROCESSES = min(WORKERS or 1, 8)
 GRACE = 2.0  # s that an ended process has to be gone
 
 
@@ -44,60 +46,98 @@ class Worker:
 
 
 class IsolatedCaller:
-    """Runs calls in a process of its own, which is replaced after it hung or crashed."""
+    """Runs calls in processes of their own; one that hung or crashed is replaced.
 
-    def __init__(self, caller: Caller, limit: float) -> None:
-        """limit: of one run, s."""
+    Calls of several threads run at once, each in another process. What they return does not depend
+    on how many there are.
+    """
+
+    def __init__(self, caller: Caller, limit: float, most: int = MOST_PROCESSES) -> None:
+        """limit: of one run, s. most: processes."""
         self._caller, self._limit = caller, limit
-        self._worker: Worker | None = None
-        self._lost = 0
-        self._lock = Lock()
+        self._slots, self._lock = Semaphore(most), Lock()
+        self._most, self._lost, self._begun = most, 0, False
+        self._free: list[Worker] = []
+        self._alive: list[Worker] = []
 
     def __call__(self, call: Call) -> dict[str, Floats]:
         """Run a call. Raises CallFailedError; SimulationLostError after several lost processes."""
-        with self._lock:
-            if self._lost >= MOST_LOST:
-                raise SimulationLostError(f"it hung or crashed {self._lost} times: given up")
-            self._worker = self._worker or started(self._caller)
+        with self._slots:
+            worker = self._taken()
             try:
-                return self._answer(self._worker, call)
+                found = self._answer(worker, call)
             except CallFailedError:
                 raise
             except BaseException:  # Ctrl-C: its answer is not waited for
-                self.close()
+                self._drop(worker)
                 raise
+            self._free.append(worker)
+        if isinstance(found, str):
+            raise CallFailedError(found)
+        return found
 
     def close(self) -> None:
-        """End the process."""
-        if self._worker is not None:
-            self._worker.end()
-            self._worker = None
+        """End the processes."""
+        with self._lock:
+            for worker in self._alive:
+                worker.end()
+            self._alive.clear()
+            self._free.clear()
+            self._begun = False
 
-    def _answer(self, worker: Worker, call: Call) -> dict[str, Floats]:
+    def _taken(self) -> Worker:
+        """Take a process that is free.
+
+        All are started at the first call, when no other thread is at work yet: a lock that one holds
+        would stay locked in a process that is forked meanwhile.
+        """
+        with self._lock:
+            if self._lost >= MOST_LOST:
+                raise SimulationLostError(f"it hung or crashed {self._lost} times: given up")
+            if not self._begun:
+                self._begun = True
+                self._free += [self._started() for _ in range(self._most)]
+            return self._free.pop() if self._free else self._started()
+
+    def _started(self) -> Worker:
+        worker = started(self._caller, [other.calls for other in self._alive])
+        self._alive.append(worker)
+        return worker
+
+    def _answer(self, worker: Worker, call: Call) -> dict[str, Floats] | str:
+        """Return outputs, or why there are none. Raises CallFailedError where the process is lost."""
         try:
             worker.calls.send(call)
             if not worker.calls.poll(self._limit):
-                raise self._lose(f"it did not return within {self._limit:g} s")
-            told = worker.calls.recv()
+                raise self._lose(worker, f"it did not return within {self._limit:g} s")
+            told: dict[str, Floats] | str = worker.calls.recv()
         except (EOFError, OSError) as fault:
             worker.process.join(GRACE)
-            raise self._lose(f"its process ended: {ending(worker.process.exitcode)}") from fault
-        if isinstance(told, str):
-            raise CallFailedError(told)
-        outputs: dict[str, Floats] = told
-        return outputs
+            why = f"its process ended: {ending(worker.process.exitcode)}"
+            raise self._lose(worker, why) from fault
+        return told
 
-    def _lose(self, why: str) -> CallFailedError:
-        self._lost += 1
-        self.close()
+    def _lose(self, worker: Worker, why: str) -> CallFailedError:
+        self._drop(worker)
+        with self._lock:
+            self._lost += 1
         return CallFailedError(why)
 
+    def _drop(self, worker: Worker) -> None:
+        with self._lock:
+            worker.end()
+            if worker in self._alive:
+                self._alive.remove(worker)
 
-def started(caller: Caller) -> Worker:
-    """Start a process that serves calls."""
+
+def started(caller: Caller, others: Sequence[Connection] = ()) -> Worker:
+    """Start a process that serves calls. others: connections to other such processes.
+
+    The new process closes them: else these would outlive an analysis that was killed.
+    """
     context = multiprocessing.get_context("fork")
     here, there = context.Pipe()
-    process = context.Process(target=_serve, args=(caller, there, here), daemon=True)
+    process = context.Process(target=_serve, args=(caller, there, (here, *others)), daemon=True)
     with warnings.catch_warnings():  # of threads that are not in the new process: none is needed
         warnings.simplefilter("ignore", DeprecationWarning)
         process.start()
@@ -114,9 +154,13 @@ def ending(code: int | None) -> str:
     return f"signal {-code}"
 
 
-def _serve(caller: Callable[[Call], object], calls: Connection, other: Connection) -> None:
+def _serve(
+    caller: Callable[[Call], object], calls: Connection, others: Sequence[Connection]
+) -> None:
     """Serve calls until nobody asks; failures are answered with their text."""
-    other.close()
+    for other in others:
+        if not other.closed:
+            other.close()
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the process that asks
     with suppress(EOFError, BrokenPipeError):
         while True:

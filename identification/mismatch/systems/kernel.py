@@ -138,16 +138,17 @@ RUN = """def advance(x0, u, held, push, p, code, where, other, par, ring, step, 
 @cache
 def compose(equations: Equations) -> ModuleType:
     """Return the compiled kernel: a module with `advance`."""
-    return load(kernel_text(equations, _effects()))
+    return load(kernel_text(equations, effects_module().__name__))
 
 
 @cache
-def _effects() -> str:
-    """Compile what may act at a place, once for all systems; return its module's name."""
+def effects_module() -> ModuleType:
+    """Compile what may act at a place, once for all systems; returns the module, with `at`."""
     parts = [inlined(text_of(k.act, f"act_{k.name}")) for k in LIBRARY if k.act is not None]
     kept = KEEP.format(first=FIRST, end=END, within=WITHIN, row=ROW)
-    text = "\n".join([*parts, inlined(kept), inlined(PAST), entry("\n".join(_place_lines()), AT)])
-    return load(text).__name__
+    return load(
+        "\n".join([*parts, inlined(kept), inlined(PAST), entry("\n".join(_place_lines()), AT)])
+    )
 
 
 def kernel_text(equations: Equations, effects: str) -> str:

@@ -139,6 +139,16 @@ class State(Section):
     every: Seconds = Field(default=0.0, ge=0.0)
 
 
+class DrivenState(State):
+    """A state of a simulation from outside: what its rate is, that simulation knows.
+
+    rate   state that is its rate, as the speed of a position; "0": another quantity
+    along  state that is the speed of what the rate drives: friction may act along it
+    """
+
+    along: str = ""
+
+
 class Seam(Section):
     """A named quantity at which an effect may act.
 
@@ -246,6 +256,8 @@ class ModelFile(Section):
         named = [(f"seams.{k}.along", s.along, moving) for k, s in self.seams.items()]
         for key, state in self.states.items():
             named.append((f"states.{key}.overflows_into", state.overflows_into, {*self.states}))
+            if isinstance(state, DrivenState):
+                named.append((f"states.{key}.along", state.along, {*self.states}))
             if isinstance(state.start, str):
                 named.append((f"states.{key}.start", state.start or "''", {*self.outputs}))
         for key, name, there in named:

@@ -18,6 +18,7 @@ from slipbench.identification.mismatch.systems.equations import rate_name
 from slipbench.identification.mismatch.systems.model_file import (
     ActingEffect,
     DrivenInput,
+    DrivenState,
     Input,
     ModelFile,
     Number,
@@ -148,11 +149,11 @@ def _suits(kind: type[SeamEffect], place: Place, file: ModelFile) -> bool:
 
 
 def _speed_at(place: Place, file: ModelFile) -> str:
-    """Return the quantity that is the speed at a seam or an input; empty: none is known."""
+    """Return what is the speed at a seam, an input or a rate; empty: none is known."""
     if place.kind == SEAM:
         return file.seams[place.name].along
-    told = file.inputs.get(place.name)
-    return told.along if isinstance(told, DrivenInput) else ""
+    told = file.states[_state(place, file)] if place.kind == RATE else file.inputs.get(place.name)
+    return told.along if isinstance(told, DrivenInput | DrivenState) else ""
 
 
 def _with(place: Place, other: str, file: ModelFile) -> Place:

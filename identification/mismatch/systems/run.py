@@ -47,8 +47,8 @@ def run(
     step = grid.step / substeps
     acting = [x for x in effects if isinstance(x, SeamEffect)]
     inside = [x for x in acting if x.act is not None]
-    code, where, other, par = _slots(inside, e, file)
-    ring = _ring(inside, step)
+    code, where, other, par = slots(inside, e, file)
+    ring = ring_length(inside, step)
     held = np.array([1.0 if told.steps else 0.0 for told in file.inputs.values()])
     out = np.full((grid.rows, len(e.places) + len(e.states)), np.nan)
     done = compose(e).advance(
@@ -84,10 +84,13 @@ def run(
     return Shown(columns)
 
 
-def _slots(
+def slots(
     effects: list[SeamEffect], e: Equations, file: ModelFile
 ) -> tuple[Integers, Integers, Integers, Floats]:
-    """Code, place, other quantity and parameters of every effect, in the library's order."""
+    """Code, place, other quantity and parameters of every effect, in the library's order.
+
+    Shapes (effects,), and (effects, MOST_PARAMETERS) of the parameters, SI.
+    """
     code, where, other = (np.zeros(len(effects), np.int64) for _ in range(3))
     par = np.zeros((len(effects), MOST_PARAMETERS))
     for i, effect in enumerate(sorted(effects, key=lambda x: CODES[x.name])):
@@ -108,7 +111,8 @@ def _other(effect: SeamEffect, e: Equations, file: ModelFile) -> int:
     return (*e.inputs, *e.states).index(name) if name else -1
 
 
-def _ring(effects: list[SeamEffect], step: float) -> int:
+def ring_length(effects: list[SeamEffect], step: float) -> int:
+    """Steps of the past that effects need, a power of two. Raises PlantError for too many."""
     longest = max((float(getattr(x, "delay", 0.0)) for x in effects), default=0.0)
     steps = int(longest / step) + 4
     if steps > MOST_RING:

@@ -8,16 +8,25 @@ import math
 
 import numpy as np
 
+from slipbench.identification.mismatch.callables.acting_rates import ActingRates
 from slipbench.identification.mismatch.callables.call import CallFailedError
 from slipbench.identification.mismatch.callables.fmu.instance import Instance
 from slipbench.plant.signals import Floats
 
 
-def co_simulated(instance: Instance, parameters: Floats, inputs: Floats, times: Floats) -> Floats:
+def co_simulated(
+    instance: Instance,
+    parameters: Floats,
+    inputs: Floats,
+    times: Floats,
+    acting: ActingRates | None = None,
+) -> Floats:
     """Return outputs at all times, (n, outputs). inputs: (n, inputs), units of the FMU.
 
-    Raises CallFailedError where the FMU ends the simulation.
+    acting: None, since derivatives are inside of the FMU. Raises CallFailedError where the FMU ends
+    the simulation.
     """
+    assert acting is None
     step = float(times[1] - times[0])
     parts = max(1, math.ceil(step / instance.plan.step - 1e-9))
     held = np.array(instance.plan.held)

@@ -14,6 +14,7 @@ from slipbench.identification.mismatch.callables.parameter import Parameter
 from slipbench.identification.mismatch.systems.model_file import (
     ActingEffect,
     DrivenInput,
+    DrivenState,
     ModelFile,
     Number,
     Output,
@@ -49,6 +50,30 @@ class FmuInput(DrivenInput):
     variable: str = ""
 
 
+class FmuState(Section):
+    """A continuous state of an FMU for model exchange: effects act on its derivative.
+
+    size      usual magnitude of the state
+    rate      state of this file that is its derivative, as the speed of a position; empty: another
+              quantity
+    along     state of this file that is the speed of what the derivative drives: friction may act
+              along it
+    first     standard deviation of its first value from that of the FMU; none: half the size
+    variable  name in the FMU; empty: the state's own
+    """
+
+    size: Size
+    rate: str = ""
+    along: str = ""
+    first: Number | None = None
+    variable: str = ""
+
+    def state(self) -> DrivenState:
+        """Return it as a state of a model file, whose rate the FMU knows."""
+        told = self.model_dump(exclude={"variable", "rate"})
+        return DrivenState(rate=self.rate or NOT_AN_EQUATION, **told)
+
+
 class FmuOutput(Section):
     """A variable of the FMU that a sensor shows.
 
@@ -80,7 +105,8 @@ class FmuFile(Section):
     parameters   by name
     inputs       by name
     outputs      by name
-    effects      effects that act at inputs and outputs already
+    states       continuous states, by name, on whose derivatives effects may act; model exchange
+    effects      effects that act already, at inputs, outputs and derivatives ("speed_rate")
     """
 
     fmu: str = ""
@@ -94,6 +120,7 @@ class FmuFile(Section):
     parameters: dict[str, FmuParameter] = Field(default_factory=dict)
     inputs: dict[str, FmuInput] = Field(min_length=1)
     outputs: dict[str, FmuOutput] = Field(min_length=1)
+    states: dict[str, FmuState] = Field(default_factory=dict)
     effects: tuple[ActingEffect, ...] = ()
 
     @model_validator(mode="after")
@@ -103,6 +130,16 @@ class FmuFile(Section):
                 raise ValueError(
                     f"inputs.{key}.along = {told.along!r} is no output;"
                     f" one of {', '.join(self.outputs)} is expected"
+                )
+        return self
+
+    @model_validator(mode="after")
+    def _rates_are_states(self) -> "FmuFile":
+        for key, told in self.states.items():
+            if told.rate and told.rate not in self.states:
+                raise ValueError(
+                    f"states.{key}.rate = {told.rate!r} is no state;"
+                    f" one of {', '.join(self.states)} is expected"
                 )
         return self
 
@@ -128,6 +165,7 @@ class FmuFile(Section):
                     key: Output(value=NOT_AN_EQUATION, **one.model_dump(exclude={"variable"}))
                     for key, one in self.outputs.items()
                 },
+                states={key: one.state() for key, one in self.states.items()},
                 effects=self.effects,
             )
         except ValidationError as fault:

@@ -18,7 +18,12 @@ from slipbench.identification.mismatch.callables.fmu.plan import Plan
 from slipbench.identification.mismatch.callables.fmu.runner import FmuRunner
 from slipbench.identification.mismatch.callables.fmu.template import template
 from slipbench.identification.mismatch.callables.fmu.unpacked import UnpackedFmu, unpacked
-from slipbench.identification.mismatch.callables.fmu.variables import Port, port
+from slipbench.identification.mismatch.callables.fmu.variables import (
+    Port,
+    StatePort,
+    port,
+    state_port,
+)
 from slipbench.identification.mismatch.callables.parameter import Parameter
 from slipbench.identification.mismatch.callables.simulator import OutsideSimulator
 from slipbench.identification.mismatch.callables.worker import CAN_ISOLATE, IsolatedCaller
@@ -90,8 +95,24 @@ def _plan(
         for kind in ("input", "output")
     )
     held = tuple(one.steps for one in model.inputs.values())
-    interface = fmu.interface(file.interface)
-    return Plan(fmu, interface, file.step, parameters, inputs, outputs, held)
+    interface = fmu.interface(file.interface or ("model_exchange" if file.states else ""))
+    states = _states(file, fmu, interface, where)
+    outputs = (*outputs, *(state.port for state in states))
+    return Plan(fmu, interface, file.step, parameters, inputs, outputs, held, states)
+
+
+def _states(file: FmuFile, fmu: UnpackedFmu, interface: str, where: str) -> tuple[StatePort, ...]:
+    if file.states and interface != "model_exchange":
+        raise InputError(
+            "effects act on derivatives in model exchange only",
+            where=f"{where}: states",
+            expected='interface = "model_exchange"',
+            found=f'interface = "{interface}"',
+        )
+    return tuple(
+        state_port(fmu.description, key, one.variable, one.size.si_unit, f"{where}: states.{key}")
+        for key, one in file.states.items()
+    )
 
 
 def _ports(file: FmuFile) -> Iterator[tuple[str, str, FmuInput | FmuOutput]]:

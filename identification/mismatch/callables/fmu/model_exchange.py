@@ -8,19 +8,24 @@ import math
 
 import numpy as np
 
+from slipbench.identification.mismatch.callables.acting_rates import ActingRates
 from slipbench.identification.mismatch.callables.call import CallFailedError
+from slipbench.identification.mismatch.callables.fmu.derivatives import STAGES, Derivatives
 from slipbench.identification.mismatch.callables.fmu.instance import Instance
 from slipbench.identification.mismatch.callables.fmu.states import ContinuousStates
 from slipbench.plant.signals import Floats
 
-STAGES = ((0.0, 1.0), (0.5, 2.0), (0.5, 2.0), (1.0, 1.0))
-"""Share of the step at which each stage is evaluated, and its weight."""
 
-
-def integrated(instance: Instance, parameters: Floats, inputs: Floats, times: Floats) -> Floats:
+def integrated(
+    instance: Instance,
+    parameters: Floats,
+    inputs: Floats,
+    times: Floats,
+    acting: ActingRates | None = None,
+) -> Floats:
     """Return outputs at all times, (n, outputs). inputs: (n, inputs), units of the FMU.
 
-    Raises CallFailedError where the FMU ends the simulation.
+    acting: on derivatives. Raises CallFailedError where the FMU ends the simulation.
     """
     step = float(times[1] - times[0])
     parts = max(1, math.ceil(step / instance.plan.step - 1e-9))
@@ -29,27 +34,41 @@ def integrated(instance: Instance, parameters: Floats, inputs: Floats, times: Fl
     instance.begin(parameters, inputs[0], float(times[-1]))
     states = ContinuousStates(instance)
     states.handle_event()
+    loop = None if acting is None else Derivatives(instance.plan, acting, step / parts)
     found[0] = instance.get(instance.outputs)
     for row in range(times.size - 1):
         first, last = inputs[row], np.where(held, inputs[row], inputs[row + 1])
         for part in range(parts):
             ends = [first + (part + k) / parts * (last - first) for k in (0, 1)]
-            _step(instance, states, float(times[row]) + step * part / parts, step / parts, ends)
+            if loop is not None:
+                loop.begin(row, row * parts + part)
+            time = float(times[row]) + step * part / parts
+            _step(instance, states, time, step / parts, ends, loop)
         found[row + 1] = instance.get(instance.outputs)
     return found
 
 
 def _step(
-    instance: Instance, states: ContinuousStates, time: float, step: float, ends: list[Floats]
+    instance: Instance,
+    states: ContinuousStates,
+    time: float,
+    step: float,
+    ends: list[Floats],
+    loop: Derivatives | None,
 ) -> None:
     """Integrate one step and handle its events. ends: inputs when it begins and ends."""
     x = states.get()
     slope, total = np.zeros_like(x), np.zeros_like(x)
-    for share, weight in STAGES:
-        instance.set(instance.inputs, ends[0] + share * (ends[1] - ends[0]))
-        states.put(time + share * step, x + share * step * slope)
+    for number, (share, weight) in enumerate(STAGES):
+        u, there = ends[0] + share * (ends[1] - ends[0]), x + share * step * slope
+        instance.set(instance.inputs, u)
+        states.put(time + share * step, there)
         slope = states.rates()
+        if loop is not None:
+            slope = loop.acted(slope, there, u, number)
         total = total + weight * slope
+    if loop is not None:
+        loop.end()
     instance.set(instance.inputs, ends[1])
     states.put(time + step, x + step / 6.0 * total)
     if states.ended(time + step):

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from slipbench.identification.mismatch.callables.fmu.unpacked import INTERFACES, UnpackedFmu
-from slipbench.identification.mismatch.callables.fmu.variables import Port
+from slipbench.identification.mismatch.callables.fmu.variables import Port, StatePort
 from slipbench.plant.signals import Floats
 
 
@@ -14,7 +14,7 @@ from slipbench.plant.signals import Floats
 class Plan:
     """interface: co_simulation or model_exchange. step: largest step, s.
 
-    held: for each input, whether it holds between samples.
+    held: for each input, whether it holds between samples. states: on whose derivatives effects act.
     """
 
     fmu: UnpackedFmu
@@ -24,6 +24,7 @@ class Plan:
     inputs: tuple[Port, ...]
     outputs: tuple[Port, ...]
     held: tuple[bool, ...]
+    states: tuple[StatePort, ...] = ()
 
     @property
     def identifier(self) -> str:

@@ -33,7 +33,8 @@ class FmuRunner:
         parameters = inside(plan.parameters, call.parameters) if plan.parameters else NONE
         try:
             run = RUN[plan.interface]
-            return run(instance, parameters, inside(plan.inputs, call.inputs), call.times)
+            inputs = inside(plan.inputs, call.inputs)
+            return run(instance, parameters, inputs, call.times, call.rates)
         except CallFailedError:
             raise
         except Exception as fault:  # fmpy's own, for a call that failed

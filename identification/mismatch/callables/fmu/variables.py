@@ -30,6 +30,35 @@ class Port:
     high: float = math.inf
 
 
+@dataclass(frozen=True)
+class StatePort:
+    """A continuous state. index: its place among the states of the FMU."""
+
+    port: Port
+    index: int
+
+
+def state_port(description: Any, name: str, variable: str, unit: str, where: str) -> StatePort:
+    """Return a continuous state of an FMU, in the order of its derivatives. Raises InputError.
+
+    name: in the file; unit: of its values there.
+    """
+    states = [
+        unknown.variable.derivative.name
+        for unknown in description.derivatives
+        if unknown.variable.derivative is not None
+    ]
+    own = variable or name
+    if own not in states:
+        raise InputError(
+            f"the FMU has no continuous state {own!r}",
+            where=where,
+            expected=", ".join(states) or "an FMU with continuous states",
+            remedy=nearest(own, states) if states else "",
+        )
+    return StatePort(port(description, name, own, unit, "output", where), states.index(own))
+
+
 def port(description: Any, name: str, variable: str, unit: str, suits: str, where: str) -> Port:
     """Return a variable of an FMU. suits: "parameter", "input" or "output".
 

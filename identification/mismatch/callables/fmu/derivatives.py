@@ -1,0 +1,57 @@
+"""Effects on the derivatives of an FMU for model exchange, in its units, at the stages of a step."""
+
+import numpy as np
+
+from slipbench.identification.mismatch.callables.acting_rates import ActingRates, Moment, RateLoop
+from slipbench.identification.mismatch.callables.fmu.plan import Plan
+from slipbench.plant.signals import Floats
+
+STAGES = ((0.0, 1.0), (0.5, 2.0), (0.5, 2.0), (1.0, 1.0))
+"""Share of the step at which each stage is evaluated, and its weight."""
+
+
+class Derivatives:
+    """What acts on the derivatives in one run: of `begin`, four times `acted`, `end` for each step."""
+
+    def __init__(self, plan: Plan, acting: ActingRates, step: float) -> None:
+        """step: of integration, s."""
+        self._step, self._loop = step, RateLoop(acting, step)
+        self._places = np.array([state.index for state in plan.states], np.int64)
+        ports = [state.port for state in plan.states]
+        self._slope, self._offset = (
+            np.array([getattr(port, key) for port in ports]) for key in ("slope", "offset")
+        )
+        self._input_slope, self._input_offset = (
+            np.array([getattr(port, key) for port in plan.inputs]) for key in ("slope", "offset")
+        )
+        self._row, self._count = 0, 0
+        self._total = self._last = np.zeros_like(self._loop.x)
+
+    def begin(self, row: int, count: int) -> None:
+        """Begin a step. row: of the inputs; count: of the step from the start."""
+        self._row, self._count = row, count
+        self._total = np.zeros_like(self._loop.x)
+
+    def acted(self, slopes: Floats, x: Floats, inputs: Floats, number: int) -> Floats:
+        """Return all derivatives with what acts on them. slopes, x: (states of the FMU,).
+
+        inputs: (inputs,); number: of the stage, from 0. All in units of the FMU.
+        """
+        share, weight = STAGES[number]
+        own = self._loop.x + (share * self._step * self._last if number else 0.0)
+        rates, last = self._loop.act(
+            slopes[self._places] / self._slope,
+            (x[self._places] - self._offset) / self._slope,
+            (inputs - self._input_offset) / self._input_slope,
+            own,
+            self._row,
+            Moment(self._count, share, number == 0),
+        )
+        self._last, self._total = last, self._total + weight * last
+        found = slopes.copy()
+        found[self._places] = rates * self._slope
+        return found
+
+    def end(self) -> None:
+        """End the step: move the effects' own states."""
+        self._loop.x += self._step / 6.0 * self._total

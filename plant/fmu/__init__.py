@@ -1,0 +1,1 @@
+"""The motorcycle as an FMU for co-simulation: its compiled kernel behind the interface of FMI."""

@@ -1,0 +1,64 @@
+"""The kernel as an object file without Python: what numba compiles, as machine code for the linker.
+
+numba's functions have a plain C interface (an array is its address and its shape); kept in the
+cache folder by the fingerprint of text, compiler and processor, since compiling takes seconds.
+"""
+
+import hashlib
+import platform
+import tempfile
+from pathlib import Path
+
+import numba
+from llvmlite import binding
+
+from slipbench.plant import kernel
+from slipbench.plant.compiled import INNER, cache_folder, inlined, load, text_of
+from slipbench.plant.composition import motion_text
+from slipbench.plant.fmu.entry import present, slipbench_run
+from slipbench.plant.layout import EffectClass
+
+SYMBOL = slipbench_run.__name__
+SIGNATURE = "void(f8[::1],f8[:,::1],f8[::1],f8[::1],f8,i8,i8,f8[::1],i8[::1],f8[:,::1],f8[::1])"
+PROCESSORS = {"x86_64": "x86-64-v2"}
+"""Oldest processor on which an FMU runs, by machine; elsewhere LLVM's "generic"."""
+
+
+def kernel_object(effects: tuple[EffectClass, ...]) -> bytes:
+    """Return the object file with the symbol SYMBOL for these effects, this machine's format."""
+    text = entry_text(effects)
+    made_by = f"{numba.__version__} {platform.platform()} {_processor()}"
+    fingerprint = hashlib.sha256(f"{made_by}\n{text}".encode()).hexdigest()[:20]
+    kept = cache_folder() / f"fmu_{fingerprint}.o"
+    if not kept.exists():
+        _keep(kept, compiled(text))
+    return kept.read_bytes()
+
+
+def entry_text(effects: tuple[EffectClass, ...]) -> str:
+    """Return the whole text that is compiled."""
+    parts = [motion_text(effects), inlined(text_of(kernel.proceed)), inlined(text_of(present))]
+    entry = f"@njit({SIGNATURE!r}, {INNER})\n{text_of(slipbench_run)}\n"
+    return "\n\n".join((*parts, entry))
+
+
+def compiled(text: str) -> bytes:
+    """Compile the text of a module that has the function SYMBOL; returns the object file."""
+    (overload,) = getattr(load(text), SYMBOL).overloads.values()
+    code = overload.library.get_llvm_str().replace(overload.fndesc.llvm_func_name, SYMBOL)
+    target = binding.Target.from_triple(binding.get_process_triple())
+    machine = target.create_target_machine(
+        cpu=_processor(), opt=3, reloc="pic", codemodel="default"
+    )
+    made: bytes = machine.emit_object(binding.parse_assembly(code))
+    return made
+
+
+def _processor() -> str:
+    return PROCESSORS.get(platform.machine(), "generic")
+
+
+def _keep(path: Path, content: bytes) -> None:
+    with tempfile.NamedTemporaryFile(dir=path.parent, suffix=".tmp", delete=False) as file:
+        file.write(content)
+    Path(file.name).replace(path)

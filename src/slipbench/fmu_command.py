@@ -1,0 +1,135 @@
+"""The command `export-fmu`: a vehicle file as an FMU. It joins the plant and the checks of an FMU."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from slipbench.protocol.shipped_files import completion_of, file_of
+
+if TYPE_CHECKING:  # the plant takes seconds to import; --help should not
+    from slipbench.plant.fmu.model import FmuModel
+    from slipbench.plant.vehicle_file import Vehicle
+
+VehiclePath = Annotated[
+    Path,
+    typer.Argument(
+        help="Vehicle file (TOML), or the name of one that ships with slipbench.",
+        metavar="VEHICLE",
+        parser=file_of("vehicle"),
+        autocompletion=completion_of("vehicle"),
+    ),
+]
+
+
+def register(app: typer.Typer) -> None:
+    """Add `export-fmu` to the one command."""
+    app.command("export-fmu")(export_fmu)
+
+
+def export_fmu(
+    vehicle: VehiclePath,
+    out: Annotated[Path, typer.Option(help="New FMU.", metavar="FILE")],
+    fmi: Annotated[int, typer.Option(help="Version of FMI: 2 or 3.", min=2, max=3)] = 3,
+    gear: Annotated[int, typer.Option(help="Gear at the start, from 1.", min=1)] = 2,
+    engine_speed: Annotated[
+        str, typer.Option(help="Engine speed at the start; the throttle that holds it is found.")
+    ] = "14000 rpm",
+    step: Annotated[str, typer.Option(help="Internal step of integration.")] = "0.25 ms",
+) -> None:
+    """Export the virtual motorcycle with its effects as an FMU for co-simulation.
+
+    Inputs are throttle command, spark advance, gear, clutch, brakes, grip, grade and wind; outputs
+    are speeds, slip, torques and every other quantity of the motorcycle; parameters are those of the
+    vehicle file, all in SI. The FMU holds machine code for this platform and needs no Python. It is
+    checked before it is written: by fmpy's validation, and by a sweep of throttle and spark, in which
+    its outputs must equal those of the plant.
+
+    Beside it a file of the same name with the suffix .toml says what is uncertain and recorded, so
+    that `slipbench explain motorcycle.fmu RUN...` works.
+
+    Exit status: 0 done, 2 invalid input (see message).
+
+    Example: slipbench export-fmu nominal --out motorcycle.fmu
+    """
+    from slipbench.bench.vehicle.virtual_motorcycle import read_vehicle
+    from slipbench.fmu_check import header_folder
+    from slipbench.plant.fmu.explaining import file_beside
+    from slipbench.plant.fmu.model import sensor_effects
+    from slipbench.protocol.new_file import new_file, refuse_existing
+
+    headers = header_folder()
+    beside = out.with_suffix(".toml")
+    for path in (out, beside):
+        refuse_existing(path)
+    known = read_vehicle(vehicle)
+    model = _model(known, vehicle, gear, engine_speed, step)
+    with new_file(out) as draft:
+        apart = _write_checked(draft, model, fmi, headers)
+    with new_file(beside) as draft:
+        draft.write_text(file_beside(model, known.plus_minus), encoding="utf-8")
+    typer.echo(f"checked: valid; its outputs deviate from the plant by at most {apart:.1g}")
+    typer.echo(
+        f"starts: gear {gear}, {engine_speed}, throttle_command = {model.command:.6f};"
+        f" internal step {step}"
+    )
+    if left_out := sensor_effects(known.motorcycle):
+        typer.echo(f"not in it, since they act in a sensor: {', '.join(left_out)}")
+    typer.echo(f"written: {out} (FMI {fmi}.0), {beside}")
+    typer.echo(f"compare it with recordings: slipbench explain {out} RUN...")
+
+
+def _write_checked(path: Path, model: "FmuModel", fmi: int, headers: Path) -> float:
+    """Write an FMU; return the largest deviation from the plant. Raises InputError."""
+    from slipbench.fmu_check import largest_deviation, require_valid
+    from slipbench.plant.errors import PlantError
+    from slipbench.plant.fmu.export import write_fmu
+    from slipbench.protocol.errors import InputError
+
+    try:
+        write_fmu(path, model, fmi, headers)
+    except PlantError as fault:
+        raise InputError(str(fault)) from fault
+    require_valid(path)
+    return largest_deviation(path, model)
+
+
+def _model(vehicle: "Vehicle", where: Path, gear: int, engine_speed: str, step: str) -> "FmuModel":
+    """Return what is exported. Raises InputError where it cannot start."""
+    from slipbench.plant.fmu.model import model_at
+    from slipbench.plant.simulation import Simulation
+    from slipbench.protocol.errors import InputError
+    from slipbench.protocol.units import parse_quantity
+
+    gears = len(vehicle.motorcycle.gears)
+    if gear > gears:
+        raise InputError(
+            "no such gear", where=str(where), expected=f"1 to {gears}", found=str(gear)
+        )
+    seconds, speed = parse_quantity(step, "s"), parse_quantity(engine_speed, "rad/s")
+    _check_step(seconds, step)
+    try:
+        simulation = Simulation(vehicle.motorcycle, seconds)
+        return model_at(vehicle.name, simulation, gear, speed)
+    except ValueError as fault:
+        raise InputError(
+            "the motorcycle cannot start there",
+            where=str(where),
+            found=str(fault),
+            remedy="give another --gear or --engine-speed",
+        ) from fault
+
+
+def _check_step(seconds: float, written: str) -> None:
+    """Raise InputError unless the step divides the period of commands and is small enough."""
+    from slipbench.fmu_check import COMMUNICATION_STEP
+    from slipbench.protocol.errors import InputError
+
+    parts = COMMUNICATION_STEP / seconds if seconds > 0.0 else 0.0
+    if not 2.0 <= parts <= 100.0 or abs(parts - round(parts)) > 1e-9 * parts:
+        raise InputError(
+            "this internal step cannot be used",
+            where="--step",
+            expected="1 ms divided by a whole number from 2 to 100",
+            found=written,
+        )
