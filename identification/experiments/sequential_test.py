@@ -40,9 +40,7 @@ class RunEvidence:
 
 def log_e_values(names: Sequence[str], runs: Sequence[RunEvidence]) -> dict[str, float]:
     """Logarithm of the e-value against each hypothesis after these runs. names: two or more."""
-    total = {
-        name: float(sum(run.power * run.log_density[name] for run in runs)) for name in names
-    }
+    total = {name: float(sum(run.power * run.log_density[name] for run in runs)) for name in names}
     return {
         name: _log_mean([total[other] - total[name] for other in names if other != name])
         for name in names
@@ -72,9 +70,7 @@ def standing(
     return tuple(name for name in names if name not in out)
 
 
-def settled(
-    names: Sequence[str], runs: Sequence[RunEvidence], level: float = LEVEL
-) -> bool:
+def settled(names: Sequence[str], runs: Sequence[RunEvidence], level: float = LEVEL) -> bool:
     """Whether at most one hypothesis stands: a further run cannot separate anything."""
     return len(standing(names, runs, level)) <= 1
 

@@ -1,6 +1,7 @@
 """Laws of the sequential test: the true hypothesis is hardly ever rejected, however often one looks."""
 
 import math
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -76,7 +77,7 @@ def test_what_is_rejected_stays_rejected_and_at_least_one_look_did_it(rows, powe
     runs = runs_of(rows, power)
     counts = [set(rejected(NAMES, runs[:n])) for n in range(len(runs) + 1)]
     assert counts[0] == set()
-    assert all(a <= b for a, b in zip(counts, counts[1:], strict=False))
+    assert all(a <= b for a, b in pairwise(counts))
     assert settled(NAMES, runs) == (len(standing(NAMES, runs)) <= 1)
 
 
