@@ -55,7 +55,7 @@ def analysis_of(
         system.check(record)
     _check_other(*records)
     analysis = begin(system, *records)
-    analysis.runs = tuple(map(str, (*training, *held_out)))
+    analysis.runs = tuple(str(recording.folder) for recording in (*training, *held_out))
     return analysis
 
 

@@ -39,6 +39,7 @@ class Day:
     incomplete   names of interrupted recordings, which are kept
     explained    content of verdict.json; None where `explain` did not run
     not_explained  why not, where it was to run; memo: path of the memo, relative to the report
+    selected     runs of that analysis, each with its reason
     """
 
     name: str
@@ -49,6 +50,7 @@ class Day:
     explained: Mapping[str, Any] | None = None
     not_explained: str = ""
     memo: str = ""
+    selected: tuple[str, ...] = ()
 
     def of_trial(self, trial: str) -> tuple[Run, ...]:
         """Usable runs of a trial."""
@@ -175,6 +177,7 @@ def figures(day: Day, found: Results) -> dict[str, Any]:
             against.reason if isinstance(against, NoComparison) else answer(against)
         ),
         "explanation": explanation(day),
+        "explained_runs": list(day.selected),
         "next_steps": list(found.next_steps),
     }
 

@@ -39,6 +39,7 @@ def page(day: Day, found: Results) -> str:
         against=_against(found),
         explanation=explanation(day),
         memo=day.memo,
+        selected=day.selected,
         next_steps=found.next_steps,
     )
 

@@ -106,7 +106,7 @@ def session(
     ):
         opened = open_session(plan, out, database, binding)
         usable = run_session(opened, connection, look, _say)
-        typer.echo(f"report: {write_report(opened, explain)}")
+        typer.echo(f"report: {write_report(opened, explain, _say)}")
     if not usable:
         raise typer.Exit(NOT_ALL_USABLE)
 

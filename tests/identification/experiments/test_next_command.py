@@ -2,12 +2,16 @@
 
 import re
 import shutil
+from pathlib import Path
 
 import pytest
 
 from slipbench.bench.trials.preparation import prepare
 from slipbench.bench.trials.run import run_trial
 from slipbench.identification.experiments import search
+from slipbench.identification.mismatch.runs import open_analysis
+from slipbench.identification.mismatch.simulation.piece import Piece
+from slipbench.plant.vehicles import builtin_vehicle
 from slipbench.protocol.configuration import load_toml
 from tests.bench.test_commands import run as slipbench
 from tests.identification.experiments.folders import analysis_folder
@@ -101,3 +105,10 @@ def test_where_nothing_is_open_the_message_names_the_option(
     status, _, err = slipbench(monkeypatch, capsys, "next", folder, "--straight", "900m")
     assert status == 2
     assert "--between" in err
+
+
+def test_an_analysis_names_its_recordings_by_paths_that_can_be_read_again(analysis):
+    """hypotheses.json has these: the design reads the recordings through them."""
+    (name,) = open_analysis(builtin_vehicle("nominal"), [analysis / "run"], []).runs
+    assert Path(name) == analysis / "run"
+    assert Piece.of(Path(name)).read().frame_count > 0

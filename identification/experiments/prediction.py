@@ -1,0 +1,167 @@
+"""Predictive density of a run under a hypothesis, from the runs before it.
+
+Under a hypothesis the vehicle's parameters and the dials of its effect are fitted to the runs before;
+near that fit both are Gaussian (Laplace). The new run is predicted there, to first order:
+
+    whitened residual  ~  t( N delta,  I + N S N' + Q Q',  FREEDOM )
+
+N: sensitivities to parameters and dials, with their posterior mean delta and covariance S; Q: those to
+the slow unknown of the new run (wind, slope) and to its clocks, with unit priors. Whitening filters and
+their scale are those of the runs before. The multivariate t states that the noise level of a new run
+differs from theirs (scaled inverse chi-square): no residual is so improbable that one run decides alone.
+
+Errors that are serially correlated within segments carry less information than white ones: the
+likelihood of the runs before counts with a power of one over the variance inflation of the fit.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy import linalg, special
+
+from slipbench.identification.experiments.hypothesis import NOTHING, Hypothesis
+from slipbench.identification.experiments.sequential_test import RunEvidence
+from slipbench.identification.mismatch.fit.calibrate import calibrate
+from slipbench.identification.mismatch.fit.fitting import Fit, with_effects
+from slipbench.identification.mismatch.fit.sensitivity import coordinates_of, sensitivities
+from slipbench.identification.mismatch.fit.settling import settle
+from slipbench.identification.mismatch.naming.full_fits import fitted
+from slipbench.identification.mismatch.simulation.model import Model, models, predict
+from slipbench.identification.mismatch.simulation.record import Record
+from slipbench.identification.mismatch.simulation.system import System
+from slipbench.plant.errors import PlantError
+from slipbench.plant.signals import Floats
+
+FREEDOM = 4.0
+"""Degrees of freedom of the noise level of a new run: within a factor of 2 of the earlier ones."""
+IMPOSSIBLE = -1e6
+"""Nats of a run that a hypothesis cannot simulate."""
+
+
+@dataclass(frozen=True, eq=False)
+class Learnt:
+    """What the runs before show under a hypothesis.
+
+    fit: of these runs; mean, factor: of the deviation of coordinates (not of clocks) and dials from
+    it, (k,) and (k, k), the covariance is factor factor'
+    """
+
+    fit: Fit
+    mean: Floats
+    factor: Floats
+
+
+def run_evidence(
+    system: System, earlier: Sequence[Record], new: Record, question: Sequence[Hypothesis]
+) -> RunEvidence:
+    """Logarithmic densities of a run under hypotheses that exclude each other.
+
+    system: as before these runs, with the effects that are not in question; earlier: the runs before.
+    """
+    before, after = models(system, earlier, [new])
+    base = calibrate(before, before.origin())
+    power = min(1.0, 1.0 / base.scatter.inflation)
+    sizes_are_known = any(h.name == NOTHING for h in question)
+    densities = {
+        h.name: _log_density(_learnt(base, h, sizes_are_known, power), after) for h in question
+    }
+    return RunEvidence(new.name, densities, power)
+
+
+def _learnt(base: Fit, hypothesis: Hypothesis, as_stated: bool, power: float) -> Learnt | None:
+    """Posterior under a hypothesis; None where it cannot be simulated.
+
+    as_stated: the size keeps its stated prior, since the runs before hardly show it: fitted freely it
+    would fall to nothing, and "nothing" and the effect would be the same.
+    """
+    candidate = hypothesis.candidate
+    if candidate is None:
+        return _posterior(base, np.zeros(0), np.zeros(0), power)
+    if not as_stated:
+        fit = fitted(base, candidate)
+        if fit is None:
+            return None
+        own = fit.effects[-1]
+        return _posterior(fit, np.asarray(own.dials), np.asarray(own.deviations), power)
+    try:
+        there = with_effects(base, (candidate,))
+    except PlantError:
+        return None
+    fit = replace(settle(replace(there, candidates=())), candidates=(candidate,))
+    spread = np.ones(len(candidate.dials))
+    spread[0] = max(hypothesis.spread, 1e-3 * abs(candidate.size))
+    return _posterior(fit, np.zeros(spread.size), spread, power)
+
+
+def _posterior(fit: Fit, off: Floats, spread: Floats, power: float) -> Learnt:
+    """Gaussian about a fit. off: of the dials from their prior means; spread: prior deviations."""
+    z, columns = coordinates_of(fit.point), fit.nuisances.columns
+    if spread.size:
+        columns = np.concatenate((columns, fit.columns), axis=1)
+    weights = np.concatenate((np.ones(z.size), spread**-2.0))
+    normal = power * columns.T @ columns + np.diag(weights)
+    slope = power * columns.T @ fit.aim - weights * np.concatenate((z, off))
+    covariance = np.linalg.inv(normal)
+    own = np.concatenate((_parameters(fit.model), z.size + np.arange(spread.size))).astype(int)
+    return Learnt(
+        fit, (covariance @ slope)[own], linalg.cholesky(covariance[np.ix_(own, own)], lower=True)
+    )
+
+
+def _parameters(model: Model) -> list[int]:
+    """Numbers of the coordinates that are the same in all runs: those of the vehicle, not of clocks."""
+    return [i for i, known in enumerate(model.known) if not known.of_clock]
+
+
+def _log_density(learnt: Learnt | None, model: Model) -> float:
+    """Logarithmic predictive density of the one record of a model, nats, up to a constant."""
+    if learnt is None:
+        return IMPOSSIBLE
+    there = replace(model.origin(), x=learnt.fit.point.x, effects=learnt.fit.point.effects)
+    try:
+        predicted = predict(model, there)
+        slopes = sensitivities(model, there)
+    except PlantError:
+        return IMPOSSIBLE
+    fit = Fit(model, there, predicted, learnt.fit.noise, slopes, learnt.fit.candidates)
+    return log_t_density(fit.aim, *_columns(fit, learnt)) - 0.5 * _log_scale(fit)
+
+
+def _columns(fit: Fit, learnt: Learnt) -> tuple[Floats, Floats]:
+    """Expected whitened residual (rows,), and columns (rows, k) that spread it with unit normals."""
+    all_of_it, own = fit.nuisances.columns, _parameters(fit.model)
+    shared = all_of_it[:, own]
+    if fit.candidates:
+        shared = np.concatenate((shared, fit.columns), axis=1)
+    of_this_run = np.delete(all_of_it, own, axis=1)
+    spread = np.concatenate((shared @ learnt.factor, of_this_run), axis=1)
+    return shared @ learnt.mean, spread
+
+
+def _log_scale(fit: Fit) -> float:
+    """Logarithm of the determinant of the noise covariance of all rows."""
+    return float(
+        sum(
+            (len(rest) - white.order) * white.log_determinant
+            for white, rests in zip(fit.noise, fit.rest, strict=True)
+            for rest in rests
+        )
+    )
+
+
+def log_t_density(values: Floats, mean: Floats, columns: Floats) -> float:
+    """Logarithm of a multivariate t with FREEDOM degrees, location `mean` and scale I + C C'.
+
+    values, mean: (rows,); columns C: (rows, k). Kotz and Nadarajah, "Multivariate t Distributions and
+    Their Applications", Cambridge 2004, equation 1.1.
+    """
+    rest, rows = values - mean, values.size
+    factor = linalg.cho_factor(columns.T @ columns + np.eye(columns.shape[1]))
+    push = columns.T @ rest
+    square = float(rest @ rest - push @ linalg.cho_solve(factor, push))
+    log_determinant = 2.0 * float(np.sum(np.log(np.diag(factor[0]))))
+    half = 0.5 * (FREEDOM + rows)
+    constant = special.gammaln(half) - special.gammaln(0.5 * FREEDOM)
+    constant -= 0.5 * rows * np.log(np.pi * FREEDOM)
+    return float(constant - 0.5 * log_determinant - half * np.log1p(square / FREEDOM))
