@@ -23,6 +23,7 @@ EXTRA_OF = {
     "distributed": "cluster",
     "slycot": "robust",
     "foxglove": "foxglove",
+    "lupa": "ecu",
     "fmpy": "fmu",
     "mujoco": "mujoco",
     "starlette": "view",

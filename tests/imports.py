@@ -58,6 +58,7 @@ ALLOWED = {
     "fitdecode": ("protocol/tables/fit_file.py",),
     "mcap": ("protocol/export/mcap_file.py", "protocol/tables/mcap_file.py"),
     "rosbags": ("protocol/tables/ros_bag.py", "protocol/tables/ros_types.py"),
+    "lupa": ("identification/ecu/lua_machine.py",),
     "fmpy": ("identification/mismatch/callables/fmu/*.py", "src/slipbench/fmu_check.py"),
     # Mathematics.
     "control": (

@@ -1,4 +1,4 @@
-"""The sub-command of this package: compare."""
+"""The sub-commands of this package: compare, robustness."""
 
 from collections.abc import Iterable
 from pathlib import Path
@@ -7,18 +7,23 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.console import Console
 
-from slipbench.plant.vehicles import DEMONSTRATION
+from slipbench.plant.vehicles import DEMONSTRATION, NOMINAL
 from slipbench.protocol.shipped_files import completion_of, file_of
 
 if TYPE_CHECKING:
-    from slipbench.plant.motorcycle import Motorcycle
+    from slipbench.plant.vehicle_file import Vehicle
 
 EXAMPLE = "Example: slipbench compare examples/controllers/*.toml --page docs/controllers.md"
 
+DRAWN_EXAMPLE = (
+    "Example: slipbench robustness examples/controllers --page docs/controller_robustness.md"
+)
+
 
 def register(app: typer.Typer) -> None:
-    """Add `compare` to the one command."""
+    """Add these commands to the one command."""
     app.command("compare", epilog=EXAMPLE)(compare_command)
+    app.command("robustness", epilog=DRAWN_EXAMPLE)(robustness_command)
 
 
 def one_of_each_name(paths: Iterable[Path]) -> list[Path]:
@@ -49,26 +54,30 @@ def one_of_each_name(paths: Iterable[Path]) -> list[Path]:
     return list(found.values())
 
 
+Controllers = Annotated[
+    list[Path],
+    typer.Argument(
+        help="Controller files, or folders of them.",
+        metavar="FILE",
+        parser=file_of("controller"),
+        autocompletion=completion_of("controller"),
+    ),
+]
+VehicleFile = Annotated[
+    Path,
+    typer.Option(
+        help="Vehicle file to simulate.",
+        metavar="FILE",
+        parser=file_of("vehicle"),
+        autocompletion=completion_of("vehicle"),
+    ),
+]
+
+
 def compare_command(
-    controllers: Annotated[
-        list[Path],
-        typer.Argument(
-            help="Controller files, or folders of them.",
-            metavar="FILE",
-            parser=file_of("controller"),
-            autocompletion=completion_of("controller"),
-        ),
-    ],
+    controllers: Controllers,
     page: Annotated[Path, typer.Option(help="Page to write (Markdown); figures go to its folder.")],
-    vehicle: Annotated[
-        Path,
-        typer.Option(
-            help="Vehicle file to simulate.",
-            metavar="FILE",
-            parser=file_of("vehicle"),
-            autocompletion=completion_of("vehicle"),
-        ),
-    ] = DEMONSTRATION,
+    vehicle: VehicleFile = DEMONSTRATION,
     bandwidth: Annotated[
         float, typer.Option(help="Bandwidth w_c of the throttle servo, Hz.")
     ] = 10.0,
@@ -84,7 +93,7 @@ def compare_command(
     from slipbench.protocol.output_folders import check_page
 
     files = {path.stem: read_toml(path, ControllerFile) for path in one_of_each_name(controllers)}
-    motorcycle = _motorcycle(vehicle)
+    motorcycle = _vehicle(vehicle).motorcycle
     check_page(page)
     with Console(stderr=True).status("") as progress:
         found, rides = compare(motorcycle, files, progress.update)
@@ -92,12 +101,56 @@ def compare_command(
     typer.echo(f"page: {page}")
 
 
-def _motorcycle(vehicle: Path) -> "Motorcycle":
+def robustness_command(
+    controllers: Controllers,
+    page: Annotated[Path, typer.Option(help="Page to write (Markdown).")],
+    vehicle: VehicleFile = NOMINAL,
+    draws: Annotated[int, typer.Option(help="Motorcycles to draw.", min=1)] = 100,
+    seed: Annotated[
+        int, typer.Option(help="Seed of the draws and of the sensor noise.", min=0)
+    ] = 1,
+    first: Annotated[int, typer.Option(help="Number of the first motorcycle.", min=1)] = 1,
+    limit: Annotated[
+        float, typer.Option(help="Slip that a ride must not exceed: 0.08 is 8 %.", min=0.0, max=1.0)
+    ] = 0.08,
+) -> None:
+    """Ride slip controllers on drawn motorcycles: parameters within their stated deviations, with effects.
+
+    The vehicle file must state `plus_minus`. Ctrl-C ends the study; the page then has what was ridden.
+
+    Exit status: 0 done, 2 invalid input (see message).
+    """
+    from slipbench.identification.closed_loop_simulation.robustness import Outcome, outcomes
+    from slipbench.identification.closed_loop_simulation.robustness_page import Study
+    from slipbench.identification.closed_loop_simulation.robustness_page import page as text_of
+    from slipbench.protocol.configuration import read_toml
+    from slipbench.protocol.controller_file import ControllerFile
+    from slipbench.protocol.output_folders import check_page
+
+    files = {path.stem: read_toml(path, ControllerFile) for path in one_of_each_name(controllers)}
+    known, rows = _vehicle(vehicle), list[Outcome]()
+    check_page(page)
+    numbers = range(first, first + draws)
+    with Console(stderr=True).status("") as progress:
+        try:
+            for ridden in outcomes(known, files, numbers, seed, progress.update):
+                rows += ridden
+        except KeyboardInterrupt:
+            if not rows:
+                raise
+    names = " ".join(map(str, controllers))
+    command = f"slipbench robustness {names} --draws {draws} --seed {seed}"
+    page.parent.mkdir(parents=True, exist_ok=True)
+    page.write_text(text_of(Study(known.name, draws, seed, limit, rows, command)), "utf-8")
+    typer.echo(f"page: {page}")
+
+
+def _vehicle(vehicle: Path) -> "Vehicle":
     from slipbench.plant.errors import VehicleFileError
     from slipbench.plant.vehicle_file import load_vehicle
     from slipbench.protocol.errors import InputError
 
     try:
-        return load_vehicle(vehicle).motorcycle
+        return load_vehicle(vehicle)
     except VehicleFileError as fault:
         raise InputError(str(fault)) from fault

@@ -16,6 +16,7 @@ from slipbench.identification.closed_loop_simulation.measures import (
     mean_retard,
     time_lost,
 )
+from slipbench.identification.closed_loop_simulation.reducing import reducing_only
 from slipbench.identification.closed_loop_simulation.ride import TICK, Ridden, ride
 from slipbench.identification.closed_loop_simulation.scenario import (
     Scenario,
@@ -92,16 +93,6 @@ class Compared:
 def controllers_of(files: Mapping[str, ControllerFile]) -> dict[str, SlipController | None]:
     """Controllers by name; None for open loop, which is first."""
     return {"open loop": None} | {n: from_tree(f.model_dump()) for n, f in files.items()}
-
-
-def reducing_only(file: ControllerFile) -> SlipController:
-    """Controller that may only close the throttle and retard the spark."""
-    tree = file.model_dump()
-    tree["limits"]["high"] = 0.0
-    if tree.get("mixed"):
-        tree["mixed"]["throttle"]["high"] = 0.0
-    tree["governor"] = None
-    return from_tree(tree)
 
 
 def compare(

@@ -13,6 +13,7 @@ from slipbench.identification.closed_loop_simulation.compare import (
     Compared,
 )
 from slipbench.identification.closed_loop_simulation.figures import scenario_figure
+from slipbench.identification.closed_loop_simulation.markdown import table
 from slipbench.identification.closed_loop_simulation.ride import Ridden
 from slipbench.identification.report import drawing as d
 
@@ -84,7 +85,7 @@ def _tracking(found: Sequence[Compared], bandwidth: float) -> str:
         "downward steps, the larger of the two. Noise: deviation of single steps from that mean. "
         "Tracking bandwidth (-3 dB): from a sweep of the setpoint. Each test is simulated "
         f"{len(SEEDS)} times with different sensor noise: mean, for the bandwidth with minimum and "
-        "maximum.\n\n" + _table(head, rows) + _spent(found)
+        "maximum.\n\n" + table(head, rows) + _spent(found)
     )
 
 
@@ -135,7 +136,7 @@ def _hard(found: Sequence[Compared]) -> str:
     )
     return (
         "## High throttle\n\n"
-        + _table(head, rows)
+        + table(head, rows)
         + "\n\nTime lost: on the wet road within 4 s, relative to the fastest of seven constant slip "
         "setpoints over all controllers."
     )
@@ -158,13 +159,8 @@ def _robust(found: Sequence[Compared]) -> str:
         "stable with an unmodelled effect",
         "unstable with",
     )
-    return "## Robustness\n\n" + _table(head, rows)
+    return "## Robustness\n\n" + table(head, rows)
 
 
 def _degrees(radians: float) -> str:
     return f"{math.degrees(radians):.2f}"
-
-
-def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    lines = ["| " + " | ".join(head) + " |", "|" + "---|" * len(head)]
-    return "\n".join(lines + ["| " + " | ".join(row) + " |" for row in rows])

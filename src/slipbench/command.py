@@ -16,6 +16,7 @@ from slipbench.bench import commands as bench
 from slipbench.identification import commands as identification
 from slipbench.identification.closed_loop_simulation import commands as closed_loop_simulation
 from slipbench.identification.design import commands as design
+from slipbench.identification.ecu import commands as ecu
 from slipbench.identification.fleet import commands as fleet
 from slipbench.identification.season import commands as season
 from slipbench.protocol import commands as protocol
@@ -30,6 +31,7 @@ PARTS = (
     fmu,
     identification,
     design,
+    ecu,
     fleet,
     season,
     blind_validation,

@@ -1,0 +1,1 @@
+"""Laws of the export of controllers to engine control units."""
