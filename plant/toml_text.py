@@ -18,8 +18,8 @@ def edited(text: str, wanted: Mapping[str, Any], linear: Linear) -> str:
     """Return a TOML text that holds what is wanted.
 
     wanted: tree of what changes; a quantity is `{value, unit, plus_minus}` and is written in the
-    unit that the text has for it. A list holds tables: a table of the text with the same words is
-    changed, else a new one is appended.
+    unit that the text has for it. A list of trees holds tables: a table of the text with the same
+    words is changed, else a new one is appended. Other lists are values.
     """
     document = tomlkit.parse(text)
     _merge(document, wanted, linear)
@@ -28,7 +28,7 @@ def edited(text: str, wanted: Mapping[str, Any], linear: Linear) -> str:
 
 def _merge(into: Any, wanted: Mapping[str, Any], linear: Linear) -> None:
     for key, value in wanted.items():
-        if isinstance(value, list):
+        if isinstance(value, list) and all(isinstance(v, Mapping) for v in value):
             _merge_tables(into, key, value, linear)
         elif key not in into:
             into[key] = _item(value) if is_quantity(value) else _new(value)

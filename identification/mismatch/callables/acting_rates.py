@@ -8,10 +8,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from slipbench.identification.mismatch.systems.equations import Equations
 from slipbench.identification.mismatch.systems.kernel import (
+    END,
+    FIRST,
     MOST_MEMORIES,
     MOST_STATES,
+    ROW,
+    STEP,
+    WITHIN,
     effects_module,
+    first_input,
 )
 from slipbench.identification.mismatch.systems.run import Integers
 from slipbench.plant.signals import Floats
@@ -21,13 +28,12 @@ from slipbench.plant.signals import Floats
 class ActingRates:
     """What acts in one run, SI.
 
-    states: names. push: (rows, states), added to the rates. held: of each input, 1 where it holds.
+    equations: of the inputs and states alone. push: (rows, states), added to the rates.
     code, where, other: (effects,), par: (effects, 4), as the kernel takes them. longest: delay, s.
     """
 
-    states: tuple[str, ...]
+    equations: Equations
     push: Floats
-    held: Floats
     code: Integers
     where: Integers
     other: Integers
@@ -47,16 +53,18 @@ class RateLoop:
         """step: of integration, s."""
         effects = len(acting.code)
         ring = 1 << (int(acting.longest / step) + 3).bit_length()
+        states, inputs = len(acting.equations.states), len(acting.equations.inputs)
         self._acting, self._step = acting, step
         self._at = effects_module().at
         self._memory = np.zeros((effects, MOST_MEMORIES))
-        self._rings = np.zeros((effects, ring))
-        self._spill = np.zeros(len(acting.states))
-        self._q = np.zeros(len(acting.held) + len(acting.states))
-        self._x = np.zeros(len(acting.states) + MOST_STATES * effects)
+        self._rings = np.zeros((effects, 2, ring))
+        self._tables = np.zeros((effects, 2, 1))
+        self._spill = np.zeros(states)
+        self._first = first_input(acting.equations)
+        self._q = np.zeros(self._first + inputs + states)
+        self._x = np.zeros(states + MOST_STATES * effects)
         self._dx = np.zeros_like(self._x)
-        first = len(acting.held)
-        self._busy = [(k, first + k, first + k in acting.where) for k in range(len(acting.states))]
+        self._busy = [(k, inputs + k, inputs + k in acting.where) for k in range(states)]
         self.x = np.zeros(MOST_STATES * effects)
 
     def act(
@@ -67,14 +75,14 @@ class RateLoop:
         rates, states: (states,); inputs: (inputs,); own: the effects' states, (effect states,).
         """
         size = len(states)
-        self._q[: len(inputs)], self._q[len(inputs) :] = inputs, states
+        self._q[self._first :] = np.concatenate((inputs, states))
         self._x[:size], self._x[size:] = states, own
         self._spill[:] = self._dx[:] = 0.0
         found = rates + self._acting.push[row]
         for k, place, busy in self._busy:
             if busy:
                 found[k] = self._act_at(place, found[k], states[k], at)
-        if at.init:
+        if at.when == FIRST:
             self.x[:] = self._x[size:]
         return found + self._spill, self._dx[size:].copy()
 
@@ -85,37 +93,47 @@ class RateLoop:
             value,
             own,
             at.fraction,
-            at.commit,
-            at.init,
+            at.elapsed,
+            at.when,
             self._x,
             self._dx,
             a.code,
             a.where,
             a.other,
             a.par,
+            self._tables,
             self._q,
             self._spill,
             self._memory,
             self._rings,
             at.count,
             self._step,
-            a.held,
         )
         return acted
 
 
 @dataclass(frozen=True)
 class Moment:
-    """A stage of integration. count: of the step; fraction: of the step that has passed.
+    """When rates are evaluated. count: of the step; fraction: of the step that has passed.
 
-    commit: whether it is the step's beginning, where memories are renewed.
+    when: as the kernel of model files takes it. elapsed: since memories were last renewed, s.
     """
 
     count: int
     fraction: float
-    commit: bool
+    when: int
+    elapsed: float
 
-    @property
-    def init(self) -> bool:
-        """Whether it is the very first."""
-        return self.commit and self.count == 0
+    @classmethod
+    def stage(cls, count: int, fraction: float, step: float, begins: bool, row: bool) -> "Moment":
+        """Return a stage of a step. begins: whether it is the first; row: of its row."""
+        if not begins:
+            return cls(count, fraction, WITHIN, fraction * step)
+        if row:
+            return cls(count, 0.0, ROW if count else FIRST, 0.0)
+        return cls(count, 0.0, STEP, step)
+
+    @classmethod
+    def row_end(cls, count: int, step: float) -> "Moment":
+        """Return the end of a row, before its input jumps. count: of its last step."""
+        return cls(count, 1.0, END, step)

@@ -102,10 +102,9 @@ def acting_rates(task: Task) -> ActingRates | None:
         return None
     names = Equations((), (*file.inputs,), (*file.states,), (), (), ())
     effects = _at(RATE, task.effects)
-    code, where, other, par = slots(effects, names, file)
-    held = np.array([1.0 if told.steps else 0.0 for told in file.inputs.values()])
+    code, where, other, par = slots(effects, [], names, file)
     longest = max((float(getattr(e, "delay", 0.0)) for e in effects), default=0.0)
-    return ActingRates((*file.states,), push, held, code, where, other, par, longest)
+    return ActingRates(names, push, code, where, other, par, longest)
 
 
 def _at(kind: str, effects: Sequence[Effect]) -> list[SeamEffect]:

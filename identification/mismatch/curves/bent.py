@@ -57,6 +57,12 @@ class Bent(Dialled):
         assert found is not None
         return found
 
+    def half_widths(self, reach: Floats) -> dict[str, float]:
+        """Return the half widths of its values by key, SI. reach: those of its dials."""
+        owner = getattr(self.effect(), "owner", "")
+        halves = self.place.size * reach
+        return {f"{owner}.{k}": float(h) for k, h in enumerate(halves)} if owner else {}
+
     def moved(self, step: Floats) -> "Bent":
         """Return it with other values."""
         return replace(self, dials=tuple(float(d) for d in np.array(self.dials) + step))

@@ -27,16 +27,21 @@ MOST_PARAMETERS = 4
 MOST_MEMORIES = 4
 """Values that one effect may remember."""
 FINE, NOT_FINITE = 0.0, 1.0
+CURVE = -1
+"""Code of a free curve; all others are those of the library."""
+OWN = -2
+"""Number of a curve's quantity where it is that at the curve's own place."""
 ADVANCE = (
-    "f8(f8[::1],f8[:,::1],f8[::1],f8[:,::1],f8[::1],i8[::1],i8[::1],i8[::1],f8[:,::1],"
-    "i8,f8,i8,f8[:,::1])"
+    "f8(f8[::1],f8[:,::1],f8[:,::1],f8[::1],f8[:,::1],f8[::1],i8[::1],i8[::1],i8[::1],f8[:,::1],"
+    "f8[:,:,::1],i8,f8,i8,f8[:,::1])"
 )
 AT = (
-    "f8(i8,f8,f8,f8,f8,i8,f8[::1],f8[::1],i8[::1],i8[::1],i8[::1],f8[:,::1],f8[::1],f8[::1],"
-    "f8[:,::1],f8[:,:,::1],i8,f8)"
+    "f8(i8,f8,f8,f8,f8,i8,f8[::1],f8[::1],i8[::1],i8[::1],i8[::1],f8[:,::1],f8[:,:,::1],"
+    "f8[::1],f8[::1],f8[:,::1],f8[:,:,::1],i8,f8)"
 )
 COMMON = (
-    "fraction, elapsed, when, x, dx, code, where, other, par, q, spill, memory, rings, count, step"
+    "fraction, elapsed, when, x, dx, code, where, other, par, tables, q, spill, memory, rings, count,"
+    " step"
 )
 WITHIN, FIRST, ROW, STEP, END = range(5)
 """When the rates are evaluated: within a step, at the beginning of all, of a row, of a later step
@@ -74,14 +79,28 @@ PAST = """def past(ring, count, fraction, value, delay_steps):
     return jumps + new + share * (old - new)
 """
 
-RUN = """def advance(x0, u, held, push, p, code, where, other, par, ring, step, substeps, out):
+# A broken line, level beyond its knots. table: knots, values; the last may be repeated.
+LINE = """def line(table, z):
+    last = table.shape[1] - 1
+    if z <= table[0, 0]:
+        return table[1, 0]
+    for k in range(1, last + 1):
+        if z < table[0, k]:
+            share = (z - table[0, k - 1]) / (table[0, k] - table[0, k - 1])
+            return table[1, k - 1] + share * (table[1, k] - table[1, k - 1])
+    return table[1, last]
+"""
+
+RUN = """def advance(
+    x0, u, slopes, held, push, p, code, where, other, par, tables, ring, step, substeps, out
+):
     n = len(code)
     size = len(x0)
     states = size + {most} * n
     x, k = np.zeros(states), np.zeros(states)
     x[:size] = x0
     stage, total = x.copy(), np.zeros(states)
-    now, q = np.zeros(u.shape[1]), np.zeros(u.shape[1] + size)
+    now, q = np.zeros(u.shape[1]), np.zeros({quantities})
     spill, memory = np.zeros(size), np.zeros((n, {memories}))
     rings, values = np.zeros((n, 2, ring)), np.zeros(push.shape[1])
     busy = np.zeros(push.shape[1], np.bool_)
@@ -99,6 +118,8 @@ RUN = """def advance(x0, u, held, push, p, code, where, other, par, ring, step, 
             for i in range(len(now)):
                 line = before[i] + (u[r, i] - before[i]) * (s + fraction) / substeps
                 now[i] = u[r, i] if held[i] else line
+                q[1 + i] = slopes[r, i]
+            q[0] = (r * substeps + s + fraction) * step
             when, elapsed = {within}, fraction * step
             if last:
                 when = {end}
@@ -146,9 +167,10 @@ def effects_module() -> ModuleType:
     """Compile what may act at a place, once for all systems; returns the module, with `at`."""
     parts = [inlined(text_of(k.act, f"act_{k.name}")) for k in LIBRARY if k.act is not None]
     kept = KEEP.format(first=FIRST, end=END, within=WITHIN, row=ROW)
-    return load(
-        "\n".join([*parts, inlined(kept), inlined(PAST), entry("\n".join(_place_lines()), AT)])
+    text = "\n".join(
+        [*parts, inlined(kept), inlined(PAST), inlined(LINE), entry("\n".join(_place_lines()), AT)]
     )
+    return load(text)
 
 
 def kernel_text(equations: Equations, effects: str) -> str:
@@ -166,8 +188,17 @@ def kernel_text(equations: Equations, effects: str) -> str:
         row=ROW,
         step=STEP,
         end=END,
+        quantities=first_input(equations) + len(equations.inputs) + len(equations.states),
     )
     return "\n".join([*parts, entry(run, ADVANCE)])
+
+
+def first_input(e: Equations) -> int:
+    """Return the number of the first input among the quantities that effects and curves may use.
+
+    Before the inputs and the states: time, the rate of each input, every seam, every state's rate.
+    """
+    return 1 + len(e.inputs) + len(e.seams) + len(e.states)
 
 
 def _place_lines() -> Iterator[str]:
@@ -180,6 +211,9 @@ def _place_lines() -> Iterator[str]:
     yield "        z = q[other[i]] if other[i] >= 0 else 0.0"
     yield f"        if when == {FIRST}:"
     yield "            memory[i, :] = value"
+    yield f"        if code[i] == {CURVE}:"
+    yield f"            value += line(tables[i], value if other[i] == {OWN} else z)"
+    yield "            continue"
     word = "if"
     for kind in LIBRARY:
         if kind.act is not None:
@@ -240,23 +274,26 @@ def _starts(kind: type[SeamEffect]) -> Iterator[str]:
 
 def _rates_lines(e: Equations) -> Iterator[str]:
     """Yield a function that gives the rates of all states, and every place's value."""
+    first = first_input(e)
     yield f"def rates(u, p, {ALL}):"
     yield "    spill[:] = 0.0"
     for k, name in enumerate(e.parameters):
         yield f"    {PREFIX}{name} = p[{k}]"
     for k, name in enumerate(e.states):
         yield f"    {PREFIX}{name} = x[{k}]"
-        yield f"    q[{len(e.inputs) + k}] = x[{k}]"
+        yield f"    q[{first + len(e.inputs) + k}] = x[{k}]"
     for k in range(len(e.inputs)):
-        yield f"    q[{k}] = u[{k}]"
+        yield f"    q[{first + k}] = u[{k}]"
     numbers = iter(range(len(e.places)))
     for k, name in enumerate(e.inputs):
         yield from _at(next(numbers), f"{PREFIX}{name}", f"u[{k}]")
-        yield f"    q[{k}] = {PREFIX}{name}"
+        yield f"    q[{first + k}] = {PREFIX}{name}"
     for name, text in e.seams:
-        yield from _at(next(numbers), f"{PREFIX}{name}", text)
+        yield from _at(number := next(numbers), f"{PREFIX}{name}", text)
+        yield f"    q[{1 + number}] = {PREFIX}{name}"
     for k, text in enumerate(e.rates):
-        yield from _at(next(numbers), f"dx[{k}]", text, own=f"x[{k}]")
+        yield from _at(number := next(numbers), f"dx[{k}]", text, own=f"x[{k}]")
+        yield f"    q[{1 + number}] = dx[{k}]"
     for _, text in e.outputs:
         yield from _at(next(numbers), "shown", text)
     yield f"    for i in range({len(e.states)}):"

@@ -9,11 +9,13 @@ A parameter above 0 errs by a factor: its half width is at most 10 times its val
 either sign is written as 0 or less.
 """
 
+from itertools import pairwise
 from pathlib import Path
 from typing import Annotated
 
 from pydantic import AfterValidator, Field, field_validator, model_validator
 
+from slipbench.identification.mismatch.simulation.coordinates import STATED_SHARE
 from slipbench.identification.mismatch.systems.expression import FUNCTIONS
 from slipbench.protocol.configuration import Seconds, Section, read_toml
 from slipbench.protocol.units import to_base
@@ -181,6 +183,50 @@ class Output(Section):
     turn: Number | None = None
 
 
+class CurveTable(Section):
+    """A free curve: a broken line over knots, level beyond them, that is added at a place.
+
+    at          input, seam, output, or the rate of a state as in speed_rate
+    along       time, an input, a state, a seam before the place, or a rate as in speed_rate
+    knots       of that quantity, increasing
+    along_unit  of the knots
+    values      of the curve at the knots
+    unit        of the values and of plus_minus
+    plus_minus  half width of what is reliable with 95 %, of each value; none: 5 % of the largest
+                value. 0: exact
+    """
+
+    at: str
+    along: str
+    knots: tuple[float, ...] = Field(min_length=2)
+    along_unit: str = "1"
+    values: tuple[float, ...]
+    unit: str = "1"
+    plus_minus: tuple[float, ...] | None = None
+
+    @model_validator(mode="after")
+    def _a_broken_line(self) -> "CurveTable":
+        if any(b <= a for a, b in pairwise(self.knots)):
+            raise ValueError("knots do not increase; sort them, without repeating one")
+        for name, row in (("values", self.values), ("plus_minus", self.plus_minus)):
+            if row is not None and len(row) != len(self.knots):
+                raise ValueError(
+                    f"{len(row)} {name} for {len(self.knots)} knots: one each is expected"
+                )
+        if min(self.half_widths) < 0.0:
+            raise ValueError("plus_minus is below 0; a half width is 0 or more")
+        if max(map(abs, (*self.knots, *self.values, *self.half_widths))) > LARGEST:
+            raise ValueError(f"a number is above {LARGEST:g}")
+        return self
+
+    @property
+    def half_widths(self) -> tuple[float, ...]:
+        """Half width (95 %) of each value, in its unit."""
+        if self.plus_minus is not None:
+            return self.plus_minus
+        return (STATED_SHARE * max(map(abs, self.values), default=0.0),) * len(self.values)
+
+
 class ActingEffect(Section):
     """An effect that acts.
 
@@ -210,6 +256,7 @@ class ModelFile(Section):
     seams        by name
     outputs      by name
     effects      effects that act already
+    curves       free curves that act already
     """
 
     name: str
@@ -223,6 +270,7 @@ class ModelFile(Section):
     seams: dict[str, Seam] = Field(default_factory=dict)
     outputs: dict[str, Output] = Field(min_length=1)
     effects: tuple[ActingEffect, ...] = ()
+    curves: tuple[CurveTable, ...] = ()
 
     @field_validator("parameters")
     @classmethod
@@ -247,6 +295,14 @@ class ModelFile(Section):
                 if name in seen:
                     raise ValueError(f"{name!r} is defined twice, or is the name of a function")
                 seen.add(name)
+        return self
+
+    @model_validator(mode="after")
+    def _one_curve_each(self) -> "ModelFile":
+        pairs = [(c.at, c.along) for c in self.curves]
+        for pair in pairs:
+            if pairs.count(pair) > 1:
+                raise ValueError(f"two curves at {pair[0]!r} along {pair[1]!r}: add their values")
         return self
 
     @model_validator(mode="after")

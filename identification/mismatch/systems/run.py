@@ -10,8 +10,15 @@ from slipbench.identification.mismatch.simulation.record import Record
 from slipbench.identification.mismatch.systems.effects.library import CODES
 from slipbench.identification.mismatch.systems.effects.seam_effect import OUTPUT, SeamEffect
 from slipbench.identification.mismatch.systems.equations import Equations, rate_name
-from slipbench.identification.mismatch.systems.kernel import FINE, MOST_PARAMETERS, compose
+from slipbench.identification.mismatch.systems.kernel import (
+    CURVE,
+    FINE,
+    MOST_PARAMETERS,
+    compose,
+    first_input,
+)
 from slipbench.identification.mismatch.systems.model_file import ModelFile
+from slipbench.identification.mismatch.systems.table_curve import RATE, TableCurve, known_quantities
 from slipbench.plant.effects.effect import Effect
 from slipbench.plant.errors import PlantError
 from slipbench.plant.signals import Floats
@@ -45,15 +52,18 @@ def run(
     grid = record.grid
     substeps = max(1, int(np.ceil(grid.step / file.step - 1e-9)))
     step = grid.step / substeps
+    effects = tuple(effects)
     acting = [x for x in effects if isinstance(x, SeamEffect)]
     inside = [x for x in acting if x.act is not None]
-    code, where, other, par = slots(inside, e, file)
+    curves = [x for x in effects if isinstance(x, TableCurve)]
+    code, where, other, par = slots(inside, curves, e, file)
     ring = ring_length(inside, step)
     held = np.array([1.0 if told.steps else 0.0 for told in file.inputs.values()])
     out = np.full((grid.rows, len(e.places) + len(e.states)), np.nan)
     done = compose(e).advance(
         _first(file, record),
         np.ascontiguousarray(record.inputs, np.float64),
+        _slopes(curves, record),
         held,
         np.ascontiguousarray(push),
         values,
@@ -61,6 +71,7 @@ def run(
         where,
         other,
         par,
+        _tables(curves, len(code)),
         ring,
         step,
         substeps,
@@ -73,7 +84,7 @@ def run(
             "the simulation grows without bound",
             f"{file.name} on {record.name}",
             "finite numbers",
-            ", ".join(x.key for x in acting) or "no effect",
+            ", ".join(x.key for x in (*curves, *acting)) or "no effect",
             "correct the equations, or take a smaller step",
         )
     columns = dict(zip((*e.places, *e.states), out.T, strict=True))
@@ -85,15 +96,21 @@ def run(
 
 
 def slots(
-    effects: list[SeamEffect], e: Equations, file: ModelFile
+    effects: list[SeamEffect], curves: list[TableCurve], e: Equations, file: ModelFile
 ) -> tuple[Integers, Integers, Integers, Floats]:
-    """Code, place, other quantity and parameters of every effect, in the library's order.
+    """Code, place, other quantity and parameters of every curve, then of every effect.
 
-    Shapes (effects,), and (effects, MOST_PARAMETERS) of the parameters, SI.
+    Effects are in the library's order. Shapes (all,), and (all, MOST_PARAMETERS) of the parameters,
+    SI.
     """
-    code, where, other = (np.zeros(len(effects), np.int64) for _ in range(3))
-    par = np.zeros((len(effects), MOST_PARAMETERS))
-    for i, effect in enumerate(sorted(effects, key=lambda x: CODES[x.name])):
+    total = len(curves) + len(effects)
+    code, where, other = (np.zeros(total, np.int64) for _ in range(3))
+    par = np.zeros((total, MOST_PARAMETERS))
+    for i, curve in enumerate(curves):
+        code[i], where[i] = CURVE, e.places.index(curve.place)
+        other[i] = known_quantities(curve.place, e, file)[curve.along]
+    ordered = sorted(effects, key=lambda x: CODES[x.name])
+    for i, effect in enumerate(ordered, start=len(curves)):
         code[i] = CODES[effect.name]
         where[i] = e.places.index(effect.place.name)
         other[i] = _other(effect, e, file)
@@ -108,7 +125,25 @@ def _other(effect: SeamEffect, e: Equations, file: ModelFile) -> int:
     if effect.gives:
         state = next(s for s in e.states if rate_name(s) == effect.place.name)
         name = file.states[state].overflows_into
-    return (*e.inputs, *e.states).index(name) if name else -1
+    return first_input(e) + (*e.inputs, *e.states).index(name) if name else -1
+
+
+def _tables(curves: list[TableCurve], slots: int) -> Floats:
+    """Knots and values of all curves, (slots, 2, knots); short ones repeat their last."""
+    longest = max((len(c.knots) for c in curves), default=1)
+    tables = np.zeros((slots, 2, longest))
+    for i, c in enumerate(curves):
+        tables[i] = np.pad((c.knots, c.heights), ((0, 0), (0, longest - len(c.knots))), "edge")
+    return tables
+
+
+def _slopes(curves: list[TableCurve], record: Record) -> Floats:
+    """Rate of every input in every row, as curves are located along them; 0 where none needs it."""
+    slopes = np.zeros(record.inputs.shape)
+    if any(c.along.endswith(RATE) for c in curves):
+        for k, course in enumerate(record.inputs.T):
+            slopes[:, k] = record.grid.rate(course)
+    return slopes
 
 
 def ring_length(effects: list[SeamEffect], step: float) -> int:

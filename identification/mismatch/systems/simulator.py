@@ -33,9 +33,11 @@ class Simulator(ABC):
     """Runs the tasks of one system.
 
     what: its name in messages; remedy: where it cannot run with its nominal parameters.
+    knows_curves: whether it evaluates free curves on its own motion.
     """
 
     what: str = "the model file"
+    knows_curves: bool = False
     remedy: str = "check the parameters and the equations"
 
     @abstractmethod
@@ -60,6 +62,7 @@ class CompiledEquations(Simulator):
     """Equations of a model file, compiled."""
 
     equations: Equations
+    knows_curves = True
 
     def run(self, task: Task) -> Shown:
         """Run the kernel."""

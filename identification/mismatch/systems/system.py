@@ -24,8 +24,14 @@ from slipbench.identification.mismatch.systems.model_file import ModelFile, load
 from slipbench.identification.mismatch.systems.record import prepare, realigned, slow_places
 from slipbench.identification.mismatch.systems.run import Shown
 from slipbench.identification.mismatch.systems.simulator import CompiledEquations, Simulator, Task
+from slipbench.identification.mismatch.systems.table_curve import (
+    TableCurve,
+    half_widths,
+    known_quantities,
+    read_curve,
+)
 from slipbench.identification.mismatch.systems.turn_pattern import without_patterns
-from slipbench.identification.mismatch.systems.writing import as_text
+from slipbench.identification.mismatch.systems.writing import as_text, curves_as_tables
 from slipbench.plant.effects.effect import Effect
 from slipbench.plant.errors import PlantError
 from slipbench.plant.signals import Floats
@@ -47,8 +53,8 @@ PUSH = 0.1
 class ModelSystem(System):
     """A system of a model file.
 
-    simulator: what runs it. values: of its parameters, SI, in the file's order. acting: effects. known: 95 % half widths.
-    source: text of the file.
+    simulator: what runs it. values: of its parameters, SI, in the file's order. acting: effects.
+    curves: free curves of the file. known: 95 % half widths. source: text of the file.
     """
 
     file: ModelFile
@@ -60,6 +66,7 @@ class ModelSystem(System):
     known: Mapping[str, float] = field(default_factory=dict)
     read: placing.Read | None = None
     source: str = ""
+    curves: tuple[TableCurve, ...] = ()
 
     bends = 20
     farthest = 3.0  # beyond lies not another value of a parameter but physics that is missing
@@ -88,7 +95,12 @@ class ModelSystem(System):
             for name, number in file.parameters.items()
         }
         runs = simulator or CompiledEquations(read)
-        return cls(file, where, read, runs, values, acts, told, placing.Read(file))
+        curves = tuple(
+            read_curve(c, read, file, f"{where}: curves[{i}]") for i, c in enumerate(file.curves)
+        )
+        for entry, curve in zip(file.curves, curves, strict=True):
+            told |= half_widths(entry, curve)
+        return cls(file, where, read, runs, values, acts, told, placing.Read(file), curves=curves)
 
     @property
     def units(self) -> Mapping[str, str]:  # type: ignore[override]
@@ -136,12 +148,17 @@ class ModelSystem(System):
     def at(self, known: Sequence[Coordinate], x: Floats, effects: Sequence[Effect]) -> Self:
         """Return it with other numbers."""
         values = self.values.copy()
+        curves = {c.owner: c for c in self.curves}
         for coordinate, place in zip(known, x, strict=True):
-            values[self.equations.parameters.index(coordinate.name)] = coordinate.at(float(place))
+            owner, value = coordinate.owner, coordinate.at(float(place))
+            if owner in curves:
+                curves[owner] = curves[owner].with_height(int(coordinate.name), value)
+            else:
+                values[self.equations.parameters.index(coordinate.name)] = value
         new = {e.key for e in effects}
         kept = tuple(e for e in self.acting if e.key not in new)
         values = self.simulator.bounded(values)
-        return replace(self, values=values, acting=(*kept, *effects))
+        return replace(self, values=values, acting=(*kept, *effects), curves=tuple(curves.values()))
 
     def believed(self, plus_minus: Mapping[str, float]) -> Self:
         """Return it under an improved one's name."""
@@ -154,7 +171,9 @@ class ModelSystem(System):
     def text(self) -> str:
         """Return the model file."""
         effects = tuple(e for e in self.acting if isinstance(e, SeamEffect))
-        return as_text(self.source, self.file, self.values, effects, self.known, self.written)
+        curves = (*self.curves, *(e for e in self.acting if isinstance(e, TableCurve)))
+        told = (*curves_as_tables(curves, self.file, self.known, self.written),)
+        return as_text(self.source, self.file, self.values, effects, self.known, self.written, told)
 
     @property
     def written(self) -> WrittenUnits:
@@ -198,7 +217,7 @@ class ModelSystem(System):
         return Chain({DRIVE: ()}, tuple(blocks))
 
     def coordinates(self, records: Sequence[Record], chain: Chain) -> list[Coordinate]:
-        """List the parameters; those with plus_minus = 0 are exact."""
+        """List the parameters and the values of curves; those with plus_minus = 0 are exact."""
         found: list[Coordinate] = []
         for name, value in zip(self.equations.parameters, self.values, strict=True):
             half = self.known[f"parameters.{name}"]
@@ -206,6 +225,8 @@ class ModelSystem(System):
                 linear = value <= 0.0
                 scale = half / NORMAL_95 / (1.0 if linear else float(value))
                 found.append(Coordinate("parameters", name, float(value), scale, linear))
+        for curve in self.curves:
+            found += curve.coordinates(self.known)
         return found
 
     def touched(self, chain: Chain, coordinate: Coordinate) -> tuple[str, ...]:
@@ -233,7 +254,7 @@ class ModelSystem(System):
             push[:, place] += record.slow[:, k] * q[k]
         for name, course in added.items():
             push[:, names.index(name)] += course
-        return Task(self.file, self.values, self.acting, record, push)
+        return Task(self.file, self.values, (*self.curves, *self.acting), record, push)
 
     def places(self, chain: Chain) -> list[Injection]:
         """Inputs, seams and rates of states."""
@@ -242,6 +263,20 @@ class ModelSystem(System):
             for p in placing.places(self.file)
             if p.kind != OUTPUT
         ]
+
+    def curve(
+        self, place: Injection, regressor: str, knots: Floats, values: Floats, number: int
+    ) -> Effect | None:
+        """Return a curve of the model file; None along what the kernel does not know there.
+
+        A simulation from outside knows none.
+        """
+        along, at = regressor.replace(" ", "_"), place.name.replace(" ", "_")
+        if not self.simulator.knows_curves or along not in known_quantities(
+            at, self.equations, self.file
+        ):
+            return None
+        return TableCurve(at, along, tuple(map(float, knots)), tuple(map(float, values)))
 
     def push(self, place: Injection, record: Record, course: Floats) -> dict[str, Floats]:
         """Add it to the place's quantity."""

@@ -1,13 +1,17 @@
 """Write a model file with new numbers and the effects that were found."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
+
+import numpy as np
 
 from slipbench.identification.mismatch.simulation.written_units import WrittenUnits
 from slipbench.identification.mismatch.systems.effects.seam_effect import SeamEffect
 from slipbench.identification.mismatch.systems.model_file import ModelFile
+from slipbench.identification.mismatch.systems.placing import places
+from slipbench.identification.mismatch.systems.table_curve import TableCurve, unit_of
 from slipbench.plant.signals import Floats
-from slipbench.plant.toml_text import edited
+from slipbench.plant.toml_text import DIGITS, DIGITS_OF_HALF_WIDTH, edited, rounded
 from slipbench.protocol.units import linear
 
 
@@ -18,11 +22,12 @@ def as_text(
     effects: Sequence[SeamEffect],
     known: Mapping[str, float],
     written: WrittenUnits,
+    curves: Sequence[Mapping[str, Any]] = (),
 ) -> str:
-    """Return the text of a model file with new parameters and effects.
+    """Return the text of a model file with new parameters, effects and free curves.
 
     source: text as it was; its comments, order and units stay. values: of the parameters, SI;
-    known: 95 % half widths, SI. New effects are written in the units of the file.
+    known: 95 % half widths, SI. New effects are written in the units of the file. curves: tables.
     """
     wanted: dict[str, Any] = {"name": file.name, "description": file.description}
     wanted["parameters"] = {
@@ -33,7 +38,57 @@ def as_text(
     wanted["effects"] = [
         _effect(e, known, written, new=(e.name, e.place.name) not in there) for e in effects
     ]
+    wanted["curves"] = list(curves)
     return edited(source, {key: value for key, value in wanted.items() if value}, linear)
+
+
+def curves_as_tables(
+    curves: Sequence[TableCurve], file: ModelFile, known: Mapping[str, float], written: WrittenUnits
+) -> Iterator[dict[str, Any]]:
+    """Yield the tables of curves: in the units of the table that is there, else of the file."""
+    there = {(c.at, c.along): c for c in file.curves}
+    units = {p.name: p.unit for p in places(file)}
+    for pair in dict.fromkeys((c.place, c.along) for c in curves):
+        curve, halves = _sum([c for c in curves if (c.place, c.along) == pair], known)
+        along, height = unit_of(curve.along, file), units[curve.place]
+        if pair in there:
+            of_knots, of_values = there[pair].along_unit, there[pair].unit
+        else:
+            words = (curve.along.replace("_", " "), curve.place.replace("_", " "))
+            of_knots, of_values = (
+                written.factor(along, words[0])[1],
+                written.factor(height, words[1])[1],
+            )
+        slope, offset = linear(along, of_knots)
+        factor, _ = linear(height, of_values)
+        yield {
+            "at": curve.place,
+            "along": curve.along,
+            "knots": _row(slope * z + offset for z in curve.knots),
+            "along_unit": of_knots,
+            "values": _row(factor * f for f in curve.heights),
+            "unit": of_values,
+            "plus_minus": _row((factor * h for h in halves), DIGITS_OF_HALF_WIDTH),
+        }
+
+
+def _sum(curves: Sequence[TableCurve], known: Mapping[str, float]) -> tuple[TableCurve, Floats]:
+    """Return the sum of curves at one place along one quantity, and its values' half widths.
+
+    A sum of broken lines is one over the knots of all. Half widths are those of independent values.
+    """
+    knots = np.unique(np.concatenate([c.knots for c in curves]))
+    height, square = np.zeros(knots.size), np.zeros(knots.size)
+    for c in curves:
+        own = [known.get(f"{c.owner}.{k}", 0.0) for k in range(len(c.knots))]
+        height += np.interp(knots, c.knots, c.heights)
+        square += np.interp(knots, c.knots, own) ** 2
+    first = curves[0]
+    return TableCurve(first.place, first.along, tuple(knots), tuple(height)), np.sqrt(square)
+
+
+def _row(values: Iterable[float], digits: int = DIGITS) -> list[float]:
+    return [rounded(float(v), digits) for v in values]
 
 
 def _parameter(value: float, unit: str, half: float) -> dict[str, Any]:

@@ -2,9 +2,10 @@
 
 import numpy as np
 
+from slipbench.identification.mismatch.curves.bent import Bent
 from slipbench.identification.mismatch.fit.fitting import Fit
 from slipbench.identification.mismatch.fit.stack import Nuisances
-from slipbench.identification.mismatch.naming.interval import estimates
+from slipbench.identification.mismatch.naming.interval import estimates, reaches
 from slipbench.identification.mismatch.simulation.coordinates import NORMAL_95
 from slipbench.identification.mismatch.simulation.system import System
 from slipbench.plant.signals import Floats
@@ -20,11 +21,25 @@ def improved_system(fit: Fit) -> System:
     for coordinate, x, s in zip(fit.model.known, fit.point.x, spread, strict=False):
         if not coordinate.of_clock:
             known[coordinate.key] = NORMAL_95 * float(s) * coordinate.slope(float(x))
+    known |= _of_curves(fit)
     for i, candidate in enumerate(fit.candidates):
         for e in estimates(fit, i):
             if e.high > e.low:
                 known[f"effects.{candidate.name}.{e.name}"] = 0.5 * (e.high - e.low)
     return fit.model.at(fit.point).believed(known)
+
+
+def _of_curves(fit: Fit) -> dict[str, float]:
+    """Half widths of the values of free curves that the file can hold, by key, SI."""
+    found = dict[str, float]()
+    if not any(isinstance(c, Bent) for c in fit.candidates):
+        return found
+    first, reach = 0, reaches(fit)
+    for candidate in fit.candidates:
+        if isinstance(candidate, Bent):
+            found |= candidate.half_widths(reach[first : first + len(candidate.dials)])
+        first += len(candidate.dials)
+    return found
 
 
 def spreads(fit: Fit) -> Floats:

@@ -24,12 +24,12 @@ class Derivatives:
         self._input_slope, self._input_offset = (
             np.array([getattr(port, key) for port in plan.inputs]) for key in ("slope", "offset")
         )
-        self._row, self._count = 0, 0
+        self._row, self._count, self._row_begins = 0, 0, True
         self._total = self._last = np.zeros_like(self._loop.x)
 
-    def begin(self, row: int, count: int) -> None:
-        """Begin a step. row: of the inputs; count: of the step from the start."""
-        self._row, self._count = row, count
+    def begin(self, row: int, part: int, count: int) -> None:
+        """Begin a step. row: of the inputs; part: of the row; count: of the step from the start."""
+        self._row, self._count, self._row_begins = row, count, part == 0
         self._total = np.zeros_like(self._loop.x)
 
     def acted(self, slopes: Floats, x: Floats, inputs: Floats, number: int) -> Floats:
@@ -39,18 +39,29 @@ class Derivatives:
         """
         share, weight = STAGES[number]
         own = self._loop.x + (share * self._step * self._last if number else 0.0)
+        at = Moment.stage(self._count, share, self._step, number == 0, self._row_begins)
+        found, self._last = self._act(slopes, x, inputs, own, at)
+        self._total = self._total + weight * self._last
+        return found
+
+    def end_row(self, slopes: Floats, x: Floats, inputs: Floats) -> None:
+        """End a row before its held inputs jump: memories are brought up to date."""
+        self._act(slopes, x, inputs, self._loop.x, Moment.row_end(self._count, self._step))
+
+    def _act(
+        self, slopes: Floats, x: Floats, inputs: Floats, own: Floats, at: Moment
+    ) -> tuple[Floats, Floats]:
         rates, last = self._loop.act(
             slopes[self._places] / self._slope,
             (x[self._places] - self._offset) / self._slope,
             (inputs - self._input_offset) / self._input_slope,
             own,
             self._row,
-            Moment(self._count, share, number == 0),
+            at,
         )
-        self._last, self._total = last, self._total + weight * last
         found = slopes.copy()
         found[self._places] = rates * self._slope
-        return found
+        return found, last
 
     def end(self) -> None:
         """End the step: move the effects' own states."""

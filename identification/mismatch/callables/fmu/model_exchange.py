@@ -41,9 +41,11 @@ def integrated(
         for part in range(parts):
             ends = [first + (part + k) / parts * (last - first) for k in (0, 1)]
             if loop is not None:
-                loop.begin(row, row * parts + part)
+                loop.begin(row, part, row * parts + part)
             time = float(times[row]) + step * part / parts
             _step(instance, states, time, step / parts, ends, loop)
+        if loop is not None:
+            loop.end_row(states.rates(), states.get(), last)
         found[row + 1] = instance.get(instance.outputs)
     return found
 

@@ -97,11 +97,12 @@ def turned(
     sensed: Callable[[np.ndarray, np.ndarray], np.ndarray] = lambda angle, load: angle,
     emf: float = 0.0,
     finer: int = FINER,
+    shows: Callable[[float, float], float] = lambda angle, speed: angle,
 ) -> Recording:
     """Record a servo.
 
     felt: drive that acts, of the recorded one, both with `finer` values a period; sensed: reading of
-    the angle. finer: steps of the integrator in a period.
+    what the sensor shows. finer: steps of the integrator in a period. shows: angle or speed.
     """
     print(f"seed {seed}")
     rng = np.random.default_rng(seed)
@@ -119,7 +120,7 @@ def turned(
     angle, speed, shown, h = 0.0, 0.0, np.empty(told.size), PERIOD / finer
     acting = felt(np.repeat(told, finer)).reshape(-1, finer)
     for k in range(told.size):
-        shown[k] = angle
+        shown[k] = shows(angle, speed)
         for drive in acting[k]:
             half = speed + 0.5 * h * rate(angle, speed, drive, load[k])
             gained = rate(angle + 0.5 * h * speed, half, drive, load[k])

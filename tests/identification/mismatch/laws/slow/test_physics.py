@@ -211,18 +211,18 @@ def family(name: str) -> tuple[str, ...]:
     return tuple(sorted(near | {n for k in near for n in BY_NAME[k].confused_with} | set(OLD)))
 
 
-def in_unit(recording: Recording, unit: str) -> Recording:
-    """The recording, with its drive in another unit."""
-    channels = dict(recording.channels)
-    channels["drive"] = replace(channels["drive"], unit=unit)
+def in_units(recording: Recording, machine: ModelSystem) -> Recording:
+    """The recording in the units of a model file: commands in angles, or a tachometer."""
+    parts = (machine.file.inputs, machine.file.outputs)
+    units = {name: told.size.si_unit for part in parts for name, told in part.items()}
+    channels = {n: replace(c, unit=units[n]) for n, c in recording.channels.items()}
     return replace(recording, channels=channels)
 
 
 def analysed(
     machine: ModelSystem, how: Callable[[], dict[str, Any]], library: tuple[str, ...]
 ) -> Verdict:
-    unit = machine.file.inputs["drive"].size.si_unit
-    rides = [in_unit(turned(seed, **how()), unit) for seed in (1, 2, 3)]
+    rides = [in_units(turned(seed, **how()), machine) for seed in (1, 2, 3)]
     there = {k.name for k in machine.library}
     return explained(machine, rides[:2], rides[2:], [n for n in library if n in there])
 

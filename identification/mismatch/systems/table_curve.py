@@ -1,0 +1,136 @@
+"""Free curves of a model file: what acts at a place along a quantity, and has no name.
+
+A broken line f(z) over knots of z, level beyond them, is added to an input, a seam, the rate of a
+state or an output, before the effects there. z is the time, an input, a state, a seam, or the rate
+of an input or a state, as the simulation has it; what the curve does acts back on it.
+"""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+
+from slipbench.identification.mismatch.simulation.coordinates import NORMAL_95, Coordinate
+from slipbench.identification.mismatch.systems.equations import Equations, rate_name
+from slipbench.identification.mismatch.systems.kernel import OWN, first_input
+from slipbench.identification.mismatch.systems.model_file import CurveTable, ModelFile
+from slipbench.identification.mismatch.systems.placing import places
+from slipbench.plant.effects.effect import Effect
+from slipbench.plant.errors import nearest
+from slipbench.protocol.errors import InputError
+from slipbench.protocol.units import linear, to_base
+
+TIME = "time"
+RATE = "_rate"
+
+
+@dataclass(frozen=True)
+class TableCurve(Effect):
+    """A broken line at a place. knots: of `along`, increasing; heights: of the place; both SI."""
+
+    name = "curve"
+    block = ""
+    shows_in = ()
+    confused_with = ()
+
+    place: str
+    along: str
+    knots: tuple[float, ...]
+    heights: tuple[float, ...]
+
+    @property
+    def subject(self) -> str:
+        """Return its place and its quantity."""
+        return f"{self.place}/{self.along}"
+
+    @property
+    def owner(self) -> str:
+        """Return what the keys of its values begin with."""
+        return f"curves.{self.place}.{self.along}"
+
+    def with_height(self, number: int, height: float) -> "TableCurve":
+        """Return it with another value at one knot."""
+        heights = (*self.heights[:number], height, *self.heights[number + 1 :])
+        return replace(self, heights=heights)
+
+    def coordinates(self, known: Mapping[str, float]) -> Iterable[Coordinate]:
+        """Yield its values that are not exact. known: 95 % half widths by key."""
+        for k, height in enumerate(self.heights):
+            half = known[f"{self.owner}.{k}"]
+            if half > 0.0:
+                yield Coordinate(self.owner, str(k), height, half / NORMAL_95, linear=True)
+
+
+def read_curve(told: CurveTable, e: Equations, file: ModelFile, where: str) -> TableCurve:
+    """Return a curve of a model file. Raises InputError where it cannot act so."""
+    units = {p.name: p.unit for p in places(file)}
+    if told.at not in units:
+        raise InputError(
+            f"no place {told.at!r}",
+            where=f"{where}.at",
+            expected=", ".join(units),
+            remedy=nearest(told.at, units),
+        )
+    quantities = known_quantities(told.at, e, file)
+    if told.along not in quantities:
+        raise InputError(
+            f"a curve at {told.at!r} cannot act along {told.along!r}",
+            where=f"{where}.along",
+            expected=", ".join(quantities),
+            remedy=nearest(told.along, quantities),
+        )
+    try:
+        slope, offset = linear(told.along_unit, unit_of(told.along, file))
+        height, _ = linear(told.unit, units[told.at])
+    except ValueError as fault:
+        raise InputError(str(fault), where=where, remedy="correct the unit") from fault
+    knots = tuple(slope * z + offset for z in told.knots)
+    return TableCurve(told.at, told.along, knots, tuple(height * f for f in told.values))
+
+
+def known_quantities(at: str, e: Equations, file: ModelFile) -> dict[str, int]:
+    """Return the quantities along which a curve at a place may act, and their kernel numbers.
+
+    A seam or the rate of a state is known to the places after it only. An output that shows a
+    quantity as it is stands for it.
+    """
+    here, first, inputs = e.places.index(at), first_input(e), len(e.inputs)
+    before = range(inputs, min(here, inputs + len(e.seams) + len(e.states)))
+    found = {TIME: 0}
+    found |= {name: first + k for k, name in enumerate((*e.inputs, *e.states))}
+    found |= {f"{name}{RATE}": 1 + k for k, name in enumerate(e.inputs)}
+    found |= {e.places[p]: 1 + p for p in before}
+    for name, state in file.states.items():
+        if state.rate.strip() in e.states:
+            found[rate_name(name)] = found[state.rate.strip()]
+    found[at] = OWN
+    for name, output in file.outputs.items():
+        for end in ("", RATE):
+            if f"{output.value.strip()}{end}" in found:
+                found.setdefault(f"{name}{end}", found[f"{output.value.strip()}{end}"])
+    return found
+
+
+def curve_in_kernel(at: str, regressor: str, e: Equations, file: ModelFile) -> str | None:
+    """Return the quantity of a regressor as a curve of a model file has it; None: it cannot."""
+    along = regressor.replace(" ", "_")
+    return along if along in known_quantities(at, e, file) else None
+
+
+def unit_of(along: str, file: ModelFile) -> str:
+    """Return the SI unit of a quantity along which a curve acts."""
+    if along == TIME:
+        return "s"
+    sizes = {
+        n: t.size
+        for p in (file.inputs, file.states, file.seams, file.outputs)
+        for n, t in p.items()
+    }
+    if along in sizes:
+        return sizes[along].si_unit
+    unit = sizes[along.removesuffix(RATE)].si_unit
+    return "1/s" if unit == "1" else f"{unit}/s"
+
+
+def half_widths(told: CurveTable, curve: TableCurve) -> dict[str, float]:
+    """95 % half widths of a curve's values by key, SI."""
+    slope = to_base(told.unit)[0]
+    return {f"{curve.owner}.{k}": slope * half for k, half in enumerate(told.half_widths)}
