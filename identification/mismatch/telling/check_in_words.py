@@ -34,14 +34,15 @@ def check_lines(verdict: Verdict) -> Iterator[str]:
         yield _false_alarms(check)
         yield _conclusion(check, nothing)
     if check.failures:
-        yield f"{len(check.failures)} analyses failed, first: {check.failures[0]}."
+        yield f"Simulations or analyses that failed: {len(check.failures)}, first: {check.failures[0]}."
     yield f"{_extent(check)} {CONDITION}"
 
 
 def _same(check: Check, unknown: bool) -> str:
     what = "again no name was sufficient" if unknown else "the same effects were named"
-    of = check.same.of
-    return f"On {of} recordings simulated from the accepted model {what} in {_rate(check.same)}."
+    return (
+        f"On {_sets(check.same)} simulated from the accepted model {what} in {_rate(check.same)}."
+    )
 
 
 def _details(check: Check) -> Iterator[str]:
@@ -61,7 +62,7 @@ def _details(check: Check) -> Iterator[str]:
 def _false_alarms(check: Check) -> str:
     alarms = check.false_alarms
     return (
-        f"On {alarms.of} recordings simulated without effects a mismatch was detected in"
+        f"On {_sets(alarms)} simulated without effects a mismatch was detected in"
         f" {_rate(alarms)}; expected: at most {100 * FALSE_ALARMS:.0f} %."
     )
 
@@ -85,6 +86,10 @@ def _repeatable(same: Rate) -> str:
     return "Conclusion: undecided whether the verdict is repeatable; more simulations are needed."
 
 
+def _sets(rate: Rate) -> str:
+    return f"{rate.of} set{'' if rate.of == 1 else 's'} of recordings"
+
+
 def _rate(rate: Rate) -> str:
     low, high = rate.interval
     return f"{rate.count} (95 % interval {100 * low:.0f} to {100 * high:.0f} %)"
@@ -93,4 +98,4 @@ def _rate(rate: Rate) -> str:
 def _extent(check: Check) -> str:
     done = check.same.of + check.false_alarms.of
     ended = "" if check.ended == COMPLETE else f", ended early ({check.ended})"
-    return f"{done} analyses in {check.seconds:.0f} s, seed {check.seed}{ended}."
+    return f"{done} analys{'is' if done == 1 else 'es'} in {check.seconds:.0f} s, seed {check.seed}{ended}."

@@ -117,7 +117,7 @@ def test_where_nothing_was_identified_only_false_alarms_are_counted(tmp_path):
     found = ordered(silent, 3)
     assert (found.same.of, found.false_alarms.of) == (0, 3)
     lines = " ".join(check_lines(replace(verdict(silent), check=found)))
-    assert "On 3 recordings simulated without effects" in lines
+    assert "On 3 sets of recordings simulated without effects" in lines
     assert "accepted model the same" not in lines
 
 
@@ -187,7 +187,7 @@ def test_an_analysis_that_fails_counts_as_another_answer(clear, monkeypatch):
     found = ordered(clear, 2)
     assert found.same == Rate(0, 2)
     assert len(found.failures) == 4
-    assert "4 analyses failed" in " ".join(check_lines(replace(verdict(clear), check=found)))
+    assert "failed: 4" in " ".join(check_lines(replace(verdict(clear), check=found)))
 
 
 def test_without_noise_sensors_record_what_the_simulation_shows(clear):
@@ -286,7 +286,7 @@ def test_the_command_reports_the_check_and_keeps_to_the_schema(clear, tmp_path, 
     done = CliRunner().invoke(app, command)
     assert done.exit_code == 0, done.output
     assert "Check: 2 analyses of simulated recordings, seed 1; expected time" in done.output
-    assert "On 1 recordings simulated from the accepted model" in done.output
+    assert "On 1 set of recordings simulated from the accepted model" in done.output
     tree = json.loads(out.read_text("utf-8"))
     jsonschema.validate(tree, SCHEMA)
     assert tree["check"]["same"]["of"] == 1
