@@ -52,6 +52,10 @@ def raises(*asked):
         (told(lambda out: {"place": out["place"][:, None]}), r"shape \(200, 1\)"),
         (told(lambda out: {"place": 0.0}), r"shape \(\)"),
         (told(lambda out: {"place": out["place"] * np.nan}), "nan at sample 0 of 200"),
+        (
+            told(lambda out: {"place": out["place"] * 1e9}),
+            "grows without bound(.|\\n)*place within",
+        ),
         (told(lambda out: {"place": ["a"] * 200}), "no array of real numbers"),
         (told(lambda out: {"place": out["place"] + 0j}), "no array of real numbers"),
     ],
