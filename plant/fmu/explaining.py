@@ -50,6 +50,8 @@ def _ports(section: str, roles: Mapping[str, str], model: FmuModel) -> Iterator[
     for name, role in roles.items():
         yield f"\n[{section}.{name}]"
         yield f'role = "{role}"\nsize = {{ value = {SIZES[name]:g}, unit = "{units[name]}" }}'
+        if name == "gear":
+            yield "exact = true"
 
 
 def _pint(unit: str) -> str:

@@ -68,6 +68,13 @@ def test_explain_your_simulation(reader: Reader) -> None:
     assert reader.skipped == set()
 
 
+@needs_compiler
+def test_export_an_fmu(reader: Reader) -> None:
+    pytest.importorskip("fmpy", reason="pip install 'slipbench[fmu]'")
+    reader.follow("export_an_fmu.md")
+    assert reader.skipped == set()
+
+
 def test_explain_a_mujoco_model(reader: Reader) -> None:
     pytest.importorskip("mujoco", reason="pip install 'slipbench[mujoco]'")
     reader.follow("explain_a_mujoco_model.md")

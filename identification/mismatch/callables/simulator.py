@@ -27,7 +27,7 @@ from slipbench.identification.mismatch.callables.operators import (
     speeds_used,
 )
 from slipbench.identification.mismatch.systems.model_file import ModelFile, Number
-from slipbench.identification.mismatch.systems.run import Shown
+from slipbench.identification.mismatch.systems.run import BOUND, Shown
 from slipbench.identification.mismatch.systems.simulator import Simulator, Task
 from slipbench.plant.errors import PlantError
 from slipbench.plant.signals import Floats
@@ -137,6 +137,7 @@ class OutsideSimulator(Simulator):
         if (run := self.kept.runs.get(key)) is None:
             told = self._outputs(task, call)
             run = np.column_stack([told[name][1:] for name in call.outputs])
+            _check_bounded(task, run)
             self.kept.put(key, run)
         return run
 
@@ -176,6 +177,21 @@ def call_of(task: Task, inputs: Floats) -> Call:
     times = np.asarray(grid.step * np.arange(grid.rows + 1), np.float64)
     parameters = written(task.file, task.values)
     return Call(parameters, columns, times, shown_names(task.file), acting_rates(task))
+
+
+def _check_bounded(task: Task, run: Floats) -> None:
+    """Raise PlantError where a run, (rows, outputs and states), leaves all usual magnitudes."""
+    told = {**task.file.outputs, **task.file.states}
+    for (name, one), column in zip(told.items(), run.T, strict=True):
+        most = float(np.max(np.abs(column), initial=0.0))
+        if most > BOUND * abs(one.size.si):
+            raise PlantError(
+                "the simulation grows without bound",
+                f"{task.file.name} on {task.record.name}",
+                f"{name} within {BOUND:g} times its size, {one.size.value:g} {one.size.unit}",
+                f"{most:.3g} {one.size.si_unit}",
+                "take a smaller step, or the other interface of an FMU; or correct the size",
+            )
 
 
 def written(file: ModelFile, values: Floats) -> dict[str, float]:

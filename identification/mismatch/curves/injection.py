@@ -12,6 +12,7 @@ from slipbench.identification.mismatch.fit.fitting import Fit
 from slipbench.identification.mismatch.simulation.model import simulate
 from slipbench.identification.mismatch.simulation.place import Injection
 from slipbench.identification.mismatch.simulation.sensor import Columns
+from slipbench.plant.errors import PlantError
 from slipbench.plant.signals import Floats
 
 AT = 5 / 6
@@ -41,16 +42,24 @@ def _answer(fit: Fit, place: Injection, r: int) -> dict[int, Floats]:
     pulse = np.zeros(grid.rows)
     per = grid.rows_per_bin
     pulse[first * per : (first + 1) * per] = place.size
-    injected = system.push(place, model.records[r], pulse)
-    pushed, plain = (
-        simulate(model, fit.point, r, place.drive, extra, system) for extra in (injected, {})
-    )
+    plain = simulate(model, fit.point, r, place.drive, {}, system)
+    size = place.size
+    try:
+        pushed = _pushed(fit, place, r, pulse)
+    except PlantError:  # beyond what the simulation accepts: it is pushed the other way
+        size, pushed = -size, _pushed(fit, place, r, -pulse)
     skip, length = first - lead, round(grid.stretch / grid.width)
     return {
-        b: _seen(fit, b, r, pushed, plain)[skip : skip + length] / place.size
+        b: _seen(fit, b, r, pushed, plain)[skip : skip + length] / size
         for b, block in enumerate(model.chain.blocks)
         if block.drive == place.drive and block.order
     }
+
+
+def _pushed(fit: Fit, place: Injection, r: int, pulse: Floats) -> Columns:
+    system = fit.model.at(fit.point)
+    injected = system.push(place, fit.model.records[r], pulse)
+    return simulate(fit.model, fit.point, r, place.drive, injected, system)
 
 
 def _seen(fit: Fit, b: int, r: int, pushed: Columns, plain: Columns) -> Floats:

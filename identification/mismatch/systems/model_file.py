@@ -115,9 +115,11 @@ class DrivenInput(Input):
     """An input of a simulation from outside.
 
     along  output that is the speed of what the input drives: friction may act along it
+    exact  whether it is known exactly, as a gear or a switch: no effect acts there
     """
 
     along: str = ""
+    exact: bool = False
 
 
 class State(Section):

@@ -35,7 +35,8 @@ POSITIONS = ("rad", "m", "count")
 def places(file: ModelFile) -> Iterator[Place]:
     """Yield the quantities at which something may act, in the kernel's order."""
     for name, told in file.inputs.items():
-        yield _place(name, INPUT, told.size)
+        if not (isinstance(told, DrivenInput) and told.exact):
+            yield _place(name, INPUT, told.size)
     for name, seam in file.seams.items():
         yield _place(name, SEAM, seam.size)
     for name, state in file.states.items():

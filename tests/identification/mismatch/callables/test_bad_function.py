@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from slipbench import InputError, Parameter
+from slipbench.identification.mismatch.analysis import begin
 from slipbench.identification.mismatch.callables.call import Call, CallFailedError, in_process
 from slipbench.identification.mismatch.callables.description import Ports
 from slipbench.identification.mismatch.callables.worker import (
@@ -16,6 +17,8 @@ from slipbench.identification.mismatch.callables.worker import (
     MOST_LOST,
     IsolatedCaller,
 )
+from slipbench.identification.mismatch.curves.injection import answers, places
+from slipbench.identification.mismatch.fit.calibrate import as_told
 from slipbench.identification.mismatch.simulation.coordinates import Coordinate
 from tests.identification.mismatch.callables import springs
 from tests.identification.mismatch.laws.explained import explained, names, reported
@@ -52,6 +55,10 @@ def raises(*asked):
         (told(lambda out: {"place": out["place"][:, None]}), r"shape \(200, 1\)"),
         (told(lambda out: {"place": 0.0}), r"shape \(\)"),
         (told(lambda out: {"place": out["place"] * np.nan}), "nan at sample 0 of 200"),
+        (
+            told(lambda out: {"place": out["place"] * 1e9}),
+            "grows without bound(.|\\n)*place within",
+        ),
         (told(lambda out: {"place": ["a"] * 200}), "no array of real numbers"),
         (told(lambda out: {"place": out["place"] + 0j}), "no array of real numbers"),
     ],
@@ -151,6 +158,29 @@ def test_a_function_that_fails_at_some_parameters_is_still_explained(below):
     training, held_out = [swung(1, felt=felt)], [swung(2, felt=felt)]
     found = explained(springs.system(training, fails), training, held_out, ["dead_zone", "lag"])
     assert names(found) == ["dead_zone.force"], reported(found)
+
+
+def test_an_input_at_its_bound_is_pushed_the_other_way(recording):
+    """The response of a linear system is the same."""
+    recorded = float(recording.channels["force"].value.sum())
+
+    def bounded(slack):
+        def simulate(parameters, inputs, times):
+            if inputs["force"].sum() > recorded + slack:
+                raise ValueError("the force is too large")
+            return springs.spring(parameters, inputs, times)
+
+        return simulate
+
+    def response(simulate):
+        system = springs.system([recording], simulate)
+        model = begin(system, [system.prepare(recording)], []).training.coarse
+        fit = as_told(model, model.origin())
+        return answers(fit, places(fit)[0])[0][0]
+
+    expected = response(springs.spring)
+    assert np.ptp(expected) > 0.0
+    assert np.allclose(response(bounded(1.0)), expected, atol=1e-9 * np.ptp(expected))
 
 
 @isolated

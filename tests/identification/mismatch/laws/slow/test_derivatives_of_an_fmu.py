@@ -19,7 +19,7 @@ def rubbing(x, v, t):
 def test_dry_friction_inside_of_an_fmu_is_named_with_its_size(tmp_path):
     """The recorded spring has it; the FMU does not, and only its derivatives can be reached."""
     system = read_system(with_file(build(tmp_path, 3), EXCHANGED))
-    rides = [swung(seed, rubbing, seconds=6.0) for seed in (1, 2)]
-    found = explained(system, rides[:1], rides[1:], ["friction", "viscous_friction"])
+    rides = [swung(seed, rubbing) for seed in (1, 2)]
+    found = explained(system, rides[:1], rides[1:], ["friction", "viscous_friction", "lag"])
     assert names(found) == ["friction.velocity_rate/velocity"], reported(found)
     assert holds(found, "friction", "force", FRICTION, slack=0.02)
