@@ -15,6 +15,7 @@ import sys
 import textwrap
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cache, cached_property
 from typing import Any
 
 UNARY = {
@@ -101,9 +102,9 @@ class _Work:
         """Names of the arguments."""
         return [a.arg for a in self.tree.args.args]
 
-    @property
+    @cached_property
     def _assigned(self) -> set[str]:
-        """Names that the function assigns."""
+        """Names that the function assigns; the tree stays as it is."""
         names = (n for n in ast.walk(self.tree) if isinstance(n, ast.Name))
         return {n.id for n in names if isinstance(n.ctx, ast.Store)}
 
@@ -267,9 +268,7 @@ class _Work:
         """A call of the function that gives a helper's derivative in one direction."""
         names = list(inspect.signature(helper).parameters)
         moving = [(n, d) for n, d in zip(names, slopes, strict=True) if d]
-        name = "__".join([helper.__name__, "along", *(n for n, _ in moving)])
-        work = _Work(helper, {n: {"t": f"{n}__t"} for n, _ in moving})
-        made = work.made(name, [*names, *(f"{n}__t" for n, _ in moving)], values=False)
+        name, made = _along(helper, tuple(n for n, _ in moving))
         self.helpers.update({**made.helpers, name: made.text})
         return f"{name}({', '.join([*values, *(d for _, d in moving)])})" if made.pairs else None
 
@@ -279,6 +278,15 @@ class _Work:
             f"{self.function.__qualname__}, line {line}: {what} has no derivative here; "
             "write it with assignments, if, for over a range, arithmetic, math, min, max and abs"
         )
+
+
+@cache
+def _along(helper: Callable[..., Any], moving: tuple[str, ...]) -> tuple[str, Derivative]:
+    """Name and text of a helper's derivative in one direction, in which these arguments move."""
+    names = list(inspect.signature(helper).parameters)
+    name = "__".join([helper.__name__, "along", *moving])
+    work = _Work(helper, {n: {"t": f"{n}__t"} for n in moving})
+    return name, work.made(name, [*names, *(f"{n}__t" for n in moving)], values=False)
 
 
 def _elements(node: ast.expr | None) -> list[ast.expr]:

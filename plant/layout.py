@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, cached_property
 
 import numpy as np
 
@@ -40,15 +40,34 @@ class Layout:
 
         Absent effects have the values at which they do nothing.
         """
-        present = {type(effect): effect for effect in motorcycle.effects}
+        packed = self._absent.copy()
         values = [value for _, block in motorcycle.blocks() for value in block.values()]
+        packed[: len(values)] = values
+        for effect in motorcycle.effects:
+            for hook in effect.hooks:
+                packed[self._places[f"acting.{hook.seam}"]] = 1.0
+            if effect.hooks:
+                first = self._places[f"{effect.name}.present"]
+                here = (1.0, *effect.values())
+                packed[first : first + len(here)] = here
+        return packed
+
+    @cached_property
+    def _places(self) -> dict[str, int]:
+        """Place of each parameter."""
+        return {name: i for i, name in enumerate(self.parameters)}
+
+    @cached_property
+    def _absent(self) -> Floats:
+        """Parameters of a motorcycle without effects, those of its blocks left open as NaN."""
+        new = np.full(len(self.parameters), np.nan)
         for effect in self.effects:
-            here = present.get(effect)
-            values.append(float(here is not None))
-            values.extend(here.values() if here else _off(effect))
-        acting = {hook.seam for effect in present for hook in effect.hooks}
-        values.extend(float(seam in acting) for seam in seams(self.effects))
-        return np.array(values)
+            first = self._places[f"{effect.name}.present"]
+            off = (0.0, *(p.absent for p in effect.parameters()))
+            new[first : first + len(off)] = off
+        for seam in seams(self.effects):
+            new[self._places[f"acting.{seam}"]] = 0.0
+        return new
 
 
 @cache
@@ -69,7 +88,3 @@ def layout(effects: tuple[EffectClass, ...]) -> Layout:
 def seams(effects: tuple[EffectClass, ...]) -> tuple[str, ...]:
     """The seams at which any of these effects acts."""
     return tuple(sorted({hook.seam for effect in effects for hook in effect.hooks}))
-
-
-def _off(effect: EffectClass) -> tuple[float, ...]:
-    return tuple(p.absent for p in effect.parameters())

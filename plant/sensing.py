@@ -10,7 +10,7 @@ lives sample by sample and an analysis of a whole recording get the same.
 """
 
 from collections.abc import Iterable
-from typing import Protocol, runtime_checkable
+from typing import Protocol, TypeGuard, runtime_checkable
 
 import numpy as np
 
@@ -47,15 +47,25 @@ class Misdates(Protocol):
         ...
 
 
+_KNOWN: dict[type, bool] = {}
+
+
+def is_sensor_effect(effect: object) -> TypeGuard[SensorEffect]:
+    """Whether an effect changes the values of a channel.
+
+    Looked up once a class: fits look for sensor effects very often.
+    """
+    kind = type(effect)
+    if kind not in _KNOWN:
+        _KNOWN[kind] = isinstance(effect, SensorEffect)
+    return _KNOWN[kind]
+
+
 def sensor_effects(
     effects: Iterable[Effect], channel: str, *stages: str
 ) -> tuple[SensorEffect, ...]:
     """Effects that act on a channel, stage by stage, in their given order."""
-    acting = [
-        e
-        for e in effects
-        if hasattr(e, "measure") and isinstance(e, SensorEffect) and e.channel == channel
-    ]
+    acting = [e for e in effects if is_sensor_effect(e) and e.channel == channel]
     return tuple(effect for stage in stages for effect in acting if effect.stage == stage)
 
 

@@ -26,7 +26,7 @@ from slipbench.identification.mismatch.callables.operators import (
     shown_names,
     speeds_used,
 )
-from slipbench.identification.mismatch.systems.model_file import ModelFile, Number
+from slipbench.identification.mismatch.systems.model_file import ModelFile, Number, Output, State
 from slipbench.identification.mismatch.systems.run import BOUND, Shown
 from slipbench.identification.mismatch.systems.simulator import Simulator, Task
 from slipbench.plant.errors import PlantError
@@ -181,7 +181,7 @@ def call_of(task: Task, inputs: Floats) -> Call:
 
 def _check_bounded(task: Task, run: Floats) -> None:
     """Raise PlantError where a run, (rows, outputs and states), leaves all usual magnitudes."""
-    told = {**task.file.outputs, **task.file.states}
+    told: dict[str, Output | State] = {**task.file.outputs, **task.file.states}
     for (name, one), column in zip(told.items(), run.T, strict=True):
         most = float(np.max(np.abs(column), initial=0.0))
         if most > BOUND * abs(one.size.si):

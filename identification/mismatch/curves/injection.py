@@ -9,7 +9,7 @@ import numpy as np
 from scipy import signal
 
 from slipbench.identification.mismatch.fit.fitting import Fit
-from slipbench.identification.mismatch.simulation.model import simulate
+from slipbench.identification.mismatch.simulation.model import Runs, Series, simulate
 from slipbench.identification.mismatch.simulation.place import Injection
 from slipbench.identification.mismatch.simulation.sensor import Columns
 from slipbench.plant.errors import PlantError
@@ -24,25 +24,29 @@ def places(fit: Fit) -> list[Injection]:
     return fit.model.system.places(fit.model.chain)
 
 
-def answers(fit: Fit, place: Injection) -> list[list[Floats]]:
-    """Answer of all outputs to a push in one bin, by block and record: (memory, m); else empty."""
+def answers(fit: Fit, place: Injection, plain: Runs) -> Series:
+    """Answer of all outputs to a push in one bin, by block and record: (memory, m); else empty.
+
+    plain: simulations without a push, if there are any; those made here are added.
+    """
     model = fit.model
-    found = [[np.empty(0)] * len(model.records) for _ in model.chain.blocks]
+    found: Series = [[np.empty(0)] * len(model.records) for _ in model.chain.blocks]
     for r in range(len(model.records)):
-        for b, one in _answer(fit, place, r).items():
+        for b, one in _answer(fit, place, r, plain).items():
             found[b][r] = one
     return found
 
 
-def _answer(fit: Fit, place: Injection, r: int) -> dict[int, Floats]:
-    model, system = fit.model, fit.model.at(fit.point)
+def _answer(fit: Fit, place: Injection, r: int, plain: Runs) -> dict[int, Floats]:
+    model = fit.model
     grid = model.records[r].grid
     lead = round(grid.start / grid.width)
     first = round((grid.start + AT * grid.stretch) / grid.width)
     pulse = np.zeros(grid.rows)
     per = grid.rows_per_bin
     pulse[first * per : (first + 1) * per] = place.size
-    plain = simulate(model, fit.point, r, place.drive, {}, system)
+    if (r, place.drive) not in plain:
+        plain[r, place.drive] = simulate(model, fit.point, r, place.drive, {}, model.at(fit.point))
     size = place.size
     try:
         pushed = _pushed(fit, place, r, pulse)
@@ -50,7 +54,7 @@ def _answer(fit: Fit, place: Injection, r: int) -> dict[int, Floats]:
         size, pushed = -size, _pushed(fit, place, r, -pulse)
     skip, length = first - lead, round(grid.stretch / grid.width)
     return {
-        b: _seen(fit, b, r, pushed, plain)[skip : skip + length] / size
+        b: _seen(fit, b, r, pushed, plain[r, place.drive])[skip : skip + length] / size
         for b, block in enumerate(model.chain.blocks)
         if block.drive == place.drive and block.order
     }

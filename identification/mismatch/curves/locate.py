@@ -6,24 +6,23 @@ told by what the curve foretells: in every stretch of the training recordings th
 other stretches give, and on the held-out recordings the curve itself.
 """
 
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from itertools import chain
 
 import numpy as np
+from scipy import linalg
 
 from slipbench.identification.mismatch.curves.curve import Curve
 from slipbench.identification.mismatch.curves.tooth_curve import tooth_columns
-from slipbench.identification.mismatch.curves.trace import (
-    answers_to,
-    replies,
-    seen_by,
-    simulated_along,
-)
+from slipbench.identification.mismatch.curves.trace import simulated_along
 from slipbench.identification.mismatch.curves.tries import (
     Try,
     along_angles,
     along_quantities,
     at_teeth,
 )
+from slipbench.identification.mismatch.curves.whitened import Courses, Whitened
 from slipbench.identification.mismatch.fit.judge import Judge
 from slipbench.identification.mismatch.fit.scatter import SHARE, amplitude_p
 from slipbench.identification.mismatch.fit.stack import flat
@@ -37,18 +36,34 @@ CONFIRMED = 5.0  # nats, on the held-out recordings
 class _Held:
     """What a curve does on held-out recordings: nats, nats if it were right, whitened course."""
 
-    gain: float
-    worth: float
-    course: Floats
+    gain: float = 0.0
+    worth: float = 0.0
+    course: Floats | None = None
 
 
 def locate(training: Judge, held_out: Judge | None) -> list[Curve]:
-    """Fit every curve; the best first, by what both sets of recordings say together."""
-    found = [*along_quantities(training), *along_angles(training), *at_teeth(training)]
-    nothing = _Held(0.0, 0.0, np.zeros(0))
-    held = [nothing] * len(found) if held_out is None else _confirmed(held_out, found)
-    curves = [
-        Curve(
+    """Fit every curve; the best first, by what both sets of recordings say together.
+
+    The curves of one place are judged together, and their courses are not kept beyond that.
+    """
+    here = Whitened(training.fit)
+    there = None if held_out is None else (held_out, Whitened(held_out.fit))
+    batches = chain(
+        along_quantities(training, here), along_angles(training, here), at_teeth(training)
+    )
+    found = [curve for tries in batches for curve in _judged(training, there, tries)]
+    over_all = [replace(c, p=min(1.0, c.p * len(found) / (1.0 - SHARE))) for c in found]
+    return sorted(over_all, key=lambda c: (not c.certain, _doubt(c)))
+
+
+def _judged(
+    training: Judge, held_out: tuple[Judge, Whitened] | None, tries: list[Try]
+) -> Iterator[Curve]:
+    """Yield the curves of one place; p as if each were the only one."""
+    held = [_Held()] * len(tries) if held_out is None else _confirmed(*held_out, tries)
+    for f, h in zip(tries, held, strict=True):
+        p = _p(f, h, training, held_out[0] if held_out else None)
+        yield Curve(
             f.place.name,
             f.place.block,
             f.place.unit,
@@ -58,16 +73,11 @@ def locate(training: Judge, held_out: Judge | None) -> list[Curve]:
             f.gain,
             h.gain,
             h.worth,
-            _family_p(f, h, training, held_out, len(found)),
+            p,
         )
-        for f, h in zip(found, held, strict=True)
-    ]
-    return sorted(curves, key=lambda c: (not c.certain, _doubt(c)))
 
 
-def _family_p(
-    found: "Try", held: "_Held", training: Judge, held_out: Judge | None, curves: int
-) -> float:
+def _p(found: Try, held: _Held, training: Judge, held_out: Judge | None) -> float:
     """p of what a curve foretells; 1 where it brings too little or held-out runs contradict it.
 
     Held-out recordings weigh as much as they would show of it.
@@ -75,13 +85,12 @@ def _family_p(
     if found.foretold is None or (held.worth >= CONFIRMED > held.gain):
         return 1.0
     course, left, groups = found.foretold, training.left, training.groups
-    if held_out is not None and held.course.size:
+    if held_out is not None and held.course is not None:
         course = np.concatenate((course, held.course))
         left = np.concatenate((left, held_out.left))
         groups = np.concatenate((groups, held_out.groups + 1 + groups.max()))
     least = found.place.counts * found.place.size / found.swing
-    p = amplitude_p(course, left, groups, training.fit.scatter, least)
-    return min(1.0, p * curves / (1.0 - SHARE))
+    return amplitude_p(course, left, groups, training.fit.scatter, least)
 
 
 def _doubt(curve: Curve) -> float:
@@ -91,36 +100,46 @@ def _doubt(curve: Curve) -> float:
     return -min(curve.gain, 3.0 * curve.confirmed + 1e-3 * curve.gain)
 
 
-def _confirmed(judge: Judge, found: list[Try]) -> list[_Held]:
-    """What the very same curves do on other recordings."""
-    seen = {drive: seen_by(judge.fit, drive) for drive in judge.fit.model.chain.drives}
-    held: dict[tuple[str, str], _Held] = {}
-    for place in dict.fromkeys(f.place.name for f in found):
-        tries = [f for f in found if f.place.name == place]
-        if tries[0].regressor == ANGLE:
-            teeth = flat(judge.fit.model, judge.fit.noise, tooth_columns(judge.fit, tries[0].place))
-            held[place, ANGLE] = _held(judge, judge.nuisances.off(teeth @ tries[0].values))
-            continue
-        here = seen[tries[0].place.drive]
-        known = [f for f in tries if f.regressor in here[0][1] and f.regressor != ANGLE]
-        pushes = [
-            np.column_stack([record.grid.binned(f.along(s, record.grid.step)) for f in known])
-            for record, s in here
-        ]
-        answered = answers_to(replies(judge.fit, tries[0].place), pushes)
-        off = judge.nuisances.off(flat(judge.fit.model, judge.fit.noise, answered))
-        for f, trace in zip(known, off.T, strict=True):
-            held[place, f.regressor] = _held(judge, trace)
-        for f in tries:
-            if f.regressor == ANGLE and ANGLE in here[0][1]:
-                pushed = [f.place.size * f.values]
-                turned = simulated_along(judge.fit, f.place, ANGLE, f.knots, pushed)
-                turned_off = judge.nuisances.off(flat(judge.fit.model, judge.fit.noise, turned))
-                held[place, ANGLE] = _held(judge, turned_off[:, 0])
-    nothing = _Held(0.0, 0.0, np.zeros(0))
-    return [held.get((f.place.name, f.regressor), nothing) for f in found]
+def _confirmed(judge: Judge, whitened: Whitened, tries: list[Try]) -> list[_Held]:
+    """What the very same curves of one place do on other recordings."""
+    known, columns = _columns(judge, whitened, tries)
+    if not known:
+        return [_Held()] * len(tries)
+    energy, push = judge.pushes(columns)
+    held: dict[int, _Held] = {}
+    for i, (number, e, along) in enumerate(zip(known, energy, push, strict=True)):
+        course = None
+        if tries[number].foretold is not None:
+            course = judge.nuisances.off(columns[:, i])
+        held[number] = _Held(float(along - 0.5 * e), 0.5 * float(e), course)
+    return [held.get(i, _Held()) for i in range(len(tries))]
 
 
-def _held(judge: Judge, course: Floats) -> _Held:
-    worth = 0.5 * float(course @ course)
-    return _Held(float(course @ judge.left) - worth, worth, np.ascontiguousarray(course))
+def _columns(judge: Judge, whitened: Whitened, tries: list[Try]) -> tuple[list[int], Floats]:
+    """Return which curves can act on these recordings, and what each leaves in them, (rows, k)."""
+    place = tries[0].place
+    if tries[0].regressor == ANGLE:
+        found = _turning(judge, whitened, tries[0])
+        return ([0], found[:, None]) if found is not None else ([], np.zeros((0, 0)))
+    seen = whitened.seen_by(place.drive)
+    known = [i for i, f in enumerate(tries) if f.regressor in seen[0][1]]
+    knots = {tries[i].regressor: tries[i].knots for i in known}
+    if not known:
+        return [], np.zeros((0, 0))
+    values = linalg.block_diag(*(place.size * tries[i].values[:, None] for i in known))
+    pushes = Courses([hats @ values for hats in whitened.along(place.drive, knots).pushes])
+    return known, whitened.columns(place, pushes)
+
+
+def _turning(judge: Judge, whitened: Whitened, found: Try) -> Floats | None:
+    """What a curve along the angle of a wheel leaves, (rows,); None: there is no such angle."""
+    fit, place = judge.fit, found.place
+    if not place.push:
+        teeth = flat(fit.model, fit.noise, tooth_columns(fit, place))
+        return np.asarray(teeth @ found.values)
+    if ANGLE not in whitened.seen_by(place.drive)[0][1]:
+        return None
+    pushed = [place.size * found.values]
+    seen = whitened.seen_by(place.drive)
+    turned = simulated_along(fit, place, ANGLE, found.knots, pushed, seen)
+    return flat(fit.model, fit.noise, turned)[:, 0]

@@ -15,16 +15,21 @@ from slipbench.identification.mismatch.fit.judge import Judge
 from slipbench.identification.mismatch.fit.sensitivity import change
 from slipbench.identification.mismatch.simulation.along import (
     ANGLE,
+    DETAIL,
     SCALE,
     columns,
     course,
     kind_of,
 )
-from slipbench.identification.mismatch.simulation.model import Series, acting, predict
+from slipbench.identification.mismatch.simulation.model import Runs, Series, acting, predict
 from slipbench.identification.mismatch.simulation.place import Injection
 from slipbench.identification.mismatch.simulation.push import Push
 from slipbench.identification.mismatch.simulation.record import Record
+from slipbench.identification.mismatch.simulation.sampling import Grid
 from slipbench.plant.signals import Floats
+
+Seen = list[tuple[Record, dict[str, Floats]]]
+"""Every record with quantities, row by row."""
 
 
 def regressors(fit: Fit, drive: str, r: int) -> Mapping[str, Floats]:
@@ -35,7 +40,7 @@ def regressors(fit: Fit, drive: str, r: int) -> Mapping[str, Floats]:
     return system.regressors(record, model.chain, drive, q, added)
 
 
-def seen_by(fit: Fit, drive: str) -> list[tuple[Record, dict[str, Floats]]]:
+def seen_by(fit: Fit, drive: str) -> Seen:
     """Every record with the regressors of a drive that all records have."""
     courses = [regressors(fit, drive, r) for r in range(len(fit.model.records))]
     shared = sorted(set.intersection(*(set(c) for c in courses)))
@@ -53,13 +58,37 @@ def over_all(name: str, seen: Sequence[tuple[Record, Mapping[str, Floats]]]) -> 
 
 def in_bins(record: Record, knots: Mapping[str, Floats], seen: Mapping[str, Floats]) -> Floats:
     """Bin by bin what each knot of each regressor pushes, (bins, all knots)."""
-    found = np.empty((record.grid.bins, sum(k.size for k in knots.values())))
-    i = 0
-    for name, at in knots.items():
-        for pushes in columns(name, seen[name], at, record.grid.step):
-            found[:, i] = record.grid.binned(pushes)
-            i += 1
-    return found
+    return np.concatenate(
+        [_in_bins(record.grid, name, seen[name], at) for name, at in knots.items()], axis=1
+    )
+
+
+def _in_bins(grid: Grid, name: str, z: Floats, knots: Floats) -> Floats:
+    """Bin by bin what each knot of one regressor pushes, (bins, knots)."""
+    kind = kind_of(name)
+    if name == ANGLE or kind not in ("", DETAIL, SCALE):
+        return np.stack([grid.binned(c) for c in columns(name, z, knots, grid.step)], axis=1)
+    along, by = (z[0], z[1]) if kind == SCALE else (z, None)
+    return between_knots(grid, along, knots, by)
+
+
+def between_knots(grid: Grid, z: Floats, knots: Floats, by: Floats | None = None) -> Floats:
+    """Mean in each bin of the share that each knot of a broken line has, (bins, knots).
+
+    A value lies between two knots, so only these two get a share of it. z, by: row by row, (rows,);
+    by: what the shares are multiplied by, 1 if not given.
+    """
+    inside = grid.in_bins(z)
+    place = np.clip(np.searchsorted(knots, inside, side="right") - 1, 0, knots.size - 2)
+    far = np.clip((inside - knots[place]) / np.diff(knots)[place], 0.0, 1.0)
+    weight = np.full(inside.size, 1.0 / grid.rows_per_bin)
+    if by is not None:
+        weight = weight * grid.in_bins(by)
+    cell = np.repeat(np.arange(grid.bins) * knots.size, grid.rows_per_bin) + place
+    size = grid.bins * knots.size
+    shares = np.bincount(cell, weight * (1.0 - far), size)
+    shares += np.bincount(cell + 1, weight * far, size)
+    return np.asarray(shares.reshape(grid.bins, knots.size), np.float64)
 
 
 def effect_of(judge: Judge, curve: Curve) -> Series:
@@ -111,10 +140,10 @@ def sensors_as_places(fit: Fit) -> list[Injection]:
     ]
 
 
-def replies(fit: Fit, place: Injection) -> Series:
-    """Answers to a push in a bin; a sensor answers by itself, at once."""
+def replies(fit: Fit, place: Injection, plain: Runs | None = None) -> Series:
+    """Answers to a push in a bin; a sensor answers by itself, at once. plain: see `answers`."""
     if place.push:
-        return answers(fit, place)
+        return answers(fit, place, {} if plain is None else plain)
     found: Series = [[np.empty(0)] * len(fit.model.records) for _ in fit.model.chain.blocks]
     for b, block in enumerate(fit.model.chain.blocks):
         for j, output in enumerate(block.outputs):
@@ -131,14 +160,19 @@ def answers_to(reply: Series, hats: list[Floats]) -> Series:
 
 
 def simulated_along(
-    fit: Fit, place: Injection, regressor: str, knots: Floats, pushes: Iterable[Floats]
+    fit: Fit,
+    place: Injection,
+    regressor: str,
+    knots: Floats,
+    pushes: Iterable[Floats],
+    seen: Seen | None = None,
 ) -> Series:
     """Return what curves of these values leave in the outputs, simulated, (T, m, curves).
 
-    Nothing counts as left in the pattern of teeth: there their tolerance looks like any push that
+    seen: what `seen_by` gives of the place's drive, where it is known already. Nothing counts as left in the pattern of teeth: there their tolerance looks like any push that
     goes round with the wheel.
     """
-    model, seen = fit.model.coarse, seen_by(fit, place.drive)
+    model, seen = fit.model.coarse, seen_by(fit, place.drive) if seen is None else seen
     system, before = model.at(fit.point), predict(model, fit.point)
     changes = []
     for values in pushes:

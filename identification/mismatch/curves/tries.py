@@ -8,23 +8,22 @@ import numpy as np
 from slipbench.identification.mismatch.curves.injection import places
 from slipbench.identification.mismatch.curves.tooth_curve import discs, tooth_columns
 from slipbench.identification.mismatch.curves.trace import (
-    answers_to,
-    in_bins,
     over_all,
-    replies,
-    seen_by,
     sensors_as_places,
     simulated_along,
 )
+from slipbench.identification.mismatch.curves.whitened import Whitened
 from slipbench.identification.mismatch.fit.judge import Judge
-from slipbench.identification.mismatch.fit.stack import Integers, flat
-from slipbench.identification.mismatch.simulation.along import ANGLE, course, knots_for
+from slipbench.identification.mismatch.fit.stack import LARGEST, Integers, flat
+from slipbench.identification.mismatch.simulation.along import ANGLE, knots_for
 from slipbench.identification.mismatch.simulation.model import Series
 from slipbench.identification.mismatch.simulation.place import Injection
 from slipbench.plant.signals import Floats
 
 MINIMUM = 15.0  # nats, on the training recordings, beyond half the number of knots
 FOLDS = 4
+RIDGE = 0.01
+"""Of a curve's values, in pushes worth trying: what holds a value that recordings hardly see."""
 
 
 @dataclass(frozen=True)
@@ -43,65 +42,93 @@ class Try:
     swing: float
     foretold: Floats | None = None
 
-    def along(self, seen: Mapping[str, Floats], step: float) -> Floats:
-        """Return what it pushes, row by row."""
-        values = self.place.size * self.values
-        return course(self.regressor, seen[self.regressor], self.knots, values, step)
 
+def along_quantities(judge: Judge, whitened: Whitened) -> Iterator[list[Try]]:
+    """Fit every curve to what the training recordings leave; yield those of a place together.
 
-def along_quantities(judge: Judge) -> Iterator[Try]:
-    """Fit every curve to what the training recordings leave."""
-    drives = judge.fit.model.chain.drives
-    useful, binned = {}, {}
-    for drive in drives:
-        seen = seen_by(judge.fit, drive)
+    Where columns would be too many to hold at once, a place comes several times.
+    """
+    fit = judge.fit
+    everywhere = (*places(fit), *sensors_as_places(fit))
+    for drive in fit.model.chain.drives:
+        seen = whitened.seen_by(drive)
         knots = {n: knots_for(n, over_all(n, seen)) for n in seen[0][1] if n != ANGLE}
-        useful[drive] = {n: k for n, k in knots.items() if k.size > 2}
-        binned[drive] = [in_bins(record, useful[drive], s) for record, s in seen]
-    for place in (*places(judge.fit), *sensors_as_places(judge.fit)):
-        hats = [place.size * b for b in binned[place.drive]]
-        answered = answers_to(replies(judge.fit, place), hats)
-        off = judge.nuisances.off(flat(judge.fit.model, judge.fit.noise, answered))
-        aims = off.T @ judge.left
-        first = 0
-        for regressor, k in useful[place.drive].items():
-            part = slice(first, first + k.size)
-            first += k.size
-            normal = off[:, part].T @ off[:, part] + 0.01 * np.eye(k.size)
-            values = np.asarray(np.linalg.solve(normal, aims[part]))
-            gain = 0.5 * float(aims[part] @ values)
-            swing = _swing(np.concatenate([h[:, part] for h in hats]) @ values)
-            foretold = _course(judge, off[:, part], gain)
-            yield Try(place, regressor, k, values, gain, swing, foretold)
+        useful = {n: k for n, k in knots.items() if k.size > 2}
+        for some in _held_at_once(useful, len(judge.groups)):
+            for place in everywhere:
+                if place.drive == drive:
+                    yield _at_place(judge, place, some, whitened)
 
 
-def along_angles(judge: Judge) -> Iterator[Try]:
+def _held_at_once(knots: Mapping[str, Floats], rows: int) -> Iterator[dict[str, Floats]]:
+    """Yield the quantities in parts whose columns are not too large together."""
+    part: dict[str, Floats] = {}
+    for name, k in knots.items():
+        if part and rows * (sum(map(np.size, part.values())) + k.size) > LARGEST:
+            yield part
+            part = {}
+        part[name] = k
+    if part:
+        yield part
+
+
+def _at_place(
+    judge: Judge, place: Injection, knots: Mapping[str, Floats], whitened: Whitened
+) -> list[Try]:
+    """Fit the curves along these quantities at one place.
+
+    Their columns are taken off the nuisances only where a curve gains enough to be foretold: for
+    its values, products with the nuisances suffice (see `Nuisances.inside`).
+    """
+    hats = whitened.along(place.drive, knots)
+    columns = place.size * whitened.columns(place, hats)
+    aims = columns.T @ judge.left[: len(columns)]
+    inside, hidden = judge.nuisances.inside(columns)
+    found, first = [], 0
+    for regressor, k in knots.items():
+        part = slice(first, first + k.size)
+        first += k.size
+        own = columns[:, part]
+        normal = own.T @ own - inside[:, part].T @ hidden[:, part] + RIDGE * np.eye(k.size)
+        values = np.asarray(np.linalg.solve(normal, aims[part]))
+        gain = 0.5 * float(aims[part] @ values)
+        pushed = np.concatenate([h[:, part] for h in hats.pushes])
+        swing = _swing(place.size * pushed @ values)
+        foretold = None
+        if gain > _enough(k.size):
+            off = judge.nuisances.less(own, hidden[:, part])
+            foretold = _foretold(off, judge.left, judge.groups)
+        found.append(Try(place, regressor, k, values, gain, swing, foretold))
+    return found
+
+
+def along_angles(judge: Judge, whitened: Whitened) -> Iterator[list[Try]]:
     """Fit what is pushed along the angle of a wheel, at every place.
 
     A turn takes but some bins, too few for answers to pushes in whole bins: each knot is simulated.
     """
     for place in places(judge.fit):
-        seen = seen_by(judge.fit, place.drive)
+        seen = whitened.seen_by(place.drive)
         if ANGLE not in seen[0][1]:
             continue
         knots = knots_for(ANGLE, over_all(ANGLE, seen))
         if knots.size > 2:
             pushes = place.size * np.eye(knots.size)
-            series = simulated_along(judge.fit, place, ANGLE, knots, pushes)
-            yield _one(judge, place, knots, series)
+            series = simulated_along(judge.fit, place, ANGLE, knots, pushes, seen)
+            yield [_one(judge, place, knots, series)]
 
 
-def at_teeth(judge: Judge) -> Iterator[Try]:
+def at_teeth(judge: Judge) -> Iterator[list[Try]]:
     """Fit one value for every tooth of every toothed wheel."""
     for place, angles in discs(judge.fit):
-        yield _one(judge, place, angles, tooth_columns(judge.fit, place))
+        yield [_one(judge, place, angles, tooth_columns(judge.fit, place))]
 
 
 def _one(judge: Judge, place: Injection, angles: Floats, series: Series) -> Try:
     """Fit values along the angle of a wheel, from what a push worth trying at each brings."""
     columns = flat(judge.fit.model, judge.fit.noise, series)
     off = judge.nuisances.off(columns)
-    normal = off.T @ off + 0.01 * np.eye(angles.size)
+    normal = off.T @ off + RIDGE * np.eye(angles.size)
     aim = off.T @ judge.left
     values = np.asarray(np.linalg.solve(normal, aim))
     gain = 0.5 * float(aim @ values)
@@ -123,16 +150,25 @@ def _swing(pushes: Floats) -> float:
 
 
 def _course(judge: Judge, off: Floats, gain: float) -> Floats | None:
-    enough = MINIMUM + 0.5 * off.shape[1]
-    return _foretold(off, judge.left, judge.groups) if gain > enough else None
+    if gain <= _enough(off.shape[1]):
+        return None
+    return _foretold(off, judge.left, judge.groups)
+
+
+def _enough(knots: int) -> float:
+    """Nats from which a curve is worth a closer look."""
+    return MINIMUM + 0.5 * knots
 
 
 def _foretold(off: Floats, left: Floats, groups: Integers) -> Floats:
     """Course in every fold of the stretches that the other folds give, (rows,)."""
     course = np.zeros(len(left))
-    for fold in range(FOLDS):
-        here = groups % FOLDS == fold
-        there = off[~here]
-        normal = there.T @ there + 0.01 * np.eye(off.shape[1])
-        course[here] = off[here] @ np.linalg.solve(normal, there.T @ left[~here])
+    parts = [np.flatnonzero(groups % FOLDS == fold) for fold in range(FOLDS)]
+    own = [off[part] for part in parts]
+    normals = [o.T @ o for o in own]
+    aims = [o.T @ left[part] for o, part in zip(own, parts, strict=True)]
+    for fold, part in enumerate(parts):
+        others = [i for i in range(FOLDS) if i != fold]
+        normal = sum((normals[i] for i in others), RIDGE * np.eye(off.shape[1]))
+        course[part] = own[fold] @ np.linalg.solve(normal, sum(aims[i] for i in others))
     return course

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
+import numpy.typing as npt
 
 from slipbench.identification.mismatch.fit.candidate import Candidate
 from slipbench.identification.mismatch.fit.fitting import Fit
@@ -71,9 +72,17 @@ class Judge:
         except PlantError:
             return [[np.empty(0)] * len(fit.model.records) for _ in fit.model.chain.blocks]
 
-    def pushes(self, columns: Floats) -> tuple[Floats, Floats]:
-        """Energy of signatures off the nuisances and what is left on them, (k,) each."""
-        inside = self.nuisances.columns.T @ columns
+    def pushes(
+        self, columns: Floats, rows: npt.NDArray[np.bool_] | None = None
+    ) -> tuple[Floats, Floats]:
+        """Energy of signatures off the nuisances and what is left on them, (k,) each.
+
+        rows: where they count, (rows,); elsewhere they are taken as zero. Default: everywhere.
+        """
+        left, nuisances = self.left[: len(columns)], self.nuisances.columns
+        if rows is not None:
+            columns, left, nuisances = columns[rows], left[rows], nuisances[rows]
+        inside = nuisances.T @ columns
         whole = np.einsum("ij,ij->j", columns, columns)
         energy = whole - np.einsum("ij,ij->j", inside, self.nuisances.solve(inside))
-        return energy, columns.T @ self.left[: len(columns)]
+        return energy, columns.T @ left

@@ -13,6 +13,8 @@ from slipbench.identification.mismatch.simulation.once import once
 from slipbench.plant.signals import Floats
 
 Integers = npt.NDArray[np.int_]
+LARGEST = 1 << 24
+"""Numbers, rows by columns, that are held at once where many columns are worked on."""
 
 
 def residuals(model: Model, predicted: Series) -> Series:
@@ -36,16 +38,22 @@ def flat(model: Model, noise: Sequence[Whitener], series: Series) -> Floats:
     Empty arrays stand for zeros: blocks and records that a change does not touch.
     """
     width = next((s.shape[2:] for rs in series for s in rs if s.ndim == 3), ())
-    parts = []
-    for b, white in enumerate(noise):
-        for r, one in enumerate(series[b]):
-            shape = model.measured[b][r].shape
-            rows = (shape[0] - white.order) * shape[1]
+    laid = np.zeros((sum(map(sum, rows_of(model, noise))), *width))
+    first = 0
+    for white, ones, lengths in zip(noise, series, rows_of(model, noise), strict=True):
+        for one, rows in zip(ones, lengths, strict=True):
             if one.size:
-                parts.append(white(one).reshape(rows, *one.shape[2:]))
-            else:
-                parts.append(np.zeros((rows, *width)))
-    return np.concatenate(parts)
+                laid[first : first + rows] = white(one).reshape(rows, *one.shape[2:])
+            first += rows
+    return laid
+
+
+def rows_of(model: Model, noise: Sequence[Whitener]) -> list[list[int]]:
+    """Return the number of whitened rows by block and record."""
+    return [
+        [(len(m) - white.order) * m.shape[1] for m in ms]
+        for ms, white in zip(model.measured, noise, strict=True)
+    ]
 
 
 def clusters(model: Model, noise: Sequence[Whitener]) -> Integers:
@@ -106,8 +114,20 @@ class Nuisances:
         The last p rows are what the explained part costs: coordinates away from what was believed
         count like residuals, so that what calibration hides only by leaving its priors is seen.
         """
-        c = self.fit(series)
-        return np.concatenate((series - self.columns @ c, -c))
+        return self.less(series, self.fit(series))
+
+    def inside(self, columns: Floats) -> tuple[Floats, Floats]:
+        """Return the products of nuisances with columns, and the coordinates that hide these.
+
+        columns: (rows, k); both (p, k). The first transposed times the second is what `off` takes
+        from columns.T @ columns: off(columns) need not be made for it.
+        """
+        products = self.columns.T @ columns
+        return products, self.solve(products)
+
+    def less(self, columns: Floats, hidden: Floats) -> Floats:
+        """Return columns less what coordinates explain of them, (rows + p, k); see `off`."""
+        return np.concatenate((columns - self.columns @ hidden, -hidden))
 
     def left(self, aim: Floats, z: Floats) -> Floats:
         """Return residuals at coordinates z, and z itself, off the nuisances, (rows + p,)."""

@@ -7,11 +7,12 @@ it, residuals and sensitivities enter least squares with equal weight.
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
-from scipy import sparse
+from numpy.lib.stride_tricks import sliding_window_view
 
+from slipbench.identification.mismatch.simulation.once import once
 from slipbench.plant.signals import Floats
 
 
@@ -21,7 +22,6 @@ class Whitener:
 
     lags: Floats
     inverse: Floats
-    made: dict[int, sparse.csr_array] = field(default_factory=dict, repr=False)
 
     @property
     def order(self) -> int:
@@ -34,25 +34,27 @@ class Whitener:
         return -2.0 * float(np.log(np.diag(self.inverse)).sum())
 
     def __call__(self, series: Floats) -> Floats:
-        """Whiten (T, m) or (T, m, p); the first `order` rows are lost."""
+        """Whiten (T, m) or (T, m, p); the first `order` rows are lost.
+
+        A row of the result is one product of matrices: the filter's, which is the same for all
+        rows, and the window of the last `order` + 1 rows, which is contiguous and is not copied.
+        """
         length, m = series.shape[:2]
-        if length not in self.made:
-            self.made[length] = self._matrix(length)
-        white = self.made[length] @ series.reshape(length * m, -1)
+        rows = np.ascontiguousarray(series).reshape(length * m, -1)
+        taps = self._taps
+        if rows.shape[1] == 1:
+            windows = sliding_window_view(rows[:, 0], taps.shape[1])[::m]
+            white = windows @ taps.T
+        else:
+            windows = sliding_window_view(rows, taps.shape[1], axis=0)[::m]
+            white = np.matmul(taps, windows.transpose(0, 2, 1))
         return np.asarray(white.reshape(length - self.order, *series.shape[1:]))
 
-    def _matrix(self, length: int) -> sparse.csr_array:
-        """Filter of a series of this length, laid end to end, as a band matrix."""
-        n, m = self.order, len(self.inverse)
+    @once
+    def _taps(self) -> Floats:
+        """What each whitened row takes of the rows up to it, oldest first, (m, m (order + 1))."""
         taps = [-self.inverse @ lag for lag in self.lags[::-1]] + [self.inverse]
-        row = np.concatenate(taps, axis=1)  # (m, m (n + 1)), oldest first
-        starts = m * np.arange(length - n)
-        columns = starts[:, None, None] + np.arange(m * (n + 1))
-        columns = np.broadcast_to(columns, (length - n, m, m * (n + 1)))
-        values = np.broadcast_to(row, columns.shape)
-        ends = np.arange(m * (length - n) + 1) * m * (n + 1)
-        shape = (m * (length - n), m * length)
-        return sparse.csr_array((values.ravel(), columns.ravel(), ends), shape)
+        return np.concatenate(taps, axis=1)
 
 
 def whitener(

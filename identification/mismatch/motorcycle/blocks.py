@@ -6,7 +6,7 @@ from slipbench.identification.mismatch.simulation.blocks import Block, Chain
 from slipbench.identification.mismatch.simulation.record import Record
 from slipbench.plant.effects.effect import Effect
 from slipbench.plant.equations import EQUATIONS
-from slipbench.plant.sensing import SensorEffect
+from slipbench.plant.sensing import is_sensor_effect
 from slipbench.plant.signals import Inputs
 
 LEADS = (
@@ -58,19 +58,17 @@ def chain(records: Sequence[Record], order: int = 12) -> Chain:
 
 def changes_simulation(effect: Effect, cut: Chain, drive: str) -> bool:
     """Tell whether a drive is led by what an effect falsifies, where the truth is simulated."""
-    if not hasattr(effect, "measure"):
+    if not is_sensor_effect(effect):
         return False
-    assert isinstance(effect, SensorEffect)
     servo = any(effect.channel in b.outputs for b in cut.blocks if b.drive == "servo")
     return servo and any(source == effect.channel for source, _ in cut.drives[drive])
 
 
 def concerns(effect: Effect, cut: Chain, drive: str) -> bool:
     """Tell whether an effect can change what the outputs of a drive show."""
-    if hasattr(effect, "measure"):
-        assert isinstance(effect, SensorEffect)
-        told = any(effect.channel in b.outputs for b in cut.blocks if b.drive == drive)
-        return told or changes_simulation(effect, cut, drive)
+    leads = changes_simulation(effect, cut, drive)
+    if is_sensor_effect(effect):
+        return leads or any(effect.channel in b.outputs for b in cut.blocks if b.drive == drive)
     servo = [hook.seam in SERVO_SEAMS for hook in effect.hooks]
     if drive == "servo":
         return any(servo)

@@ -1,15 +1,17 @@
 """One drive of one recording, simulated: led by what was recorded, pushed by the slow road."""
 
+import threading
 from collections.abc import Mapping
 from inspect import signature
-from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from slipbench.identification.mismatch.motorcycle.blocks import changes_simulation
+from slipbench.identification.mismatch.motorcycle.blocks import SERVO_SEAMS, changes_simulation
 from slipbench.identification.mismatch.motorcycle.record import LEAD_IN, TRUE_SPEED
 from slipbench.identification.mismatch.simulation.blocks import Chain
+from slipbench.identification.mismatch.simulation.recent import Recent
 from slipbench.identification.mismatch.simulation.record import Record
+from slipbench.plant.effects.effect import Effect
 from slipbench.plant.motorcycle import Motorcycle
 from slipbench.plant.signals import FREE, Floats, Inputs, Outputs
 from slipbench.plant.simulation import Simulation
@@ -44,12 +46,16 @@ def shown(
     added: Mapping[str, Floats],
     finer: int,
 ) -> Mapping[str, Floats]:
-    """Return what `simulate` gives, but only the columns that sensors of this drive look at."""
-    only = drive == "servo"
-    simulation, state, inputs = ready(bike, record, chain, drive, q, added, finer, only)
+    """Return what `simulate` gives, but only the columns that sensors of this drive look at.
+
+    They may be kept for other calls: not to be written.
+    """
     outputs = [o for block in chain.blocks if block.drive == drive for o in block.outputs]
-    wanted = {column for o in outputs for column in record.sensors[o].see}
-    return simulation.trajectories(state, inputs, sorted(wanted))
+    wanted = tuple(sorted({column for o in outputs for column in record.sensors[o].see}))
+    if drive == "servo" and not added:
+        return _servo(bike, record, chain, finer, wanted)
+    simulation, state, inputs = ready(bike, record, chain, drive, q, added, finer, drive == "servo")
+    return simulation.trajectories(state, inputs, wanted)
 
 
 def ready(
@@ -62,25 +68,64 @@ def ready(
     finer: int = FINER,
     servo_only: bool = False,
 ) -> tuple[Simulation, Floats, Inputs]:
-    """Return the simulation, its state at the beginning, and what drives it."""
+    """Return the simulation, its state at the beginning, and what drives it; not to be written."""
     step = record.grid.step
-    simulation = Simulation(bike, step / finer, finer, finer, servo_only=servo_only)
-    table = _led(record, chain.drives[drive]).copy()
-    inputs = Inputs(table)
-    for source, column in chain.drives[drive]:
-        table[:, Inputs.names.index(column)] -= _told_too_much(
-            bike, record, chain, drive, source, finer
-        )
-    if q.size:
-        inputs.road_force[:] += record.slow @ q
-    for name, course in added.items():
-        table[:, Inputs.names.index(name)] += course
+    simulation = _simulation(bike, step, finer, servo_only)
     settling = round(LEAD_IN / step)
     speed = true_speed(record, bike, settling + SMOOTH)
-    inputs.measured_speed[:settling] = smoothed(speed)[:settling]
-    if any(e.unseen_turn for e in bike.effects):
-        inputs.kept_rear_speed[:] = _recorded_turning(record)
+    table = _table(bike, record, chain, drive, q, smoothed(speed)[:settling], finer)
+    if added:
+        table = table.copy()
+    for name, course in added.items():
+        table[:, Inputs.names.index(name)] += course
+    inputs = Inputs(table)
     return simulation, _begin(simulation, inputs, record, speed), inputs
+
+
+_LAST = threading.local()
+
+
+def _simulation(bike: Motorcycle, step: float, finer: int, servo_only: bool) -> Simulation:
+    """Return the simulation of a motorcycle: one for all its recordings, which follow each other."""
+    last: dict[bool, tuple[Motorcycle, Simulation]] = vars(_LAST).setdefault("made", {})
+    if servo_only in last:
+        of, made = last[servo_only]
+        if of is bike and made.step == step / finer and made.every == finer:
+            return made
+    made = Simulation(bike, step / finer, finer, finer, servo_only=servo_only)
+    last[servo_only] = bike, made
+    return made
+
+
+_TABLES: Recent[Floats] = Recent(3)
+_SERVOS: Recent[Mapping[str, Floats]] = Recent(6)
+_ERRORS: Recent[Floats] = Recent(6)
+
+
+def _table(
+    bike: Motorcycle, record: Record, chain: Chain, drive: str, q: Floats, lead: Floats, finer: int
+) -> Floats:
+    """Inputs of a drive, row by row. lead: the speed that leads it in; kept, not to be written."""
+    leads = chain.drives[drive]
+    wrong = tuple(e for e in bike.effects if changes_simulation(e, chain, drive))
+    turning = any(e.unseen_turn for e in bike.effects)
+    by = (wrong, *_servo_parts(bike), finer) if wrong and leads else None
+
+    def make() -> Floats:
+        table = _led(record, leads).copy()
+        for source, column in leads:
+            if wrong:
+                told = _told_too_much(bike, record, chain, wrong, source, finer)
+                table[:, Inputs.names.index(column)] -= told
+        inputs = Inputs(table)
+        if q.size:
+            inputs.road_force[:] += record.slow @ q
+        inputs.measured_speed[: lead.size] = lead
+        if turning:
+            inputs.kept_rear_speed[:] = _recorded_turning(record)
+        return table
+
+    return _TABLES.of(record, (leads, by, q.tobytes(), lead.tobytes(), turning), make)
 
 
 def _recorded_turning(record: Record) -> Floats | float:
@@ -92,34 +137,61 @@ def _recorded_turning(record: Record) -> Floats | float:
 
 
 def _told_too_much(
-    bike: Motorcycle, record: Record, chain: Chain, drive: str, source: str, finer: int
-) -> Floats | float:
-    """Return what effects on a sensor add to the signal that leads a drive, row by row.
+    bike: Motorcycle,
+    record: Record,
+    chain: Chain,
+    wrong: tuple[Effect, ...],
+    source: str,
+    finer: int,
+) -> Floats:
+    """Return what wrong sensors add to the signal that leads a drive, row by row.
 
     The simulation that leads up to the sensor tells it; there is one for the throttle alone.
     """
-    wrong = [e for e in bike.effects if changes_simulation(e, chain, drive)]
-    if not wrong:
-        return 0.0
-    simulation, state, inputs = ready(bike, record, chain, "servo", NO_ROAD, {}, finer, True)
     sensor = record.sensors[source]
-    return sensor.error(
-        simulation.trajectories(state, inputs, sorted(sensor.see)), wrong, record.time
-    )
+
+    def make() -> Floats:
+        out = _servo(bike, record, chain, finer, tuple(sorted(sensor.see)))
+        return sensor.error(out, wrong, record.time)
+
+    return _ERRORS.of(record, (source, wrong, *_servo_parts(bike), finer), make)
 
 
-_TABLES: WeakKeyDictionary[Record, dict[tuple[tuple[str, str], ...], Floats]] = WeakKeyDictionary()
+def _servo(
+    bike: Motorcycle, record: Record, chain: Chain, finer: int, columns: tuple[str, ...]
+) -> Mapping[str, Floats]:
+    """Some outputs of the throttle servo under the recorded command; kept, not to be written."""
+
+    def make() -> Mapping[str, Floats]:
+        simulation, state, inputs = ready(bike, record, chain, "servo", NO_ROAD, {}, finer, True)
+        return simulation.trajectories(state, inputs, columns)
+
+    return _SERVOS.of(record, (columns, *_servo_parts(bike), finer), make)
+
+
+def _servo_parts(bike: Motorcycle) -> tuple[object, ...]:
+    """Everything of a motorcycle on which the motion of its throttle servo depends.
+
+    The equations of the servo and the effects at their seams take nothing but these and the
+    recorded command: a law that `tests` states for every effect of the library.
+    """
+    acting = (e for e in bike.effects if any(hook.seam in SERVO_SEAMS for hook in e.hooks))
+    return bike.throttle_servo, *acting
+
+
+_LED: Recent[Floats] = Recent(3)
 
 
 def _led(record: Record, leads: tuple[tuple[str, str], ...]) -> Floats:
     """Inputs of a record with the measured signals that lead a drive; kept, not to be written."""
-    kept = _TABLES.setdefault(record, {})
-    if leads not in kept:
+
+    def make() -> Floats:
         table = record.inputs.copy()
         for source, column in leads:
             table[:, Inputs.names.index(column)] = record.measured[source]
-        kept[leads] = table
-    return kept[leads]
+        return table
+
+    return _LED.of(record, leads, make)
 
 
 def smoothed(speed: Floats) -> Floats:

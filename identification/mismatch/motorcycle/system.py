@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Self
 
+import numpy as np
 import tomli_w
 
 from slipbench.identification.mismatch.motorcycle import blocks, places
@@ -33,6 +34,7 @@ from slipbench.plant.effects.effect import Effect
 from slipbench.plant.effects.free_curve import free_curve
 from slipbench.plant.effects.library import LIBRARY
 from slipbench.plant.errors import PlantError
+from slipbench.plant.motorcycle import Motorcycle
 from slipbench.plant.signals import Floats, Inputs
 from slipbench.plant.vehicle_file import Vehicle, load_vehicle
 from slipbench.plant.vehicle_writer import edited_vehicle, vehicle_tree
@@ -93,11 +95,20 @@ class MotorcycleSystem(System):
 
     def at(self, known: Sequence[Coordinate], x: Floats, effects: Sequence[Effect]) -> Self:
         """Return the vehicle with other numbers, kept inside their ranges."""
-        base = motorcycle_at(self.vehicle.motorcycle, known, x)
+        base = self._with_numbers(known, x)
         new = {e.key for e in effects}
         kept = tuple(e for e in base.effects if e.key not in new)
         bike = replace(base, effects=(*kept, *effects))
         return replace(self, vehicle=replace(self.vehicle, motorcycle=bike))
+
+    def _with_numbers(self, known: Sequence[Coordinate], x: Floats) -> Motorcycle:
+        """Return the motorcycle at coordinates x; the last one is kept, for effects by turns."""
+        last: tuple[Sequence[Coordinate], Floats, Motorcycle] | None = vars(self).get("_last")
+        if last is not None and last[0] is known and np.array_equal(last[1], x):
+            return last[2]
+        new = motorcycle_at(self.vehicle.motorcycle, known, x)
+        vars(self)["_last"] = (known, x.copy(), new)
+        return new
 
     def believed(self, plus_minus: Mapping[str, float]) -> Self:
         """Return the vehicle under an improved one's name."""

@@ -9,7 +9,7 @@ from slipbench.identification.mismatch.curves.tooth_curve import discs
 from slipbench.identification.mismatch.fit.candidate import Candidate, read_off
 from slipbench.identification.mismatch.fit.judge import Judge
 from slipbench.identification.mismatch.fit.scatter import amplitude_p
-from slipbench.identification.mismatch.fit.stack import recordings
+from slipbench.identification.mismatch.fit.stack import LARGEST, recordings
 from slipbench.identification.mismatch.naming.elsewhere import CHANCE, Tried, at_places, usual
 from slipbench.identification.mismatch.naming.tried import (
     TRIES,
@@ -56,47 +56,68 @@ class Score:
     typical: float = 0.0
 
 
-def scores(judge: Judge, tried: Sequence[Candidate]) -> list[Score]:
-    """Judge candidates at their sizes."""
+Columns = dict[Candidate, Floats]
+"""Signatures of candidates, (rows,) each."""
+
+
+def scores(judge: Judge, tried: Sequence[Candidate], kept: Columns | None = None) -> list[Score]:
+    """Judge candidates at their sizes. kept: takes the signatures of those along the road."""
     found: list[Score] = []
-    for first in range(0, len(tried), BATCH):
-        some = tried[first : first + BATCH]
+    count = min(BATCH, max(LARGEST // len(judge.groups), 1))
+    for first in range(0, len(tried), count):
+        some = tried[first : first + count]
         columns = judge.signatures(some)
-        whole = np.einsum("ij,ij->j", columns, columns)
-        energy, push = judge.pushes(columns)
-        found += [
-            _score(judge, c, columns[:, i], float(push[i]), float(energy[i]), float(whole[i]))
-            for i, c in enumerate(some)
-        ]
+        found += _judged(judge, some, columns)
+        for c, column in zip(some, columns.T, strict=True):
+            if kept is not None and place_on_the_road(c.pattern) is not None:
+                kept[c] = column.copy()
     return found
 
 
-def tried_along(judge: Judge, places: Sequence[Candidate]) -> list[Tried]:
-    """Return what each trial alone says of one effect at several places."""
-    columns = judge.signatures(places)
+def _judged(judge: Judge, tried: Sequence[Candidate], columns: Floats) -> list[Score]:
+    """Judge candidates by their signatures, (rows, candidates), which are taken off all at once."""
+    whole = np.einsum("ij,ij->j", columns, columns)
+    inside, hidden = judge.nuisances.inside(columns)
+    energy = whole - np.einsum("ij,ij->j", inside, hidden)
+    push = columns.T @ judge.left[: len(columns)]
+    seen = (energy > 1e-9 * np.maximum(whole, 1.0)) & (energy >= 1e-6)
+    amplitude = np.where(seen, push, 0.0) / np.where(seen, energy, 1.0)
+    gain = 0.5 * energy * np.maximum(amplitude, 0.0) ** 2
+    p = np.ones(len(tried))
+    hints = np.flatnonzero(seen & (gain > HINT))
+    off = judge.nuisances.less(columns[:, hints], hidden[:, hints])
+    for i, course in zip(hints, np.ascontiguousarray(off.T), strict=True):
+        least = tried[int(i)].counts / abs(tried[int(i)].size)
+        p[i] = amplitude_p(course, judge.left, judge.groups, judge.fit.scatter, least)
+    return [
+        Score(c, float(a), float(g), 0.5 * float(e), float(e / w), float(at))
+        if shown
+        else Score(c, 0.0, 0.0, 0.0, 0.0, 1.0)
+        for c, a, g, e, w, at, shown in zip(
+            tried, amplitude, gain, energy, whole, p, seen, strict=True
+        )
+    ]
+
+
+def tried_along(
+    judge: Judge, places: Sequence[Candidate], kept: Columns | None = None
+) -> list[Tried]:
+    """Return what each trial alone says of one effect at several places.
+
+    kept: signatures of these candidates, where they are known already.
+    """
+    known = {} if kept is None else kept
+    missing = [p for p in places if p not in known]
+    made = dict(zip(missing, judge.signatures(missing).T, strict=True)) if missing else {}
+    columns = np.stack([known[p] if p in known else made[p] for p in places], axis=1)
     trial = recordings(judge.fit.model, judge.fit.noise)
-    told = [judge.pushes(columns * (trial == r)[:, None]) for r in np.unique(trial)]
+    told = [judge.pushes(columns, trial == r) for r in np.unique(trial)]
     length = np.sqrt(np.sum(columns**2, axis=0)) + 1e-300
     at = [place_on_the_road(p.pattern) or 0.0 for p in places]
     energy, push = (np.stack(x) for x in zip(*told, strict=True))
     even = columns / length
     alike = even.T @ even
     return at_places(at, energy, push / np.maximum(energy, 1e-300), alike)
-
-
-def _score(
-    judge: Judge, candidate: Candidate, signature: Floats, push: float, energy: float, whole: float
-) -> Score:
-    if energy <= 1e-9 * max(whole, 1.0) or energy < 1e-6:
-        return Score(candidate, 0.0, 0.0, 0.0, 0.0, 1.0)
-    amplitude = push / energy
-    gain = 0.5 * energy * max(amplitude, 0.0) ** 2
-    p = 1.0
-    if gain > HINT:
-        least = candidate.counts / abs(candidate.size)
-        off = judge.nuisances.off(signature)
-        p = amplitude_p(off, judge.left, judge.groups, judge.fit.scatter, least)
-    return Score(candidate, amplitude, gain, 0.5 * energy, energy / whole, p)
 
 
 @dataclass(frozen=True)
@@ -119,7 +140,9 @@ def survey(judge: Judge, library: Iterable[type[Effect]]) -> Survey:
     there = {c.name for c in judge.fit.effects}
     teeth = {disc.block: angles.size for disc, angles in discs(judge.fit)}
     kinds = (as_recorded(c, judge.fit.model) for kind in library for c in candidates(kind, teeth))
-    first = _with_elsewhere(judge, scores(judge, [c for c in kinds if c.name not in there]))
+    kept: Columns = {}
+    first = scores(judge, [c for c in kinds if c.name not in there], kept)
+    first = _with_elsewhere(judge, first, kept)
     more = [c for s in first for c in _more(s)]
     tried = scores(judge, more)
     best = _best([*first, *tried])
@@ -152,13 +175,13 @@ def as_recorded(candidate: Candidate, model: Model) -> Candidate:
     return read_off(candidate, float(np.median(steps))) if steps else candidate
 
 
-def _with_elsewhere(judge: Judge, found: Sequence[Score]) -> list[Score]:
+def _with_elsewhere(judge: Judge, found: Sequence[Score], kept: Columns) -> list[Score]:
     """Tell what is looked for along the road how its size scatters where it cannot be true."""
     along: dict[str, list[Candidate]] = {}
     for score in found:
         if place_on_the_road(score.candidate.pattern) is not None:
             along.setdefault(score.candidate.name, []).append(score.candidate)
-    tried = {name: tried_along(judge, places) for name, places in along.items()}
+    tried = {name: tried_along(judge, places, kept) for name, places in along.items()}
     return [_held_to(score, tried) for score in found]
 
 

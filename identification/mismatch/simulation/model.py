@@ -67,6 +67,11 @@ class Model:
         ]
 
     @once
+    def clocks(self) -> list[tuple[int, Coordinate]]:
+        """What is uncertain of the clocks, with the number of each coordinate."""
+        return [(i, k) for i, k in enumerate(self.known) if k.of_clock]
+
+    @once
     def coarse(self) -> "Model":
         """The same with coarser steps of integration, to compare simulations with each other."""
         model = self._like(replace(self, system=self.system.coarse()))
@@ -217,7 +222,7 @@ def _run(
 
 def lateness(model: Model, point: Point, block: Block) -> dict[str, float]:
     """Return by how many seconds each clock shows more than it should, where that is doubted."""
-    clocks = [(i, k) for i, k in enumerate(model.known) if k.of_clock and block.sensors_suspected]
+    clocks = model.clocks if block.sensors_suspected else ()
     return {k.name: k.at(float(point.x[i])) for i, k in clocks}
 
 

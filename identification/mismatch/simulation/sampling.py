@@ -51,8 +51,12 @@ class Grid:
 
     def binned(self, rows: FloatArray) -> FloatArray:
         """Mean of a row-by-row course over every bin."""
-        per, first = self.rows_per_bin, round(self.start / self.step)
-        return np.asarray(rows[first : first + per * self.bins].reshape(-1, per).mean(axis=1))
+        return np.asarray(self.in_bins(rows).reshape(-1, self.rows_per_bin).mean(axis=1))
+
+    def in_bins(self, rows: FloatArray) -> FloatArray:
+        """Rows of a course that lie in the bins, (bins * rows_per_bin,)."""
+        first = round(self.start / self.step)
+        return rows[first : first + self.rows_per_bin * self.bins]
 
     def smoothed(self, rows: FloatArray) -> FloatArray:
         """Mean over a bin's width about every row, the ends continued."""

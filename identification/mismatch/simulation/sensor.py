@@ -192,7 +192,7 @@ class Sensor:
 
     def _as_recorded(self, effect: SensorEffect, value: FloatArray) -> FloatArray | None:
         """Return what an effect makes of values where the recording tells what it did there."""
-        if isinstance(effect, Rounds) and self.coarse and self.told is not None:
+        if self.coarse and self.told is not None and isinstance(effect, Rounds):
             return self._rounded(effect.quantum, value, self.told)
         if self.again is None or self.time is None or not isinstance(effect, ToldAgain):
             return None

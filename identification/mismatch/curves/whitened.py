@@ -1,0 +1,107 @@
+"""What curves at a place leave in the whitened outputs, many curves at once.
+
+The answer of the outputs to a push is a filter, and whitening is one as well. So the answer is
+whitened, once for each place, and what it makes of all courses of pushes is whitened already.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+import numpy.typing as npt
+from numpy.lib.stride_tricks import sliding_window_view
+from scipy import fft
+
+from slipbench.identification.mismatch.curves.trace import Seen, in_bins, replies, seen_by
+from slipbench.identification.mismatch.fit.fitting import Fit
+from slipbench.identification.mismatch.fit.stack import rows_of
+from slipbench.identification.mismatch.simulation.model import Runs, Series
+from slipbench.identification.mismatch.simulation.place import Injection
+from slipbench.plant.signals import Floats
+
+SHORT = 64
+"""Rows of an answer up to which products cost less than transforms."""
+
+Spectra = npt.NDArray[np.complex128]
+
+
+@dataclass(frozen=True, eq=False)
+class Courses:
+    """Courses of pushes by record, one value a bin, (bins, k) each. spectra: those already made."""
+
+    pushes: Sequence[Floats]
+    spectra: dict[tuple[int, int], Spectra] = field(default_factory=dict)
+
+    def through(self, record: int, answer: Floats, lost: int) -> Floats:
+        """Return the pushes of a record through a filter, (bins - lost, m, k).
+
+        answer: of the outputs to a push in one bin, (memory, m); lost: first rows to leave out.
+        Before the first bin nothing was pushed.
+        """
+        pushes, memory = self.pushes[record], len(answer)
+        if memory <= SHORT:
+            before = max(memory - 1 - lost, 0)
+            padded = np.pad(pushes, ((before, 0), (0, 0)))
+            windows = sliding_window_view(padded, memory, axis=0)[lost + before + 1 - memory :]
+            return np.asarray(np.matmul(answer[::-1].T, windows.transpose(0, 2, 1)))
+        length = fft.next_fast_len(len(pushes) + memory - 1, real=True)
+        if (record, length) not in self.spectra:
+            self.spectra[record, length] = fft.rfft(pushes, length, axis=0)
+        both = fft.rfft(answer, length, axis=0)[:, :, None] * self.spectra[record, length][:, None]
+        return np.asarray(fft.irfft(both, length, axis=0, overwrite_x=True)[lost : len(pushes)])
+
+
+@dataclass(frozen=True, eq=False)
+class Whitened:
+    """Whitened answers of a fit, and the quantities along which something may act.
+
+    seen: by drive, see `seen_by`; answers: by place; plain: simulations without a push; hats: the
+    last that were made.
+    """
+
+    fit: Fit
+    seen: dict[str, Seen] = field(default_factory=dict)
+    answers: dict[str, Series] = field(default_factory=dict)
+    plain: Runs = field(default_factory=dict)
+    hats: dict[tuple[str, ...], Courses] = field(default_factory=dict)
+
+    def seen_by(self, drive: str) -> Seen:
+        """Return every record with the quantities of a drive that all records have."""
+        if drive not in self.seen:
+            self.seen[drive] = seen_by(self.fit, drive)
+        return self.seen[drive]
+
+    def along(self, drive: str, knots: Mapping[str, Floats]) -> Courses:
+        """Return what each knot of each quantity pushes, per unit, side by side."""
+        key = (drive, *knots)
+        if key not in self.hats:
+            self.hats.clear()
+            seen = self.seen_by(drive)
+            self.hats[key] = Courses([in_bins(record, knots, s) for record, s in seen])
+        return self.hats[key]
+
+    def columns(self, place: Injection, courses: Courses) -> Floats:
+        """Return what courses of pushes at a place leave in the whitened outputs, (rows, k)."""
+        model, noise = self.fit.model, self.fit.noise
+        if place.name not in self.answers:
+            self.answers[place.name] = self._whitened(replies(self.fit, place, self.plain))
+        lengths = rows_of(model, noise)
+        laid = np.zeros((sum(map(sum, lengths)), courses.pushes[0].shape[1]))
+        first = 0
+        for white, answers, block in zip(noise, self.answers[place.name], lengths, strict=True):
+            for r, (answer, rows) in enumerate(zip(answers, block, strict=True)):
+                if answer.size:
+                    shown = courses.through(r, answer, white.order)
+                    laid[first : first + rows] = shown.reshape(rows, -1)
+                first += rows
+        return laid
+
+    def _whitened(self, reply: Series) -> Series:
+        """Whiten answers; they last longer by the order of the noise model."""
+        return [
+            [
+                white(np.pad(one, ((white.order, white.order), (0, 0)))) if one.size else one
+                for one in ones
+            ]
+            for white, ones in zip(self.fit.noise, reply, strict=True)
+        ]

@@ -1,0 +1,167 @@
+"""What is computed for many curves and effects at once is what the definition gives one by one."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from slipbench.identification.mismatch.analysis import begin
+from slipbench.identification.mismatch.curves.injection import places
+from slipbench.identification.mismatch.curves.trace import (
+    answers_to,
+    between_knots,
+    replies,
+    sensors_as_places,
+)
+from slipbench.identification.mismatch.curves.tries import RIDGE, along_quantities
+from slipbench.identification.mismatch.curves.whitened import SHORT, Courses, Whitened
+from slipbench.identification.mismatch.fit.calibrate import as_told
+from slipbench.identification.mismatch.fit.judge import Judge
+from slipbench.identification.mismatch.fit.scatter import amplitude_p
+from slipbench.identification.mismatch.fit.stack import flat
+from slipbench.identification.mismatch.fit.whitening import whitener
+from slipbench.identification.mismatch.naming.score import HINT, scores, tried_along
+from slipbench.identification.mismatch.naming.tried import candidates
+from slipbench.identification.mismatch.simulation.sampling import Grid
+from slipbench.plant.effects.backlash import Backlash
+from slipbench.plant.effects.driveline_loss import DrivelineLoss
+from slipbench.plant.effects.wet_patch import WetPatch
+from tests.identification.mismatch.conditions import erring, system
+from tests.identification.motorcycle_recording import Ride, ride
+
+RIDES = (
+    Ride("sweep", 2, 1400.0, 0.04, 0.5, 9.0, seconds=5.0, seed=41),
+    Ride("square", 2, 1100.0, 0.05, 0.9, seconds=4.5, seed=42),
+)
+NEAR = 1e-8
+"""Relative: sums in another order, of which large parts cancel."""
+
+
+@cache
+def judge() -> Judge:
+    true = replace(erring(5), effects=(Backlash(slack=20e-3),))
+    model = begin(system(), [system().prepare(ride(true, r)) for r in RIDES], ()).training
+    return Judge.of(as_told(model, model.origin()))
+
+
+@given(st.integers(0, 2**32 - 1), st.integers(1, 2 * SHORT), st.integers(0, 30))
+def test_courses_through_a_filter_are_their_convolution(seed, memory, lost):
+    rng = np.random.default_rng(seed)
+    pushes, answer = rng.standard_normal((90, 3)), rng.standard_normal((memory, 2))
+    found = Courses([pushes]).through(0, answer, lost)
+    assert found.shape == (90 - lost, 2, 3)
+    for output in range(2):
+        for course in range(3):
+            whole = np.convolve(pushes[:, course], answer[:, output])[lost:90]
+            assert np.allclose(found[:, output, course], whole, rtol=0.0, atol=1e-11)
+
+
+@given(st.integers(0, 2**32 - 1), st.integers(1, 3), st.integers(0, 5), st.integers(0, 4))
+def test_a_whitened_row_is_the_innovation_of_the_noise_model(seed, outputs, order, columns):
+    rng = np.random.default_rng(seed)
+    white = whitener([rng.standard_normal((80, outputs)).cumsum(axis=0)], order)
+    series = rng.standard_normal((20, outputs, columns) if columns else (20, outputs))
+    found = white(series)
+    assert found.shape == (20 - order, *series.shape[1:])
+    for t in range(order, 20):
+        told = sum(white.lags[k] @ series[t - 1 - k] for k in range(order))
+        now = white.inverse @ (series[t] - told)
+        assert np.allclose(found[t - order], now, atol=1e-9 * np.abs(white.inverse).max())
+
+
+@given(st.integers(0, 2**32 - 1), st.integers(2, 9), st.booleans())
+def test_shares_of_knots_in_bins_are_the_means_of_the_broken_lines(seed, count, scaled):
+    rng = np.random.default_rng(seed)
+    grid = Grid(rows=70, start=0.01, bins=11, width=0.005, step=1e-3)
+    knots = np.sort(rng.standard_normal(count))
+    z, by = 1.5 * rng.standard_normal((2, 70))
+    z[rng.random(70) < 0.1] = knots[rng.integers(count)]
+    found = between_knots(grid, z, knots, by if scaled else None)
+    for knot, line in enumerate(np.eye(count)):
+        course = np.interp(z, knots, line) * (by if scaled else 1.0)
+        assert np.allclose(found[:, knot], grid.binned(course), atol=1e-12)
+
+
+def test_whitened_answers_are_the_answers_whitened():
+    """For every place of the motion and a sensor, of all curves side by side."""
+    fit, hats = judge().fit, {}
+    whitened = Whitened(fit)
+    rng = np.random.default_rng(6)
+    for drive in fit.model.chain.drives:
+        hats[drive] = [rng.standard_normal((r.grid.bins, 5)) for r in fit.model.records]
+    for place in (*places(fit), *sensors_as_places(fit)):
+        pushes = hats[place.drive]
+        one = flat(fit.model, fit.noise, answers_to(replies(fit, place), pushes))
+        many = whitened.columns(place, Courses(pushes))
+        assert np.abs(one).max() > 0.0, place
+        assert np.abs(many - one).max() <= NEAR * np.abs(one).max(), place
+
+
+def test_a_curve_fitted_among_many_is_the_curve_fitted_alone():
+    told, whitened = judge(), Whitened(judge().fit)
+    fit, foretold = told.fit, 0
+    for tries in along_quantities(told, Whitened(fit)):
+        place = tries[0].place
+        reply = replies(fit, place)
+        for found in tries[::10]:
+            hats = whitened.along(place.drive, {found.regressor: found.knots}).pushes
+            courses = [place.size * h for h in hats]
+            columns = flat(fit.model, fit.noise, answers_to(reply, courses))
+            off = told.nuisances.off(columns)
+            normal = off.T @ off + RIDGE * np.eye(found.knots.size)
+            values = np.linalg.solve(normal, off.T @ told.left)
+            gain = 0.5 * float(values @ off.T @ told.left)
+            assert found.gain == pytest.approx(gain, rel=1e-6, abs=1e-6), found.regressor
+            assert np.allclose(off @ found.values, off @ values, atol=1e-5)
+            foretold += found.foretold is not None
+    assert foretold > 0
+
+
+def test_an_effect_scored_among_many_is_the_effect_scored_alone():
+    told = judge()
+    tried = [c for kind in (Backlash, DrivelineLoss, WetPatch) for c in candidates(kind, {})]
+    hinted = 0
+    for c, found in zip(tried, scores(told, tried), strict=True):
+        signature = told.signature(c)
+        off = told.nuisances.off(signature)
+        energy, push = float(off @ off), float(off @ told.left)
+        if energy < 1e-6:
+            assert found.seen == 0.0, c.name
+            continue
+        assert found.seen == pytest.approx(0.5 * energy, rel=1e-6), c.name
+        assert found.amplitude == pytest.approx(push / energy, rel=1e-6), c.name
+        assert found.kept == pytest.approx(energy / float(signature @ signature), rel=1e-6)
+        if found.gain > HINT:
+            least = c.counts / abs(c.size)
+            p = amplitude_p(off, told.left, told.groups, told.fit.scatter, least)
+            assert found.p == pytest.approx(p, rel=1e-6)
+            hinted += 1
+    assert hinted > 0
+
+
+def test_signatures_along_the_road_that_are_kept_tell_what_new_ones_tell():
+    tried = list(candidates(WetPatch, {}))[:4]
+    kept = {}
+    scores(judge(), tried, kept)
+    assert kept.keys() == set(tried)
+    anew, again = tried_along(judge(), tried), tried_along(judge(), tried, kept)
+    for one, other in zip(anew, again, strict=True):
+        assert one.at == other.at
+        assert np.allclose(one.energy, other.energy, rtol=1e-9)
+        assert np.allclose(one.amplitude, other.amplitude, rtol=1e-6)
+        assert one.own == pytest.approx(other.own)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_push_on_some_rows_is_that_of_columns_which_are_zero_elsewhere(seed):
+    print(f"seed {seed}")
+    told, rng = judge(), np.random.default_rng(seed)
+    columns = rng.standard_normal((len(told.fit.aim), 3))
+    rows = rng.random(len(columns)) < 0.3
+    for some, whole in zip(
+        told.pushes(columns, rows), told.pushes(columns * rows[:, None]), strict=True
+    ):
+        assert np.allclose(some, whole, rtol=1e-9)
