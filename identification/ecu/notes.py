@@ -74,6 +74,10 @@ def _lacks(law: ExportedLaw) -> str:
   script gets slip from rusEFI's speed sensors, with their own filter and delay, and moves the throttle
   by rusEFI's position control. Identify again with this control unit before you rely on the margins.
 - **Tooth-pitch errors.** The bench learns and corrects them; rusEFI does not.
+- **Memory and time.** The shipped controllers need 8 kB (PID) to 18 kB (mixed) in a 64-bit interpreter,
+  and less on the control unit. Some boards have 18 kB for Lua, most of it taken before a script is
+  loaded (github.com/rusefi/rusefi/issues/7085). rusEFI prints its heap usage: check it after loading.
+  The time of a tick was not measured on a control unit.
 - **Precision.** Numbers are single precision; `--replay` measures the difference.
 - **Governor and prefilter.** They shape a moving setpoint; here it is constant, so neither is exported.
 - **The table has no dynamics**: no integral, no anti-windup, no filter, no limit of the rate. A slip
