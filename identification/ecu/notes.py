@@ -6,11 +6,14 @@ from slipbench.identification.ecu.rusefi import SLIP_SENSOR, SPEED_SENSOR
 from slipbench.identification.ecu.traction_table import TractionTable
 
 ADDED = """\
-The table has negative numbers, for firmware that *adds* them (until early 2026). Load it only there:
-newer firmware ignores negative numbers."""
+The table has negative numbers, for firmware that *adds* them. Newer firmware ignores negative
+numbers."""
 SUBTRACTED = """\
-The table has positive numbers, for firmware that *subtracts* them (2026 and later). Never load it
-into older firmware: there it opens the throttle when the wheel spins."""
+The table has positive numbers, for firmware that *subtracts* them. Never load it into firmware that
+adds them: there it opens the throttle when the wheel spins."""
+CHECK = """\
+rusEFI changed the sign in the course of 2026 (traction_control.cpp). Check it before you ride: with
+the engine off, hold the pedal open and turn the driven wheel alone; the throttle target must fall."""
 
 
 def notes(law: ExportedLaw, table: TractionTable | None, convention: str | None) -> str:
@@ -55,7 +58,7 @@ def _table(table: TractionTable, convention: str) -> str:
     return f"""## Table
 
 `{table.name}.table` has the static part of the law for rusEFI's own traction control, without the
-script: load it in TunerStudio by *File, Load table*. {convention}
+script: load it in TunerStudio by *File, Load table*. {convention} {CHECK}
 It has whole numbers and slip in steps of 1 %: {_levels(table)}. Firmware before mid-2026 may read the
 two axes interchanged (github.com/rusefi/rusefi/issues/9245): compare with a log."""
 
