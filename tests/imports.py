@@ -137,6 +137,7 @@ ALLOWED = {
         "bench/loop/interrupts.py",
         "bench/bus/python_can.py",
         "bench/view/view_process.py",
+        "bench/view/table_server.py",
         "bench/view/view_folder.py",
         "bench/view/web.py",
         "bench/foxglove/replay_thread.py",
@@ -164,7 +165,12 @@ ALLOWED = {
         "identification/mismatch/callables/worker.py",
     ),
     # The page of the live view.
-    "starlette": ("bench/view/server.py", "bench/view/web.py"),
+    "starlette": (
+        "bench/view/guard.py",
+        "bench/view/server.py",
+        "bench/view/table_server.py",
+        "bench/view/web.py",
+    ),
     "uvicorn": ("bench/view/web.py",),
     "textual": ("bench/view/terminal.py",),
     "foxglove": ("bench/foxglove/server.py",),

@@ -1,4 +1,4 @@
-"""The commands of the view: a run in the browser or in the terminal, recorded or being recorded."""
+"""The options of every command with a view, and the command `watch`: a run in the terminal."""
 
 from pathlib import Path
 from typing import Annotated
@@ -53,39 +53,6 @@ def view_address(view: bool, address: str | None) -> Address | None:
     return Address() if view else None
 
 
-def view(
-    run: Annotated[Path, typer.Argument(help="Run folder, or folder of a session.", metavar="RUN")],
-    view_at: ViewAddress = None,
-    foxglove: Foxglove = False,
-    foxglove_at: FoxglovePort = None,
-) -> None:
-    """Replay a run in the browser with play, pause and seek, or follow one that is being recorded.
-
-    A run that has ended is replayed with its own clock, one for each page. A run that is being
-    recorded, or the folder of a session, is followed. Nothing can be tripped from here: the pages of
-    `trial --view` and `session --view` can. With --foxglove the run is also replayed for Foxglove,
-    Lichtblick or PlotJuggler: it plays while one of them has subscribed to a topic.
-
-    Exit status: 0 ended with Ctrl-C, 2 invalid input (see message).
-
-    Examples:
-
-      slipbench view runs/throttle_sweep-1
-
-      slipbench view runs/throttle_sweep-1 --foxglove
-    """
-    from slipbench.bench.foxglove.replay_thread import folder_stream
-    from slipbench.bench.view.view_folder import serve_folder
-
-    stream = foxglove_address(foxglove, foxglove_at)
-    serve_folder(
-        run,
-        view_address(True, view_at) or Address(),
-        typer.echo,
-        lambda folder, replayed: folder_stream(folder, replayed, stream, typer.echo),
-    )
-
-
 def watch(
     run: Annotated[Path, typer.Argument(help="Run folder, or folder of a session.", metavar="RUN")],
 ) -> None:
@@ -105,6 +72,5 @@ def watch(
 
 
 def register(app: typer.Typer) -> None:
-    """Add the commands of the view to the application."""
-    app.command()(view)
+    """Add `watch` to the application; `view` joins the identification as well."""
     app.command()(watch)

@@ -105,7 +105,7 @@ def _row(rows: Sequence[Outcome], limit: float) -> tuple[str, ...]:
 
 
 def quantile(values: FloatArray, share: float) -> float:
-    """Smallest of the values that at least this share does not exceed; infinite ones are allowed."""
+    """Smallest of the values, shape (n,), that at least this share does not exceed; inf is allowed."""
     ordered = np.sort(values)
     return float(ordered[max(math.ceil(share * ordered.size) - 1, 0)])
 

@@ -38,8 +38,8 @@ def export_controller(
     table: Annotated[
         str | None,
         typer.Option(
-            help="Also a table for rusEFI's own traction control: `subtracted` (firmware of 2026 and"
-            " later) or `added` (older).",
+            help="Also a table for rusEFI's own traction control: `subtracted` where the firmware"
+            " subtracts its numbers, `added` where it adds them (before the change in 2026).",
             metavar="SIGN",
         ),
     ] = None,

@@ -6,11 +6,14 @@ from slipbench.identification.ecu.rusefi import SLIP_SENSOR, SPEED_SENSOR
 from slipbench.identification.ecu.traction_table import TractionTable
 
 ADDED = """\
-The table has negative numbers, for firmware that *adds* them (until early 2026). Load it only there:
-newer firmware ignores negative numbers."""
+The table has negative numbers, for firmware that *adds* them. Newer firmware ignores negative
+numbers."""
 SUBTRACTED = """\
-The table has positive numbers, for firmware that *subtracts* them (2026 and later). Never load it
-into older firmware: there it opens the throttle when the wheel spins."""
+The table has positive numbers, for firmware that *subtracts* them. Never load it into firmware that
+adds them: there it opens the throttle when the wheel spins."""
+CHECK = """\
+rusEFI changed the sign in the course of 2026 (traction_control.cpp). Check it before you ride: with
+the engine off, hold the pedal open and turn the driven wheel alone; the throttle target must fall."""
 
 
 def notes(law: ExportedLaw, table: TractionTable | None, convention: str | None) -> str:
@@ -55,7 +58,7 @@ def _table(table: TractionTable, convention: str) -> str:
     return f"""## Table
 
 `{table.name}.table` has the static part of the law for rusEFI's own traction control, without the
-script: load it in TunerStudio by *File, Load table*. {convention}
+script: load it in TunerStudio by *File, Load table*. {convention} {CHECK}
 It has whole numbers and slip in steps of 1 %: {_levels(table)}. Firmware before mid-2026 may read the
 two axes interchanged (github.com/rusefi/rusefi/issues/9245): compare with a log."""
 
@@ -74,6 +77,10 @@ def _lacks(law: ExportedLaw) -> str:
   script gets slip from rusEFI's speed sensors, with their own filter and delay, and moves the throttle
   by rusEFI's position control. Identify again with this control unit before you rely on the margins.
 - **Tooth-pitch errors.** The bench learns and corrects them; rusEFI does not.
+- **Memory and time.** The shipped controllers need 8 kB (PID) to 18 kB (mixed) in a 64-bit interpreter,
+  and less on the control unit. Some boards have 18 kB for Lua, most of it taken before a script is
+  loaded (github.com/rusefi/rusefi/issues/7085). rusEFI prints its heap usage: check it after loading.
+  The time of a tick was not measured on a control unit.
 - **Precision.** Numbers are single precision; `--replay` measures the difference.
 - **Governor and prefilter.** They shape a moving setpoint; here it is constant, so neither is exported.
 - **The table has no dynamics**: no integral, no anti-windup, no filter, no limit of the rate. A slip

@@ -1,9 +1,10 @@
 """The static part of a controller as a table of rusEFI's own traction control.
 
 Its tables give the throttle drop (%) or the timing drop (deg) over speed and slip ratio. They hold
-whole numbers, and slip in steps of 1 %. Firmware until early 2026 adds the number of the table to
-throttle and timing, so that a reduction is negative; later firmware subtracts it, and takes positive
-numbers alone. The wrong sign opens the throttle of older firmware when the wheel spins.
+whole numbers, and slip in steps of 1 %. Older firmware adds the number of the table to throttle and
+timing, so that a reduction is negative; newer firmware subtracts it, and takes positive numbers alone
+(the sign changed in the course of 2026). With the wrong sign older firmware opens the throttle when the
+wheel spins.
 """
 
 import math

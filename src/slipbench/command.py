@@ -12,6 +12,7 @@ from slipbench import commands as installation
 from slipbench import fmu_command as fmu
 from slipbench import next_command as experiments
 from slipbench import session_commands as track
+from slipbench import view_command
 from slipbench.bench import commands as bench
 from slipbench.identification import commands as identification
 from slipbench.identification.closed_loop_simulation import commands as closed_loop_simulation
@@ -27,6 +28,7 @@ from slipbench.studies.paper import commands as paper
 PARTS = (
     bench,
     track,
+    view_command,
     experiments,
     fmu,
     identification,

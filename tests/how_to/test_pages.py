@@ -34,6 +34,12 @@ def test_a_season(reader: Reader) -> None:
     assert reader.skipped == set()
 
 
+def test_export_to_rusefi(reader: Reader) -> None:
+    pytest.importorskip("lupa", reason="pip install 'slipbench[ecu]'")
+    reader.follow("export_to_rusefi.md")
+    assert reader.skipped == set()
+
+
 def test_your_motorcycle(reader: Reader) -> None:
     reader.follow("your_motorcycle.md")
     assert reader.skipped == {"can0"}

@@ -28,7 +28,7 @@ def test_script_table_and_notes_are_written(tmp_path, name):
     assert [path.suffix for path in files] == [".lua", ".table", ".md"]
     assert all(path.stat().st_size for path in files)
     notes = files[-1].read_text()
-    for lacking in ("Rate", "Delay", "Tooth-pitch", "Governor and prefilter", "no dynamics"):
+    for lacking in ("Rate", "Delay", "Tooth-pitch", "Memory", "Governor and", "no dynamics"):
         assert lacking in notes
 
 
