@@ -13,6 +13,7 @@ from typing import Any
 
 import tomli_w
 
+from slipbench.bench.session.designed_runs import designed_runs
 from slipbench.bench.session.plan_file import SessionPlan, read_plan
 from slipbench.bench.session.planned_runs import PlannedRun, planned_runs
 from slipbench.bench.session.rider_line import PHASES, WAITING, ArmingWatch, instruction
@@ -106,11 +107,12 @@ def open_session(
 ) -> Session:
     """Session of a plan in its folder, which must be locked; every trial is checked.
 
-    Raises InputError where plan, a trial or a vehicle is invalid, or where a trial was changed of
+    Designed trials that were accepted follow the runs of the plan. Raises InputError where plan, a trial or a vehicle is invalid, or where a trial was changed of
     which runs are recorded already.
     """
     plan = read_plan(path)
-    runs = planned_runs(plan, path, folder / "trials")
+    planned = planned_runs(plan, path, folder / "trials")
+    runs = (*planned, *designed_runs(folder, planned))
     session = Session(plan, runs, folder, database, binding)
     for run in runs:
         _refuse_change(session, run, path)

@@ -14,7 +14,7 @@ Errors that are serially correlated within segments carry less information than 
 likelihood of the runs before counts with a power of one over the variance inflation of the fit.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -30,13 +30,12 @@ from slipbench.identification.mismatch.naming.full_fits import fitted
 from slipbench.identification.mismatch.simulation.model import Model, models, predict
 from slipbench.identification.mismatch.simulation.record import Record
 from slipbench.identification.mismatch.simulation.system import System
+from slipbench.identification.mismatch.telling.open_questions import TYPICAL_SPREAD
 from slipbench.plant.errors import PlantError
 from slipbench.plant.signals import Floats
 
 FREEDOM = 4.0
 """Degrees of freedom of the noise level of a new run: within a factor of 2 of the earlier ones."""
-IMPOSSIBLE = -1e6
-"""Nats of a run that a hypothesis cannot simulate."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,27 +52,44 @@ class Learnt:
 
 
 def run_evidence(
-    system: System, earlier: Sequence[Record], new: Record, question: Sequence[Hypothesis]
-) -> RunEvidence:
-    """Logarithmic densities of a run under hypotheses that exclude each other.
+    system: System,
+    earlier: Sequence[Record],
+    new: Record,
+    questions: Sequence[Sequence[Hypothesis]],
+) -> tuple[RunEvidence, ...]:
+    """Logarithmic densities of a run for each question: hypotheses that exclude each other.
 
     system: as before these runs, with the effects that are not in question; earlier: the runs before.
     """
     before, after = models(system, earlier, [new])
     base = calibrate(before, before.origin())
     power = min(1.0, 1.0 / base.scatter.inflation)
-    sizes_are_known = any(h.name == NOTHING for h in question)
-    densities = {
-        h.name: _log_density(_learnt(base, h, sizes_are_known, power), after) for h in question
-    }
-    return RunEvidence(new.name, densities, power)
+    known = dict[tuple[str, bool], float | None]()
+    found = []
+    for question in questions:
+        as_stated = any(h.name == NOTHING for h in question)
+        for h in question:
+            if (h.name, as_stated) not in known:
+                known[h.name, as_stated] = _log_density(_learnt(base, h, as_stated, power), after)
+        found.append(
+            _evidence(new.name, {h.name: known[h.name, as_stated] for h in question}, power)
+        )
+    return tuple(found)
+
+
+def _evidence(run: str, densities: Mapping[str, float | None], power: float) -> RunEvidence:
+    """Evidence of a run; none where a hypothesis could not be simulated, which does not refute it."""
+    known = {name: value for name, value in densities.items() if value is not None}
+    if len(known) < len(densities):
+        return RunEvidence(run, dict.fromkeys(densities, 0.0), 0.0)
+    return RunEvidence(run, known, power)
 
 
 def _learnt(base: Fit, hypothesis: Hypothesis, as_stated: bool, power: float) -> Learnt | None:
     """Posterior under a hypothesis; None where it cannot be simulated.
 
-    as_stated: the size keeps its stated prior, since the runs before hardly show it: fitted freely it
-    would fall to nothing, and "nothing" and the effect would be the same.
+    as_stated: the size keeps its stated prior, or one about its typical value, since the runs before
+    hardly show it: fitted freely it would fall to nothing, and "nothing" and the effect be the same.
     """
     candidate = hypothesis.candidate
     if candidate is None:
@@ -90,7 +106,7 @@ def _learnt(base: Fit, hypothesis: Hypothesis, as_stated: bool, power: float) ->
         return None
     fit = replace(settle(replace(there, candidates=())), candidates=(candidate,))
     spread = np.ones(len(candidate.dials))
-    spread[0] = max(hypothesis.spread, 1e-3 * abs(candidate.size))
+    spread[0] = hypothesis.spread or TYPICAL_SPREAD * abs(candidate.size)
     return _posterior(fit, np.zeros(spread.size), spread, power)
 
 
@@ -114,16 +130,19 @@ def _parameters(model: Model) -> list[int]:
     return [i for i, known in enumerate(model.known) if not known.of_clock]
 
 
-def _log_density(learnt: Learnt | None, model: Model) -> float:
-    """Logarithmic predictive density of the one record of a model, nats, up to a constant."""
+def _log_density(learnt: Learnt | None, model: Model) -> float | None:
+    """Logarithmic predictive density of the one record of a model, nats, up to a constant.
+
+    None where the hypothesis cannot be simulated.
+    """
     if learnt is None:
-        return IMPOSSIBLE
+        return None
     there = replace(model.origin(), x=learnt.fit.point.x, effects=learnt.fit.point.effects)
     try:
         predicted = predict(model, there)
         slopes = sensitivities(model, there)
     except PlantError:
-        return IMPOSSIBLE
+        return None
     fit = Fit(model, there, predicted, learnt.fit.noise, slopes, learnt.fit.candidates)
     return log_t_density(fit.aim, *_columns(fit, learnt)) - 0.5 * _log_scale(fit)
 

@@ -40,6 +40,7 @@ class Day:
     explained    content of verdict.json; None where `explain` did not run
     not_explained  why not, where it was to run; memo: path of the memo, relative to the report
     selected     runs of that analysis, each with its reason
+    designed     trials that were offered, the answers, and what their runs showed
     """
 
     name: str
@@ -51,6 +52,7 @@ class Day:
     not_explained: str = ""
     memo: str = ""
     selected: tuple[str, ...] = ()
+    designed: tuple[str, ...] = ()
 
     def of_trial(self, trial: str) -> tuple[Run, ...]:
         """Usable runs of a trial."""
@@ -178,6 +180,7 @@ def figures(day: Day, found: Results) -> dict[str, Any]:
         ),
         "explanation": explanation(day),
         "explained_runs": list(day.selected),
+        "designed": list(day.designed),
         "next_steps": list(found.next_steps),
     }
 

@@ -40,6 +40,7 @@ def page(day: Day, found: Results) -> str:
         explanation=explanation(day),
         memo=day.memo,
         selected=day.selected,
+        designed=day.designed,
         next_steps=found.next_steps,
     )
 

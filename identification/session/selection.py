@@ -10,7 +10,7 @@ from itertools import zip_longest
 
 from slipbench.identification.session.day import Run
 
-TRAINING = 4
+TRAINING = 2
 """Training runs at most, unless there are more trials: then one of each."""
 HELD_OUT = 2
 """Held-out runs at most: of trials of different actuators first."""

@@ -14,6 +14,7 @@ if TYPE_CHECKING:  # the analyses take seconds to import; --help should not
     from slipbench.identification.experiments.envelope import Drawn
     from slipbench.identification.experiments.reading import BaseTrial
     from slipbench.identification.experiments.search import Designed, Problem
+    from slipbench.identification.mismatch.telling.open_questions import OpenQuestions
 
 LOWER = 0.75  # from one amplitude to the next
 ATTEMPTS = 4  # amplitudes that are run before a trial is given up
@@ -81,23 +82,36 @@ def designed_trial(
     place: Path,
     say: Callable[[str], None],
 ) -> tuple[dict[str, Any], str]:
-    """Content of the trial file, which will lie in `place`, and what the trial will tell.
+    """Content of the trial file, which will lie in `place`, and what the trial is to show.
 
     folder: of an analysis or session; straight: m; trials: files whose limits hold; between: names of
     hypotheses. Raises InputError where nothing is open, or where no trial stays within the limits.
     """
+    from slipbench.identification.experiments.reading import questions_in
+
+    return designed_from(*questions_in(folder), straight, trials, between, place, say)
+
+
+def designed_from(
+    analysis: Path,
+    opened: "OpenQuestions",
+    straight: float,
+    trials: list[Path],
+    between: list[str],
+    place: Path,
+    say: Callable[[str], None],
+) -> tuple[dict[str, Any], str]:
+    """The same from open questions whose paths lead from the folder `analysis`."""
     from slipbench.identification.experiments.offer import sentence
     from slipbench.identification.experiments.reading import (
         base_trials,
         known_of,
         problem_of,
-        questions_in,
         questions_of,
     )
     from slipbench.identification.experiments.search import design
     from slipbench.identification.mismatch.motorcycle.system import MotorcycleSystem
 
-    analysis, opened = questions_in(folder)
     bases = base_trials(analysis, opened, trials)
     say("Reading recordings")
     known = known_of(analysis, opened)

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -25,7 +25,11 @@ from slipbench.bench.view.commands import (
 )
 from slipbench.protocol.errors import InputError
 from slipbench.protocol.shipped_files import completion_of, file_of
+from slipbench.session_experiment import MOST, run_experiment
 from slipbench.session_report import write_report
+
+if TYPE_CHECKING:
+    from slipbench.session_experiment import Experiment
 
 NOT_ALL_USABLE = 3  # exit status, as of a trial that tripped
 
@@ -61,6 +65,20 @@ def session(
             autocompletion=completion_of("vehicle"),
         ),
     ] = None,
+    straight: Annotated[
+        str | None,
+        typer.Option(
+            help="After the planned runs, offer a designed trial for what the analysis of --explain"
+            " left open, on a straight of this length, as in 900m."
+        ),
+    ] = None,
+    accept: Annotated[
+        bool,
+        typer.Option("--accept", help="Accept each offer; the rider still arms it by the button."),
+    ] = False,
+    offers: Annotated[
+        int, typer.Option(min=1, max=20, help="Designed trials that are offered at most.")
+    ] = MOST,
     view: View = False,
     view_at: ViewAddress = None,
     foxglove: Foxglove = False,
@@ -77,6 +95,9 @@ def session(
     each run and the list of runs, and can abort a trial as Ctrl-C does. With --foxglove every signal is
     streamed to Foxglove, Lichtblick or PlotJuggler.
 
+    With --explain and --straight, a trial is designed for what the analysis left open and offered. An
+    accepted one is ridden like the others and explained, until e-values settle each question.
+
     Exit status: 0 each run is usable, 2 invalid input or a run without an end (see message), 3 not
     each run is usable, 130 stopped.
 
@@ -85,16 +106,19 @@ def session(
       slipbench session monday.toml --out monday --simulate
 
       slipbench session monday.toml --out monday --interface socketcan --channel can0
+
+      slipbench session monday.toml --out monday --simulate --explain vehicle.toml --straight 900m
     """
     from slipbench.bench.descriptors import require_descriptors
     from slipbench.bench.foxglove.stream_process import live_stream
     from slipbench.bench.loop.interrupts import keyboard_interrupt_on_signals
-    from slipbench.bench.session.session import open_session, run_session
+    from slipbench.bench.session.session import Session, open_session, run_session
     from slipbench.bench.session.session_folder import locked
     from slipbench.bench.trials.connection import Connection
     from slipbench.bench.view.view_process import live_view
 
     _choose_one(simulate, interface, real_time)
+    experiment = _experiment(straight, explain, accept, offers)
     require_descriptors()
     connection = Connection(interface, channel or [], bitrate, fd, real_time)
     address, stream = view_address(view, view_at), foxglove_address(foxglove, foxglove_at)
@@ -104,10 +128,19 @@ def session(
         live_view(out, address, _say, take_look=False),
         live_stream(out, stream, _say),
     ):
-        opened = open_session(plan, out, database, binding)
-        usable = run_session(opened, connection, look, _say)
+
+        def ride() -> Session:
+            opened = open_session(plan, out, database, binding)
+            usable.append(run_session(opened, connection, look, _say))
+            return opened
+
+        usable = list[bool]()
+        opened = ride()
+        if experiment is not None:
+            run_experiment(opened, experiment, ride, _say)
+            opened = open_session(plan, out, database, binding)
         typer.echo(f"report: {write_report(opened, explain, _say)}")
-    if not usable:
+    if not usable[-1]:
         raise typer.Exit(NOT_ALL_USABLE)
 
 
@@ -207,6 +240,25 @@ def _say(line: str) -> None:
     """Print a line. A lost terminal is ignored, so that it does not end a trial."""
     with suppress(OSError):
         typer.echo(line)
+
+
+def _experiment(
+    straight: str | None, vehicle: Path | None, accept: bool, offers: int
+) -> "Experiment | None":
+    """What is allowed of designed trials; None: none is offered. Raises InputError."""
+    from slipbench.bench.session.straight import length_of
+    from slipbench.session_experiment import Experiment
+
+    if straight is None and not accept:
+        return None
+    if straight is None or vehicle is None:
+        raise InputError(
+            "a trial cannot be designed",
+            expected="--explain FILE and --straight LENGTH",
+            found=f"no {'--straight' if straight is None else '--explain'}",
+            remedy="name the nominal vehicle file and the length of the straight",
+        )
+    return Experiment(length_of(straight), vehicle, accept, offers)
 
 
 def _choose_one(simulate: bool, interface: str | None, real_time: bool) -> None:

@@ -4,6 +4,7 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from slipbench.session_experiment import lines_for_report
 from slipbench.session_explain import MEMO, Say, explained, runs_of
 
 if TYPE_CHECKING:  # the analyses take seconds to import; --help should not
@@ -42,4 +43,5 @@ def _day(session: "Session", vehicle: Path | None, say: Say) -> "Day":
         why_not,
         f"{MEMO}/memo.html" if verdict is not None else "",
         selection(runs).lines if verdict is not None else (),
+        lines_for_report(session),
     )

@@ -1,9 +1,8 @@
 """The day, step by step, with the commands that an engineer types.
 
 plan        trials that fit into the straight, simulated with margin
-session     eight runs; one trips, one is bad: both are repeated
-explain     simulation against recordings, with what it left open
-next        the trial that settles it, added to the plan and ridden
+session     eight runs; one trips, one is bad: both are repeated. Then explain: simulation against
+            recordings; the trial designed for what that left open is accepted, ridden, explained
 design      a slip controller from the recorded runs
 trial       the controller, ridden; identify: its report
 """
@@ -12,8 +11,9 @@ import os
 import re
 import subprocess
 import sys
+import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import tomli_w
@@ -23,11 +23,12 @@ from slipbench.protocol.configuration import load_toml
 from slipbench.protocol.errors import InputError
 from slipbench.protocol.output_folders import make_folders
 from slipbench.studies.day.mishaps import record, silent_sensors, soft_tyre
+from slipbench.studies.day.transcript import kept
 
 STRAIGHT = "900m"
 REPEATS = 4  # of two trials: eight runs
 TRIPPED, BAD = "throttle_response-2", "spark_response-3"
-DESIGNED = "designed"
+DESIGNED = 1  # trials that are offered: each one takes an analysis more
 Say = Callable[[str], None]
 
 
@@ -67,11 +68,11 @@ def rehearse(day: Day) -> None:
             "the folder is not empty", where=str(day.folder), remedy="give a new folder"
         )
     make_folders(day.folder)
+    day = replace(day, say=kept(day.folder, day.say))
     plan(day)
     day.say("-- something goes wrong in two of the runs: a loose connector, a tyre without air")
     record(day.plan, day.session, (silent_sensors(TRIPPED), soft_tyre(BAD)))
     run_session(day)
-    experiment(day)
     control(day)
 
 
@@ -86,19 +87,10 @@ def plan(day: Day) -> None:
 
 
 def run_session(day: Day) -> None:
-    """Run what is planned and not done yet, and write the report."""
+    """Run what is planned, explain it, ride the designed trial, explain again, write the report."""
     arguments = ("--out", day.session, "--simulate", "--explain", day.nominal)
-    _slipbench(day, "session", day.plan, *arguments)
-
-
-def experiment(day: Day) -> None:
-    """Design the trial that settles what is open, add it to the plan, and go on with the session."""
-    file = day.folder / f"{DESIGNED}.toml"
-    _slipbench(day, "next", day.session, "--straight", STRAIGHT, "--out", file)
-    added = f'\n[[trial]]\nname = "{DESIGNED}"\nfile = "{file.name}"\nrepeats = 2\n'
-    with day.plan.open("a", encoding="utf-8") as text:
-        text.write(added)
-    run_session(day)
+    designed = ("--straight", STRAIGHT, "--offers", DESIGNED, "--accept")
+    _slipbench(day, "session", day.plan, *arguments, *designed)
 
 
 def control(day: Day) -> None:
@@ -141,16 +133,16 @@ def _slipbench(day: Day, *arguments: object) -> None:
     shown = " ".join(_short(day, str(a)) for a in arguments)
     day.say(f"$ slipbench {shown}")
     command = [sys.executable, "-m", "slipbench", *map(str, arguments)]
-    done = subprocess.run(
-        command, check=False, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
-    )
-    for line in done.stdout.splitlines():
-        day.say(line)
-    if done.returncode:
+    began = time.monotonic()
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    assert process.stdout is not None
+    for line in process.stdout:
+        day.say(line.rstrip("\n"))
+    status = process.wait()
+    day.say(f"# {time.monotonic() - began:.0f} s")
+    if status:
         raise InputError(
-            "a step of the day failed",
-            where=f"slipbench {shown}",
-            found=f"status {done.returncode}",
+            "a step of the day failed", where=f"slipbench {shown}", found=f"status {status}"
         )
 
 
