@@ -220,7 +220,7 @@ def test_noise_is_as_large_and_as_coloured_as_the_residuals(clear):
 
 def test_an_unstable_autoregression_does_not_grow(clear):
     [white] = clear.named.fit.noise
-    wild = replace(white, lags=np.full((2, 1, 1), 0.9), made={})
+    wild = replace(white, lags=np.full((2, 1, 1), 0.9))
     assert np.abs(coloured(wild, np.ones((5000, 1)) * 1e-3)).max() < 1.0
 
 
