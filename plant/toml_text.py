@@ -42,6 +42,8 @@ def _merge(into: Any, wanted: Mapping[str, Any], linear: Linear) -> None:
 
 def _merge_tables(into: Any, key: str, wanted: list[Any], linear: Linear) -> None:
     if wanted and key not in into:
+        if isinstance(into, tomlkit.TOMLDocument) and not into.as_string().endswith("\n\n"):
+            into.add(tomlkit.nl())
         into.append(key, tomlkit.aot())
     for table in wanted:
         words = {k: v for k, v in table.items() if isinstance(v, str)}

@@ -10,11 +10,12 @@ It gives the quantity's new value; its arguments are found by name:
 
 value    the quantity at the seam           other   the quantity that the effect uses besides
 rate_of  only at a state's rate: the state  step    of integration, s
-past     the value `delay` ago              elapsed since the step before, s
-memory   what was remembered at the step before; more of it: second, third, fourth
+past     the value `delay` ago              elapsed since the memory was brought up to date, s
+memory   what was remembered then; more of it: second, third, fourth
 and the effect's own parameters and states, whose rates it returns after the value. One that
 `remembers` returns what is to be remembered instead, at first the value itself or what `starts`
-tells; one that `gives` returns what the state named by the model file gains.
+tells; one that `gives` returns what the state named by the model file gains. Where a row of the
+simulation begins, inputs may jump: the memory is brought up to date with nothing elapsed.
 """
 
 import dataclasses
