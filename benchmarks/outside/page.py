@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from benchmarks.outside.benchmarks import BENCHMARKS, Benchmark
+from benchmarks.outside.benchmarks import BENCHMARKS, SOURCES, Benchmark
 
 HEAD = """# Published benchmarks
 
@@ -32,7 +32,8 @@ def page(results: Mapping[str, Mapping[str, Any]]) -> str:
     """Text of the page. results: by benchmark; one that was not run says so."""
     parts = [HEAD + "\n".join(_summary(results)) + "\n"]
     parts += ["\n".join(_section(b, results.get(b.name))) for b in BENCHMARKS]
-    return "\n".join((*parts, TAIL))
+    sources = "\n".join(f"- {name}: {text}." for name, text in SOURCES.items())
+    return "\n".join((*parts, TAIL, f"## Sources\n\n{sources}\n"))
 
 
 def _summary(results: Mapping[str, Mapping[str, Any]]) -> Iterator[str]:
@@ -53,6 +54,11 @@ def _last(result: Mapping[str, Any], test: str) -> str:
     return f"{[e['rms'] for e in result['errors'] if e['test'] == test][-1]:.3g}"
 
 
+def _why(result: Mapping[str, Any]) -> str:
+    """Say that the names are not the verdict, where a residual remains beside them."""
+    return " (withdrawn as names, because a residual remains)" if result["withdrawn"] else ""
+
+
 def _section(b: Benchmark, result: Mapping[str, Any] | None) -> Iterator[str]:
     yield f"## {b.title}"
     yield ""
@@ -68,6 +74,7 @@ def _section(b: Benchmark, result: Mapping[str, Any] | None) -> Iterator[str]:
             f" {result['seconds']:.0f} s of wall time on a shared machine with two cores."
         )
         yield f"- What was said: {result['sentence']}"
+        yield f"- Effects of the last model: {', '.join(result['effects']) or 'none'}{_why(result)}."
     if b.note:
         yield f"- Note: {b.note}"
     yield ""

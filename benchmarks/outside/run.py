@@ -69,6 +69,8 @@ def _result(benchmark: Benchmark) -> dict[str, Any]:
         "sentence": said,
         "processor": used,
         "seconds": took,
+        "effects": analysis.named.names if analysis.named else [],
+        "withdrawn": bool(analysis.named and analysis.named.names and unexplained(analysis)),
         "errors": _errors(benchmark, analysis),
     }
 
@@ -93,8 +95,7 @@ def _systems(a: Analysis) -> Iterator[tuple[str, System]]:
     yield "as written", a.system
     yield "calibrated", _system(a.base)
     if a.named.names:
-        withdrawn = " (names withdrawn: a residual remains)" if unexplained(a) else ""
-        yield f"with the identified effects{withdrawn}", _system(a.named.fit)
+        yield "with the identified effects", _system(a.named.fit)
 
 
 def _system(fit: Fit) -> System:

@@ -62,13 +62,16 @@ def explain_command(
         ),
     ] = False,
     check_count: Annotated[
-        int, typer.Option(min=1, help="Simulated sets with effects, and as many without.")
-    ] = 10,
+        int | None,
+        typer.Option(
+            min=1, help="Simulated sets with effects, and as many without: 10 by default."
+        ),
+    ] = None,
     check_minutes: Annotated[
         float | None,
         typer.Option(min=0.0, help="Time limit of --check; twice the expected time by default."),
     ] = None,
-    check_seed: Annotated[int, typer.Option(min=0, help="Seed of --check.")] = 1,
+    check_seed: Annotated[int | None, typer.Option(min=0, help="Seed of --check.")] = None,
 ) -> None:
     """Localize and identify the mismatch between simulation and recordings.
 
@@ -83,7 +86,7 @@ def explain_command(
     Exit status: 0 done, 1 a step failed, 2 invalid input (see message), 130 interrupted.
     """
     from slipbench.identification.mismatch.explain import known_so_far
-    from slipbench.identification.mismatch.predictive_check.check import Order
+    from slipbench.identification.mismatch.predictive_check.check import COUNT, SEED, Order
     from slipbench.identification.mismatch.predictive_check.stopwatch import seconds
     from slipbench.identification.mismatch.runs import open_analysis
     from slipbench.identification.mismatch.telling.check_in_words import check_lines
@@ -97,6 +100,7 @@ def explain_command(
     )
 
     console = Console(stderr=True)
+    _refuse_without_check(check, count=check_count, minutes=check_minutes, seed=check_seed)
     vehicle, training = _simulation(vehicle, training)
     with console.status("Reading recordings") as progress:
         analysis = open_analysis(vehicle, training, held_out or [])
@@ -118,7 +122,7 @@ def explain_command(
         typer.echo(line)
     if check and found.complete:
         write_outputs(analysis, found, vehicle, json_path, report_folder)  # a check takes long
-        order = Order(check_count, check_seed)
+        order = Order(check_count or COUNT, SEED if check_seed is None else check_seed)
         found = replace(found, check=_checked(analysis, found, order, took, check_minutes))
         for line in check_lines(found):
             typer.echo(line)
@@ -153,7 +157,24 @@ def _checked(
         f" {duration(number * took)}, time limit {duration(limit)}. Ctrl-C ends it."
     )
     with console.status("Check") as progress:
-        return check(analysis, found, replace(order, limit=limit), progress.update)
+
+        def say(words: str) -> None:
+            progress.update(words)
+            if not console.is_terminal and ": " not in words:  # one line an analysis
+                console.print(words)
+
+        return check(analysis, found, replace(order, limit=limit), say)
+
+
+def _refuse_without_check(check: bool, **given: float | None) -> None:
+    """Raise InputError where options of a check are given without it."""
+    useless = [f"--check-{name}" for name, value in given.items() if value is not None]
+    if useless and not check:
+        raise InputError(
+            f"{', '.join(useless)} has no effect without --check",
+            expected="--check",
+            remedy="add --check, or leave the option out",
+        )
 
 
 def _simulation(vehicle: Path | None, training: list[Path]) -> tuple[Path, list[Path]]:

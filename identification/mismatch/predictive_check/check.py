@@ -41,7 +41,7 @@ from slipbench.plant.effects.effect import Effect
 from slipbench.plant.errors import PlantError
 from slipbench.protocol.errors import is_interrupt
 
-SEED = 1
+COUNT, SEED = 10, 1
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,7 @@ class Order:
     limit: of the wall time, s; None: none. library: effects to look for; None: all. clock: s.
     """
 
-    count: int = 10
+    count: int = COUNT
     seed: int = SEED
     limit: float | None = None
     library: Sequence[type[Effect]] | None = None

@@ -293,6 +293,14 @@ def test_the_command_reports_the_check_and_keeps_to_the_schema(clear, tmp_path, 
     assert "Check by simulation" in (report / "memo.html").read_text("utf-8")
 
 
+@pytest.mark.parametrize("option", ["--check-count", "--check-minutes", "--check-seed"])
+def test_an_option_of_a_check_is_refused_without_it(option, tmp_path):
+    command = ["explain", "--vehicle", str(tmp_path / "spring.toml"), "run", option, "3"]
+    done = CliRunner().invoke(app, command)
+    assert done.exit_code != 0
+    assert f"{option} has no effect without --check" in str(done.exception or done.output)
+
+
 def test_every_check_keeps_to_the_schema():
     nothing = Rate(0, 0)
     empty = Check(1, 10, 0.0, None, INTERRUPTED, nothing, nothing, nothing, nothing)
