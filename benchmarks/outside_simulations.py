@@ -25,7 +25,7 @@ from slipbench.identification.mismatch.simulation.system import System
 from slipbench.identification.mismatch.telling.verdict import Verdict
 from slipbench.protocol.recording.recording import Recording
 from tests.identification.mismatch.callables import springs
-from tests.identification.mismatch.callables.fmus.building import BESIDE, build, with_file
+from tests.identification.mismatch.callables.fmus.building import build, with_file
 from tests.identification.mismatch.laws.explained import explained, names
 from tests.identification.mismatch.laws.spring import PERIOD, spring, swung
 
@@ -162,7 +162,7 @@ def main() -> None:
     found = []
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        with_file(build(folder, 3), BESIDE.replace('"5 s"', '"60 s"'))
+        with_file(build(folder, 3))
         (folder / "model").mkdir()
         for number in range(options.cases):
             one = case(number, options.seed)
