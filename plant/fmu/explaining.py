@@ -30,7 +30,7 @@ def file_beside(model: FmuModel, plus_minus: Mapping[str, float]) -> str:
 
 def _lines(model: FmuModel, plus_minus: Mapping[str, float]) -> Iterator[str]:
     yield f'name = "{model.name}"'
-    yield 'step = "1 ms"\nperiod = "10 ms"\ntime_limit = "30 s"'
+    yield 'step = "1 ms"\nperiod = "10 ms"\ntime_limit = "120 s"'
     for one in variables(model):
         half = plus_minus.get(one.name.replace("[", ".").replace("]", ""), 0.0)
         if one.kind in (PARAMETER, RATIO) and half > 0.0:

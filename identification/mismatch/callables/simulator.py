@@ -26,7 +26,7 @@ from slipbench.identification.mismatch.callables.operators import (
     shown_names,
     speeds_used,
 )
-from slipbench.identification.mismatch.systems.model_file import ModelFile, Number, Output, State
+from slipbench.identification.mismatch.systems.model_file import ModelFile, Number
 from slipbench.identification.mismatch.systems.run import BOUND, Shown
 from slipbench.identification.mismatch.systems.simulator import Simulator, Task
 from slipbench.plant.errors import PlantError
@@ -181,15 +181,16 @@ def call_of(task: Task, inputs: Floats) -> Call:
 
 def _check_bounded(task: Task, run: Floats) -> None:
     """Raise PlantError where a run, (rows, outputs and states), leaves all usual magnitudes."""
-    told: dict[str, Output | State] = {**task.file.outputs, **task.file.states}
-    for (name, one), column in zip(told.items(), run.T, strict=True):
+    sizes: dict[str, Number] = {name: one.size for name, one in task.file.outputs.items()}
+    sizes |= {name: one.size for name, one in task.file.states.items()}
+    for (name, size), column in zip(sizes.items(), run.T, strict=True):
         most = float(np.max(np.abs(column), initial=0.0))
-        if most > BOUND * abs(one.size.si):
+        if most > BOUND * abs(size.si):
             raise PlantError(
                 "the simulation grows without bound",
                 f"{task.file.name} on {task.record.name}",
-                f"{name} within {BOUND:g} times its size, {one.size.value:g} {one.size.unit}",
-                f"{most:.3g} {one.size.si_unit}",
+                f"{name} within {BOUND:g} times its size, {size.value:g} {size.unit}",
+                f"{most:.3g} {size.si_unit}",
                 "take a smaller step, or the other interface of an FMU; or correct the size",
             )
 

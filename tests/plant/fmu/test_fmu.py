@@ -10,13 +10,17 @@ import numpy as np
 import pytest
 
 from slipbench.fmu_check import largest_deviation, require_valid, simulated
+from slipbench.plant.effects.library import LIBRARY
 from slipbench.plant.fmu.description import description
 from slipbench.plant.fmu.explaining import INPUTS, OUTPUTS, file_beside
-from slipbench.plant.fmu.model import FmuModel
+from slipbench.plant.fmu.export import write_fmu
+from slipbench.plant.fmu.model import FmuModel, model_at
 from slipbench.plant.fmu.units import fmi_unit
 from slipbench.plant.fmu.variables import INPUT, OUTPUT, PARAMETER, RATIO, variables
+from slipbench.plant.motorcycle import Motorcycle
 from slipbench.plant.parameters import Block
-from tests.plant.fmu.conftest import Slave
+from slipbench.plant.simulation import Simulation
+from tests.plant.fmu.conftest import STEP, Slave
 
 Made = Callable[[], Slave]
 
@@ -25,6 +29,20 @@ def test_its_outputs_equal_those_of_the_plant(fmu: Path, model: FmuModel) -> Non
     """A sweep of throttle and spark, with brake, grade and grip that move."""
     require_valid(fmu)
     assert largest_deviation(fmu, model) < 1e-10
+
+
+def test_every_effect_of_the_library_acts_in_an_fmu_as_in_the_plant(
+    headers: Path, tmp_path: Path
+) -> None:
+    """All that act in the equations of motion at once, each with its typical size."""
+    effects = tuple(kind() for kind in LIBRARY if kind.hooks)
+    every = model_at("every effect", Simulation(Motorcycle(effects=effects), STEP), 2, 1200.0)
+    fmu = tmp_path / "every.fmu"
+    write_fmu(fmu, every, 3, headers)
+    assert {f"effects.{e.name}" for e in effects} <= {
+        v.name.rpartition(".")[0] for v in variables(every)
+    }
+    assert largest_deviation(fmu, every) < 1e-9
 
 
 def ridden(one: Slave, model: FmuModel, steps: int, name: str) -> np.ndarray:

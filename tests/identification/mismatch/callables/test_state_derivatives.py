@@ -30,7 +30,7 @@ along = "velocity"
 size = { value = 10, unit = "m/s" }
 first = { value = 0, unit = "m/s" }
 """
-EXCHANGED = BESIDE.replace('step = "10 ms"', 'step = "5 ms"').replace('"5 s"', '"60 s"') + STATES
+EXCHANGED = BESIDE.replace('step = "10 ms"', 'step = "5 ms"') + STATES
 AS_MODEL = MODEL.replace(
     'along = "velocity"\n', 'along = "velocity"\n\n[seams.push]\nvalue = "0"\nalong = "velocity"\n'
     'size = { value = 1000, unit = "m/s^2" }\n', 1

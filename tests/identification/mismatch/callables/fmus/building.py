@@ -22,7 +22,7 @@ BESIDE = """
 step = "10 ms"
 period = "10 ms"
 stretch = "1 s"
-time_limit = "5 s"
+time_limit = "60 s"
 
 [parameters]  # as in the model file of this spring
 gain = { value = 100, unit = "N/kg/V", plus_minus = 20 }
