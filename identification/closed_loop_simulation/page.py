@@ -12,6 +12,7 @@ from slipbench.identification.closed_loop_simulation.compare import (
     WET,
     Compared,
 )
+from slipbench.identification.closed_loop_simulation.factors import factors
 from slipbench.identification.closed_loop_simulation.figures import scenario_figure
 from slipbench.identification.closed_loop_simulation.markdown import table
 from slipbench.identification.closed_loop_simulation.ride import Ridden
@@ -32,7 +33,7 @@ def write_page(
     folder.mkdir(parents=True, exist_ok=True)
     for name in SHOWN:
         d.png(scenario_figure(rides[name]), folder / f"control_{name.replace(' ', '_')}.png")
-    parts = [_head(command), _tracking(found, bandwidth), _hard(found), _robust(found)]
+    parts = [_head(command), _tracking(found, bandwidth), _hard(found), _robust(found), factors()]
     parts += [
         f"## {name.capitalize()}\n\n![{name}](figures/control_{name.replace(' ', '_')}.png)"
         for name in SHOWN

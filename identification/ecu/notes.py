@@ -13,7 +13,8 @@ The table has positive numbers, for firmware that *subtracts* them. Never load i
 adds them: there it opens the throttle when the wheel spins."""
 CHECK = """\
 rusEFI changed the sign in the course of 2026 (traction_control.cpp). Check it before you ride: with
-the engine off, hold the pedal open and turn the driven wheel alone; the throttle target must fall."""
+the engine off, hold the pedal open and turn the driven wheel alone; the throttle target must fall.
+Check a timing table on a stand, with the engine running: the timing must be retarded."""
 
 
 def notes(law: ExportedLaw, table: TractionTable | None, convention: str | None) -> str:
