@@ -170,10 +170,10 @@ def _log_scale(fit: Fit) -> float:
 
 
 def log_t_density(values: Floats, mean: Floats, columns: Floats) -> float:
-    """Logarithm of a multivariate t with FREEDOM degrees, location `mean` and scale I + C C'.
+    """Logarithm of a multivariate t with FREEDOM degrees, location `mean` and scale I + C C', nats.
 
-    values, mean: (rows,); columns C: (rows, k). Kotz and Nadarajah, "Multivariate t Distributions and
-    Their Applications", Cambridge 2004, equation 1.1.
+    values, mean: whitened, shape (rows,); columns C: shape (rows, k). Kotz and Nadarajah,
+    "Multivariate t Distributions and Their Applications", Cambridge 2004, equation 1.1.
     """
     rest, rows = values - mean, values.size
     factor = linalg.cho_factor(columns.T @ columns + np.eye(columns.shape[1]))
