@@ -12,12 +12,8 @@ import numpy as np
 
 from slipbench.identification.mismatch.curves.injection import places
 from slipbench.identification.mismatch.curves.tooth_curve import discs
-from slipbench.identification.mismatch.curves.trace import (
-    answers_along,
-    over_all,
-    seen_by,
-    sensors_as_places,
-)
+from slipbench.identification.mismatch.curves.trace import over_all, sensors_as_places
+from slipbench.identification.mismatch.curves.whitened import Whitened
 from slipbench.identification.mismatch.fit.candidate import Candidate
 from slipbench.identification.mismatch.fit.fitting import Fit
 from slipbench.identification.mismatch.fit.sensitivity import change
@@ -54,10 +50,8 @@ def regressor_of(fit: Fit, number: int) -> str:
     place = known.get(name) or known.get(f"sensor of {name}")
     if place is None:
         return ""
-    shares: dict[str, float] = {}
-    for size in SIZES:
-        for n, share in _shares(bare, place, _trace(bare, fit.effects[number], size)):
-            shares[n] = max(shares.get(n, 0.0), share)
+    traces = np.stack([_trace(bare, fit.effects[number], size) for size in SIZES], axis=1)
+    shares = dict(_shares(bare, place, traces[:, traces.any(axis=0)]))
     worth = {n: s - PLAINER * bool(kind_of(n)) + NEARER * (n == name) for n, s in shares.items()}
     best = max(worth, key=lambda n: worth[n], default="")
     return best if best and shares[best] >= LEAST else ""
@@ -81,15 +75,19 @@ def _trace(bare: Fit, effect: Candidate, size: float) -> Floats:
     return np.nan_to_num(flat(bare.model, bare.noise, series), posinf=0.0, neginf=0.0)
 
 
-def _shares(fit: Fit, place: Injection, trace: Floats) -> Iterator[tuple[str, float]]:
-    """Yield every quantity with the share of a whitened trace that a curve along it explains."""
-    whole = float(trace @ trace)
-    seen = seen_by(fit, place.drive)
-    for name in seen[0][1]:
+def _shares(fit: Fit, place: Injection, traces: Floats) -> Iterator[tuple[str, float]]:
+    """Yield every quantity with the share that a curve along it explains of one of the traces.
+
+    traces: whitened, none of them zero, (rows, k); the largest share counts.
+    """
+    whitened, whole = Whitened(fit), np.sum(traces**2, axis=0)
+    seen = whitened.seen_by(place.drive) if whole.size else []
+    for name in seen[0][1] if seen else ():
         knots = knots_for(name, over_all(name, seen))
-        if name == ANGLE or kind_of(name) == DETAIL or knots.size < 3 or whole <= 0.0:
+        if name == ANGLE or kind_of(name) == DETAIL or knots.size < 3:
             continue
-        columns = place.size * flat(fit.model, fit.noise, answers_along(fit, place, name, knots))
-        values = np.linalg.lstsq(columns, trace, rcond=1e-6)[0]
-        left = trace - columns @ values
-        yield name, 1.0 - float(left @ left) / whole
+        hats = whitened.along(place.drive, {name: knots})
+        columns = place.size * whitened.columns(place, hats)
+        values = np.linalg.lstsq(columns, traces, rcond=1e-6)[0]
+        left = np.sum((traces - columns @ values) ** 2, axis=0)
+        yield name, float(np.max(1.0 - left / whole))

@@ -57,7 +57,7 @@ def doubts(seed, shows, amplitude):
     held = locate._Held(gain, shows, told)
     place = SimpleNamespace(counts=0.0, size=1.0)
     found = SimpleNamespace(place=place, swing=1.0, foretold=course)
-    return locate._family_p(found, held, training, held_out, 50)
+    return locate._p(found, held, training, held_out)
 
 
 @pytest.mark.parametrize("seed", range(3))
