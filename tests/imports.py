@@ -120,6 +120,7 @@ ALLOWED = {
         "bench/bus/broker.py",
         "bench/bus/python_can.py",
         "studies/blind_validation/one_case.py",
+        "studies/day/rehearsal.py",
         "identification/mismatch/callables/simulator.py",
     ),
     "threading": (
