@@ -123,6 +123,7 @@ ALLOWED = {
         "bench/bus/broker.py",
         "bench/bus/python_can.py",
         "studies/blind_validation/one_case.py",
+        "studies/day/rehearsal.py",
         "identification/mismatch/callables/simulator.py",
         "identification/mismatch/predictive_check/stopwatch.py",
     ),

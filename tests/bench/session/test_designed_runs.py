@@ -65,7 +65,7 @@ def without_search(monkeypatch):
 def test_an_accepted_offer_is_ridden_explained_again_and_settles_the_question(
     day, monkeypatch, planned
 ):
-    """Trial and evidence are given; neither is: laws/slow/test_designed_session.py."""
+    """Trial and evidence are given; designs: tests/identification/experiments."""
     calls = explained_by_files(monkeypatch)
     without_search(monkeypatch)
     with_constant_evidence(monkeypatch)
