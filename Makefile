@@ -18,6 +18,8 @@
 # make thousand         a thousand randomised simulated trials under slip control (minutes)
 # make controllers      design a controller of each kind and compare them: docs/controllers.md
 # make real-recordings  write docs/real_recordings.md: mismatch in published recordings (tens of minutes)
+# make outside          write docs/outside.md: published benchmarks by their own splits (minutes)
+# make robustness       write docs/controller_robustness.md: slip controllers on drawn motorcycles (minutes)
 # make walkthrough      write docs/how_a_mismatch_is_explained.md from a published recording
 # make day              a day at the track rehearsed on the simulated clock: build/day (tens of minutes)
 # make lock             choose the newest versions that pyproject.toml allows
@@ -64,7 +66,7 @@ test-mismatch: setup
 # Real-time trials with their view in a browser; one after the other, so that nothing is late.
 .PHONY: pages
 pages: setup
-	$(IN)/python -m pytest -o addopts=-ra tests/bench/view/test_page.py
+	$(IN)/python -m pytest -o addopts=-ra tests/bench/view/test_page.py tests/bench/view/test_season_page.py
 
 # The paper's claims, on its trials ridden anew; minutes, not part of `make test`.
 .PHONY: test-paper
@@ -185,6 +187,15 @@ real-recordings: setup
 .PHONY: day
 day: setup
 	rm -rf build/day && $(IN)/python -m slipbench.studies.day build/day
+
+# docs/outside.md: published benchmarks by their own splits; RECORDINGS as for real-recordings.
+.PHONY: outside
+outside: setup
+	$(IN)/python -m benchmarks.outside.run $(RECORDINGS)
+
+.PHONY: robustness
+robustness: setup
+	$(IN)/slipbench robustness examples/controllers --page docs/controller_robustness.md
 
 .PHONY: walkthrough
 walkthrough: setup
