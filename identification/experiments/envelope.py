@@ -22,8 +22,6 @@ from slipbench.plant.signals import Floats, Inputs, Outputs
 from slipbench.plant.simulation import Simulation
 from slipbench.protocol.straight import AFTERWARDS, DRIFT, MARGIN, WINDOW
 
-AT_STOP = 0.002
-"""Opening below which the throttle is at its stop: there it does not follow its command."""
 TRIES = 8
 """Simulations of one motorcycle until its amplitude fits."""
 
@@ -130,19 +128,10 @@ def _used(
     yield "slip", np.abs(out.slip) / ((1.0 - MARGIN) * limits.slip)
     if choice.actuator == "throttle":
         yield "throttle", _of_range(inputs.throttle_command, limits.throttle, 0.0)
-        yield "throttle stop", _towards_stop(out.throttle)
     yield "speed at the brakes", out.speed / (nominal * (1.0 + WINDOW + DRIFT))
     begun = round(BEGINS / STEP) - 1
     way = out.distance - out.distance[begun]
     yield "distance", way / bounds.distance(nominal)
-
-
-def _towards_stop(opening: Floats) -> Floats:
-    """Share of the way from the opening in steady riding to the nearer stop, row by row."""
-    steady = float(opening[0])
-    down = (steady - opening) / max(steady - AT_STOP, AT_STOP)
-    up = (opening - steady) / max(1.0 - AT_STOP - steady, AT_STOP)
-    return np.asarray(np.maximum(down, up))
 
 
 def _of_range(values: Floats, limits: tuple[float, float], margin: float) -> Floats:
