@@ -147,6 +147,7 @@ ALLOWED = {
         "plant/compiled.py",
         "identification/mismatch/callables/simulator.py",
         "identification/mismatch/callables/worker.py",
+        "identification/mismatch/motorcycle/simulate.py",
         "identification/mismatch/simulation/threads.py",
     ),
     "multiprocessing": (

@@ -10,16 +10,12 @@ import numpy as np
 
 from slipbench.identification.mismatch.systems.equations import Equations
 from slipbench.identification.mismatch.systems.kernel import (
-    END,
-    FIRST,
     MOST_MEMORIES,
     MOST_STATES,
-    ROW,
-    STEP,
-    WITHIN,
     effects_module,
     first_input,
 )
+from slipbench.identification.mismatch.systems.kernel_parts import END, FIRST, ROW, STEP, WITHIN
 from slipbench.identification.mismatch.systems.run import Integers
 from slipbench.plant.signals import Floats
 
