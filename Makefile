@@ -192,6 +192,7 @@ day: setup
 .PHONY: outside
 outside: setup
 	$(IN)/python -m benchmarks.outside.run $(RECORDINGS)
+	$(IN)/python benchmarks/outside_simulations.py --cases 8 --out docs/outside_simulations.md
 
 .PHONY: robustness
 robustness: setup
