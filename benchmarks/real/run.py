@@ -211,7 +211,7 @@ Changes after a result had been seen:
   of 2 to 3; fits start at the parameters of the file, by least squares, with look-ahead;
 - residuals are tested by their share of the mean square (before: 60 nats), after Silverbox, drives
   and tanks had lost names that explained nearly everything;
-- swap steps (exchange.py), after the training run of the tanks needed a set of three effects that no
+- swap steps, after the training run of the tanks needed a set of three effects that no
   single step reaches;
 - names that do not suffice stand where no curve in their place predicts better, after the front
   wheel of the Yamaha had lost names that reduce its held-out error from 1.5 to 0.7 m/s in favour of

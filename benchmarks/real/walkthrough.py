@@ -94,14 +94,14 @@ Places that reach the output through one equation tie: a localization names the 
 **Out:** effects that are accepted, those that these recordings cannot tell from them, and what the held-out recordings contradict.
 
 A score test predicts for each effect, from one simulation, what a fit would gain (`naming/score.py`). The most promising are fitted
-fully, together with all parameters (`naming/full_fits.py`).
+fully, together with all parameters (`naming/fits.py`).
 
 {_scores(a)}
 
 An effect is accepted where it gains at least 12 nats, where its size is certain against errors that hang together, over all that
 was tried (5 % of false alarms in the whole family), and where the held-out recordings do not contradict it
-(`naming/accepting.py`, `naming/certainty.py`). Each accepted effect is then left out once, and must be missed
-(`naming/pruning.py`). Accepted: {names}; together {a.named.gain:.0f} nats.
+(`naming/acceptance.py`, `naming/certainty.py`). Where several are accepted, each is exchanged for others once; then each is
+left out once, and must be missed (`naming/search.py`). Accepted: {names}; together {a.named.gain:.0f} nats.
 
 {_effects(a)}
 

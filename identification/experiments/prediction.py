@@ -26,7 +26,7 @@ from slipbench.identification.mismatch.fit.calibrate import calibrate
 from slipbench.identification.mismatch.fit.fitting import Fit, with_effects
 from slipbench.identification.mismatch.fit.sensitivity import coordinates_of, sensitivities
 from slipbench.identification.mismatch.fit.settling import settle
-from slipbench.identification.mismatch.naming.full_fits import fitted
+from slipbench.identification.mismatch.naming.fits import fitted
 from slipbench.identification.mismatch.simulation.model import Model, models, predict
 from slipbench.identification.mismatch.simulation.record import Record
 from slipbench.identification.mismatch.simulation.system import System

@@ -12,19 +12,11 @@ from slipbench.identification.mismatch.curves.free_curve import FreeCurve
 from slipbench.identification.mismatch.curves.sufficiency import Remainder
 from slipbench.identification.mismatch.fit.fitting import Fit
 from slipbench.identification.mismatch.fit.held_out import Error, Veto
-from slipbench.identification.mismatch.naming.accepting import place_of
-from slipbench.identification.mismatch.naming.naming import ALIKE, Named
+from slipbench.identification.mismatch.naming.named import ALIKE, Named
 from slipbench.identification.mismatch.naming.score import SHOWN
 from slipbench.identification.mismatch.simulation.model import Model, models
 from slipbench.identification.mismatch.simulation.record import Record
 from slipbench.identification.mismatch.simulation.system import System
-
-LEFT = 0.05
-"""Share of what was found that a free curve may still find."""
-ELSEWHERE = 0.2
-"""The same at places where nothing that was found acts: there something else may be missing."""
-MOST_LEFT = 60.0
-"""Nats from which on even less than that share asks whether a free curve does better."""
 
 
 @dataclass(eq=False)
@@ -87,28 +79,7 @@ def unexplained(a: Analysis) -> bool:
     assert a.named is not None
     if not a.named.names:
         return _certain(a.before)
-    if a.kept:
-        return False
-    if a.system.by_factors:
-        return a.remains is not None and not a.remains.small
-    return _left(a.after) > min(LEFT * a.named.gain, MOST_LEFT)
-
-
-def nearly_all(a: Analysis) -> bool:
-    """Whether what a free curve still finds is little beside what the accepted effects explain.
-
-    What it finds where none of them acts does not say that they are the wrong ones.
-    """
-    assert a.named is not None
-    fit, gain = a.named.fit, a.named.gain
-    acting = {place_of(fit, c) for c in fit.candidates}
-    there = [c for c in a.after if c.place in acting]
-    return _left(there) <= LEFT * gain and _left(a.after) <= ELSEWHERE * gain
-
-
-def _left(curves: Sequence[Curve]) -> float:
-    """Nats that a free curve certainly finds beside the accepted effects."""
-    return max((c.gain for c in curves if c.certain), default=0.0)
+    return not a.kept and a.remains is not None and not a.remains.small
 
 
 def where_found(a: Analysis) -> Curve | None:

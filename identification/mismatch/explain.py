@@ -9,7 +9,6 @@ from slipbench.identification.mismatch.analysis import (
     accepted,
     described,
     equivalents,
-    nearly_all,
     not_excited,
     unexplained,
 )
@@ -20,10 +19,11 @@ from slipbench.identification.mismatch.curves.inside import inside
 from slipbench.identification.mismatch.curves.locate import locate
 from slipbench.identification.mismatch.curves.sufficiency import remainder
 from slipbench.identification.mismatch.curves.trace import effect_of
-from slipbench.identification.mismatch.fit.calibrate import calibrate
+from slipbench.identification.mismatch.fit.calibrate import astray, calibrate
 from slipbench.identification.mismatch.fit.fitting import Fit
 from slipbench.identification.mismatch.fit.held_out import (
     CONFIRMED,
+    Veto,
     carried_over,
     errors,
     proof,
@@ -32,9 +32,8 @@ from slipbench.identification.mismatch.fit.held_out import (
 from slipbench.identification.mismatch.fit.judge import Judge
 from slipbench.identification.mismatch.fit.sensitivity import change
 from slipbench.identification.mismatch.fit.turned import begun_at, plainest_turn
-from slipbench.identification.mismatch.naming.exchange import exchanged
-from slipbench.identification.mismatch.naming.naming import Say, name
 from slipbench.identification.mismatch.naming.next_trial import next_trial
+from slipbench.identification.mismatch.naming.search import Say, Search
 from slipbench.identification.mismatch.simulation.model import predict
 from slipbench.plant.effects.effect import Effect
 from slipbench.protocol.errors import InputError, is_interrupt
@@ -110,8 +109,7 @@ def _locate(a: Analysis, _: Sequence[type[Effect]], say: Say) -> None:
 def _name(a: Analysis, library: Sequence[type[Effect]], say: Say) -> None:
     assert a.base is not None
     say(f"Screening {len(library)} effects")
-    a.named = name(a.base, library, say, a.held_out)
-    a.vetoes = list(a.named.vetoes)
+    a.named = Search(library, say, a.held_out).named(a.base)
     a.headline = _headline(a)
 
 
@@ -130,22 +128,26 @@ def _headline(a: Analysis) -> str:
 
 
 def _doubt(a: Analysis, library: Sequence[type[Effect]], say: Say) -> None:
+    """Test what the names leave; where that is something, look for pairs.
+
+    Numbers far from what the file believes are something that is left as well.
+    """
     assert a.named is not None
-    if not a.named.fit.candidates:
-        return
     _look_after(a, say)
-    if a.system.by_factors and len(a.named.names) > 1 and unexplained(a):
-        better = exchanged(a.named, library, a.held_out, say, a.vetoes)
-        if better is not a.named:
-            a.named = better
+    if unexplained(a) or astray(a.named.fit):
+        better = Search(library, say, a.held_out).ahead(a.named)
+        changed, a.named = better.fit is not a.named.fit, better
+        if changed:
+            a.headline = _headline(a)
             _look_after(a, say)
+    a.vetoes = list(a.named.vetoes)
 
 
 def _look_after(a: Analysis, say: Say) -> None:
     assert a.named is not None
-    say("Testing the residual of the accepted effects")
-    a.after = _curves(a, a.named.fit)
-    if a.system.by_factors:
+    if a.named.names:
+        say("Testing the residual of the accepted effects")
+        a.after = _curves(a, a.named.fit)
         a.remains = remainder(a.named.base, a.named.fit, a.after)
 
 
@@ -158,11 +160,10 @@ def _free(a: Analysis, _: Sequence[type[Effect]], say: Say) -> None:
         if found is None:
             return
         if a.held_out is None or found.confirmed >= CONFIRMED:
-            a.kept = (a.system.by_factors or nearly_all(a)) and _foretell_more(a, found)
+            a.kept = _foretell_more(a, found)
             a.free = None if a.kept else found
         elif any(c.certain and c.place == found.curve.place for c in a.before):
-            curve = f"free curve: {found.curve.place} along {found.curve.regressor}"
-            a.vetoes.append(veto(curve, found.confirmed, CONFIRMED))
+            a.vetoes.append(_veto_of(found, found.confirmed))
             _withdraw(a, found.curve.place)
         else:
             return
@@ -189,12 +190,24 @@ def _withdraw(a: Analysis, place: str) -> None:
 
 
 def _prove(a: Analysis, _: Sequence[type[Effect]], say: Say) -> None:
+    """Compare the errors on the held-out recordings; a free curve that raises them is withdrawn."""
     assert a.base is not None
     assert a.named is not None
-    if a.held_out is not None:
-        say("Validating on the held-out recordings")
-        a.proof = proof(a.held_out, a.base, accepted(a), a.free.proven if a.free else None)
-        a.errors = errors(a.proof)
+    if a.held_out is None:
+        return
+    say("Validating on the held-out recordings")
+    a.proof = proof(a.held_out, a.base, accepted(a), a.free.proven if a.free else None)
+    calibrated, improved = a.proof[1:]
+    if a.free is not None and improved.score < calibrated.score:
+        a.vetoes.append(_veto_of(a.free, improved.score - calibrated.score))
+        a.free = None
+        a.proof = [a.proof[0], calibrated, calibrated]
+    a.errors = errors(a.proof)
+
+
+def _veto_of(found: FreeCurve, gain: float) -> Veto:
+    curve = f"free curve: {found.curve.place} along {found.curve.regressor}"
+    return veto(curve, gain, CONFIRMED)
 
 
 def _propose(a: Analysis, library: Sequence[type[Effect]], say: Say) -> None:

@@ -2,9 +2,9 @@
 
 Nats grow with the number of samples and with the smallness of the noise. Where a circuit is
 recorded with one part in ten thousand, what is left of a right name is worth hundreds of nats, and
-still is next to nothing of what the name explains. So where numbers are known to factors, what is
-left is weighed against what is explained, both in plain mean squares: names suffice where no
-free curve could take more than LEFT of what the names took.
+still is next to nothing of what the name explains. So what is left is weighed against what is
+explained, in nats and in plain mean squares: names suffice where no free curve could take more than
+LEFT of what the names took, in one of the two.
 
     rest = b, without names; n, with them; c, with them and the curve:
     (n^2 - c^2) <= LEFT (b^2 - c^2)
@@ -26,15 +26,19 @@ LEFT = 0.05
 
 @dataclass(frozen=True)
 class Remainder:
-    """What names leave to a free curve. share: of what the names explain, in mean squares."""
+    """What names leave to a free curve: a share of what they explain.
+
+    share: in mean squares. nats: in log-likelihood.
+    """
 
     curve: Curve
     share: float
+    nats: float = 1.0
 
     @property
     def small(self) -> bool:
         """Whether the names suffice all the same."""
-        return self.share <= LEFT
+        return min(self.share, self.nats) <= LEFT
 
 
 def remainder(base: Fit, named: Fit, curves: Iterable[Curve]) -> Remainder | None:
@@ -62,4 +66,5 @@ def _weighed(base: Fit, judge: Judge, curve: Curve) -> Remainder:
     taken = float(trace @ now) ** 2 / max(float(trace @ trace), 1e-300)
     explained = float(before @ before) - (float(now @ now) - taken)
     share = taken / explained if explained > taken else 1.0
-    return Remainder(curve, share)
+    nats = curve.gain / max(fit.score - base.score, 1e-300)
+    return Remainder(curve, share, nats)

@@ -7,7 +7,7 @@ import numpy as np
 
 from slipbench.identification.mismatch.fit.fitting import Fit, dials, renoised
 from slipbench.identification.mismatch.fit.sensitivity import coordinates_of, sensitivities
-from slipbench.identification.mismatch.fit.settling import limits_of, promised, settle, there
+from slipbench.identification.mismatch.fit.settling import limits_of, settle, there
 from slipbench.identification.mismatch.fit.stack import flat, residuals, whiteners
 from slipbench.identification.mismatch.fit.whitening import Whitener
 from slipbench.identification.mismatch.simulation.model import Model, Point, Series, predict
@@ -24,9 +24,14 @@ Of ten that err as believed one is farther in 37 of 100: that costs one more sta
 """
 ASTRAY = 3.0
 """Prior deviations beyond which calibration itself may have lost its way; by chance in 3 of 100."""
+AT_THE_END = 0.99
+"""Share of the farthest that a number may be off at all, beyond which it is held there."""
 FARTHEST = 64.0
 """Times the last way, at most, that a fit is looked for along it."""
 WORTH_AGAIN = 10.0  # nats; what is left then is far less, since steps converge quadratically
+BENDS = 20  # times that sensitivities are taken anew at most
+TAKEN = 0.95
+"""Share of the mean square error above which a noise model may hide a wrong simulation."""
 
 
 def calibrate(model: Model, start: Point) -> Fit:
@@ -36,12 +41,28 @@ def calibrate(model: Model, start: Point) -> Fit:
     """
     told = as_told(model, start)
     fit = followed(settle(told, noises=3))
-    if model.system.by_factors or not strayed(fit, ASTRAY):
-        return fit
+    return _or_from_far(told, fit) if astray(fit) or _hidden_by_noise(fit) else fit
+
+
+def settled(start: Fit) -> Fit:
+    """Return the best fit that is reached from a start.
+
+    Where the noise model takes nearly all of the error for noise, plain least squares is tried as
+    well: see `from_far`.
+    """
+    fit = followed(settle(start))
+    return _or_from_far(start, fit) if _hidden_by_noise(fit) else fit
+
+
+def _or_from_far(start: Fit, fit: Fit) -> Fit:
     try:
-        return max(fit, from_far(told), key=lambda f: f.score)
+        return max(fit, from_far(start), key=lambda f: f.score)
     except PlantError:
         return fit
+
+
+def _hidden_by_noise(fit: Fit) -> bool:
+    return taken_for_noise(fit) >= TAKEN
 
 
 def as_told(model: Model, start: Point) -> Fit:
@@ -54,15 +75,27 @@ def as_told(model: Model, start: Point) -> Fit:
 def followed(fit: Fit) -> Fit:
     """Return the fit settled with sensitivities taken anew, again as long as that brings much.
 
-    Numbers known to a few per cent bend nothing; those of a model file may move by factors.
+    Numbers known to a few per cent bend nothing; others move by factors, along curved valleys.
     """
-    fit = settle(refreshed(fit))
-    for _ in range(fit.model.system.bends):
-        new = farther_along(fit, settle(refreshed(fit)))
+    fit = refreshed(fit)
+    for _ in range(BENDS):
+        new = farther_along(fit, settle(fit))
         if new.score - fit.score < WORTH_AGAIN:
-            return unbent(max(new, fit, key=lambda f: f.score))
-        fit = new
+            return max(new, fit, key=lambda f: f.score)
+        fit = refreshed(new)
     return fit
+
+
+def taken_for_noise(fit: Fit) -> float:
+    """Share of the mean square error that the noise model predicts from the errors before it.
+
+    Of the outputs of one block, of the block with the largest share.
+    """
+    shares = []
+    for white, rest in zip(fit.noise, fit.rest, strict=True):
+        errors = np.log(np.mean(np.concatenate(rest) ** 2, axis=0) + 1e-300)
+        shares.append(1.0 - np.exp(white.log_determinant / errors.size - float(np.mean(errors))))
+    return float(max(shares))
 
 
 def farther_along(before: Fit, after: Fit) -> Fit:
@@ -90,22 +123,6 @@ def _shifted(fit: Fit, dz: Floats, du: Floats) -> Fit | None:
     return None if new is None else renoised(new)
 
 
-def unbent(fit: Fit, rounds: int = 1) -> Fit:
-    """Return a settled fit, settled again where its sensitivities promise much more.
-
-    They are of a point nearby, and where a tyre nears its peak they change within little. rounds:
-    how often at most; sensitivities are what costs most.
-    """
-    for _ in range(rounds):
-        if promised(fit) < WORTH_AGAIN:
-            break
-        new = settle(refreshed(fit))
-        gain, fit = new.score - fit.score, max(new, fit, key=lambda f: f.score)
-        if gain < WORTH_AGAIN:
-            break
-    return fit
-
-
 def from_far(fit: Fit) -> Fit:
     """Return the fit by plain least squares, taken up from there with a noise model.
 
@@ -114,7 +131,7 @@ def from_far(fit: Fit) -> Fit:
     """
     error = np.inf
     for _ in range(ROUNDS):
-        fit = settle(refreshed(replace(fit, noise=[_plain(r) for r in fit.rest])), noises=1)
+        fit = settle(refreshed(replace(fit, noise=[plain(r) for r in fit.rest])), noises=1)
         before, error = error, _mean_square(fit.rest)
         if error > (1.0 - BETTER) * before:
             break
@@ -128,12 +145,13 @@ def strayed(fit: Fit, far: float = STRAYED) -> bool:
     between there and the truth lies what fits neither with it nor without.
     """
     known = zip(fit.point.x, fit.model.known, strict=True)
-    return any(abs(x) > far for x, k in known if not k.of_clock)
+    end = min(far, AT_THE_END * fit.model.system.farthest)
+    return any(abs(x) > end for x, k in known if not k.of_clock)
 
 
 def astray(fit: Fit) -> bool:
     """Tell whether calibration went so far that it must have made up for something missing."""
-    return strayed(fit, ASTRAY) and not fit.model.system.by_factors
+    return strayed(fit, ASTRAY)
 
 
 def as_believed(fit: Fit) -> Fit:
@@ -158,34 +176,18 @@ def refreshed(fit: Fit) -> Fit:
     return replace(fit, slopes=sensitivities(fit.model, fit.point))
 
 
-def partly_refreshed(fit: Fit) -> Fit:
-    """Return the same with sensitivities taken anew where that costs little.
-
-    Those are drives without a slow unknown; only such as the fit's effects concern are looked at.
-    """
-    system, chain = fit.model.system, fit.model.chain
-    cheap = frozenset(
-        d
-        for d in chain.drives
-        if d not in system.slow_drives(chain)
-        and any(d in fit.model.concerned(e) for e in fit.point.effects)
-    )
-    if not cheap:
-        return fit
-    return replace(fit, slopes=sensitivities(fit.model, fit.point, fit.slopes, cheap))
-
-
 def _first_noise(model: Model, predicted: Series, slopes: Series) -> list[Whitener]:
     """Fit noise models to what plain least squares leaves, so that calibration is not noise."""
     rest = residuals(model, predicted)
-    plain = [_plain(r) for r in rest]
-    columns, aim = flat(model, plain, slopes), flat(model, plain, rest)
+    even = [plain(r) for r in rest]
+    columns, aim = flat(model, even, slopes), flat(model, even, rest)
     normal = columns.T @ columns + np.eye(columns.shape[1])
     left = aim - columns @ np.linalg.solve(normal, columns.T @ aim)
-    return whiteners(model, _unflat(model, plain, left))
+    return whiteners(model, _unflat(model, even, left))
 
 
-def _plain(rest: Sequence[Floats]) -> Whitener:
+def plain(rest: Sequence[Floats]) -> Whitener:
+    """Return the noise model that takes residuals, (T, m) each, for white and not shared."""
     scale = np.sqrt(np.mean(np.concatenate(rest) ** 2, axis=0)) + 1e-12
     return Whitener(np.zeros((0, scale.size, scale.size)), np.diag(1.0 / scale))
 

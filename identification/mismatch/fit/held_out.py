@@ -7,7 +7,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from slipbench.identification.mismatch.fit.calibrate import unbent
+from slipbench.identification.mismatch.fit.calibrate import followed
 from slipbench.identification.mismatch.fit.fitting import Fit
 from slipbench.identification.mismatch.fit.floor import floors
 from slipbench.identification.mismatch.fit.sensitivity import change, sensitivities
@@ -48,7 +48,7 @@ def carried_over(fit: Fit, model: Model) -> Fit:
     predicted = predict(model, point)
     slopes = sensitivities(model, point)
     start = Fit(model, point, predicted, fit.noise, slopes)
-    return replace(unbent(settle(start, noises=2)), candidates=fit.candidates)
+    return replace(followed(settle(start, noises=2)), candidates=fit.candidates)
 
 
 @dataclass(frozen=True)

@@ -37,12 +37,6 @@ def settle(start: Fit, noises: int = 4, steps: int = 5) -> Fit:
     return fit
 
 
-def promised(fit: Fit) -> float:
-    """Nats that the sensitivities promise to another step; of a settled fit much: they bend."""
-    z, u = coordinates_of(fit.point), dials(fit.candidates)
-    return 0.5 * float(_slope(fit, z, u) @ _full_step(fit, z, u))
-
-
 def _at_fixed_noise(fit: Fit, steps: int) -> Fit:
     held_back = 0
     for _ in range(steps):

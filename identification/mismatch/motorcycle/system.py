@@ -58,7 +58,6 @@ class MotorcycleSystem(System):
     units = UNITS
     operating = "engine speed"
     direction = "throttle rate"
-    bends = 4
     farthest = 4.0
 
     @classmethod

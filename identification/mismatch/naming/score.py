@@ -1,6 +1,7 @@
 """What each candidate effect would explain, without fitting it: its signature off the nuisances."""
 
-from collections.abc import Iterable, Mapping, Sequence
+import math
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -9,6 +10,7 @@ from slipbench.identification.mismatch.curves.tooth_curve import discs
 from slipbench.identification.mismatch.fit.candidate import Candidate, read_off
 from slipbench.identification.mismatch.fit.judge import Judge
 from slipbench.identification.mismatch.fit.scatter import amplitude_p
+from slipbench.identification.mismatch.fit.sizing import limits
 from slipbench.identification.mismatch.fit.stack import LARGEST, recordings
 from slipbench.identification.mismatch.naming.elsewhere import CHANCE, Tried, at_places, usual
 from slipbench.identification.mismatch.naming.tried import (
@@ -33,6 +35,10 @@ NEAR = (0.3, 3.0)
 """Amplitudes for which a signature still holds."""
 OFF = 0.7
 """Credit of a gain at other amplitudes."""
+PLAIN = 50.0
+"""Nats that an effect is worth at the small size at which it is tried."""
+BEYOND = 20.0
+"""Times that worth above which the typical size says nothing of such a small one."""
 RESHAPED = 8
 BATCH = 32
 
@@ -135,7 +141,8 @@ def survey(judge: Judge, library: Iterable[type[Effect]]) -> Survey:
     """Score every effect on every subject that it is not found on yet.
 
     All are tried at their typical size. Those of which there is a hint are tried at other sizes and
-    shapes as well; those that would not show at their typical size, at a large one.
+    shapes as well; those that would not show at their typical size, at a large one; those that would
+    show far more than plainly, at a small one, since a signature holds near its own size only.
     """
     there = {c.name for c in judge.fit.effects}
     teeth = {disc.block: angles.size for disc, angles in discs(judge.fit)}
@@ -195,12 +202,23 @@ def _held_to(score: Score, tried: Mapping[str, Sequence[Tried]]) -> Score:
 
 def _more(score: Score) -> list[Candidate]:
     """Return the tries that a first score asks for."""
-    backwards = score.amplitude < 0.0
-    if score.seen * score.amplitude**2 > HINT:
-        turned = list(half_a_turn_on(score.candidate)) if backwards else []
-        others = [*otherwise(score.candidate, backwards)]
-        return others + [c for t in turned for c in (t, *otherwise(t, backwards=False))]
-    return list(larger(score.candidate)) if score.seen < SHOWN else []
+    here, backwards = score.candidate, score.amplitude < 0.0
+    if score.seen < SHOWN:
+        return list(larger(here))
+    small = list(_small(score))
+    if score.seen * score.amplitude**2 <= HINT:
+        return small
+    turned = list(half_a_turn_on(here)) if backwards else []
+    others = [*small, *otherwise(here, backwards)]
+    return others + [c for t in turned for c in (t, *otherwise(t, backwards=False))]
+
+
+def _small(score: Score) -> Iterator[Candidate]:
+    """Yield the candidate at the size at which it would show plainly, where that is far smaller."""
+    here = score.candidate
+    if score.seen > BEYOND * PLAIN and not limits(here.kind):
+        share = math.sqrt(PLAIN / score.seen)
+        yield here.resized(share * here.size)
 
 
 def _credit(score: Score) -> tuple[float, float]:

@@ -15,7 +15,7 @@ import numpy as np
 
 from slipbench.identification.mismatch.analysis import Analysis, accepted, begin, described
 from slipbench.identification.mismatch.explain import CONCLUDED, NAMES, analyse
-from slipbench.identification.mismatch.naming.naming import Say
+from slipbench.identification.mismatch.naming.search import Say
 from slipbench.identification.mismatch.predictive_check.answer import (
     Answer,
     Compared,

@@ -28,17 +28,14 @@ class System(ABC):
 
     units: of regressors, by name. operating: the regressor along which a region is told.
     direction: the regressor whose sign tells opening from closing. Empty: there is none.
-    bends: how often sensitivities are taken anew at most, where numbers move far. farthest: prior
-    deviations that a number may be off at all, so that no calibration is led astray on its way.
-    by_factors: whether its numbers are known to factors, not to per cent.
+    farthest: prior deviations that a number may be off at all, so that no calibration is led astray
+    on its way.
     """
 
     units: Mapping[str, str]
     operating: str = ""
     direction: str = ""
-    bends: int = 0
     farthest: float = math.inf
-    by_factors: bool = False
 
     # What it is.
 

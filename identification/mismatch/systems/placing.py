@@ -15,6 +15,7 @@ from slipbench.identification.mismatch.systems.effects.seam_effect import (
     placed,
 )
 from slipbench.identification.mismatch.systems.equations import rate_name
+from slipbench.identification.mismatch.systems.magnitude import usual_rates
 from slipbench.identification.mismatch.systems.model_file import (
     ActingEffect,
     DrivenInput,
@@ -39,9 +40,10 @@ def places(file: ModelFile) -> Iterator[Place]:
             yield _place(name, INPUT, told.size)
     for name, seam in file.seams.items():
         yield _place(name, SEAM, seam.size)
+    usual = usual_rates(file)
     for name, state in file.states.items():
         unit = f"{state.size.si_unit}/s" if state.size.si_unit != "1" else "1/s"
-        yield Place(rate_name(name), RATE, unit, state.size.si / file.period)
+        yield Place(rate_name(name), RATE, unit, usual[name])
     for name, output in file.outputs.items():
         yield _place(name, OUTPUT, output.size)
 
@@ -150,11 +152,19 @@ def _suits(kind: type[SeamEffect], place: Place, file: ModelFile) -> bool:
 
 
 def _speed_at(place: Place, file: ModelFile) -> str:
-    """Return what is the speed at a seam, an input or a rate; empty: none is known."""
+    """Return the speed along which a place acts; empty: none is known.
+
+    The rate of a speed acts along that speed itself.
+    """
     if place.kind == SEAM:
         return file.seams[place.name].along
-    told = file.states[_state(place, file)] if place.kind == RATE else file.inputs.get(place.name)
-    return told.along if isinstance(told, DrivenInput | DrivenState) else ""
+    if place.kind != RATE:
+        told = file.inputs.get(place.name)
+        return told.along if isinstance(told, DrivenInput) else ""
+    state = _state(place, file)
+    driven = file.states[state]
+    declared = driven.along if isinstance(driven, DrivenState) else ""
+    return declared or (state if _positions(state, file) else "")
 
 
 def _with(place: Place, other: str, file: ModelFile) -> Place:

@@ -68,9 +68,7 @@ class ModelSystem(System):
     source: str = ""
     curves: tuple[TableCurve, ...] = ()
 
-    bends = 20
     farthest = 3.0  # beyond lies not another value of a parameter but physics that is missing
-    by_factors = True
 
     @classmethod
     def load(cls, path: Path) -> Self:

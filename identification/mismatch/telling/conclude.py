@@ -20,7 +20,7 @@ from slipbench.identification.mismatch.curves.words import shape_in_words
 from slipbench.identification.mismatch.fit.floor import lack_of_fit
 from slipbench.identification.mismatch.fit.scatter import FAMILY
 from slipbench.identification.mismatch.naming.interval import estimates
-from slipbench.identification.mismatch.naming.naming import Named
+from slipbench.identification.mismatch.naming.named import Named
 from slipbench.identification.mismatch.simulation.along import (
     ANGLE,
     HYSTERESIS,

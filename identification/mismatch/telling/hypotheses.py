@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from slipbench.identification.mismatch.analysis import Analysis, unexplained
-from slipbench.identification.mismatch.naming.naming import ALIKE, Named
+from slipbench.identification.mismatch.naming.named import ALIKE, Named
 from slipbench.identification.mismatch.telling.memo import along
 from slipbench.identification.mismatch.telling.verdict import Verdict
 

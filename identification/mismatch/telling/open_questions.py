@@ -21,7 +21,7 @@ from slipbench.identification.mismatch.analysis import Analysis, equivalents, no
 from slipbench.identification.mismatch.fit.candidate import Candidate
 from slipbench.identification.mismatch.fit.fitting import Fit
 from slipbench.identification.mismatch.naming.interval import deviations
-from slipbench.identification.mismatch.naming.naming import Named
+from slipbench.identification.mismatch.naming.named import Named
 from slipbench.identification.mismatch.naming.plausibility import SENSORS
 from slipbench.protocol.configuration import Section, parse
 from slipbench.protocol.errors import InputError

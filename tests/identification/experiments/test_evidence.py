@@ -46,7 +46,7 @@ def test_twice_the_noise_leaves_at_least_a_quarter_and_less_than_all_of_the_evid
     """Without priors a quarter is left; priors hold more of the vehicle the louder the noise is."""
     known = recorded()
     louder = replace(
-        known, noise=[replace(w, inverse=0.5 * w.inverse, made={}) for w in known.noise]
+        known, noise=[replace(w, inverse=0.5 * w.inverse) for w in known.noise]
     )
     quiet, loud = nats(SQUARE, *names), nats(SQUARE, *names, known=louder)
     assert 0.25 * quiet * (1 - 1e-6) <= loud < quiet

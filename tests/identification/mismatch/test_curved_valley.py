@@ -11,7 +11,7 @@ from slipbench.identification.mismatch.fit.calibrate import calibrate, refreshed
 from slipbench.identification.mismatch.fit.fitting import Fit, with_effects
 from slipbench.identification.mismatch.fit.judge import Judge
 from slipbench.identification.mismatch.fit.settling import settle
-from slipbench.identification.mismatch.naming.full_fits import full_fits
+from slipbench.identification.mismatch.naming.fits import promising_fits
 from slipbench.identification.mismatch.naming.score import survey
 from tests.identification.mismatch.laws.spring import DAMPING, FREQUENCY, GAIN, cubic, spring, swung
 
@@ -34,7 +34,7 @@ def test_a_hardening_spring_is_fitted_as_well_as_from_the_truth(tmp_path, seed, 
     analysis = begin(system, [system.prepare(swung(seed, cubic(cube), 100.0))], [])
     base = calibrate(analysis.training, analysis.training.origin())
     kinds = [k for k in system.library if k().key == "cubic.deflection"]
-    (found,) = full_fits(base, survey(Judge.of(base), kinds).scores, lambda _: None)
+    (found,) = promising_fits(base, survey(Judge.of(base), kinds).scores, lambda _: None)
     best = begun_at_the_truth(base, found, cube)
     print(found.score - base.score, best.score - base.score)
     assert found.score > best.score - AS_GOOD

@@ -19,7 +19,7 @@ from slipbench.identification.mismatch.fit.held_out import contradicted
 from slipbench.identification.mismatch.fit.sensitivity import sensitivities
 from slipbench.identification.mismatch.fit.settling import settle
 from slipbench.identification.mismatch.fit.stack import Nuisances, bounded
-from slipbench.identification.mismatch.naming.full_fits import full_fits
+from slipbench.identification.mismatch.naming.fits import promising_fits
 from slipbench.identification.mismatch.naming.score import Score
 from slipbench.identification.mismatch.naming.tried import candidates
 from slipbench.plant.effects.backlash import Backlash
@@ -151,10 +151,10 @@ def test_an_effect_is_found_although_calibration_has_made_up_for_it(seed):
     assert strayed(base)
     (kind,) = candidates(LoadTransfer)
     score = Score(kind, amplitude=1.0, gain=100.0, seen=100.0, kept=1.0, p=1e-6)
-    (found,) = full_fits(base, [score], lambda _: None)
+    (found,) = promising_fits(base, [score], lambda _: None)
     assert found is not None
     (named,) = found.effects
-    assert named.effect().height == pytest.approx(height, rel=0.15)
+    assert named.effect().height == pytest.approx(height, rel=0.2)
     assert found.score - base.score > 1.5 * nats_from_here(base, kind)
 
 

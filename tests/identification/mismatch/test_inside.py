@@ -7,7 +7,7 @@ import pytest
 
 from slipbench.identification.mismatch.curves import inside, locate
 from slipbench.identification.mismatch.fit.scatter import Scatter
-from tests.identification.mismatch.test_full_fits import LATE, calibrated
+from tests.identification.mismatch.test_fits import LATE, calibrated
 
 ROWS, STRETCH = 4000, 100
 

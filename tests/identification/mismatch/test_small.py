@@ -153,8 +153,7 @@ def test_names_that_do_not_suffice_go_only_where_a_curve_foretells_better(
     free = inside(a.base, a.before, a.held_out)
     assert free is not None
     monkeypatch.setattr(explain, "inside", lambda *_: replace(free, confirmed=confirmed))
-    monkeypatch.setattr(type(a.system), "by_factors", True)
-    doubted = replace(a, remains=Remainder(a.before[0], 0.2), proof=[], errors=[], done=4)
+    doubted = replace(a, remains=Remainder(a.before[0], 0.2, 0.2), proof=[], errors=[], done=4)
     assert verdict(doubted).unknown
     found = verdict(analyse(doubted, KINDS))
     assert found.unknown != stand

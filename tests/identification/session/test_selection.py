@@ -53,10 +53,7 @@ def test_the_best_runs_train_and_the_lines_say_why():
     rows = [("throttle", {"counts": True, "covered": c, "coherence": 0.9}) for c in (0.5, 1, 0.9)]
     rows += [("throttle", {"counts": True, "covered": 0.1, "coherence": 1.0})] * 4
     found = selection(runs_of(rows))
-    assert [one.run.name for one in found.training][:3] == [
-        "throttle-1",
-        "throttle-2",
-        "throttle-0",
-    ]
+    best = ["throttle-1", "throttle-2", "throttle-0"]
+    assert [one.run.name for one in found.training] == best[:TRAINING]
     assert found.lines[0].startswith("throttle-1: training: excites the throttle")
     assert found.lines[-1].startswith("not used: further repeats")

@@ -1,4 +1,4 @@
-"""Low-speed dropout: a sensor of pulses tells nothing while they come too slowly.
+"""Low-speed dropout: a pulse sensor gives no reading while the pulses come too slowly.
 
 The voltage of a passive sensor goes with speed and falls below its threshold; a counter that waits for
 the next tooth gives up and shows zero while the wheel creeps on.
@@ -42,7 +42,7 @@ def tell(value: float, threshold: float) -> float:
 
 @dataclass(frozen=True)
 class LowSpeedDropout(SeamEffect):
-    """A threshold below which a sensor tells nothing."""
+    """A threshold below which a sensor gives no reading."""
 
     name = "low_speed_dropout"
     block = "seam"

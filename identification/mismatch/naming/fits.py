@@ -1,22 +1,18 @@
-"""Full fits of what scores promise, from where each of them finds the best."""
+"""Fits of the effects that a screening promises, from every start that may lead to the best one."""
 
 import math
 from collections.abc import Callable, Iterable, Sequence
 
 from slipbench.identification.mismatch.fit.calibrate import (
-    WORTH_AGAIN,
     as_believed,
     astray,
-    from_far,
-    partly_refreshed,
     refreshed,
+    settled,
     strayed,
-    unbent,
 )
 from slipbench.identification.mismatch.fit.candidate import Candidate
 from slipbench.identification.mismatch.fit.fitting import Fit, with_effects
 from slipbench.identification.mismatch.fit.judge import Judge
-from slipbench.identification.mismatch.fit.settling import settle
 from slipbench.identification.mismatch.fit.sizing import limits, tried_sizes
 from slipbench.identification.mismatch.naming.score import Score, survey
 from slipbench.identification.mismatch.simulation.threads import in_threads
@@ -29,21 +25,17 @@ NEAR = 0.7
 """Share of the best score's gain above which a name could be the same to these recordings."""
 HOPELESS = 0.1  # share of the leader's gain below which a score gets one start only
 WORTH = 6.0  # nats that a score must promise before a full fit is tried
-AGAIN = 1  # times that sensitivities are taken anew while an effect is fitted
 ABSORBED = 0.01
 """Share of a signature that calibration leaves, below which it is what the numbers' bends leave."""
 MUCH = 100.0  # nats that such an effect would be worth to one who knew the numbers
 TRACE = 2.0  # nats that it must score all the same
-BENDS = 5  # times that all sensitivities are taken anew for it
 
 Say = Callable[[str], None]
 
 
-def full_fits(fit: Fit, scores: Sequence[Score], say: Say) -> list[Fit]:
+def promising_fits(fit: Fit, scores: Sequence[Score], say: Say) -> list[Fit]:
     """Full fits of the most promising effects, best first."""
-    near = NEAR * (scores[0].gain if scores else 0.0)
-    tried = [*scores[:SHORTLIST], *(s for s in scores[SHORTLIST:LONGEST] if s.gain > near)]
-    worth = [s for s in tried if s.gain > WORTH]
+    worth = promising(scores)
     for score in worth:
         say(f"Fitting {score.candidate.name.replace('_', ' ')}")
     first = in_threads(lambda s: fitted(fit, _as_large_as_scored(s)), worth)
@@ -53,38 +45,20 @@ def full_fits(fit: Fit, scores: Sequence[Score], say: Say) -> list[Fit]:
     return by_score(f for f in done if f is not None)
 
 
-def absorbed_fits(fit: Fit, scores: Sequence[Score], say: Say) -> list[Fit]:
-    """Full fits of what calibration makes up for nearly wholly, along the valley that it bends.
+def promising(scores: Sequence[Score]) -> list[Score]:
+    """Return what is worth a fit, and what calibration makes up for nearly wholly.
 
     Of a tyre that grows by speed the radius, the grip and the drag take nearly all: it scored 3
-    nats, 23 with the numbers' sensitivities where they stood, and 116 with those of every step.
+    nats, and brought 116 when it was fitted jointly with them.
     """
-    bent = [s for s in scores if s.gain > TRACE and s.kept < ABSORBED and s.typical > MUCH]
-    for score in bent:
-        say(f"Fitting {score.candidate.name.replace('_', ' ')} jointly with the nominal parameters")
-    done = in_threads(lambda s: _bent_fit(fit, s), bent)
-    return by_score(f for f in done if f is not None)
+    near = NEAR * (scores[0].gain if scores else 0.0)
+    tried = [*scores[:SHORTLIST], *(s for s in scores[SHORTLIST:LONGEST] if s.gain > near)]
+    absorbed = [s for s in scores if s.gain > TRACE and s.kept < ABSORBED and s.typical > MUCH]
+    worth = [s for s in tried if s.gain > WORTH]
+    return [*worth, *(s for s in absorbed if s not in worth)][:LONGEST]
 
 
-def _bent_fit(fit: Fit, score: Score) -> Fit | None:
-    found = fitted(fit, _as_large_as_scored(score))
-    return None if found is None else unbent_wholly(found)
-
-
-def unbent_wholly(fit: Fit) -> Fit:
-    """Return a fit settled with sensitivities at its own point, as long as that brings much.
-
-    What sensitivities of a point nearby promise says little where two numbers trade places.
-    """
-    for _ in range(BENDS):
-        new = settle(refreshed(fit))
-        gain, fit = new.score - fit.score, max(new, fit, key=lambda f: f.score)
-        if gain < WORTH_AGAIN:
-            break
-    return fit
-
-
-def as_believed_fits(fit: Fit, library: Sequence[type[Effect]], say: Say) -> list[Fit]:
+def fits_from_the_file(fit: Fit, library: Sequence[type[Effect]], say: Say) -> list[Fit]:
     """Full fits of what scores best beside the numbers of the file, where calibration went astray.
 
     What was made up for leaves next to nothing of its trace: a throttle position 6 ms late
@@ -99,7 +73,7 @@ def as_believed_fits(fit: Fit, library: Sequence[type[Effect]], say: Say) -> lis
     first = survey(Judge.of(told), library).scores[:SHORTLIST]
     for score in first:
         say(f"Fitting {score.candidate.name.replace('_', ' ')} from the parameters of the file")
-    done = in_threads(lambda s: _fitted_from_the_file(fit, _as_large_as_scored(s)), first)
+    done = in_threads(lambda s: fitted_from_the_file(fit, _as_large_as_scored(s)), first)
     return by_score(d for d in done if d is not None)
 
 
@@ -125,8 +99,8 @@ def _from_several(fit: Fit, score: Score, best: Fit | None, leader: float) -> Fi
         if best is not None and best.score - fit.score > 0.5 * score.gain:
             break
         best = _better(best, fitted(fit, at.resized(math.copysign(size, at.size))))
-    if several and strayed(fit) and not fit.model.system.by_factors:
-        best = _better(best, _fitted_from_the_file(fit, _as_large_as_scored(score)))
+    if several and strayed(fit):
+        best = _better(best, fitted_from_the_file(fit, _as_large_as_scored(score)))
     return best
 
 
@@ -142,26 +116,9 @@ def fitted(fit: Fit, *new: Candidate) -> Fit | None:
         return None
 
 
-def _fitted_from_the_file(fit: Fit, new: Candidate) -> Fit | None:
+def fitted_from_the_file(fit: Fit, new: Candidate) -> Fit | None:
     """Fit an effect beside numbers that have not made up for its absence."""
     try:
-        return settled(as_believed(with_effects(fit, (*fit.candidates, new))))
+        return settled(refreshed(as_believed(with_effects(fit, (*fit.candidates, new)))))
     except PlantError:
         return None
-
-
-def settled(start: Fit) -> Fit:
-    """Settle, and again with sensitivities that the effects have changed, where those are cheap."""
-    if start.model.system.by_factors:
-        return from_far(start)
-    fit = settle(start)
-    for _ in range(AGAIN):
-        new = partly_refreshed(fit)
-        if new is fit:
-            break
-        new = settle(new)
-        if new.score - fit.score < WORTH_AGAIN:
-            fit = max(new, fit, key=lambda f: f.score)
-            break
-        fit = new
-    return unbent(fit)

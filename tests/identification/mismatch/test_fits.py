@@ -8,16 +8,12 @@ import pytest
 
 from slipbench.identification.mismatch.analysis import begin
 from slipbench.identification.mismatch.fit.calibrate import astray, calibrate
-from slipbench.identification.mismatch.fit.fitting import Fit
+from slipbench.identification.mismatch.fit.fitting import Fit, with_effects
 from slipbench.identification.mismatch.fit.judge import Judge
-from slipbench.identification.mismatch.naming import full_fits
-from slipbench.identification.mismatch.naming.full_fits import (
-    absorbed_fits,
-    as_believed_fits,
-    fitted,
-    unbent_wholly,
-)
+from slipbench.identification.mismatch.fit.settling import settle
+from slipbench.identification.mismatch.naming.fits import fits_from_the_file, fitted, promising
 from slipbench.identification.mismatch.naming.score import Score, survey
+from slipbench.identification.mismatch.naming.tried import candidates
 from slipbench.plant.effects.channel_lag import ChannelLag
 from slipbench.plant.effects.channel_latency import ChannelLatency
 from slipbench.plant.effects.driveline_loss import DrivelineLoss
@@ -53,7 +49,7 @@ def test_a_late_sensor_that_calibration_took_for_a_slow_actuator_is_found(seed):
     base = calibrated(seed, LATE)
     assert astray(base)
     left = {s.candidate.name: s.gain for s in survey(Judge.of(base), KINDS).scores}
-    best = as_believed_fits(base, KINDS, lambda _: None)[0]
+    best = fits_from_the_file(base, KINDS, lambda _: None)[0]
     (found,) = best.effects
     assert found.name == "channel_latency.throttle_position"
     assert found.effect().latency == pytest.approx(LATE, rel=0.1)
@@ -64,7 +60,7 @@ def test_a_late_sensor_that_calibration_took_for_a_slow_actuator_is_found(seed):
 def test_what_calibrates_as_believed_is_not_begun_again(seed):
     base = calibrated(seed, 0.0)
     assert not astray(base)
-    assert as_believed_fits(base, KINDS, lambda _: pytest.fail("nothing is to be fitted")) == []
+    assert fits_from_the_file(base, KINDS, lambda _: pytest.fail("nothing is to be fitted")) == []
 
 
 GROWTH = 1e-5
@@ -83,10 +79,8 @@ def grown(seed: int) -> Fit:
 def test_what_calibration_absorbs_is_followed_along_its_bend(seed):
     base = grown(seed)
     (score,) = survey(Judge.of(base), [RadiusGrowth]).scores
-    first = fitted(base, score.candidate)
-    whole = unbent_wholly(first)
+    whole = fitted(base, score.candidate)
     assert score.kept < 0.01
-    assert whole.score >= first.score
     (found,) = whole.effects
     assert found.effect().growth == pytest.approx(GROWTH, rel=0.25)
 
@@ -94,25 +88,23 @@ def test_what_calibration_absorbs_is_followed_along_its_bend(seed):
 def test_sensitivities_of_where_a_fit_began_do_not_lead_it_to_its_end():
     base = grown(4)
     (score,) = survey(Judge.of(base), [RadiusGrowth]).scores
-    first = fitted(base, score.candidate)
-    assert unbent_wholly(first).score > first.score + 20.0
+    once = settle(with_effects(base, (score.candidate,)))
+    assert fitted(base, score.candidate).score > once.score + 20.0
 
 
 @pytest.mark.parametrize(
-    ("score", "kept", "typical", "tried"),
+    ("gain", "kept", "typical", "tried"),
     [
         (3.0, 0.001, 500.0, True),
         (1.0, 0.001, 500.0, False),
         (3.0, 0.1, 500.0, False),
         (3.0, 0.001, 50.0, False),
+        (9.0, 0.1, 50.0, True),
     ],
 )
-def test_only_what_calibration_makes_up_for_is_followed_so_far(
-    monkeypatch, score, kept, typical, tried
+def test_what_scores_little_is_fitted_only_if_calibration_makes_up_for_it(
+    gain, kept, typical, tried
 ):
-    base = grown(1)
-    (kind,) = (s.candidate for s in survey(Judge.of(base), [RadiusGrowth]).scores)
-    monkeypatch.setattr(full_fits, "fitted", lambda *_: base)
-    monkeypatch.setattr(full_fits, "unbent_wholly", lambda fit: fit)
-    found = absorbed_fits(base, [Score(kind, 1.0, score, 9.0, kept, 0.1, typical)], lambda _: None)
-    assert bool(found) == tried
+    (kind,) = candidates(RadiusGrowth)
+    score = Score(kind, 1.0, gain, 9.0, kept, 0.1, typical)
+    assert bool(promising([score])) == tried

@@ -1,0 +1,113 @@
+"""The rule by which effects are accepted.
+
+Effects are accepted where the log-likelihood falls by at least ENOUGH nats without each of them,
+the size of each is certain at the family-wise level of the search, and held-out recordings that
+would show them do not contradict them.
+
+An effect beside another at the same place must in addition bring more than the inexact formula of
+the other may leave.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from slipbench.identification.mismatch.fit.candidate import Candidate
+from slipbench.identification.mismatch.fit.dialled import Dialled
+from slipbench.identification.mismatch.fit.fitting import Fit, renoised, with_effects
+from slipbench.identification.mismatch.fit.held_out import Veto, contradicted
+from slipbench.identification.mismatch.fit.scatter import FAMILY, SHARE
+from slipbench.identification.mismatch.naming.certainty import Certainty
+from slipbench.identification.mismatch.naming.interval import significance
+from slipbench.identification.mismatch.simulation.model import Model
+
+ENOUGH = 12.0  # nats that an effect must bring
+INEXACT = 0.05
+"""Share of what an effect brings that its formula may leave to others at the same place."""
+
+
+@dataclass(frozen=True, eq=False)
+class Acceptance:
+    """tests: independent tries in one screening of the library. screenings: how many there were.
+
+    The n-th screening has 1 / (n (n + 1)) of the level, so that all of them together stay below it,
+    however many there are.
+    """
+
+    tests: int
+    held_out: Model | None
+    screenings: int = 1
+
+    @property
+    def certainty(self) -> Certainty:
+        """How certain a size must be."""
+        share = 1.0 / (self.screenings * (self.screenings + 1))
+        return Certainty(FAMILY * SHARE * share / self.tests, self.held_out)
+
+    def accepts(self, before: Fit, after: Fit) -> bool:
+        """Tell whether all that is new in a fit brings enough and is certain."""
+        new = after.candidates[len(before.candidates) :]
+        gain = after.score - before.score
+        if gain < sum(_enough(c) for c in new) or any(gain < _inexact(before, c) for c in new):
+            return False
+        places = range(len(before.candidates), len(after.candidates))
+        return all(self.certainty.holds(after, i) for i in places)
+
+    def keeps(self, fit: Fit, i: int, lost: Sequence[float]) -> bool:
+        """Tell whether effect i stays. lost: nats without each of the effects."""
+        there = zip(lost, fit.candidates, strict=True)
+        beside = [nats for nats, c in there if alike(fit, c, fit.candidates[i])]
+        enough = max(ENOUGH, INEXACT * max(beside, default=0.0))
+        return lost[i] >= enough and self.certainty.holds(fit, i)
+
+    def p(self, before: Fit, after: Fit) -> float:
+        """Family-wise p of what was tried in vain; what brings too little does not count at all."""
+        if after.score - before.score < ENOUGH:
+            return 1.0
+        told = significance(after, len(before.candidates))
+        return max(self._family_wise(told), FAMILY)
+
+    def ps(self, fit: Fit) -> list[float]:
+        """Family-wise p of each effect of a fit."""
+        return [self._family_wise(self.certainty.p(fit, i)) for i in range(len(fit.candidates))]
+
+    def _family_wise(self, p: float) -> float:
+        return min(1.0, p / self.certainty.limit * FAMILY)
+
+    def veto(self, before: Fit, after: Fit) -> Veto | None:
+        """Return what held-out recordings say against what is new in a fit."""
+        return None if self.held_out is None else contradicted(before, after, self.held_out)
+
+
+def _enough(new: Dialled) -> float:
+    """Nats that an effect must bring; more where as much is found at any other place."""
+    return ENOUGH * (new.elsewhere.inflation if new.elsewhere else 1.0)
+
+
+def _inexact(fit: Fit, new: Dialled) -> float:
+    """Nats that the formulas of what is named may leave to a new effect that looks alike."""
+    there = [c for c in fit.candidates if alike(fit, c, new)]
+    if not there:
+        return 0.0
+    bare = tuple(c for c in fit.candidates if c not in there)
+    return INEXACT * (fit.score - renoised(with_effects(fit, bare)).score)
+
+
+def alike(fit: Fit, one: Dialled, other: Dialled) -> bool:
+    """Tell whether two effects act at one place, or on a quantity and on its only sensor."""
+    here, there = place_of(fit, one), place_of(fit, other)
+    if here and here == there:
+        return True
+    if not (isinstance(one, Candidate) and isinstance(other, Candidate)):
+        return False
+    sensed = hasattr(one.kind, "measure") or hasattr(other.kind, "measure")
+    system, chain = fit.model.system, fit.model.chain
+    return sensed and any(
+        sum(len(b.outputs) for b in chain.blocks if b.drive == drive) == 1
+        and all(system.concerns(c.pattern, chain, drive) for c in (one, other))
+        for drive in chain.drives
+    )
+
+
+def place_of(fit: Fit, one: Dialled) -> str:
+    """Return where an effect acts; empty: not known."""
+    return fit.model.system.acts_at(one.pattern) if isinstance(one, Candidate) else ""

@@ -1,0 +1,44 @@
+"""What a search has accepted so far, with what is known of it."""
+
+from dataclasses import dataclass, field
+
+from slipbench.identification.mismatch.fit.fitting import Fit
+from slipbench.identification.mismatch.fit.held_out import Veto
+from slipbench.identification.mismatch.naming.score import Score, Survey
+
+ALIKE = 10.0  # nats within which two names are one class
+
+
+@dataclass(frozen=True, eq=False)
+class Named:
+    """What was accepted. base: without any; rivals: name -> nats behind, by accepted name.
+
+    first: screening of the whole library on what calibration leaves. screenings: how many there
+    were since. p: of the strongest of all that was tried, family-wise over the library and the free
+    curves. vetoes: what passed on the training recordings and held-out ones contradict. doubts:
+    what speaks against names beforehand (see plausibility.py), by name.
+    """
+
+    base: Fit
+    fit: Fit
+    first: Survey
+    screenings: int = 1
+    p: float = 1.0
+    rivals: dict[str, dict[str, float]] = field(default_factory=dict)
+    vetoes: tuple[Veto, ...] = ()
+    doubts: dict[str, str] = field(default_factory=dict)
+
+    @property
+    def scores(self) -> list[Score]:
+        """Of every effect the best try on what calibration leaves, greatest gain first."""
+        return self.first.scores
+
+    @property
+    def names(self) -> list[str]:
+        """Names of the accepted effects."""
+        return [c.name for c in self.fit.candidates]
+
+    @property
+    def gain(self) -> float:
+        """Nats that the accepted effects bring."""
+        return self.fit.score - self.base.score

@@ -1,0 +1,203 @@
+"""Name what is missing: a stepwise search over sets of up to three effects.
+
+Forward: the library is screened on what the accepted effects leave, and the best of the promising
+effects that passes the rule of acceptance is added. Exchange: one after the other, the best next
+step need not be on the best way, so where there are several, each is taken out in turn and the
+library is screened again. Backward: what is not missed goes again. Where that leaves something
+unexplained, `ahead` tries pairs as one step.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+
+from slipbench.identification.mismatch.fit.calibrate import followed, settled
+from slipbench.identification.mismatch.fit.fitting import Fit, with_effects
+from slipbench.identification.mismatch.fit.judge import Judge
+from slipbench.identification.mismatch.naming.acceptance import ENOUGH, Acceptance
+from slipbench.identification.mismatch.naming.fits import (
+    by_score,
+    fits_from_the_file,
+    fitted,
+    promising_fits,
+)
+from slipbench.identification.mismatch.naming.look_ahead import SECONDS, halves, pairs
+from slipbench.identification.mismatch.naming.named import ALIKE, Named
+from slipbench.identification.mismatch.naming.plausibility import doubts, plausible_first
+from slipbench.identification.mismatch.naming.score import Survey, survey
+from slipbench.identification.mismatch.simulation.model import Model
+from slipbench.identification.mismatch.simulation.threads import in_threads
+from slipbench.plant.effects.effect import Effect
+
+MOST = 3
+CHANCES = 3  # of those that pass, how many are held against the held-out recordings
+ROUNDS = 2  # of exchanges
+
+Say = Callable[[str], None]
+
+
+@dataclass(frozen=True, eq=False)
+class Search:
+    """Where and how to search. held_out: recordings that can contradict a name."""
+
+    library: Sequence[type[Effect]]
+    say: Say = lambda _: None
+    held_out: Model | None = None
+
+    def named(self, base: Fit) -> Named:
+        """Find up to three effects that pass the rule of acceptance."""
+        return self._refined(self._forward(Named(base, base, self._screened(base))))
+
+    def ahead(self, named: Named) -> Named:
+        """Return names to which a step of two effects leads, where they explain more."""
+        rough = named.base.coarse()
+        begun = halves(rough, self.library, self.say)
+        named = replace(named, screenings=named.screenings + 1 + len(begun))
+        enough = max([named.fit.score, *(f.score for f in begun)]) + ENOUGH
+        bare = replace(named, fit=named.base, rivals={}, doubts={})
+        step = self._step(bare, [*begun, *pairs(begun, self.library, enough)])
+        found = self._refined(self._forward(step)) if step.names else step
+        if found.names and found.fit.score > named.fit.score + ENOUGH:
+            return found
+        return replace(named, vetoes=found.vetoes)
+
+    def _forward(self, named: Named) -> Named:
+        """Add one effect after the other, as long as one passes."""
+        while len(named.names) < MOST:
+            rough = named.fit.coarse()
+            if named.names:
+                named = replace(named, screenings=named.screenings + 1)
+            scores = self._screened(named.fit).scores if named.names else named.scores
+            tried = promising_fits(rough, scores, self.say)
+            again = fits_from_the_file(rough, self.library, self.say)
+            named = replace(named, screenings=named.screenings + bool(again))
+            step = self._step(named, [*tried, *again])
+            if len(step.names) == len(named.names):
+                return step
+            named = step
+        return named
+
+    def _step(self, named: Named, tried: Sequence[Fit]) -> Named:
+        """Accept the first of what was tried that passes, the most plausible of ties first."""
+        rough, rule = named.fit.coarse(), self._rule(named)
+        done = by_score(tried)
+        passed = [t for t in done if rule.accepts(rough, t)]
+        vetoes = list(named.vetoes)
+        for new in plausible_first(passed, len(rough.candidates), ALIKE)[:CHANCES]:
+            finer = followed(new.fine(named.fit.model))
+            if not rule.accepts(named.fit, finer):
+                continue
+            against = rule.veto(named.fit, finer)
+            if against is None:
+                return self._with(replace(named, vetoes=tuple(vetoes)), new, finer, done)
+            vetoes.append(against)
+        p = named.p if passed else min((rule.p(rough, t) for t in done), default=1.0)
+        return replace(named, vetoes=tuple(vetoes), p=p)
+
+    def _with(self, named: Named, new: Fit, finer: Fit, tried: Sequence[Fit]) -> Named:
+        """Return the names with those of a fit, and what comes near to it as it was tried."""
+        old = set(named.names)
+        news = " + ".join(c.name for c in new.candidates if c.name not in old)
+        nats = finer.score - named.fit.score
+        self.say(f"Accepted: {news} (log-likelihood gain {nats:.0f} nats)")
+        rivals = {**named.rivals, news: _behind(new, tried)}
+        doubtful = named.doubts | _doubts(named.fit, [new, *tried])
+        return replace(named, fit=finer, rivals=rivals, doubts=doubtful)
+
+    def _refined(self, named: Named) -> Named:
+        """Exchange what something else explains better, and drop what is not missed."""
+        for _ in range(ROUNDS):
+            better = self.exchanged(named) if len(named.names) > 1 else named
+            if better.names == named.names:
+                break
+            named = better
+        return pruned(named, self._rule(named), self.say)
+
+    def exchanged(self, named: Named) -> Named:
+        """Put another effect in the place of one where that brings ENOUGH nats more."""
+        old = named.fit
+        for gone in named.names:
+            self.say(f"Testing replacements of {gone}".replace("_", " "))
+        several = in_threads(lambda i: list(self._without(old, i)), range(len(named.names)))
+        named = replace(named, screenings=named.screenings + len(named.names))
+        rule = self._rule(named)
+        for new in by_score(f for fits in several for f in fits):
+            if new.score < old.score + ENOUGH:
+                break
+            if not rule.certainty.all_hold(new):
+                continue
+            against = rule.veto(named.base, new)
+            if against is None:
+                return self._renamed(named, new)
+            named = replace(named, vetoes=(*named.vetoes, against))
+        return named
+
+    def _without(self, fit: Fit, i: int) -> Iterator[Fit]:
+        """Yield fits with the most promising effects in the place of one."""
+        gone = fit.candidates[i]
+        others = (*fit.candidates[:i], *fit.candidates[i + 1 :])
+        rest = settled(with_effects(fit, others))
+        scores = self._screened(rest).scores
+        for score in [s for s in scores if s.candidate.name != gone.name][:SECONDS]:
+            new = fitted(rest, score.candidate)
+            if new is not None:
+                yield new
+
+    def _renamed(self, named: Named, new: Fit) -> Named:
+        """Return the names of the new fit; rivals of those that stay are kept."""
+        names = [c.name for c in new.candidates]
+        gone = next(n for n in named.names if n not in names)
+        come = names[-1]
+        nats = new.score - named.fit.score
+        self.say(f"Replaced: {gone} by {come} (log-likelihood gain {nats:.0f} nats)")
+        kept = {n: r for n, r in named.rivals.items() if gone not in n.split(" + ")}
+        return replace(named, fit=new, rivals={**kept, come: {gone: nats}})
+
+    def _screened(self, fit: Fit) -> Survey:
+        return survey(Judge.of(fit), self.library)
+
+    def _rule(self, named: Named) -> Acceptance:
+        return Acceptance(named.first.tests, self.held_out, named.screenings)
+
+
+def pruned(named: Named, rule: Acceptance, say: Say) -> Named:
+    """Drop what is not missed or not certain, one after the other; all that stays is certain.
+
+    What goes first may take the certainty of the others with it; then another goes first.
+    """
+    fit = named.fit
+    lost = lost_without(named.base, fit)
+    nats = [n for n, _ in lost]
+    order = sorted(range(len(lost)), key=lambda i: nats[i])
+    doomed = [i for i in order if not rule.keeps(fit, i, nats)]
+    if not doomed:
+        return replace(named, p=min([named.p, *rule.ps(fit)]))
+    good = [i for i in doomed if rule.certainty.all_hold(lost[i][1])]
+    first = good[0] if good else doomed[0]
+    say(f"Removed by backward elimination: {fit.candidates[first].name}")
+    rest = lost[first][1]
+    rivals = named.rivals if rest.candidates else {}
+    return pruned(replace(named, fit=rest, rivals=rivals), rule, say)
+
+
+def lost_without(base: Fit, fit: Fit) -> list[tuple[float, Fit]]:
+    """Return of each effect the nats lost without it, and the fit of the others."""
+    if len(fit.candidates) < 2:
+        return [(fit.score - base.score, base) for _ in fit.candidates]
+    sets = [(*fit.candidates[:i], *fit.candidates[i + 1 :]) for i in range(len(fit.candidates))]
+    without = in_threads(lambda others: settled(with_effects(fit, others)), sets)
+    return [(fit.score - w.score, w) for w in without]
+
+
+def _behind(best: Fit, tried: Sequence[Fit]) -> dict[str, float]:
+    return {
+        t.candidates[-1].name: best.score - t.score
+        for t in tried
+        if t.candidates[-1].name != best.candidates[-1].name
+    }
+
+
+def _doubts(fit: Fit, tried: Sequence[Fit]) -> dict[str, str]:
+    """Say what speaks beforehand against effects that were tried beside those of a fit."""
+    news = {c.name: (c, t) for t in tried for c in t.effects[len(fit.candidates) :]}
+    found = {name: doubts(c, t) for name, (c, t) in news.items()}
+    return {name: priors[0].reason for name, priors in found.items() if priors}

@@ -1,0 +1,71 @@
+"""The value of an equation of a model file for given quantities; nothing but arithmetic is done."""
+
+import ast
+import math
+import operator
+from collections.abc import Callable, Mapping
+from typing import Any
+
+BINARY: Mapping[type, Callable[[float, float], Any]] = {
+    ast.Add: operator.add,
+    ast.Sub: operator.sub,
+    ast.Mult: operator.mul,
+    ast.Div: operator.truediv,
+    ast.Pow: operator.pow,
+}
+COMPARISONS: Mapping[type, Callable[[float, float], bool]] = {
+    ast.Lt: operator.lt,
+    ast.LtE: operator.le,
+    ast.Gt: operator.gt,
+    ast.GtE: operator.ge,
+}
+CALLS: Mapping[str, Callable[..., float]] = {
+    "sin": math.sin,
+    "cos": math.cos,
+    "tan": math.tan,
+    "atan": math.atan,
+    "atan2": math.atan2,
+    "exp": math.exp,
+    "log": math.log,
+    "sqrt": math.sqrt,
+    "tanh": math.tanh,
+    "abs": abs,
+    "min": min,
+    "max": max,
+}
+
+
+def value_of(text: str, known: Mapping[str, float]) -> float:
+    """Return the value of an equation that `read_expression` lets pass.
+
+    known: quantities by name, SI. Raises ArithmeticError or ValueError where there is none.
+    """
+    return _value(ast.parse(text.strip(), mode="eval").body, known)
+
+
+def _value(node: ast.expr, known: Mapping[str, float]) -> float:
+    match node:
+        case ast.Constant(value=int() | float() as value):
+            return float(value)
+        case ast.Name(id=name):
+            return known[name]
+        case ast.UnaryOp(op=op, operand=operand):
+            value = _value(operand, known)
+            return -value if isinstance(op, ast.USub) else value
+        case ast.BinOp(left=left, op=op, right=right):
+            return _real(BINARY[type(op)](_value(left, known), _value(right, known)))
+        case ast.IfExp(test=test, body=body, orelse=other):
+            return _value(body if _value(test, known) else other, known)
+        case ast.Compare(left=left, ops=ops, comparators=others):
+            ends = [_value(one, known) for one in (left, *others)]
+            held = zip(ops, ends, ends[1:], strict=False)
+            return float(all(COMPARISONS[type(op)](a, b) for op, a, b in held))
+        case ast.Call(func=ast.Name(id=name), args=arguments):
+            return float(CALLS[name](*(_value(one, known) for one in arguments)))
+    raise ValueError(f"no arithmetic: {ast.unparse(node)}")
+
+
+def _real(value: float | complex) -> float:
+    if isinstance(value, complex):
+        raise ValueError("a power of a negative number")
+    return value

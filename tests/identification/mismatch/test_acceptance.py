@@ -1,0 +1,21 @@
+"""The level of a search: however many screenings there are, all together stay below it."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from slipbench.identification.mismatch.fit.scatter import FAMILY, SHARE
+from slipbench.identification.mismatch.naming.acceptance import Acceptance
+
+
+@given(tests=st.integers(1, 10_000), screenings=st.integers(1, 500))
+def test_all_tests_of_all_screenings_together_stay_below_the_level(tests, screenings):
+    limits = [Acceptance(tests, None, n).certainty.limit for n in range(1, screenings + 1)]
+    assert tests * sum(limits) < FAMILY * SHARE
+    assert tests * sum(limits) == pytest.approx(FAMILY * SHARE * (1.0 - 1.0 / (screenings + 1)))
+
+
+@given(tests=st.integers(1, 10_000), screenings=st.integers(1, 500))
+def test_a_later_screening_must_be_more_certain(tests, screenings):
+    now, later = (Acceptance(tests, None, n).certainty.limit for n in (screenings, screenings + 1))
+    assert later < now

@@ -1,0 +1,140 @@
+"""The search: exchange of a name on which it got stuck, and what stays when others have gone."""
+
+from dataclasses import dataclass
+from itertools import combinations
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from slipbench.identification.mismatch.analysis import begin
+from slipbench.identification.mismatch.fit.calibrate import calibrate, from_far
+from slipbench.identification.mismatch.fit.fitting import Fit, with_effects
+from slipbench.identification.mismatch.fit.judge import Judge
+from slipbench.identification.mismatch.naming import acceptance, search
+from slipbench.identification.mismatch.naming.acceptance import ENOUGH, Acceptance
+from slipbench.identification.mismatch.naming.named import Named
+from slipbench.identification.mismatch.naming.score import Survey, survey
+from slipbench.identification.mismatch.naming.search import Search
+from slipbench.identification.mismatch.naming.tried import candidates
+from tests.identification.mismatch.spring import recorded, system
+
+BENT = ("asymmetry", "cubic", "dead_zone")
+
+
+@pytest.fixture(scope="module")
+def bare(tmp_path_factory) -> Fit:
+    """The linear spring, re-calibrated on a hardening one."""
+    spring = system(tmp_path_factory.mktemp("spring"))
+    analysis = begin(spring, [spring.prepare(recorded(33, cube=0.05, seconds=12.0))], [])
+    return calibrate(analysis.training, analysis.training.origin())
+
+
+def after_exchange(bare: Fit, key: str) -> tuple[Named, Named]:
+    library = [
+        k for k in bare.model.system.library if k.name in BENT and k.place.name == "deflection"
+    ]
+    kind = next(k for k in library if k().key == key)
+    fit = from_far(with_effects(bare, (next(candidates(kind)),)))
+    first = survey(Judge.of(bare), library)
+    named = Named(bare, fit, first, rivals={key: {"dead_zone.deflection": 3.0}})
+    return named, Search(library).exchanged(named)
+
+
+def test_a_wrong_name_is_exchanged_for_the_right_one_and_becomes_its_rival(bare) -> None:
+    before, after = after_exchange(bare, "asymmetry.deflection")
+    assert after.names == ["cubic.deflection"]
+    nats = after.gain - before.gain
+    assert after.rivals == {"cubic.deflection": {"asymmetry.deflection": pytest.approx(nats)}}
+
+
+def test_a_right_name_stays(bare) -> None:
+    before, after = after_exchange(bare, "cubic.deflection")
+    assert after.fit is before.fit
+
+
+# Backward elimination, on sets of which everything is known.
+
+
+class Told(Acceptance):
+    """Certain is what a stand says of itself."""
+
+    @property
+    def certainty(self):
+        return self
+
+    def holds(self, fit, i):
+        return fit.certain[fit.names][i]
+
+    def all_hold(self, fit):
+        return all(self.holds(fit, i) for i in range(len(fit.names)))
+
+    def ps(self, fit):
+        return [0.0 for _ in fit.names]
+
+
+@dataclass(frozen=True)
+class Kind:
+    name: str
+
+
+@dataclass(frozen=True)
+class Stand:
+    """A fit of some of the effects. worth: nats; certain: of every set the names that are."""
+
+    names: tuple[str, ...]
+    worth: dict
+    certain: dict
+
+    @property
+    def candidates(self):
+        return tuple(map(Kind, self.names))
+
+    @property
+    def score(self):
+        return self.worth[self.names]
+
+    def without(self, i):
+        return Stand((*self.names[:i], *self.names[i + 1 :]), self.worth, self.certain)
+
+
+SETS = [c for count in range(4) for c in combinations("abc", count)]
+WORTHS = st.lists(st.floats(0.0, 300.0), min_size=3, max_size=3).map(sorted)
+CERTAINTIES = st.fixed_dictionaries({s: st.tuples(*(st.booleans() for _ in s)) for s in SETS if s})
+
+
+@pytest.fixture(autouse=True)
+def _stands(monkeypatch):
+    def lost_without(_, f):
+        return [(f.score - f.without(i).score, f.without(i)) for i in range(len(f.names))]
+
+    monkeypatch.setattr(search, "lost_without", lost_without)
+    monkeypatch.setattr(acceptance, "alike", lambda *_: False)
+
+
+def pruned(worth, certain):
+    base = Stand((), worth, certain)
+    named = Named(base, Stand(("a", "b", "c"), worth, certain), Survey([], 1))
+    return search.pruned(named, Told(1, None), lambda _: None).fit
+
+
+@given(steps=WORTHS, certain=CERTAINTIES)
+def test_what_stays_is_certain_and_missed(steps, certain):
+    worth = {s: 0.0 if not s else steps[len(s) - 1] for s in SETS}
+    left = pruned(worth, certain)
+    if left.names:
+        assert all(certain[left.names])
+        lost = [left.score - left.without(i).score for i in range(len(left.names))]
+        assert min(lost) >= ENOUGH
+
+
+def test_what_would_take_the_certainty_of_the_others_does_not_go_first():
+    worth = {s: 280.0 if s else 0.0 for s in SETS}
+    certain = {s: (True,) * len(s) for s in SETS if s}
+    certain[("b",)] = (False,)
+    assert pruned(worth, certain).names == ("a",) or pruned(worth, certain).names == ("c",)
+
+
+def test_what_all_miss_stays():
+    worth = {s: 100.0 * len(s) for s in SETS}
+    assert pruned(worth, {s: (True,) * len(s) for s in SETS if s}).names == ("a", "b", "c")
