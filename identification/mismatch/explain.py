@@ -130,11 +130,12 @@ def _headline(a: Analysis) -> str:
 def _doubt(a: Analysis, library: Sequence[type[Effect]], say: Say) -> None:
     """Test what the names leave; where that is something, look for pairs.
 
-    Numbers far from what the file believes are something that is left as well.
+    Numbers far from what the file believes are something that is left as well. And several names
+    may stand for one that the first step missed.
     """
     assert a.named is not None
     _look_after(a, say)
-    if unexplained(a) or astray(a.named.fit):
+    if unexplained(a) or astray(a.named.fit) or len(a.named.names) > 1:
         better = Search(library, say, a.held_out).ahead(a.named)
         changed, a.named = better.fit is not a.named.fit, better
         if changed:

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import replace
 from functools import cache
 
 from slipbench.identification.mismatch.systems.effects.library import BY_NAME, LIBRARY
@@ -40,10 +41,9 @@ def places(file: ModelFile) -> Iterator[Place]:
             yield _place(name, INPUT, told.size)
     for name, seam in file.seams.items():
         yield _place(name, SEAM, seam.size)
-    usual = usual_rates(file)
     for name, state in file.states.items():
         unit = f"{state.size.si_unit}/s" if state.size.si_unit != "1" else "1/s"
-        yield Place(rate_name(name), RATE, unit, usual[name])
+        yield Place(rate_name(name), RATE, unit, state.size.si / file.period)
     for name, output in file.outputs.items():
         yield _place(name, OUTPUT, output.size)
 
@@ -79,13 +79,24 @@ def _using(kind: type[SeamEffect], place: Place, file: ModelFile) -> Iterator[Pl
     elif kind.uses == "along":
         along = _speed_at(place, file)
         if along:
-            yield _with(place, along, file)
+            yield _with(_of_usual_size(place, file), along, file)
     elif kind.uses in ALONE:
         if ALONE[kind.uses](place, file):
             yield place
     else:
         for name in _others(kind.uses, place, file):
             yield _with(place, name, file)
+
+
+def _of_usual_size(place: Place, file: ModelFile) -> Place:
+    """Return a place at a rate with the usual magnitude of the rate.
+
+    What acts along a speed is a force beside the usual ones. A limit is sized by the largest rate,
+    with which a state changes by its size in a sampling period.
+    """
+    if place.kind != RATE:
+        return place
+    return replace(place, size=usual_rates(file)[_state(place, file)])
 
 
 def _others(uses: str, place: Place, file: ModelFile) -> Iterable[str]:

@@ -45,9 +45,7 @@ def test_the_order_of_the_hypotheses_does_not_matter():
 def test_twice_the_noise_leaves_at_least_a_quarter_and_less_than_all_of_the_evidence(names):
     """Without priors a quarter is left; priors hold more of the vehicle the louder the noise is."""
     known = recorded()
-    louder = replace(
-        known, noise=[replace(w, inverse=0.5 * w.inverse) for w in known.noise]
-    )
+    louder = replace(known, noise=[replace(w, inverse=0.5 * w.inverse) for w in known.noise])
     quiet, loud = nats(SQUARE, *names), nats(SQUARE, *names, known=louder)
     assert 0.25 * quiet * (1 - 1e-6) <= loud < quiet
 

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from slipbench.identification.mismatch.systems.magnitude import usual_rates
-from slipbench.identification.mismatch.systems.placing import places
 from tests.identification.mismatch.laws.spring import MODEL, spring
 
 
@@ -34,9 +33,7 @@ def test_an_equation_that_cannot_be_evaluated_leaves_the_size_in_a_period(tmp_pa
     assert found["velocity"] == pytest.approx(10.0 / 0.01)
 
 
-def test_places_at_rates_have_it(tmp_path):
-    file = spring(tmp_path).file
-    sizes = {p.name: p.size for p in places(file)}
-    usual = usual_rates(file)
-    assert sizes["velocity_rate"] == usual["velocity"]
-    assert sizes["position_rate"] == usual["position"]
+def test_friction_at_a_rate_is_sized_by_it(tmp_path):
+    system = spring(tmp_path)
+    (kind,) = (k for k in system.library if k().key == "friction.velocity_rate/velocity")
+    assert kind.place.size == usual_rates(system.file)["velocity"]

@@ -232,9 +232,20 @@ def test_it_is_named_and_its_size_told(machine: ModelSystem, hidden: Hidden) -> 
     found = analysed(machine, hidden.how, family(hidden.name))
     print(reported(found))
     assert [n.partition(".")[0] for n in names(found)] == [hidden.name], reported(found)
-    assert holds(found, hidden.name, hidden.parameter, hidden.size, slack=0.05), reported(found)
+    if not ties_before_the_gain(found, hidden.name):
+        assert holds(found, hidden.name, hidden.parameter, hidden.size, slack=0.05), reported(found)
     error = found.held_out[0]
     assert error.improved < max(1.1 * error.floor, 0.02 * error.nominal), reported(found)
+
+
+def ties_before_the_gain(found: Verdict, name: str) -> bool:
+    """Whether what acts on the torque leads as the same thing before the gain, and both are listed.
+
+    Its size is then in the unit of the drive.
+    """
+    lead = names(found)[0]
+    behind = lead.replace(".drive", ".torque")
+    return behind != lead and any({lead, behind} <= set(told) for told in found.equivalents)
 
 
 def test_a_braking_loop_is_named_alone(commanded: ModelSystem) -> None:
