@@ -19,7 +19,7 @@ from slipbench.identification.mismatch.curves.inside import inside
 from slipbench.identification.mismatch.curves.locate import locate
 from slipbench.identification.mismatch.curves.sufficiency import remainder
 from slipbench.identification.mismatch.curves.trace import effect_of
-from slipbench.identification.mismatch.fit.calibrate import astray, calibrate
+from slipbench.identification.mismatch.fit.calibrate import astray, calibrate, hidden_by_noise
 from slipbench.identification.mismatch.fit.fitting import Fit
 from slipbench.identification.mismatch.fit.held_out import (
     CONFIRMED,
@@ -33,7 +33,7 @@ from slipbench.identification.mismatch.fit.judge import Judge
 from slipbench.identification.mismatch.fit.sensitivity import change
 from slipbench.identification.mismatch.fit.turned import begun_at, plainest_turn
 from slipbench.identification.mismatch.naming.next_trial import next_trial
-from slipbench.identification.mismatch.naming.search import Say, Search
+from slipbench.identification.mismatch.naming.search import MOST, Say, Search
 from slipbench.identification.mismatch.simulation.model import predict
 from slipbench.plant.effects.effect import Effect
 from slipbench.protocol.errors import InputError, is_interrupt
@@ -130,12 +130,13 @@ def _headline(a: Analysis) -> str:
 def _doubt(a: Analysis, library: Sequence[type[Effect]], say: Say) -> None:
     """Test what the names leave; where that is something, look for pairs.
 
-    Numbers far from what the file believes are something that is left as well. And several names
-    may stand for one that the first step missed.
+    Numbers far from what the file believes are something that is left as well, and so is an error
+    that the noise model predicts. And as many names as may be given may stand for fewer.
     """
     assert a.named is not None
     _look_after(a, say)
-    if unexplained(a) or astray(a.named.fit) or len(a.named.names) > 1:
+    fit, many = a.named.fit, len(a.named.names) == MOST
+    if unexplained(a) or astray(fit) or hidden_by_noise(fit) or many:
         better = Search(library, say, a.held_out).ahead(a.named)
         changed, a.named = better.fit is not a.named.fit, better
         if changed:

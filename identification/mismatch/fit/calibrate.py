@@ -41,7 +41,7 @@ def calibrate(model: Model, start: Point) -> Fit:
     """
     told = as_told(model, start)
     fit = followed(settle(told, noises=3))
-    return _or_from_far(told, fit) if astray(fit) or _hidden_by_noise(fit) else fit
+    return _or_from_far(told, fit) if astray(fit) or hidden_by_noise(fit) else fit
 
 
 def settled(start: Fit) -> Fit:
@@ -51,7 +51,7 @@ def settled(start: Fit) -> Fit:
     well: see `from_far`.
     """
     fit = followed(settle(start))
-    return _or_from_far(start, fit) if _hidden_by_noise(fit) else fit
+    return _or_from_far(start, fit) if hidden_by_noise(fit) else fit
 
 
 def _or_from_far(start: Fit, fit: Fit) -> Fit:
@@ -61,7 +61,8 @@ def _or_from_far(start: Fit, fit: Fit) -> Fit:
         return fit
 
 
-def _hidden_by_noise(fit: Fit) -> bool:
+def hidden_by_noise(fit: Fit) -> bool:
+    """Tell whether the noise model takes nearly all of the error for noise."""
     return taken_for_noise(fit) >= TAKEN
 
 

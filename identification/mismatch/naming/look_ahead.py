@@ -65,8 +65,12 @@ def _from_there(start: Fit, half: Candidate) -> Fit:
 
 
 def _both(single: Fit, other: Candidate) -> Fit | None:
-    with_it = with_effects(single, (*single.candidates, other))
-    return _best(lambda: settled(with_it), lambda: from_far(with_it))
+    """Fit a second effect beside a single one, as it stands and by plain least squares first."""
+    effects = (*single.candidates, other)
+    return _best(
+        lambda: settled(with_effects(single, effects)),
+        lambda: from_far(with_effects(single, effects)),
+    )
 
 
 def _best(*tries: Callable[[], Fit]) -> Fit | None:
