@@ -36,7 +36,7 @@ WAYS = ("model file", "FMU", "function")
 
 @dataclass(frozen=True)
 class Case:
-    """A hidden effect. names: as a verdict tells it; value: of its size, in its unit."""
+    """A hidden effect. names: as in a verdict; value: its size, in its unit."""
 
     seed: int
     names: tuple[str, ...]
@@ -85,24 +85,24 @@ def case(number: int, seed: int) -> Case:
 
 
 @dataclass(frozen=True)
-class Told:
-    """What one way says of a case. size: value and interval of the first effect; seconds: of it."""
+class Result:
+    """Result of one way. size: value and interval of the first effect; seconds: of it."""
 
     names: tuple[str, ...]
     size: tuple[float, float, float] | None
     seconds: float
 
 
-def told(system: System, recordings: list[Recording]) -> Told:
+def explained_in_one_way(system: System, recordings: list[Recording]) -> Result:
     """Explain a case in one way."""
     begun = time.process_time()
     found: Verdict = explained(system, recordings[:1], recordings[1:], LIBRARY)
     sizes = [p for e in found.effects for p in e.parameters]
     size = (sizes[0].value, sizes[0].low, sizes[0].high) if sizes else None
-    return Told(tuple(names(found)), size, time.process_time() - begun)
+    return Result(tuple(names(found)), size, time.process_time() - begun)
 
 
-def explain_case(one: Case, folder: Path) -> dict[str, Told]:
+def explain_case(one: Case, folder: Path) -> dict[str, Result]:
     """Explain a case in every way."""
     recordings = one.recordings()
     systems = {
@@ -110,10 +110,10 @@ def explain_case(one: Case, folder: Path) -> dict[str, Told]:
         "FMU": lambda: read_system(folder / "spring.fmu"),
         "function": lambda: springs.system(recordings[:1]),
     }
-    return {way: told(systems[way](), recordings) for way in WAYS}
+    return {way: explained_in_one_way(systems[way](), recordings) for way in WAYS}
 
 
-def lines(found: list[tuple[Case, dict[str, Told]]], command: str) -> Iterator[str]:
+def lines(found: list[tuple[Case, dict[str, Result]]], command: str) -> Iterator[str]:
     """Yield the lines of the page."""
     alike = sum(len({_response(t.names) for t in by.values()}) == 1 for _, by in found)
     right = {
@@ -145,7 +145,7 @@ def _response(found: tuple[str, ...]) -> tuple[str, ...]:
     return tuple("lag" if name.startswith("lag.") else name for name in found)
 
 
-def _cell(one: Told) -> str:
+def _cell(one: Result) -> str:
     if one.size is None:
         return ", ".join(one.names) or "nothing"
     value, low, high = one.size

@@ -35,8 +35,8 @@ def error_on(system: System, recording: Recording, first: int, noise: float) -> 
     """
     record = system.prepare(recording)
     begin = system.prepare(_first_part(recording, max(first, SHORTEST)))
-    shown, told = _simulate(system, record, _initial_state(system, begin, first, noise))
-    rest = (told - shown)[first:]
+    shown, measured = _simulate(system, record, _initial_state(system, begin, first, noise))
+    rest = (measured - shown)[first:]
     return TestError(float(np.sqrt(np.mean(rest**2))), rest.size)
 
 
@@ -54,10 +54,10 @@ def _initial_state(system: System, record: Record, first: int, noise: float) -> 
 
     def rest(q: Floats) -> Floats:
         try:
-            shown, told = _simulate(system, record, q)
+            shown, measured = _simulate(system, record, q)
         except PlantError:
             return np.full(first + size, WILD)
-        return np.concatenate(((told - shown)[:first] / noise, q))
+        return np.concatenate(((measured - shown)[:first] / noise, q))
 
     starts = [np.full(size, s) for s in STARTS]
     fits = [optimize.least_squares(rest, q, diff_step=1e-3, max_nfev=30) for q in starts]

@@ -1,5 +1,6 @@
 """From a system's file and recordings to all that can be said: the steps, one after the other."""
 
+import math
 import sys
 from collections.abc import Sequence
 from dataclasses import replace
@@ -23,9 +24,9 @@ from slipbench.identification.mismatch.fit.calibrate import astray, calibrate, h
 from slipbench.identification.mismatch.fit.fitting import Fit
 from slipbench.identification.mismatch.fit.held_out import (
     CONFIRMED,
-    Veto,
     carried_over,
     errors,
+    predicted_gain,
     proof,
     veto,
 )
@@ -161,14 +162,29 @@ def _free(a: Analysis, _: Sequence[type[Effect]], say: Say) -> None:
         found = inside(a.base, a.before, a.held_out)
         if found is None:
             return
-        if a.held_out is None or found.confirmed >= CONFIRMED:
+        gain = _confirmed(a, found)
+        if gain >= CONFIRMED:
             a.kept = _foretell_more(a, found)
             a.free = None if a.kept else found
         elif any(c.certain and c.place == found.curve.place for c in a.before):
-            a.vetoes.append(_veto_of(found, found.confirmed))
+            curve = f"free curve: {found.curve.place} along {found.curve.regressor}"
+            a.vetoes.append(veto(curve, gain, CONFIRMED))
             _withdraw(a, found.curve.place)
         else:
             return
+
+
+def _confirmed(a: Analysis, found: FreeCurve) -> float:
+    """Nats that a curve gains on the held-out recordings, inf where there are none.
+
+    The lesser of two: all parameters may move again, and they stay as the training recordings have
+    them. A curve must not raise the error of the simulation that is written.
+    """
+    assert a.base is not None
+    if a.held_out is None:
+        return math.inf
+    assert found.proven is not None
+    return min(found.confirmed, predicted_gain(a.held_out, a.base, found.fit, found.proven))
 
 
 def _foretell_more(a: Analysis, found: FreeCurve) -> bool:
@@ -192,24 +208,12 @@ def _withdraw(a: Analysis, place: str) -> None:
 
 
 def _prove(a: Analysis, _: Sequence[type[Effect]], say: Say) -> None:
-    """Compare the errors on the held-out recordings; a free curve that raises them is withdrawn."""
     assert a.base is not None
     assert a.named is not None
-    if a.held_out is None:
-        return
-    say("Validating on the held-out recordings")
-    a.proof = proof(a.held_out, a.base, accepted(a), a.free.proven if a.free else None)
-    calibrated, improved = a.proof[1:]
-    if a.free is not None and improved.score < calibrated.score:
-        a.vetoes.append(_veto_of(a.free, improved.score - calibrated.score))
-        a.free = None
-        a.proof = [a.proof[0], calibrated, calibrated]
-    a.errors = errors(a.proof)
-
-
-def _veto_of(found: FreeCurve, gain: float) -> Veto:
-    curve = f"free curve: {found.curve.place} along {found.curve.regressor}"
-    return veto(curve, gain, CONFIRMED)
+    if a.held_out is not None:
+        say("Validating on the held-out recordings")
+        a.proof = proof(a.held_out, a.base, accepted(a), a.free.proven if a.free else None)
+        a.errors = errors(a.proof)
 
 
 def _propose(a: Analysis, library: Sequence[type[Effect]], say: Say) -> None:

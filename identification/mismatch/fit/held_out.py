@@ -113,6 +113,15 @@ def driven(model: Model, system: System, noise_of: Fit) -> Fit:
     return settle(Fit(fixed, point, predicted, noise_of.noise, slopes), noises=1)
 
 
+def predicted_gain(model: Model, base: Fit, fit: Fit, improved: Model) -> float:
+    """Return the nats that a fit gains over a base on recordings, both with unchanged parameters.
+
+    improved: the held-out model in which what was found acts.
+    """
+    before = driven(model, base.model.at(base.point), fit)
+    return driven(improved, fit.model.at(fit.point), fit).score - before.score
+
+
 def proof(model: Model, base: Fit, fit: Fit, improved: Model | None = None) -> list[Fit]:
     """Held-out runs of the file's system, of it re-calibrated, and of it with what was found.
 

@@ -26,25 +26,18 @@ NUDGE = 0.02  # of a coordinate's prior deviation
 SLOW_NUDGE = 0.2
 
 
-def sensitivities(
-    fine: Model, point: Point, kept: Series | None = None, only: frozenset[str] = frozenset()
-) -> Series:
+def sensitivities(fine: Model, point: Point) -> Series:
     """Return (T, m, p) by block and record: the system first, then the slow unknown by record.
 
     Simulations with coarse steps are differentiated, or compared with each other where the system
-    offers no derivatives. kept: those of a point nearby, which hold for all drives but these.
+    offers no derivatives.
     """
     model = fine.for_slopes
-    drives = frozenset(model.chain.drives) if kept is None else only
-    old = none(model, point) if kept is None else kept
-    found = [
-        [np.zeros(s.shape) for s in ss] if block.drive in drives else ss
-        for block, ss in zip(model.chain.blocks, old, strict=True)
-    ]
-    jobs = [(r, d) for d in model.chain.drives if d in drives for r in range(len(model.records))]
+    found = none(model, point)
+    jobs = [(r, d) for d in model.chain.drives for r in range(len(model.records))]
     system = model.at(point)
     if not all(in_threads(lambda job: _derive(model, point, system, *job, found), jobs)):
-        _compare(model, point, found, drives)
+        _compare(model, point, found)
     return found
 
 
@@ -76,9 +69,10 @@ def _derive(
     return True
 
 
-def _compare(model: Model, point: Point, found: Series, drives: frozenset[str]) -> None:
-    """Write sensitivities of some drives by finite differences."""
-    base = predict(model, point, drives)
+def _compare(model: Model, point: Point, found: Series) -> None:
+    """Write sensitivities by finite differences."""
+    drives = frozenset(model.chain.drives)
+    base = predict(model, point)
     jobs = [*_own(model, point, drives), *_slow(model, point, drives)]
     for job, (there, nudge) in zip(jobs, in_threads(lambda job: job.run(model), jobs), strict=True):
         put(model, found, job.column, there, base, nudge)

@@ -116,6 +116,14 @@ def fitted(fit: Fit, *new: Candidate) -> Fit | None:
         return None
 
 
+def fitted_without(fit: Fit, i: int) -> Fit | None:
+    """Return the fit without one of its effects; None where the others cannot run alone."""
+    try:
+        return settled(with_effects(fit, (*fit.candidates[:i], *fit.candidates[i + 1 :])))
+    except PlantError:
+        return None
+
+
 def fitted_from_the_file(fit: Fit, new: Candidate) -> Fit | None:
     """Fit an effect beside numbers that have not made up for its absence."""
     try:

@@ -7,17 +7,19 @@ library is screened again. Backward: what is not missed goes again. Where that l
 unexplained, `ahead` tries pairs as one step.
 """
 
+import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
-from slipbench.identification.mismatch.fit.calibrate import followed, settled
-from slipbench.identification.mismatch.fit.fitting import Fit, with_effects
+from slipbench.identification.mismatch.fit.calibrate import followed
+from slipbench.identification.mismatch.fit.fitting import Fit
 from slipbench.identification.mismatch.fit.judge import Judge
 from slipbench.identification.mismatch.naming.acceptance import ENOUGH, Acceptance
 from slipbench.identification.mismatch.naming.fits import (
     by_score,
     fits_from_the_file,
     fitted,
+    fitted_without,
     promising_fits,
 )
 from slipbench.identification.mismatch.naming.look_ahead import SECONDS, halves, pairs
@@ -105,11 +107,10 @@ class Search:
 
     def _refined(self, named: Named) -> Named:
         """Exchange what something else explains better, and drop what is not missed."""
-        for _ in range(ROUNDS):
-            better = self.exchanged(named) if len(named.names) > 1 else named
-            if better.names == named.names:
+        for _ in range(ROUNDS if len(named.names) > 1 else 0):
+            before, named = named.names, self.exchanged(named)
+            if named.names == before:
                 break
-            named = better
         return pruned(named, self._rule(named), self.say)
 
     def exchanged(self, named: Named) -> Named:
@@ -133,12 +134,10 @@ class Search:
 
     def _without(self, fit: Fit, i: int) -> Iterator[Fit]:
         """Yield fits with the most promising effects in the place of one."""
-        gone = fit.candidates[i]
-        others = (*fit.candidates[:i], *fit.candidates[i + 1 :])
-        rest = settled(with_effects(fit, others))
-        scores = self._screened(rest).scores
+        gone, rest = fit.candidates[i], fitted_without(fit, i)
+        scores = self._screened(rest).scores if rest is not None else []
         for score in [s for s in scores if s.candidate.name != gone.name][:SECONDS]:
-            new = fitted(rest, score.candidate)
+            new = None if rest is None else fitted(rest, score.candidate)
             if new is not None:
                 yield new
 
@@ -180,12 +179,15 @@ def pruned(named: Named, rule: Acceptance, say: Say) -> Named:
 
 
 def lost_without(base: Fit, fit: Fit) -> list[tuple[float, Fit]]:
-    """Return of each effect the nats lost without it, and the fit of the others."""
-    if len(fit.candidates) < 2:
-        return [(fit.score - base.score, base) for _ in fit.candidates]
-    sets = [(*fit.candidates[:i], *fit.candidates[i + 1 :]) for i in range(len(fit.candidates))]
-    without = in_threads(lambda others: settled(with_effects(fit, others)), sets)
-    return [(fit.score - w.score, w) for w in without]
+    """Return of each effect the nats lost without it, and the fit of the others.
+
+    Where the others cannot run alone all is lost, and nothing but the base is left.
+    """
+    count = len(fit.candidates)
+    if count == 1:
+        return [(fit.score - base.score, base)]
+    without = in_threads(lambda i: fitted_without(fit, i), range(count))
+    return [(math.inf, base) if w is None else (fit.score - w.score, w) for w in without]
 
 
 def _behind(best: Fit, tried: Sequence[Fit]) -> dict[str, float]:

@@ -1,11 +1,15 @@
 """The value of an equation of a model file for given quantities; nothing but arithmetic is done."""
 
 import ast
+import builtins
 import math
 import operator
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from slipbench.identification.mismatch.systems.expression import FUNCTIONS
+
+MATH = "math."
 BINARY: Mapping[type, Callable[[float, float], Any]] = {
     ast.Add: operator.add,
     ast.Sub: operator.sub,
@@ -20,18 +24,8 @@ COMPARISONS: Mapping[type, Callable[[float, float], bool]] = {
     ast.GtE: operator.ge,
 }
 CALLS: Mapping[str, Callable[..., float]] = {
-    "sin": math.sin,
-    "cos": math.cos,
-    "tan": math.tan,
-    "atan": math.atan,
-    "atan2": math.atan2,
-    "exp": math.exp,
-    "log": math.log,
-    "sqrt": math.sqrt,
-    "tanh": math.tanh,
-    "abs": abs,
-    "min": min,
-    "max": max,
+    name: getattr(math, text[len(MATH) :]) if text.startswith(MATH) else getattr(builtins, text)
+    for name, text in FUNCTIONS.items()
 }
 
 

@@ -1,4 +1,4 @@
-"""Steps of the fit: they keep within their bounds, and slopes taken in part are the whole ones."""
+"""Steps of the fit: they keep within their bounds."""
 
 from dataclasses import replace
 from functools import cache
@@ -16,7 +16,6 @@ from slipbench.identification.mismatch.fit.calibrate import (
 )
 from slipbench.identification.mismatch.fit.fitting import Fit, with_effects
 from slipbench.identification.mismatch.fit.held_out import contradicted
-from slipbench.identification.mismatch.fit.sensitivity import sensitivities
 from slipbench.identification.mismatch.fit.settling import settle
 from slipbench.identification.mismatch.fit.stack import Nuisances, bounded
 from slipbench.identification.mismatch.naming.fits import promising_fits
@@ -25,7 +24,6 @@ from slipbench.identification.mismatch.naming.tried import candidates
 from slipbench.plant.effects.backlash import Backlash
 from slipbench.plant.effects.driveline_loss import DrivelineLoss
 from slipbench.plant.effects.load_transfer import LoadTransfer
-from slipbench.plant.effects.throttle_stiction import ThrottleStiction
 from tests.identification.mismatch.conditions import erring, system
 from tests.identification.motorcycle_recording import Ride, ride
 
@@ -87,18 +85,6 @@ def test_what_calibration_hides_only_by_leaving_its_priors_is_seen(seed):
     told = 0.5 * (off @ left) ** 2 / (off @ off)
     assert told > 10.0
     assert told == pytest.approx(before - after, rel=1e-9)
-
-
-def test_slopes_taken_anew_in_part_are_those_taken_as_a_whole():
-    fit = base()
-    point = replace(fit.point, effects=(ThrottleStiction(width=4e-3),))
-    whole = sensitivities(fit.model, point)
-    part = sensitivities(fit.model, point, fit.slopes, frozenset({"servo"}))
-    for b, block in enumerate(fit.model.chain.blocks):
-        one = whole[b] if block.drive == "servo" else fit.slopes[b]
-        assert all(np.array_equal(x, y) for x, y in zip(part[b], one, strict=True))
-    servo = [b.drive for b in fit.model.chain.blocks].index("servo")
-    assert not np.allclose(part[servo][0], fit.slopes[servo][0])
 
 
 def test_a_settled_fit_stays_where_it_is():

@@ -1,6 +1,6 @@
 """The search: exchange of a name on which it got stuck, and what stays when others have gone."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 
 import pytest
@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from slipbench.identification.mismatch.analysis import begin
 from slipbench.identification.mismatch.fit.calibrate import calibrate, from_far
 from slipbench.identification.mismatch.fit.fitting import Fit, with_effects
+from slipbench.identification.mismatch.fit.held_out import Veto
 from slipbench.identification.mismatch.fit.judge import Judge
 from slipbench.identification.mismatch.naming import acceptance, search
 from slipbench.identification.mismatch.naming.acceptance import ENOUGH, Acceptance
@@ -51,6 +52,19 @@ def test_a_wrong_name_is_exchanged_for_the_right_one_and_becomes_its_rival(bare)
 def test_a_right_name_stays(bare) -> None:
     before, after = after_exchange(bare, "cubic.deflection")
     assert after.fit is before.fit
+    assert after.screenings == before.screenings + 1, "it was screened for in vain"
+
+
+def test_screenings_in_vain_and_vetoes_of_an_exchange_count(monkeypatch) -> None:
+    """What was tried costs certainty, whether or not it led to a name."""
+    stand = Stand(("a", "b"), {("a", "b"): 0.0}, {})
+    veto = Veto("c", -9.0, 5.0)
+    tried = replace(Named(stand, stand, Survey([], 1)), screenings=3, vetoes=(veto,))
+    monkeypatch.setattr(Search, "exchanged", lambda *_: tried)
+    monkeypatch.setattr(search, "pruned", lambda named, rule, _: (named, rule))
+    named, rule = Search(())._refined(Named(stand, stand, Survey([], 1)))
+    assert named.vetoes == (veto,)
+    assert rule.screenings == 3
 
 
 # Backward elimination, on sets of which everything is known.
