@@ -28,7 +28,8 @@ AT_THE_END = 0.99
 """Share of the farthest that a number may be off at all, beyond which it is held there."""
 FARTHEST = 64.0
 """Times the last way, at most, that a fit is looked for along it."""
-WORTH_AGAIN = 10.0  # nats; what is left then is far less, since steps converge quadratically
+WORTH_AGAIN = 1.0  # nats; far less than an effect must bring, so that none gets what is left
+ROUGHLY = 10.0  # nats; enough for what is only compared with other tries
 BENDS = 20  # times that sensitivities are taken anew at most
 TAKEN = 0.95
 """Share of the mean square error above which a noise model may hide a wrong simulation."""
@@ -40,8 +41,8 @@ def calibrate(model: Model, start: Point) -> Fit:
     Where that leads far away it is tried once more by plain least squares: see `from_far`.
     """
     told = as_told(model, start)
-    fit = followed(settle(told, noises=3))
-    return _or_from_far(told, fit) if astray(fit) or hidden_by_noise(fit) else fit
+    fit = followed(settle(told, noises=3), ROUGHLY)
+    return followed(_or_from_far(told, fit) if astray(fit) or hidden_by_noise(fit) else fit)
 
 
 def settled(start: Fit) -> Fit:
@@ -50,7 +51,7 @@ def settled(start: Fit) -> Fit:
     Where the noise model takes nearly all of the error for noise, plain least squares is tried as
     well: see `from_far`.
     """
-    fit = followed(settle(start))
+    fit = followed(settle(start), ROUGHLY)
     return _or_from_far(start, fit) if hidden_by_noise(fit) else fit
 
 
@@ -73,15 +74,16 @@ def as_told(model: Model, start: Point) -> Fit:
     return Fit(model, start, predicted, _first_noise(model, predicted, slopes), slopes)
 
 
-def followed(fit: Fit) -> Fit:
-    """Return the fit settled with sensitivities taken anew, again as long as that brings much.
+def followed(fit: Fit, worth: float = WORTH_AGAIN) -> Fit:
+    """Return the fit settled with sensitivities taken anew, again as long as that is worth it.
 
     Numbers known to a few per cent bend nothing; others move by factors, along curved valleys.
+    worth: nats that a round must bring for another one.
     """
     fit = refreshed(fit)
     for _ in range(BENDS):
         new = farther_along(fit, settle(fit))
-        if new.score - fit.score < WORTH_AGAIN:
+        if new.score - fit.score < worth:
             return max(new, fit, key=lambda f: f.score)
         fit = refreshed(new)
     return fit
@@ -136,7 +138,7 @@ def from_far(fit: Fit) -> Fit:
         before, error = error, _mean_square(fit.rest)
         if error > (1.0 - BETTER) * before:
             break
-    return followed(fit)
+    return followed(fit, ROUGHLY)
 
 
 def strayed(fit: Fit, far: float = STRAYED) -> bool:

@@ -9,7 +9,13 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import suppress
 from functools import partial
 
-from slipbench.identification.mismatch.fit.calibrate import as_told, from_far, settled
+from slipbench.identification.mismatch.fit.calibrate import (
+    as_told,
+    astray,
+    from_far,
+    hidden_by_noise,
+    settled,
+)
 from slipbench.identification.mismatch.fit.candidate import Candidate
 from slipbench.identification.mismatch.fit.fitting import Fit, with_effects
 from slipbench.identification.mismatch.fit.judge import Judge
@@ -32,21 +38,21 @@ SHARE = 0.1
 Say = Callable[[str], None]
 
 
-def halves(before: Fit, library: Sequence[type[Effect]], say: Say) -> list[Fit]:
-    """Fit the most promising effect of each kind alone; what promises is screened as the file tells.
+def halves(before: Fit, library: Sequence[type[Effect]], enough: float, say: Say) -> list[Fit]:
+    """Fit the most promising effect of each kind alone, and keep those that bring enough nats.
 
     Calibration can run away from a motion without which what is missing has nothing to act on: a
     time constant of 0.5 s ran to 20 s, and with the changes of direction went the trace of a
-    counter that is blind to them.
+    counter that is blind to them. What promises is then screened as the file tells, too.
     """
-    told = as_told(before.model, before.model.origin())
-    scores = survey(Judge.of(told), library).scores
+    fits = [as_told(before.model, before.model.origin()), before] if astray(before) else [before]
+    scores = survey(Judge.of(fits[0]), library).scores
     least = max(HINT, SHARE * scores[0].gain) if scores else HINT
     kinds = _one_of_each_kind(s for s in scores if s.gain > least)
     for kind in kinds:
         say(f"Look-ahead from {kind.name.replace('_', ' ')}")
-    done = in_threads(lambda kind: _begun((before, told), kind), kinds)
-    return [f for f in done if f is not None]
+    done = in_threads(lambda kind: _best(*_starts(fits, (kind,))), kinds)
+    return [f for f in done if f is not None and f.score > before.score + enough]
 
 
 def pairs(begun: Sequence[Fit], library: Sequence[type[Effect]], enough: float) -> list[Fit]:
@@ -55,22 +61,20 @@ def pairs(begun: Sequence[Fit], library: Sequence[type[Effect]], enough: float) 
     return [pair for found in several for pair in found if pair.score > enough]
 
 
-def _begun(starts: Sequence[Fit], half: Candidate) -> Fit | None:
-    """Fit a first half from several starts."""
-    return _best(*(partial(_from_there, start, half) for start in starts))
+def _starts(fits: Sequence[Fit], effects: Sequence[Candidate]) -> Iterator[Callable[[], Fit]]:
+    """Yield fits of effects from each start, by plain least squares too where noise may hide one."""
+    for fit in fits:
+        yield partial(_fitted, settled, fit, effects)
+        if hidden_by_noise(fit):
+            yield partial(_fitted, from_far, fit, effects)
 
 
-def _from_there(start: Fit, half: Candidate) -> Fit:
-    return from_far(with_effects(start, (half,)))
+def _fitted(fit: Callable[[Fit], Fit], start: Fit, effects: Sequence[Candidate]) -> Fit:
+    return fit(with_effects(start, effects))
 
 
 def _both(single: Fit, other: Candidate) -> Fit | None:
-    """Fit a second effect beside a single one, as it stands and by plain least squares first."""
-    effects = (*single.candidates, other)
-    return _best(
-        lambda: settled(with_effects(single, effects)),
-        lambda: from_far(with_effects(single, effects)),
-    )
+    return _best(*_starts((single,), (*single.candidates, other)))
 
 
 def _best(*tries: Callable[[], Fit]) -> Fit | None:

@@ -138,13 +138,14 @@ class Survey:
 
 
 def survey(judge: Judge, library: Iterable[type[Effect]]) -> Survey:
-    """Score every effect on every subject that it is not found on yet.
+    """Score every effect on every subject that it is not found on yet, nor known to the file.
 
+    The size of an effect of the file is a parameter of the file: it is calibrated.
     All are tried at their typical size. Those of which there is a hint are tried at other sizes and
     shapes as well; those that would not show at their typical size, at a large one; those that would
     show far more than plainly, at a small one, since a signature holds near its own size only.
     """
-    there = {c.name for c in judge.fit.effects}
+    there = {c.name for c in judge.fit.effects} | {e.key for e in judge.fit.model.system.effects}
     teeth = {disc.block: angles.size for disc, angles in discs(judge.fit)}
     kinds = (as_recorded(c, judge.fit.model) for kind in library for c in candidates(kind, teeth))
     kept: Columns = {}

@@ -52,12 +52,14 @@ class Search:
     def ahead(self, named: Named) -> Named:
         """Return names to which a step of two effects leads, where they explain more."""
         rough = named.base.coarse()
-        begun = halves(rough, self.library, self.say)
+        begun = halves(rough, self.library, ENOUGH, self.say)
         named = replace(named, screenings=named.screenings + 1 + len(begun))
         enough = max([named.fit.score, *(f.score for f in begun)]) + ENOUGH
         bare = replace(named, fit=named.base, rivals={}, doubts={})
         step = self._step(bare, [*begun, *pairs(begun, self.library, enough)])
-        found = self._refined(self._forward(step)) if step.names else step
+        if set(step.names) <= set(named.names) and step.fit.score <= named.fit.score:
+            return replace(named, vetoes=step.vetoes)  # it leads where the search was already
+        found = self._refined(self._forward(step))
         if found.names and found.fit.score > named.fit.score + ENOUGH:
             return found
         return replace(named, vetoes=found.vetoes)
