@@ -33,11 +33,15 @@ from slipbench.identification.mismatch.fit.held_out import (
 from slipbench.identification.mismatch.fit.judge import Judge
 from slipbench.identification.mismatch.fit.sensitivity import change
 from slipbench.identification.mismatch.fit.turned import begun_at, plainest_turn
+from slipbench.identification.mismatch.naming.acceptance import ENOUGH
 from slipbench.identification.mismatch.naming.next_trial import next_trial
 from slipbench.identification.mismatch.naming.search import MOST, Say, Search
 from slipbench.identification.mismatch.simulation.model import predict
 from slipbench.plant.effects.effect import Effect
 from slipbench.protocol.errors import InputError, is_interrupt
+
+PART_OF_CURVE = 0.5
+"""Share of the nats of a free curve that a pair must bring: less does not explain what is missing."""
 
 
 def known_so_far(so_far: Analysis, say: Say = lambda _: None) -> bool:
@@ -138,12 +142,19 @@ def _doubt(a: Analysis, library: Sequence[type[Effect]], say: Say) -> None:
     _look_after(a, say)
     fit, many = a.named.fit, len(a.named.names) == MOST
     if unexplained(a) or astray(fit) or hidden_by_noise(fit) or many:
-        better = Search(library, say, a.held_out).ahead(a.named)
+        better = Search(library, say, a.held_out).ahead(a.named, _asked_of_pairs(a))
         changed, a.named = better.fit is not a.named.fit, better
         if changed:
             a.headline = _headline(a)
             _look_after(a, say)
     a.vetoes = list(a.named.vetoes)
+
+
+def _asked_of_pairs(a: Analysis) -> float:
+    """Nats beyond the names that a pair must bring: a good part of what the free curve brings."""
+    curves = a.after if a.named and a.named.names else a.before
+    found = max((c.gain for c in curves[:1] if unexplained(a) and c.certain), default=0.0)
+    return max(ENOUGH, PART_OF_CURVE * found)
 
 
 def _look_after(a: Analysis, say: Say) -> None:

@@ -23,12 +23,15 @@ from slipbench.identification.mismatch.fit.sizing import (
     smallest,
     wholes,
 )
+from slipbench.identification.mismatch.simulation.coordinates import STATED_SHARE
+from slipbench.identification.mismatch.simulation.system import System
 from slipbench.plant.effects.effect import Effect
 from slipbench.plant.signals import Floats
 
 NUDGE = 0.05  # of a size, or of a shape's prior deviation
 WEAK = 1e3  # prior deviation of a size, in typical sizes: none to speak of
 FAR = 4.0  # prior deviations that no shape goes beyond
+ABSENT = (0.0, 0.0)
 SHARE_OF_SMALL = 0.1
 """Effects below this share of the smallest size of interest do not count."""
 OF_DISCS = 0.5
@@ -42,7 +45,8 @@ class Candidate(Dialled):
     pattern: the effect on its subject, at its typical size, where it is looked for. dials: size in
     typical sizes, shapes as unit normals. whole: values of whole parameters. elsewhere: how its
     size scatters over other places at which it is looked for, if it has any. read_off: its size is
-    read off the recordings, and no fit of what is left tells it better.
+    read off the recordings, and no fit of what is left tells it better. stated: size at which the
+    file has the effect already, and how far it may be off there (95 %), both in typical sizes.
     """
 
     pattern: Effect
@@ -50,6 +54,7 @@ class Candidate(Dialled):
     whole: tuple[float, ...] = ()
     elsewhere: Scatter | None = None
     read_off: bool = False
+    stated: tuple[float, float] = ABSENT
 
     @property
     def kind(self) -> type[Effect]:
@@ -83,6 +88,16 @@ class Candidate(Dialled):
         """Size below which it does not count, in shares of the typical one."""
         share = OF_DISCS if hasattr(self.kind, "tooth_offsets") else SHARE_OF_SMALL
         return share * self.smallest
+
+    @property
+    def does_not_count(self) -> float:
+        """How far its size may be from what the file states and mean nothing, in typical sizes."""
+        return max(self.counts, self.stated[1])
+
+    @property
+    def added(self) -> float:
+        """How far its size is from what the file states, in typical sizes."""
+        return self.size - self.stated[0]
 
     @property
     def size(self) -> float:
@@ -126,6 +141,22 @@ class Candidate(Dialled):
         if self.read_off:
             return self
         return replace(self, dials=(size, *self.dials[1:])).within()
+
+    def times(self, amplitude: float) -> "Candidate":
+        """Return it with that many times of what it adds to the file."""
+        return self.resized(self.stated[0] + amplitude * self.added)
+
+
+def beside_the_file(candidate: Candidate, system: System) -> Candidate:
+    """Return the candidate with the size at which the file has the effect, if it has it."""
+    own = next((e for e in system.effects if e.key == candidate.name), None)
+    if own is None:
+        return candidate
+    p = sizes(candidate.kind)[0]
+    value = float(getattr(own, p.name))
+    half = system.plus_minus.get(f"effects.{own.key}.{p.name}", STATED_SHARE * abs(value))
+    size = as_size(p, value)
+    return replace(candidate, stated=(size, abs(as_size(p, value + half) - size)))
 
 
 def read_off(candidate: Candidate, value: float) -> Candidate:

@@ -14,6 +14,7 @@ from slipbench.identification.mismatch.fit.candidate import Candidate
 from slipbench.identification.mismatch.fit.fitting import Fit, with_effects
 from slipbench.identification.mismatch.fit.judge import Judge
 from slipbench.identification.mismatch.fit.sizing import limits, tried_sizes
+from slipbench.identification.mismatch.naming.acceptance import ENOUGH
 from slipbench.identification.mismatch.naming.score import Score, survey
 from slipbench.identification.mismatch.simulation.threads import in_threads
 from slipbench.plant.effects.effect import Effect
@@ -83,18 +84,17 @@ def by_score(fits: Iterable[Fit]) -> list[Fit]:
 
 
 def _as_large_as_scored(score: Score) -> Candidate:
-    at = score.candidate
-    return at.resized(at.size * min(max(score.amplitude, 0.3), 2.0))
+    return score.candidate.times(min(max(score.amplitude, 0.3), 2.0))
 
 
 def _from_several(fit: Fit, score: Score, best: Fit | None, leader: float) -> Fit | None:
     """Return the fit from the size that scored best, and where that disappoints from others.
 
-    best: the first. leader: nats of the best of all first fits; what promises little beside it gets
-    one start.
+    best: the first. leader: nats of the best of all first fits; what promises little beside it, or
+    less than an effect must bring, gets one start.
     """
     at = score.candidate
-    several = limits(at.kind) or score.gain > HOPELESS * leader
+    several = limits(at.kind) or score.gain > max(ENOUGH, HOPELESS * leader)
     for size in tried_sizes(at.kind) if several else ():
         if best is not None and best.score - fit.score > 0.5 * score.gain:
             break

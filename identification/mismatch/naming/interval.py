@@ -123,6 +123,8 @@ def _alike(pushes: Floats, groups: Integers) -> Floats:
 def significance(fit: Fit, number: int) -> float:
     """One-sided p of the size of effect `number`, against sizes so small that they do not count.
 
+    Of an effect that the file has already it is that of what differs from the file.
+
     Where there is no effect its shapes mean nothing, so that their errors are none of the size's:
     they are taken as fitted, and each counts as one more try. The size of a limit is certain
     wherever something comes near to it, so of a limit it is asked whether it does anything.
@@ -134,7 +136,7 @@ def significance(fit: Fit, number: int) -> float:
         return min(1.0, _of_what_it_does(fit, number) * len(now.dials))
     own = range(place + 1, place + len(now.dials))
     spread, freedom = deviations(fit, own)
-    beyond = abs(now.size) - now.counts
+    beyond = abs(now.added) - now.does_not_count
     p = float(stats.t.sf(beyond / spread[place], freedom[place]))
     if now.kind.unseen_turn:
         p = _over_angles(p, len(fit.model.records))

@@ -19,8 +19,11 @@ from slipbench.identification.mismatch.fit.calibrate import (
 from slipbench.identification.mismatch.fit.candidate import Candidate
 from slipbench.identification.mismatch.fit.fitting import Fit, with_effects
 from slipbench.identification.mismatch.fit.judge import Judge
-from slipbench.identification.mismatch.naming.score import Score, survey
+from slipbench.identification.mismatch.naming.acceptance import ENOUGH
+from slipbench.identification.mismatch.naming.named import Named
+from slipbench.identification.mismatch.naming.score import Score, as_known, survey
 from slipbench.identification.mismatch.naming.tried import candidates, place_on_the_road
+from slipbench.identification.mismatch.simulation.model import Model
 from slipbench.identification.mismatch.simulation.threads import in_threads
 from slipbench.plant.effects.effect import Effect
 from slipbench.plant.errors import PlantError
@@ -33,48 +36,53 @@ PROMISED = 3.0
 """Times what a score promises, that a fit may bring: a score goes straight on, from far away."""
 HINT = 1.0  # nats that a first half must score
 SHARE = 0.1
-"""Share of the best score that a first half must score; the second one may score nothing alone."""
+"""Share of the best score that a first half must score, and of what both must bring that it must
+bring alone; the second one may do nothing alone."""
 
 Say = Callable[[str], None]
+Way = Callable[[Fit], Fit]
+"""How a fit is reached from its start."""
 
 
-def halves(before: Fit, library: Sequence[type[Effect]], enough: float, say: Say) -> list[Fit]:
-    """Fit the most promising effect of each kind alone, and keep those that bring enough nats.
+def halves(named: Named, library: Sequence[type[Effect]], least: float, say: Say) -> list[Fit]:
+    """Fit the most promising effect of each kind alone, and keep those that bring enough.
 
     Calibration can run away from a motion without which what is missing has nothing to act on: a
     time constant of 0.5 s ran to 20 s, and with the changes of direction went the trace of a
-    counter that is blind to them. What promises is then screened as the file tells, too.
+    counter that is blind to them. What promises is then screened as the file tells.
+    least: nats that both halves must bring.
     """
-    fits = [as_told(before.model, before.model.origin()), before] if astray(before) else [before]
-    scores = survey(Judge.of(fits[0]), library).scores
-    least = max(HINT, SHARE * scores[0].gain) if scores else HINT
-    kinds = _one_of_each_kind(s for s in scores if s.gain > least)
+    before, scores = named.base.coarse(), named.scores
+    fits = [before]
+    if astray(before):
+        fits = [as_told(before.model, before.model.origin()), before]
+        scores = survey(Judge.of(fits[0]), library).scores
+    hint = max(HINT, SHARE * scores[0].gain) if scores else HINT
+    kinds = _one_of_each_kind(s for s in scores if s.gain > hint)
     for kind in kinds:
         say(f"Look-ahead from {kind.name.replace('_', ' ')}")
-    done = in_threads(lambda kind: _best(*_starts(fits, (kind,))), kinds)
-    return [f for f in done if f is not None and f.score > before.score + enough]
+    way = from_far if _far(before) else settled
+    done = in_threads(lambda kind: _best(*(partial(_fitted, way, f, kind) for f in fits)), kinds)
+    enough = before.score + max(ENOUGH, SHARE * least)
+    return [f for f in done if f is not None and f.score > enough]
 
 
-def pairs(begun: Sequence[Fit], library: Sequence[type[Effect]], enough: float) -> list[Fit]:
+def pairs(
+    named: Named, begun: Sequence[Fit], library: Sequence[type[Effect]], enough: float
+) -> list[Fit]:
     """Fit what promises most beside each single effect. enough: score that a pair must reach."""
-    several = in_threads(lambda single: list(_pairs(single, library, enough)), begun)
+    ways = (settled, from_far) if _far(named.base) else (settled,)
+    several = in_threads(lambda single: list(_pairs(single, library, enough, ways)), begun)
     return [pair for found in several for pair in found if pair.score > enough]
 
 
-def _starts(fits: Sequence[Fit], effects: Sequence[Candidate]) -> Iterator[Callable[[], Fit]]:
-    """Yield fits of effects from each start, by plain least squares too where noise may hide one."""
-    for fit in fits:
-        yield partial(_fitted, settled, fit, effects)
-        if hidden_by_noise(fit):
-            yield partial(_fitted, from_far, fit, effects)
+def _fitted(way: Way, start: Fit, *effects: Candidate) -> Fit:
+    return way(with_effects(start, effects))
 
 
-def _fitted(fit: Callable[[Fit], Fit], start: Fit, effects: Sequence[Candidate]) -> Fit:
-    return fit(with_effects(start, effects))
-
-
-def _both(single: Fit, other: Candidate) -> Fit | None:
-    return _best(*_starts((single,), (*single.candidates, other)))
+def _far(fit: Fit) -> bool:
+    """Tell whether a fit went far, or a noise model may have kept it near."""
+    return astray(fit) or hidden_by_noise(fit)
 
 
 def _best(*tries: Callable[[], Fit]) -> Fit | None:
@@ -93,15 +101,22 @@ def _one_of_each_kind(scores: Iterable[Score]) -> list[Candidate]:
     return list(best.values())[:KINDS]
 
 
-def _pairs(single: Fit, library: Sequence[type[Effect]], enough: float) -> Iterator[Fit]:
+def _pairs(
+    single: Fit, library: Sequence[type[Effect]], enough: float, ways: Sequence[Way]
+) -> Iterator[Fit]:
     """Yield the pairs that a single begins, those that promise enough."""
     for score in survey(Judge.of(single), library).scores[:SECONDS]:
         if single.score + PROMISED * score.gain > enough:
-            done = (_both(single, c) for c in (score.candidate, *_other_variants(score, library)))
-            yield from (pair for pair in done if pair is not None)
+            for second in (score.candidate, *_other_variants(score, library, single.model)):
+                pair = (*single.effects, second)
+                done = _best(*(partial(_fitted, way, single, *pair) for way in ways))
+                if done is not None:
+                    yield done
 
 
-def _other_variants(score: Score, library: Sequence[type[Effect]]) -> Iterator[Candidate]:
+def _other_variants(
+    score: Score, library: Sequence[type[Effect]], model: Model
+) -> Iterator[Candidate]:
     """Yield the same effect from the other values at which it is looked for.
 
     From far away the value that scores best says little of the one that fits best: a belt of
@@ -109,7 +124,7 @@ def _other_variants(score: Score, library: Sequence[type[Effect]]) -> Iterator[C
     """
     here = score.candidate
     alike = (kind for kind in library if kind.name == here.kind.name)
-    for other in (c for kind in alike for c in candidates(kind)):
+    for other in (as_known(c, model) for kind in alike for c in candidates(kind)):
         on_the_road = place_on_the_road(other.pattern) is not None
         if other.name == here.name and other.pattern != here.pattern and not on_the_road:
             yield other

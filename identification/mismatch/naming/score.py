@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from slipbench.identification.mismatch.curves.tooth_curve import discs
-from slipbench.identification.mismatch.fit.candidate import Candidate, read_off
+from slipbench.identification.mismatch.fit.candidate import Candidate, beside_the_file, read_off
 from slipbench.identification.mismatch.fit.judge import Judge
 from slipbench.identification.mismatch.fit.scatter import amplitude_p
 from slipbench.identification.mismatch.fit.sizing import limits
@@ -40,6 +40,7 @@ PLAIN = 50.0
 BEYOND = 20.0
 """Times that worth above which the typical size says nothing of such a small one."""
 RESHAPED = 8
+NEXT_TO_NOTHING = 1e-9
 BATCH = 32
 
 
@@ -93,7 +94,7 @@ def _judged(judge: Judge, tried: Sequence[Candidate], columns: Floats) -> list[S
     hints = np.flatnonzero(seen & (gain > HINT))
     off = judge.nuisances.less(columns[:, hints], hidden[:, hints])
     for i, course in zip(hints, np.ascontiguousarray(off.T), strict=True):
-        least = tried[int(i)].counts / abs(tried[int(i)].size)
+        least = tried[int(i)].does_not_count / max(abs(tried[int(i)].added), NEXT_TO_NOTHING)
         p[i] = amplitude_p(course, judge.left, judge.groups, judge.fit.scatter, least)
     return [
         Score(c, float(a), float(g), 0.5 * float(e), float(e / w), float(at))
@@ -138,16 +139,16 @@ class Survey:
 
 
 def survey(judge: Judge, library: Iterable[type[Effect]]) -> Survey:
-    """Score every effect on every subject that it is not found on yet, nor known to the file.
+    """Score every effect on every subject that it is not found on yet.
 
-    The size of an effect of the file is a parameter of the file: it is calibrated.
+    An effect that the file has already is scored by what another size would explain.
     All are tried at their typical size. Those of which there is a hint are tried at other sizes and
     shapes as well; those that would not show at their typical size, at a large one; those that would
     show far more than plainly, at a small one, since a signature holds near its own size only.
     """
-    there = {c.name for c in judge.fit.effects} | {e.key for e in judge.fit.model.system.effects}
+    there = {c.name for c in judge.fit.effects}
     teeth = {disc.block: angles.size for disc, angles in discs(judge.fit)}
-    kinds = (as_recorded(c, judge.fit.model) for kind in library for c in candidates(kind, teeth))
+    kinds = (as_known(c, judge.fit.model) for kind in library for c in candidates(kind, teeth))
     kept: Columns = {}
     first = scores(judge, [c for c in kinds if c.name not in there], kept)
     first = _with_elsewhere(judge, first, kept)
@@ -170,8 +171,12 @@ def _start(c: Candidate) -> tuple[Effect, tuple[float, ...], tuple[float, ...]]:
     return c.pattern, c.whole, c.dials[1:]
 
 
-def as_recorded(candidate: Candidate, model: Model) -> Candidate:
-    """Return the candidate with what the recordings show plainly: the steps of a channel."""
+def as_known(candidate: Candidate, model: Model) -> Candidate:
+    """Return the candidate with what the file states of it, or the recordings show plainly.
+
+    They show the steps of a channel.
+    """
+    candidate = beside_the_file(candidate, model.system)
     if not isinstance(candidate.pattern, Rounds):
         return candidate
     sensors = [
@@ -219,7 +224,7 @@ def _small(score: Score) -> Iterator[Candidate]:
     here = score.candidate
     if score.seen > BEYOND * PLAIN and not limits(here.kind):
         share = math.sqrt(PLAIN / score.seen)
-        yield here.resized(share * here.size)
+        yield here.times(share)
 
 
 def _credit(score: Score) -> tuple[float, float]:

@@ -49,14 +49,16 @@ class Search:
         """Find up to three effects that pass the rule of acceptance."""
         return self._refined(self._forward(Named(base, base, self._screened(base))))
 
-    def ahead(self, named: Named) -> Named:
-        """Return names to which a step of two effects leads, where they explain more."""
-        rough = named.base.coarse()
-        begun = halves(rough, self.library, ENOUGH, self.say)
+    def ahead(self, named: Named, least: float = ENOUGH) -> Named:
+        """Return names to which a step of two effects leads, where they explain more.
+
+        least: nats that the two must bring beyond what is named.
+        """
+        begun = halves(named, self.library, named.gain + least, self.say)
         named = replace(named, screenings=named.screenings + 1 + len(begun))
-        enough = max([named.fit.score, *(f.score for f in begun)]) + ENOUGH
+        enough = max([named.fit.score + least, *(f.score + ENOUGH for f in begun)])
         bare = replace(named, fit=named.base, rivals={}, doubts={})
-        step = self._step(bare, [*begun, *pairs(begun, self.library, enough)])
+        step = self._step(bare, [*begun, *pairs(named, begun, self.library, enough)])
         if set(step.names) <= set(named.names) and step.fit.score <= named.fit.score:
             return replace(named, vetoes=step.vetoes)  # it leads where the search was already
         found = self._refined(self._forward(step))

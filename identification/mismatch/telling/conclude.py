@@ -17,8 +17,10 @@ from slipbench.identification.mismatch.curves.circumstance import Circumstance
 from slipbench.identification.mismatch.curves.curve import Curve
 from slipbench.identification.mismatch.curves.free_curve import FreeCurve
 from slipbench.identification.mismatch.curves.words import shape_in_words
+from slipbench.identification.mismatch.fit.candidate import Candidate
 from slipbench.identification.mismatch.fit.floor import lack_of_fit
 from slipbench.identification.mismatch.fit.scatter import FAMILY
+from slipbench.identification.mismatch.fit.sizing import sizes
 from slipbench.identification.mismatch.naming.interval import estimates
 from slipbench.identification.mismatch.naming.named import Named
 from slipbench.identification.mismatch.simulation.along import (
@@ -227,6 +229,11 @@ def _curve(free: FreeCurve | None) -> FoundCurve | None:
     return FoundCurve(c.place, c.unit, c.regressor, knots, values, free.gain, free.confirmed)
 
 
+def _stated(found: Candidate, system: System) -> float | None:
+    own = next((e for e in system.effects if e.key == found.name), None)
+    return None if own is None else float(getattr(own, sizes(found.kind)[0].name))
+
+
 def _effects(named: Named) -> list[FoundEffect]:
     return [
         FoundEffect(
@@ -237,6 +244,7 @@ def _effects(named: Named) -> list[FoundEffect]:
             named.gain,
             " ".join(c.kind.page().get("Trace", "").split()),
             regressor_of(named.fit, i),
+            _stated(c, named.fit.model.system),
         )
         for i, c in enumerate(named.fit.effects)
     ]

@@ -42,8 +42,10 @@ def sentence(verdict: Verdict) -> str:
     if not verdict.effects:
         place = f" at {where.injection}{along(where.regressor)}" if where else ""
         return f"Mismatch detected{place}; the effect is not identified yet."
-    found = "; ".join(_effect(e, verdict) for e in verdict.effects)
-    return f"{found[0].upper()}{found[1:]} that the simulation lacks.{_proof(verdict)}"
+    lacking = "; ".join(_effect(e, verdict) for e in verdict.effects if e.stated is None)
+    other = "; ".join(_effect(e, verdict) for e in verdict.effects if e.stated is not None)
+    told = [f"{lacking} that the simulation lacks"] * bool(lacking) + [other] * bool(other)
+    return " ".join(f"{t[0].upper()}{t[1:]}." for t in told) + _proof(verdict)
 
 
 def effect_along(effect: FoundEffect) -> str:
@@ -116,7 +118,11 @@ def _effect(effect: FoundEffect, verdict: Verdict) -> str:
     factor, unit = SCALED.get(p.unit, (1.0, p.unit))
     size = f"{with_spread(p.value * factor, 0.5 * (p.high - p.low) * factor)} {unit}".rstrip()
     where = (effect.subject or effect.block).replace("_", " ")
-    return f"the {where} has {effect.name.replace('_', ' ')} ({p.name.replace('_', ' ')} {size})"
+    size = f"{p.name.replace('_', ' ')} {size}"
+    if effect.stated is not None:
+        stated = shown(replace(effect.parameters[0], value=effect.stated), effect, verdict).value
+        size = f"{size}, in the file {stated * factor:.3g} {unit}".rstrip()
+    return f"the {where} has {effect.name.replace('_', ' ')} ({size})"
 
 
 def with_spread(value: float, spread: float) -> str:

@@ -50,7 +50,7 @@ from slipbench.identification.mismatch.telling.improvement import Improvement
 from slipbench.protocol.extras import optional_library
 from slipbench.protocol.notebook import card
 
-VERSION = 4
+VERSION = 5
 INTERVALS = (
     "Intervals hold for this set of effects only: they do not include that another set is the right"
     " one."
@@ -76,7 +76,10 @@ class Location:
 
 @dataclass(frozen=True)
 class FoundEffect:
-    """An effect that is missing in the simulation, with its parameters."""
+    """An effect that is missing in the simulation, with its parameters.
+
+    stated: value of the first of them with which the file has it already; None: it has it not.
+    """
 
     name: str
     subject: str
@@ -85,6 +88,7 @@ class FoundEffect:
     gain: float
     trace: str = ""
     regressor: str = ""
+    stated: float | None = None
 
 
 @dataclass(frozen=True)

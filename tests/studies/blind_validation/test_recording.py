@@ -132,6 +132,13 @@ def test_filters_delay_a_ramp_by_their_group_delay_and_keep_a_constant() -> None
         assert late[-1] == pytest.approx(chosen.group_delay, abs=step)
 
 
+@pytest.mark.parametrize("window", [0.7e-3, 1.0e-3, 1.8223e-3, 13.3e-3])
+def test_the_mean_of_a_ramp_is_late_by_half_the_window_whatever_the_step(window: float) -> None:
+    time = 0.5e-3 * np.arange(4000)
+    late = (time - moving_mean(time, 0.5e-3, window))[100:]
+    assert np.allclose(late, 0.5 * window, rtol=1e-6)
+
+
 def test_a_moving_mean_stops_the_frequency_of_its_window_and_a_low_pass_halves_its_own_power() -> (
     None
 ):
