@@ -22,7 +22,14 @@ from scipy import linalg, special
 
 from slipbench.identification.experiments.hypothesis import NOTHING, Hypothesis
 from slipbench.identification.experiments.sequential_test import RunEvidence
-from slipbench.identification.mismatch.fit.calibrate import calibrate
+from slipbench.identification.mismatch.fit.calibrate import (
+    as_believed,
+    calibrate,
+    refreshed,
+    settled,
+    strayed,
+)
+from slipbench.identification.mismatch.fit.candidate import Candidate
 from slipbench.identification.mismatch.fit.fitting import Fit, with_effects
 from slipbench.identification.mismatch.fit.sensitivity import coordinates_of, sensitivities
 from slipbench.identification.mismatch.fit.settling import settle
@@ -100,14 +107,29 @@ def _learnt(base: Fit, hypothesis: Hypothesis, as_stated: bool, power: float) ->
             return None
         own = fit.effects[-1]
         return _posterior(fit, np.asarray(own.dials), np.asarray(own.deviations), power)
-    try:
-        there = with_effects(base, (candidate,))
-    except PlantError:
+    found = _beside(base, candidate)
+    if found is None:
         return None
-    fit = replace(settle(replace(there, candidates=())), candidates=(candidate,))
+    fit = replace(found, candidates=(candidate,))
     spread = np.ones(len(candidate.dials))
     spread[0] = hypothesis.spread or TYPICAL_SPREAD * abs(candidate.size)
     return _posterior(fit, np.zeros(spread.size), spread, power)
+
+
+def _beside(base: Fit, candidate: Candidate) -> Fit | None:
+    """Fit the vehicle beside an effect of a given size; None where that cannot run.
+
+    Numbers that made up for the effect keep it away, so where some are far from the file the fit
+    begins there as well: with a backlash of 13 mrad that was 1 900 nats better.
+    """
+    try:
+        there = replace(with_effects(base, (candidate,)), candidates=())
+        fit = settle(there)
+        if not strayed(base):
+            return fit
+        return max(fit, settled(refreshed(as_believed(there))), key=lambda f: f.score)
+    except PlantError:
+        return None
 
 
 def _posterior(fit: Fit, off: Floats, spread: Floats, power: float) -> Learnt:

@@ -10,6 +10,10 @@ from slipbench.identification.experiments import prediction
 from slipbench.identification.experiments.hypothesis import NOTHING, hypotheses_of
 from slipbench.identification.experiments.prediction import FREEDOM, log_t_density, run_evidence
 from slipbench.identification.experiments.sequential_test import rejected, standing
+from slipbench.identification.mismatch.fit.calibrate import astray, calibrate
+from slipbench.identification.mismatch.simulation.model import models
+from slipbench.plant.vehicle_file import load_vehicle
+from slipbench.plant.vehicles import DEMONSTRATION
 from tests.identification.experiments.problems import recorded
 from tests.identification.mismatch.conditions import erring, system
 from tests.identification.motorcycle_recording import Ride, ride
@@ -67,3 +71,20 @@ def test_the_true_hypothesis_stands_at_every_look_and_the_other_is_rejected(trut
     runs = evidence(names, truth, SEED)
     assert truth not in rejected(names, runs)
     assert standing(names, runs) == (truth,)
+
+
+def test_what_calibration_made_up_for_stands_where_a_new_run_shows_it() -> None:
+    """The numbers without a backlash end far from the file, and keep it away from the earlier run."""
+    true = load_vehicle(DEMONSTRATION).motorcycle
+    true = replace(true, effects=tuple(e for e in true.effects if e.key == "backlash"))
+    rides = [
+        Ride("sweep", 2, 1204.0, 0.0217, 0.5, 12.0, seconds=8.0, seed=5),
+        Ride("sweep", 2, 1204.0, 0.0217, 0.5, 12.0, seconds=8.0, seed=7),
+        Ride("sweep", 2, 1170.0, 0.0243, 1.12, 9.33, seconds=6.0, seed=9),
+    ]
+    records = [system().prepare(ride(true, r)) for r in rides]
+    question = hypotheses_of((NOTHING, "backlash"), system().library, "test")
+    (earlier,) = models(system(), records[:2])
+    assert astray(calibrate(earlier, earlier.origin()))
+    (found,) = run_evidence(system(), records[:2], records[2], [question])
+    assert standing((NOTHING, "backlash"), [found]) == ("backlash",)

@@ -14,17 +14,38 @@ from slipbench.identification.mismatch.fit.settling import settle
 from slipbench.identification.mismatch.naming.fits import fits_from_the_file, fitted, promising
 from slipbench.identification.mismatch.naming.score import Score, survey
 from slipbench.identification.mismatch.naming.tried import candidates
+from slipbench.plant.effects.air_box_delay import AirBoxDelay
+from slipbench.plant.effects.backlash import Backlash
 from slipbench.plant.effects.channel_lag import ChannelLag
 from slipbench.plant.effects.channel_latency import ChannelLatency
 from slipbench.plant.effects.driveline_loss import DrivelineLoss
+from slipbench.plant.effects.gear_play import GearPlay
+from slipbench.plant.effects.hardening_cush import HardeningCush
+from slipbench.plant.effects.load_transfer import LoadTransfer
 from slipbench.plant.effects.optical_lag import OpticalLag
 from slipbench.plant.effects.radius_growth import RadiusGrowth
+from slipbench.plant.effects.relaxation_length import RelaxationLength
+from slipbench.plant.effects.squat import Squat
+from slipbench.plant.motorcycle import Motorcycle
+from slipbench.plant.vehicle_file import load_vehicle
+from slipbench.plant.vehicles import DEMONSTRATION
 from tests.identification.mismatch.conditions import erring, system
 from tests.identification.motorcycle_recording import Ride, ride
 
 TRIALS = (
     Ride("multisine", 3, 1050.0, 0.035, 0.6, 14.0, seconds=6.0, seed=31),
     Ride("square", 2, 1150.0, 0.06, 0.9, seconds=6.0, seed=32),
+)
+STEADY = Ride("sweep", 2, 1204.0, 0.0217, 0.5, 12.0, seconds=6.0, seed=5)
+MOVING = (
+    AirBoxDelay,
+    Backlash,
+    DrivelineLoss,
+    GearPlay,
+    HardeningCush,
+    LoadTransfer,
+    RelaxationLength,
+    Squat,
 )
 KINDS = (ChannelLag, ChannelLatency, DrivelineLoss, OpticalLag)
 LATE = 7e-3
@@ -34,6 +55,12 @@ def told_late(recording, role: str, late: float):
     channel = recording.channels[role]
     values = np.interp(channel.time - late, channel.time, channel.value)
     return replace(recording, channels={**recording.channels, role: replace(channel, value=values)})
+
+
+def loose() -> Motorcycle:
+    """The demonstration motorcycle, of which nothing is missing but its backlash."""
+    true = load_vehicle(DEMONSTRATION).motorcycle
+    return replace(true, effects=tuple(e for e in true.effects if isinstance(e, Backlash)))
 
 
 @cache
@@ -61,6 +88,19 @@ def test_what_calibrates_as_believed_is_not_begun_again(seed):
     base = calibrated(seed, 0.0)
     assert not astray(base)
     assert fits_from_the_file(base, KINDS, lambda _: pytest.fail("nothing is to be fitted")) == []
+
+
+def test_a_backlash_that_calibration_made_up_for_is_found_from_the_numbers_of_the_file() -> None:
+    """Beside them nothing moves as it did, so no signature shows it: each effect is fitted."""
+    model = begin(system(), [system().prepare(ride(loose(), STEADY))], []).training
+    base = calibrate(model, model.origin()).coarse()
+    assert astray(base)
+    left = {s.candidate.name: s.gain for s in survey(Judge.of(base), MOVING).scores}
+    best = fits_from_the_file(base, MOVING, lambda _: None)[0]
+    (found,) = best.effects
+    assert found.name == "backlash"
+    assert found.effect().slack == pytest.approx(13e-3, rel=0.05)
+    assert best.score - base.score > 5.0 * left["backlash"]
 
 
 GROWTH = 1e-5
