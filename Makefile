@@ -21,7 +21,7 @@
 # make outside          write docs/outside.md: published benchmarks by their own splits (minutes)
 # make robustness       write docs/controller_robustness.md: slip controllers on drawn motorcycles (minutes)
 # make walkthrough      write docs/how_a_mismatch_is_explained.md from a published recording
-# make day              a day at the track rehearsed on the simulated clock: build/day (tens of minutes)
+# make day              write docs/a_day_rehearsed.md: a day at the track on the simulated clock (tens of minutes)
 # make lock             choose the newest versions that pyproject.toml allows
 # make clean            delete the environment and all generated files, except runs/
 #
@@ -187,6 +187,8 @@ real-recordings: setup
 .PHONY: day
 day: setup
 	rm -rf build/day && $(IN)/python -m slipbench.studies.day build/day
+	$(IN)/python -m slipbench.studies.day.document build/day docs/a_day_rehearsed.md
+	$(IN)/python -m tests.studies.day.pictures build/day docs/figures
 
 # docs/outside.md: published benchmarks by their own splits; RECORDINGS as for real-recordings.
 .PHONY: outside

@@ -5,13 +5,15 @@ Each step with its command, its duration and the lines that matter; pictures of 
 
 import re
 import sys
+import textwrap
 from collections.abc import Sequence
 from pathlib import Path
 
 from slipbench.protocol.errors import InputError
 from slipbench.studies.day.transcript import NAME, Step, steps
 
-WIDEST = 132  # characters of a line
+WIDEST = 120  # characters of a line
+MOST_LINES = 4
 TEXT = {
     "plan": "Trials that fit into the straight. Each was simulated; the amplitudes leave a quarter of each range.",
     "session": "Eight runs. A connector came loose in the second throttle run, which tripped; the rear tyre had lost"
@@ -31,7 +33,7 @@ PICTURES = {
 }
 DULL = re.compile(
     r"  (armed|exciting|settling|handing back|done|not armed|margins|band|note)|Fitting |Accepted"
-    r"|Screening|Calibrating|Localizing|Testing|Validating|Choosing|Reading|Simulating|Refining"
+    r"|Look-ahead|Screening|Calibrating|Localizing|Testing|Validating|Choosing|Reading|Simulating|Refining"
     r"|^$|written: "
 )
 
@@ -58,13 +60,19 @@ def document(found: Sequence[Step]) -> str:
 def _shown(step: Step) -> str:
     lines = [line for line in step.lines if not DULL.match(line)]
     body = "\n".join(
-        _cut(line) for line in (f"$ slipbench {_without_places(step.command)}", *lines)
+        _wrapped(line) for line in (f"$ slipbench {_without_places(step.command)}", *lines)
     )
     return f"```console\n{_without_places(body)}\n```\n\n{step.seconds} s."
 
 
-def _cut(line: str) -> str:
-    return line if len(line) <= WIDEST else line[: WIDEST - 4] + " ..."
+def _wrapped(line: str) -> str:
+    """The line, broken where it is long and ended after MOST_LINES."""
+    indent = line[: len(line) - len(line.lstrip())] + "    "
+    return "\n".join(
+        textwrap.wrap(
+            line, WIDEST, subsequent_indent=indent, max_lines=MOST_LINES, placeholder=" ..."
+        )
+    )
 
 
 def _without_places(text: str) -> str:
