@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
 from typing import TypeVar
 
 from slipbench.identification.mismatch.fit.calibrate import (
@@ -82,11 +83,16 @@ def fits_from_the_file(fit: Fit, library: Sequence[type[Effect]], say: Say) -> l
     scores = survey(Judge.of(told), library).scores
     ahead = _those_that_run(lambda s: with_effects(told, (*told.candidates, s.candidate)), scores)
     while len(ahead) > SHORTLIST:
-        best = by_score(_those_that_run(lambda f: settle(refreshed(f)), ahead))
+        best = by_score(_those_that_run(lambda f: _a_few_steps_on(f, told), ahead))
         ahead = best[: max(len(ahead) // KEPT, SHORTLIST)]
     for one in ahead:
         say(f"Fitting {one.effects[-1].name.replace('_', ' ')} from the parameters of the file")
     return by_score(_those_that_run(lambda f: settled(refreshed(f)), ahead))
+
+
+def _a_few_steps_on(fit: Fit, told: Fit) -> Fit:
+    """Return the fit some steps on; its sensitivities, large ones, are taken anew when it goes on."""
+    return replace(settle(refreshed(fit)), slopes=told.slopes)
 
 
 def _those_that_run(way: Callable[[Part], Fit], parts: Iterable[Part]) -> list[Fit]:
