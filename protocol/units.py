@@ -1,6 +1,8 @@
 """Units are converted once, at the edge: inside, everything is SI (angles rad, ratios 1)."""
 
 import re
+from collections.abc import Mapping
+from fractions import Fraction
 from functools import cache, lru_cache
 from tokenize import TokenError
 
@@ -11,11 +13,23 @@ from slipbench.protocol.unit_spellings import spelled
 
 NAMED = {"kg/m/s**2": "Pa", "kg*m/s**2": "N", "kg*m**2/s**2": "N m", "m/s**2": "m/s^2"}
 """Base units that have a name of their own."""
+Powers = Mapping[str, Fraction]
+"""Powers of base units, none of them 0."""
+BASE_UNITS = {
+    "[length]": {"m": 1},
+    "[mass]": {"kg": 1},
+    "[time]": {"s": 1},
+    "[current]": {"kg": 1, "m": 2, "s": -3, "V": -1},
+    "[temperature]": {"K": 1},
+    "[substance]": {"mol": 1},
+    "[luminosity]": {"cd": 1},
+}
+"""Volts in the place of amperes: sensors tell volts."""
 
 
 # pint calculates what it is given: "9**9**9 m" would keep it for hours and fill the memory.
 _PLAIN = re.compile(r"[\w\s/*^().%°·µΩ²³-]{0,60}")
-_POWER = re.compile(r"(?<=[\w°Ω])\s*(?:\*\*|\^)\s*-?\d(?![\w.]|\s*(?:\*\*|\^))")
+_POWER = re.compile(r"(?<=[\w°Ω])\s*(?:\*\*|\^)\s*-?\d(?:\.5)?(?![\w.]|\s*(?:\*\*|\^))")
 # What pint, and the Python tokenizer inside it, raise for text that is no unit.
 _NO_UNIT = (
     pint.PintError,
@@ -66,6 +80,25 @@ def converts(unit: str, to: str) -> bool:
     except ValueError:
         return False
     return True
+
+
+@lru_cache(maxsize=1024)
+def powers_of(unit: str) -> Powers:
+    """Return the powers of m, kg, s, V, K, mol and cd in a unit; angles and ratios have none.
+
+    Raises ValueError where the unit is unknown.
+    """
+    _check_plain(spelled(unit))
+    try:
+        found = dict(_registry().Quantity(1.0, spelled(unit)).dimensionality)
+    except _NO_UNIT as cause:
+        raise ValueError(f"unit {unit!r} is unknown ({cause})") from cause
+    powers: dict[str, Fraction] = {}
+    for name, power in found.items():
+        share = Fraction(str(power)).limit_denominator(1000)
+        for base, each in BASE_UNITS.get(name, {name: 1}).items():
+            powers[base] = powers.get(base, Fraction(0)) + each * share
+    return {base: power for base, power in powers.items() if power}
 
 
 @lru_cache(maxsize=1024)

@@ -40,6 +40,8 @@ def explain_command(
     vehicle: Annotated[
         Path | None,
         typer.Option(
+            "--vehicle",
+            "--model",
             help="Vehicle file, model file or FMU of the nominal simulation.",
             metavar="FILE",
             parser=file_of("vehicle", "model"),
@@ -104,6 +106,7 @@ def explain_command(
     vehicle, training = _simulation(vehicle, training)
     with console.status("Reading recordings") as progress:
         analysis = open_analysis(vehicle, training, held_out or [])
+        _print_notes(analysis, console)
         prepare_places(json_path, report_folder)  # after the input, which may be invalid
 
         def say(words: str) -> None:
@@ -131,6 +134,11 @@ def explain_command(
     if not in_the_file(analysis):
         typer.echo(f"the free curve {NOT_IN_THE_FILE}")
     _end(analysis.failure, found.complete)
+
+
+def _print_notes(analysis: "Analysis", console: Console) -> None:
+    for note in analysis.system.notes:
+        console.print(f"note: {note}", markup=False, soft_wrap=True)
 
 
 def _end(failure: str, complete: bool) -> None:

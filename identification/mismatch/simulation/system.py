@@ -155,6 +155,11 @@ class System(ABC):
         q, added: as for `simulate`.
         """
 
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What its user should look at before an analysis, a line each; () where nothing is odd."""
+        return ()
+
     def duration(self, recordings: int) -> str:
         """Say how long the analysis of so many prepared recordings takes; empty: not long."""
         return ""

@@ -68,14 +68,14 @@ class Expression:
 
 def read_expression(text: str, known: Iterable[str], where: str) -> Expression:
     """Read one equation. known: names that may stand in it. Raises InputError."""
-    tree = _parsed(text, where)
+    tree = parsed(text, where)
     names = frozenset(_names(tree, set(known), where))
     renamed = _Renamed().visit(tree)
     return Expression(ast.unparse(ast.fix_missing_locations(renamed)), names)
 
 
-def _parsed(text: str, where: str) -> ast.Expression:
-    """Syntax tree of an equation that is neither too long nor nested too deeply."""
+def parsed(text: str, where: str) -> ast.Expression:
+    """Return the syntax tree of an equation. Raises InputError where it is none, or too large."""
     split = "split the equation into seams"
     if len(text) > LONGEST:
         raise InputError(

@@ -31,6 +31,7 @@ from slipbench.identification.mismatch.systems.table_curve import (
     read_curve,
 )
 from slipbench.identification.mismatch.systems.turn_pattern import without_patterns
+from slipbench.identification.mismatch.systems.unit_check import unit_faults
 from slipbench.identification.mismatch.systems.writing import as_text, curves_as_tables
 from slipbench.plant.effects.effect import Effect
 from slipbench.plant.errors import PlantError
@@ -99,6 +100,12 @@ class ModelSystem(System):
         for entry, curve in zip(file.curves, curves, strict=True):
             told |= half_widths(entry, curve)
         return cls(file, where, read, runs, values, acts, told, placing.Read(file), curves=curves)
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Equations whose units do not agree; what is simulated outside has none."""
+        inside = isinstance(self.simulator, CompiledEquations)
+        return unit_faults(self.file, self.where) if inside else ()
 
     @property
     def units(self) -> Mapping[str, str]:  # type: ignore[override]

@@ -1,0 +1,156 @@
+"""Whether the two sides of the equations of a model file have the same unit.
+
+A rate must have the unit of its state divided by seconds, a seam and an output that of their size;
+terms of a sum, the branches of a choice and both sides of a comparison must agree; arguments of
+functions are numbers. A number in an equation stands for itself: in a product it has no unit, in a
+sum the unit of the other terms. Angles have no unit.
+"""
+
+import ast
+import math
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+
+from slipbench.identification.mismatch.systems.expression import parsed
+from slipbench.identification.mismatch.systems.model_file import ModelFile
+from slipbench.protocol.units import Powers, powers_of
+
+SECOND: Powers = {"s": Fraction(1)}
+AS_THE_FIRST = ("abs", "min", "max")
+NO_UNIT = ("tanh", "exp", "log", "sin", "cos", "tan", "atan")
+
+
+@dataclass(frozen=True)
+class _DisagreementError(Exception):
+    """part: of an equation. found, expected: units of two things that must agree."""
+
+    part: str
+    found: str
+    expected: str
+
+
+def unit_faults(file: ModelFile, where: str) -> tuple[str, ...]:
+    """Say of each equation whose units do not agree where that is; () where all agree."""
+    return tuple(_faults(file, where))
+
+
+def _faults(file: ModelFile, where: str) -> Iterator[str]:
+    known: dict[str, Powers] = {"time": SECOND}
+    known |= {name: powers_of(number.unit) for name, number in file.parameters.items()}
+    for part in (file.inputs, file.states, file.seams):
+        known |= {name: powers_of(told.size.unit) for name, told in part.items()}
+    sides = [
+        *((f"seams.{n}.value", s.value, known[n]) for n, s in file.seams.items()),
+        *(
+            (f"states.{n}.rate", s.rate, _times(known[n], SECOND, -1))
+            for n, s in file.states.items()
+        ),
+        *((f"outputs.{n}.value", o.value, powers_of(o.size.unit)) for n, o in file.outputs.items()),
+    ]
+    for key, text, expected in sides:
+        try:
+            found = _Units(known).of(parsed(text, f"{where}: {key}").body)
+            if found is not None and found != expected:
+                raise _DisagreementError(text, in_words(found), in_words(expected))
+        except _DisagreementError as d:
+            yield (
+                f"{where}: {key}: units do not agree: {d.expected} is expected, {d.found} found,"
+                f" in {d.part}"
+            )
+
+
+def in_words(powers: Powers) -> str:
+    """Return a unit as text: kg m/s^2 as "kg m s^-2"."""
+    told = [f"{name}^{p}" if p != 1 else name for name, p in sorted(powers.items())]
+    return " ".join(told) or "1"
+
+
+def _times(one: Powers, other: Powers, power: Fraction | int = 1) -> Powers:
+    """Return the unit one other^power."""
+    sums = {n: one.get(n, Fraction(0)) + power * other.get(n, Fraction(0)) for n in {*one, *other}}
+    return {n: p for n, p in sums.items() if p}
+
+
+@dataclass(frozen=True)
+class _Units:
+    """Units of the parts of an equation; None: a number, which agrees with any."""
+
+    known: Mapping[str, Powers]
+
+    def of(self, node: ast.expr) -> Powers | None:
+        """Return the unit of a part. Raises _DisagreementError."""
+        read: dict[type[ast.expr], Callable[..., Powers | None]] = {
+            ast.Constant: lambda _: None,
+            ast.Name: lambda n: self.known[n.id],
+            ast.UnaryOp: lambda n: self.of(n.operand),
+            ast.BinOp: self._operation,
+            ast.Call: self._call,
+            ast.IfExp: self._choice,
+            ast.Compare: self._comparison,
+        }
+        return read[type(node)](node)
+
+    def _operation(self, node: ast.BinOp) -> Powers | None:
+        left, right = self.of(node.left), self.of(node.right)
+        if isinstance(node.op, ast.Add | ast.Sub):
+            return self._alike(node.right, right, left)
+        if isinstance(node.op, ast.Pow):
+            return self._power(node, left, right)
+        if left is None and right is None:
+            return None
+        return _times(left or {}, right or {}, 1 if isinstance(node.op, ast.Mult) else -1)
+
+    def _power(
+        self, node: ast.BinOp, base: Powers | None, exponent: Powers | None
+    ) -> Powers | None:
+        self._number(node.right, exponent)
+        value = _constant(node.right)
+        if value is None:
+            return self._number(node.left, base)
+        return None if base is None else _times({}, base, value)
+
+    def _call(self, node: ast.Call) -> Powers | None:
+        assert isinstance(node.func, ast.Name)
+        name, units = node.func.id, [self.of(a) for a in node.args]
+        if name == "sqrt":
+            return None if units[0] is None else _times({}, units[0], Fraction(1, 2))
+        if name in NO_UNIT:
+            return self._number(node.args[0], units[0])
+        same = units[0]
+        for argument, unit in zip(node.args[1:], units[1:], strict=True):
+            same = self._alike(argument, unit, same)
+        return same if name in AS_THE_FIRST else {}
+
+    def _choice(self, node: ast.IfExp) -> Powers | None:
+        self.of(node.test)
+        return self._alike(node.orelse, self.of(node.orelse), self.of(node.body))
+
+    def _comparison(self, node: ast.Compare) -> Powers | None:
+        first = self.of(node.left)
+        for other in node.comparators:
+            first = self._alike(other, self.of(other), first)
+        return {}
+
+    def _alike(self, part: ast.expr, found: Powers | None, other: Powers | None) -> Powers | None:
+        if found is not None and other is not None and found != other:
+            raise _DisagreementError(ast.unparse(part), in_words(found), in_words(other))
+        return found if other is None else other
+
+    def _number(self, part: ast.expr, found: Powers | None) -> Powers:
+        if found:
+            raise _DisagreementError(ast.unparse(part), in_words(found), in_words({}))
+        return {}
+
+
+def _constant(node: ast.expr) -> Fraction | None:
+    """Return the value of an exponent that is a number; None: it varies."""
+    sign = 1
+    while isinstance(node, ast.UnaryOp):
+        sign, node = (-sign if isinstance(node.op, ast.USub) else sign), node.operand
+    if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Div):
+        upper, lower = _constant(node.left), _constant(node.right)
+        return sign * upper / lower if upper is not None and lower else None
+    if isinstance(node, ast.Constant) and math.isfinite(value := float(node.value)):  # type: ignore[arg-type]
+        return sign * Fraction(value).limit_denominator(1000)
+    return None
