@@ -10,6 +10,7 @@ from slipbench.identification.mismatch.fit.sensitivity import coordinates_of, se
 from slipbench.identification.mismatch.fit.settling import limits_of, settle, there
 from slipbench.identification.mismatch.fit.stack import flat, residuals, whiteners
 from slipbench.identification.mismatch.fit.whitening import Whitener
+from slipbench.identification.mismatch.simulation.coordinates import Coordinate
 from slipbench.identification.mismatch.simulation.model import Model, Point, Series, predict
 from slipbench.plant.errors import PlantError
 from slipbench.plant.signals import Floats
@@ -147,9 +148,14 @@ def strayed(fit: Fit, far: float = STRAYED) -> bool:
     It then makes up for something that is missing, and with that in place stays where it went:
     between there and the truth lies what fits neither with it nor without.
     """
-    known = zip(fit.point.x, fit.model.known, strict=True)
+    return bool(far_from_the_file(fit, far))
+
+
+def far_from_the_file(fit: Fit, far: float = ASTRAY) -> list[tuple[Coordinate, float]]:
+    """Return the numbers that calibration moved by more than so many prior deviations, and by how many."""
+    known = zip(fit.model.known, fit.point.x, strict=True)
     end = min(far, AT_THE_END * fit.model.system.farthest)
-    return any(abs(x) > end for x, k in known if not k.of_clock)
+    return [(k, float(x)) for k, x in known if abs(x) > end and not k.of_clock]
 
 
 def astray(fit: Fit) -> bool:

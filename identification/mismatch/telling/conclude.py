@@ -17,7 +17,9 @@ from slipbench.identification.mismatch.curves.circumstance import Circumstance
 from slipbench.identification.mismatch.curves.curve import Curve
 from slipbench.identification.mismatch.curves.free_curve import FreeCurve
 from slipbench.identification.mismatch.curves.words import shape_in_words
+from slipbench.identification.mismatch.fit.calibrate import far_from_the_file
 from slipbench.identification.mismatch.fit.candidate import Candidate
+from slipbench.identification.mismatch.fit.fitting import Fit
 from slipbench.identification.mismatch.fit.floor import lack_of_fit
 from slipbench.identification.mismatch.fit.scatter import FAMILY
 from slipbench.identification.mismatch.fit.sizing import sizes
@@ -35,6 +37,7 @@ from slipbench.identification.mismatch.telling.improved import not_told
 from slipbench.identification.mismatch.telling.improvement import Improvement, improvement
 from slipbench.identification.mismatch.telling.regressor import regressor_of
 from slipbench.identification.mismatch.telling.verdict import (
+    FarParameter,
     FoundCurve,
     FoundEffect,
     Location,
@@ -92,6 +95,7 @@ def _full(a: Analysis) -> Verdict:
         doubts={} if doubt else _doubts(a.named),
         not_excited=tuple(not_excited(a.named)),
         not_told=tuple(not_told(a.named.fit)),
+        far=_far(a.named.fit if effects else a.named.base),
         next_trial=_proposed(a),
         improvement=_improvement(a),
         vetoes=tuple(a.vetoes),
@@ -227,6 +231,15 @@ def _curve(free: FreeCurve | None) -> FoundCurve | None:
     c = free.curve
     knots, values = (tuple(map(float, x)) for x in (c.knots, c.values))
     return FoundCurve(c.place, c.unit, c.regressor, knots, values, free.gain, free.confirmed)
+
+
+def _far(fit: Fit) -> tuple[FarParameter, ...]:
+    """Parameters that went far from the file, the farthest first.
+
+    Of the re-calibrated file where no names stand: a free curve may stand for a wrong number.
+    """
+    found = sorted(far_from_the_file(fit), key=lambda each: -abs(each[1]))
+    return tuple(FarParameter(k.key, k.value, k.at(x), x) for k, x in found)
 
 
 def _stated(found: Candidate, system: System) -> float | None:

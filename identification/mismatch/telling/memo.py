@@ -18,6 +18,7 @@ from slipbench.identification.mismatch.telling.check_in_words import check_lines
 from slipbench.identification.mismatch.telling.gain_in_words import improvement_in_words, ratio
 from slipbench.identification.mismatch.telling.verdict import (
     INTERVALS,
+    FarParameter,
     FoundEffect,
     Location,
     Remains,
@@ -217,10 +218,26 @@ def _limits(verdict: Verdict) -> Iterator[str]:
         yield f"  not excited: {', '.join(verdict.not_excited)}"
     if verdict.not_told:
         yield f"  not identifiable from these recordings: {', '.join(verdict.not_told)}"
+    if verdict.far:
+        yield f"  far from the file: {far_in_words(verdict.far)}"
     for told in left_out(verdict):
         yield f"  left out: {told}"
     if verdict.next_trial:
         yield f"  next trial: {verdict.next_trial['why']}"
+
+
+def far_in_words(far: Sequence[FarParameter]) -> str:
+    """Say which parameters calibration moved far, and what may follow."""
+    told = ", ".join(
+        f"{p.key} {100 * (p.calibrated / p.stated - 1):+.0f} %"
+        if p.stated
+        else f"{p.key} {p.calibrated - p.stated:+.3g}"
+        for p in far
+    )
+    return (
+        f"{told}: check these values and their plus_minus; they may make up for an effect that is"
+        " not found or called not excited"
+    )
 
 
 def left_out(verdict: Verdict) -> Iterator[str]:

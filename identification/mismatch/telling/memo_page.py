@@ -17,6 +17,7 @@ from slipbench.identification.mismatch.telling.memo import (
     chance,
     circumstances,
     early_end,
+    far_in_words,
     left_out,
     sentence,
     shown,
@@ -131,5 +132,7 @@ def _open(a: Analysis, verdict: Verdict) -> Iterator[tuple[str, str]]:
         yield f"lack of fit, {when}", f"F = {test.f:.3g}, p = {test.p_value:.2g} (repeated trials)"
     if not in_the_file(a):
         yield "the curve", NOT_IN_THE_FILE
+    if verdict.far:
+        yield "far from the file", far_in_words(verdict.far)
     for told in left_out(verdict):
         yield "left out", told

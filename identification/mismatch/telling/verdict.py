@@ -18,6 +18,7 @@ rivals       {name: {other name: nats behind}}; below zero where a less plausibl
 doubts       {name: what speaks against it beforehand} of names that cannot be told apart
 not_excited  [names] that would not have shown
 not_told     [parameters] of the vehicle file of which these recordings say nothing
+far          [parameters] that calibration moved by more than 3 of the deviations that the file states
 next_trial   {why, trial} the experiment of the menu that would tell most, or null
 improvement  {log_likelihood_gain, interval, outputs: [{output, unit, share, simulation, one_step,
              band, in_band}]}: held out, improved against re-calibrated; null where nothing was found
@@ -92,6 +93,19 @@ class FoundEffect:
 
 
 @dataclass(frozen=True)
+class FarParameter:
+    """A parameter that calibration moved farther than its file allows; SI.
+
+    deviations: how far, in standard deviations that the file states of it.
+    """
+
+    key: str
+    stated: float
+    calibrated: float
+    deviations: float
+
+
+@dataclass(frozen=True)
 class Remains:
     """What stays unexplained. share: of what the names explain, in mean squares."""
 
@@ -131,6 +145,7 @@ class Verdict:
     doubts: Mapping[str, str] = field(default_factory=dict)
     not_excited: tuple[str, ...] = ()
     not_told: tuple[str, ...] = ()
+    far: tuple[FarParameter, ...] = ()
     next_trial: Mapping[str, Any] | None = None
     improvement: Improvement | None = None
     vetoes: tuple[Veto, ...] = ()
