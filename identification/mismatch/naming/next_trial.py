@@ -10,11 +10,14 @@ from slipbench.identification.mismatch.fit.candidate import Candidate
 from slipbench.identification.mismatch.fit.fitting import Fit
 from slipbench.identification.mismatch.fit.judge import Judge
 from slipbench.identification.mismatch.fit.sensitivity import none, sensitivities
+from slipbench.identification.mismatch.naming.score import SHOWN
 from slipbench.identification.mismatch.naming.tried import candidates
 from slipbench.identification.mismatch.simulation.model import predict
 from slipbench.plant.effects.effect import Effect
 from slipbench.plant.signals import Floats
 
+HIDDEN = 4
+"""Effects that were not excited, of which the one is chosen that a trial shows most plainly."""
 CLOSELY = 3
 """Trials of the menu that are looked at with everything that is uncertain."""
 
@@ -28,25 +31,25 @@ def next_trial(
     """
     if len(alike) < 2 and not hidden:
         return None
-    kinds = alike[:2] if len(alike) > 1 else hidden[:1]
-    loud = [(_loudness(fit, choice, kinds), choice) for choice in fit.model.system.menu()]
-    most = sorted((w for w in loud if w[0] > 0.0), key=lambda w: -w[0])[:CLOSELY]
-    if not most:
+    asked = [tuple(alike[:2])] if len(alike) > 1 else [(kind,) for kind in hidden[:HIDDEN]]
+    loud = [w for choice in fit.model.system.menu() for w in _loudness(fit, choice, asked)]
+    most = sorted((w for w in loud if w[0] > SHOWN), key=lambda w: -w[0])[:CLOSELY]
+    worth = [(_worth(fit, choice, kinds), choice, kinds) for _, choice, kinds in most]
+    nats, best, kinds = max(worth, key=lambda w: w[0], default=(0.0, None, ()))
+    if nats < SHOWN:
         return None
-    worth = [(_worth(fit, choice, kinds), choice) for _, choice in most]
-    nats, best = max(worth, key=lambda w: w[0])
-    if nats <= 0.0:
-        return None
-    names = " from ".join(k.name for k in alike[:2]) if len(alike) > 1 else hidden[0].name
-    verb = "distinguish" if len(alike) > 1 else "show"
+    names = " from ".join(k.name for k in kinds)
+    verb = "distinguish" if len(kinds) > 1 else "show"
     why = f"{best} would {verb} {names.replace('_', ' ')} (expected log-likelihood gain {nats:.0f} nats)"
     return why, best
 
 
-def _loudness(fit: Fit, choice: Any, kinds: Sequence[type[Effect]]) -> float:
+def _loudness(
+    fit: Fit, choice: Any, asked: Sequence[Sequence[type[Effect]]]
+) -> list[tuple[float, Any, Sequence[type[Effect]]]]:
     """Nats by which a trial shows or separates effects, were the system known exactly."""
     judge = _rehearsed(fit, choice, exact=True)
-    return 0.0 if judge is None else _told(judge, fit, kinds)
+    return [] if judge is None else [(_told(judge, fit, kinds), choice, kinds) for kinds in asked]
 
 
 def _worth(fit: Fit, choice: Any, kinds: Sequence[type[Effect]]) -> float:

@@ -164,6 +164,4 @@ def _orders(axes: Axes, found: Residuals) -> None:
         axes.semilogy(
             orders, np.maximum(lines[1:], 1e-12), color=colour, marker="o", ms=3, label=label
         )
-    axes.set(
-        xlabel=f"order of {found.shown.output.split('_')[0]} wheel", ylabel="relative speed / 1"
-    )
+    axes.set(xlabel=f"order of {found.shown.output.split('_')[0]} wheel", ylabel="relative speed")

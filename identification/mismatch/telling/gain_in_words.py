@@ -27,7 +27,7 @@ def improvement_in_words(found: Improvement, headline: str, written: WrittenUnit
     no_fall = (
         f"Held out, no simulation error falls measurably against the re-calibrated file"
         f" ({words(first.output)}: {factor * stays.calibrated:.4g} re-calibrated,"
-        f" {factor * stays.improved:.4g} {unit} improved, {ratio(stays)})"
+        f" {factor * stays.improved:.4g}{unit} improved, {ratio(stays)})"
     )
     return f"{no_fall}; {rises}{_finer(shown, written)}{log_likelihood(found)}."
 
@@ -63,7 +63,7 @@ def _rises(outputs: Sequence[OutputImprovement], written: WrittenUnits) -> str:
     for o in outputs:
         factor, unit = _scale(o, written)
         now = (
-            f"{factor * o.simulation.calibrated:.3g} to {factor * o.simulation.improved:.3g} {unit}"
+            f"{factor * o.simulation.calibrated:.3g} to {factor * o.simulation.improved:.3g}{unit}"
         )
         told.append(f"that of {words(o.output)} rises from {now} ({ratio(o.simulation)}); ")
     return "".join(told)
@@ -83,7 +83,7 @@ def _falls(o: OutputImprovement, error: str, change: Change, written: WrittenUni
     factor, unit = _scale(o, written)
     return (
         f"the {error} of {words(o.output)} falls by {fall(change)} against the re-calibrated file,"
-        f" from {factor * change.calibrated:.3g} to {factor * change.improved:.3g} {unit}"
+        f" from {factor * change.calibrated:.3g} to {factor * change.improved:.3g}{unit}"
     )
 
 
@@ -119,5 +119,6 @@ def words(name: str) -> str:
 
 
 def _scale(o: OutputImprovement, written: WrittenUnits) -> tuple[float, str]:
+    """Factor from SI, and the unit as it stands after a number: nothing for a ratio."""
     factor, unit = written.factor(o.unit, words(o.output))
-    return factor, unit
+    return factor, "" if unit == "1" else f" {unit}"

@@ -26,6 +26,7 @@ from slipbench.identification.mismatch.telling.verdict import (
 )
 
 _DIRECTIONS = {"both": "opening and closing", "opening": "opening", "closing": "closing"}
+SHORT = 0.1  # m; what is shorter is told in mm
 SCALED = {"rad": (1e3, "mrad"), "s": (1e3, "ms"), "1": (100.0, "%"), "1/s": (100.0, "%/s")}
 
 
@@ -117,6 +118,8 @@ def shown_error(e: Error, verdict: Verdict) -> Error:
 def _effect(effect: FoundEffect, verdict: Verdict) -> str:
     p = shown(effect.parameters[0], effect, verdict)
     factor, unit = SCALED.get(p.unit, (1.0, p.unit))
+    if p.unit == "m" and abs(p.value) < SHORT:
+        factor, unit = 1e3, "mm"
     size = f"{with_spread(p.value * factor, 0.5 * (p.high - p.low) * factor)} {unit}".rstrip()
     where = (effect.subject or effect.block).replace("_", " ")
     size = f"{p.name.replace('_', ' ')} {size}"

@@ -68,6 +68,7 @@ def memo_page(a: Analysis, verdict: Verdict) -> str:
         if verdict.improvement
         else "",
         shown=_shown(verdict),
+        around=_around_a_turn(verdict),
         hypotheses=hypotheses(a, verdict),
         intervals=INTERVALS,
         undecided=list(_undecided(verdict)),
@@ -80,6 +81,12 @@ def memo_page(a: Analysis, verdict: Verdict) -> str:
 def _shown(verdict: Verdict) -> str:
     found = verdict.improvement
     return shown_by(found, verdict.headline).output if found else verdict.headline
+
+
+def _around_a_turn(verdict: Verdict) -> bool:
+    """Tell whether the figure is around a turn of a wheel."""
+    found = verdict.improvement
+    return found is not None and shown_by(found, verdict.headline).band is None
 
 
 def _evidence(a: Analysis, verdict: Verdict) -> tuple[Residuals, str, WrittenUnits]:
