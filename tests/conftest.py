@@ -18,6 +18,8 @@ hypothesis.settings.register_profile(
     max_examples=25,
     phases=[hypothesis.Phase.explicit, hypothesis.Phase.generate],
 )
+# The judgement of a commit: the same examples each time. New ones are drawn wherever else tests run.
+hypothesis.settings.register_profile("repeatable", deadline=None, derandomize=True)
 hypothesis.settings.load_profile(os.environ.get("SLIPBENCH_HYPOTHESIS", "slipbench"))
 
 

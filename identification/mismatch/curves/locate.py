@@ -23,13 +23,12 @@ from slipbench.identification.mismatch.curves.tries import (
     at_teeth,
 )
 from slipbench.identification.mismatch.curves.whitened import Courses, Whitened
+from slipbench.identification.mismatch.fit.held_out import CONFIRMED
 from slipbench.identification.mismatch.fit.judge import Judge
 from slipbench.identification.mismatch.fit.scatter import SHARE, amplitude_p
 from slipbench.identification.mismatch.fit.stack import flat
 from slipbench.identification.mismatch.simulation.along import ANGLE
 from slipbench.plant.signals import Floats
-
-CONFIRMED = 5.0  # nats, on the held-out recordings
 
 
 @dataclass(frozen=True)

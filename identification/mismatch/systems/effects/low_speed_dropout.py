@@ -37,7 +37,7 @@ def tell(value: float, threshold: float) -> float:
     if abs(value) >= 1e3 * threshold:
         return value
     r = (value / threshold) ** 8
-    return value * r / (1.0 + r)
+    return value * (r / (1.0 + r))  # so rounded, it is never more than the value
 
 
 @dataclass(frozen=True)
