@@ -112,16 +112,18 @@ def _as_large_as_scored(score: Score) -> Candidate:
 def _from_several(fit: Fit, score: Score, best: Fit | None, leader: float) -> Fit | None:
     """Return the fit from the size that scored best, and where that disappoints from others.
 
-    best: the first. leader: nats of the best of all first fits; what promises little beside it, or
-    less than an effect must bring, gets one start.
+    best: the first. leader: nats of the best of all first fits; what promises little beside it gets
+    one start. What promises less than an effect must bring gets no other sizes, but the start from
+    the file: what calibration made up for promises nothing.
     """
     at = score.candidate
-    several = limits(at.kind) or score.gain > max(ENOUGH, HOPELESS * leader)
+    hopeful = limits(at.kind) or score.gain > HOPELESS * leader
+    several = hopeful and (limits(at.kind) or score.gain > ENOUGH)
     for size in tried_sizes(at.kind) if several else ():
         if best is not None and best.score - fit.score > 0.5 * score.gain:
             break
         best = _better(best, fitted(fit, at.resized(math.copysign(size, at.size))))
-    if several and strayed(fit):
+    if hopeful and strayed(fit):
         best = _better(best, fitted_from_the_file(fit, _as_large_as_scored(score)))
     return best
 

@@ -1,8 +1,8 @@
 """Name what is missing: a stepwise search over sets of up to three effects.
 
 Forward: the library is screened on what the accepted effects leave, and the best of the promising
-effects that passes the rule of acceptance is added; where none does and calibration went astray,
-the best of those that lead from the numbers of the file. Exchange: one after the other, the best
+effects that passes the rule of acceptance is added; where calibration went astray, those that lead
+from the numbers of the file are among them. Exchange: one after the other, the best
 next step need not be on the best way, so where there are several, each is taken out in turn and the
 library is screened again. Backward: what is not missed goes again. Where that leaves something
 unexplained, `ahead` tries pairs as one step.
@@ -74,11 +74,10 @@ class Search:
             if named.names:
                 named = replace(named, screenings=named.screenings + 1)
             scores = self._screened(named.fit).scores if named.names else named.scores
-            step = self._step(named, promising_fits(rough, scores, self.say))
-            if len(step.names) == len(named.names):
-                again = fits_from_the_file(rough, self.library, self.say)
-                step = replace(step, screenings=step.screenings + bool(again))
-                step = self._step(step, again) if again else step
+            tried = promising_fits(rough, scores, self.say)
+            again = fits_from_the_file(rough, self.library, self.say)
+            named = replace(named, screenings=named.screenings + bool(again))
+            step = self._step(named, [*tried, *again])
             if len(step.names) == len(named.names):
                 return step
             named = step
