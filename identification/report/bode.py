@@ -14,8 +14,7 @@ from slipbench.protocol.recording.channel import FloatArray
 
 def bode(found: list[FrequencyResponse], peak: Resonance | NoResonance | None = None) -> Figure:
     """Bode plot of several responses; bins of low coherence or wide interval are faded."""
-    figure, axes = d.panels(3, 6.6, [3, 3, 1.5])
-    figure.subplots_adjust(right=1 - 0.85 / d.WIDTH)  # for the axis in dB
+    figure, axes = d.panels(3, 6.6, [3, 3, 1.5], right=0.85)  # for the axis in dB
     factor, unit = gain_unit(found[0].input, found[0].output)
     for response, colour in zip(found, (d.BLUE, d.ORANGE, d.GREEN), strict=False):
         _gain(axes[0], response, factor, colour)

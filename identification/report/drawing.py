@@ -55,9 +55,9 @@ def style() -> Iterator[None]:
 
 
 def panels(
-    rows: int, height: float, ratios: list[float] | None = None
+    rows: int, height: float, ratios: list[float] | None = None, right: float = 0.25
 ) -> tuple[Figure, list[Axes]]:
-    """Figure with stacked panels that share their horizontal axis. height: in."""
+    """Figure with stacked panels that share their horizontal axis. height, right margin: in."""
     figure = Figure(figsize=(WIDTH, height))
     FigureCanvasAgg(figure)
     margins = {"top": 1 - 0.4 / height, "bottom": 0.55 / height, "hspace": 0.45 * rows / height}
@@ -67,7 +67,7 @@ def panels(
         sharex=True,
         squeeze=False,
         height_ratios=ratios,
-        gridspec_kw={"left": 0.9 / WIDTH, "right": 1 - 0.25 / WIDTH, **margins},
+        gridspec_kw={"left": 0.9 / WIDTH, "right": 1 - right / WIDTH, **margins},
     )
     for row in range(rows):
         grid[row, 0].yaxis.set_label_coords(-0.65 / (WIDTH - 1.15), 0.5)

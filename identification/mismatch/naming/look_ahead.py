@@ -54,7 +54,7 @@ def halves(named: Named, library: Sequence[type[Effect]], least: float, say: Say
     """
     before, scores = named.base.coarse(), named.scores
     fits = [before]
-    if astray(before):
+    if _far(before):
         fits = [as_told(before.model, before.model.origin()), before]
         scores = survey(Judge.of(fits[0]), library).scores
     hint = max(HINT, SHARE * scores[0].gain) if scores else HINT
