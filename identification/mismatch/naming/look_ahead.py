@@ -18,8 +18,10 @@ from slipbench.identification.mismatch.fit.calibrate import (
 )
 from slipbench.identification.mismatch.fit.candidate import Candidate
 from slipbench.identification.mismatch.fit.fitting import Fit, with_effects
+from slipbench.identification.mismatch.fit.fixed import far_numbers_fixed, freed
 from slipbench.identification.mismatch.fit.judge import Judge
 from slipbench.identification.mismatch.naming.acceptance import ENOUGH
+from slipbench.identification.mismatch.naming.fits import IN_PLACE
 from slipbench.identification.mismatch.naming.named import Named
 from slipbench.identification.mismatch.naming.score import Score, as_known, survey
 from slipbench.identification.mismatch.naming.tried import candidates, place_on_the_road
@@ -34,7 +36,6 @@ SECONDS = 3
 """Second halves that are fitted to each."""
 PROMISED = 3.0
 """Times what a score promises, that a fit may bring: a score goes straight on, from far away."""
-HINT = 1.0  # nats that a first half must score
 SHARE = 0.1
 """Share of the best score that a first half must score, and of what both must bring that it must
 bring alone; the second one may do nothing alone."""
@@ -49,20 +50,23 @@ def halves(named: Named, library: Sequence[type[Effect]], least: float, say: Say
 
     Calibration can run away from a motion without which what is missing has nothing to act on: a
     time constant of 0.5 s ran to 20 s, and with the changes of direction went the trace of a
-    counter that is blind to them. What promises is then screened as the file tells.
+    counter that is blind to them. So where numbers went far, they are fixed where the file has
+    them; where the noise model may have kept them from going, all of them are.
     least: nats that both halves must bring.
     """
     before, scores = named.base.coarse(), named.scores
-    fits = [before]
-    if _far(before):
-        fits = [as_told(before.model, before.model.origin()), before]
-        scores = survey(Judge.of(fits[0]), library).scores
-    hint = max(HINT, SHARE * scores[0].gain) if scores else HINT
+    starts = list(_starts(before))
+    if starts[0] is not before:
+        scores = survey(Judge.of(starts[0]), library).scores
+    fixed = starts[0].model is not before.model
+    least_alone = IN_PLACE * (before.score - starts[0].score) if fixed else 0.0
+    hint = max(ENOUGH, least_alone) / PROMISED
+    hint = max(hint, SHARE * scores[0].gain) if scores else hint
     kinds = _one_of_each_kind(s for s in scores if s.gain > hint)
     for kind in kinds:
         say(f"Look-ahead from {kind.name.replace('_', ' ')}")
-    way = from_far if _far(before) else settled
-    done = in_threads(lambda kind: _best(*(partial(_fitted, way, f, kind) for f in fits)), kinds)
+    way = _way(before)
+    done = in_threads(lambda kind: _best(*(partial(_fitted, way, f, kind) for f in starts)), kinds)
     enough = before.score + max(ENOUGH, SHARE * least)
     return [f for f in done if f is not None and f.score > enough]
 
@@ -71,18 +75,30 @@ def pairs(
     named: Named, begun: Sequence[Fit], library: Sequence[type[Effect]], enough: float
 ) -> list[Fit]:
     """Fit what promises most beside each single effect. enough: score that a pair must reach."""
-    ways = (settled, from_far) if _far(named.base) else (settled,)
+    ways = (settled, from_far) if hidden_by_noise(named.base) else (settled,)
     several = in_threads(lambda single: list(_pairs(single, library, enough, ways)), begun)
     return [pair for found in several for pair in found if pair.score > enough]
 
 
+def _starts(fit: Fit) -> Iterator[Fit]:
+    """Yield where to begin from: beside numbers of the file, where those of a fit are doubtful."""
+    with suppress(PlantError):
+        if hidden_by_noise(fit):
+            yield as_told(fit.model, fit.model.origin())
+        elif astray(fit):
+            yield far_numbers_fixed(fit)
+            return
+    yield fit
+
+
+def _way(fit: Fit) -> Way:
+    if hidden_by_noise(fit):
+        return from_far
+    return (lambda start: freed(settled(start), fit.model)) if astray(fit) else settled
+
+
 def _fitted(way: Way, start: Fit, *effects: Candidate) -> Fit:
     return way(with_effects(start, effects))
-
-
-def _far(fit: Fit) -> bool:
-    """Tell whether a fit went far, or a noise model may have kept it near."""
-    return astray(fit) or hidden_by_noise(fit)
 
 
 def _best(*tries: Callable[[], Fit]) -> Fit | None:

@@ -88,6 +88,13 @@ class Model:
         other.__dict__.update(measured=self.measured, known_bins=self.known_bins)
         return other
 
+    def uncertain_of(self, known: list[Coordinate]) -> "Model":
+        """Return the same, certain of all other numbers; with coarse steps if this one has them."""
+        model = self._like(replace(self, known=known))
+        if self.coarse is self:
+            model.__dict__["coarse"] = model
+        return model
+
     def origin(self) -> Point:
         """Return the system as its file tells it, with nothing slow acting."""
         slow = tuple(np.zeros(r.slow.shape[1]) for r in self.records)

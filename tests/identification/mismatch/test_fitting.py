@@ -10,6 +10,7 @@ from slipbench.identification.mismatch.analysis import begin
 from slipbench.identification.mismatch.fit.calibrate import (
     as_believed,
     as_told,
+    astray,
     calibrate,
     from_far,
     strayed,
@@ -18,8 +19,7 @@ from slipbench.identification.mismatch.fit.fitting import Fit, with_effects
 from slipbench.identification.mismatch.fit.held_out import contradicted
 from slipbench.identification.mismatch.fit.settling import settle
 from slipbench.identification.mismatch.fit.stack import Nuisances, bounded
-from slipbench.identification.mismatch.naming.fits import promising_fits
-from slipbench.identification.mismatch.naming.score import Score
+from slipbench.identification.mismatch.naming.fits import fits_from_the_file
 from slipbench.identification.mismatch.naming.tried import candidates
 from slipbench.plant.effects.backlash import Backlash
 from slipbench.plant.effects.driveline_loss import DrivelineLoss
@@ -134,11 +134,9 @@ def test_an_effect_is_found_although_calibration_has_made_up_for_it(seed):
     """The load was taken for a larger one: from there a fit finds a part of what there is."""
     height = 0.6
     base = calibrated_without(seed, height)
-    assert strayed(base)
+    assert astray(base)
     (kind,) = candidates(LoadTransfer)
-    score = Score(kind, amplitude=1.0, gain=100.0, seen=100.0, kept=1.0, p=1e-6)
-    (found,) = promising_fits(base, [score], lambda _: None)
-    assert found is not None
+    (found,) = fits_from_the_file(base, [LoadTransfer], lambda _: None)
     (named,) = found.effects
     assert named.effect().height == pytest.approx(height, rel=0.2)
     assert found.score - base.score > 1.5 * nats_from_here(base, kind)
