@@ -39,11 +39,13 @@ TAKEN = 0.95
 def calibrate(model: Model, start: Point) -> Fit:
     """Fit the vehicle, the slow road and the noise; no effects but those of the start.
 
-    Where that leads far away it is tried once more by plain least squares: see `from_far`.
+    Where that leads far away it is tried once more by plain least squares: see `from_far`. The way
+    there is simulated with coarse steps.
     """
-    told = as_told(model, start)
+    told = as_told(model.coarse, start)
     fit = followed(settle(told, noises=3), ROUGHLY)
-    return followed(_or_from_far(told, fit) if astray(fit) or hidden_by_noise(fit) else fit)
+    best = _or_from_far(told, fit) if astray(fit) or hidden_by_noise(fit) else fit
+    return followed(best.fine(model))
 
 
 def settled(start: Fit) -> Fit:

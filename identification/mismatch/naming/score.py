@@ -39,6 +39,8 @@ PLAIN = 50.0
 """Nats that an effect is worth at the small size at which it is tried."""
 BEYOND = 20.0
 """Times that worth above which the typical size says nothing of such a small one."""
+STARTS = 3
+"""Tries of one effect at its typical size, at other places or angles, that are followed by others."""
 RESHAPED = 8
 NEXT_TO_NOTHING = 1e-9
 BATCH = 32
@@ -152,7 +154,7 @@ def survey(judge: Judge, library: Iterable[type[Effect]]) -> Survey:
     kept: Columns = {}
     first = scores(judge, [c for c in kinds if c.name not in there], kept)
     first = _with_elsewhere(judge, first, kept)
-    more = [c for s in first for c in _more(s)]
+    more = [c for s in _first_of_each(first) for c in _more(s)]
     tried = scores(judge, more)
     best = _best([*first, *tried])
     hints = [s.candidate for s in best[:RESHAPED] if s.gain > HINT]
@@ -204,6 +206,15 @@ def _held_to(score: Score, tried: Mapping[str, Sequence[Tried]]) -> Score:
         return score
     scatter = usual(tried[score.candidate.name], at)
     return replace(score, candidate=replace(score.candidate, elsewhere=scatter))
+
+
+def _first_of_each(found: Iterable[Score]) -> Iterator[Score]:
+    """Yield the tries of each effect that show the most, with either sign."""
+    by_name: dict[str, list[Score]] = {}
+    for score in found:
+        by_name.setdefault(score.candidate.name, []).append(score)
+    for tries in by_name.values():
+        yield from sorted(tries, key=lambda s: (-s.seen * s.amplitude**2, -s.seen))[:STARTS]
 
 
 def _more(score: Score) -> list[Candidate]:
