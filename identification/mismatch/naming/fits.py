@@ -9,7 +9,6 @@ from slipbench.identification.mismatch.fit.fitting import Fit, with_effects
 from slipbench.identification.mismatch.fit.fixed import far_numbers_fixed, freed
 from slipbench.identification.mismatch.fit.judge import Judge
 from slipbench.identification.mismatch.fit.sizing import limits, tried_sizes
-from slipbench.identification.mismatch.naming.acceptance import ENOUGH
 from slipbench.identification.mismatch.naming.score import Score, survey
 from slipbench.identification.mismatch.simulation.threads import in_threads
 from slipbench.plant.effects.effect import Effect
@@ -19,7 +18,6 @@ SHORTLIST = 4
 LONGEST = 8  # scores that are fitted where they are near to the best
 NEAR = 0.7
 """Share of the best score's gain above which a name could be the same to these recordings."""
-HOPELESS = 0.1  # share of the leader's gain below which a score gets one start only
 WORTH = 6.0  # nats that a score must promise before a full fit is tried
 ABSORBED = 0.01
 """Share of a signature that calibration leaves, below which it is what the numbers' bends leave."""
@@ -37,9 +35,8 @@ def promising_fits(fit: Fit, scores: Sequence[Score], say: Say) -> list[Fit]:
     for score in worth:
         say(f"Fitting {score.candidate.name.replace('_', ' ')}")
     first = in_threads(lambda s: fitted(fit, _as_large_as_scored(s)), worth)
-    leader = max((f.score - fit.score for f in first if f is not None), default=0.0)
     both = zip(worth, first, strict=True)
-    done = in_threads(lambda pair: _from_several(fit, *pair, leader), both)
+    done = in_threads(lambda pair: _from_several(fit, *pair), both)
     return by_score(f for f in done if f is not None)
 
 
@@ -87,15 +84,13 @@ def _as_large_as_scored(score: Score) -> Candidate:
     return score.candidate.times(min(max(score.amplitude, 0.3), 2.0))
 
 
-def _from_several(fit: Fit, score: Score, best: Fit | None, leader: float) -> Fit | None:
-    """Return the fit from the size that scored best, and where that disappoints from others.
+def _from_several(fit: Fit, score: Score, best: Fit | None) -> Fit | None:
+    """Return the fit from the size that scored best; of limits, where it disappoints, from others.
 
-    best: the first. leader: nats of the best of all first fits; what promises little beside it gets
-    one start, and so does what promises less than an effect must bring.
+    best: the first. Beyond its reach a limit does nothing, and no slope leads back.
     """
     at = score.candidate
-    several = limits(at.kind) or score.gain > max(HOPELESS * leader, ENOUGH)
-    for size in tried_sizes(at.kind) if several else ():
+    for size in tried_sizes(at.kind) if limits(at.kind) else ():
         if best is not None and best.score - fit.score > 0.5 * score.gain:
             break
         best = _better(best, fitted(fit, at.resized(math.copysign(size, at.size))))

@@ -10,16 +10,21 @@ from slipbench.identification.mismatch.analysis import begin
 from slipbench.identification.mismatch.fit.calibrate import (
     as_believed,
     as_told,
-    astray,
     calibrate,
     from_far,
     strayed,
 )
 from slipbench.identification.mismatch.fit.fitting import Fit, with_effects
 from slipbench.identification.mismatch.fit.held_out import contradicted
+from slipbench.identification.mismatch.fit.judge import Judge
 from slipbench.identification.mismatch.fit.settling import settle
 from slipbench.identification.mismatch.fit.stack import Nuisances, bounded
-from slipbench.identification.mismatch.naming.fits import fits_from_the_file
+from slipbench.identification.mismatch.naming.fits import (
+    by_score,
+    fits_from_the_file,
+    promising_fits,
+)
+from slipbench.identification.mismatch.naming.score import survey
 from slipbench.identification.mismatch.naming.tried import candidates
 from slipbench.plant.effects.backlash import Backlash
 from slipbench.plant.effects.driveline_loss import DrivelineLoss
@@ -134,9 +139,10 @@ def test_an_effect_is_found_although_calibration_has_made_up_for_it(seed):
     """The load was taken for a larger one: from there a fit finds a part of what there is."""
     height = 0.6
     base = calibrated_without(seed, height)
-    assert astray(base)
+    assert strayed(base)
     (kind,) = candidates(LoadTransfer)
-    (found,) = fits_from_the_file(base, [LoadTransfer], lambda _: None)
+    here = promising_fits(base, survey(Judge.of(base), [LoadTransfer]).scores, lambda _: None)
+    found = by_score([*here, *fits_from_the_file(base, [LoadTransfer], lambda _: None)])[0]
     (named,) = found.effects
     assert named.effect().height == pytest.approx(height, rel=0.2)
     assert found.score - base.score > 1.5 * nats_from_here(base, kind)
