@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable, Iterable, Sequence
 
-from slipbench.identification.mismatch.fit.calibrate import astray, settled
+from slipbench.identification.mismatch.fit.calibrate import settled, strayed
 from slipbench.identification.mismatch.fit.candidate import Candidate
 from slipbench.identification.mismatch.fit.fitting import Fit, with_effects
 from slipbench.identification.mismatch.fit.fixed import far_numbers_fixed, freed
@@ -54,22 +54,22 @@ def promising(scores: Sequence[Score]) -> list[Score]:
 
 
 def fits_from_the_file(fit: Fit, library: Sequence[type[Effect]], say: Say) -> list[Fit]:
-    """Full fits of what a screening promises where calibration went astray, best first.
+    """Full fits of what a screening promises where calibration moved numbers far, best first.
 
     It is screened with the numbers that went far fixed where the file has them, and what takes the
     place of their ways must bring a good part of what they brought.
     """
-    if not astray(fit):
+    if not strayed(fit):
         return []
     fixed = _unless_it_cannot_run(lambda: far_numbers_fixed(fit))
     if fixed is None:
         return []
     say(f"Screening {len(library)} effects beside the numbers of the file")
+    least = fixed.score + IN_PLACE * (fit.score - fixed.score)
     worth = promising(survey(Judge.of(fixed), library).scores)
     for score in worth:
         say(f"Fitting {score.candidate.name.replace('_', ' ')} beside the numbers of the file")
     first = in_threads(lambda s: fitted(fixed, _as_large_as_scored(s)), worth)
-    least = fixed.score + IN_PLACE * (fit.score - fixed.score)
     ahead = [f for f in first if f is not None and f.score > least]
     done = in_threads(lambda f: _unless_it_cannot_run(lambda: freed(f, fit.model)), ahead)
     return by_score(f for f in done if f is not None)
