@@ -135,6 +135,7 @@ ALLOWED = {
         "bench/trials/live_*.py",
         "bench/vehicle/live_*.py",
         "bench/loop/loop_process.py",
+        "bench/loop/finalizer_interrupt.py",
         "bench/loop/interrupts.py",
         "bench/bus/python_can.py",
         "bench/view/view_process.py",

@@ -14,6 +14,7 @@ from slipbench import next_command as experiments
 from slipbench import session_commands as track
 from slipbench import view_command
 from slipbench.bench import commands as bench
+from slipbench.bench.loop.finalizer_interrupt import keep_interrupts
 from slipbench.identification import commands as identification
 from slipbench.identification.closed_loop_simulation import commands as closed_loop_simulation
 from slipbench.identification.design import commands as design
@@ -80,6 +81,7 @@ def main() -> None:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, TextIOWrapper):  # a path may have bytes that are no text
             stream.reconfigure(errors="backslashreplace")
+    keep_interrupts()
     try:
         app()
     except InputError as fault:

@@ -4,6 +4,7 @@ import errno
 import re
 import signal
 import subprocess
+import sys
 import time
 from random import Random
 
@@ -14,6 +15,11 @@ from tests.hostile.fuzz_run import new_interpreter, processor_time, pythons_own
 
 SEED = 7
 MOMENTS = 12
+
+
+def _heed_interrupts():
+    """A background job of a shell ignores them, and its children inherit that."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
 def test_an_interrupt_at_any_moment_of_the_start_is_no_traceback(tmp_path):
@@ -27,8 +33,7 @@ def test_an_interrupt_at_any_moment_of_the_start_is_no_traceback(tmp_path):
             stdout=subprocess.DEVNULL,
             stderr=subprocess.PIPE,
             text=True,
-            # A background job of a shell ignores it, and its children inherit that.
-            preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
+            preexec_fn=_heed_interrupts,
         ) as process:
             while processor_time(process.pid) < moment:
                 time.sleep(0.002)
@@ -39,6 +44,35 @@ def test_an_interrupt_at_any_moment_of_the_start_is_no_traceback(tmp_path):
     assert wrong == []
     assert {status for _, status, _ in ended} <= {0, 1, 130, -signal.SIGINT}
     assert any(status for _, status, _ in ended)
+
+
+IN_A_FINALIZER = """
+import signal, sys, time
+from slipbench import command
+
+class Closing:
+    def __del__(self):
+        signal.raise_signal(signal.SIGINT)
+
+def run():
+    Closing()
+    time.sleep(60)
+
+command.app = run
+command.main()
+"""
+
+
+def test_an_interrupt_in_a_finalizer_is_not_lost():
+    """Python alone prints it and goes on: the command would end after a minute, with status 0."""
+    ended = subprocess.run(
+        [sys.executable, "-c", IN_A_FINALIZER],
+        capture_output=True,
+        text=True,
+        timeout=15,
+        preexec_fn=_heed_interrupts,
+    )
+    assert (ended.returncode, ended.stderr) == (130, "Aborted!\n")
 
 
 def _ends(monkeypatch, fault):
