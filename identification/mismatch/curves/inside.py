@@ -60,7 +60,7 @@ def inside(base: Fit, curves: Sequence[Curve], held_out: Model | None) -> FreeCu
 
 def _one(base: Fit, curves: Sequence[Curve], held_out: Model | None) -> FreeCurve | None:
     """Fit the best of the located curves beside those that are there already."""
-    rough = base.coarse()
+    rough = base.coarse
     chosen = _chosen(base, curves)
     tried = [
         (start, fit) for start in _starts(rough) for curve in chosen for fit in _tried(start, curve)

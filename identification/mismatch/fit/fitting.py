@@ -77,8 +77,9 @@ class Fit:
         """Candidates that are effects of the library."""
         return tuple(c for c in self.candidates if isinstance(c, Candidate))
 
+    @once
     def coarse(self) -> "Fit":
-        """Return the same point simulated with coarse steps; what is whitened is shared."""
+        """The same point simulated with coarse steps; what is whitened is shared."""
         if self.model.coarse is self.model:
             return self
         model = self.model.coarse

@@ -19,6 +19,7 @@ from slipbench.identification.mismatch.fit.sensitivity import change, coordinate
 from slipbench.identification.mismatch.fit.stack import flat
 from slipbench.identification.mismatch.naming.interval import significance
 from slipbench.identification.mismatch.simulation.model import Model
+from slipbench.plant.errors import PlantError
 
 CHOICES = 2
 """Ways of being certain: by the training recordings, or by both."""
@@ -65,7 +66,8 @@ def foretold(fit: Fit, number: int, held_out: Model) -> float:
     """One-sided p of an effect's amplitude on recordings that it was not fitted to.
 
     It is taken where the effect is left out, since p is of its not being there. 1 where they would
-    not show it plainly, and where an angle was read off each of them.
+    not show it plainly, where they cannot be simulated with it, and where an angle was read off each
+    of them.
     """
     found = fit.candidates[number]
     assert isinstance(found, Candidate)
@@ -73,7 +75,10 @@ def foretold(fit: Fit, number: int, held_out: Model) -> float:
         return 1.0
     bare = carried_over(_without(fit, number), held_out)
     with_it = (*bare.point.effects, fit.point.effects[number])
-    trace = change(bare.model, bare.point, with_it, bare.predicted)
+    try:
+        trace = change(bare.model, bare.point, with_it, bare.predicted)
+    except PlantError:
+        return 1.0
     course = bare.nuisances.off(flat(bare.model, bare.noise, trace))
     if 0.5 * float(course @ course) < CONFIRMED:
         return 1.0

@@ -6,10 +6,9 @@ from collections.abc import Callable, Iterable, Sequence
 from slipbench.identification.mismatch.fit.calibrate import settled, strayed
 from slipbench.identification.mismatch.fit.candidate import Candidate
 from slipbench.identification.mismatch.fit.fitting import Fit, with_effects
-from slipbench.identification.mismatch.fit.fixed import far_numbers_fixed, freed
-from slipbench.identification.mismatch.fit.judge import Judge
 from slipbench.identification.mismatch.fit.sizing import limits, tried_sizes
-from slipbench.identification.mismatch.naming.score import Score, survey
+from slipbench.identification.mismatch.naming.in_place import in_place
+from slipbench.identification.mismatch.naming.score import Score
 from slipbench.identification.mismatch.simulation.threads import in_threads
 from slipbench.plant.effects.effect import Effect
 from slipbench.plant.errors import PlantError
@@ -23,8 +22,6 @@ ABSORBED = 0.01
 """Share of a signature that calibration leaves, below which it is what the numbers' bends leave."""
 MUCH = 100.0  # nats that such an effect would be worth to one who knew the numbers
 TRACE = 2.0  # nats that it must score all the same
-IN_PLACE = 0.2
-"""Share of what numbers far from the file brought, that an effect in their place must bring."""
 
 Say = Callable[[str], None]
 
@@ -34,7 +31,7 @@ def promising_fits(fit: Fit, scores: Sequence[Score], say: Say) -> list[Fit]:
     worth = promising(scores)
     for score in worth:
         say(f"Fitting {score.candidate.name.replace('_', ' ')}")
-    first = in_threads(lambda s: fitted(fit, _as_large_as_scored(s)), worth)
+    first = in_threads(lambda s: fitted(fit, s.as_large_as_scored()), worth)
     both = zip(worth, first, strict=True)
     done = in_threads(lambda pair: _from_several(fit, *pair), both)
     return by_score(f for f in done if f is not None)
@@ -54,34 +51,21 @@ def promising(scores: Sequence[Score]) -> list[Score]:
 
 
 def fits_from_the_file(fit: Fit, library: Sequence[type[Effect]], say: Say) -> list[Fit]:
-    """Full fits of what a screening promises where calibration moved numbers far, best first.
-
-    It is screened with the numbers that went far fixed where the file has them, and what takes the
-    place of their ways must bring a good part of what they brought.
-    """
+    """Full fits of promising effects in the place of numbers that calibration moved far, best first."""
     if not strayed(fit):
         return []
-    fixed = _unless_it_cannot_run(lambda: far_numbers_fixed(fit))
-    if fixed is None:
-        return []
     say(f"Screening {len(library)} effects beside the numbers of the file")
-    least = fixed.score + IN_PLACE * (fit.score - fixed.score)
-    worth = promising(survey(Judge.of(fixed), library).scores)
+    begun = in_place(fit, tuple(library))
+    worth = promising(begun.scores) if begun else []
     for score in worth:
         say(f"Fitting {score.candidate.name.replace('_', ' ')} beside the numbers of the file")
-    first = in_threads(lambda s: fitted(fixed, _as_large_as_scored(s)), worth)
-    ahead = [f for f in first if f is not None and f.score > least]
-    done = in_threads(lambda f: _unless_it_cannot_run(lambda: freed(f, fit.model)), ahead)
+    done = in_threads(begun.fitted, worth) if begun else []
     return by_score(f for f in done if f is not None)
 
 
 def by_score(fits: Iterable[Fit]) -> list[Fit]:
     """Return fits best first."""
     return sorted(fits, key=lambda f: -f.score)
-
-
-def _as_large_as_scored(score: Score) -> Candidate:
-    return score.candidate.times(min(max(score.amplitude, 0.3), 2.0))
 
 
 def _from_several(fit: Fit, score: Score, best: Fit | None) -> Fit | None:

@@ -18,10 +18,9 @@ from slipbench.identification.mismatch.fit.calibrate import (
 )
 from slipbench.identification.mismatch.fit.candidate import Candidate
 from slipbench.identification.mismatch.fit.fitting import Fit, with_effects
-from slipbench.identification.mismatch.fit.fixed import far_numbers_fixed, freed
 from slipbench.identification.mismatch.fit.judge import Judge
 from slipbench.identification.mismatch.naming.acceptance import ENOUGH
-from slipbench.identification.mismatch.naming.fits import IN_PLACE
+from slipbench.identification.mismatch.naming.in_place import in_place
 from slipbench.identification.mismatch.naming.named import Named
 from slipbench.identification.mismatch.naming.score import Score, as_known, survey
 from slipbench.identification.mismatch.naming.tried import candidates, place_on_the_road
@@ -41,8 +40,8 @@ SHARE = 0.1
 bring alone; the second one may do nothing alone."""
 
 Say = Callable[[str], None]
-Way = Callable[[Fit], Fit]
-"""How a fit is reached from its start."""
+Way = Callable[[Score], Fit | None]
+"""How an effect is fitted alone; None where it cannot."""
 
 
 def halves(named: Named, library: Sequence[type[Effect]], least: float, say: Say) -> list[Fit]:
@@ -54,21 +53,35 @@ def halves(named: Named, library: Sequence[type[Effect]], least: float, say: Say
     them; where the noise model may have kept them from going, all of them are.
     least: nats that both halves must bring.
     """
-    before, scores = named.base.coarse(), named.scores
-    starts = list(_starts(before))
-    if starts[0] is not before:
-        scores = survey(Judge.of(starts[0]), library).scores
-    fixed = starts[0].model is not before.model
-    least_alone = IN_PLACE * (before.score - starts[0].score) if fixed else 0.0
-    hint = max(ENOUGH, least_alone) / PROMISED
-    hint = max(hint, SHARE * scores[0].gain) if scores else hint
+    before = named.base.coarse
+    scores, needed, way = _beginning(before, named, library)
+    hint = max(needed / PROMISED, SHARE * scores[0].gain) if scores else 0.0
     kinds = _one_of_each_kind(s for s in scores if s.gain > hint)
     for kind in kinds:
-        say(f"Look-ahead from {kind.name.replace('_', ' ')}")
-    way = _way(before)
-    done = in_threads(lambda kind: _best(*(partial(_fitted, way, f, kind) for f in starts)), kinds)
+        say(f"Look-ahead from {kind.candidate.name.replace('_', ' ')}")
+    done = in_threads(way, kinds)
     enough = before.score + max(ENOUGH, SHARE * least)
     return [f for f in done if f is not None and f.score > enough]
+
+
+def _beginning(
+    fit: Fit, named: Named, library: Sequence[type[Effect]]
+) -> tuple[Sequence[Score], float, Way]:
+    """Return what is screened first, the nats that a half must bring, and how one is fitted."""
+    if hidden_by_noise(fit):
+        starts = [fit]
+        with suppress(PlantError):
+            starts = [as_told(fit.model, fit.model.origin()), fit]
+        scores = survey(Judge.of(starts[0]), library).scores
+        return (
+            scores,
+            ENOUGH,
+            lambda s: _best(*(partial(_fitted, from_far, start, s.candidate) for start in starts)),
+        )
+    begun = in_place(fit, tuple(library)) if astray(fit) else None
+    if begun is not None:
+        return begun.scores, max(ENOUGH, begun.least), begun.fitted
+    return named.scores, ENOUGH, lambda s: _best(partial(_fitted, settled, fit, s.candidate))
 
 
 def pairs(
@@ -80,24 +93,7 @@ def pairs(
     return [pair for found in several for pair in found if pair.score > enough]
 
 
-def _starts(fit: Fit) -> Iterator[Fit]:
-    """Yield where to begin from: beside numbers of the file, where those of a fit are doubtful."""
-    with suppress(PlantError):
-        if hidden_by_noise(fit):
-            yield as_told(fit.model, fit.model.origin())
-        elif astray(fit):
-            yield far_numbers_fixed(fit)
-            return
-    yield fit
-
-
-def _way(fit: Fit) -> Way:
-    if hidden_by_noise(fit):
-        return from_far
-    return (lambda start: freed(settled(start), fit.model)) if astray(fit) else settled
-
-
-def _fitted(way: Way, start: Fit, *effects: Candidate) -> Fit:
+def _fitted(way: Callable[[Fit], Fit], start: Fit, *effects: Candidate) -> Fit:
     return way(with_effects(start, effects))
 
 
@@ -110,15 +106,18 @@ def _best(*tries: Callable[[], Fit]) -> Fit | None:
     return max(done, key=lambda f: f.score, default=None)
 
 
-def _one_of_each_kind(scores: Iterable[Score]) -> list[Candidate]:
-    best: dict[str, Candidate] = {}
+def _one_of_each_kind(scores: Iterable[Score]) -> list[Score]:
+    best: dict[str, Score] = {}
     for score in scores:
-        best.setdefault(score.candidate.kind.name, score.candidate)
+        best.setdefault(score.candidate.kind.name, score)
     return list(best.values())[:KINDS]
 
 
 def _pairs(
-    single: Fit, library: Sequence[type[Effect]], enough: float, ways: Sequence[Way]
+    single: Fit,
+    library: Sequence[type[Effect]],
+    enough: float,
+    ways: Sequence[Callable[[Fit], Fit]],
 ) -> Iterator[Fit]:
     """Yield the pairs that a single begins, those that promise enough."""
     for score in survey(Judge.of(single), library).scores[:SECONDS]:

@@ -33,6 +33,8 @@ SHOWN = 6.0
 """Nats that an effect of typical size must be worth to count as excited."""
 NEAR = (0.3, 3.0)
 """Amplitudes for which a signature still holds."""
+MOST = 2.0
+"""Amplitude at most with which a fit begins: the signature of a limit bends before it triples."""
 OFF = 0.7
 """Credit of a gain at other amplitudes."""
 PLAIN = 50.0
@@ -63,6 +65,10 @@ class Score:
     kept: float
     p: float
     typical: float = 0.0
+
+    def as_large_as_scored(self) -> Candidate:
+        """Return the candidate as large as its score says, as far as a signature holds."""
+        return self.candidate.times(min(max(self.amplitude, NEAR[0]), MOST))
 
 
 Columns = dict[Candidate, Floats]

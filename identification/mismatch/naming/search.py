@@ -70,7 +70,7 @@ class Search:
     def _forward(self, named: Named) -> Named:
         """Add one effect after the other, as long as one passes."""
         while len(named.names) < MOST:
-            rough = named.fit.coarse()
+            rough = named.fit.coarse
             if named.names:
                 named = replace(named, screenings=named.screenings + 1)
             scores = self._screened(named.fit).scores if named.names else named.scores
@@ -85,7 +85,7 @@ class Search:
 
     def _step(self, named: Named, tried: Sequence[Fit]) -> Named:
         """Accept the first of what was tried that passes, the most plausible of ties first."""
-        rough, rule = named.fit.coarse(), self._rule(named)
+        rough, rule = named.fit.coarse, self._rule(named)
         done = by_score(tried)
         passed = [t for t in done if rule.accepts(rough, t)]
         vetoes = list(named.vetoes)

@@ -84,7 +84,8 @@ def _full(a: Analysis) -> Verdict:
     return Verdict(
         mismatch=p < FAMILY,
         p_value=p,
-        location=_place(a, left, doubt, along),
+        location=(where := _place(a, left, doubt, along)),
+        suspected=None if where else _suspected(a),
         effects=effects,
         unknown=doubt,
         shape=_shape(a, where_found(a) or left[0]) if doubt and left else "",
@@ -205,6 +206,15 @@ def _place(a: Analysis, left: Sequence[Curve], doubt: bool, along: str) -> Locat
         gain=told.gain,
         confirmed=seen.confirmed,
     )
+
+
+def _suspected(a: Analysis) -> Location | None:
+    """Where the best free curve acts that is not significant, if a held-out error is large."""
+    if not a.before or not any(e.large for e in a.errors):
+        return None
+    best = min(a.before, key=lambda c: c.p)
+    where = _location(a, best) if best.p < 1.0 else None
+    return replace(where, p_value=best.p) if where else None
 
 
 def _of_the_named(system: System, named: Named, along: str) -> Location | None:

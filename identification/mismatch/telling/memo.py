@@ -16,6 +16,10 @@ from slipbench.identification.mismatch.simulation.along import (
 from slipbench.identification.mismatch.simulation.written_units import WrittenUnits
 from slipbench.identification.mismatch.telling.check_in_words import check_lines
 from slipbench.identification.mismatch.telling.gain_in_words import improvement_in_words, ratio
+from slipbench.identification.mismatch.telling.large_errors import (
+    large_errors,
+    large_errors_in_words,
+)
 from slipbench.identification.mismatch.telling.verdict import (
     INTERVALS,
     FarParameter,
@@ -31,7 +35,12 @@ SCALED = {"rad": (1e3, "mrad"), "s": (1e3, "ms"), "1": (100.0, "%"), "1/s": (100
 
 
 def sentence(verdict: Verdict) -> str:
-    """The verdict in a sentence or two."""
+    """The verdict in a few sentences."""
+    large = large_errors_in_words(verdict) if verdict.complete else ""
+    return f"{_found(verdict)} {large}".rstrip()
+
+
+def _found(verdict: Verdict) -> str:
     if not verdict.mismatch:
         return _no_mismatch(verdict)
     where = verdict.location
@@ -57,6 +66,8 @@ def effect_along(effect: FoundEffect) -> str:
 
 def _no_mismatch(verdict: Verdict) -> str:
     if verdict.complete:
+        if large_errors(verdict):
+            return "No mismatch is significant, yet simulation and recordings do not agree."
         return (
             "Simulation and recordings agree: no significant mismatch that these recordings could"
             " show."

@@ -5,6 +5,8 @@ mismatch     {found, p_value}: whether simulation and recordings differ, and the
              null where the analysis ended before a conclusion
 location     {block, injection, regressor, band, region, along, direction, shape, gain, ...}
              or null
+suspected    the same, not significant: where physics may be missing that a large held-out error
+             leaves open; null where a location is known or no error is large
 effects      [{name, subject, block, gain, trace, regressor, parameters: [{name, value, unit,
              interval}]}], strongest first; trace: what it leaves in recordings, from the effect's
              page; regressor: the quantity along which it acts
@@ -23,7 +25,8 @@ next_trial   {why, trial} the experiment of the menu that would tell most, or nu
 improvement  {log_likelihood_gain, interval, outputs: [{output, unit, share, simulation, one_step,
              band, in_band}]}: held out, improved against re-calibrated; null where nothing was found
 vetoes       [{name, gain, least, reason}]: what held-out recordings contradict
-held_out     [{output, unit, nominal, calibrated, improved, floor, floor_from, interval}]
+held_out     [{output, unit, nominal, calibrated, improved, floor, floor_from, interval, large}];
+             large: improved is beyond 5 times the floor
 headline     the output of the first sentence, chosen on the training recordings
 lack_of_fit  [{trials, f, p_value}] of repeated trials: re-calibrated, and with what was found
 left_out     ["recording: channel: why"] of what could not be used
@@ -51,7 +54,7 @@ from slipbench.identification.mismatch.telling.improvement import Improvement
 from slipbench.protocol.extras import optional_library
 from slipbench.protocol.notebook import card
 
-VERSION = 5
+VERSION = 6
 INTERVALS = (
     "Intervals hold for this set of effects only: they do not include that another set is the right"
     " one."
@@ -60,7 +63,10 @@ INTERVALS = (
 
 @dataclass(frozen=True)
 class Location:
-    """Where something is missing. band: Hz; region: range of what `along` names, SI."""
+    """Where something is missing. band: Hz; region: range of what `along` names, SI.
+
+    p_value: family-wise, of a place that is not significant; None of one that is.
+    """
 
     block: str
     injection: str
@@ -73,6 +79,7 @@ class Location:
     direction: str = "both"
     along: str = ""
     along_unit: str = ""
+    p_value: float | None = None
 
 
 @dataclass(frozen=True)
@@ -155,6 +162,7 @@ class Verdict:
     left_out: tuple[str, ...] = ()
     training: tuple[str, ...] = ()
     check: Check | None = None
+    suspected: Location | None = None
     complete: bool = True
     failure: str = ""
     written: WrittenUnits = SI
@@ -185,6 +193,8 @@ def as_tree(verdict: Verdict) -> dict[str, Any]:
     tree = {"version": VERSION, **asdict(verdict), "intervals": INTERVALS}
     del tree["written"]
     tree["check"] = None if verdict.check is None else check_tree(verdict.check)
+    for error, told in zip(verdict.held_out, tree["held_out"], strict=True):
+        told["large"] = error.large
     tree["mismatch"] = {"found": verdict.mismatch, "p_value": tree.pop("p_value")}
     tree["unknown"] = {"found": verdict.unknown, "shape": tree.pop("shape")}
     for effect in tree["effects"]:

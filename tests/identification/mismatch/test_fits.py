@@ -93,7 +93,7 @@ def test_what_calibrates_as_believed_is_not_begun_again(seed):
 def test_a_backlash_that_calibration_made_up_for_is_found_from_the_numbers_of_the_file() -> None:
     """Beside the calibrated numbers its signature shows next to nothing."""
     model = begin(system(), [system().prepare(ride(loose(), STEADY))], []).training
-    base = calibrate(model, model.origin()).coarse()
+    base = calibrate(model, model.origin()).coarse
     assert astray(base)
     left = {s.candidate.name: s.gain for s in survey(Judge.of(base), MOVING).scores}
     best = fits_from_the_file(base, MOVING, lambda _: None)[0]

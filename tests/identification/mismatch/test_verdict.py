@@ -159,7 +159,7 @@ def test_the_regressor_and_what_intervals_hold_for_are_always_said():
 
 def test_a_veto_is_data():
     tree = json.loads(as_json(VERDICTS["named"]))
-    assert tree["version"] == 5
+    assert tree["version"] == 6
     assert tree["vetoes"] == [
         {
             "name": "hardening_cush",

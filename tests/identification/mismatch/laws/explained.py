@@ -9,9 +9,6 @@ from slipbench.identification.mismatch.telling.conclude import verdict
 from slipbench.identification.mismatch.telling.verdict import FoundEffect, Verdict
 from slipbench.protocol.recording.recording import Recording
 
-ABOVE = 3.0
-"""Times the error floor beyond which the error of an output is large."""
-
 
 def explained(
     system: System,
@@ -45,7 +42,7 @@ def holds(verdict: Verdict, name: str, parameter: str, truth: float, slack: floa
 
 def large_errors(verdict: Verdict) -> list[str]:
     """Outputs whose held-out error stays far above its floor with all that was accepted."""
-    return [e.output for e in verdict.held_out if e.improved > ABOVE * e.floor]
+    return [e.output for e in verdict.held_out if e.large]
 
 
 def reported(verdict: Verdict) -> str:

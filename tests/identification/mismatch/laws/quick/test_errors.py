@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from slipbench.identification.mismatch.telling.memo import sentence
 from tests.identification.mismatch.laws.explained import explained, large_errors, reported
 from tests.identification.mismatch.laws.spring import Spring, noise_of_the_force, spring, swung
 
@@ -58,9 +59,40 @@ def test_no_held_out_error_rises_by_what_is_accepted(tmp_path, truth: Spring):
     ],
     ids=lambda f: f.__name__,
 )
-def test_a_verdict_is_not_silent_beside_a_large_held_out_error(tmp_path, truth: Spring):
+def test_what_leaves_a_large_held_out_error_is_significant(tmp_path, truth: Spring):
     found = explained(spring(tmp_path), [swung(1, truth)], [swung(2, truth)], WRONG)
     assert not large_errors(found) or found.unknown or found.remains, reported(found)
+
+
+@pytest.mark.parametrize("truth", SILENT, ids=lambda f: f.__name__)
+def test_no_verdict_is_silent_about_a_large_held_out_error(tmp_path, truth: Spring):
+    """Whatever is significant, the sentence tells each output that the simulation does not follow."""
+    found = explained(spring(tmp_path), [swung(1, truth)], [swung(2, truth)], WRONG)
+    assert large_errors(found) == ["place"], reported(found)
+    assert "stays large: place" in sentence(found)
+    assert "agree:" not in sentence(found)
+
+
+@pytest.mark.parametrize("seed", [1, 11])
+def test_no_large_error_is_told_where_nothing_is_missing(tmp_path, seed):
+    found = explained(spring(tmp_path), [swung(seed)], [swung(seed + 1)], WRONG)
+    assert not large_errors(found), reported(found)
+    assert "agree: no significant mismatch" in sentence(found)
+
+
+def test_repeated_trials_tell_that_a_large_error_is_physics(tmp_path):
+    """They share what is missing; noise and disturbances they do not share."""
+    force = noise_of_the_force(3, 10.0)
+    repeats = [swung(s, ripple, force=force) for s in (4, 5)]
+    found = explained(spring(tmp_path), [swung(1, ripple)], repeats, WRONG)
+    assert "physics is missing" in sentence(found), reported(found)
+
+
+def test_an_effect_that_held_out_recordings_cannot_be_simulated_with_is_not_accepted(tmp_path):
+    """Drag grows without bound on them: the analysis goes on, and says what they contradict."""
+    found = explained(spring(tmp_path), [swung(1, softening)], [swung(2, softening)])
+    assert found.complete
+    assert not any(e.name == "quadratic_drag" for e in found.effects), reported(found)
 
 
 @pytest.mark.parametrize("pushed", [1.0, 4.0])

@@ -1,0 +1,69 @@
+"""Effects in the place of numbers that calibration moved far from the file.
+
+The library is screened with those numbers fixed where the file has them. What takes the place of
+their ways must bring a good part of what they brought; then everything is fitted again.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import lru_cache
+
+from slipbench.identification.mismatch.fit.calibrate import refreshed
+from slipbench.identification.mismatch.fit.fitting import Fit, with_effects
+from slipbench.identification.mismatch.fit.fixed import far_numbers_fixed, freed
+from slipbench.identification.mismatch.fit.judge import Judge
+from slipbench.identification.mismatch.fit.settling import settle
+from slipbench.identification.mismatch.naming.score import Score, survey
+from slipbench.plant.effects.effect import Effect
+from slipbench.plant.errors import PlantError
+
+IN_PLACE = 0.2
+"""Share of what numbers far from the file brought, that an effect in their place must bring."""
+
+
+@dataclass(frozen=True, eq=False)
+class InPlace:
+    """A fit, the same with its far numbers fixed, and what a screening promises there.
+
+    tried: fits so far, by the name of the effect; None where it does not take their place.
+    """
+
+    fit: Fit
+    fixed: Fit
+    scores: Sequence[Score]
+    tried: dict[str, Fit | None] = field(default_factory=dict)
+
+    @property
+    def least(self) -> float:
+        """Nats that an effect must bring beside the fixed numbers."""
+        return IN_PLACE * (self.fit.score - self.fixed.score)
+
+    def fitted(self, score: Score) -> Fit | None:
+        """Return the fit of everything with an effect in their place; None where it is not."""
+        name = score.candidate.name
+        if name not in self.tried:
+            try:
+                self.tried[name] = self._fitted(score)
+            except PlantError:
+                self.tried[name] = None
+        return self.tried[name]
+
+    def _fitted(self, score: Score) -> Fit | None:
+        """Fit beside the fixed numbers only until it is known to take their place."""
+        effects = (*self.fixed.candidates, score.as_large_as_scored())
+        beside = settle(with_effects(self.fixed, effects))
+        for _ in range(2):
+            if beside.score > self.fixed.score + self.least:
+                return freed(beside, self.fit.model)
+            beside = settle(refreshed(beside))
+        return None
+
+
+@lru_cache(maxsize=1)
+def in_place(fit: Fit, library: tuple[type[Effect], ...]) -> InPlace | None:
+    """Screen a library with the far numbers of a fit fixed; None where that cannot run."""
+    try:
+        fixed = far_numbers_fixed(fit)
+    except PlantError:
+        return None
+    return InPlace(fit, fixed, survey(Judge.of(fixed), library).scores)
