@@ -10,7 +10,6 @@ import numpy as np
 
 from slipbench.identification.mismatch.fit.calibrate import (
     ROUGHLY,
-    STRAYED,
     as_told,
     far_from_the_file,
     followed,
@@ -25,11 +24,9 @@ from slipbench.identification.mismatch.simulation.model import Model, Point, pre
 def far_numbers_fixed(fit: Fit) -> Fit:
     """Return the fit of all other numbers and of the effects, begun at the numbers of the file.
 
-    Fixed are those that are astray, or those that strayed if none is: a number that errs by chance
-    must stay free, or its error hides what the others made up for.
     Raises PlantError where it cannot run.
     """
-    far = {known for known, _ in far_from_the_file(fit) or far_from_the_file(fit, STRAYED)}
+    far = {known for known, _ in far_from_the_file(fit)}
     left = [k for k in fit.model.known if k not in far]
     clocks = {k: x for k, x in zip(fit.model.known, fit.point.x, strict=True) if k.of_clock}
     model = fit.model.uncertain_of(left)

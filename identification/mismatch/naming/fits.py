@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable, Iterable, Sequence
 
-from slipbench.identification.mismatch.fit.calibrate import settled, strayed
+from slipbench.identification.mismatch.fit.calibrate import astray, settled
 from slipbench.identification.mismatch.fit.candidate import Candidate
 from slipbench.identification.mismatch.fit.fitting import Fit, with_effects
 from slipbench.identification.mismatch.fit.sizing import limits, tried_sizes
@@ -13,7 +13,9 @@ from slipbench.identification.mismatch.simulation.threads import in_threads
 from slipbench.plant.effects.effect import Effect
 from slipbench.plant.errors import PlantError
 
-SHORTLIST = 4
+SHORTLIST = 4  # scores of different traces that are fitted
+SAME = 1e-3
+"""Share in which the gains of two effects differ that leave the same trace: a gain, a reversed sign."""
 LONGEST = 8  # scores that are fitted where they are near to the best
 NEAR = 0.7
 """Share of the best score's gain above which a name could be the same to these recordings."""
@@ -44,15 +46,27 @@ def promising(scores: Sequence[Score]) -> list[Score]:
     nats, and brought 116 when it was fitted jointly with them.
     """
     near = NEAR * (scores[0].gain if scores else 0.0)
-    tried = [*scores[:SHORTLIST], *(s for s in scores[SHORTLIST:LONGEST] if s.gain > near)]
+    least = min(_of_different_traces(scores), default=0.0)
+    tried = [s for s in scores[:LONGEST] if s.gain > near or s.gain >= least]
     absorbed = [s for s in scores if s.gain > TRACE and s.kept < ABSORBED and s.typical > MUCH]
     worth = [s for s in tried if s.gain > WORTH]
     return [*worth, *(s for s in absorbed if s not in worth)][:LONGEST]
 
 
+def _of_different_traces(scores: Sequence[Score]) -> list[float]:
+    """Return the gains of the first SHORTLIST traces; effects of one trace count once."""
+    found: list[float] = []
+    for gain in (s.gain for s in scores):
+        if len(found) == SHORTLIST:
+            break
+        if not found or gain < (1.0 - SAME) * found[-1]:
+            found.append(gain)
+    return found
+
+
 def fits_from_the_file(fit: Fit, library: Sequence[type[Effect]], say: Say) -> list[Fit]:
     """Full fits of promising effects in the place of numbers that calibration moved far, best first."""
-    if not strayed(fit):
+    if not astray(fit):
         return []
     say(f"Screening {len(library)} effects beside the numbers of the file")
     begun = in_place(fit, tuple(library))

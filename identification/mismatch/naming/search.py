@@ -12,7 +12,7 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
-from slipbench.identification.mismatch.fit.calibrate import followed
+from slipbench.identification.mismatch.fit.calibrate import far_from_the_file, followed
 from slipbench.identification.mismatch.fit.fitting import Fit
 from slipbench.identification.mismatch.fit.judge import Judge
 from slipbench.identification.mismatch.naming.acceptance import ENOUGH, Acceptance
@@ -75,7 +75,7 @@ class Search:
                 named = replace(named, screenings=named.screenings + 1)
             scores = self._screened(named.fit).scores if named.names else named.scores
             tried = promising_fits(rough, scores, self.say)
-            again = fits_from_the_file(rough, self.library, self.say)
+            again = fits_from_the_file(rough, self.library, self.say) if _newly_far(named) else []
             named = replace(named, screenings=named.screenings + bool(again))
             step = self._step(named, [*tried, *again])
             if len(step.names) == len(named.names):
@@ -161,6 +161,15 @@ class Search:
 
     def _rule(self, named: Named) -> Acceptance:
         return Acceptance(named.first.tests, self.held_out, named.screenings)
+
+
+def _newly_far(named: Named) -> bool:
+    """Tell whether a number is far from the file that was not fixed there yet.
+
+    What takes the place of those that were far already has been fitted in the first step.
+    """
+    first, now = ({k for k, _ in far_from_the_file(f)} for f in (named.base, named.fit))
+    return not named.names or not now <= first
 
 
 def pruned(named: Named, rule: Acceptance, say: Say) -> Named:
