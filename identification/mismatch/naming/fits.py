@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable, Iterable, Sequence
+from functools import lru_cache
 
 from slipbench.identification.mismatch.fit.calibrate import astray, settled
 from slipbench.identification.mismatch.fit.candidate import Candidate
@@ -104,6 +105,7 @@ def fitted(fit: Fit, *new: Candidate) -> Fit | None:
     return _unless_it_cannot_run(lambda: settled(with_effects(fit, (*fit.candidates, *new))))
 
 
+@lru_cache(maxsize=4)
 def fitted_without(fit: Fit, i: int) -> Fit | None:
     """Return the fit without one of its effects; None where the others cannot run alone."""
     rest = (*fit.candidates[:i], *fit.candidates[i + 1 :])

@@ -23,7 +23,7 @@ from slipbench.identification.mismatch.naming.fits import (
     fitted_without,
     promising_fits,
 )
-from slipbench.identification.mismatch.naming.look_ahead import SECONDS, halves, pairs
+from slipbench.identification.mismatch.naming.look_ahead import PROMISED, SECONDS, halves, pairs
 from slipbench.identification.mismatch.naming.named import ALIKE, Named
 from slipbench.identification.mismatch.naming.plausibility import doubts, plausible_first
 from slipbench.identification.mismatch.naming.score import Survey, survey
@@ -138,11 +138,14 @@ class Search:
         return named
 
     def _without(self, fit: Fit, i: int) -> Iterator[Fit]:
-        """Yield fits with the most promising effects in the place of one."""
+        """Yield fits with the most promising effects in the place of one, if they promise enough."""
         gone, rest = fit.candidates[i], fitted_without(fit, i)
-        scores = self._screened(rest).scores if rest is not None else []
-        for score in [s for s in scores if s.candidate.name != gone.name][:SECONDS]:
-            new = None if rest is None else fitted(rest, score.candidate)
+        if rest is None:
+            return
+        scores = [s for s in self._screened(rest).scores if s.candidate.name != gone.name]
+        for score in scores[:SECONDS]:
+            enough = rest.score + PROMISED * score.gain > fit.score + ENOUGH
+            new = fitted(rest, score.candidate) if enough else None
             if new is not None:
                 yield new
 
