@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipbench.identification.mismatch.simulation.record import Record
+from slipbench.identification.mismatch.systems.delay_times import delay_times
 from slipbench.identification.mismatch.systems.effects.library import CODES
 from slipbench.identification.mismatch.systems.effects.seam_effect import OUTPUT, SeamEffect
 from slipbench.identification.mismatch.systems.equations import Equations, rate_name
@@ -57,7 +58,8 @@ def run(
     inside = [x for x in acting if x.act is not None]
     curves = [x for x in effects if isinstance(x, TableCurve)]
     code, where, other, par = slots(inside, curves, e, file)
-    ring = ring_length(inside, step)
+    waits = (float(getattr(x, "delay", 0.0)) for x in inside)
+    ring = ring_length((*waits, *delay_times(e, values)), step)
     held = np.array([1.0 if told.steps else 0.0 for told in file.inputs.values()])
     out = np.full((grid.rows, len(e.places) + len(e.states)), np.nan)
     done = compose(e).advance(
@@ -146,9 +148,12 @@ def _slopes(curves: list[TableCurve], record: Record) -> Floats:
     return slopes
 
 
-def ring_length(effects: list[SeamEffect], step: float) -> int:
-    """Steps of the past that effects need, a power of two. Raises PlantError for too many."""
-    longest = max((float(getattr(x, "delay", 0.0)) for x in effects), default=0.0)
+def ring_length(delays: Iterable[float], step: float) -> int:
+    """Steps of the past that delays need, a power of two. Raises PlantError for too many.
+
+    delays, step: s.
+    """
+    longest = max(delays, default=0.0)
     steps = int(longest / step) + 4
     if steps > MOST_RING:
         raise PlantError(

@@ -8,6 +8,7 @@ from abc import ABC, abstractmethod
 from dataclasses import dataclass
 
 from slipbench.identification.mismatch.simulation.record import Record
+from slipbench.identification.mismatch.systems.delay_times import without_negative
 from slipbench.identification.mismatch.systems.equations import Equations
 from slipbench.identification.mismatch.systems.model_file import ModelFile
 from slipbench.identification.mismatch.systems.run import Shown, run
@@ -67,3 +68,7 @@ class CompiledEquations(Simulator):
     def run(self, task: Task) -> Shown:
         """Run the kernel."""
         return run(self.equations, task.file, task.values, task.effects, task.record, task.push)
+
+    def bounded(self, values: Floats) -> Floats:
+        """Return parameters with no delay below 0."""
+        return without_negative(self.equations, values)

@@ -3,7 +3,7 @@
 A rate must have the unit of its state divided by seconds, a seam and an output that of their size;
 terms of a sum, the branches of a choice and both sides of a comparison must agree; arguments of
 functions are numbers. A number in an equation stands for itself: in a product it has no unit, in a
-sum the unit of the other terms. Angles have no unit.
+sum the unit of the other terms. Angles have no unit. The time of a delay is in seconds.
 """
 
 import ast
@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 
-from slipbench.identification.mismatch.systems.expression import parsed
+from slipbench.identification.mismatch.systems.expression import DELAY, parsed
 from slipbench.identification.mismatch.systems.model_file import ModelFile
 from slipbench.protocol.units import Powers, powers_of
 
@@ -115,6 +115,9 @@ class _Units:
         name, units = node.func.id, [self.of(a) for a in node.args]
         if name == "sqrt":
             return None if units[0] is None else _times({}, units[0], Fraction(1, 2))
+        if name == DELAY:
+            self._alike(node.args[1], units[1], SECOND)
+            return units[0]
         if name in NO_UNIT:
             return self._number(node.args[0], units[0])
         same = units[0]

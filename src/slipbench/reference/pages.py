@@ -84,7 +84,9 @@ def pages() -> tuple[Page, ...]:
             "model.md",
             "Model file",
             "Any system in equations: states, inputs, outputs, and seams at which effects may act."
-            " Equations are text over the names of parameters, inputs, states and seams. A quantity is"
+            " Equations are text over the names of parameters, inputs, states and seams."
+            " `delay(quantity, time)` is what a quantity was that time ago; the time is a parameter or a"
+            " number of seconds. A quantity is"
             ' `{ value = 3, unit = "mm", plus_minus = 1 }`. An `effects`'
             " entry names an [effect of model files](model_effects.md).",
             "identification/mismatch/systems/model_file.py",
