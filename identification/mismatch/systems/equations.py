@@ -4,13 +4,14 @@ from dataclasses import dataclass
 
 from slipbench.identification.mismatch.systems.expression import Delay, Expression, read_expression
 from slipbench.identification.mismatch.systems.model_file import ModelFile
+from slipbench.identification.mismatch.systems.stops import Stop, read_stops
 
 
 @dataclass(frozen=True)
 class Equations:
     """Names in order, and the kernel's text of every equation.
 
-    delays: places whose equations use delayed quantities, with these.
+    delays: places whose equations use delayed quantities, with these. stops: of states.
     """
 
     parameters: tuple[str, ...]
@@ -20,6 +21,7 @@ class Equations:
     seams: tuple[tuple[str, str], ...]
     outputs: tuple[tuple[str, str], ...]
     delays: tuple[tuple[str, tuple[Delay, ...]], ...] = ()
+    stops: tuple[Stop, ...] = ()
 
     @property
     def places(self) -> tuple[str, ...]:
@@ -59,4 +61,5 @@ def equations(file: ModelFile, where: str) -> Equations:
         tuple((n, s.text) for n, s in seams.items()),
         tuple((n, o.text) for n, o in outputs.items()),
         tuple((place, e.delays) for place, e in there if e.delays),
+        read_stops(file, where),
     )

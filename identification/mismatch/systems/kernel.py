@@ -30,6 +30,7 @@ from slipbench.identification.mismatch.systems.kernel_parts import (
     STEP,
     WITHIN,
 )
+from slipbench.identification.mismatch.systems.stop_parts import functions, in_run
 from slipbench.plant.compiled import entry, inlined, load, text_of
 
 MOST_STATES = 2
@@ -50,10 +51,8 @@ AT = (
     "f8(i8,f8,f8,f8,f8,i8,f8[::1],f8[::1],i8[::1],i8[::1],i8[::1],f8[:,::1],f8[:,:,::1],"
     "f8[::1],f8[::1],f8[:,::1],f8[:,:,::1],i8,f8)"
 )
-COMMON = (
-    "fraction, elapsed, when, x, dx, code, where, other, par, tables, q, spill, memory, rings, count,"
-    " step"
-)
+MOMENT = "fraction, elapsed, when, "
+COMMON = f"{MOMENT}x, dx, code, where, other, par, tables, q, spill, memory, rings, count, step"
 ALL = f"{COMMON}, push, values, busy"
 """What `rates` knows besides: pushes, what is told of every place, and where something acts."""
 LINES = ", delay_rings, delay_ends"
@@ -66,7 +65,7 @@ RUN = """def advance(
     size = len(x0)
     states = size + {most} * n
     x, k = np.zeros(states), np.zeros(states)
-    x[:size] = x0
+    x[:size] = x0{at_first}
     stage, total = x.copy(), np.zeros(states)
     now, q = np.zeros(u.shape[1]), np.zeros({quantities})
     spill, memory = np.zeros(size), np.zeros((n, {memories}))
@@ -99,20 +98,20 @@ RUN = """def advance(
             if last:
                 break
             if when == {first}:
-                x[:] = stage
+                x[:] = stage{at_begin}
             weight = 1.0 if part == 0 or part == 3 else 2.0
             for i in range(states):
                 total[i] = weight * k[i] + (0.0 if part == 0 else total[i])
             if part == 3:
                 for i in range(states):
                     x[i] += step / 6.0 * total[i]
-                    stage[i] = x[i]
+                    stage[i] = x[i]{at_end}
                 if s < substeps - 1:
                     count += 1
             else:
                 ahead = step if part == 2 else 0.5 * step
                 for i in range(states):
-                    stage[i] = x[i] + ahead * k[i]
+                    stage[i] = x[i] + ahead * k[i]{at_stage}
         count += 1
         for i in range(len(values)):
             out[r, i] = values[i]
@@ -145,7 +144,10 @@ def kernel_text(equations: Equations, effects: str) -> str:
     parts = [f"from {effects} import at", inlined("\n".join(_rates_lines(equations)))]
     if equations.delays:
         parts[1:1] = [inlined(KEEP), inlined(PAST)]
-    rest = _known_to_rates(equations).replace("x, dx", "stage, k").replace("push", "push[r]")
+    known = _known_to_rates(equations)
+    rest = known.replace("x, dx", "stage, k").replace("push", "push[r]")
+    if equations.stops:
+        parts += map(inlined, functions(known.removeprefix(MOMENT)))
     run = RUN.format(
         most=MOST_STATES,
         memories=MOST_MEMORIES,
@@ -159,6 +161,9 @@ def kernel_text(equations: Equations, effects: str) -> str:
         end=END,
         quantities=first_input(equations) + len(equations.inputs) + len(equations.states),
         delays=_no_past(equations),
+        **in_run(
+            equations.stops, equations.states, equations.parameters, rest.removeprefix(MOMENT)
+        ),
     )
     return "\n".join([*parts, entry(run, ADVANCE)])
 

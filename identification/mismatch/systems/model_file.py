@@ -132,6 +132,10 @@ class State(Section):
     overflows_into  the state that gets some of what overflows
     drift           size of an unknown slow disturbance of its rate, in the unit of the rate
     every           time between the knots of that disturbance
+    low             lower stop, a quantity or a parameter: the state cannot go below it
+    high            upper stop, a quantity or a parameter
+    restitution     share of the speed with which it comes back from a stop, a number or a parameter;
+                    its rate is then the name of a state, the speed; 0: it stays at the stop
     """
 
     rate: str
@@ -141,6 +145,9 @@ class State(Section):
     overflows_into: str = ""
     drift: Number | None = None
     every: Seconds = Field(default=0.0, ge=0.0)
+    low: str | Number | None = None
+    high: str | Number | None = None
+    restitution: Annotated[float, Field(ge=0.0, le=1.0)] | str = 0.0
 
 
 class DrivenState(State):
@@ -316,6 +323,12 @@ class ModelFile(Section):
             named.append((f"states.{key}.overflows_into", state.overflows_into, {*self.states}))
             if isinstance(state, DrivenState):
                 named.append((f"states.{key}.along", state.along, {*self.states}))
+            ends = {"low": state.low, "high": state.high, "restitution": state.restitution}
+            named += [
+                (f"states.{key}.{end}", told or "''", {*self.parameters})
+                for end, told in ends.items()
+                if isinstance(told, str)
+            ]
             if isinstance(state.start, str):
                 named.append((f"states.{key}.start", state.start or "''", {*self.outputs}))
         for key, name, there in named:

@@ -19,6 +19,7 @@ from slipbench.identification.mismatch.systems.kernel import (
     first_input,
 )
 from slipbench.identification.mismatch.systems.model_file import ModelFile
+from slipbench.identification.mismatch.systems.stops import check_order
 from slipbench.identification.mismatch.systems.table_curve import RATE, TableCurve, known_quantities
 from slipbench.plant.effects.effect import Effect
 from slipbench.plant.errors import PlantError
@@ -49,7 +50,11 @@ def run(
     record: Record,
     push: Floats,
 ) -> Shown:
-    """Run all rows. push: (rows, places). Raises PlantError where numbers grow without bound."""
+    """Run all rows. push: (rows, places). Raises PlantError where numbers grow without bound.
+
+    The same where stops are in the wrong order.
+    """
+    check_order(e.stops, e.parameters, values)
     grid = record.grid
     substeps = max(1, int(np.ceil(grid.step / file.step - 1e-9)))
     step = grid.step / substeps

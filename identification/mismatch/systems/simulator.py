@@ -12,6 +12,7 @@ from slipbench.identification.mismatch.systems.delay_times import without_negati
 from slipbench.identification.mismatch.systems.equations import Equations
 from slipbench.identification.mismatch.systems.model_file import ModelFile
 from slipbench.identification.mismatch.systems.run import Shown, run
+from slipbench.identification.mismatch.systems.stops import within_restitution
 from slipbench.plant.effects.effect import Effect
 from slipbench.plant.signals import Floats
 
@@ -70,5 +71,6 @@ class CompiledEquations(Simulator):
         return run(self.equations, task.file, task.values, task.effects, task.record, task.push)
 
     def bounded(self, values: Floats) -> Floats:
-        """Return parameters with no delay below 0."""
-        return without_negative(self.equations, values)
+        """Return parameters with no delay below 0, and restitutions from 0 to 1."""
+        e = self.equations
+        return within_restitution(e.stops, e.parameters, without_negative(e, values))

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from slipbench.identification.mismatch.systems.expression import DELAY, parsed
-from slipbench.identification.mismatch.systems.model_file import ModelFile
+from slipbench.identification.mismatch.systems.model_file import ModelFile, Number
 from slipbench.protocol.units import Powers, powers_of
 
 SECOND: Powers = {"s": Fraction(1)}
@@ -58,6 +58,24 @@ def _faults(file: ModelFile, where: str) -> Iterator[str]:
                 f"{where}: {key}: units do not agree: {d.expected} is expected, {d.found} found,"
                 f" in {d.part}"
             )
+    yield from _stop_faults(file, known, where)
+
+
+def _stop_faults(file: ModelFile, known: Mapping[str, Powers], where: str) -> Iterator[str]:
+    """Say of each stop whose unit is not that of its state where that is."""
+    for name, state in file.states.items():
+        for key, told, expected in (
+            ("low", state.low, known[name]),
+            ("high", state.high, known[name]),
+            ("restitution", state.restitution, {}),
+        ):
+            if isinstance(told, str | Number):
+                found = known[told] if isinstance(told, str) else powers_of(told.unit)
+                if found != expected:
+                    yield (
+                        f"{where}: states.{name}.{key}: units do not agree: {in_words(expected)} is"
+                        f" expected, {in_words(found)} found"
+                    )
 
 
 def in_words(powers: Powers) -> str:
