@@ -240,7 +240,7 @@ class ActingEffect(Section):
     """An effect that acts.
 
     name    of the effect in the library
-    at      seam, input, state or output at which it acts
+    at      seam, input, output, or the rate of a state as in speed_rate, at which it acts
     using   the other quantity that it uses
     values  parameters of the effect by name
     """
