@@ -86,7 +86,8 @@ class Input(Section):
 
     role        role of the recording
     size        usual magnitude of the quantity
-    held        between samples the last value holds; false: linear interpolation
+    held        between samples the last value holds, whatever their times; false: linear
+                interpolation
     smooth      between samples a cubic instead, for what was filtered before it was sampled: linear
                 interpolation multiplies it by sinc^2(f T), 4 % at a ninth of the sampling rate
     slope_over  above 0: the input is the slope of the recorded quantity over that time

@@ -7,6 +7,7 @@ period allows. A row tells its own end.
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy import interpolate, signal
 
 from slipbench.identification.mismatch.simulation.record import Record
@@ -18,15 +19,16 @@ from slipbench.identification.mismatch.simulation.sensor import (
     point_sensor,
 )
 from slipbench.identification.mismatch.systems.clock_search import best_shift
-from slipbench.identification.mismatch.systems.fitness import usable, window
+from slipbench.identification.mismatch.systems.fitness import sparse_outputs, usable, window
 from slipbench.identification.mismatch.systems.input_noise import WIDTHS, smoothings
-from slipbench.identification.mismatch.systems.model_file import ModelFile
+from slipbench.identification.mismatch.systems.model_file import DrivenInput, ModelFile
 from slipbench.identification.signals.aligned import Aligned, aligned
 from slipbench.identification.signals.clocks import BUS
 from slipbench.plant.signals import Floats
 from slipbench.protocol.errors import InputError
 from slipbench.protocol.recording.recording import Recording
 
+Integers = NDArray[np.intp]
 LEAST = 30  # bins
 STRETCH = 30  # bins, if the file tells nothing
 FINER = 4
@@ -34,6 +36,8 @@ FINER = 4
 MOST_ROWS = 2_000_000
 ALIKE = 0.7
 """Least correlation at which a clock may be laid: half of what one tells is in the other."""
+SLACK = 1e-3
+"""Of a row: a value that is told this close to its begin or end is told there."""
 SPREAD_AT_FIRST = 0.5
 """Deviation of a state's unknown first value, in its usual magnitude."""
 
@@ -67,6 +71,7 @@ def prepare(recording: Recording, file: ModelFile) -> Record:
         if n not in shown and o.role in data.absent
     )
     name = recording.folder.name
+    notes = (*notes, *sparse_outputs(data, file, shown))
     return Record(name, start, grid, inputs, measured, sensors, slow, notes, left_out)
 
 
@@ -180,7 +185,7 @@ def _times(data: Aligned, role: str) -> Floats:
 
 
 def _input(data: Aligned, file: ModelFile, name: str, time: Floats, step: float) -> Floats:
-    """Value of a row: what was told last when it began if held, else the value at its end."""
+    """Value of a row: the mean over it of what was told last if held, else the value at its end."""
     told = file.inputs[name]
     if told.slope_over > 0.0:
         return _slope(_at(data, told.role, told.latency, time), told.slope_over, step)
@@ -191,8 +196,34 @@ def _input(data: Aligned, file: ModelFile, name: str, time: Floats, step: float)
         return np.asarray(interpolate.CubicSpline(sampled[keep], channel.value[keep])(time))
     if not told.held:
         return _at(data, told.role, told.latency, time)
-    begun = np.searchsorted(sampled[keep], time - step + 1e-3 * step, side="right") - 1
-    return np.asarray(channel.value[keep][np.clip(begun, 0, keep.sum() - 1)], np.float64)
+    values = np.asarray(channel.value[keep], np.float64)
+    if isinstance(told, DrivenInput) and told.exact:
+        return values[_last(sampled[keep], time - step, SLACK * step)]
+    return _held(sampled[keep], values, time, step)
+
+
+def _held(sampled: Floats, values: Floats, time: Floats, step: float) -> Floats:
+    """Mean over each row of what was told last: a value told within a row acts from then on.
+
+    With what was told when a row began it would act up to a row later: half a row in the mean, as a
+    dead time. sampled, values: (n,); time: s, of the rows' ends.
+    """
+    before = np.concatenate(([0.0], np.cumsum(values[:-1] * np.diff(sampled))))
+
+    def area(t: Floats) -> Floats:
+        k = _last(sampled, t, 0.0)
+        return np.asarray(before[k] + values[k] * (t - sampled[k]))
+
+    begun = _last(sampled, time - step, SLACK * step)
+    ended = _last(sampled, time, -SLACK * step)
+    mean = (area(time) - area(time - step)) / step
+    return np.where(ended > begun, mean, values[begun])
+
+
+def _last(sampled: Floats, time: Floats, slack: float) -> Integers:
+    """Number of the last sample at each time, or up to slack after it; the first before all."""
+    found = np.searchsorted(sampled, time + slack, side="right") - 1
+    return np.clip(found, 0, len(sampled) - 1)
 
 
 def _slope(values: Floats, span: float, step: float) -> Floats:
