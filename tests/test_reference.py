@@ -10,10 +10,20 @@ from pydantic import Field
 
 from slipbench.bench.session.plan_file import SessionPlan
 from slipbench.identification.fleet.fleet_file import FleetFile
-from slipbench.identification.mismatch.systems.model_file import ModelFile
+from slipbench.identification.mismatch.systems.effects.library import LIBRARY
+from slipbench.identification.mismatch.systems.effects.seam_effect import SeamEffect
+from slipbench.identification.mismatch.systems.expression import ARGUMENTS, CALLED, read_expression
+from slipbench.identification.mismatch.systems.model_file import (
+    ActingEffect,
+    ModelFile,
+    load_model_file,
+)
+from slipbench.identification.mismatch.systems.placing import acting, places
+from slipbench.identification.mismatch.systems.system import ModelSystem
 from slipbench.identification.report.identification_file import FILES
-from slipbench.protocol.configuration import Seconds, Section
+from slipbench.protocol.configuration import Seconds, Section, load_toml
 from slipbench.protocol.controller_file import ControllerFile
+from slipbench.protocol.errors import InputError
 from slipbench.protocol.quantity import Between, Whole
 from slipbench.protocol.recording.role_map import RoleMap
 from slipbench.protocol.recording.roles import ROLES
@@ -22,6 +32,7 @@ from slipbench.reference import models
 from slipbench.reference.meanings import meanings
 from slipbench.reference.page import Key
 from slipbench.reference.pages import pages, texts
+from slipbench.reference.places import EXAMPLE, acts_at, kinds
 from tests.paths import ROOT
 
 FOLDER = ROOT / "docs" / "reference"
@@ -86,6 +97,46 @@ def test_a_docstring_gives_meanings_to_keys_of_its_table_only(model: type[Sectio
     for one in models.models(model):
         keys = {field.alias or name for name, field in one.model_fields.items()}
         assert set(meanings(one)) <= keys, one.__name__
+
+
+def test_the_example_of_a_model_file_uses_every_key() -> None:
+    without = [
+        f"{table.title}: {key.name}"
+        for table in models.tables(ModelFile, load_toml(EXAMPLE))
+        for key in table.keys
+        if not key.example
+    ]
+    assert without == []
+    assert ModelSystem.load(EXAMPLE).notes == ()
+
+
+def may_act(effect: type[SeamEffect], place: str, file: ModelFile) -> bool:
+    """Whether the reader of model files lets an effect act at a place, with whatever it uses."""
+    for using in ("", *file.inputs, *file.states):
+        try:
+            acting(ActingEffect(name=effect.name, at=place, using=using), file, "here")
+        except InputError:
+            continue
+        return True
+    return False
+
+
+@pytest.mark.parametrize("effect", LIBRARY, ids=lambda effect: effect.name)
+def test_the_page_names_the_places_where_the_reader_lets_an_effect_act(
+    effect: type[SeamEffect],
+) -> None:
+    file = load_model_file(EXAMPLE)
+    allowed = [p for p in places(file) if may_act(effect, p.name, file)]
+    assert {p.kind for p in allowed} == set(kinds(effect))
+    said = acts_at(effect)
+    assert said in texts()["model_effects.md"]
+    assert said.endswith(f"In the example: {', '.join(f'`{p.name}`' for p in allowed)}.")
+
+
+@pytest.mark.parametrize("name", CALLED)
+def test_every_function_of_equations_is_on_the_page_of_the_model_file(name: str) -> None:
+    assert f"`{name}" in texts()["model.md"]
+    assert read_expression(f"{name}({', '.join('1' * ARGUMENTS.get(name, 1))})", [], "here")
 
 
 def test_every_role_is_on_the_page_of_the_binding() -> None:

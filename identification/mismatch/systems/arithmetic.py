@@ -1,4 +1,7 @@
-"""The value of an equation of a model file for given quantities; nothing but arithmetic is done."""
+"""The value of an equation of a model file for given quantities; nothing but arithmetic is done.
+
+Quantities stand still: a delayed one has the value that it has now.
+"""
 
 import ast
 import builtins
@@ -54,6 +57,8 @@ def _value(node: ast.expr, known: Mapping[str, float]) -> float:
             ends = [_value(one, known) for one in (left, *others)]
             held = zip(ops, ends, ends[1:], strict=False)
             return float(all(COMPARISONS[type(op)](a, b) for op, a, b in held))
+        case ast.Call(func=ast.Name(id="delay"), args=[quantity, _]):
+            return _value(quantity, known)
         case ast.Call(func=ast.Name(id=name), args=arguments):
             return float(CALLS[name](*(_value(one, known) for one in arguments)))
     raise ValueError(f"no arithmetic: {ast.unparse(node)}")

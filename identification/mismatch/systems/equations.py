@@ -2,13 +2,17 @@
 
 from dataclasses import dataclass
 
-from slipbench.identification.mismatch.systems.expression import read_expression
+from slipbench.identification.mismatch.systems.expression import Delay, Expression, read_expression
 from slipbench.identification.mismatch.systems.model_file import ModelFile
+from slipbench.identification.mismatch.systems.stops import Stop, read_stops
 
 
 @dataclass(frozen=True)
 class Equations:
-    """Names in order, and the kernel's text of every equation."""
+    """Names in order, and the kernel's text of every equation.
+
+    delays: places whose equations use delayed quantities, with these. stops: of states.
+    """
 
     parameters: tuple[str, ...]
     inputs: tuple[str, ...]
@@ -16,6 +20,8 @@ class Equations:
     rates: tuple[str, ...]
     seams: tuple[tuple[str, str], ...]
     outputs: tuple[tuple[str, str], ...]
+    delays: tuple[tuple[str, tuple[Delay, ...]], ...] = ()
+    stops: tuple[Stop, ...] = ()
 
     @property
     def places(self) -> tuple[str, ...]:
@@ -35,20 +41,25 @@ def rate_name(state: str) -> str:
 
 def equations(file: ModelFile, where: str) -> Equations:
     """Read all equations. A seam may use the seams before it. Raises InputError."""
-    known = [*file.parameters, *file.inputs, *file.states]
-    seams = []
+    known = [*file.inputs, *file.states]
+
+    def read(text: str, key: str) -> Expression:
+        return read_expression(text, known, f"{where}: {key}", (*file.parameters,))
+
+    seams = {}
     for name, seam in file.seams.items():
-        read = read_expression(seam.value, known, f"{where}: seams.{name}.value")
-        seams.append((name, read.text))
+        seams[name] = read(seam.value, f"seams.{name}.value")
         known.append(name)
-    rates = [
-        read_expression(state.rate, known, f"{where}: states.{name}.rate").text
-        for name, state in file.states.items()
-    ]
-    outputs = [
-        (name, read_expression(output.value, known, f"{where}: outputs.{name}.value").text)
-        for name, output in file.outputs.items()
-    ]
-    names = (tuple(part) for part in (file.parameters, file.inputs, file.states))
-    parameters, inputs, states = names
-    return Equations(parameters, inputs, states, tuple(rates), tuple(seams), tuple(outputs))
+    rates = {n: read(s.rate, f"states.{n}.rate") for n, s in file.states.items()}
+    outputs = {n: read(o.value, f"outputs.{n}.value") for n, o in file.outputs.items()}
+    there = [*seams.items(), *((rate_name(n), r) for n, r in rates.items()), *outputs.items()]
+    return Equations(
+        (*file.parameters,),
+        (*file.inputs,),
+        (*file.states,),
+        tuple(r.text for r in rates.values()),
+        tuple((n, s.text) for n, s in seams.items()),
+        tuple((n, o.text) for n, o in outputs.items()),
+        tuple((place, e.delays) for place, e in there if e.delays),
+        read_stops(file, where),
+    )

@@ -2,11 +2,13 @@
 
 The text goes through Python's own parser and every node is held against a list. What passes becomes
 the text of a compiled kernel; nothing is ever evaluated as it stands.
+
+`delay(quantity, time)` is the value of a quantity that time ago; the time is a parameter or a number.
 """
 
 import ast
 import sys
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 
 from slipbench.plant.errors import nearest
@@ -26,7 +28,9 @@ FUNCTIONS = {
     "min": "min",
     "max": "max",
 }
-ARGUMENTS = {"atan2": 2, "min": 2, "max": 2}
+DELAY = "delay"
+ARGUMENTS = {"atan2": 2, "min": 2, "max": 2, DELAY: 2}
+CALLED = (*FUNCTIONS, DELAY)
 ALLOWED = (
     ast.Expression,
     ast.BinOp,
@@ -50,6 +54,8 @@ ALLOWED = (
     ast.GtE,
 )
 PREFIX = "q_"
+LATE = "late_"
+"""Before the number of a delayed quantity of an equation."""
 LONGEST = 1000
 """Characters of an equation."""
 SHOWN = 60
@@ -59,19 +65,38 @@ DEEPEST = 100
 
 
 @dataclass(frozen=True)
+class Delay:
+    """A quantity some time ago. text: of the quantity in a kernel; time: a parameter, or s."""
+
+    text: str
+    time: str | float
+
+
+@dataclass(frozen=True)
 class Expression:
-    """text: as it stands in a kernel, every name with a prefix; names: that it uses."""
+    """text: as it stands in a kernel, every name with a prefix; names: that it uses.
+
+    delays: delayed quantities; the text calls the first `late_0`, and a later one may use those
+    before it.
+    """
 
     text: str
     names: frozenset[str]
+    delays: tuple[Delay, ...] = ()
 
 
-def read_expression(text: str, known: Iterable[str], where: str) -> Expression:
-    """Read one equation. known: names that may stand in it. Raises InputError."""
+def read_expression(
+    text: str, known: Iterable[str], where: str, parameters: Collection[str] = ()
+) -> Expression:
+    """Read one equation. known: names that may stand in it. Raises InputError.
+
+    parameters: those of the names that may be the time of a delay.
+    """
     tree = parsed(text, where)
-    names = frozenset(_names(tree, set(known), where))
-    renamed = _Renamed().visit(tree)
-    return Expression(ast.unparse(ast.fix_missing_locations(renamed)), names)
+    names = frozenset(_names(tree, {*known, *parameters}, where))
+    renamer = _Renamed(parameters, where)
+    renamed = renamer.visit(tree)
+    return Expression(_unparsed(renamed), names, tuple(renamer.delays))
 
 
 def parsed(text: str, where: str) -> ast.Expression:
@@ -163,8 +188,8 @@ def _check_number(value: object, where: str) -> None:
 
 def _check_call(node: ast.Call, where: str) -> None:
     name = node.func.id if isinstance(node.func, ast.Name) else ""
-    if name not in FUNCTIONS or node.keywords or len(node.args) != ARGUMENTS.get(name, 1):
-        expected = f"{', '.join(FUNCTIONS)}; {', '.join(ARGUMENTS)} with two arguments"
+    if name not in CALLED or node.keywords or len(node.args) != ARGUMENTS.get(name, 1):
+        expected = f"{', '.join(CALLED)}; {', '.join(ARGUMENTS)} with two arguments"
         raise InputError(
             f"{_shortened(ast.unparse(node))!r} may not be called in an equation",
             where=where,
@@ -178,18 +203,51 @@ def _refused(found: str, where: str) -> InputError:
         where=where,
         found=found,
         expected="numbers, names, + - * / **, comparisons in `a if b > c else d`, and "
-        + ", ".join(FUNCTIONS),
+        + ", ".join(CALLED),
+    )
+
+
+def _unparsed(tree: ast.AST) -> str:
+    return ast.unparse(ast.fix_missing_locations(tree))
+
+
+def _time_of(node: ast.expr, parameters: Collection[str], where: str) -> str | float:
+    """Return the time of a delay: a parameter's name, or a number. Raises InputError."""
+    if isinstance(node, ast.Name) and node.id in parameters:
+        return node.id
+    if isinstance(node, ast.Constant) and isinstance(node.value, int | float):
+        return float(node.value)
+    raise InputError(
+        "the time of a delay is a parameter or a number of seconds, not below 0",
+        where=where,
+        expected=", ".join(parameters) or "a number of seconds",
+        found=_shortened(ast.unparse(node)),
+        remedy="give the time as a parameter under [parameters]",
     )
 
 
 class _Renamed(ast.NodeTransformer):
-    """Puts the prefix before quantities and the module before functions; numbers become floats."""
+    """Puts the prefix before quantities and the module before functions; numbers become floats.
+
+    delays: delayed quantities so far, which get a name each.
+    """
+
+    def __init__(self, parameters: Collection[str], where: str) -> None:
+        self.delays: list[Delay] = []
+        self._parameters, self._where = parameters, where
 
     def visit_Call(self, node: ast.Call) -> ast.AST:
         assert isinstance(node.func, ast.Name)
+        if node.func.id == DELAY:
+            return self._delay(*node.args)
         arguments = [self.visit(a) for a in node.args]
         function = ast.parse(FUNCTIONS[node.func.id], mode="eval").body
         return ast.Call(function, arguments, [])
+
+    def _delay(self, quantity: ast.expr, time: ast.expr) -> ast.AST:
+        told = _time_of(time, self._parameters, self._where)
+        self.delays.append(Delay(_unparsed(self.visit(quantity)), told))
+        return ast.Name(f"{LATE}{len(self.delays) - 1}", ast.Load())
 
     def visit_Name(self, node: ast.Name) -> ast.AST:
         return ast.Name(f"{PREFIX}{node.id}", ast.Load())

@@ -4,6 +4,8 @@ What nothing can be made of is refused in words; a channel of no use is left out
 and the others are judged.
 """
 
+import math
+from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
@@ -17,6 +19,9 @@ from slipbench.protocol.recording.recording import Recording
 
 GAP = 10.0
 """Usual distances of two samples, and periods of the model file, beyond which they are a gap."""
+
+SPARSE = 1.5
+"""Periods of the model file between the samples of an output, beyond which it is said."""
 
 FREE = "every input is constant: only the response to the initial state is analysed"
 
@@ -98,6 +103,26 @@ def window(data: Aligned, file: ModelFile) -> tuple[float, float, tuple[str, ...
     where = ", ".join(f"{last:.3g} to {first:.3g} s" for last, first in gaps)
     cut = (f"inputs have gaps ({where}): {best[0]:.3g} to {best[1]:.3g} s is analysed",)
     return *best, (*(cut if gaps else ()), *_at_rest(data.recording, file))
+
+
+def sparse_outputs(data: Aligned, file: ModelFile, shown: Iterable[str]) -> tuple[str, ...]:
+    """Say which outputs are sampled less often than residuals are judged.
+
+    Between two samples a bin takes the line, and counts as if it were a sample of its own: with n
+    bins a sample, intervals are too narrow by about the square root of n.
+    """
+    notes = []
+    for name in shown:
+        role = file.outputs[name].role
+        time = data.recording.channels[role].time
+        ratio = float(np.median(np.diff(time))) / file.period if time.size > 1 else 0.0
+        if ratio > SPARSE:
+            notes.append(
+                f"{name.replace('_', ' ')} is sampled every {ratio * file.period:.3g} s, and period ="
+                f" {file.period:.3g} s: intervals are too narrow by about {math.sqrt(ratio):.1f};"
+                " period is that of the slowest output"
+            )
+    return tuple(notes)
 
 
 def _at_rest(recording: Recording, file: ModelFile) -> tuple[str, ...]:

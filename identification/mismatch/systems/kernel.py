@@ -13,12 +13,13 @@ already passed, or would not see a value from which the input jumped back.
 import inspect
 from collections.abc import Iterator
 from functools import cache
+from itertools import count
 from types import ModuleType
 
 from slipbench.identification.mismatch.systems.effects.library import CODES, LIBRARY
 from slipbench.identification.mismatch.systems.effects.seam_effect import SeamEffect
-from slipbench.identification.mismatch.systems.equations import Equations
-from slipbench.identification.mismatch.systems.expression import PREFIX
+from slipbench.identification.mismatch.systems.equations import Equations, rate_name
+from slipbench.identification.mismatch.systems.expression import LATE, PREFIX, Delay
 from slipbench.identification.mismatch.systems.kernel_parts import (
     END,
     FIRST,
@@ -29,6 +30,7 @@ from slipbench.identification.mismatch.systems.kernel_parts import (
     STEP,
     WITHIN,
 )
+from slipbench.identification.mismatch.systems.stop_parts import functions, in_run
 from slipbench.plant.compiled import entry, inlined, load, text_of
 
 MOST_STATES = 2
@@ -49,12 +51,12 @@ AT = (
     "f8(i8,f8,f8,f8,f8,i8,f8[::1],f8[::1],i8[::1],i8[::1],i8[::1],f8[:,::1],f8[:,:,::1],"
     "f8[::1],f8[::1],f8[:,::1],f8[:,:,::1],i8,f8)"
 )
-COMMON = (
-    "fraction, elapsed, when, x, dx, code, where, other, par, tables, q, spill, memory, rings, count,"
-    " step"
-)
+MOMENT = "fraction, elapsed, when, "
+COMMON = f"{MOMENT}x, dx, code, where, other, par, tables, q, spill, memory, rings, count, step"
 ALL = f"{COMMON}, push, values, busy"
 """What `rates` knows besides: pushes, what is told of every place, and where something acts."""
+LINES = ", delay_rings, delay_ends"
+"""What it knows besides where an equation uses a delay: the past of each delayed quantity."""
 
 RUN = """def advance(
     x0, u, slopes, held, push, p, code, where, other, par, tables, ring, step, substeps, out
@@ -63,11 +65,11 @@ RUN = """def advance(
     size = len(x0)
     states = size + {most} * n
     x, k = np.zeros(states), np.zeros(states)
-    x[:size] = x0
+    x[:size] = x0{at_first}
     stage, total = x.copy(), np.zeros(states)
     now, q = np.zeros(u.shape[1]), np.zeros({quantities})
     spill, memory = np.zeros(size), np.zeros((n, {memories}))
-    rings, values = np.zeros((n, 2, ring)), np.zeros(push.shape[1])
+    rings, values = np.zeros((n, 2, ring)), np.zeros(push.shape[1]){delays}
     busy = np.zeros(push.shape[1], np.bool_)
     for i in range(n):
         busy[where[i]] = True
@@ -96,20 +98,20 @@ RUN = """def advance(
             if last:
                 break
             if when == {first}:
-                x[:] = stage
+                x[:] = stage{at_begin}
             weight = 1.0 if part == 0 or part == 3 else 2.0
             for i in range(states):
                 total[i] = weight * k[i] + (0.0 if part == 0 else total[i])
             if part == 3:
                 for i in range(states):
                     x[i] += step / 6.0 * total[i]
-                    stage[i] = x[i]
+                    stage[i] = x[i]{at_end}
                 if s < substeps - 1:
                     count += 1
             else:
                 ahead = step if part == 2 else 0.5 * step
                 for i in range(states):
-                    stage[i] = x[i] + ahead * k[i]
+                    stage[i] = x[i] + ahead * k[i]{at_stage}
         count += 1
         for i in range(len(values)):
             out[r, i] = values[i]
@@ -140,7 +142,12 @@ def effects_module() -> ModuleType:
 def kernel_text(equations: Equations, effects: str) -> str:
     """Return the text of a system's kernel. effects: name of the module of what may act."""
     parts = [f"from {effects} import at", inlined("\n".join(_rates_lines(equations)))]
-    rest = ALL.replace("x, dx", "stage, k").replace("push", "push[r]")
+    if equations.delays:
+        parts[1:1] = [inlined(KEEP), inlined(PAST)]
+    known = _known_to_rates(equations)
+    rest = known.replace("x, dx", "stage, k").replace("push", "push[r]")
+    if equations.stops:
+        parts += map(inlined, functions(known.removeprefix(MOMENT)))
     run = RUN.format(
         most=MOST_STATES,
         memories=MOST_MEMORIES,
@@ -153,8 +160,23 @@ def kernel_text(equations: Equations, effects: str) -> str:
         step=STEP,
         end=END,
         quantities=first_input(equations) + len(equations.inputs) + len(equations.states),
+        delays=_no_past(equations),
+        **in_run(
+            equations.stops, equations.states, equations.parameters, rest.removeprefix(MOMENT)
+        ),
     )
     return "\n".join([*parts, entry(run, ADVANCE)])
+
+
+def _known_to_rates(e: Equations) -> str:
+    return ALL + (LINES if e.delays else "")
+
+
+def _no_past(e: Equations) -> str:
+    """Return the line that makes the past of the delayed quantities of equations, if there are."""
+    total = sum(len(delays) for _, delays in e.delays)
+    made = f"np.zeros(({total}, 2, ring)), np.zeros(({total}, 1))"
+    return f"\n    {LINES.removeprefix(', ')} = {made}" if total else ""
 
 
 def first_input(e: Equations) -> int:
@@ -239,7 +261,8 @@ def _starts(kind: type[SeamEffect]) -> Iterator[str]:
 def _rates_lines(e: Equations) -> Iterator[str]:
     """Yield a function that gives the rates of all states, and every place's value."""
     first = first_input(e)
-    yield f"def rates(u, p, {ALL}):"
+    late = _late_lines(e)
+    yield f"def rates(u, p, {_known_to_rates(e)}):"
     yield "    spill[:] = 0.0"
     for k, name in enumerate(e.parameters):
         yield f"    {PREFIX}{name} = p[{k}]"
@@ -253,15 +276,36 @@ def _rates_lines(e: Equations) -> Iterator[str]:
         yield from _at(next(numbers), f"{PREFIX}{name}", f"u[{k}]")
         yield f"    q[{first + k}] = {PREFIX}{name}"
     for name, text in e.seams:
+        yield from late.get(name, ())
         yield from _at(number := next(numbers), f"{PREFIX}{name}", text)
         yield f"    q[{1 + number}] = {PREFIX}{name}"
     for k, text in enumerate(e.rates):
+        yield from late.get(rate_name(e.states[k]), ())
         yield from _at(number := next(numbers), f"dx[{k}]", text, own=f"x[{k}]")
         yield f"    q[{1 + number}] = dx[{k}]"
-    for _, text in e.outputs:
+    for name, text in e.outputs:
+        yield from late.get(name, ())
         yield from _at(next(numbers), "shown", text)
     yield f"    for i in range({len(e.states)}):"
     yield "        dx[i] += spill[i]"
+
+
+def _late_lines(e: Equations) -> dict[str, list[str]]:
+    """Return what gives the delayed quantities of each place's equation their values, by place."""
+    numbers = count()
+    return {
+        place: [line for k, d in enumerate(told) for line in _late(f"{LATE}{k}", d, next(numbers))]
+        for place, told in e.delays
+    }
+
+
+def _late(name: str, delay: Delay, number: int) -> Iterator[str]:
+    """Yield lines for one delayed quantity; of a comparison it is the number 0 or 1."""
+    time = f"{PREFIX}{delay.time}" if isinstance(delay.time, str) else repr(delay.time)
+    ring = f"delay_rings[{number}]"
+    yield f"    {name} = 0.0 + ({delay.text})"
+    yield f"    keep({ring}, delay_ends[{number}], count, when, {name})"
+    yield f"    {name} = past({ring}, count, fraction, {name}, {time} / step)"
 
 
 def _at(place: int, name: str, text: str, own: str = "0.0") -> Iterator[str]:

@@ -86,7 +86,8 @@ class Input(Section):
 
     role        role of the recording
     size        usual magnitude of the quantity
-    held        between samples the last value holds; false: linear interpolation
+    held        between samples the last value holds, whatever their times; false: linear
+                interpolation
     smooth      between samples a cubic instead, for what was filtered before it was sampled: linear
                 interpolation multiplies it by sinc^2(f T), 4 % at a ninth of the sampling rate
     slope_over  above 0: the input is the slope of the recorded quantity over that time
@@ -132,6 +133,10 @@ class State(Section):
     overflows_into  the state that gets some of what overflows
     drift           size of an unknown slow disturbance of its rate, in the unit of the rate
     every           time between the knots of that disturbance
+    low             lower stop, a quantity or a parameter: the state cannot go below it
+    high            upper stop, a quantity or a parameter
+    restitution     share of the speed with which it comes back from a stop, a number or a parameter;
+                    its rate is then the name of a state, the speed; 0: it stays at the stop
     """
 
     rate: str
@@ -141,6 +146,9 @@ class State(Section):
     overflows_into: str = ""
     drift: Number | None = None
     every: Seconds = Field(default=0.0, ge=0.0)
+    low: str | Number | None = None
+    high: str | Number | None = None
+    restitution: Annotated[float, Field(ge=0.0, le=1.0)] | str = 0.0
 
 
 class DrivenState(State):
@@ -233,7 +241,7 @@ class ActingEffect(Section):
     """An effect that acts.
 
     name    of the effect in the library
-    at      seam, input, state or output at which it acts
+    at      seam, input, output, or the rate of a state as in speed_rate, at which it acts
     using   the other quantity that it uses
     values  parameters of the effect by name
     """
@@ -316,6 +324,12 @@ class ModelFile(Section):
             named.append((f"states.{key}.overflows_into", state.overflows_into, {*self.states}))
             if isinstance(state, DrivenState):
                 named.append((f"states.{key}.along", state.along, {*self.states}))
+            ends = {"low": state.low, "high": state.high, "restitution": state.restitution}
+            named += [
+                (f"states.{key}.{end}", told or "''", {*self.parameters})
+                for end, told in ends.items()
+                if isinstance(told, str)
+            ]
             if isinstance(state.start, str):
                 named.append((f"states.{key}.start", state.start or "''", {*self.outputs}))
         for key, name, there in named:

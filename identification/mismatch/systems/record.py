@@ -4,9 +4,11 @@ Residuals are judged in bins of the model file's period; rows are as long as the
 period allows. A row tells its own end.
 """
 
+import math
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy import interpolate, signal
 
 from slipbench.identification.mismatch.simulation.record import Record
@@ -18,22 +20,34 @@ from slipbench.identification.mismatch.simulation.sensor import (
     point_sensor,
 )
 from slipbench.identification.mismatch.systems.clock_search import best_shift
-from slipbench.identification.mismatch.systems.fitness import usable, window
+from slipbench.identification.mismatch.systems.fitness import sparse_outputs, usable, window
 from slipbench.identification.mismatch.systems.input_noise import WIDTHS, smoothings
-from slipbench.identification.mismatch.systems.model_file import ModelFile
+from slipbench.identification.mismatch.systems.model_file import (
+    DrivenInput,
+    Input,
+    ModelFile,
+    Output,
+)
 from slipbench.identification.signals.aligned import Aligned, aligned
 from slipbench.identification.signals.clocks import BUS
 from slipbench.plant.signals import Floats
 from slipbench.protocol.errors import InputError
 from slipbench.protocol.recording.recording import Recording
 
+Integers = NDArray[np.intp]
 LEAST = 30  # bins
 STRETCH = 30  # bins, if the file tells nothing
 FINER = 4
 """Rows for each sample of a smooth input, which bends between its samples."""
 MOST_ROWS = 2_000_000
+MOST_FINE_ROWS = 200_000
+"""Rows up to which they are as short as a step of integration where samples fall within them."""
+WITHIN = 0.02
+"""Of a row: a sample farther from its begin and its end is within it."""
 ALIKE = 0.7
 """Least correlation at which a clock may be laid: half of what one tells is in the other."""
+SLACK = 1e-3
+"""Of a row: a value that is told this close to its begin or end is told there."""
 SPREAD_AT_FIRST = 0.5
 """Deviation of a state's unknown first value, in its usual magnitude."""
 
@@ -55,7 +69,7 @@ def prepare(recording: Recording, file: ModelFile) -> Record:
         )
     _check_starts(file, shown, str(recording.folder))
     start, end, notes = window(data, file)
-    grid = _grid(data, file, end - start, str(recording.folder))
+    grid = _grid(data, file, start, end, shown)
     time: Floats = np.asarray(start + grid.step * np.arange(1, grid.rows + 1), np.float64)
     inputs = np.column_stack([_input(data, file, name, time, grid.step) for name in file.inputs])
     sensors = {name: _sensor(data, file, name, start, grid) for name in shown}
@@ -67,6 +81,7 @@ def prepare(recording: Recording, file: ModelFile) -> Record:
         if n not in shown and o.role in data.absent
     )
     name = recording.folder.name
+    notes = (*notes, *sparse_outputs(data, file, shown))
     return Record(name, start, grid, inputs, measured, sensors, slow, notes, left_out)
 
 
@@ -137,20 +152,26 @@ def _period(time: Floats) -> float:
     return float((time[-1] - time[0]) / max(time.size - 1, 1))
 
 
-def _grid(data: Aligned, file: ModelFile, length: float, where: str) -> Grid:
-    width = file.period
+def _grid(data: Aligned, file: ModelFile, start: float, end: float, shown: list[str]) -> Grid:
+    """Rows as long as the fastest input's period, or a step where samples fall within rows."""
+    width, length = file.period, end - start
     periods = (
         _period(data.time[i.role]) / (FINER if i.smooth else 1) for i in file.inputs.values()
     )
     driven = min(periods)
     per = max(1, round(width / min(driven, width)))
+    finer = max(per, math.ceil(width / file.step - 1e-9))
+    if length * finer / width <= MOST_FINE_ROWS and _falls_within(
+        data, file, start, width / per, shown
+    ):
+        per = finer
     step = width / per
     rows = int(length / step + 1e-6)
     bins = (rows - 2 * per) // per
     if bins < LEAST or rows > MOST_ROWS:
         raise InputError(
             "the recording is too short" if bins < LEAST else "the recording is too long",
-            where=where,
+            where=str(data.recording.folder),
             expected=f"{LEAST} bins of {width:.3g} s up to {MOST_ROWS} rows",
             found=f"{length:.3g} s in rows of {step:.3g} s",
             remedy="give a longer segment" if bins < LEAST else "give a segment, as in run@0:60",
@@ -158,6 +179,25 @@ def _grid(data: Aligned, file: ModelFile, length: float, where: str) -> Grid:
     # A quarter of a bin apart from the instants of regular samples, so that each has its own.
     stretch = min(file.stretch or STRETCH * width, bins * width)
     return Grid(rows, 1.25 * width, int(bins), width, step, stretch)
+
+
+def _falls_within(
+    data: Aligned, file: ModelFile, start: float, step: float, shown: list[str]
+) -> bool:
+    """Tell whether samples of inputs or outputs fall within rows: there lines stand for motion.
+
+    Rows of a step of integration cost no more integration, except outside.
+    """
+    if any(isinstance(told, DrivenInput) for told in file.inputs.values()):
+        return False
+    outputs = (file.outputs[name] for name in shown)
+    channels: list[Input | Output] = [*file.inputs.values(), *outputs]
+    for told in channels:
+        if data.has(told.role) and not (isinstance(told, Input) and told.slope_over > 0.0):
+            place = (data.time[told.role] - told.latency - start) / step
+            if np.abs(place - np.round(place)).max() > WITHIN:
+                return True
+    return False
 
 
 def _at(data: Aligned, role: str, latency: float, time: Floats) -> Floats:
@@ -180,7 +220,7 @@ def _times(data: Aligned, role: str) -> Floats:
 
 
 def _input(data: Aligned, file: ModelFile, name: str, time: Floats, step: float) -> Floats:
-    """Value of a row: what was told last when it began if held, else the value at its end."""
+    """Value of a row: the mean over it of what was told last if held, else the value at its end."""
     told = file.inputs[name]
     if told.slope_over > 0.0:
         return _slope(_at(data, told.role, told.latency, time), told.slope_over, step)
@@ -191,8 +231,34 @@ def _input(data: Aligned, file: ModelFile, name: str, time: Floats, step: float)
         return np.asarray(interpolate.CubicSpline(sampled[keep], channel.value[keep])(time))
     if not told.held:
         return _at(data, told.role, told.latency, time)
-    begun = np.searchsorted(sampled[keep], time - step + 1e-3 * step, side="right") - 1
-    return np.asarray(channel.value[keep][np.clip(begun, 0, keep.sum() - 1)], np.float64)
+    values = np.asarray(channel.value[keep], np.float64)
+    if isinstance(told, DrivenInput) and told.exact:
+        return values[_last(sampled[keep], time - step, SLACK * step)]
+    return _held(sampled[keep], values, time, step)
+
+
+def _held(sampled: Floats, values: Floats, time: Floats, step: float) -> Floats:
+    """Mean over each row of what was told last: a value told within a row acts from then on.
+
+    With what was told when a row began it would act up to a row later: half a row in the mean, as a
+    dead time. sampled, values: (n,); time: s, of the rows' ends.
+    """
+    before = np.concatenate(([0.0], np.cumsum(values[:-1] * np.diff(sampled))))
+
+    def area(t: Floats) -> Floats:
+        k = _last(sampled, t, 0.0)
+        return np.asarray(before[k] + values[k] * (t - sampled[k]))
+
+    begun = _last(sampled, time - step, SLACK * step)
+    ended = _last(sampled, time, -SLACK * step)
+    mean = (area(time) - area(time - step)) / step
+    return np.where(ended > begun, mean, values[begun])
+
+
+def _last(sampled: Floats, time: Floats, slack: float) -> Integers:
+    """Number of the last sample at each time, or up to slack after it; the first before all."""
+    found = np.searchsorted(sampled, time + slack, side="right") - 1
+    return np.clip(found, 0, len(sampled) - 1)
 
 
 def _slope(values: Floats, span: float, step: float) -> Floats:

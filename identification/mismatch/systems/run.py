@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipbench.identification.mismatch.simulation.record import Record
+from slipbench.identification.mismatch.systems.delay_times import delay_times
 from slipbench.identification.mismatch.systems.effects.library import CODES
 from slipbench.identification.mismatch.systems.effects.seam_effect import OUTPUT, SeamEffect
 from slipbench.identification.mismatch.systems.equations import Equations, rate_name
@@ -18,6 +19,7 @@ from slipbench.identification.mismatch.systems.kernel import (
     first_input,
 )
 from slipbench.identification.mismatch.systems.model_file import ModelFile
+from slipbench.identification.mismatch.systems.stops import check_order
 from slipbench.identification.mismatch.systems.table_curve import RATE, TableCurve, known_quantities
 from slipbench.plant.effects.effect import Effect
 from slipbench.plant.errors import PlantError
@@ -48,7 +50,11 @@ def run(
     record: Record,
     push: Floats,
 ) -> Shown:
-    """Run all rows. push: (rows, places). Raises PlantError where numbers grow without bound."""
+    """Run all rows. push: (rows, places). Raises PlantError where numbers grow without bound.
+
+    The same where stops are in the wrong order.
+    """
+    check_order(e.stops, e.parameters, values)
     grid = record.grid
     substeps = max(1, int(np.ceil(grid.step / file.step - 1e-9)))
     step = grid.step / substeps
@@ -57,7 +63,8 @@ def run(
     inside = [x for x in acting if x.act is not None]
     curves = [x for x in effects if isinstance(x, TableCurve)]
     code, where, other, par = slots(inside, curves, e, file)
-    ring = ring_length(inside, step)
+    waits = (float(getattr(x, "delay", 0.0)) for x in inside)
+    ring = ring_length((*waits, *delay_times(e, values)), step)
     held = np.array([1.0 if told.steps else 0.0 for told in file.inputs.values()])
     out = np.full((grid.rows, len(e.places) + len(e.states)), np.nan)
     done = compose(e).advance(
@@ -146,9 +153,12 @@ def _slopes(curves: list[TableCurve], record: Record) -> Floats:
     return slopes
 
 
-def ring_length(effects: list[SeamEffect], step: float) -> int:
-    """Steps of the past that effects need, a power of two. Raises PlantError for too many."""
-    longest = max((float(getattr(x, "delay", 0.0)) for x in effects), default=0.0)
+def ring_length(delays: Iterable[float], step: float) -> int:
+    """Steps of the past that delays need, a power of two. Raises PlantError for too many.
+
+    delays, step: s.
+    """
+    longest = max(delays, default=0.0)
     steps = int(longest / step) + 4
     if steps > MOST_RING:
         raise PlantError(

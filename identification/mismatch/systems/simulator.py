@@ -8,9 +8,11 @@ from abc import ABC, abstractmethod
 from dataclasses import dataclass
 
 from slipbench.identification.mismatch.simulation.record import Record
+from slipbench.identification.mismatch.systems.delay_times import without_negative
 from slipbench.identification.mismatch.systems.equations import Equations
 from slipbench.identification.mismatch.systems.model_file import ModelFile
 from slipbench.identification.mismatch.systems.run import Shown, run
+from slipbench.identification.mismatch.systems.stops import within_restitution
 from slipbench.plant.effects.effect import Effect
 from slipbench.plant.signals import Floats
 
@@ -67,3 +69,8 @@ class CompiledEquations(Simulator):
     def run(self, task: Task) -> Shown:
         """Run the kernel."""
         return run(self.equations, task.file, task.values, task.effects, task.record, task.push)
+
+    def bounded(self, values: Floats) -> Floats:
+        """Return parameters with no delay below 0, and restitutions from 0 to 1."""
+        e = self.equations
+        return within_restitution(e.stops, e.parameters, without_negative(e, values))

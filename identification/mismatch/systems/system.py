@@ -18,6 +18,7 @@ from slipbench.identification.mismatch.simulation.record import Record
 from slipbench.identification.mismatch.simulation.system import System
 from slipbench.identification.mismatch.simulation.written_units import WrittenUnits
 from slipbench.identification.mismatch.systems import placing
+from slipbench.identification.mismatch.systems.delay_times import check_delays, check_length
 from slipbench.identification.mismatch.systems.effects.seam_effect import OUTPUT, SeamEffect
 from slipbench.identification.mismatch.systems.equations import Equations, equations
 from slipbench.identification.mismatch.systems.model_file import ModelFile, load_model_file
@@ -85,6 +86,7 @@ class ModelSystem(System):
         simulator: what runs it in place of the file's equations. Raises InputError.
         """
         read = equations(file, where)
+        check_delays(read, file, where)
         values = np.array([number.si for number in file.parameters.values()])
         acts = tuple(
             placing.acting(e, file, f"{where}: effects[{i}]") for i, e in enumerate(file.effects)
@@ -193,6 +195,7 @@ class ModelSystem(System):
         recording, found = without_patterns(recording, self.file)
         record = prepare(recording, self.file)
         record = replace(record, notes=(*record.notes, *found))
+        check_length(self.equations, self.values, record, self.where)
         q = np.zeros(record.slow.shape[1])
         try:
             shown = self.simulator.first_run(self._task(record, q, {}))

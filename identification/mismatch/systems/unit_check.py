@@ -3,7 +3,7 @@
 A rate must have the unit of its state divided by seconds, a seam and an output that of their size;
 terms of a sum, the branches of a choice and both sides of a comparison must agree; arguments of
 functions are numbers. A number in an equation stands for itself: in a product it has no unit, in a
-sum the unit of the other terms. Angles have no unit.
+sum the unit of the other terms. Angles have no unit. The time of a delay is in seconds.
 """
 
 import ast
@@ -12,8 +12,8 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 
-from slipbench.identification.mismatch.systems.expression import parsed
-from slipbench.identification.mismatch.systems.model_file import ModelFile
+from slipbench.identification.mismatch.systems.expression import DELAY, parsed
+from slipbench.identification.mismatch.systems.model_file import ModelFile, Number
 from slipbench.protocol.units import Powers, powers_of
 
 SECOND: Powers = {"s": Fraction(1)}
@@ -58,6 +58,24 @@ def _faults(file: ModelFile, where: str) -> Iterator[str]:
                 f"{where}: {key}: units do not agree: {d.expected} is expected, {d.found} found,"
                 f" in {d.part}"
             )
+    yield from _stop_faults(file, known, where)
+
+
+def _stop_faults(file: ModelFile, known: Mapping[str, Powers], where: str) -> Iterator[str]:
+    """Say of each stop whose unit is not that of its state where that is."""
+    for name, state in file.states.items():
+        for key, told, expected in (
+            ("low", state.low, known[name]),
+            ("high", state.high, known[name]),
+            ("restitution", state.restitution, {}),
+        ):
+            if isinstance(told, str | Number):
+                found = known[told] if isinstance(told, str) else powers_of(told.unit)
+                if found != expected:
+                    yield (
+                        f"{where}: states.{name}.{key}: units do not agree: {in_words(expected)} is"
+                        f" expected, {in_words(found)} found"
+                    )
 
 
 def in_words(powers: Powers) -> str:
@@ -115,6 +133,9 @@ class _Units:
         name, units = node.func.id, [self.of(a) for a in node.args]
         if name == "sqrt":
             return None if units[0] is None else _times({}, units[0], Fraction(1, 2))
+        if name == DELAY:
+            self._alike(node.args[1], units[1], SECOND)
+            return units[0]
         if name in NO_UNIT:
             return self._number(node.args[0], units[0])
         same = units[0]

@@ -1,8 +1,8 @@
 """Tables of a file that a pydantic model reads."""
 
 import types
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
 from pydantic.fields import FieldInfo
@@ -10,6 +10,7 @@ from pydantic_core import PydanticUndefined
 
 from slipbench.protocol.configuration import InSI, Section, Unit
 from slipbench.protocol.quantity import UNITS, Between, BetweenBy, Whole
+from slipbench.reference.example import examples
 from slipbench.reference.meanings import meanings, prose
 from slipbench.reference.page import Key, Table
 
@@ -25,9 +26,12 @@ class Shape:
     inner: tuple[tuple[str, type[Section]], ...] = ()  # path below the key, model
 
 
-def tables(model: type[Section]) -> tuple[Table, ...]:
-    """Tables of a file, in the order in which the file's model names them; each model once."""
-    return tuple(_table(one, paths) for one, paths in models(model).items())
+def tables(model: type[Section], example: Mapping[str, Any] | None = None) -> tuple[Table, ...]:
+    """Tables of a file, in the order in which the file's model names them; each model once.
+
+    example: contents of a file that uses every key.
+    """
+    return tuple(_table(one, paths, example or {}) for one, paths in models(model).items())
 
 
 def models(model: type[Section]) -> dict[type[Section], list[str]]:
@@ -44,11 +48,10 @@ def models(model: type[Section]) -> dict[type[Section], list[str]]:
     return places
 
 
-def _table(model: type[Section], paths: list[str]) -> Table:
-    found = meanings(model)
-    keys = tuple(
-        _row(_key(name, field), field, found) for name, field in model.model_fields.items()
-    )
+def _table(model: type[Section], paths: list[str], example: Mapping[str, Any]) -> Table:
+    found, shown = meanings(model), examples(example, paths)
+    rows = (_row(_key(name, field), field, found) for name, field in model.model_fields.items())
+    keys = tuple(replace(row, example=shown.get(row.name, "")) for row in rows)
     title = ", ".join(f"`{path}`" for path in dict.fromkeys(paths) if path)
     return Table(title or "Top level", prose(model), keys)
 

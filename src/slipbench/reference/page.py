@@ -6,17 +6,22 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Key:
-    """One key of a file, as a user reads it. unit: or the kind of value where it is no number."""
+    """One key of a file, as a user reads it.
+
+    unit: or the kind of value where it is no number. example: as in a file; empty: none.
+    """
 
     name: str
     unit: str
     default: str
     bounds: str
     meaning: str
+    example: str = ""
 
-    def cells(self) -> tuple[str, ...]:
-        """Cells of its row."""
-        return f"`{self.name}`", self.unit, self.default, self.bounds, self.meaning
+    def cells(self, example: bool = False) -> tuple[str, ...]:
+        """Cells of its row. example: whether it ends with an example."""
+        told = (f"`{self.name}`", self.unit, self.default, self.bounds, self.meaning)
+        return (*told, f"`{self.example}`" if self.example else "") if example else told
 
 
 @dataclass(frozen=True)
@@ -29,8 +34,9 @@ class Table:
 
     def markdown(self) -> str:
         """Heading, prose and rows."""
-        head = ("key", "unit or kind", "default", "allowed", "meaning")
-        rows = grid(head, (key.cells() for key in self.keys)) if self.keys else ""
+        shows = any(key.example for key in self.keys)
+        head = ("key", "unit or kind", "default", "allowed", "meaning", "example")[: 5 + shows]
+        rows = grid(head, (key.cells(shows) for key in self.keys)) if self.keys else ""
         return f"## {self.title}\n\n" + "\n\n".join(part for part in (self.text, rows) if part)
 
 

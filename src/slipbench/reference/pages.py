@@ -5,6 +5,13 @@ from pathlib import Path
 from slipbench.bench.session.plan_file import SessionPlan
 from slipbench.identification.fleet.fleet_file import FleetFile
 from slipbench.identification.mismatch.callables.fmu.fmu_file import FmuFile
+from slipbench.identification.mismatch.systems.expression import (
+    ARGUMENTS,
+    DEEPEST,
+    DELAY,
+    FUNCTIONS,
+    LONGEST,
+)
 from slipbench.identification.mismatch.systems.model_file import ModelFile
 from slipbench.identification.report.identification_file import (
     FILES,
@@ -13,6 +20,7 @@ from slipbench.identification.report.identification_file import (
     schema_text,
 )
 from slipbench.protocol.binding.missing import needs
+from slipbench.protocol.configuration import load_toml
 from slipbench.protocol.controller_file import ControllerFile
 from slipbench.protocol.recording.message_rules import Degraded
 from slipbench.protocol.recording.role_map import RoleMap
@@ -20,6 +28,7 @@ from slipbench.protocol.recording.roles import ROLES
 from slipbench.protocol.trial_file import TrialFile
 from slipbench.reference.models import tables
 from slipbench.reference.page import Page, grid
+from slipbench.reference.places import EXAMPLE
 from slipbench.reference.vehicle import effect_tables, model_effect_tables, vehicle_tables
 
 WITH_UNIT = (
@@ -84,18 +93,27 @@ def pages() -> tuple[Page, ...]:
             "model.md",
             "Model file",
             "Any system in equations: states, inputs, outputs, and seams at which effects may act."
-            " Equations are text over the names of parameters, inputs, states and seams. A quantity is"
+            " Equations are text over the names of parameters, inputs, states and seams."
+            " A quantity is"
             ' `{ value = 3, unit = "mm", plus_minus = 1 }`. An `effects`'
-            " entry names an [effect of model files](model_effects.md).",
+            " entry names an [effect of model files](model_effects.md). The examples are those of one"
+            " [file](#example). `slipbench explain --model FILE RUN...` analyses it.",
             "identification/mismatch/systems/model_file.py",
-            tables(ModelFile),
+            (
+                *tables(ModelFile, load_toml(EXAMPLE)),
+                "## Equations",
+                _equations(),
+                "## Example",
+                _example(),
+            ),
         ),
         Page(
             "model_effects.md",
             "Effects of a model file",
             "An effect acts at a seam, an input, the rate of a state, or an output. Defaults and bounds"
             " are relative: `[seam]` is the `size` of the quantity at which the effect acts, `[other]`"
-            " that of the quantity that it uses besides, `[time]` the `period` of the model.",
+            " that of the quantity that it uses besides, `[time]` the `period` of the model. The places"
+            " of the example are those of a [model file](model.md#example).",
             "identification/mismatch/systems/effects/library.py",
             model_effect_tables(),
         ),
@@ -141,6 +159,27 @@ def pages() -> tuple[Page, ...]:
             tables(ComparisonFile),
         ),
     )
+
+
+def _equations() -> str:
+    """What may stand in an equation."""
+    two = ", ".join(f"`{name}`" for name in ARGUMENTS if name in FUNCTIONS)
+    one = ", ".join(f"`{name}`" for name in FUNCTIONS if name not in ARGUMENTS)
+    return (
+        "Numbers, names, `+ - * / **`, and `a if b > c else d` with `<`, `<=`, `>`, `>=`. A seam may use"
+        f" the seams before it. Functions of one argument: {one}; of two: {two}. Quantities are in base"
+        " units of SI, whatever unit the file has for them: rad, m/s, Pa.\n\n"
+        f"`{DELAY}(quantity, time)` is what a quantity, an expression, was that time ago. The time is a"
+        " parameter or a number of seconds, 0 or more and shorter than the recording. Before the"
+        " recording begins a quantity had its first value.\n\n"
+        f"An equation has at most {LONGEST} characters and {DEEPEST} operations one within the other."
+    )
+
+
+def _example() -> str:
+    """Text of a model file that uses every key."""
+    text = EXAMPLE.read_text(encoding="utf-8")
+    return f"`examples/models/{EXAMPLE.name}` uses every key.\n\n```toml\n{text}```"
 
 
 def _roles() -> str:

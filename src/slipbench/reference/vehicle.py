@@ -1,6 +1,7 @@
 """Tables of the vehicle file, and of the effects of vehicle and model files."""
 
 from collections.abc import Iterable
+from dataclasses import replace
 
 from slipbench.identification.mismatch.systems.effects.library import LIBRARY as OF_MODELS
 from slipbench.plant.channels import CHANNEL_UNITS, DEFAULT_CHANNELS, ChannelTiming
@@ -10,6 +11,7 @@ from slipbench.plant.parameters import Block, Parameter
 from slipbench.plant.vehicle_file import RATIO, TOP, Vehicle
 from slipbench.reference.meanings import meanings, prose
 from slipbench.reference.page import Key, Table, grid
+from slipbench.reference.places import acts_at
 
 NOMINAL = Motorcycle()
 
@@ -26,8 +28,9 @@ def effect_tables() -> tuple[Table, ...]:
 
 
 def model_effect_tables() -> tuple[Table, ...]:
-    """One table for each effect of model files."""
-    return tuple(_effect(effect) for effect in OF_MODELS)
+    """One table for each effect of model files, with the places where it may act."""
+    tables = ((effect, _effect(effect)) for effect in OF_MODELS)
+    return tuple(replace(t, text=f"{t.text}\n\n{acts_at(effect)}") for effect, t in tables)
 
 
 def _top() -> Table:

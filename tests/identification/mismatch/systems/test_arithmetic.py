@@ -45,3 +45,7 @@ def test_it_is_the_value_that_python_gives(text, a, b, c):
 def test_what_has_no_value_is_an_error(text):
     with pytest.raises((ArithmeticError, ValueError)):
         value_of(text, {"a": 2.0})
+
+
+def test_a_delayed_quantity_that_stands_still_has_its_value():
+    assert value_of("2 * delay(a * a, time)", {"a": 3.0, "time": 0.1}) == 18.0

@@ -58,6 +58,7 @@ def rate(equation: str) -> str:
         "velocity * exp(-frequency * time)",
         "frequency * min(abs(position), 2)",
         "velocity * sin(tilt) + velocity * 2",
+        "delay(velocity, 0.1) + velocity",
     ],
 )
 def test_numbers_fit_where_they_stand(tmp_path, equation) -> None:
@@ -73,6 +74,8 @@ def test_numbers_fit_where_they_stand(tmp_path, equation) -> None:
         ("velocity ** position", "position", "1", "m"),
         ("max(velocity, position)", "position", "m s^-1", "m"),
         ("sqrt(position)", "sqrt(position)", "m s^-1", "m^1/2"),
+        ("delay(velocity, damping)", "damping", "s", "1"),
+        ("delay(position, 0.1)", "delay(position, 0.1)", "m s^-1", "m"),
     ],
 )
 def test_the_part_that_disagrees_is_told(tmp_path, equation, part, expected, found) -> None:
