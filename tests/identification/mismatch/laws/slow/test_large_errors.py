@@ -61,9 +61,5 @@ def test_levels_that_grow_with_speed_are_named_beside_two_other_effects(three):
     assert names(three) == ["backlash", "radius_growth", "throttle_stiction"], reported(three)
 
 
-@pytest.mark.xfail(
-    reason="no word: rear teeth 0.112 rad beside a floor of 0.010, engine speed 0.92 beside 0.26",
-    strict=False,
-)
 def test_three_names_that_leave_a_large_error_are_not_all(three):
     assert not large_errors(three) or three.unknown or three.remains, reported(three)
