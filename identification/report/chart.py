@@ -13,6 +13,8 @@ from slipbench.protocol.recording.channel import FloatArray
 
 KEPT = 6000  # points of a trace in the page; more of them would make the report too large
 DIGITS = 5
+COLUMNS = 2  # of a legend
+LEGEND_ROW = 0.2  # in, of each row beyond the first
 
 
 @dataclass(frozen=True)
@@ -80,7 +82,9 @@ def static(chart: Chart) -> Figure:
         figure, axes = d.side_by_side(len(chart.panels), chart.panels[0].height)
     else:
         heights = [panel.height for panel in chart.panels]
-        figure, axes = d.panels(len(heights), 0.8 + sum(heights), heights)
+        more = LEGEND_ROW * max(_legend_rows(chart.panels[0]) - 1, 0)
+        height = 0.8 + more + sum(heights)
+        figure, axes = d.panels(len(heights), height, heights, top=0.4 + more)
     for axis, panel in zip(axes, chart.panels, strict=True):
         _draw(axis, panel)
     return figure
@@ -101,7 +105,11 @@ def _draw(axes: Axes, panel: Panel) -> None:
     axes.set_xlim(panel.x_range)
     axes.set_ylim(panel.y_range)
     if any(one.label for one in panel.traces):
-        d.legend(axes, 2)
+        d.legend(axes, COLUMNS)
+
+
+def _legend_rows(panel: Panel) -> int:
+    return math.ceil(sum(bool(one.label) for one in panel.traces) / COLUMNS)
 
 
 def _draw_trace(axes: Axes, one: Trace) -> None:

@@ -55,12 +55,16 @@ def style() -> Iterator[None]:
 
 
 def panels(
-    rows: int, height: float, ratios: list[float] | None = None, right: float = 0.25
+    rows: int,
+    height: float,
+    ratios: list[float] | None = None,
+    right: float = 0.25,
+    top: float = 0.4,
 ) -> tuple[Figure, list[Axes]]:
-    """Figure with stacked panels that share their horizontal axis. height, right margin: in."""
+    """Figure with stacked panels that share their horizontal axis. height, margins: in."""
     figure = Figure(figsize=(WIDTH, height))
     FigureCanvasAgg(figure)
-    margins = {"top": 1 - 0.4 / height, "bottom": 0.55 / height, "hspace": 0.45 * rows / height}
+    margins = {"top": 1 - top / height, "bottom": 0.55 / height, "hspace": 0.45 * rows / height}
     grid = figure.subplots(
         rows,
         1,
