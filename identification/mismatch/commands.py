@@ -130,10 +130,19 @@ def explain_command(
         for line in check_lines(found):
             typer.echo(line)
     for path in write_outputs(analysis, found, vehicle, json_path, report_folder):
-        typer.echo(f"written: {path}")
+        _print_written(path)
     if not in_the_file(analysis):
         typer.echo(f"the free curve {NOT_IN_THE_FILE}")
     _end(analysis.failure, found.complete)
+
+
+def _print_written(path: Path) -> None:
+    from slipbench.identification.mismatch.callables.fmu.fmu_file import is_of_an_fmu
+    from slipbench.identification.mismatch.telling.output import IMPROVED
+
+    typer.echo(f"written: {path}")
+    if path.name.endswith(IMPROVED) and is_of_an_fmu(path):
+        typer.echo(f"as an FMU: slipbench export-fmu {path} --out {path.with_suffix('.fmu')}")
 
 
 def _print_notes(analysis: "Analysis", console: Console) -> None:

@@ -6,7 +6,8 @@ from pathlib import Path
 import numpy as np
 
 from slipbench.identification.mismatch.analysis import Analysis, begin
-from slipbench.identification.mismatch.callables.fmu.fmu_system import SUFFIX, load_fmu_system
+from slipbench.identification.mismatch.callables.fmu.fmu_file import is_of_an_fmu
+from slipbench.identification.mismatch.callables.fmu.fmu_system import load_fmu_system
 from slipbench.identification.mismatch.motorcycle.system import MotorcycleSystem
 from slipbench.identification.mismatch.simulation.piece import Piece
 from slipbench.identification.mismatch.simulation.record import Record
@@ -22,12 +23,9 @@ def read_system(path: Path) -> System:
 
     A model file has outputs, and so has the file of an FMU, whose states have no equations.
     """
-    if path.suffix.lower() == SUFFIX:
+    if is_of_an_fmu(path):
         return load_fmu_system(path)
-    tree = load_toml(path)
-    if "fmu" in tree or ("outputs" in tree and path.with_suffix(SUFFIX).exists()):
-        return load_fmu_system(path)
-    if "outputs" in tree:
+    if "outputs" in load_toml(path):
         return ModelSystem.load(path)
     return MotorcycleSystem.load(path)
 

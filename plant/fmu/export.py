@@ -30,7 +30,8 @@ def write_fmu(path: Path, model: FmuModel, version: int, headers: Path) -> None:
         work = Path(name)
         (work / "tables.h").write_text(header, encoding="utf-8")
         (work / "kernel.o").write_bytes(kernel_object(model.layout.effects))
-        library = link(version, work, headers)
+        names = ("motorcycle.c", f"fmi{version}.c", f"absent{version}.c")
+        library = link([SOURCES / name for name in names], work, headers)
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as packed:
         packed.writestr("modelDescription.xml", description(version, model, listed, token))
         packed.writestr(f"binaries/{folder}/{IDENTIFIER}{SUFFIXES[platform.system()]}", library)

@@ -26,26 +26,37 @@ PROCESSORS = {"x86_64": "x86-64-v2"}
 
 def kernel_object(effects: tuple[EffectClass, ...]) -> bytes:
     """Return the object file with the symbol SYMBOL for these effects, this machine's format."""
-    text = entry_text(effects)
+    return object_of(entry_text(effects), SYMBOL)
+
+
+def object_of(text: str, symbol: str) -> bytes:
+    """Return the object file of a module's text, from the cache if it was compiled before.
+
+    symbol: of its function that C calls, compiled for one signature.
+    """
     made_by = f"{numba.__version__} {platform.platform()} {_processor()}"
-    fingerprint = hashlib.sha256(f"{made_by}\n{text}".encode()).hexdigest()[:20]
+    fingerprint = hashlib.sha256(f"{made_by}\n{symbol}\n{text}".encode()).hexdigest()[:20]
     kept = cache_folder() / f"fmu_{fingerprint}.o"
     if not kept.exists():
-        _keep(kept, compiled(text))
+        _keep(kept, compiled(text, symbol))
     return kept.read_bytes()
+
+
+def called_from_c(text: str, signature: str) -> str:
+    """Return the text of a function that C calls."""
+    return f"@njit({signature!r}, {INNER})\n{text}\n"
 
 
 def entry_text(effects: tuple[EffectClass, ...]) -> str:
     """Return the whole text that is compiled."""
     parts = [motion_text(effects), inlined(text_of(kernel.proceed)), inlined(text_of(present))]
-    entry = f"@njit({SIGNATURE!r}, {INNER})\n{text_of(slipbench_run)}\n"
-    return "\n\n".join((*parts, entry))
+    return "\n\n".join((*parts, called_from_c(text_of(slipbench_run), SIGNATURE)))
 
 
-def compiled(text: str) -> bytes:
-    """Compile the text of a module that has the function SYMBOL; returns the object file."""
-    (overload,) = getattr(load(text), SYMBOL).overloads.values()
-    code = overload.library.get_llvm_str().replace(overload.fndesc.llvm_func_name, SYMBOL)
+def compiled(text: str, symbol: str) -> bytes:
+    """Compile the text of a module that has the function; returns the object file."""
+    (overload,) = getattr(load(text), symbol).overloads.values()
+    code = overload.library.get_llvm_str().replace(overload.fndesc.llvm_func_name, symbol)
     target = binding.Target.from_triple(binding.get_process_triple())
     machine = target.create_target_machine(
         cpu=_processor(), opt=3, reloc="pic", codemodel="default"

@@ -4,6 +4,7 @@ import platform
 import shutil
 import subprocess
 import sys
+from collections.abc import Sequence
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -51,21 +52,14 @@ def binary_folder(version: int) -> str:
     return FOLDERS[key]
 
 
-def link(version: int, work: Path, headers: Path) -> bytes:
+def link(sources: Sequence[Path], work: Path, headers: Path) -> bytes:
     """Compile and link a library; returns its content. Raises PlantError with the compiler's words.
 
     work: folder that holds kernel.o and tables.h. headers: folder of the header files of FMI.
     """
     library = work / f"library{SUFFIXES[platform.system()]}"
-    sources = [SOURCES / name for name in ("motorcycle.c", f"fmi{version}.c", f"absent{version}.c")]
-    command: list[str | Path] = [
-        *compiler(),
-        *FLAGS,
-        f"-I{work}",
-        f"-I{SOURCES}",
-        f"-I{headers}",
-        *sources,
-    ]
+    folders = (work, sources[0].parent, headers)
+    command: list[str | Path] = [*compiler(), *FLAGS, *(f"-I{f}" for f in folders), *sources]
     command += [work / "kernel.o", "-o", library, "-lm"]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode != 0:

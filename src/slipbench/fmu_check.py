@@ -29,9 +29,18 @@ def header_folder() -> Path:
 
 def require_valid(path: Path) -> None:
     """Check an FMU with fmpy's validation. Raises InputError, which names every fault."""
-    faults = optional_library("fmpy.validation").validate_fmu(str(path))
-    if faults:
+    if faults := _faults(path):
         raise InputError("the FMU is not valid", where=str(path), found="; ".join(faults))
+
+
+def require_as_valid(path: Path, inner: Path) -> None:
+    """Raise InputError where an FMU is invalid although the FMU inside of it is valid."""
+    if not _faults(inner):
+        require_valid(path)
+
+
+def _faults(path: Path) -> list[str]:
+    return [*optional_library("fmpy.validation").validate_fmu(str(path))]
 
 
 def largest_deviation(path: Path, model: "FmuModel") -> float:

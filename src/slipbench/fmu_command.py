@@ -1,4 +1,4 @@
-"""The command `export-fmu`: a vehicle file as an FMU. It joins the plant and the checks of an FMU."""
+"""The command `export-fmu`: a vehicle file, or an FMU with effects, as an FMU."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -14,12 +14,13 @@ if TYPE_CHECKING:  # the plant takes seconds to import; --help should not
 VehiclePath = Annotated[
     Path,
     typer.Argument(
-        help="Vehicle file (TOML), or the name of one that ships with slipbench.",
-        metavar="VEHICLE",
+        help="Vehicle file (TOML), or the name of one that ships; or the improved file of an FMU.",
+        metavar="FILE",
         parser=file_of("vehicle"),
         autocompletion=completion_of("vehicle"),
     ),
 ]
+VERSION, GEAR, ENGINE_SPEED, STEP = 3, 2, "14000 rpm", "0.25 ms"
 
 
 def register(app: typer.Typer) -> None:
@@ -30,28 +31,67 @@ def register(app: typer.Typer) -> None:
 def export_fmu(
     vehicle: VehiclePath,
     out: Annotated[Path, typer.Option(help="New FMU.", metavar="FILE")],
-    fmi: Annotated[int, typer.Option(help="Version of FMI: 2 or 3.", min=2, max=3)] = 3,
-    gear: Annotated[int, typer.Option(help="Gear at the start, from 1.", min=1)] = 2,
+    fmi: Annotated[
+        int | None, typer.Option(help="Version of FMI, 2 or 3: 3 by default.", min=2, max=3)
+    ] = None,
+    gear: Annotated[
+        int | None, typer.Option(help="Gear at the start, from 1: 2 by default.", min=1)
+    ] = None,
     engine_speed: Annotated[
-        str, typer.Option(help="Engine speed at the start; the throttle that holds it is found.")
-    ] = "14000 rpm",
-    step: Annotated[str, typer.Option(help="Internal step of integration.")] = "0.25 ms",
+        str | None,
+        typer.Option(help=f"Engine speed at the start, held by the throttle: {ENGINE_SPEED}."),
+    ] = None,
+    step: Annotated[
+        str | None, typer.Option(help=f"Internal step of integration: {STEP} by default.")
+    ] = None,
 ) -> None:
-    """Export the virtual motorcycle with its effects as an FMU for co-simulation.
+    """Export a simulation with its effects as an FMU for co-simulation.
 
-    Inputs are throttle command, spark advance, gear, clutch, brakes, grip, grade and wind; outputs
-    are speeds, slip, torques and every other quantity of the motorcycle; parameters are those of the
-    vehicle file, all in SI. The FMU holds machine code for this platform and needs no Python. It is
-    checked before it is written: by fmpy's validation, and by a sweep of throttle and spark, in which
-    its outputs must equal those of the plant.
+    The improved file that `slipbench explain model.fmu` wrote, or the file beside an FMU, gives that
+    FMU with calibrated parameters and effects around it, in the version of FMI that it has. The
+    parameters of the effects are parameters of the new FMU. It is checked against the simulation of
+    explain. It needs neither Python nor the old file.
 
-    Beside it a file of the same name with the suffix .toml says what is uncertain and recorded, so
+    A vehicle file gives the virtual motorcycle. Inputs are throttle command, spark advance, gear,
+    clutch, brakes, grip, grade and wind; outputs are speeds, slip, torques and every other quantity
+    of the motorcycle; parameters are those of the vehicle file, all in SI. The FMU holds machine code
+    for this platform and needs no Python. It is checked before it is written: by fmpy's validation,
+    and by a sweep of throttle and spark, in which its outputs must equal those of the plant. Beside it
+    a file of the same name with the suffix .toml says what is uncertain and recorded, so
     that `slipbench explain motorcycle.fmu RUN...` works.
 
     Exit status: 0 done, 2 invalid input (see message).
 
     Example: slipbench export-fmu nominal --out motorcycle.fmu
     """
+    from slipbench.identification.mismatch.callables.fmu.fmu_file import is_of_an_fmu
+    from slipbench.wrapper_command import export_wrapper
+
+    if is_of_an_fmu(vehicle):
+        _refuse_options(fmi=fmi, gear=gear, engine_speed=engine_speed, step=step)
+        export_wrapper(vehicle, out)
+    else:
+        _export_motorcycle(
+            vehicle, out, fmi or VERSION, gear or GEAR, engine_speed or ENGINE_SPEED, step or STEP
+        )
+
+
+def _refuse_options(**given: int | str | None) -> None:
+    """Raise InputError where options of a motorcycle are given for an FMU."""
+    from slipbench.protocol.errors import InputError
+
+    useless = [f"--{name.replace('_', '-')}" for name, value in given.items() if value is not None]
+    if useless:
+        raise InputError(
+            f"{', '.join(useless)} has no effect on an FMU",
+            expected="a vehicle file",
+            remedy="leave the option out; an FMU keeps its version and its start values",
+        )
+
+
+def _export_motorcycle(
+    vehicle: Path, out: Path, fmi: int, gear: int, engine_speed: str, step: str
+) -> None:
     from slipbench.bench.vehicle.virtual_motorcycle import read_vehicle
     from slipbench.fmu_check import header_folder
     from slipbench.plant.fmu.explaining import file_beside

@@ -40,7 +40,7 @@ def shown_names(file: ModelFile) -> tuple[str, ...]:
 
 def speeds_used(task: Task) -> bool:
     """Tell whether an effect at an input acts along an output or a state."""
-    return any(e.place.other in shown_names(task.file) for e in _at(INPUT, task.effects))
+    return any(e.place.other in shown_names(task.file) for e in at_kind(INPUT, task.effects))
 
 
 def acted_inputs(task: Task, outputs: Floats) -> Floats:
@@ -48,23 +48,20 @@ def acted_inputs(task: Task, outputs: Floats) -> Floats:
 
     outputs: (rows, outputs and states), along which some of it acts.
     """
-    names = (*task.file.inputs, *shown_names(task.file))
     pushed = task.record.inputs + task.push[:, : len(task.file.inputs)]
-    effects = _at(INPUT, task.effects)
+    effects = at_kind(INPUT, task.effects)
     if not effects:
         return pushed
-    parts = FINER if any(map(_dynamic, effects)) else 1
+    parts = parts_of_row(effects)
     held = [i.steps for i in task.file.inputs.values()] + [False] * len(shown_names(task.file))
-    lines = {n: _line(o) for n, o in _shown(task.file).items()}
-    file = task.file.model_copy(update={"inputs": {**task.file.inputs, **lines}, "states": {}})
+    alone, file = input_signals(task.file)
     grid = task.record.grid
     fine = replace(
         task.record,
         grid=replace(grid, rows=parts * grid.rows, step=grid.step / parts),
         inputs=_finer(np.concatenate((pushed, outputs), axis=1), held, parts),
     )
-    alone = Equations((), names, (), (), (), ())
-    still = np.zeros((parts * grid.rows, len(names)))
+    still = np.zeros((parts * grid.rows, len(alone.inputs)))
     shown = run(alone, file, NO_VALUES, effects, fine, still)
     return np.column_stack(
         [_of_rows(shown[n], i.steps, parts) for n, i in task.file.inputs.items()]
@@ -76,17 +73,11 @@ def acted_outputs(task: Task, inputs: Floats, raw: Floats) -> Floats:
 
     inputs: as they act, (rows, inputs); raw: (rows, outputs and states).
     """
-    effects = _at(OUTPUT, task.effects)
+    effects = at_kind(OUTPUT, task.effects)
     if not effects:
         return raw[:, : len(task.file.outputs)]
-    told = {f"{RAW}{n}": _line(o) for n, o in task.file.outputs.items()}
-    told |= {n: _line(s) for n, s in task.file.states.items()}
-    step = task.record.grid.step / (FINER if any(map(_dynamic, effects)) else 1)
-    file = task.file.model_copy(
-        update={"inputs": {**task.file.inputs, **told}, "states": {}, "step": step}
-    )
-    passed = tuple((n, f"{PREFIX}{RAW}{n}") for n in task.file.outputs)
-    through = Equations((), (*task.file.inputs, *told), (), (), (), passed)
+    through, file = output_signals(task.file)
+    file = file.model_copy(update={"step": task.record.grid.step / parts_of_row(effects)})
     record = replace(task.record, inputs=np.concatenate((inputs, raw), axis=1))
     shown = run(
         through, file, NO_VALUES, effects, record, np.zeros((len(raw), len(through.places)))
@@ -98,21 +89,47 @@ def acting_rates(task: Task) -> ActingRates | None:
     """Return what acts on the rates of the file's states; None where nothing does."""
     file, first = task.file, len(task.file.inputs)
     push = np.ascontiguousarray(task.push[:, first : first + len(file.states)])
-    if not push.any() and not _at(RATE, task.effects):
+    effects = at_kind(RATE, task.effects)
+    if not push.any() and not effects:
         return None
-    names = Equations((), (*file.inputs,), (*file.states,), (), (), ())
-    effects = _at(RATE, task.effects)
+    names = rate_signals(file)
     code, where, other, par = slots(effects, [], names, file)
     longest = max((float(getattr(e, "delay", 0.0)) for e in effects), default=0.0)
     return ActingRates(names, push, code, where, other, par, longest)
 
 
-def _at(kind: str, effects: Sequence[Effect]) -> list[SeamEffect]:
+def input_signals(file: ModelFile) -> tuple[Equations, ModelFile]:
+    """Return the signals that effects at inputs use, inputs first, as a system without states."""
+    lines = {n: _line(o) for n, o in file.outputs.items()}
+    lines |= {n: _line(s) for n, s in file.states.items()}
+    signals = {**file.inputs, **lines}
+    alone = Equations((), tuple(signals), (), (), (), ())
+    return alone, file.model_copy(update={"inputs": signals, "states": {}})
+
+
+def output_signals(file: ModelFile) -> tuple[Equations, ModelFile]:
+    """Return the signals that effects at outputs use, as a system that passes the outputs on."""
+    told = {f"{RAW}{n}": _line(o) for n, o in file.outputs.items()}
+    told |= {n: _line(s) for n, s in file.states.items()}
+    signals = {**file.inputs, **told}
+    passed = tuple((n, f"{PREFIX}{RAW}{n}") for n in file.outputs)
+    through = Equations((), tuple(signals), (), (), (), passed)
+    return through, file.model_copy(update={"inputs": signals, "states": {}})
+
+
+def rate_signals(file: ModelFile) -> Equations:
+    """Return the signals that effects at rates use: inputs, and states with their rates."""
+    return Equations((), tuple(file.inputs), tuple(file.states), (), (), ())
+
+
+def parts_of_row(effects: Sequence[SeamEffect]) -> int:
+    """Return into how many parts a row is cut for effects at inputs or outputs."""
+    return FINER if any(map(_dynamic, effects)) else 1
+
+
+def at_kind(kind: str, effects: Sequence[Effect]) -> list[SeamEffect]:
+    """Return the effects at one kind of places."""
     return [e for e in effects if isinstance(e, SeamEffect) and e.place.kind == kind]
-
-
-def _shown(file: ModelFile) -> dict[str, Output | State]:
-    return {**file.outputs, **file.states}
 
 
 def _line(shown: Output | State) -> Input:

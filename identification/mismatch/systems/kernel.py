@@ -11,7 +11,7 @@ already passed, or would not see a value from which the input jumped back.
 """
 
 import inspect
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from functools import cache
 from itertools import count
 from types import ModuleType
@@ -132,11 +132,13 @@ def compose(equations: Equations) -> ModuleType:
 @cache
 def effects_module() -> ModuleType:
     """Compile what may act at a place, once for all systems; returns the module, with `at`."""
-    parts = [inlined(text_of(k.act, f"act_{k.name}")) for k in LIBRARY if k.act is not None]
-    text = "\n".join(
-        [*parts, inlined(KEEP), inlined(PAST), inlined(LINE), entry("\n".join(_place_lines()), AT)]
-    )
-    return load(text)
+    return load("\n".join((*effects_texts(LIBRARY), entry(place_text("at", LIBRARY), AT))))
+
+
+def effects_texts(kinds: Iterable[type[SeamEffect]]) -> list[str]:
+    """Return the texts of functions that `place_text` calls."""
+    acts = [inlined(text_of(k.act, f"act_{k.name}")) for k in kinds if k.act is not None]
+    return [*acts, inlined(KEEP), inlined(PAST), inlined(LINE)]
 
 
 def kernel_text(equations: Equations, effects: str) -> str:
@@ -187,9 +189,13 @@ def first_input(e: Equations) -> int:
     return 1 + len(e.inputs) + len(e.seams) + len(e.states)
 
 
-def _place_lines() -> Iterator[str]:
-    """Yield a function that lets everything at one place act on its quantity."""
-    yield f"def at(j, value, own, {COMMON}):"
+def place_text(name: str, kinds: Iterable[type[SeamEffect]]) -> str:
+    """Return a function that lets everything at one place act on its quantity. kinds: that may."""
+    return "\n".join(_place_lines(name, kinds))
+
+
+def _place_lines(name: str, kinds: Iterable[type[SeamEffect]]) -> Iterator[str]:
+    yield f"def {name}(j, value, own, {COMMON}):"
     yield "    for i in range(len(code)):"
     yield "        if where[i] != j:"
     yield "            continue"
@@ -201,7 +207,7 @@ def _place_lines() -> Iterator[str]:
     yield f"            value += line(tables[i], value if other[i] == {OWN} else z)"
     yield "            continue"
     word = "if"
-    for kind in LIBRARY:
+    for kind in kinds:
         if kind.act is not None:
             yield f"        {word} code[i] == {CODES[kind.name]}:"
             yield from (f"            {line}" for line in _branch(kind))

@@ -199,11 +199,21 @@ def acting(entry: ActingEffect, file: ModelFile, where: str) -> SeamEffect:
     ]
     if len(found) != 1:
         allowed = sorted({p.name for p in places(file) if _suits(kind, p, file)})
+        using = f" using {entry.using!r}" if entry.using else ""
         raise InputError(
-            f"{entry.name} cannot act at {entry.at!r} using {entry.using!r}",
+            f"{entry.name} cannot act at {entry.at!r}{using}",
             where=where,
             expected=f"one of {', '.join(allowed) or 'no place of this system'}",
         )
+    known = [p.name for p in kind.parameters()]
+    for name in entry.values:
+        if name not in known:
+            raise InputError(
+                f"{entry.name} has no parameter {name!r}",
+                where=f"{where}.values",
+                expected=", ".join(known),
+                remedy=nearest(name, known),
+            )
     try:
         values = {name: number.si for name, number in entry.values.items()}
         return placed(kind, found[0], file.period)(**values)

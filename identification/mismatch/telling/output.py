@@ -17,6 +17,9 @@ from slipbench.protocol.errors import InputError
 from slipbench.protocol.output_folders import make_folders
 from slipbench.protocol.shipped_files import is_shipped
 
+IMPROVED = ".improved.toml"
+"""End of the name of the improved file."""
+
 
 def prepare_places(json_path: Path | None, folder: Path | None) -> None:
     """Make the output folders before the analysis. Raises InputError where that fails."""
@@ -85,7 +88,7 @@ def _contents(
     fit = accepted(analysis) if analysis.named else analysis.base
     if fit is not None:
         beside = Path() if is_shipped(vehicle) else vehicle.parent
-        path = (folder or beside) / f"{vehicle.stem}.improved.toml"
+        path = (folder or beside) / f"{vehicle.stem}{IMPROVED}"
         yield path, lambda: improved_system(fit).text()
     if folder is not None:
         yield folder / "memo.html", lambda: memo_page(analysis, verdict)

@@ -20,8 +20,18 @@ from slipbench.identification.mismatch.systems.model_file import (
     Output,
     Size,
 )
-from slipbench.protocol.configuration import Seconds, Section
+from slipbench.protocol.configuration import Seconds, Section, load_toml
 from slipbench.protocol.errors import InputError
+
+SUFFIX = ".fmu"
+
+
+def is_of_an_fmu(path: Path) -> bool:
+    """Tell whether a file is an FMU, or a file beside one. Raises InputError for invalid TOML."""
+    if path.suffix.lower() == SUFFIX:
+        return True
+    tree = load_toml(path)
+    return "fmu" in tree or ("outputs" in tree and path.with_suffix(SUFFIX).exists())
 
 
 class FmuParameter(Number):

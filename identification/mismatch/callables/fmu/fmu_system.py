@@ -1,7 +1,7 @@
 """An FMU and the file beside it as a system that the engine explains."""
 
-from collections.abc import Iterator
-from dataclasses import replace
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +9,7 @@ import tomlkit
 
 from slipbench.identification.mismatch.callables.description import bounds
 from slipbench.identification.mismatch.callables.fmu.fmu_file import (
+    SUFFIX,
     FmuFile,
     FmuInput,
     FmuOutput,
@@ -32,11 +33,34 @@ from slipbench.identification.mismatch.systems.system import ModelSystem
 from slipbench.protocol.configuration import read_toml
 from slipbench.protocol.errors import InputError
 
-SUFFIX = ".fmu"
+
+@dataclass(frozen=True, eq=False)
+class OpenFmu:
+    """An FMU, and what the file beside it tells of it. parameters: by name, with their bounds."""
+
+    beside: Path
+    model: ModelFile
+    plan: Plan
+    parameters: Mapping[str, Parameter]
+    time_limit: float
+
+    @property
+    def system(self) -> ModelSystem:
+        """The system that the engine explains. Raises InputError."""
+        runner = FmuRunner(self.plan)
+        caller = IsolatedCaller(runner, self.time_limit) if CAN_ISOLATE else runner
+        simulator = OutsideSimulator(caller, *bounds(self.parameters, self.model), "the FMU")
+        source = _source(self.beside, self.plan.fmu.path, self.model.name)
+        return replace(ModelSystem.of(self.model, self.beside.name, simulator), source=source)
 
 
 def load_fmu_system(path: Path) -> ModelSystem:
     """Load an FMU, or the file beside it. Raises InputError where something does not fit."""
+    return open_fmu(path).system
+
+
+def open_fmu(path: Path) -> OpenFmu:
+    """Open an FMU, or the file beside it. Raises InputError where something does not fit."""
     beside = path.with_suffix(".toml") if path.suffix.lower() == SUFFIX else path
     if not beside.exists():
         raise _no_file(path, beside)
@@ -45,13 +69,9 @@ def load_fmu_system(path: Path) -> ModelSystem:
     where = str(beside)
     ports = _parameter_ports(file, fmu, where)
     parameters = {key: _parameter(one, ports[key]) for key, one in file.parameters.items()}
-    name = file.name or str(fmu.description.modelName)
-    model = file.model_file(parameters, name, where)
+    model = file.model_file(parameters, file.name or str(fmu.description.modelName), where)
     plan = _plan(file, fmu, model, tuple(ports.values()), where)
-    caller = IsolatedCaller(FmuRunner(plan), file.time_limit) if CAN_ISOLATE else FmuRunner(plan)
-    simulator = OutsideSimulator(caller, *bounds(parameters, model), "the FMU")
-    source = _source(beside, fmu.path, name)
-    return replace(ModelSystem.of(model, beside.name, simulator), source=source)
+    return OpenFmu(beside, model, plan, parameters, file.time_limit)
 
 
 def _no_file(path: Path, beside: Path) -> InputError:

@@ -1,0 +1,48 @@
+/* Functions of FMI 3.0 that a wrapper does not offer, as its description says. */
+#include <stddef.h>
+
+#define NO_INSTANCE(name) \
+    void *name(void) { return NULL; }
+#define ABSENT(name) \
+    int name(void) { return 3; }
+
+NO_INSTANCE(fmi3InstantiateModelExchange)
+NO_INSTANCE(fmi3InstantiateScheduledExecution)
+ABSENT(fmi3ActivateModelPartition)
+ABSENT(fmi3CompletedIntegratorStep)
+ABSENT(fmi3DeserializeFMUState)
+ABSENT(fmi3EnterConfigurationMode)
+ABSENT(fmi3EnterContinuousTimeMode)
+ABSENT(fmi3EnterEventMode)
+ABSENT(fmi3EnterStepMode)
+ABSENT(fmi3EvaluateDiscreteStates)
+ABSENT(fmi3ExitConfigurationMode)
+ABSENT(fmi3FreeFMUState)
+ABSENT(fmi3GetAdjointDerivative)
+ABSENT(fmi3GetClock)
+ABSENT(fmi3GetContinuousStateDerivatives)
+ABSENT(fmi3GetContinuousStates)
+ABSENT(fmi3GetDirectionalDerivative)
+ABSENT(fmi3GetEventIndicators)
+ABSENT(fmi3GetFMUState)
+ABSENT(fmi3GetIntervalDecimal)
+ABSENT(fmi3GetIntervalFraction)
+ABSENT(fmi3GetNominalsOfContinuousStates)
+ABSENT(fmi3GetNumberOfContinuousStates)
+ABSENT(fmi3GetNumberOfEventIndicators)
+ABSENT(fmi3GetNumberOfVariableDependencies)
+ABSENT(fmi3GetOutputDerivatives)
+ABSENT(fmi3GetShiftDecimal)
+ABSENT(fmi3GetShiftFraction)
+ABSENT(fmi3GetVariableDependencies)
+ABSENT(fmi3SerializeFMUState)
+ABSENT(fmi3SerializedFMUStateSize)
+ABSENT(fmi3SetClock)
+ABSENT(fmi3SetContinuousStates)
+ABSENT(fmi3SetFMUState)
+ABSENT(fmi3SetIntervalDecimal)
+ABSENT(fmi3SetIntervalFraction)
+ABSENT(fmi3SetShiftDecimal)
+ABSENT(fmi3SetShiftFraction)
+ABSENT(fmi3SetTime)
+ABSENT(fmi3UpdateDiscreteStates)
