@@ -43,14 +43,14 @@ def object_of(text: str, symbol: str) -> bytes:
 
 
 def called_from_c(text: str, signature: str) -> str:
-    """Return the text of a function that C calls."""
-    return f"@njit({signature!r}, {INNER})\n{text}\n"
+    """Return the text of a function that C calls. signature: as it stands in the text."""
+    return f"@njit({signature}, {INNER})\n{text}\n"
 
 
 def entry_text(effects: tuple[EffectClass, ...]) -> str:
     """Return the whole text that is compiled."""
     parts = [motion_text(effects), inlined(text_of(kernel.proceed)), inlined(text_of(present))]
-    return "\n\n".join((*parts, called_from_c(text_of(slipbench_run), SIGNATURE)))
+    return "\n\n".join((*parts, called_from_c(text_of(slipbench_run), repr(SIGNATURE))))
 
 
 def compiled(text: str, symbol: str) -> bytes:

@@ -157,7 +157,10 @@ class RoleMap(Section):
     def _own_quantities(self) -> "RoleMap":
         for name, unit in self.quantities.items():
             if name in ROLES:
-                raise ValueError(f"quantities.{name}: a role with the unit {ROLES[name].unit!r}")
+                raise ValueError(
+                    f"quantities.{name}: slipbench has a role of this name, in"
+                    f" {ROLES[name].unit}; leave the line out, or take another name"
+                )
             try:
                 linear(unit, unit)
             except ValueError as cause:

@@ -8,13 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from slipbench.identification.mismatch.systems.board import STATES_OF_ONE, board
 from slipbench.identification.mismatch.systems.equations import Equations
-from slipbench.identification.mismatch.systems.kernel import (
-    MOST_MEMORIES,
-    MOST_STATES,
-    effects_module,
-    first_input,
-)
+from slipbench.identification.mismatch.systems.kernel import effects_module, first_input
 from slipbench.identification.mismatch.systems.kernel_parts import END, FIRST, ROW, STEP, WITHIN
 from slipbench.identification.mismatch.systems.run import Integers
 from slipbench.plant.signals import Floats
@@ -52,16 +48,16 @@ class RateLoop:
         states, inputs = len(acting.equations.states), len(acting.equations.inputs)
         self._acting, self._step = acting, step
         self._at = effects_module().at
-        self._memory = np.zeros((effects, MOST_MEMORIES))
         self._rings = np.zeros((effects, 2, ring))
         self._tables = np.zeros((effects, 2, 1))
-        self._spill = np.zeros(states)
-        self._first = first_input(acting.equations)
-        self._q = np.zeros(self._first + inputs + states)
-        self._x = np.zeros(states + MOST_STATES * effects)
-        self._dx = np.zeros_like(self._x)
+        first, own = first_input(acting.equations), STATES_OF_ONE * effects
+        acts = (acting.code, acting.where, acting.other, acting.par)
+        self._board = board(*acts, states, first + inputs)[0]
+        self._spill = self._board["spill"][:states]
+        self._q = self._board["q"][first : first + inputs + states]
+        self._x, self._dx = self._board["x"][: states + own], self._board["dx"][: states + own]
         self._busy = [(k, inputs + k, inputs + k in acting.where) for k in range(states)]
-        self.x = np.zeros(MOST_STATES * effects)
+        self.x = np.zeros(own)
 
     def act(
         self, rates: Floats, states: Floats, inputs: Floats, own: Floats, row: int, at: "Moment"
@@ -71,7 +67,7 @@ class RateLoop:
         rates, states: (states,); inputs: (inputs,); own: the effects' states, (effect states,).
         """
         size = len(states)
-        self._q[self._first :] = np.concatenate((inputs, states))
+        self._q[:] = np.concatenate((inputs, states))
         self._x[:size], self._x[size:] = states, own
         self._spill[:] = self._dx[:] = 0.0
         found = rates + self._acting.push[row]
@@ -83,7 +79,6 @@ class RateLoop:
         return found + self._spill, self._dx[size:].copy()
 
     def _act_at(self, place: int, value: float, own: float, at: "Moment") -> float:
-        a = self._acting
         acted: float = self._at(
             place,
             value,
@@ -91,16 +86,8 @@ class RateLoop:
             at.fraction,
             at.elapsed,
             at.when,
-            self._x,
-            self._dx,
-            a.code,
-            a.where,
-            a.other,
-            a.par,
+            self._board,
             self._tables,
-            self._q,
-            self._spill,
-            self._memory,
             self._rings,
             at.count,
             self._step,

@@ -16,6 +16,7 @@ from functools import cache
 from itertools import count
 from types import ModuleType
 
+from slipbench.identification.mismatch.systems.board import LAYOUT, STATES_OF_ONE
 from slipbench.identification.mismatch.systems.effects.library import CODES, LIBRARY
 from slipbench.identification.mismatch.systems.effects.seam_effect import SeamEffect
 from slipbench.identification.mismatch.systems.equations import Equations, rate_name
@@ -31,48 +32,39 @@ from slipbench.identification.mismatch.systems.kernel_parts import (
     WITHIN,
 )
 from slipbench.identification.mismatch.systems.stop_parts import functions, in_run
-from slipbench.plant.compiled import entry, inlined, load, text_of
+from slipbench.plant.compiled import FLAGS, inlined, load, text_of
 
-MOST_STATES = 2
-"""States that one effect may have."""
-MOST_PARAMETERS = 4
-MOST_MEMORIES = 4
-"""Values that one effect may remember."""
 FINE, NOT_FINITE = 0.0, 1.0
 CURVE = -1
 """Code of a free curve; all others are those of the library."""
 OWN = -2
 """Number of a curve's quantity where it is that at the curve's own place."""
-ADVANCE = (
-    "f8(f8[::1],f8[:,::1],f8[:,::1],f8[::1],f8[:,::1],f8[::1],i8[::1],i8[::1],i8[::1],f8[:,::1],"
-    "f8[:,:,::1],i8,f8,i8,f8[:,::1])"
-)
-AT = (
-    "f8(i8,f8,f8,f8,f8,i8,f8[::1],f8[::1],i8[::1],i8[::1],i8[::1],f8[:,::1],f8[:,:,::1],"
-    "f8[::1],f8[::1],f8[:,::1],f8[:,:,::1],i8,f8)"
+TYPES = (
+    "from slipbench.identification.mismatch.systems.board import ADVANCE, AT"
+    f"  # a record of {LAYOUT.itemsize} bytes"
 )
 MOMENT = "fraction, elapsed, when, "
-COMMON = f"{MOMENT}x, dx, code, where, other, par, tables, q, spill, memory, rings, count, step"
+COMMON = f"{MOMENT}board, tables, rings, count, step"
 ALL = f"{COMMON}, push, values, busy"
 """What `rates` knows besides: pushes, what is told of every place, and where something acts."""
 LINES = ", delay_rings, delay_ends"
 """What it knows besides where an equation uses a delay: the past of each delayed quantity."""
 
-RUN = """def advance(
-    x0, u, slopes, held, push, p, code, where, other, par, tables, ring, step, substeps, out
-):
-    n = len(code)
+VIEWS = "x, dx, q, spill = board.x, board.dx, board.q, board.spill"
+RUN = """def advance(x0, u, slopes, held, push, p, boards, tables, ring, step, substeps, out):
+    board = boards[0]
+    n = board.effects
     size = len(x0)
     states = size + {most} * n
-    x, k = np.zeros(states), np.zeros(states)
+    x = np.zeros(states)
     x[:size] = x0{at_first}
-    stage, total = x.copy(), np.zeros(states)
-    now, q = np.zeros(u.shape[1]), np.zeros({quantities})
-    spill, memory = np.zeros(size), np.zeros((n, {memories}))
+    stage, k, total = board.x[:states], board.dx[:states], np.zeros(states)
+    stage[:] = x
+    now, q = np.zeros(u.shape[1]), board.q
     rings, values = np.zeros((n, 2, ring)), np.zeros(push.shape[1]){delays}
     busy = np.zeros(push.shape[1], np.bool_)
     for i in range(n):
-        busy[where[i]] = True
+        busy[board.where[i]] = True
     count = 0
     for r in range(len(u)):
         before = u[r - 1] if r > 0 else u[0]
@@ -132,7 +124,13 @@ def compose(equations: Equations) -> ModuleType:
 @cache
 def effects_module() -> ModuleType:
     """Compile what may act at a place, once for all systems; returns the module, with `at`."""
-    return load("\n".join((*effects_texts(LIBRARY), entry(place_text("at", LIBRARY), AT))))
+    act = called(place_text("at", LIBRARY), "AT")
+    return load("\n".join((TYPES, *effects_texts(LIBRARY), act)))
+
+
+def called(text: str, signature: str) -> str:
+    """Return the text of a function that Python calls. signature: its name in board.py."""
+    return f"@njit({signature}, {FLAGS}, cache=True, nogil=True)\n{text}\n"
 
 
 def effects_texts(kinds: Iterable[type[SeamEffect]]) -> list[str]:
@@ -143,16 +141,16 @@ def effects_texts(kinds: Iterable[type[SeamEffect]]) -> list[str]:
 
 def kernel_text(equations: Equations, effects: str) -> str:
     """Return the text of a system's kernel. effects: name of the module of what may act."""
-    parts = [f"from {effects} import at", inlined("\n".join(_rates_lines(equations)))]
+    parts = [TYPES, f"from {effects} import at"]
     if equations.delays:
-        parts[1:1] = [inlined(KEEP), inlined(PAST)]
+        parts += [inlined(KEEP), inlined(PAST)]
+    parts.append(inlined("\n".join(_rates_lines(equations))))
     known = _known_to_rates(equations)
-    rest = known.replace("x, dx", "stage, k").replace("push", "push[r]")
+    rest = known.replace("push", "push[r]")
     if equations.stops:
-        parts += map(inlined, functions(known.removeprefix(MOMENT)))
+        parts += map(inlined, functions(known.removeprefix(MOMENT), VIEWS))
     run = RUN.format(
-        most=MOST_STATES,
-        memories=MOST_MEMORIES,
+        most=STATES_OF_ONE,
         rest=rest,
         bad=NOT_FINITE,
         fine=FINE,
@@ -161,13 +159,12 @@ def kernel_text(equations: Equations, effects: str) -> str:
         row=ROW,
         step=STEP,
         end=END,
-        quantities=first_input(equations) + len(equations.inputs) + len(equations.states),
         delays=_no_past(equations),
         **in_run(
             equations.stops, equations.states, equations.parameters, rest.removeprefix(MOMENT)
         ),
     )
-    return "\n".join([*parts, entry(run, ADVANCE)])
+    return "\n".join([*parts, called(run, "ADVANCE")])
 
 
 def _known_to_rates(e: Equations) -> str:
@@ -196,10 +193,13 @@ def place_text(name: str, kinds: Iterable[type[SeamEffect]]) -> str:
 
 def _place_lines(name: str, kinds: Iterable[type[SeamEffect]]) -> Iterator[str]:
     yield f"def {name}(j, value, own, {COMMON}):"
-    yield "    for i in range(len(code)):"
+    yield f"    {VIEWS}"
+    yield "    code, where, other = board.code, board.where, board.other"
+    yield "    par, memory = board.par, board.memory"
+    yield "    for i in range(board.effects):"
     yield "        if where[i] != j:"
     yield "            continue"
-    yield f"        b = len(spill) + {MOST_STATES} * i"
+    yield f"        b = board.states + {STATES_OF_ONE} * i"
     yield "        z = q[other[i]] if other[i] >= 0 else 0.0"
     yield f"        if when == {FIRST}:"
     yield "            memory[i, :] = value"
@@ -246,7 +246,7 @@ def _branch(kind: type[SeamEffect]) -> Iterator[str]:
     elif kind.gives:
         yield f"value, given = {call}"
         yield "if other[i] >= 0:"
-        yield "    spill[other[i] - (len(q) - len(spill))] += given"
+        yield "    spill[other[i] - board.first_state] += given"
     elif kind.states:
         yield f"value, {', '.join(f'dx[b + {k}]' for k in range(len(kind.states)))} = {call}"
     else:
@@ -269,7 +269,9 @@ def _rates_lines(e: Equations) -> Iterator[str]:
     first = first_input(e)
     late = _late_lines(e)
     yield f"def rates(u, p, {_known_to_rates(e)}):"
-    yield "    spill[:] = 0.0"
+    yield f"    {VIEWS}"
+    yield f"    for i in range({len(e.states)}):"
+    yield "        spill[i] = 0.0"
     for k, name in enumerate(e.parameters):
         yield f"    {PREFIX}{name} = p[{k}]"
     for k, name in enumerate(e.states):

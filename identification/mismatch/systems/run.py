@@ -7,17 +7,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipbench.identification.mismatch.simulation.record import Record
+from slipbench.identification.mismatch.systems.board import PARAMETERS_OF_ONE, board
 from slipbench.identification.mismatch.systems.delay_times import delay_times
 from slipbench.identification.mismatch.systems.effects.library import CODES
 from slipbench.identification.mismatch.systems.effects.seam_effect import OUTPUT, SeamEffect
 from slipbench.identification.mismatch.systems.equations import Equations, rate_name
-from slipbench.identification.mismatch.systems.kernel import (
-    CURVE,
-    FINE,
-    MOST_PARAMETERS,
-    compose,
-    first_input,
-)
+from slipbench.identification.mismatch.systems.kernel import CURVE, FINE, compose, first_input
 from slipbench.identification.mismatch.systems.model_file import ModelFile
 from slipbench.identification.mismatch.systems.stops import check_order
 from slipbench.identification.mismatch.systems.table_curve import RATE, TableCurve, known_quantities
@@ -62,7 +57,7 @@ def run(
     acting = [x for x in effects if isinstance(x, SeamEffect)]
     inside = [x for x in acting if x.act is not None]
     curves = [x for x in effects if isinstance(x, TableCurve)]
-    code, where, other, par = slots(inside, curves, e, file)
+    acts = slots(inside, curves, e, file)
     waits = (float(getattr(x, "delay", 0.0)) for x in inside)
     ring = ring_length((*waits, *delay_times(e, values)), step)
     held = np.array([1.0 if told.steps else 0.0 for told in file.inputs.values()])
@@ -74,11 +69,8 @@ def run(
         held,
         np.ascontiguousarray(push),
         values,
-        code,
-        where,
-        other,
-        par,
-        _tables(curves, len(code)),
+        board(*acts, len(e.states), first_input(e) + len(e.inputs)),
+        _tables(curves, len(acts[0])),
         ring,
         step,
         substeps,
@@ -107,12 +99,12 @@ def slots(
 ) -> tuple[Integers, Integers, Integers, Floats]:
     """Code, place, other quantity and parameters of every curve, then of every effect.
 
-    Effects are in the library's order. Shapes (all,), and (all, MOST_PARAMETERS) of the parameters,
+    Effects are in the library's order. Shapes (all,), and (all, PARAMETERS_OF_ONE) of the parameters,
     SI.
     """
     total = len(curves) + len(effects)
     code, where, other = (np.zeros(total, np.int64) for _ in range(3))
-    par = np.zeros((total, MOST_PARAMETERS))
+    par = np.zeros((total, PARAMETERS_OF_ONE))
     for i, curve in enumerate(curves):
         code[i], where[i] = CURVE, e.places.index(curve.place)
         other[i] = known_quantities(curve.place, e, file)[curve.along]

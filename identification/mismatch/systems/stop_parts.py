@@ -64,6 +64,7 @@ CONTACT = f"""def contact(begun, x, span, {STOPS}):
 """
 # From a state at one share of a step to that at another: one step of Runge and Kutta.
 LEG = """def leg(begin, end, s, substeps, row, before, after, held, begun, reached, total, u, p, {known}):
+    {views}
     span = end - begin
     for i in range(len(begun)):
         x[i] = begun[i]
@@ -112,9 +113,13 @@ AT_END = """
                 stage[:] = x"""
 
 
-def functions(known: str) -> Iterator[str]:
-    """Yield the functions that a kernel with stops calls. known: to `rates`, after `when`."""
-    yield from (WITHIN_STOPS, CROSSING, CONTACT, LEG.format(known=known, within=WITHIN))
+def functions(known: str, views: str) -> Iterator[str]:
+    """Yield the functions that a kernel with stops calls.
+
+    known: to `rates`, after `when`; views: what gives the parts of the record their names.
+    """
+    leg = LEG.format(known=known, within=WITHIN, views=views)
+    yield from (WITHIN_STOPS, CROSSING, CONTACT, leg)
 
 
 def in_run(

@@ -18,6 +18,7 @@ from slipbench.identification.mismatch.simulation.record import Record
 from slipbench.identification.mismatch.simulation.system import System
 from slipbench.identification.mismatch.simulation.written_units import WrittenUnits
 from slipbench.identification.mismatch.systems import placing
+from slipbench.identification.mismatch.systems.board import check_size
 from slipbench.identification.mismatch.systems.delay_times import check_delays, check_length
 from slipbench.identification.mismatch.systems.effects.seam_effect import OUTPUT, SeamEffect
 from slipbench.identification.mismatch.systems.equations import Equations, equations
@@ -87,6 +88,8 @@ class ModelSystem(System):
         """
         read = equations(file, where)
         check_delays(read, file, where)
+        if simulator is None:
+            check_size(read, where)
         values = np.array([number.si for number in file.parameters.values()])
         acts = tuple(
             placing.acting(e, file, f"{where}: effects[{i}]") for i, e in enumerate(file.effects)

@@ -13,7 +13,7 @@ from slipbench.identification.mismatch.callables.fmu.wrapper.description import 
 from slipbench.identification.mismatch.callables.fmu.wrapper.sides import Sides
 from slipbench.identification.mismatch.callables.fmu.wrapper.tables import tables
 from slipbench.identification.mismatch.systems.effects.library import CODES
-from slipbench.identification.mismatch.systems.kernel import AT, effects_texts, place_text
+from slipbench.identification.mismatch.systems.kernel import TYPES, effects_texts, place_text
 from slipbench.plant.fmu.kernel_object import called_from_c, object_of
 from slipbench.plant.fmu.library import SUFFIXES, binary_folder, link
 
@@ -50,7 +50,8 @@ def effects_text(sides: Sides) -> str:
     """Return the text of the function that lets the effects of this wrapper act."""
     kinds = {e.name: type(e) for e in sides.acting if e.act is not None}
     ordered = [kinds[name] for name in sorted(kinds, key=CODES.__getitem__)]
-    return "\n".join((*effects_texts(ordered), called_from_c(place_text(SYMBOL, ordered), AT)))
+    act = called_from_c(place_text(SYMBOL, ordered), "AT")
+    return "\n".join((TYPES, *effects_texts(ordered), act))
 
 
 def _token(header: str, text: str, inner: Path) -> str:

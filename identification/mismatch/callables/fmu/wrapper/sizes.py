@@ -5,8 +5,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from slipbench.identification.mismatch.callables.fmu.wrapper.sides import Side, Sides
+from slipbench.identification.mismatch.systems.board import PARAMETERS_OF_ONE
 from slipbench.identification.mismatch.systems.effects.seam_effect import SeamEffect
-from slipbench.identification.mismatch.systems.kernel import MOST_PARAMETERS
 from slipbench.plant.parameters import Parameter
 
 INPUT_SIDE, RATE_SIDE, OUTPUT_SIDE, LATE_SIDE = (
@@ -60,7 +60,7 @@ def _of_side(name: str, side: Side) -> Iterator[EffectSize]:
     for number, effect in enumerate(side.effects):
         told = zip(effect.parameters(), effect.values(), strict=True)
         for k, (known, value) in enumerate(told):
-            yield _size(effect, name, MOST_PARAMETERS * number + k, known, value)
+            yield _size(effect, name, PARAMETERS_OF_ONE * number + k, known, value)
 
 
 def _size(effect: SeamEffect, side: str, index: int, known: Parameter, value: float) -> EffectSize:

@@ -12,10 +12,15 @@ from slipbench.identification.mismatch.callables.fmu.variables import Port
 from slipbench.identification.mismatch.callables.fmu.wrapper.sides import Side, Sides
 from slipbench.identification.mismatch.callables.fmu.wrapper.sizes import EffectSize, effect_sizes
 from slipbench.identification.mismatch.callables.simulator import written
-from slipbench.identification.mismatch.systems.kernel import (
-    MOST_MEMORIES,
-    MOST_PARAMETERS,
+from slipbench.identification.mismatch.systems.board import (
+    ALL_STATES,
+    LAYOUT,
+    MEMORIES_OF_ONE,
+    MOST_EFFECTS,
+    MOST_QUANTITIES,
     MOST_STATES,
+    PARAMETERS_OF_ONE,
+    STATES_OF_ONE,
 )
 from slipbench.identification.mismatch.systems.run import MOST_RING
 from slipbench.plant.errors import PlantError
@@ -54,10 +59,15 @@ def tables(sides: Sides, token: str) -> str:
         "OUTPUTS": len(file.outputs),
         "SHOWN": shown,
         "NAMED_STATES": len(file.states),
-        "MOST_VALUES": len(file.inputs) + shown + MOST_STATES * acting + 1,
+        "MOST_VALUES": len(file.inputs) + shown + STATES_OF_ONE * acting + 1,
+        "OWN_STATES": STATES_OF_ONE,
+        "MOST_EFFECTS": MOST_EFFECTS,
         "MOST_STATES": MOST_STATES,
-        "MOST_PARAMETERS": MOST_PARAMETERS,
-        "MOST_MEMORIES": MOST_MEMORIES,
+        "ALL_STATES": ALL_STATES,
+        "MOST_QUANTITIES": MOST_QUANTITIES,
+        "MOST_PARAMETERS": PARAMETERS_OF_ONE,
+        "MOST_MEMORIES": MEMORIES_OF_ONE,
+        "BOARD_BYTES": LAYOUT.itemsize,
         "MOST_RING": MOST_RING,
         "MOST_INDICATORS": MOST_INDICATORS,
         "MOST_ITERATIONS": MOST_ITERATIONS,

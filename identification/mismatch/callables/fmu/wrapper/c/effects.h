@@ -21,15 +21,24 @@ typedef struct {
     const int *place, *source;
 } Group;
 
-/* What one group remembers. */
+/* The record of the compiled effects: systems/board.py gives its layout. */
+typedef struct {
+    int64_t effects, states, first_state;
+    int64_t code[MOST_EFFECTS], where[MOST_EFFECTS], other[MOST_EFFECTS];
+    double par[MOST_EFFECTS][MOST_PARAMETERS], memory[MOST_EFFECTS][MOST_MEMORIES];
+    double x[ALL_STATES], dx[ALL_STATES], q[MOST_QUANTITIES], spill[MOST_STATES];
+} Board;
+
+/* What one group remembers. x: states of its effects at the begin of a step. */
 typedef struct {
     const Group *group;
-    double *par, *x, *dx, *total, *last, *memory, *rings, *tables, *q, *spill;
+    Board board;
+    double x[ALL_STATES], total[ALL_STATES], *rings, tables[2 * MOST_EFFECTS];
     int64_t ring, count;
 } Acting;
 
-int acting_reset(Acting *a, const Group *group); /* 0, or -1: no memory */
-int acting_begin(Acting *a, double step);        /* before the first row */
+void acting_reset(Acting *a, const Group *group);
+int acting_begin(Acting *a, double step); /* before the first row; 0, or -1: no memory */
 void acting_free(Acting *a);
 
 /* Values of a group before any row, in `shown`. */

@@ -135,7 +135,7 @@ void fmi2FreeInstance(fmi2Component c) {
 static int instantiate(Slave *s, const char *token, fmi2Boolean visible, fmi2Boolean logging) {
     char folder[LONGEST_PATH], resources[LONGEST_PATH + 16], uri[3 * LONGEST_PATH];
     Wrapper *w = &s->wrapper;
-    if (wrapper_reset(w)) return -1;
+    wrapper_reset(w);
     if (strcmp(token, TOKEN) != 0) return wrapper_failed(w, "the GUID is not that of this FMU", 0.0);
     if (wrapper_folder(folder, sizeof folder))
         return wrapper_failed(w, "the folder of this FMU is not found", 0.0);
@@ -187,7 +187,8 @@ fmi2Status fmi2Reset(fmi2Component c) {
     Slave *s = c;
     fmi2Status told = INNER(c)->Reset(OF(c));
     if (bad(told)) return told;
-    return status(s, wrapper_reset(&s->wrapper) || wrapper_configure(&s->wrapper) ? -1 : 0);
+    wrapper_reset(&s->wrapper);
+    return status(s, wrapper_configure(&s->wrapper));
 }
 
 fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference r[], size_t n, const fmi2Real v[]) {

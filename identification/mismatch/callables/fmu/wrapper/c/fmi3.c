@@ -164,7 +164,7 @@ static int instantiate(Slave *s, const char *name, const char *token, fmi3Boolea
                        fmi3Boolean logging) {
     char folder[LONGEST_PATH], resources[LONGEST_PATH + 16];
     Wrapper *w = &s->wrapper;
-    if (wrapper_reset(w)) return -1;
+    wrapper_reset(w);
     if (strcmp(token, TOKEN) != 0)
         return wrapper_failed(w, "the instantiation token is not that of this FMU", 0.0);
     if (wrapper_folder(folder, sizeof folder))
@@ -213,7 +213,8 @@ fmi3Status fmi3Reset(fmi3Instance c) {
     Slave *s = c;
     fmi3Status told = INNER(c)->Reset(OF(c));
     if (bad(told)) return told;
-    return status(s, wrapper_reset(&s->wrapper) || wrapper_configure(&s->wrapper) ? -1 : 0);
+    wrapper_reset(&s->wrapper);
+    return status(s, wrapper_configure(&s->wrapper));
 }
 
 /* An array has more values than references: only the wrapped FMU has those. */

@@ -50,7 +50,7 @@ void wrapper_free(Wrapper *w) {
     w->history = w->x = w->z = w->work = NULL;
 }
 
-int wrapper_reset(Wrapper *w) {
+void wrapper_reset(Wrapper *w) {
     wrapper_free(w);
     w->phase = INSTANTIATED;
     w->row = w->kept = 0;
@@ -59,10 +59,9 @@ int wrapper_reset(Wrapper *w) {
     w->message[0] = '\0';
     memcpy(w->set, INPUT_START, INPUTS * sizeof(double));
     memcpy(w->late, LATE, OUTPUTS * sizeof(double));
-    if (acting_reset(&w->inputs, &INPUT_GROUP) || acting_reset(&w->rates, &RATE_GROUP) ||
-        acting_reset(&w->outputs, &OUTPUT_GROUP))
-        return wrapper_failed(w, "out of memory", 0.0);
-    return 0;
+    acting_reset(&w->inputs, &INPUT_GROUP);
+    acting_reset(&w->rates, &RATE_GROUP);
+    acting_reset(&w->outputs, &OUTPUT_GROUP);
 }
 
 int wrapper_configure(Wrapper *w) {
@@ -73,9 +72,9 @@ int wrapper_configure(Wrapper *w) {
 
 static double *size_of(Wrapper *w, const Size *s) {
     switch (s->group) {
-        case INPUT_SIDE: return &w->inputs.par[s->index];
-        case RATE_SIDE: return &w->rates.par[s->index];
-        case OUTPUT_SIDE: return &w->outputs.par[s->index];
+        case INPUT_SIDE: return &w->inputs.board.par[0][s->index];
+        case RATE_SIDE: return &w->rates.board.par[0][s->index];
+        case OUTPUT_SIDE: return &w->outputs.board.par[0][s->index];
         default: return &w->late[s->index];
     }
 }
@@ -240,7 +239,7 @@ static void add_effects(Wrapper *w, Moment m, const double *x, const double *inp
 
 /* One step of the Runge-Kutta rule. count: of steps so far; begins: whether a row begins. */
 static int integrate(Wrapper *w, double time, double step, const double *inputs, int begins) {
-    int own_count = MOST_STATES * RATE_EFFECTS, event, sign;
+    int own_count = OWN_STATES * RATE_EFFECTS, event, sign;
     double own[MOST_VALUES + 1], last[MOST_VALUES + 1] = {0.0}, total[MOST_VALUES + 1] = {0.0};
     double *there = w->work, *dx = there + w->states, *sum = dx + w->states;
     int64_t count = w->rates.count;

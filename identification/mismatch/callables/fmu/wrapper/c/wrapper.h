@@ -66,7 +66,7 @@ typedef struct {
 } Wrapper;
 
 int wrapper_failed(Wrapper *w, const char *what, double value);
-int wrapper_reset(Wrapper *w); /* sizes and inputs as at the start; the wrapped FMU is not touched */
+void wrapper_reset(Wrapper *w); /* sizes and inputs as at the start; the wrapped FMU is not touched */
 void wrapper_free(Wrapper *w);
 int wrapper_configure(Wrapper *w);  /* calibrated parameters into the wrapped FMU */
 int wrapper_drive(Wrapper *w);      /* inputs into the wrapped FMU, before its first step */

@@ -1,0 +1,114 @@
+"""What acts in one run and what it remembers, as one record that compiled functions pass by address.
+
+As arrays these were 90 words of every call, which cost as much as the effects themselves.
+"""
+
+import numpy as np
+from numba import from_dtype, types
+
+from slipbench.identification.mismatch.systems.equations import Equations
+from slipbench.plant.errors import PlantError
+from slipbench.protocol.errors import InputError
+
+MOST_EFFECTS = 32
+"""Effects and free curves that may act at once."""
+MOST_STATES = 512
+MOST_QUANTITIES = 2048
+STATES_OF_ONE = 2
+"""States that one effect may have."""
+PARAMETERS_OF_ONE = 4
+MEMORIES_OF_ONE = 4
+"""Values that one effect may remember."""
+ALL_STATES = MOST_STATES + STATES_OF_ONE * MOST_EFFECTS
+LAYOUT = np.dtype(
+    [
+        ("effects", np.int64),
+        ("states", np.int64),
+        ("first_state", np.int64),
+        ("code", np.int64, (MOST_EFFECTS,)),
+        ("where", np.int64, (MOST_EFFECTS,)),
+        ("other", np.int64, (MOST_EFFECTS,)),
+        ("par", np.float64, (MOST_EFFECTS, PARAMETERS_OF_ONE)),
+        ("memory", np.float64, (MOST_EFFECTS, MEMORIES_OF_ONE)),
+        ("x", np.float64, (ALL_STATES,)),
+        ("dx", np.float64, (ALL_STATES,)),
+        ("q", np.float64, (MOST_QUANTITIES,)),
+        ("spill", np.float64, (MOST_STATES,)),
+    ],
+    align=True,
+)
+"""effects: how many act. states: of the system; those of the effects follow in x and dx, their rates.
+first_state: number of the first state among the quantities q. code, where, other: of each effect:
+which, at which place, the quantity that it uses. spill: what effects give to states.
+"""
+RECORD = from_dtype(LAYOUT)
+TABLES = types.Array(types.float64, 3, "C")
+AT = types.float64(
+    types.int64,
+    types.float64,
+    types.float64,
+    types.float64,
+    types.float64,
+    types.int64,
+    RECORD,
+    TABLES,
+    TABLES,
+    types.int64,
+    types.float64,
+)
+LINE = types.Array(types.float64, 1, "C")
+ROWS = types.Array(types.float64, 2, "C")
+ADVANCE = types.float64(
+    LINE,
+    ROWS,
+    ROWS,
+    LINE,
+    ROWS,
+    LINE,
+    types.Array(RECORD, 1, "C"),
+    TABLES,
+    types.int64,
+    types.float64,
+    types.int64,
+    ROWS,
+)
+
+
+def board(
+    code: np.ndarray, where: np.ndarray, other: np.ndarray, par: np.ndarray, states: int, first: int
+) -> np.ndarray:
+    """Return a record, (1,). code, where, other: (effects,), par: (effects, 4).
+
+    states: of the system; first: number of the first of them among the quantities. Raises PlantError
+    for too many effects.
+    """
+    if len(code) > MOST_EFFECTS:
+        raise PlantError(
+            "too many effects and free curves act",
+            "the model file",
+            f"at most {MOST_EFFECTS}",
+            str(len(code)),
+            "leave some out",
+        )
+    made = np.zeros(1, LAYOUT)
+    made["effects"], made["states"], made["first_state"] = len(code), states, first
+    for name, values in (("code", code), ("where", where), ("other", other), ("par", par)):
+        made[name][0, : len(code)] = values
+    return made
+
+
+def check_size(e: Equations, where: str) -> None:
+    """Raise InputError for a system that is too large. where: its name, for messages."""
+    quantities = 1 + 2 * len(e.inputs) + len(e.seams) + 2 * len(e.states)
+    for what, found, most in (
+        ("states", len(e.states), MOST_STATES),
+        ("inputs, seams and states", quantities, MOST_QUANTITIES),
+    ):
+        if found > most:
+            raise InputError(
+                f"the system has too many {what}",
+                where=where,
+                expected=f"at most {most}",
+                found=str(found),
+                remedy="explain it as an FMU or as a Python function",
+            )
