@@ -17,7 +17,8 @@ from pydantic import AfterValidator, Field, field_validator, model_validator
 
 from slipbench.identification.mismatch.simulation.coordinates import STATED_SHARE
 from slipbench.identification.mismatch.systems.expression import FUNCTIONS
-from slipbench.protocol.configuration import Seconds, Section, read_toml
+from slipbench.identification.mismatch.systems.vectors.expansion import without_vectors
+from slipbench.protocol.configuration import Seconds, Section, load_toml, parse
 from slipbench.protocol.units import to_base
 
 LARGEST = 1e30
@@ -340,5 +341,5 @@ class ModelFile(Section):
 
 
 def load_model_file(path: Path) -> ModelFile:
-    """Read a model file. Raises InputError, which tells every fault."""
-    return read_toml(path, ModelFile)
+    """Read a model file; its vectors become their elements. Raises InputError, which tells every fault."""
+    return parse(without_vectors(load_toml(path), path.name), ModelFile, where=str(path))
