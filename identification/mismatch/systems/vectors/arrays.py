@@ -20,6 +20,11 @@ Array = NDArray[Any]
 """Elements, or their texts, in the shape of the quantity."""
 At = tuple[int, ...]
 """Index of an element, from 0."""
+MADE_BY = (
+    "a vector is a state with a length, an input with a list of roles, a parameter with a list of"
+    " values, or a seam whose equation gives one"
+)
+"""Remedy where a number stands for a vector."""
 
 
 def filled(shape: Shape, at: Callable[[At], Any]) -> Array:

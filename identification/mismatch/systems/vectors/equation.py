@@ -20,6 +20,7 @@ from slipbench.identification.mismatch.systems.expression import (
     shortened,
 )
 from slipbench.identification.mismatch.systems.vectors.arrays import (
+    MADE_BY,
     Array,
     disagreement,
     filled,
@@ -137,7 +138,8 @@ class _Reader:
         told = index.elts if isinstance(index, ast.Tuple) else [index]
         if len(told) > whole.ndim:
             expected = f"a quantity of {len(told)} {'indices' if len(told) > 1 else 'index'}"
-            raise disagreement(quantity, self._where, expected, whole.shape)
+            remedy = "" if whole.ndim else MADE_BY
+            raise disagreement(quantity, self._where, expected, whole.shape, remedy)
         at = tuple(self._index(i, m, node) for i, m in zip(told, whole.shape, strict=False))
         found = whole[at]
         return found if isinstance(found, np.ndarray) else filled((), lambda _: found)

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from slipbench.identification.mismatch.systems.vectors.arrays import Array
+from slipbench.identification.mismatch.systems.vectors.arrays import MADE_BY, Array
 from slipbench.identification.mismatch.systems.vectors.element import Shape, element_names, in_words
 from slipbench.identification.mismatch.systems.vectors.equation import elements
 from slipbench.identification.mismatch.systems.vectors.shapes import (
@@ -133,14 +133,5 @@ class _Entry:
                 where=f"{self.where}.{key}",
                 expected=in_words(self.shape),
                 found=f"{in_words(found)} in {shown[:60]}",
-                remedy="" if self.shape else MAKES_VECTORS.get(self.part, ""),
+                remedy="" if self.shape else MADE_BY,
             )
-
-
-MAKES_VECTORS = {
-    "states": "a state that is a vector has a length, as in length = 3",
-    "inputs": "an input that is a vector has a list of roles",
-    "outputs": "an output that is a vector has a list of roles",
-    "seams": "the value of a seam that is a vector gives one",
-}
-"""Remedy where a list is given for one number."""

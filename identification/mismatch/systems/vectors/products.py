@@ -3,6 +3,7 @@
 import ast
 
 from slipbench.identification.mismatch.systems.vectors.arrays import (
+    MADE_BY,
     Array,
     At,
     disagreement,
@@ -20,11 +21,11 @@ def matrix_product(node: ast.BinOp, where: str, left: Array, right: Array) -> Ar
     """Return left @ right, of vectors the scalar product. Raises InputError."""
     for part, side in ((node.left, left), (node.right, right)):
         if not side.ndim:
-            remedy = "write * for the product with a number"
+            remedy = f"write * for the product with a number; {MADE_BY}"
             raise disagreement(part, where, "a vector or a matrix beside @", (), remedy)
     if left.shape[-1] != right.shape[0]:
-        shape = (left.shape[-1], *right.shape[1:])
-        raise disagreement(node.right, where, f"{in_words(shape)} after @", right.shape)
+        expected = f"{left.shape[-1]} elements, or rows, after @"
+        raise disagreement(node.right, where, expected, right.shape)
     rows = left.ndim - 1
 
     def at(index: At) -> Element:

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from math import prod
 from typing import Any
 
+from slipbench.identification.mismatch.systems.expression import FUNCTIONS
 from slipbench.identification.mismatch.systems.vectors.element import (
     MOST_ELEMENTS,
     Shape,
@@ -74,8 +75,10 @@ def check_names(
     written = [name for told in entries.values() for name in told]
     taken = set(written)
     for vector, shape in shapes.items():
-        if written.count(vector) > 1:
-            raise InputError(f"{vector!r} is defined twice", where=where)
+        if written.count(vector) > 1 or vector in FUNCTIONS:
+            raise InputError(
+                f"{vector!r} is defined twice, or is the name of a function", where=where
+            )
         for element in element_names(vector, shape).values():
             if element in taken:
                 raise InputError(
