@@ -230,7 +230,7 @@ CALIBRATED = TWO.replace(
 def test_half_widths_that_differ_become_a_list(tmp_path: Path) -> None:
     text = CALIBRATED.replace(', unit = "deg", plus_minus = 4 }', ', unit = "deg" }')
     again = ModelSystem.load(written(tmp_path, text)).text()
-    assert 'stop = { value = [80, 90], unit = "deg", plus_minus = [4.0, 4.5] }' in again
+    assert 'stop = { value = [80, 90], unit = "deg", plus_minus = [4.0, 4.5]' in again
 
 
 def test_an_improved_file_has_its_numbers_in_the_lists(tmp_path: Path) -> None:
