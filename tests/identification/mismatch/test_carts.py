@@ -83,6 +83,7 @@ def test_friction_is_named_at_the_cart_that_has_it(carts) -> None:
     rides = [pushed(seed, friction=dry_at_the_third) for seed in (1, 2)]
     found = explained(carts, rides[:1], rides[1:], LIBRARY)
     assert names(found) == ["friction.speed_3_rate/speed_3"], reported(found)
+    assert holds(found, "friction", "force", FRICTION / MASS[2])
 
 
 def test_play_is_named_in_the_spring_that_has_it(carts) -> None:

@@ -35,49 +35,44 @@ def without_vectors(tree: Tree, where: str) -> dict[str, Any]:
     What is no vector stays as it is, faults included. where: name of the file, for messages. Raises
     InputError where shapes do not agree.
     """
-    entries = {part: _tables(tree.get(part)) for part in PARTS}
+    parts = {part: told for part in PARTS if isinstance(told := tree.get(part), Mapping)}
     own = {
         (part, name): declared_shape(part, entry, f"{where}: {part}.{name}")
-        for part, told in entries.items()
+        for part, told in parts.items()
         for name, entry in told.items()
+        if isinstance(entry, Mapping)
     }
+    texts = _texts(parts, own, where)
+    own |= {key: text.shape for key, text in texts.items() if key[0] == "seams"}
     shapes = {name: shape for (_, name), shape in own.items() if shape}
-    known = {n: s for n, s in shapes.items() if n not in entries["outputs"]}
+    if shapes:
+        check_names(parts, shapes, where)
+        check_states(parts.get("states", {}), shapes, where)
+    made = dict(tree)
+    for part, told in parts.items():
+        made[part] = {}
+        for name, entry in told.items():
+            shape = own.get((part, name), ())
+            owner = _Entry(part, name, shape, shapes, f"{where}: {part}.{name}")
+            given = isinstance(entry, Mapping) and (shape or part != "parameters")
+            made[part] |= owner.elements(entry, texts.get((part, name))) if given else {name: entry}
+    return made
+
+
+def _texts(
+    parts: Mapping[str, Tree], own: Mapping[tuple[str, str], Shape], where: str
+) -> dict[tuple[str, str], Array]:
+    """Return the texts of all equations, by part and name. own: shapes that entries declare."""
+    known = {name: shape for (part, name), shape in own.items() if shape and part != "outputs"}
     texts: dict[tuple[str, str], Array] = {}
     for part, key in EQUATIONS.items():
-        for name, entry in entries[part].items():
-            if isinstance(entry.get(key), str):
+        for name, entry in parts.get(part, {}).items():
+            if isinstance(entry, Mapping) and isinstance(entry.get(key), str):
                 at = f"{where}: {part}.{name}.{key}"
-                found = texts[part, name] = elements(entry[key], known, at)
+                texts[part, name] = found = elements(entry[key], known, at)
                 if part == "seams" and found.shape:
-                    own[part, name] = shapes[name] = known[name] = found.shape
-    made = dict(tree)
-    if shapes:
-        check_names(entries, shapes, where)
-        check_states(entries["states"], shapes, where)
-    for part, told in entries.items():
-        for name, entry in told.items():
-            owner = _Entry(part, name, own[part, name], shapes, f"{where}: {part}.{name}")
-            if owner.shape or part != "parameters":
-                made[part] = _replaced(
-                    made[part], name, owner.elements(entry, texts.get((part, name)))
-                )
-    return made
-
-
-def _tables(told: Any) -> Mapping[str, Tree]:
-    """Return the entries of a part that are tables; what is none is for the reader to refuse."""
-    if not isinstance(told, Mapping):
-        return {}
-    return {name: entry for name, entry in told.items() if isinstance(entry, Mapping)}
-
-
-def _replaced(part: Tree, name: str, by: Tree) -> dict[str, Any]:
-    """Return a part with other entries in the place of one."""
-    made: dict[str, Any] = {}
-    for key, entry in part.items():
-        made |= by if key == name else {key: entry}
-    return made
+                    known[name] = found.shape
+    return texts
 
 
 @dataclass(frozen=True)

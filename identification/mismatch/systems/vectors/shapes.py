@@ -1,5 +1,6 @@
 """Shapes that the entries of a model file declare, and what may not be."""
 
+from collections import Counter
 from collections.abc import Mapping
 from math import prod
 from typing import Any
@@ -61,21 +62,19 @@ def _too_many(count: int, where: str) -> InputError:
     )
 
 
-def check_states(states: Mapping[str, Tree], shapes: Mapping[str, Shape], where: str) -> None:
+def check_states(states: Tree, shapes: Mapping[str, Shape], where: str) -> None:
     """Raise InputError where states have too many elements together."""
     count = sum(shapes.get(name, (1,))[0] for name in states)
     if count > MOST_ELEMENTS:
         raise _too_many(count, f"{where}: states")
 
 
-def check_names(
-    entries: Mapping[str, Mapping[str, Tree]], shapes: Mapping[str, Shape], where: str
-) -> None:
+def check_names(parts: Mapping[str, Tree], shapes: Mapping[str, Shape], where: str) -> None:
     """Raise InputError where a vector, or an element of it, has the name of something else."""
-    written = [name for told in entries.values() for name in told]
+    written = Counter(name for told in parts.values() for name in told)
     taken = set(written)
     for vector, shape in shapes.items():
-        if written.count(vector) > 1 or vector in FUNCTIONS:
+        if written[vector] > 1 or vector in FUNCTIONS:
             raise InputError(
                 f"{vector!r} is defined twice, or is the name of a function", where=where
             )

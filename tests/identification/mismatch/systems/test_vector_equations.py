@@ -158,6 +158,7 @@ def test_the_elements_have_the_values_of_numpy(told: Told) -> None:
         ("a * [1, 0, -1]", ["a", "0", "-a"]),
         ("u * 1 + 0", ["u_1", "u_2"]),
         ("u[2] - u", ["u_2 - u_1", "u_2 - u_2"]),
+        ("delay(u, [a, b])", ["delay(u_1, a)", "delay(u_2, b)"]),
     ],
 )
 def test_what_a_literal_matrix_leaves_out_is_not_written(text: str, written: list[str]) -> None:

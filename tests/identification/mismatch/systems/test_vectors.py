@@ -221,6 +221,15 @@ def test_effects_act_at_elements(tmp_path: Path) -> None:
     assert (found.place.name, found.place.other) == ("pull_2", "speed_2")
 
 
+def test_an_effect_that_was_found_is_written_at_its_element(tmp_path: Path) -> None:
+    system = ModelSystem.load(written(tmp_path, TWO))
+    kind = next(k for k in system.library if k().key == "friction.speed_1_rate/speed_1")
+    improved = system.at([], np.zeros(0), (kind(force=0.4),))
+    (found,) = ModelSystem.load(written(tmp_path, improved.text())).effects
+    assert found.key == "friction.speed_1_rate/speed_1"
+    assert found.force == pytest.approx(0.4)
+
+
 CALIBRATED = TWO.replace(
     "stiffness = { value = [[200, -100], [-90, 200]],",
     "# measured\nstiffness = { value = [\n  [200, -100], # near\n  [-90, 200],  # far\n],",
