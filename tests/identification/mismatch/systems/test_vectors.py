@@ -1,10 +1,15 @@
 """A model file with vectors is the file of their elements that a patient user would write."""
 
 import tomllib
+from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from scipy.linalg import expm
 
 from slipbench.identification.mismatch.simulation.record import Record
@@ -17,7 +22,7 @@ from slipbench.identification.mismatch.systems.system import ModelSystem
 from slipbench.identification.mismatch.systems.vectors.element import MOST_ELEMENTS
 from slipbench.identification.mismatch.systems.vectors.expansion import without_vectors
 from slipbench.plant.signals import Floats
-from slipbench.protocol.configuration import load_toml
+from slipbench.protocol.configuration import load_toml, parse
 from slipbench.protocol.errors import InputError
 from tests.paths import MODELS
 
@@ -328,3 +333,34 @@ def test_all_states_together_have_a_limit() -> None:
     )
     with pytest.raises(InputError, match=r"states: too many elements(.|\n)*200(.|\n)*300"):
         without_vectors(tomllib.loads(HEAD + states), "many.toml")
+
+
+ANYTHING = st.recursive(
+    st.sampled_from([0, 1, 2, -3.5, True, "", "angle", "speed_1", "loss", "pull[1] @ loss", "a b"]),
+    lambda inner: (
+        st.lists(inner, max_size=3)
+        | st.dictionaries(st.sampled_from(["value", "unit", "angle", "rate", "a-b"]), inner, max_size=2)
+    ),
+    max_leaves=6,
+)  # fmt: skip
+
+
+def tables(tree: Any) -> Iterator[Any]:
+    """Yield every table and list of a file with something in it."""
+    if isinstance(tree, dict | list) and tree:
+        yield tree
+        for inner in tree.values() if isinstance(tree, dict) else tree:
+            yield from tables(inner)
+
+
+@given(st.data())
+def test_any_other_file_is_read_or_refused_in_words(data: st.DataObject) -> None:
+    tree = tomllib.loads(TWO)
+    for _ in range(data.draw(st.integers(1, 3))):
+        table = data.draw(st.sampled_from([*tables(tree)]))
+        keys = [*table] if isinstance(table, dict) else [*range(len(table))]
+        table[data.draw(st.sampled_from(keys))] = data.draw(ANYTHING)
+    with suppress(InputError):
+        ModelSystem.of(
+            parse(without_vectors(tree, "arms.toml"), ModelFile, "arms.toml"), "arms.toml"
+        )
