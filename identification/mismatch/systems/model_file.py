@@ -5,6 +5,8 @@ TOML. Equations are text over the names of parameters, inputs, states and seams.
 95 %, 5 % of the value if it is not told, nothing if it is 0. `size` is the usual magnitude of a
 quantity: what is large and what is small follows from it.
 
+Vectors and matrices become their elements before the file is checked (vectors/expansion.py).
+
 A parameter above 0 errs by a factor: its half width is at most 10 times its value. One that may have
 either sign is written as 0 or less.
 """
