@@ -35,7 +35,8 @@ def in_words(shape: Shape) -> str:
 class Element:
     """An equation of one element. node: its syntax tree; parts, depth: operations, and nested ones.
 
-    What follows is arithmetic that leaves out factors 0 and 1 and terms 0, which changes no value.
+    What follows is arithmetic that leaves out factors 0 and 1 and terms 0. For finite numbers that
+    changes no value, at most the sign of a zero.
     """
 
     node: ast.expr
