@@ -31,6 +31,8 @@ FUNCTIONS = {
 DELAY = "delay"
 ARGUMENTS = {"atan2": 2, "min": 2, "max": 2, DELAY: 2}
 CALLED = (*FUNCTIONS, DELAY)
+OF_VECTORS = {"sum": 1, "norm": 1, "transpose": 1, "dot": 2, "cross": 2}
+"""Functions of vectors and matrices, and how many arguments each has (vectors/equation.py)."""
 ALLOWED = (
     ast.Expression,
     ast.BinOp,
@@ -62,6 +64,7 @@ SHOWN = 60
 """Characters of a faulty part that a message repeats."""
 DEEPEST = 100
 """Nested operations of an equation; the sum of 100 terms has as many."""
+SPLIT = "split the equation into seams"
 
 
 @dataclass(frozen=True)
@@ -101,34 +104,34 @@ def read_expression(
 
 def parsed(text: str, where: str) -> ast.Expression:
     """Return the syntax tree of an equation. Raises InputError where it is none, or too large."""
-    split = "split the equation into seams"
     if len(text) > LONGEST:
         raise InputError(
             "an equation is too long",
             where=where,
             expected=f"at most {LONGEST} characters",
             found=f"{len(text)} characters",
-            remedy=split,
+            remedy=SPLIT,
         )
     try:
         tree = ast.parse(text.strip(), mode="eval")
     except (RecursionError, MemoryError) as fault:
-        raise _too_deep(where, f"more than {DEEPEST}", split) from fault
+        raise too_deep(where, f"more than {DEEPEST}") from fault
     except (SyntaxError, ValueError) as fault:
         if "nested" in str(fault):
-            raise _too_deep(where, f"more than {DEEPEST}", split) from fault
+            raise too_deep(where, f"more than {DEEPEST}") from fault
         raise InputError(
             "an equation cannot be read",
             where=where,
             expected="arithmetic, as in k * (x - y)",
-            found=repr(_shortened(text)),
+            found=repr(shortened(text)),
         ) from fault
     if (depth := _depth(tree)) > DEEPEST:
-        raise _too_deep(where, str(depth), split)
+        raise too_deep(where, str(depth))
     return tree
 
 
-def _too_deep(where: str, found: str, remedy: str) -> InputError:
+def too_deep(where: str, found: str, remedy: str = SPLIT) -> InputError:
+    """Error for an equation of too many operations one within the other."""
     return InputError(
         "an equation has too many nested operations",
         where=where,
@@ -151,7 +154,8 @@ def _depth(tree: ast.Expression) -> int:
     return depth
 
 
-def _shortened(text: str) -> str:
+def shortened(text: str) -> str:
+    """Return the beginning of a faulty part, for a message."""
     return text if len(text) <= SHOWN else f"{text[:SHOWN]}..."
 
 
@@ -159,24 +163,25 @@ def _names(tree: ast.AST, known: set[str], where: str) -> Iterable[str]:
     functions = {id(n.func) for n in ast.walk(tree) if isinstance(n, ast.Call)}
     for node in ast.walk(tree):
         if not isinstance(node, ALLOWED):
-            raise _refused(_shortened(ast.unparse(node) or type(node).__name__), where)
+            raise refused(shortened(ast.unparse(node) or type(node).__name__), where)
         if isinstance(node, ast.Constant):
-            _check_number(node.value, where)
+            check_number(node.value, where)
         if isinstance(node, ast.Call):
-            _check_call(node, where)
+            check_call(node, where)
         if isinstance(node, ast.Name) and id(node) not in functions:
             if node.id not in known:
                 raise InputError(
-                    f"{_shortened(node.id)!r} is not known here",
+                    f"{shortened(node.id)!r} is not known here",
                     where=where,
                     remedy=nearest(node.id, known),
                 )
             yield node.id
 
 
-def _check_number(value: object, where: str) -> None:
+def check_number(value: object, where: str) -> None:
+    """Raise InputError unless a constant of an equation is a number that a float can hold."""
     if isinstance(value, bool) or not isinstance(value, (int, float)):
-        raise _refused(repr(value), where)
+        raise refused(repr(value), where)
     if abs(value) > sys.float_info.max:
         raise InputError(
             "a number of an equation is too large",
@@ -186,18 +191,21 @@ def _check_number(value: object, where: str) -> None:
         )
 
 
-def _check_call(node: ast.Call, where: str) -> None:
+def check_call(node: ast.Call, where: str) -> None:
+    """Raise InputError unless a known function has its number of arguments."""
     name = node.func.id if isinstance(node.func, ast.Name) else ""
     if name not in CALLED or node.keywords or len(node.args) != ARGUMENTS.get(name, 1):
-        expected = f"{', '.join(CALLED)}; {', '.join(ARGUMENTS)} with two arguments"
+        two = (*ARGUMENTS, *(n for n, count in OF_VECTORS.items() if count == 2))
+        expected = f"{', '.join((*CALLED, *OF_VECTORS))}; {', '.join(two)} with two arguments"
         raise InputError(
-            f"{_shortened(ast.unparse(node))!r} may not be called in an equation",
+            f"{shortened(ast.unparse(node))!r} may not be called in an equation",
             where=where,
             expected=expected,
         )
 
 
-def _refused(found: str, where: str) -> InputError:
+def refused(found: str, where: str) -> InputError:
+    """Error for a part of an equation that is no arithmetic."""
     return InputError(
         "an equation may hold arithmetic alone",
         where=where,
@@ -221,7 +229,7 @@ def _time_of(node: ast.expr, parameters: Collection[str], where: str) -> str | f
         "the time of a delay is a parameter or a number of seconds, not below 0",
         where=where,
         expected=", ".join(parameters) or "a number of seconds",
-        found=_shortened(ast.unparse(node)),
+        found=shortened(ast.unparse(node)),
         remedy="give the time as a parameter under [parameters]",
     )
 

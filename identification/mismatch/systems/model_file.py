@@ -5,6 +5,8 @@ TOML. Equations are text over the names of parameters, inputs, states and seams.
 95 %, 5 % of the value if it is not told, nothing if it is 0. `size` is the usual magnitude of a
 quantity: what is large and what is small follows from it.
 
+Vectors and matrices become their elements before the file is checked (vectors/expansion.py).
+
 A parameter above 0 errs by a factor: its half width is at most 10 times its value. One that may have
 either sign is written as 0 or less.
 """
@@ -17,7 +19,8 @@ from pydantic import AfterValidator, Field, field_validator, model_validator
 
 from slipbench.identification.mismatch.simulation.coordinates import STATED_SHARE
 from slipbench.identification.mismatch.systems.expression import FUNCTIONS
-from slipbench.protocol.configuration import Seconds, Section, read_toml
+from slipbench.identification.mismatch.systems.vectors.expansion import without_vectors
+from slipbench.protocol.configuration import Seconds, Section, load_toml, parse
 from slipbench.protocol.units import to_base
 
 LARGEST = 1e30
@@ -340,5 +343,5 @@ class ModelFile(Section):
 
 
 def load_model_file(path: Path) -> ModelFile:
-    """Read a model file. Raises InputError, which tells every fault."""
-    return read_toml(path, ModelFile)
+    """Read a model file; its vectors become their elements. Raises InputError, which tells every fault."""
+    return parse(without_vectors(load_toml(path), path.name), ModelFile, where=str(path))

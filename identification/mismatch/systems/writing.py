@@ -10,6 +10,11 @@ from slipbench.identification.mismatch.systems.effects.seam_effect import SeamEf
 from slipbench.identification.mismatch.systems.model_file import ModelFile
 from slipbench.identification.mismatch.systems.placing import places
 from slipbench.identification.mismatch.systems.table_curve import TableCurve, unit_of
+from slipbench.identification.mismatch.systems.vectors.element import element_names
+from slipbench.identification.mismatch.systems.vectors.writing import (
+    vector_parameters,
+    with_vectors,
+)
 from slipbench.plant.signals import Floats
 from slipbench.plant.toml_text import DIGITS, DIGITS_OF_HALF_WIDTH, edited, rounded
 from slipbench.protocol.units import linear
@@ -30,15 +35,20 @@ def as_text(
     known: 95 % half widths, SI. New effects are written in the units of the file. curves: tables.
     """
     wanted: dict[str, Any] = {"name": file.name, "description": file.description}
-    wanted["parameters"] = {
+    numbers = {
         name: _parameter(float(value), number.si_unit, known[f"parameters.{name}"])
         for (name, number), value in zip(file.parameters.items(), values, strict=True)
     }
+    of_vectors = {
+        e for n, s in vector_parameters(source).items() for e in element_names(n, s).values()
+    }
+    wanted["parameters"] = {n: told for n, told in numbers.items() if n not in of_vectors}
     there = {(e.name, e.at) for e in file.effects}
     wanted["effects"] = [
         _effect(e, known, written, new=(e.name, e.place.name) not in there) for e in effects
     ]
     wanted["curves"] = list(curves)
+    source = with_vectors(source, numbers) if of_vectors else source
     return edited(source, {key: value for key, value in wanted.items() if value}, linear)
 
 

@@ -11,8 +11,10 @@ from slipbench.identification.mismatch.systems.expression import (
     DELAY,
     FUNCTIONS,
     LONGEST,
+    OF_VECTORS,
 )
 from slipbench.identification.mismatch.systems.model_file import ModelFile
+from slipbench.identification.mismatch.systems.vectors.element import MOST_ELEMENTS
 from slipbench.identification.report.identification_file import (
     FILES,
     ComparisonFile,
@@ -94,7 +96,7 @@ def pages() -> tuple[Page, ...]:
             "Model file",
             "Any system in equations: states, inputs, outputs, and seams at which effects may act."
             " Equations are text over the names of parameters, inputs, states and seams."
-            " A quantity is"
+            " [Vectors and matrices](#vectors-and-matrices) are allowed. A quantity is"
             ' `{ value = 3, unit = "mm", plus_minus = 1 }`. An `effects`'
             " entry names an [effect of model files](model_effects.md). The examples are those of one"
             " [file](#example). `slipbench explain --model FILE RUN...` analyses it.",
@@ -103,6 +105,8 @@ def pages() -> tuple[Page, ...]:
                 *tables(ModelFile, load_toml(EXAMPLE)),
                 "## Equations",
                 _equations(),
+                "## Vectors and matrices",
+                _vectors(),
                 "## Example",
                 _example(),
             ),
@@ -173,6 +177,40 @@ def _equations() -> str:
         " parameter or a number of seconds, 0 or more and shorter than the recording. Before the"
         " recording begins a quantity had its first value.\n\n"
         f"An equation has at most {LONGEST} characters and {DEEPEST} operations one within the other."
+    )
+
+
+def _vectors() -> str:
+    """How vectors are declared, named and calculated with."""
+    functions = ", ".join(
+        f"`{name}({', '.join('uv'[:count]) if name != 'transpose' else 'A'})`"
+        for name, count in OF_VECTORS.items()
+    )
+    rows = (
+        ("parameter", "`value` is a list, or a list of rows: `[[200, -90], [-90, 150]]`"),
+        ("input", "`role` is a list, one role for each element"),
+        ("state", "`length` is the number of elements: `length = 3`"),
+        ("seam", "its equation gives a vector or a matrix"),
+        ("output", "its equation gives a vector, and `role` is a list, one for each element"),
+    )
+    return (
+        "A quantity may be a vector or a matrix. The file is read as the same file of numbers:"
+        " the elements of `angle` are `angle_1`, `angle_2`, those of a matrix `stiffness_1_2` (row,"
+        " column). These names stand in messages and results, and effects and curves act at them:"
+        ' `at = "speed_2_rate"`. `examples/models/three_carts.toml` is an example.\n\n'
+        + grid(("table", "a vector where"), rows)
+        + "\n\nEvery other key of a vector is one for all elements, or a list of one for each:"
+        ' `size = { value = [1, 2], unit = "m" }`, `low = [{ value = 0 }, "open"]`. The name of a vector'
+        ' of the same shape stands for its elements: `start = "shown"`, `along = "speed"`. Entries of a'
+        " matrix are independent unknowns. What they share is a parameter of its own, in a literal"
+        " matrix: `[[k + c, -c], [-c, k + c]] @ angle`.\n\n"
+        "In equations `+ - * / **` and functions act on each element; a number goes with every element,"
+        " other shapes must agree. `@` is the product of matrices and vectors, of two vectors the scalar"
+        " product. `angle[1]` is the first element, `stiffness[1, 2]` an entry, `stiffness[1]` a row."
+        f" `[a, b]` is a vector, a list of rows a matrix. Functions: {functions}; `cross` of three"
+        " elements. A comparison has numbers on both sides.\n\n"
+        f"A vector or matrix, and all states of a file with vectors together, have at most"
+        f" {MOST_ELEMENTS} elements."
     )
 
 

@@ -1,0 +1,1 @@
+"""Vectors and matrices of model files, as the numbers that they consist of."""

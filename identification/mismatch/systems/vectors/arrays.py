@@ -1,0 +1,58 @@
+"""Vectors and matrices of equations: an `Element` for each element of a part of an equation."""
+
+import ast
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipbench.identification.mismatch.systems.expression import shortened
+from slipbench.identification.mismatch.systems.vectors.element import (
+    MOST_ELEMENTS,
+    Element,
+    Shape,
+    in_words,
+)
+from slipbench.protocol.errors import InputError
+
+Array = NDArray[Any]
+"""Elements, or their texts, in the shape of the quantity."""
+At = tuple[int, ...]
+"""Index of an element, from 0."""
+MADE_BY = (
+    "a vector is a state with a length, an input with a list of roles, a parameter with a list of"
+    " values, or a seam whose equation gives one"
+)
+"""Remedy where a number stands for a vector."""
+
+
+def filled(shape: Shape, at: Callable[[At], Any]) -> Array:
+    """Return an array with what a function gives of each index."""
+    made = np.empty(shape, dtype=object)
+    for index in np.ndindex(shape):
+        made[index] = at(index)
+    return made
+
+
+def limited(node: ast.expr, where: str, shape: Shape, at: Callable[[At], Element]) -> Array:
+    """Return the elements of a part. Raises InputError where they are too many, or one too large."""
+    if np.prod(shape, dtype=int) > MOST_ELEMENTS:
+        raise disagreement(node, where, f"at most {MOST_ELEMENTS} elements", shape)
+    made = filled(shape, at)
+    for element in made.flat:
+        element.check(where)
+    return made
+
+
+def disagreement(
+    node: ast.expr, where: str, expected: str, found: Shape, remedy: str = ""
+) -> InputError:
+    """Error for a part of an equation that has another shape than is expected there."""
+    return InputError(
+        "shapes do not agree",
+        where=where,
+        expected=expected,
+        found=f"{in_words(found)} in {shortened(ast.unparse(node))}",
+        remedy=remedy,
+    )
