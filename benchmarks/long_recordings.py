@@ -24,7 +24,7 @@ from slipbench.protocol.recording.channel import Channel
 from slipbench.protocol.recording.recording import Recording
 from slipbench.protocol.recording.role_map import RoleMap, Source
 
-SAMPLES = (10_000, 100_000, 1_000_000)
+SAMPLES = (10_000, 100_000)
 PERIOD = 0.01  # s
 FINER = 4
 GAIN, FREQUENCY, DAMPING, CUBE = 97.0, 10.3, 0.11, 0.5

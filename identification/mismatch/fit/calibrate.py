@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from slipbench.identification.mismatch.fit.fitting import Fit, dials, renoised
+from slipbench.identification.mismatch.fit.resolution import strengths_of
 from slipbench.identification.mismatch.fit.sensitivity import coordinates_of, sensitivities
 from slipbench.identification.mismatch.fit.settling import limits_of, settle, there
 from slipbench.identification.mismatch.fit.stack import flat, residuals, whiteners
@@ -184,7 +185,8 @@ def _mean_square(rest: Series) -> float:
 
 def refreshed(fit: Fit) -> Fit:
     """Return the same with sensitivities at its own point."""
-    return replace(fit, slopes=sensitivities(fit.model, fit.point))
+    own = fit.nuisances.columns[:, : len(fit.point.x)] if fit.slopes else np.zeros((0, 0))
+    return replace(fit, slopes=sensitivities(fit.model, fit.point, strengths_of(own)))
 
 
 def _first_noise(model: Model, predicted: Series, slopes: Series) -> list[Whitener]:

@@ -11,6 +11,7 @@ import numpy as np
 
 from slipbench.identification.mismatch.fit.candidate import Candidate
 from slipbench.identification.mismatch.fit.dialled import Dialled
+from slipbench.identification.mismatch.fit.resolution import step_of
 from slipbench.identification.mismatch.fit.scatter import Scatter, usual_scatter
 from slipbench.identification.mismatch.fit.sensitivity import change, coordinates_of
 from slipbench.identification.mismatch.fit.stack import (
@@ -30,7 +31,10 @@ from slipbench.plant.signals import Floats
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """A fitted point. slopes: sensitivities (T, m, p), unwhitened, perhaps of a point nearby."""
+    """A fitted point. slopes: sensitivities (T, m, p), unwhitened, perhaps of a point nearby.
+
+    strengths: of the dials, where known from a point nearby (resolution.py).
+    """
 
     model: Model
     point: Point
@@ -38,6 +42,7 @@ class Fit:
     noise: list[Whitener]
     slopes: Series
     candidates: tuple[Dialled, ...] = ()
+    strengths: tuple[float, ...] = ()
 
     @once
     def rest(self) -> Series:
@@ -94,8 +99,7 @@ class Fit:
     @once
     def columns(self) -> Floats:
         """Whitened sensitivities to the dials of all effects, (rows, dials)."""
-        series = _dial_columns(self)
-        return flat(self.model, self.noise, series)
+        return flat(self.model, self.noise, _dial_columns(self))
 
 
 def renoised(fit: Fit) -> Fit:
@@ -109,9 +113,8 @@ def with_effects(fit: Fit, candidates: Sequence[Dialled]) -> Fit:
     Whitened sensitivities are shared with the given fit. Raises PlantError where it cannot run.
     """
     point = replace(fit.point, effects=tuple(c.effect() for c in candidates))
-    new = replace(
-        fit, point=point, predicted=predict(fit.model, point), candidates=tuple(candidates)
-    )
+    predicted = predict(fit.model, point)
+    new = replace(fit, point=point, predicted=predicted, candidates=tuple(candidates), strengths=())
     new.__dict__["nuisances"] = fit.nuisances
     return new
 
@@ -130,7 +133,8 @@ def _dial_columns(fit: Fit) -> Series:
                 _put_known(found, known, d, column)
                 column += 1
                 continue
-            nudge = candidate.nudges[d]
+            strength = fit.strengths[column] if fit.strengths else 0.0
+            nudge = step_of(candidate.nudges[d], strength)
             there = candidate.moved(nudge * np.eye(len(candidate.dials))[d])
             effects = (*fit.point.effects[:i], there.effect(), *fit.point.effects[i + 1 :])
             series = change(model, fit.point, effects, base)

@@ -1,10 +1,11 @@
 """How everything that sensors show changes with each uncertain number."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from slipbench.identification.mismatch.fit.resolution import step_of
 from slipbench.identification.mismatch.simulation.model import (
     Model,
     Point,
@@ -26,18 +27,18 @@ NUDGE = 0.02  # of a coordinate's prior deviation
 SLOW_NUDGE = 0.2
 
 
-def sensitivities(fine: Model, point: Point) -> Series:
+def sensitivities(fine: Model, point: Point, strengths: Sequence[float] = ()) -> Series:
     """Return (T, m, p) by block and record: the system first, then the slow unknown by record.
 
     Simulations with coarse steps are differentiated, or compared with each other where the system
-    offers no derivatives.
+    offers no derivatives. strengths: of the system's numbers, as far as known (resolution.py).
     """
     model = fine.for_slopes
     found = none(model, point)
     jobs = [(r, d) for d in model.chain.drives for r in range(len(model.records))]
     system = model.at(point)
     if not all(in_threads(lambda job: _derive(model, point, system, *job, found), jobs)):
-        _compare(model, point, found)
+        _compare(model, point, found, strengths)
     return found
 
 
@@ -69,11 +70,12 @@ def _derive(
     return True
 
 
-def _compare(model: Model, point: Point, found: Series) -> None:
+def _compare(model: Model, point: Point, found: Series, strengths: Sequence[float]) -> None:
     """Write sensitivities by finite differences."""
     drives = frozenset(model.chain.drives)
     base = predict(model, point)
-    jobs = [*_own(model, point, drives), *_slow(model, point, drives)]
+    nudges = [step_of(NUDGE, s) for s in strengths or np.zeros(len(point.x))]
+    jobs = [*_own(model, point, drives, nudges), *_slow(model, point, drives)]
     for job, (there, nudge) in zip(jobs, in_threads(lambda job: job.run(model), jobs), strict=True):
         put(model, found, job.column, there, base, nudge)
 
@@ -105,14 +107,16 @@ class _Nudged:
         return predict(model, self.backward, self.drives, self.records), -self.nudge
 
 
-def _own(model: Model, point: Point, drives: frozenset[str]) -> Iterator[_Nudged]:
+def _own(
+    model: Model, point: Point, drives: frozenset[str], nudges: Sequence[float]
+) -> Iterator[_Nudged]:
     """Yield a point beside another for every number of the system."""
     for i in range(len(point.x)):
         touched = drives.intersection(model.system.touched(model.chain, model.known[i]))
         if touched:
-            step = NUDGE * (np.arange(len(point.x)) == i)
+            step = nudges[i] * (np.arange(len(point.x)) == i)
             forward, backward = (replace(point, x=point.x + s) for s in (step, -step))
-            yield _Nudged(i, forward, NUDGE, touched, backward=backward)
+            yield _Nudged(i, forward, nudges[i], touched, backward=backward)
 
 
 def _slow(model: Model, point: Point, drives: frozenset[str]) -> Iterator[_Nudged]:

@@ -12,6 +12,7 @@ import numpy as np
 
 from slipbench.identification.mismatch.fit.dialled import Dialled
 from slipbench.identification.mismatch.fit.fitting import Fit, deviations, dials, prior, renoised
+from slipbench.identification.mismatch.fit.resolution import strengths_of
 from slipbench.identification.mismatch.fit.sensitivity import coordinates_of, moved
 from slipbench.identification.mismatch.fit.stack import bounded
 from slipbench.identification.mismatch.simulation.model import predict
@@ -166,7 +167,8 @@ def there(fit: Fit, dz: Floats, du: Floats) -> Fit | None:
         predicted = predict(fit.model, point)
     except PlantError:
         return None
-    new = replace(fit, point=point, predicted=predicted, candidates=candidates)
+    strengths = strengths_of(fit.columns) if "columns" in fit.__dict__ else fit.strengths
+    new = replace(fit, point=point, predicted=predicted, candidates=candidates, strengths=strengths)
     new.__dict__["nuisances"] = fit.nuisances
     return new
 
