@@ -1,6 +1,6 @@
 """What is hidden in a case: nothing, an effect of the library, or a curve that is none of them."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -8,6 +8,7 @@ import numpy as np
 from benchmarks.model_files.simulated import outputs_of
 from benchmarks.model_files.systems import Plant
 from slipbench.identification.mismatch.systems.effects.seam_effect import SeamEffect
+from slipbench.identification.mismatch.systems.model_file import Number
 from slipbench.identification.mismatch.systems.placing import Read, library, places
 from slipbench.identification.mismatch.systems.system import ModelSystem
 from slipbench.identification.mismatch.systems.table_curve import TableCurve, known_quantities
@@ -20,7 +21,7 @@ WITHIN, OUTSIDE = 0.45, 0.15
 SHARES = (0.1, 2.0)
 """Of the typical size of an effect."""
 VISIBLE = (50.0, 20_000.0)
-"""Nats that what is hidden brings to an observer who knows it, once numbers are calibrated."""
+"""Nats that what is hidden brings to an observer who knows it, once numbers and first values are fitted."""
 LARGEST = 1.0
 """Of the standard deviation of an output: hidden effects change none by more."""
 NUDGE = 0.05
@@ -107,14 +108,25 @@ def _curve(
 def _slopes(
     system: ModelSystem, plant: Plant, inputs: dict[str, Floats], plain: dict[str, Floats]
 ) -> Floats:
-    """Return what each number changes, whitened, (samples, numbers)."""
-    columns = []
+    """Return what each number and each first value of a state changes, whitened, (samples, all)."""
+    others = [*_other_numbers(system), *_other_starts(system)]
+    shown = [outputs_of(other, plant, inputs) for other in others]
+    return np.column_stack([_whitened(plant, one, plain) for one in shown])
+
+
+def _other_numbers(system: ModelSystem) -> Iterator[ModelSystem]:
     for k, value in enumerate(system.values):
         values = system.values.copy()
         values[k] = value * (1.0 + NUDGE)
-        shown = outputs_of(replace(system, values=values), plant, inputs)
-        columns.append(_whitened(plant, shown, plain))
-    return np.column_stack(columns)
+        yield replace(system, values=values)
+
+
+def _other_starts(system: ModelSystem) -> Iterator[ModelSystem]:
+    for name, state in system.file.states.items():
+        if not isinstance(state.start, str):
+            start = Number(value=state.start.si + NUDGE * state.size.si, unit=state.size.si_unit)
+            states = {**system.file.states, name: state.model_copy(update={"start": start})}
+            yield replace(system, file=system.file.model_copy(update={"states": states}))
 
 
 def _whitened(plant: Plant, one: dict[str, Floats], other: dict[str, Floats]) -> Floats:

@@ -22,7 +22,8 @@ INTRODUCTION = """# Blind validation on other systems
 Made by `python -m benchmarks.model_files.run --cases {cases} --seed {seed}`. Every case is a system with a model file
 ([files](../benchmarks/model_files/systems)): {systems}. The numbers of the simulated plant differ from the file within what it states. In it is
 hidden nothing, one effect of the library at a random place with 0.1 to 2 times its typical size, or a wave that no effect of the library
-is. What is hidden brings {least:.0f} to {most:.0f} nats to an observer who knows it, once the numbers are calibrated. `explain` gets {training} recordings
+is. What is hidden brings {least:.0f} to {most:.0f} nats to an observer who knows it, once numbers and first
+values of states are fitted. `explain` gets {training} recordings
 and one held-out recording, with noise, and the whole library ({effects} effects at all places of the seven systems).
 
 The effects have the formulas of the library; the plant is integrated in {finer} steps a sample, the model as its file says. Effects with

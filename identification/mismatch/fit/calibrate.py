@@ -185,8 +185,8 @@ def _mean_square(rest: Series) -> float:
 
 def refreshed(fit: Fit) -> Fit:
     """Return the same with sensitivities at its own point."""
-    own = fit.nuisances.columns[:, : len(fit.point.x)] if fit.slopes else np.zeros((0, 0))
-    return replace(fit, slopes=sensitivities(fit.model, fit.point, strengths_of(own)))
+    strengths = strengths_of(fit.nuisances.columns) if fit.slopes else ()
+    return replace(fit, slopes=sensitivities(fit.model, fit.point, strengths))
 
 
 def _first_noise(model: Model, predicted: Series, slopes: Series) -> list[Whitener]:

@@ -31,7 +31,7 @@ def sensitivities(fine: Model, point: Point, strengths: Sequence[float] = ()) ->
     """Return (T, m, p) by block and record: the system first, then the slow unknown by record.
 
     Simulations with coarse steps are differentiated, or compared with each other where the system
-    offers no derivatives. strengths: of the system's numbers, as far as known (resolution.py).
+    offers no derivatives. strengths: of all columns, where known (resolution.py).
     """
     model = fine.for_slopes
     found = none(model, point)
@@ -74,8 +74,10 @@ def _compare(model: Model, point: Point, found: Series, strengths: Sequence[floa
     """Write sensitivities by finite differences."""
     drives = frozenset(model.chain.drives)
     base = predict(model, point)
-    nudges = [step_of(NUDGE, s) for s in strengths or np.zeros(len(point.x))]
-    jobs = [*_own(model, point, drives, nudges), *_slow(model, point, drives)]
+    total, own = coordinates_of(point).size, len(point.x)
+    usual = [NUDGE] * own + [SLOW_NUDGE] * (total - own)
+    nudges = [step_of(*pair) for pair in zip(usual, strengths or [0.0] * total, strict=True)]
+    jobs = [*_own(model, point, drives, nudges), *_slow(model, point, drives, nudges)]
     for job, (there, nudge) in zip(jobs, in_threads(lambda job: job.run(model), jobs), strict=True):
         put(model, found, job.column, there, base, nudge)
 
@@ -119,16 +121,18 @@ def _own(
             yield _Nudged(i, forward, nudges[i], touched, backward=backward)
 
 
-def _slow(model: Model, point: Point, drives: frozenset[str]) -> Iterator[_Nudged]:
+def _slow(
+    model: Model, point: Point, drives: frozenset[str], nudges: Sequence[float]
+) -> Iterator[_Nudged]:
     """Yield a point beside another for every number of the slow unknown."""
     column = len(point.x)
     slow = drives.intersection(model.system.slow_drives(model.chain))
     for r, q in enumerate(point.q if slow else ()):
         for k in range(len(q)):
             moved = q.copy()
-            moved[k] += SLOW_NUDGE
+            moved[k] += nudges[column]
             there = replace(point, q=(*point.q[:r], moved, *point.q[r + 1 :]))
-            yield _Nudged(column, there, SLOW_NUDGE, slow, (r,))
+            yield _Nudged(column, there, nudges[column], slow, (r,))
             column += 1
 
 

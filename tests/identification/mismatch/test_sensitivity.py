@@ -36,7 +36,7 @@ def differences(model: Model, point: Point, monkeypatch, nudge: float) -> Series
     monkeypatch.setattr(sensitivity, "NUDGE", nudge)
     monkeypatch.setattr(sensitivity, "SLOW_NUDGE", nudge)
     found = none(model.for_slopes, point)
-    sensitivity._compare(model.for_slopes, point, found)
+    sensitivity._compare(model.for_slopes, point, found, ())
     return found
 
 

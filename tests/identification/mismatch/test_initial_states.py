@@ -1,0 +1,113 @@
+"""Calibration finds numbers and initial states that hang together: a pendulum that swings for long."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numba import njit
+
+from slipbench.identification.mismatch.analysis import begin
+from slipbench.identification.mismatch.fit.calibrate import calibrate
+from slipbench.identification.mismatch.systems.system import ModelSystem
+from slipbench.protocol.recording.channel import Channel
+from slipbench.protocol.recording.recording import Recording
+from slipbench.protocol.recording.role_map import RoleMap, Source
+
+PERIOD, SECONDS, FINER = 0.02, 40.0, 16
+GAIN, LAG, DAMPING, GRAVITY = 0.667, 0.149, 0.085, 9.81
+NOISE = {"drum": 5e-3, "inclinometer": 2e-3}  # m/s, rad
+MODEL = """
+name = "Crane"
+step = "5 ms"
+period = "20 ms"
+
+[parameters]
+gain = { value = 0.6, unit = "m/s/V", plus_minus = 0.1 }
+lag = { value = 0.15, unit = "s", plus_minus = 0.06 }
+rope = { value = 2, unit = "m", plus_minus = 0.2 }
+damping = { value = 0.08, unit = "1/s", plus_minus = 0.05 }
+
+[inputs.voltage]
+role = "voltage"
+size = { value = 3, unit = "V" }
+
+[states.speed]
+rate = "pull"
+size = { value = 1, unit = "m/s" }
+
+[states.swing]
+rate = "swing_speed"
+size = { value = 15, unit = "deg" }
+
+[states.swing_speed]
+rate = "-(9.81 * sin(swing) + pull * cos(swing)) / rope - damping * swing_speed"
+size = { value = 30, unit = "deg/s" }
+
+[seams.pull]
+value = "(gain * voltage - speed) / lag"
+size = { value = 3, unit = "m/s^2" }
+
+[outputs.drum]
+role = "drum"
+value = "speed"
+size = { value = 1, unit = "m/s" }
+
+[outputs.inclinometer]
+role = "inclinometer"
+value = "swing"
+size = { value = 15, unit = "deg" }
+"""
+ROLES = RoleMap(
+    title="crane",
+    quantities={"voltage": "V", "drum": "m/s", "inclinometer": "rad"},
+    roles={role: Source(column=role) for role in ("voltage", "drum", "inclinometer")},
+)
+
+
+@njit(cache=True)
+def swung(voltage, rope, swing):
+    """Speed and angle at each sample: midpoint rule in small steps. swing: first angle, rad."""
+    shown = np.zeros((voltage.size, 2))
+    x, k = np.array([0.0, swing, 0.0]), np.zeros(3)
+    h = PERIOD / FINER
+    for n in range(voltage.size):
+        shown[n] = x[:2]
+        for _ in range(FINER):
+            there = x.copy()
+            for share in (0.5, 1.0):
+                pull = (GAIN * voltage[n] - there[0]) / LAG
+                k[0], k[1] = pull, there[2]
+                k[2] = -(GRAVITY * np.sin(there[1]) + pull * np.cos(there[1])) / rope
+                k[2] -= DAMPING * there[2]
+                there = x + share * h * k
+            x = there
+    return shown
+
+
+def recording(seed, rope, swing):
+    rng = np.random.default_rng(seed)
+    count = round(SECONDS / PERIOD)
+    voltage = np.repeat(2.0 * rng.standard_normal(count // 75 + 1), 75)[:count]
+    values = dict(zip(NOISE, swung(voltage, rope, swing).T, strict=True))
+    values = {k: y + NOISE[k] * rng.standard_normal(count) for k, y in values.items()}
+    values["voltage"] = voltage
+    moments = PERIOD * np.arange(count)
+    channels = {r: Channel(r, moments, y, ROLES.unit(r), "bus", "made") for r, y in values.items()}
+    return Recording(Path(f"run{seed}"), {}, None, ROLES, channels, {})
+
+
+@pytest.mark.parametrize(("rope", "swing"), [(1.88, 0.0), (1.88, 0.15), (2.15, -0.1), (1.8, 0.1)])
+def test_what_calibration_leaves_is_the_noise(tmp_path, rope, swing):
+    """Over usual steps of the first angle differences led to an error ten times the noise, and the
+    noise model took it for noise."""
+    path = tmp_path / "crane.toml"
+    path.write_text(MODEL, encoding="utf-8")
+    system = ModelSystem.load(path)
+    runs = [system.prepare(recording(seed, rope, swing)) for seed in (1, 2)]
+    analysis = begin(system, runs, [])
+    fit = calibrate(analysis.training, analysis.training.origin())
+    for rest, size in zip(fit.rest, NOISE.values(), strict=True):
+        assert np.sqrt(np.mean(np.concatenate(rest) ** 2)) < 1.05 * size
+    numbers = {c.name: c.at(float(x)) for c, x in zip(fit.model.known, fit.point.x, strict=True)}
+    assert numbers["rope"] == pytest.approx(rope, rel=1e-3)
+    assert numbers["gain"] == pytest.approx(GAIN, rel=5e-3)
