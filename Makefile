@@ -18,6 +18,7 @@
 # make thousand         a thousand randomised simulated trials under slip control (minutes)
 # make controllers      design a controller of each kind and compare them: docs/controllers.md
 # make real-recordings  write docs/real_recordings.md: mismatch in published recordings (tens of minutes)
+# make prove-model-files  the same on other systems, as model files (half an hour)
 # make outside          write docs/outside.md: published benchmarks by their own splits (minutes)
 # make robustness       write docs/controller_robustness.md: slip controllers on drawn motorcycles (minutes)
 # make walkthrough      write docs/how_a_mismatch_is_explained.md from a published recording
@@ -195,6 +196,11 @@ day: setup
 outside: setup
 	$(IN)/python -m benchmarks.outside.run $(RECORDINGS)
 	$(IN)/python benchmarks/outside_simulations.py --cases 8 --out docs/outside_simulations.md
+
+# docs/blind_model_files.md: hidden effects in seven systems with model files; half an hour.
+.PHONY: prove-model-files
+prove-model-files: setup
+	$(IN)/python -m benchmarks.model_files.run --cases 100 --seed 20261127 --out docs/blind_model_files.md
 
 .PHONY: robustness
 robustness: setup

@@ -181,6 +181,10 @@ class System(ABC):
         """Lines that could tell at which angle of what turns unseen a recording began."""
         return ()
 
+    def with_half_a_step(self) -> "Self | None":
+        """Return the same with half of the step of integration; None where that is not to be had."""
+        return None
+
     def coarse(self) -> Self:
         """Return it with steps of integration that are just fine enough to compare simulations."""
         return self

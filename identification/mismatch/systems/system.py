@@ -106,6 +106,12 @@ class ModelSystem(System):
             told |= half_widths(entry, curve)
         return cls(file, where, read, runs, values, acts, told, placing.Read(file), curves=curves)
 
+    def with_half_a_step(self) -> Self | None:
+        """Return the same with half of the step; None for what is simulated outside."""
+        if not isinstance(self.simulator, CompiledEquations):
+            return None
+        return replace(self, file=self.file.model_copy(update={"step": 0.5 * self.file.step}))
+
     @property
     def notes(self) -> tuple[str, ...]:
         """Equations whose units do not agree; what is simulated outside has none."""

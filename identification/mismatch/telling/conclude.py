@@ -36,6 +36,7 @@ from slipbench.identification.mismatch.simulation.system import System
 from slipbench.identification.mismatch.telling.improved import not_told
 from slipbench.identification.mismatch.telling.improvement import Improvement, improvement
 from slipbench.identification.mismatch.telling.regressor import regressor_of
+from slipbench.identification.mismatch.telling.step_note import step_note
 from slipbench.identification.mismatch.telling.verdict import (
     FarParameter,
     FoundCurve,
@@ -123,10 +124,10 @@ def _improvement(a: Analysis) -> Improvement | None:
 
 
 def _left_out(a: Analysis) -> tuple[str, ...]:
-    others = a.held_out.records if a.held_out else ()
-    return tuple(
-        f"{r.name}: {w}" for r in (*a.training.records, *others) for w in (*r.left_out, *r.notes)
-    )
+    records = (*a.training.records, *(a.held_out.records if a.held_out else ()))
+    told = [f"{r.name}: {w}" for r in records for w in (*r.left_out, *r.notes)]
+    note = step_note(accepted(a)) if a.base is not None and a.named is not None else ""
+    return (*told, *([note] if note else []))
 
 
 def _proposed(a: Analysis) -> Mapping[str, Any] | None:
