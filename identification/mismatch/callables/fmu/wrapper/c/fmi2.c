@@ -157,7 +157,7 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String token, 
     (void)resources;
     Slave *s = type == fmi2CoSimulation ? calloc(1, sizeof *s) : NULL;
     if (s == NULL) return NULL;
-    s->callbacks = *callbacks;
+    if (callbacks != NULL) s->callbacks = *callbacks;
     s->name = strdup(name);
     if (status(s, instantiate(s, token, visible, logging)) == fmi2OK) return s;
     fmi2FreeInstance(s);
