@@ -16,7 +16,7 @@ import sys
 import tempfile
 import textwrap
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import cache, wraps
 from pathlib import Path
@@ -24,6 +24,7 @@ from types import ModuleType
 from typing import Any
 
 import numba
+import numpy as np
 
 HEADER = """import math
 
@@ -107,6 +108,30 @@ def entry(text: str, signature: str) -> str:
     Other threads run while it does.
     """
     return f"@njit({signature!r}, {FLAGS}, cache=True, nogil=True)\n{text}\n"
+
+
+NUMBERS = {
+    "i8": numba.int64,
+    "f8": numba.float64,
+    "f8[::1]": numba.float64[::1],
+    "f8[:,::1]": numba.float64[:, ::1],
+    "f8[:,:,::1]": numba.float64[:, :, ::1],
+}
+Told = str | np.dtype[Any] | Sequence[np.dtype[Any]]
+"""A type: as numba writes it, a record, or in a list of one an array of records."""
+
+
+def signature(result: Told, *arguments: Told) -> Any:
+    """Return a signature that may contain records."""
+    return _type(result)(*map(_type, arguments))
+
+
+def _type(told: Told) -> Any:
+    if isinstance(told, str):
+        return NUMBERS[told]
+    if isinstance(told, np.dtype):
+        return numba.from_dtype(told)
+    return numba.types.Array(numba.from_dtype(told[0]), 1, "C")
 
 
 def load(text: str) -> ModuleType:

@@ -116,12 +116,14 @@ def main() -> None:
     asked.add_argument("--workers", type=int, default=2)
     asked.add_argument("--out", type=Path)
     given = asked.parse_args()
-    found = []
+    found: list[Outcome] = []
     for one in outcomes(given.cases, given.seed, given.workers):
         found.append(one)
         print(_row(one), flush=True)
-    text = page(found, given.seed)
-    print(text if given.out is None else given.out.write_text(text, encoding="utf-8"))
+        if given.out is not None:  # what is interrupted keeps its page
+            given.out.write_text(page(found, given.seed), encoding="utf-8")
+    if given.out is None:
+        print(page(found, given.seed))
 
 
 if __name__ == "__main__":

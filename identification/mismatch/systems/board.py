@@ -4,9 +4,9 @@ As arrays these were 90 words of every call, which cost as much as the effects t
 """
 
 import numpy as np
-from numba import from_dtype, types
 
 from slipbench.identification.mismatch.systems.equations import Equations
+from slipbench.plant.compiled import signature
 from slipbench.plant.errors import PlantError
 from slipbench.protocol.errors import InputError
 
@@ -41,36 +41,11 @@ LAYOUT = np.dtype(
 first_state: number of the first state among the quantities q. code, where, other: of each effect:
 which, at which place, the quantity that it uses. spill: what effects give to states.
 """
-RECORD = from_dtype(LAYOUT)
-TABLES = types.Array(types.float64, 3, "C")
-AT = types.float64(
-    types.int64,
-    types.float64,
-    types.float64,
-    types.float64,
-    types.float64,
-    types.int64,
-    RECORD,
-    TABLES,
-    TABLES,
-    types.int64,
-    types.float64,
-)
-LINE = types.Array(types.float64, 1, "C")
-ROWS = types.Array(types.float64, 2, "C")
-ADVANCE = types.float64(
-    LINE,
-    ROWS,
-    ROWS,
-    LINE,
-    ROWS,
-    LINE,
-    types.Array(RECORD, 1, "C"),
-    TABLES,
-    types.int64,
-    types.float64,
-    types.int64,
-    ROWS,
+TABLES = "f8[:,:,::1]"
+AT = signature("f8", "i8", "f8", "f8", "f8", "f8", "i8", LAYOUT, TABLES, TABLES, "i8", "f8")
+LINE, ROWS = "f8[::1]", "f8[:,::1]"
+ADVANCE = signature(
+    "f8", LINE, ROWS, ROWS, LINE, ROWS, LINE, [LAYOUT], TABLES, "i8", "f8", "i8", ROWS
 )
 
 
