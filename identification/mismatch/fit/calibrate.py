@@ -185,7 +185,8 @@ def _mean_square(rest: Series) -> float:
 
 def refreshed(fit: Fit) -> Fit:
     """Return the same with sensitivities at its own point."""
-    strengths = strengths_of(fit.nuisances.columns) if fit.slopes else ()
+    known = bool(fit.slopes) and fit.model.system.smooth
+    strengths = strengths_of(fit.nuisances.columns) if known else ()
     return replace(fit, slopes=sensitivities(fit.model, fit.point, strengths))
 
 

@@ -167,7 +167,8 @@ def there(fit: Fit, dz: Floats, du: Floats) -> Fit | None:
         predicted = predict(fit.model, point)
     except PlantError:
         return None
-    strengths = strengths_of(fit.columns) if "columns" in fit.__dict__ else fit.strengths
+    measured = "columns" in fit.__dict__ and fit.model.system.smooth
+    strengths = strengths_of(fit.columns) if measured else fit.strengths
     new = replace(fit, point=point, predicted=predicted, candidates=candidates, strengths=strengths)
     new.__dict__["nuisances"] = fit.nuisances
     return new

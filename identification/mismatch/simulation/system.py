@@ -28,6 +28,7 @@ class System(ABC):
 
     units: of regressors, by name. operating: the regressor along which a region is told.
     direction: the regressor whose sign tells opening from closing. Empty: there is none.
+    smooth: whether outputs follow the smallest changes of numbers and effects; not where sensors round.
     farthest: prior deviations that a number may be off at all, so that no calibration is led astray
     on its way.
     """
@@ -36,6 +37,7 @@ class System(ABC):
     operating: str = ""
     direction: str = ""
     farthest: float = math.inf
+    smooth: bool = False
 
     # What it is.
 

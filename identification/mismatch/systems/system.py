@@ -71,6 +71,7 @@ class ModelSystem(System):
     source: str = ""
     curves: tuple[TableCurve, ...] = ()
 
+    smooth = True
     farthest = 3.0  # beyond lies not another value of a parameter but physics that is missing
 
     @classmethod
