@@ -19,8 +19,9 @@ import numpy.typing as npt
 from slipbench.protocol.errors import InputError
 from slipbench.protocol.extras import optional_library
 from slipbench.protocol.tables.csv_file import LARGEST, table_of_rows
-from slipbench.protocol.tables.csv_layout import Layout, decimal_of, unique_names
+from slipbench.protocol.tables.csv_layout import Layout, unique_names
 from slipbench.protocol.tables.csv_text import Text, decode_text
+from slipbench.protocol.tables.number_cells import decimal_of
 from slipbench.protocol.tables.table import Table
 from slipbench.protocol.tables.times import past_midnight
 from slipbench.protocol.tables.titles import unit_in_name
