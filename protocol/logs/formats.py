@@ -101,7 +101,7 @@ FORMATS = {
     "vbo": Format(
         "RaceLogic VBO",
         "table",
-        _starts(rb"(?:File created on[^\r\n]*\s+)?\[(?:header|column names|comments)\]\s"),
+        _starts(rb"(?:[^\[\n][^\n]*\n\s*){0,4}\[(?:header|column names|comments)\]\s"),
     ),
     "gpx": Format(
         "GPX",

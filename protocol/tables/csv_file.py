@@ -4,6 +4,7 @@ import csv
 import re
 from collections import Counter
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,16 +12,19 @@ import numpy as np
 
 from slipbench.protocol.errors import InputError
 from slipbench.protocol.extras import optional_library
-from slipbench.protocol.tables.csv_layout import EMPTY, LINES, Layout, find_layout, split
+from slipbench.protocol.tables.csv_layout import LINES, Layout, find_layout, split
 from slipbench.protocol.tables.csv_long import find_long
 from slipbench.protocol.tables.csv_text import Text, decode_text
 from slipbench.protocol.tables.long_table import by_channel, long_columns
+from slipbench.protocol.tables.number_cells import EMPTY, decimal_of, numbers
 from slipbench.protocol.tables.table import Table
 from slipbench.protocol.tables.times import is_time_name
 from slipbench.protocol.tables.titles import unit_in_name
 from slipbench.protocol.user_file import read_user_file
 
 LARGEST = 1 << 28  # bytes; the text, its lines and the numbers take some eight times as much memory
+_COMMA = re.compile(r"\d,\d")
+_QUOTED_COMMA = re.compile(r'"[^",]*\d,\d[^",]*"')
 _DELIMITERS = {"\t": "tab", " ": "blanks", ";": "semicolon", ",": "comma", "|": "bar"}
 
 
@@ -67,9 +71,11 @@ def _read(where: str, text: Text) -> Table:
 
 def table_of_rows(where: str, text: Text, layout: Layout) -> Table:
     """Table of a text whose layout is known. Raises InputError with the line of a wrong row."""
-    warnings = _doubts(where, text, layout)
-    numbers, rows = _rows(text.lines, layout, where, warnings)
-    data = _parse(rows, numbers, layout, where)
+    warnings: list[str] = []
+    lines, rows = _rows(text.lines, layout, where, warnings)
+    layout = _with_decimal(layout, rows)
+    warnings[:0] = _doubts(where, text, layout)
+    data = _with_numbers(_parse(rows, lines, layout, where), layout, where, warnings)
     keep = [name for name in data.column_names if not _is_nothing(name, data[name])]
     units, guessed = _units(layout)
     clocks = _clocks(keep)
@@ -77,7 +83,14 @@ def table_of_rows(where: str, text: Text, layout: Layout) -> Table:
     if clocks:
         shown.append(f"{len(set(clocks.values()))} time columns, each for the columns behind it")
     return Table(
-        where, data.select(keep), units, clocks, tuple(warnings), tuple(shown), _breaks(numbers)
+        where,
+        data.select(keep),
+        units,
+        clocks,
+        tuple(warnings),
+        tuple(shown),
+        _breaks(lines),
+        layout.decimal,
     )
 
 
@@ -96,6 +109,40 @@ def _clocks(names: Sequence[str]) -> dict[str, str]:
         elif clock:
             clocks[name] = clock
     return clocks
+
+
+def _with_decimal(layout: Layout, rows: list[str]) -> Layout:
+    """Layout with the decimal mark of all rows, of which the first ones may have whole numbers only."""
+    pattern = _QUOTED_COMMA if layout.delimiter == "," else _COMMA
+    odd = [split(row, layout.delimiter) for row in rows[LINES:] if pattern.search(row)]
+    if not odd:
+        return layout
+    head = [split(row, layout.delimiter) for row in rows[:LINES]]
+    decimal, doubtful = decimal_of([*head, *odd])
+    return replace(layout, decimal=decimal, doubtful_comma=doubtful)
+
+
+def _with_numbers(data: Any, layout: Layout, where: str, warnings: list[str]) -> Any:
+    """Columns of text as numbers, where every cell is a number or says that there is none."""
+    pa = optional_library("pyarrow")
+
+    if long_columns(layout.names):
+        return data  # its numbers are those of one channel each
+    for place, name in enumerate(data.column_names):
+        if not pa.types.is_string(data[name].type):
+            continue
+        texts = data[name].to_pylist()
+        found = numbers(texts, layout.decimal)
+        if isinstance(found, int) or not np.isfinite(found).any():
+            continue
+        data = data.set_column(place, name, pa.array(found, from_pandas=True))
+        none = [texts[row] for row in np.flatnonzero(np.isnan(found)) if (texts[row] or "").strip()]
+        if none:
+            warnings.append(
+                f"{where}: {name}: cells without a number count as empty: {len(none)},"
+                f" the first {none[0]!r}"
+            )
+    return data
 
 
 def _doubts(where: str, text: Text, layout: Layout) -> list[str]:

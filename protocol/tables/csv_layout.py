@@ -11,6 +11,7 @@ from collections import Counter
 from dataclasses import dataclass
 
 from slipbench.protocol.tables.dates import is_date
+from slipbench.protocol.tables.number_cells import decimal_of, is_missing
 from slipbench.protocol.tables.times import is_time_name
 from slipbench.protocol.tables.titles import split_unit
 from slipbench.protocol.units import is_unit
@@ -23,13 +24,8 @@ _SECTION = re.compile(r"\s*\[[^\],;\t]+\]\s*")  # [Channel Data], as HP Tuners w
 _LOGGER = re.compile(r'\s*"?Format"?[,;]\s*"?(MoTeC|AIM) CSV File', re.IGNORECASE)
 _UNIT_LIKE = re.compile(r"[^\s]{1,4}|[^\s]*[/^*%°µ·²³.][^\s]*|\w{1,12}")
 _NUMBER = re.compile(r"[+-]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][+-]?\d+)?")
-_DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+(?:[eE][+-]?\d+)?")
-_THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2}(?:,\d{3})+")
 _MOMENT = re.compile(r"(?:[\w./-]{6,11}[T ])?\d{1,2}:\d{2}(?::\d{2}(?:[.,]\d*)?)?(?:Z|[+-].*)?")
 _TIME_UNITS = ("s", "sec", "ms", "us", "µs", "ns", "min", "hh:mm:ss")
-EMPTY = frozenset(
-    ("", "-", "--", "nan", "NaN", "NAN", "null", "NULL", "None", "N/A", "n/a", "#N/A", "NA")
-)
 
 
 @dataclass(frozen=True)
@@ -139,7 +135,7 @@ def _is_above_titles(rows: list[list[str]], lines: list[str], first: int, width:
 
 
 def _holds_numbers(row: list[str]) -> bool:
-    filled = [cell for cell in row if cell not in EMPTY]
+    filled = [cell for cell in row if not is_missing(cell)]
     numbers = sum(map(is_number, filled))
     return bool(filled) and numbers >= 0.5 * len(filled) and is_number(filled[0])
 
@@ -196,12 +192,6 @@ def _are_units(row: list[str]) -> bool:
     return bool(filled) and 2 * known >= len(filled) and like_units >= LIKE_UNITS * len(filled)
 
 
-def decimal_of(rows: list[list[str]]) -> tuple[str, bool]:
-    """Decimal point or comma of rows of cells, and whether the comma may as well divide thousands."""
-    commas = [cell for row in rows for cell in row if _DECIMAL_COMMA.fullmatch(cell)]
-    return "," if commas else ".", bool(commas) and all(map(_THOUSANDS.fullmatch, commas))
-
-
 def _split_units(titles: list[str]) -> list[tuple[str, str]]:
     """Names and units of titles. Brackets that alone tell two columns apart stay: G(x), G(y)."""
     pairs = [split_unit(title) for title in titles]
@@ -214,9 +204,15 @@ def _split_units(titles: list[str]) -> list[tuple[str, str]]:
 
 def unique_names(names: list[str]) -> tuple[str, ...]:
     """Names of columns, numbered where several share one; "" for the empty last column."""
+    taken = set(names)
     count: Counter[str] = Counter()
     unique = []
     for name in names:
         count[name] += 1
-        unique.append(f"{name} #{count[name]}" if count[name] > 1 else name)
+        full = name if count[name] == 1 else f"{name} #{count[name]}"
+        while count[name] > 1 and full in taken:
+            count[name] += 1
+            full = f"{name} #{count[name]}"
+        taken.add(full)
+        unique.append(full)
     return tuple(unique)

@@ -1,7 +1,8 @@
 """Find the layout of a CSV file with one row a sample: time, channel, value."""
 
-from slipbench.protocol.tables.csv_layout import Layout, decimal_of, split, unique_names
+from slipbench.protocol.tables.csv_layout import Layout, split, unique_names
 from slipbench.protocol.tables.long_table import long_columns
+from slipbench.protocol.tables.number_cells import decimal_of
 from slipbench.protocol.tables.titles import split_unit
 
 

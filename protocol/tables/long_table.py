@@ -1,6 +1,6 @@
 """Long tables: one row a sample, with the channel's name in a column, as databases export them."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,6 +10,7 @@ import numpy.typing as npt
 from slipbench.protocol.errors import InputError
 from slipbench.protocol.extras import optional_library
 from slipbench.protocol.tables.groups import Group, table_of_groups
+from slipbench.protocol.tables.number_cells import decimal_of, number, number_expected, numbers
 from slipbench.protocol.tables.table import Table
 from slipbench.protocol.tables.times import is_time_name, seconds
 from slipbench.protocol.tables.titles import split_unit
@@ -85,9 +86,11 @@ def by_channel(table: Table, long: LongColumns) -> Table:
         )
     rows = [np.flatnonzero(index == number) for number in range(names.size)]
     groups: dict[bytes, Group] = {}
+    decimal = _decimal(table, long)
     for name, at in zip(names.tolist(), rows, strict=True):
         base = groups.setdefault(time[at].tobytes(), Group(time[at], {}))
-        channels = {**base.channels, name: (_values(table, long, name, at), _unit(table, long, at))}
+        values = _values(table, long, name, at, decimal)
+        channels = {**base.channels, name: (values, _unit(table, long, at))}
         groups[time[at].tobytes()] = Group(base.time, channels)
     shown = f"long layout: time {long.time!r}, channel {' and '.join(map(repr, long.names))},"
     shown += f" value {long.value!r}, unit {long.unit!r}" if long.unit else f" value {long.value!r}"
@@ -125,35 +128,37 @@ def _texts(table: Table, column: str) -> npt.NDArray[np.str_]:
     return np.array(cells.cast(pa.string()).to_pylist(), np.str_)
 
 
-def _values(table: Table, long: LongColumns, name: str, at: npt.NDArray[np.intp]) -> Any:
+def _decimal(table: Table, long: LongColumns) -> str:
+    """Decimal mark of the values: that of the table, else the one that they have."""
+    pa = optional_library("pyarrow")
+
+    if table.decimal or not pa.types.is_string(table.data[long.value].type):
+        return table.decimal or "."
+    return decimal_of([[text or "" for text in table.data[long.value].to_pylist()]])[0]
+
+
+def _values(
+    table: Table, long: LongColumns, name: str, at: npt.NDArray[np.intp], decimal: str
+) -> Any:
     """Cells of one channel: numbers, or text where none of them is a number."""
     pa = optional_library("pyarrow")
 
     cells = table.data[long.value].combine_chunks().take(pa.array(at))
     if not pa.types.is_string(cells.type):
         return cells
-    odd = list(_odd_rows(cells.to_pylist()))
-    if len(odd) == len(cells) - cells.null_count:
+    texts = cells.to_pylist()
+    values = numbers(texts, decimal)
+    if not isinstance(values, int):
+        return pa.array(values, from_pandas=True)
+    if all(number(text or "0", decimal) is None for text in texts if text):
         return cells
-    if odd:
-        raise InputError(
-            f"channel {name!r} holds text",
-            where=f"{table.at_row(int(at[odd[0]]))}, column {long.value!r}",
-            expected="a number, or an empty cell",
-            found=repr(cells[odd[0]].as_py()),
-            remedy="empty that cell in a copy of the table",
-        )
-    return pa.array(
-        [None if text is None else float(text.replace(",", ".")) for text in cells.to_pylist()]
+    raise InputError(
+        f"channel {name!r} holds text",
+        where=f"{table.at_row(int(at[values]))}, column {long.value!r}",
+        expected=number_expected(decimal),
+        found=repr(texts[values]),
+        remedy="empty that cell in a copy of the table",
     )
-
-
-def _odd_rows(texts: list[str | None]) -> Iterator[int]:
-    for row, text in enumerate(texts):
-        try:
-            float((text or "0").replace(",", "."))
-        except ValueError:
-            yield row
 
 
 def _unit(table: Table, long: LongColumns, at: npt.NDArray[np.intp]) -> str:

@@ -10,6 +10,7 @@ from slipbench.protocol.errors import InputError
 from slipbench.protocol.extras import optional_library
 from slipbench.protocol.recording.role_map import TableRules
 from slipbench.protocol.tables.dates import DATE_NAME
+from slipbench.protocol.tables.number_cells import number_expected, numbers
 from slipbench.protocol.tables.table import Table
 from slipbench.protocol.tables.times import dates, is_time_name, seconds
 from slipbench.protocol.tables.titles import is_time_unit
@@ -137,24 +138,16 @@ def _numbers(table: Table, name: str) -> FloatArray:
 
 def _text_among_numbers(table: Table, name: str, column: Any) -> InputError:
     texts = column.to_pylist()
-    filled = [row for row, text in enumerate(texts) if text is not None]
-    odd = [row for row in filled if not _is_float(texts[row])]
-    row = (odd or filled or [0])[0]  # pyarrow reads fewer numbers than Python, 1_000 for one
+    decimal = table.decimal or "."
+    found = numbers(texts, decimal)
+    row = found if isinstance(found, int) else 0
     return InputError(
         f"column {name!r} holds text",
         where=f"{table.at_row(row)}, column {table.names.index(name) + 1}",
-        expected="a number, or an empty cell",
+        expected=number_expected(decimal),
         found=repr(texts[row]),
         remedy="empty that cell in a copy of the table, or bind another column",
     )
-
-
-def _is_float(text: str) -> bool:
-    try:
-        float(text.replace(",", "."))
-    except ValueError:
-        return False
-    return True
 
 
 def _order(time: FloatArray, where: str, warnings: list[str]) -> npt.NDArray[np.intp]:

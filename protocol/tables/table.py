@@ -21,6 +21,7 @@ class Table:
     layout    how the file was read: what was recognized and what was guessed, a line each
     lines     (row, line) where the file's lines begin to differ from the rows by another number:
               rows from 0, lines from 1; empty where the file has no lines
+    decimal   mark in the numbers of its text columns; "" where nothing was said of it
     times     of each time column, by name and unit, once they were read from it
     """
 
@@ -31,6 +32,7 @@ class Table:
     warnings: tuple[str, ...] = ()
     layout: tuple[str, ...] = ()
     lines: tuple[tuple[int, int], ...] = ()
+    decimal: str = ""
     times: dict[tuple[str, str], Any] = field(
         default_factory=dict, init=False, repr=False, compare=False
     )

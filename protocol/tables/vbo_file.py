@@ -1,8 +1,8 @@
 """Read VBO files, the text format of RaceLogic's VBOX loggers.
 
 Sections in square brackets. [header] has one line a column, with the unit behind some names;
-[column names] has the same columns as short names; [channel units] has the units of the input
-modules' columns, which are the last ones. Times of day are hhmmss.ss in UTC. Latitude and longitude
+[column names] has the same columns as short names; [channel units] has a line for each of the input
+modules' columns, which are the last ones; it is empty for a column without a unit. Times of day are hhmmss.ss in UTC. Latitude and longitude
 are in minutes, and longitude is positive to the west; here both are in degrees, east positive.
 Source: the description of the format in RaceLogic's VBOX manuals.
 """
@@ -19,8 +19,9 @@ import numpy.typing as npt
 from slipbench.protocol.errors import InputError
 from slipbench.protocol.extras import optional_library
 from slipbench.protocol.tables.csv_file import LARGEST, table_of_rows
-from slipbench.protocol.tables.csv_layout import Layout, decimal_of, unique_names
+from slipbench.protocol.tables.csv_layout import Layout, unique_names
 from slipbench.protocol.tables.csv_text import Text, decode_text
+from slipbench.protocol.tables.number_cells import decimal_of
 from slipbench.protocol.tables.table import Table
 from slipbench.protocol.tables.times import past_midnight
 from slipbench.protocol.tables.titles import unit_in_name
@@ -36,21 +37,31 @@ _SPEEDS: Mapping[str, str] = {
     "vert-vel": "vertical velocity",
     "vertvel": "vertical velocity",
 }
+# Columns of the receiver, which have no line in [channel units], by [header] or [column names].
+_STANDARD = re.compile(
+    r"sat(?:s|ellites)$|time$|lat(?:itude)?$|long?(?:itude)?$|lng$|velocity|heading$|height$|vert[- ]?vel"
+    r"|vertical_velocity|(?:trigger_)?event|tsample$|sampleperiod$|solution_type$|avi",
+    re.IGNORECASE,
+)
 _POSITION = {"lat": "latitude", "latitude": "latitude", "long": "longitude", "lng": "longitude"}
 _LIMITS = {"latitude": 90.0, "longitude": 180.0}
 
 
 @dataclass(frozen=True)
 class _Section:
-    """Lines of a section that are not empty, each with its index in the file."""
+    """Lines of a section that are not empty, each with its index in the file, and all lines."""
 
     first: int
     lines: tuple[tuple[int, str], ...]
+    every: tuple[str, ...] = ()
 
     @property
     def texts(self) -> list[str]:
         """Lines without their blanks."""
         return [line.strip() for _, line in self.lines]
+
+
+_NO_LINES = _Section(0, ())
 
 
 def read_vbo(path: Path) -> Table:
@@ -63,7 +74,10 @@ def read_vbo(path: Path) -> Table:
     layout = _layout(sections, str(path))
     end = sections["data"].lines[-1][0] + 1
     rows = table_of_rows(str(path), replace(text, lines=text.lines[:end]), layout)
-    return _converted(rows, layout, text)
+    doubts = []
+    if sections.get("channel units", _NO_LINES).texts and not _stated_units(sections, layout.names):
+        doubts = [f"{path}: the lines of [channel units] fit no columns, and are omitted"]
+    return _converted(replace(rows, warnings=(*rows.warnings, *doubts)), layout, text)
 
 
 def _sections(lines: Sequence[str]) -> dict[str, _Section]:
@@ -72,7 +86,8 @@ def _sections(lines: Sequence[str]) -> dict[str, _Section]:
     kept: list[tuple[int, str]] = []
     for index, line in enumerate([*lines, "[end]"]):
         if match := _SECTION.fullmatch(line):
-            found.setdefault(name, _Section(first, tuple(kept)))
+            every = tuple(text.strip() for text in lines[first:index])
+            found.setdefault(name, _Section(first, tuple(kept), every))
             name, first, kept = match[1].casefold(), index + 1, []
         elif line.strip():
             kept.append((index, line))
@@ -81,7 +96,7 @@ def _sections(lines: Sequence[str]) -> dict[str, _Section]:
 
 def _layout(sections: Mapping[str, _Section], where: str) -> Layout:
     names = _column_names(sections, where)
-    data = sections.get("data", _Section(0, ()))
+    data = sections.get("data", _NO_LINES)
     if not data.lines:
         raise InputError(
             "no data in this VBO file",
@@ -114,13 +129,29 @@ def _units(names: Sequence[str], sections: Mapping[str, _Section]) -> tuple[str,
     """Unit of each column: of [channel units] for the last ones, else of [header], else its own."""
     header = sections["header"].texts if "header" in sections else []
     titles = header if len(header) == len(names) else [_title(name, header) for name in names]
-    stated = sections["channel units"].texts if "channel units" in sections else []
     own = [
         _header_unit(title) or _OWN_UNITS.get(name.casefold(), "")
         for title, name in zip(titles, names, strict=True)
     ]
-    behind = stated if len(stated) <= len(names) else []
+    behind = _stated_units(sections, names)
     return (*own[: len(own) - len(behind)], *behind)
+
+
+def _stated_units(sections: Mapping[str, _Section], names: Sequence[str]) -> list[str]:
+    """Units of the last columns; an empty line is a column without a unit, or stands before a section.
+
+    The number of columns that are not the receiver's own decides which of both it is; where empty lines
+    fit no such number, nobody knows whose units these are.
+    """
+    section = sections.get("channel units", _NO_LINES)
+    others = sum(not _STANDARD.match(name) for name in names)
+    lines = list(section.every)
+    without_end = lines[:-1] if lines and not lines[-1] else lines
+    whole = next((found for found in (without_end, lines) if len(found) == others), section.texts)
+    gaps = "" in "\n".join(lines).rstrip("\n").split("\n")
+    if len(whole) > len(names) or (len(whole) != others and gaps):
+        return []
+    return ["" if unit == "(null)" else unit for unit in whole]
 
 
 def _title(name: str, header: Sequence[str]) -> str:

@@ -179,3 +179,36 @@ def test_the_unit_of_the_speed_is_that_of_the_header(tmp_path, stated, columns):
     path.write_text(text + "\n".join(GOOD) + "\n")
     unit = {"kmh": "km/h", "knots": "knot", "mph": "mph"}[stated]
     assert samples(read_table(path), "velocity", "", ANY).unit == unit
+
+
+OTHERS = ["Gear", "Brake_P", "Lean", "Torque"]  # columns of input modules
+
+
+@given(
+    st.lists(st.sampled_from(["", "bar", "deg", "Nm", "(null)", "km/h"]), min_size=4, max_size=4),
+    st.booleans(),
+    st.sampled_from(["File created on 07/12/2014 09:02:23", "A logger .vbo file\r\nof 2020", ""]),
+)
+def test_a_column_has_the_unit_of_its_line(tmp_path_factory, units, separated, banner):
+    """An empty line in [channel units] is a column without a unit."""
+    names = ["sats", "time", "lat", "long", "velocity", *OTHERS]
+    titles = ["satellites", "time", "latitude", "longitude", "velocity kmh", *OTHERS]
+    lines = [banner, "", "[header]", *titles, "", "[channel units]", *units, *[""] * separated]
+    lines += ["[comments]", "", "[column names]", " ".join(names), "", "[data]"]
+    lines += [f"9 12000{n}.00 +03119.09973 +00058.49277 36.0 1 2 3 4" for n in range(3)]
+    path = tmp_path_factory.mktemp("vbo") / "x.vbo"
+    path.write_text("\r\n".join(lines) + "\r\n", newline="")
+    table = read_table(path)
+    assert table.layout[0].startswith("VBO")
+    found = [table.units.get(name, "") for name in OTHERS]
+    expected = ["" if unit == "(null)" else unit for unit in units]
+    assert found == expected
+
+
+def test_units_that_fit_no_column_are_none(tmp_path):
+    text = HEADER.replace("bar\ndeg\n", "bar\n\ndeg\nNm\n") + row(1, 50, 8, 90, 3) + "\n"
+    (tmp_path / "x.vbo").write_text(text)
+    table = read_table(tmp_path / "x.vbo")
+    assert "Brake_P" not in table.units
+    assert "Lean" not in table.units
+    assert any("[channel units]" in text for text in table.warnings)
