@@ -197,10 +197,10 @@ outside: setup
 	$(IN)/python -m benchmarks.outside.run $(RECORDINGS)
 	$(IN)/python benchmarks/outside_simulations.py --cases 8 --out docs/outside_simulations.md
 
-# docs/blind_model_files.md: hidden effects in seven systems with model files; half an hour.
+# docs/blind_model_files.md: hidden effects in six systems with model files; half an hour.
 .PHONY: prove-model-files
 prove-model-files: setup
-	$(IN)/python -m benchmarks.model_files.run --cases 100 --seed 20261127 --out docs/blind_model_files.md
+	$(IN)/python -m benchmarks.model_files.run --cases 60 --seed 20261127 --out docs/blind_model_files.md
 
 .PHONY: robustness
 robustness: setup

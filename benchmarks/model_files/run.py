@@ -24,7 +24,7 @@ Made by `python -m benchmarks.model_files.run --cases {cases} --seed {seed}`. Ev
 hidden nothing, one effect of the library at a random place with 0.1 to 2 times its typical size, or a wave that no effect of the library
 is. What is hidden brings {least:.0f} to {most:.0f} nats to an observer who knows it, once numbers and first
 values of states are fitted. `explain` gets {training} recordings
-and one held-out recording, with noise, and the whole library ({effects} effects at all places of the seven systems).
+and one held-out recording, with noise, and the whole library ({effects} effects at all places of the systems).
 
 The effects have the formulas of the library; the plant is integrated in {finer} steps a sample, the model as its file says. Effects with
 other formulas than the library's are in the [blind validation](blind_validation.md) of the motorcycle and in

@@ -112,13 +112,6 @@ PLANTS = (
         {"thrust": ("N", 0.05), "rpm": ("rad/s", 2.0)},
     ),
     Plant(
-        "suspension",
-        0.005,
-        12.0,
-        {"road": Drive("m", 0.015, 0.1, LINES)},
-        {"potentiometer": ("m", 2e-4), "accelerometer": ("m/s^2", 0.05)},
-    ),
-    Plant(
         "crane",
         0.02,
         40.0,
