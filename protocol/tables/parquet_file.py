@@ -1,7 +1,8 @@
 """Read and write tables in Parquet: those of other programs, and the copies in a recording.
 
 A copy keeps every column as it was read, text included; units, and which time column belongs to
-which column, stand in the metadata of the columns under "unit" and "clock".
+which column, stand in the metadata of the columns under "unit" and "clock". The metadata of the whole
+table hold the decimal mark of its text under "decimal".
 """
 
 import re
@@ -11,6 +12,7 @@ from typing import Any, BinaryIO
 from slipbench.protocol.errors import InputError
 from slipbench.protocol.extras import optional_library
 from slipbench.protocol.tables.csv_layout import unique_names
+from slipbench.protocol.tables.number_cells import OTHER_MARK
 from slipbench.protocol.tables.table import Table
 from slipbench.protocol.tables.titles import split_unit
 from slipbench.protocol.user_file import open_user_file
@@ -52,7 +54,10 @@ def read_parquet(path: Path) -> Table:
     source = metadata.get(b"source")
     where = source.decode(errors="replace") if source else str(path)
     data = data.rename_columns([name for name, _ in titles])
-    return Table(where, data, units, clocks, (), ("Parquet",), _lines(metadata.get(b"lines", b"")))
+    lines = _lines(metadata.get(b"lines", b""))
+    mark = metadata.get(b"decimal", b"").decode(errors="replace")
+    decimal = mark if mark in OTHER_MARK else ""
+    return Table(where, data, units, clocks, (), ("Parquet",), lines, decimal)
 
 
 def _lines(text: bytes) -> tuple[tuple[int, int], ...]:
@@ -122,7 +127,7 @@ def write_parquet(table: Table, path: Path) -> None:
     columns = [table.data[name] for name in table.names]
     source = Path(table.where).name.encode("utf-8", "replace")
     lines = " ".join(f"{row}:{line}" for row, line in table.lines)
-    schema = pa.schema(fields, {"source": source, "lines": lines})
+    schema = pa.schema(fields, {"source": source, "lines": lines, "decimal": table.decimal})
     with path.open("wb") as file:  # not by name: its bytes may be no text
         parquet.write_table(pa.table(columns, schema=schema), file)
 

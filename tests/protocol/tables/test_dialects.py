@@ -102,20 +102,27 @@ def test_a_long_table_has_the_channels_that_were_written(
     assert "long layout" in table.layout[1]
 
 
-@given(st.integers(0, 30), st.integers(1, 3), st.lists(st.integers(0, 30), max_size=4))
+@given(
+    st.integers(0, 30),
+    st.integers(1, 3),
+    st.lists(st.integers(0, 30), max_size=4),
+    st.sampled_from(".,"),
+)
 @settings(max_examples=60, deadline=None)
-def test_text_among_numbers_is_named_by_line_and_column(tmp_path_factory, row, column, blanks):
+def test_text_among_numbers_is_named_by_line_and_column(
+    tmp_path_factory, row, column, blanks, mark
+):
     """Whatever lines lie between: metadata, comments, empty lines. Also from the stored copy."""
-    lines = ["Logger,XY", "", "time,a,b,c"]
+    lines = ["Logger;XY", "", "time;a;b;c"]
     at = 0
     for n in range(31):
         if n in blanks:
             lines += ["", "# a remark"]
-        cells = [str(n), "1.5", "2.5", "3.5"]
+        cells = [str(n), *(f"{value}{mark}500" for value in (1, 2, 3))]
         if n == row:
             cells[column] = "12..5"
             at = len(lines) + 1
-        lines.append(",".join(cells))
+        lines.append(";".join(cells))
     folder = tmp_path_factory.mktemp("odd")
     table = table_of(folder, "\n".join(lines) + "\n")
     write_parquet(table, folder / "copy.parquet")

@@ -208,6 +208,7 @@ def test_the_stored_copy_is_the_table(tmp_path, form):
     assert copy.names == table.names
     assert dict(copy.units) == dict(table.units)
     assert copy.data.equals(table.data)
+    assert copy.decimal == table.decimal
     assert copy.where == "x.csv"  # messages name the file that the user knows
 
 
