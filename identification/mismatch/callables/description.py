@@ -104,14 +104,13 @@ def _port(role: str, size: Number) -> dict[str, object]:
 
 def _check_ports(ports: Ports, recordings: Sequence[Recording], name: str) -> None:
     there = sorted({role for r in recordings for role in r.channels})
-    for what, roles in (("inputs", ports.inputs), ("outputs", ports.outputs)):
-        if not roles:
-            raise InputError(
-                f"the {what} are not named",
-                where=name,
-                expected=f"{what}=[...], roles of the recordings",
-                found=f"recorded: {', '.join(there)}",
-            )
+    if not ports.outputs:
+        raise InputError(
+            "the outputs are not named",
+            where=name,
+            expected="outputs=[...], roles of the recordings",
+            found=f"recorded: {', '.join(there)}",
+        )
     for role in (*ports.inputs, *ports.outputs):
         if role not in there:
             raise InputError(f"{role!r} was not recorded", where=name, remedy=nearest(role, there))

@@ -47,7 +47,7 @@ def usable(recording: Recording, file: ModelFile) -> Recording:
         raise InputError(
             "nothing changes in the recording: every input and every output is constant",
             where=str(recording.folder),
-            expected=", ".join(i.role for i in file.inputs.values()),
+            expected=f"one of {', '.join(told.role for told in everything)} moves",
             remedy="check the sensors, or give a recording in which something moves",
         )
     channels = {r: c for r, c in recording.channels.items() if r not in dead}
@@ -80,14 +80,17 @@ def _rests(channel: Channel | None) -> bool:
     return not value.size or float(np.ptp(value)) == 0.0
 
 
-def window(data: Aligned, file: ModelFile) -> tuple[float, float, tuple[str, ...]]:
+def window(
+    data: Aligned, file: ModelFile, covering: Iterable[Floats]
+) -> tuple[float, float, tuple[str, ...]]:
     """Take what all inputs cover, the longest piece without a gap, and say what was cut.
 
-    Inputs that are held may rest for long; those along lines are unknown where nothing was told.
+    covering: times of the inputs, or of the outputs where the system has no input. Inputs that are
+    held may rest for long; those along lines are unknown where nothing was told.
     """
-    roles = [told.role for told in file.inputs.values()]
-    start = float(max(data.time[r][0] for r in roles))
-    end = float(min(data.time[r][-1] for r in roles))
+    times = list(covering)
+    start = float(max(time[0] for time in times))
+    end = float(min(time[-1] for time in times))
     gaps = sorted(
         gap
         for told in file.inputs.values()
@@ -127,7 +130,7 @@ def sparse_outputs(data: Aligned, file: ModelFile, shown: Iterable[str]) -> tupl
 
 def _at_rest(recording: Recording, file: ModelFile) -> tuple[str, ...]:
     """Say which inputs never change: what acts there cannot be told from an offset."""
-    if _inputs_rest(recording, file):
+    if file.inputs and _inputs_rest(recording, file):
         return (FREE,)
     return tuple(
         f"input {name.replace('_', ' ')} is constant: no effect that acts there can be identified"

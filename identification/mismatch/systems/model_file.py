@@ -278,7 +278,7 @@ class ModelFile(Section):
     period: Seconds = Field(gt=0.0)
     stretch: Seconds = Field(default=0.0, ge=0.0)
     parameters: dict[str, Number] = Field(default_factory=dict)
-    inputs: dict[str, Input] = Field(min_length=1)
+    inputs: dict[str, Input] = Field(default_factory=dict)
     states: dict[str, State] = Field(default_factory=dict)
     seams: dict[str, Seam] = Field(default_factory=dict)
     outputs: dict[str, Output] = Field(min_length=1)

@@ -68,10 +68,14 @@ def prepare(recording: Recording, file: ModelFile) -> Record:
             remedy="check the role map and the sensors",
         )
     _check_starts(file, shown, str(recording.folder))
-    start, end, notes = window(data, file)
+    driven = [file.inputs[name].role for name in file.inputs]
+    driven = driven or [file.outputs[name].role for name in shown]
+    start, end, notes = window(data, file, [_times(data, role) for role in driven])
     grid = _grid(data, file, start, end, shown)
     time: Floats = np.asarray(start + grid.step * np.arange(1, grid.rows + 1), np.float64)
-    inputs = np.column_stack([_input(data, file, name, time, grid.step) for name in file.inputs])
+    inputs = np.empty((grid.rows, len(file.inputs)))
+    for k, name in enumerate(file.inputs):
+        inputs[:, k] = _input(data, file, name, time, grid.step)
     sensors = {name: _sensor(data, file, name, start, grid) for name in shown}
     measured = {name: _at(data, file.outputs[name].role, 0.0, time) for name in shown}
     slow = np.column_stack((_slow(file, grid), *_input_noise(data, file, inputs, grid)))
@@ -153,12 +157,15 @@ def _period(time: Floats) -> float:
 
 
 def _grid(data: Aligned, file: ModelFile, start: float, end: float, shown: list[str]) -> Grid:
-    """Rows as long as the fastest input's period, or a step where samples fall within rows."""
+    """Rows as long as the fastest input's period, or a step where samples fall within rows.
+
+    Without inputs they are as long as a bin, or as a step.
+    """
     width, length = file.period, end - start
     periods = (
         _period(data.time[i.role]) / (FINER if i.smooth else 1) for i in file.inputs.values()
     )
-    driven = min(periods)
+    driven = min(periods, default=width)
     per = max(1, round(width / min(driven, width)))
     finer = max(per, math.ceil(width / file.step - 1e-9))
     if length * finer / width <= MOST_FINE_ROWS and _falls_within(

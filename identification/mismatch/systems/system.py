@@ -133,12 +133,12 @@ class ModelSystem(System):
 
     @property
     def operating(self) -> str:  # type: ignore[override]
-        """The first input."""
-        return _word(next(iter(self.file.inputs)))
+        """The first input; without inputs the first state, or output where no state is told."""
+        return _word(next(iter(self.file.inputs or self.file.states or self.file.outputs)))
 
     @property
     def direction(self) -> str:  # type: ignore[override]
-        """The rate of the first input."""
+        """The rate of the operating quantity."""
         return f"{self.operating} rate"
 
     @property

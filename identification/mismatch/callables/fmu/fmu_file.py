@@ -128,7 +128,7 @@ class FmuFile(Section):
     stretch: Seconds = Field(default=0.0, ge=0.0)
     time_limit: Seconds = Field(default=60.0, gt=0.0)
     parameters: dict[str, FmuParameter] = Field(default_factory=dict)
-    inputs: dict[str, FmuInput] = Field(min_length=1)
+    inputs: dict[str, FmuInput] = Field(default_factory=dict)
     outputs: dict[str, FmuOutput] = Field(min_length=1)
     states: dict[str, FmuState] = Field(default_factory=dict)
     effects: tuple[ActingEffect, ...] = ()

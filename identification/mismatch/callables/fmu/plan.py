@@ -42,9 +42,14 @@ class Plan:
         }
 
 
-def inside(ports: tuple[Port, ...], values: Mapping[str, Floats | float]) -> Floats:
-    """Return values in the units of the FMU, ports along the last axis."""
-    return np.stack([p.slope * np.asarray(values[p.name]) + p.offset for p in ports], axis=-1)
+def inside(
+    ports: tuple[Port, ...], values: Mapping[str, Floats | float], shape: tuple[int, ...] = ()
+) -> Floats:
+    """Return values in the units of the FMU, ports along the last axis. shape: of each value."""
+    found = np.empty((*shape, len(ports)))
+    for k, port in enumerate(ports):
+        found[..., k] = port.slope * np.asarray(values[port.name]) + port.offset
+    return found
 
 
 def outside(ports: tuple[Port, ...], rows: Floats) -> dict[str, Floats]:

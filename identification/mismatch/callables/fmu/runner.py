@@ -1,7 +1,5 @@
 """Runs calls on an FMU, whose library is loaded at the first one: in the process that serves them."""
 
-import numpy as np
-
 from slipbench.identification.mismatch.callables.call import Call, CallFailedError, checked
 from slipbench.identification.mismatch.callables.fmu.co_simulation import co_simulated
 from slipbench.identification.mismatch.callables.fmu.instance import Instance, instance_of
@@ -10,7 +8,6 @@ from slipbench.identification.mismatch.callables.fmu.plan import Plan, inside, o
 from slipbench.plant.signals import Floats
 from slipbench.protocol.errors import is_interrupt
 
-NONE = np.zeros(0)
 RUN = {"co_simulation": co_simulated, "model_exchange": integrated}
 
 
@@ -30,10 +27,10 @@ class FmuRunner:
 
     def _run(self, instance: Instance, call: Call) -> Floats:
         plan = self._plan
-        parameters = inside(plan.parameters, call.parameters) if plan.parameters else NONE
+        parameters = inside(plan.parameters, call.parameters)
         try:
             run = RUN[plan.interface]
-            inputs = inside(plan.inputs, call.inputs)
+            inputs = inside(plan.inputs, call.inputs, call.times.shape)
             return run(instance, parameters, inputs, call.times, call.rates)
         except CallFailedError:
             raise

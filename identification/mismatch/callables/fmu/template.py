@@ -4,7 +4,7 @@ from collections.abc import Iterable, Iterator
 from typing import Any
 
 from slipbench.identification.mismatch.callables.fmu.unpacked import UnpackedFmu
-from slipbench.identification.mismatch.callables.fmu.variables import REAL, pint_name
+from slipbench.identification.mismatch.callables.fmu.variables import is_array, is_real, pint_name
 
 MOST = 6
 """Variables of a kind that are listed."""
@@ -26,10 +26,12 @@ def _lines(description: Any, file: str) -> Iterator[str]:
         ("outputs", "output"),
     ):
         found = [v for v in description.modelVariables if v.causality == causality]
-        real = [v for v in found if v.type in REAL]
+        real = [v for v in found if is_real(v)]
         yield from _entries(section, real[:MOST])
         if len(real) > MOST:
             yield f"# and {len(real) - MOST} more {section}"
+        if arrays := [v.name for v in found if is_array(v)]:
+            yield f"# arrays cannot be bound: {', '.join(arrays)}"
 
 
 def _entries(section: str, variables: Iterable[Any]) -> Iterator[str]:

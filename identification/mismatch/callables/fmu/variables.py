@@ -108,8 +108,18 @@ EXPECTED = {
 }
 
 
+def is_array(variable: Any) -> bool:
+    """Whether a variable holds more than one number."""
+    return bool(variable.dimensions or variable.shape)
+
+
+def is_real(variable: Any) -> bool:
+    """Whether a variable holds one real number."""
+    return variable.type in REAL and not is_array(variable)
+
+
 def _of_kind(known: dict[str, Any], suits: str) -> list[str]:
-    return [n for n, v in known.items() if v.type in REAL and SUITS[suits](v)] or [*known]
+    return [n for n, v in known.items() if is_real(v) and SUITS[suits](v)] or [*known]
 
 
 def _structural(variable: Any) -> str:
@@ -119,8 +129,8 @@ def _structural(variable: Any) -> str:
 
 
 def _check_type(variable: Any, where: str) -> None:
-    if variable.type not in REAL or variable.dimensions or variable.shape:
-        kind = "an array" if variable.dimensions or variable.shape else variable.type
+    if not is_real(variable):
+        kind = "an array" if is_array(variable) else variable.type
         raise InputError(
             f"{variable.name!r} is not a real number",
             where=where,

@@ -111,7 +111,6 @@ def test_a_parameter_that_says_too_little_is_named(recording, parameter, sentenc
 @pytest.mark.parametrize(
     ("ports", "sentence"),
     [
-        (Ports((), ("place",)), "the inputs are not named"),
         (Ports(("force",), ()), "the outputs are not named"),
         (Ports(("forse",), ("place",)), "did you mean 'force'"),
         (Ports(("force",), ("place",), ("palce",)), "linear names 'palce'"),

@@ -1,17 +1,22 @@
 """An FMU and the file beside it: what it simulates, what is found in it, what is written."""
 
+import tomllib
 import zipfile
+from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from typer.testing import CliRunner
 
 from slipbench.command import app
+from slipbench.identification.mismatch.callables.fmu.template import template
 from slipbench.identification.mismatch.runs import read_system
 from slipbench.identification.mismatch.simulation.blocks import Chain
 from slipbench.protocol.errors import InputError
 from tests.identification.mismatch.callables.fmus.building import (
     BESIDE,
+    WITHOUT_INPUT,
     build,
     dead,
     needs_compiler,
@@ -73,6 +78,19 @@ def test_the_start_of_a_state_may_be_a_parameter(fmu, tmp_path):
     swing = np.cos(damped * time) + 0.1 * 10.0 / damped * np.sin(damped * time)
     for one in found:
         assert np.allclose(one, 0.5 * np.exp(-time) * swing, atol=1e-5)
+
+
+def test_an_input_that_the_file_does_not_bind_keeps_its_start(fmu, tmp_path):
+    """The FMU runs as with an input that was recorded at its start value, 0."""
+    recording = swung(5, seconds=2.0, force=np.zeros(200), start=0.5)
+    found = []
+    for name, text in (("with", BESIDE.replace("[inputs.force]", START)), ("no", WITHOUT_INPUT)):
+        path = tmp_path / f"{name}.toml"
+        path.write_text(f'fmu = "{fmu}"\n{text}', encoding="utf-8")
+        system = read_system(path)
+        found.append(shown(system, recording))
+    assert not system.file.inputs
+    assert np.allclose(*found, atol=1e-6)
 
 
 @pytest.mark.parametrize("version", [2, 3])
@@ -156,6 +174,29 @@ def test_an_fmu_without_a_file_beside_it_shows_one_that_reads(fmu, folder):
     assert list(system.file.parameters) == ["gain", "frequency", "damping", "start"]
     assert list(system.file.outputs) == ["position"]
     alone.with_suffix(".toml").unlink()
+
+
+def test_the_first_file_beside_an_fmu_names_its_arrays():
+    """The Reference FMU StateSpace has nothing else."""
+    kinds = {"A": ("parameter", (3, 3)), "k": ("parameter", ()), "u": ("input", (3,))}
+    variables = [
+        SimpleNamespace(
+            name=name,
+            causality=causality,
+            type="Float64",
+            dimensions=shape,
+            shape=shape,
+            unit=None,
+            declaredType=None,
+            start="1 0 0" if shape else "1",
+        )
+        for name, (causality, shape) in kinds.items()
+    ]
+    description = SimpleNamespace(modelVariables=variables)
+    text = template(SimpleNamespace(description=description, path=Path("state_space.fmu")))
+    assert list(tomllib.loads(text)["parameters"]) == ["k"]
+    assert "arrays cannot be bound: A\n" in text
+    assert text.endswith("arrays cannot be bound: u")
 
 
 @pytest.mark.parametrize(

@@ -135,3 +135,27 @@ def test_arrays_in_memory_are_a_recording_in_si():
     assert made.channels["place"].unit == "m"
     assert np.allclose(made.channels["place"].value, force)
     assert np.array_equal(made.channels["force"].value, force)
+
+
+def test_a_function_may_have_no_inputs():
+    """A spring that is let go: its numbers are calibrated down to the noise, nothing is missing."""
+    parameters = {
+        "start": slipbench.Parameter(0.4, 0.2, unit="m"),
+        "frequency": slipbench.Parameter(9.5, 1.0, unit="rad/s"),
+        "damping": slipbench.Parameter(0.1, 0.05),
+    }
+    rides = [swung(seed, seconds=8.0, force=np.zeros(800), start=0.5) for seed in (1, 2)]
+    found = slipbench.explain(
+        let_go, parameters, rides[:1], rides[1:], inputs=[], outputs=["place"]
+    )
+    assert not found.mismatch, reported(found)
+    error = found.held_out[0]
+    assert error.calibrated < 1.1 * error.floor < 0.2 * error.nominal, reported(found)
+
+
+def let_go(parameters, inputs, times):
+    assert not inputs
+    frequency, damping = parameters["frequency"], parameters["damping"]
+    turned = frequency * np.sqrt(1.0 - damping**2)
+    swing = np.cos(turned * times) + damping * frequency / turned * np.sin(turned * times)
+    return {"place": parameters["start"] * np.exp(-damping * frequency * times) * swing}

@@ -20,7 +20,12 @@ from slipbench.identification.mismatch.callables.fmu.wrapper.sides import Sides
 from slipbench.identification.mismatch.systems.model_file import ActingEffect
 from slipbench.identification.mismatch.systems.placing import Read, library
 from slipbench.protocol.extras import optional_library
-from tests.identification.mismatch.callables.fmus.building import BESIDE, build, needs_compiler
+from tests.identification.mismatch.callables.fmus.building import (
+    BESIDE,
+    WITHOUT_INPUT,
+    build,
+    needs_compiler,
+)
 
 pytestmark = needs_compiler
 ROUNDING = 1e-9  # of the largest output
@@ -121,6 +126,15 @@ def test_a_wrapper_simulates_what_explain_simulates(folder, tmp_path, version, t
         assert apart < ROUNDING, f"{entry.name} at {entry.at}: {apart:.3g}"
         seen.add((entry.name, entry.at))
     assert seen == {(name, place) for name, places in wanted.items() for place in places}
+
+
+def test_an_fmu_without_inputs_has_a_wrapper(fmu, tmp_path):
+    number = 0
+    for entry, one in at_every_place(opened(fmu, WITHOUT_INPUT, "alone"), AROUND):
+        path = wrapped(Sides(one), tmp_path / f"{entry.name}.fmu")
+        assert largest_deviation(path, Sides(one)) < ROUNDING, entry.name
+        number += 1
+    assert number >= 3
 
 
 def test_several_effects_act_in_the_order_of_the_library(fmu, tmp_path):

@@ -72,7 +72,7 @@ def explained(sides: Sides, file: ModelFile, inputs: Mapping[str, Floats]) -> di
     opened = sides.opened
     plan = replace(opened.plan, held=(True,) * len(inputs))
     simulator = OutsideSimulator(_caller(plan, opened), *bounds(opened.parameters, file), "the FMU")
-    columns = np.column_stack(list(inputs.values()))
+    columns = np.reshape(list(inputs.values()), (-1, STEPS)).T
     grid = Grid(STEPS, 0.0, STEPS, file.step, file.step)
     record = Record("the check", 0.0, grid, columns, {}, {}, np.zeros((STEPS, 0)))
     places = len(file.inputs) + len(file.states) + len(file.outputs)

@@ -94,8 +94,6 @@ def tables(sides: Sides, token: str) -> str:
 def calibrated_values(sides: Sides) -> dict[int, float]:
     """Return the calibrated parameters, in units of the FMU, by value reference."""
     plan, system = sides.opened.plan, sides.opened.system
-    if not plan.parameters:
-        return {}
     values = inside(plan.parameters, written(system.file, system.values))
     return {p.reference: float(v) for p, v in zip(plan.parameters, values, strict=True)}
 

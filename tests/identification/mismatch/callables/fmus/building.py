@@ -38,6 +38,10 @@ role = "place"
 variable = "position"
 size = { value = 1, unit = "m" }
 """
+WITHOUT_INPUT = BESIDE.replace(
+    BESIDE[BESIDE.index("[inputs.force]") : BESIDE.index("[outputs.place]")],
+    'start = { value = 0.5, unit = "m", plus_minus = 0.1 }\n\n',
+)
 ROLES = """
 title = "spring"
 [quantities]
