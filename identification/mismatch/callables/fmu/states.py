@@ -2,6 +2,7 @@
 
 import ctypes
 import math
+from collections.abc import Callable
 
 import numpy as np
 
@@ -12,6 +13,20 @@ from slipbench.plant.signals import Floats
 DOUBLES = ctypes.POINTER(ctypes.c_double)
 MOST_ITERATIONS = 100
 """Of the discrete states at one event."""
+
+
+class _Doubles:
+    """An array of FMI, and the pointer to it, which costs more than a call if made anew for each."""
+
+    def __init__(self, size: int) -> None:
+        """size: numbers."""
+        self.array: Floats = np.zeros(size)
+        self._pointer = self.array.ctypes.data_as(DOUBLES)
+
+    def call(self, function: Callable[..., object]) -> None:
+        """Call a function of an FMU that reads or writes the array."""
+        if self.array.size:
+            function(self._pointer, self.array.size)
 
 
 class ContinuousStates:
@@ -26,26 +41,27 @@ class ContinuousStates:
         else:
             states = self._fmu.getNumberOfContinuousStates()
             indicators = self._fmu.getNumberOfEventIndicators()
-        self._x, self._dx, self._z = (np.zeros(n) for n in (states, states, int(indicators)))
-        self._signs = self._z > 0.0
+        self._x, self._dx, self._z = (_Doubles(n) for n in (states, states, int(indicators)))
+        self._signs = self._z.array > 0.0
         self._next = math.inf
+        name = "getDerivatives" if self._version == "2.0" else "getContinuousStateDerivatives"
+        self._derivatives = getattr(self._fmu, name)
 
     def get(self) -> Floats:
         """Return the states, a new array."""
-        self._call("getContinuousStates", self._x)
-        return self._x.copy()
+        self._x.call(self._fmu.getContinuousStates)
+        return self._x.array.copy()
 
     def put(self, time: float, x: Floats) -> None:
         """Set time and states."""
         self._fmu.setTime(time)
-        self._x[:] = x
-        self._call("setContinuousStates", self._x)
+        self._x.array[:] = x
+        self._x.call(self._fmu.setContinuousStates)
 
     def rates(self) -> Floats:
         """Return the rates of the states, a new array."""
-        name = "getDerivatives" if self._version == "2.0" else "getContinuousStateDerivatives"
-        self._call(name, self._dx)
-        return self._dx.copy()
+        self._dx.call(self._derivatives)
+        return self._dx.array.copy()
 
     def ended(self, time: float) -> bool:
         """Complete a step and handle what happened in it; tell whether the FMU ended."""
@@ -71,12 +87,8 @@ class ContinuousStates:
 
     def _crossed(self) -> bool:
         """Read the indicators; tell whether one has another sign than before."""
-        if not self._z.size:
+        if not self._z.array.size:
             return False
-        self._call("getEventIndicators", self._z)
-        before, self._signs = self._signs, self._z > 0.0
+        self._z.call(self._fmu.getEventIndicators)
+        before, self._signs = self._signs, self._z.array > 0.0
         return bool((before != self._signs).any())
-
-    def _call(self, name: str, array: Floats) -> None:
-        if array.size:
-            getattr(self._fmu, name)(array.ctypes.data_as(DOUBLES), array.size)
