@@ -2,8 +2,9 @@
 
 Sections in square brackets. [header] has one line a column, with the unit behind some names;
 [column names] has the same columns as short names; [channel units] has a line for each of the input
-modules' columns, which are the last ones; it is empty for a column without a unit. Times of day are hhmmss.ss in UTC. Latitude and longitude
-are in minutes, and longitude is positive to the west; here both are in degrees, east positive.
+modules' columns, which are the last ones; it is empty for a column without a unit. Times of day are
+hhmmss.ss in UTC. Latitude and longitude are in minutes, and longitude is positive to the west; here
+both are in degrees, east positive.
 Source: the description of the format in RaceLogic's VBOX manuals.
 """
 

@@ -86,7 +86,7 @@ def window(
     """Take what all inputs cover, the longest piece without a gap, and say what was cut.
 
     covering: times of the inputs, or of the outputs where the system has no input. Inputs that are
-    held may rest for long; those along lines are unknown where nothing was told.
+    held may rest for long; those along lines are unknown in a gap.
     """
     times = list(covering)
     start = float(max(time[0] for time in times))

@@ -68,9 +68,7 @@ def prepare(recording: Recording, file: ModelFile) -> Record:
             remedy="check the role map and the sensors",
         )
     _check_starts(file, shown, str(recording.folder))
-    driven = [file.inputs[name].role for name in file.inputs]
-    driven = driven or [file.outputs[name].role for name in shown]
-    start, end, notes = window(data, file, [_times(data, role) for role in driven])
+    start, end, notes = window(data, file, _covering(data, file, shown))
     grid = _grid(data, file, start, end, shown)
     time: Floats = np.asarray(start + grid.step * np.arange(1, grid.rows + 1), np.float64)
     inputs = np.empty((grid.rows, len(file.inputs)))
@@ -87,6 +85,14 @@ def prepare(recording: Recording, file: ModelFile) -> Record:
     name = recording.folder.name
     notes = (*notes, *sparse_outputs(data, file, shown))
     return Record(name, start, grid, inputs, measured, sensors, slow, notes, left_out)
+
+
+def _covering(data: Aligned, file: ModelFile, shown: list[str]) -> list[Floats]:
+    """Times of the inputs; without inputs those of the outputs, on one clock where some are."""
+    inputs = [told.role for told in file.inputs.values()]
+    roles = inputs or [file.outputs[name].role for name in shown]
+    on_bus = [role for role in roles if data.has(role)]
+    return [_times(data, role) for role in on_bus or roles]
 
 
 def _check_starts(file: ModelFile, shown: list[str], where: str) -> None:

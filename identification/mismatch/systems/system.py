@@ -133,7 +133,7 @@ class ModelSystem(System):
 
     @property
     def operating(self) -> str:  # type: ignore[override]
-        """The first input; without inputs the first state, or output where no state is told."""
+        """The first input; without inputs the first state; without states the first output."""
         return _word(next(iter(self.file.inputs or self.file.states or self.file.outputs)))
 
     @property
@@ -312,6 +312,8 @@ class ModelSystem(System):
             found[_word(name)] = out[name]
         for name in record.sensors:
             found.setdefault(_word(name), out[name])
+        if self.operating not in found:  # an output that was not recorded
+            found[self.operating] = out[next(iter(self.file.outputs))]
         rates = {f"{n} rate": record.grid.rate(c) for n, c in found.items()}
         del rates["time rate"]
         return {**found, **rates}

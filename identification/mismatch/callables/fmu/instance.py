@@ -20,15 +20,23 @@ WARNING = 1  # status of FMI: the least that is kept
 MOST_WORDS = 3
 
 
-class Values:
+class Doubles:
+    """Numbers that are set or read together: as FMI takes them, and as an array of numpy."""
+
+    def __init__(self, count: int) -> None:
+        """count: numbers."""
+        self.count = count
+        self.values = (ctypes.c_double * count)()
+        self.array: Floats = np.ctypeslib.as_array(self.values)
+
+
+class Values(Doubles):
     """Variables that are set or read together. fixed while the library is loaded."""
 
     def __init__(self, references: tuple[int, ...]) -> None:
         """references: value references."""
-        self.count = len(references)
+        super().__init__(len(references))
         self.references = (ctypes.c_uint32 * self.count)(*references)
-        self.values = (ctypes.c_double * self.count)()
-        self.array = np.ctypeslib.as_array(self.values)
 
 
 class Instance(ABC):

@@ -1,32 +1,14 @@
 """The continuous states of an FMU for model exchange, and its events."""
 
-import ctypes
 import math
 from collections.abc import Callable
 
-import numpy as np
-
 from slipbench.identification.mismatch.callables.call import CallFailedError
-from slipbench.identification.mismatch.callables.fmu.instance import Instance
+from slipbench.identification.mismatch.callables.fmu.instance import Doubles, Instance
 from slipbench.plant.signals import Floats
 
-DOUBLES = ctypes.POINTER(ctypes.c_double)
 MOST_ITERATIONS = 100
 """Of the discrete states at one event."""
-
-
-class _Doubles:
-    """An array of FMI, and the pointer to it, which costs more than a call if made anew for each."""
-
-    def __init__(self, size: int) -> None:
-        """size: numbers."""
-        self.array: Floats = np.zeros(size)
-        self._pointer = self.array.ctypes.data_as(DOUBLES)
-
-    def call(self, function: Callable[..., object]) -> None:
-        """Call a function of an FMU that reads or writes the array."""
-        if self.array.size:
-            function(self._pointer, self.array.size)
 
 
 class ContinuousStates:
@@ -41,7 +23,7 @@ class ContinuousStates:
         else:
             states = self._fmu.getNumberOfContinuousStates()
             indicators = self._fmu.getNumberOfEventIndicators()
-        self._x, self._dx, self._z = (_Doubles(n) for n in (states, states, int(indicators)))
+        self._x, self._dx, self._z = (Doubles(n) for n in (states, states, int(indicators)))
         self._signs = self._z.array > 0.0
         self._next = math.inf
         name = "getDerivatives" if self._version == "2.0" else "getContinuousStateDerivatives"
@@ -49,18 +31,18 @@ class ContinuousStates:
 
     def get(self) -> Floats:
         """Return the states, a new array."""
-        self._x.call(self._fmu.getContinuousStates)
+        _call(self._x, self._fmu.getContinuousStates)
         return self._x.array.copy()
 
     def put(self, time: float, x: Floats) -> None:
         """Set time and states."""
         self._fmu.setTime(time)
         self._x.array[:] = x
-        self._x.call(self._fmu.setContinuousStates)
+        _call(self._x, self._fmu.setContinuousStates)
 
     def rates(self) -> Floats:
         """Return the rates of the states, a new array."""
-        self._dx.call(self._derivatives)
+        _call(self._dx, self._derivatives)
         return self._dx.array.copy()
 
     def ended(self, time: float) -> bool:
@@ -87,8 +69,14 @@ class ContinuousStates:
 
     def _crossed(self) -> bool:
         """Read the indicators; tell whether one has another sign than before."""
-        if not self._z.array.size:
+        if not self._z.count:
             return False
-        self._z.call(self._fmu.getEventIndicators)
+        _call(self._z, self._fmu.getEventIndicators)
         before, self._signs = self._signs, self._z.array > 0.0
         return bool((before != self._signs).any())
+
+
+def _call(numbers: Doubles, function: Callable[..., object]) -> None:
+    """Call a function of an FMU that reads or writes numbers."""
+    if numbers.count:
+        function(numbers.values, numbers.count)

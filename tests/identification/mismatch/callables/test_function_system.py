@@ -1,9 +1,12 @@
 """A function is explained as its equations in a model file are."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import slipbench
+from slipbench.identification.mismatch.callables.description import Ports
 from slipbench.identification.mismatch.simulation.blocks import Chain
 from slipbench.identification.mismatch.systems.effects.library import BY_NAME
 from slipbench.identification.mismatch.systems.effects.seam_effect import INPUT, OUTPUT
@@ -12,6 +15,11 @@ from tests.identification.mismatch.laws.explained import explained, holds, names
 from tests.identification.mismatch.laws.spring import MODEL, noise_of_the_force, spring, swung
 
 CHAIN = Chain({"system": ()}, ())
+RELEASED = {
+    "start": slipbench.Parameter(0.4, 0.2, unit="m"),
+    "frequency": slipbench.Parameter(9.5, 1.0, unit="rad/s"),
+    "damping": slipbench.Parameter(0.1, 0.05),
+}
 
 
 def dead(force):
@@ -139,18 +147,31 @@ def test_arrays_in_memory_are_a_recording_in_si():
 
 def test_a_function_may_have_no_inputs():
     """A spring that is let go: its numbers are calibrated down to the noise, nothing is missing."""
-    parameters = {
-        "start": slipbench.Parameter(0.4, 0.2, unit="m"),
-        "frequency": slipbench.Parameter(9.5, 1.0, unit="rad/s"),
-        "damping": slipbench.Parameter(0.1, 0.05),
-    }
     rides = [swung(seed, seconds=8.0, force=np.zeros(800), start=0.5) for seed in (1, 2)]
-    found = slipbench.explain(
-        let_go, parameters, rides[:1], rides[1:], inputs=[], outputs=["place"]
-    )
+    found = slipbench.explain(let_go, RELEASED, rides[:1], rides[1:], inputs=[], outputs=["place"])
     assert not found.mismatch, reported(found)
     error = found.held_out[0]
     assert error.calibrated < 1.1 * error.floor < 0.2 * error.nominal, reported(found)
+
+
+def test_without_inputs_the_operating_quantity_is_there_though_it_was_not_recorded():
+    """It is the first output, which one of the recordings lacks."""
+    both = swung(1, seconds=4.0, force=np.zeros(400), start=0.5)
+    role, place = "force", both.channels["place"]
+    both = replace(both, channels={"place": place, role: replace(place, role=role, unit="V")})
+    less = replace(both, channels={"place": place})
+
+    def simulate(parameters, inputs, times):
+        shown = let_go(parameters, inputs, times)
+        return {**shown, role: 2.0 * shown["place"]}
+
+    ports = Ports((), (role, "place"))
+    system = springs.system([both, less], simulate, RELEASED, ports)
+    record = system.prepare(less)
+    seen = system.regressors(record, CHAIN, "system", np.zeros(record.slow.shape[1]), {})
+    assert system.operating not in map(str, record.sensors)
+    assert np.allclose(seen[system.operating], 2.0 * seen["place"])
+    assert system.direction in seen
 
 
 def let_go(parameters, inputs, times):
