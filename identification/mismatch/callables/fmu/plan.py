@@ -35,7 +35,7 @@ class Plan:
         """Return what fmpy loads the library with."""
         return {
             "guid": self.fmu.description.guid,
-            "unzipDirectory": self.fmu.folder.name,
+            "unzipDirectory": str(self.fmu.folder),
             "modelIdentifier": self.identifier,
             "instanceName": self.identifier,
             "requireFunctions": False,

@@ -1,10 +1,12 @@
 """An FMU unpacked into a folder of its own, its description read and its binary known to be there."""
 
+import shutil
 import zipfile
 from dataclasses import dataclass
 from pathlib import Path
-from tempfile import TemporaryDirectory
+from tempfile import mkdtemp
 from typing import Any
+from weakref import finalize
 
 from slipbench.protocol.errors import InputError
 from slipbench.protocol.extras import optional_library
@@ -19,7 +21,7 @@ class UnpackedFmu:
 
     path: Path
     description: Any
-    folder: TemporaryDirectory[str]
+    folder: Path
 
     @property
     def version(self) -> str:
@@ -78,9 +80,11 @@ def unpacked(path: Path) -> UnpackedFmu:
             found=", ".join(platforms) or "no binary",
             remedy="export it for this platform, or compile its sources with fmpy",
         )
-    folder = TemporaryDirectory(prefix="slipbench-fmu-")
-    fmpy.extract(str(path), folder.name)
-    return UnpackedFmu(path, description, folder)
+    fmu = UnpackedFmu(path, description, Path(mkdtemp(prefix="slipbench-fmu-")))
+    # Not a TemporaryDirectory: that warns where nothing closes it before it is collected.
+    finalize(fmu, shutil.rmtree, fmu.folder, ignore_errors=True)
+    fmpy.extract(str(path), str(fmu.folder))
+    return fmu
 
 
 def _not_an_fmu(path: Path, fault: Exception) -> InputError:

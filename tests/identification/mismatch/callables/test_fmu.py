@@ -1,5 +1,6 @@
 """An FMU and the file beside it: what it simulates, what is found in it, what is written."""
 
+import gc
 import tomllib
 import zipfile
 from pathlib import Path
@@ -11,6 +12,7 @@ from typer.testing import CliRunner
 
 from slipbench.command import app
 from slipbench.identification.mismatch.callables.fmu.template import template
+from slipbench.identification.mismatch.callables.fmu.unpacked import unpacked
 from slipbench.identification.mismatch.runs import read_system
 from slipbench.identification.mismatch.simulation.blocks import Chain
 from slipbench.protocol.errors import InputError
@@ -45,6 +47,16 @@ def shown(system, recording, *effects):
     record = system.prepare(recording)
     there = system.at([], np.zeros(0), effects)
     return there.simulate(record, CHAIN, "system", np.zeros(record.slow.shape[1]), {})["place"]
+
+
+@pytest.mark.filterwarnings("error")
+def test_the_folder_of_an_fmu_is_removed_with_it_without_a_warning(fmu):
+    opened = unpacked(fmu)
+    place = opened.folder
+    assert (place / "modelDescription.xml").exists()
+    del opened
+    gc.collect()
+    assert not place.exists()
 
 
 def test_an_fmu_simulates_what_its_equations_simulate(fmu, tmp_path):

@@ -63,7 +63,7 @@ def shown(system, record, effects=(), **added):
 
 
 @pytest.mark.parametrize(
-    "name", ["elastic_load", "elastic_backlash", "jerk_limit", "acceleration_limit"]
+    "name", ["elastic_load", "elastic_backlash", "jerk_limit", "acceleration_limit", "friction"]
 )
 def test_an_effect_at_a_derivative_is_that_of_the_kernel(fmu, model, name):
     recording = swung(5, seconds=3.0)
@@ -76,7 +76,7 @@ def test_an_effect_at_a_derivative_is_that_of_the_kernel(fmu, model, name):
     assert np.allclose(found, expected, atol=1e-7 * np.ptp(expected))
 
 
-@pytest.mark.parametrize("name", ["friction", "viscous_friction", "quadratic_drag", "presliding"])
+@pytest.mark.parametrize("name", ["viscous_friction", "quadratic_drag", "presliding"])
 def test_friction_along_the_speed_is_that_at_a_seam(fmu, model, name):
     """A seam that adds to the same derivative, along the same speed."""
     recording = swung(5, seconds=3.0)

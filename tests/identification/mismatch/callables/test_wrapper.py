@@ -49,6 +49,7 @@ AROUND = {  # effects without and with memories and states of their own, delays,
     "rate_limit": ("force",),
     "thermal_gain": ("force",),
     "leak_from_channel": ("place",),
+    "moving_average": ("place",),
     "sensor_delay": ("place",),
 }
 INSIDE = {

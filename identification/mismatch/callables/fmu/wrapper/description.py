@@ -3,7 +3,6 @@
 import math
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
-from pathlib import Path
 from xml.etree import ElementTree as Xml
 
 from slipbench.identification.mismatch.callables.fmu.plan import Plan
@@ -25,7 +24,7 @@ TOKENS = {"2.0": "guid", "3.0": "instantiationToken"}
 def description(sides: Sides, token: str) -> str:
     """Return the text. token: GUID or instantiation token of the wrapper."""
     plan = sides.opened.plan
-    root = Xml.parse(Path(plan.fmu.folder.name) / "modelDescription.xml").getroot()
+    root = Xml.parse(plan.fmu.folder / "modelDescription.xml").getroot()
     root.set(TOKENS[plan.fmu.version], token)
     root.set("generationTool", "slipbench")
     effects = ", ".join(e.key for e in sides.acting) or "calibrated parameters"

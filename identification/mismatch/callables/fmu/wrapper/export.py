@@ -41,7 +41,7 @@ def write_wrapper(path: Path, sides: Sides, headers: Path) -> None:
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as packed:
         packed.writestr("modelDescription.xml", description(sides, token))
         packed.writestr(f"binaries/{folder}/{IDENTIFIER}{SUFFIXES[platform.system()]}", library)
-        inner = Path(plan.fmu.folder.name)
+        inner = plan.fmu.folder
         for file in sorted(f for f in inner.rglob("*") if f.is_file()):
             packed.write(file, f"{INNER}/{file.relative_to(inner).as_posix()}")
 

@@ -26,7 +26,6 @@ from slipbench.identification.mismatch.systems.run import Integers, slots
 from slipbench.plant.effects.effect import Effect
 from slipbench.plant.signals import Floats
 
-DELAY = "delay"
 NONE = -1
 MOMENTS = np.array([0.0, 1e3])  # s
 
@@ -58,8 +57,8 @@ class Side:
     @property
     def delays(self) -> list[int]:
         """For each effect the number of its parameter that is a delay; -1: it has none."""
-        found = [[p.name for p in e.parameters()] for e in self.effects]
-        return [names.index(DELAY) if DELAY in names else NONE for names in found]
+        found = [(e.delay_parameter, [p.name for p in e.parameters()]) for e in self.effects]
+        return [names.index(delay) if delay else NONE for delay, names in found]
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,7 +5,6 @@ import math
 import platform
 from collections.abc import Iterable, Sequence
 from itertools import starmap
-from pathlib import Path
 
 from slipbench.identification.mismatch.callables.fmu.plan import Plan, inside
 from slipbench.identification.mismatch.callables.fmu.variables import Port
@@ -109,7 +108,7 @@ def inner_library(plan: Plan) -> str:
     system = platform.system()
     for folder in INNER_FOLDERS.get((plan.fmu.version, system), ()):
         name = f"{folder}/{plan.identifier}{SUFFIXES[system]}"
-        if (Path(plan.fmu.folder.name) / "binaries" / name).exists():
+        if (plan.fmu.folder / "binaries" / name).exists():
             return name
     raise InputError(
         "an FMU is wrapped on the platform for which it was made",
