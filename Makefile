@@ -23,6 +23,7 @@
 # make robustness       write docs/controller_robustness.md: slip controllers on drawn motorcycles (minutes)
 # make walkthrough      write docs/how_a_mismatch_is_explained.md from a published recording
 # make day              write docs/a_day_rehearsed.md: a day at the track on the simulated clock (tens of minutes)
+# make designed-trials  write docs/designed_trials.md: designed trials against a plan and a menu, blind (hours)
 # make lock             choose the newest versions that pyproject.toml allows
 # make clean            delete the environment and all generated files, except runs/
 #
@@ -59,15 +60,16 @@ figures: trial
 	cp build/figures/response.png docs/figures/throttle_sweep_response.png
 	cp build/figures/overview.png docs/figures/throttle_sweep_overview.png
 
-# Analyses of hidden effects with the whole library, which `make test` leaves out; minutes.
+# Analyses of hidden effects with the whole library, which `make test` leaves out: half an hour.
+# LAWS: some of them only, as in .ci/run.
+LAWS ?= tests/identification/mismatch/test_laws.py tests/identification/mismatch/laws/slow
 test-mismatch: setup
-	$(IN)/python -m pytest -n $(WORKERS) --dist load -o addopts=-ra \
-		tests/identification/mismatch/test_laws.py tests/identification/mismatch/laws/slow
+	$(IN)/python -m pytest -n $(WORKERS) --dist load -o addopts=-ra $(LAWS)
 
 # Real-time trials with their view in a browser; one after the other, so that nothing is late.
 .PHONY: pages
 pages: setup
-	$(IN)/python -m pytest -o addopts=-ra tests/bench/view/test_page.py tests/bench/view/test_season_page.py
+	$(IN)/python -m pytest -o addopts=-ra tests/bench/view/test_live_page.py
 
 # The paper's claims, on its trials ridden anew; minutes, not part of `make test`.
 .PHONY: test-paper
@@ -200,7 +202,12 @@ outside: setup
 # docs/blind_model_files.md: hidden effects in six systems with model files; half an hour.
 .PHONY: prove-model-files
 prove-model-files: setup
-	$(IN)/python -m benchmarks.model_files.run --cases 60 --seed 20261127 --out docs/blind_model_files.md
+	$(IN)/python -m benchmarks.model_files.run --cases 60 --seed 20261128 --out docs/blind_model_files.md
+
+# docs/designed_trials.md: hypotheses that a plan leaves open, settled by three ways to choose a trial.
+.PHONY: designed-trials
+designed-trials: setup
+	$(IN)/python -m benchmarks.designed_trials.run --cases 30 --seed 1759578899 --out docs/designed_trials.md
 
 .PHONY: robustness
 robustness: setup

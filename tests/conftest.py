@@ -18,8 +18,9 @@ hypothesis.settings.register_profile(
     max_examples=25,
     phases=[hypothesis.Phase.explicit, hypothesis.Phase.generate],
 )
-# The judgement of a commit: the same examples each time. New ones are drawn wherever else tests run.
-hypothesis.settings.register_profile("repeatable", deadline=None, derandomize=True)
+# The judgement of a commit: the same examples each time, half as many as usual. New ones are drawn
+# wherever else tests run.
+hypothesis.settings.register_profile("repeatable", deadline=None, derandomize=True, max_examples=50)
 hypothesis.settings.load_profile(os.environ.get("SLIPBENCH_HYPOTHESIS", "slipbench"))
 
 

@@ -65,8 +65,13 @@ def killing(name: str, when: Phase):
     return told
 
 
+def long_armed():
+    """A trial that stays armed long enough for a kill, however late a busy machine is with it."""
+    return prepared(armed_for_at_most="20 s", rider__presses_button_after="15 s")
+
+
 def test_a_loop_that_is_killed_leaves_its_frames_its_ticks_and_a_word_about_it(tmp_path):
-    outcome = ridden(prepared(), tmp_path / "run", killing("slipbench loop", Phase.ARMED))
+    outcome = ridden(long_armed(), tmp_path / "run", killing("slipbench loop", Phase.ARMED))
     assert not outcome.done
     assert outcome.state.phase == Phase.ARMED
     assert outcome.trip == "the loop's process died (signal 9)"
@@ -81,7 +86,7 @@ def test_a_loop_that_is_killed_leaves_its_frames_its_ticks_and_a_word_about_it(t
 def test_a_recorder_that_is_killed_ends_the_trial_without_an_excitation(tmp_path):
     """On a machine that stalls it may not get so far; it never excites what nobody records."""
     told = killing("slipbench recorder", Phase.ARMED)
-    outcome = ridden(prepared(armed_for_at_most="20 s"), tmp_path / "run", told)
+    outcome = ridden(long_armed(), tmp_path / "run", told)
     assert outcome.state.phase == Phase.TRIPPED
     assert outcome.state.trip.reason == TripReason.RECORDER
     assert "the recorder's process died (signal 9)" in outcome.notes
@@ -157,11 +162,15 @@ def test_a_disk_that_takes_no_more_ends_the_trial_and_the_user_is_told_why(tmp_p
             if phase == Phase.ARMED and child.name == "slipbench recorder":
                 resource.prlimit(child.pid, resource.RLIMIT_FSIZE, (1000, 1000))
 
-    outcome = ridden(prepared(armed_for_at_most="20 s"), tmp_path / "run", told)
+    for attempt in range(3):  # where the machine stalls, the trial trips for that first: once more
+        run = tmp_path / f"run-{attempt}"
+        outcome = ridden(prepared(armed_for_at_most="20 s"), run, told)
+        if outcome.state.trip is None or outcome.state.trip.reason != TripReason.TIMING:
+            break
     assert outcome.trip == "the recorder cannot write"
     why = f"the recorder could not write: {os.strerror(errno.EFBIG)}"
     assert why in outcome.notes
-    recording_ = read(tmp_path / "run")
+    recording_ = read(run)
     assert why in recording_.description["outcome"]["notes"]
     assert recording_.frame_count > 100
 

@@ -14,6 +14,8 @@ import pytest
 CHROMIUM = next(
     filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None
 )
+ANY_PORT = "127.0.0.1:0"
+PATIENCE = 240_000  # ms; a busy machine starts a trial slowly
 ADDRESS = re.compile(r"(?:view|may trip): (http://\S+)")
 
 
@@ -35,6 +37,7 @@ def page(browser):
     errors = []
     context = browser.new_context(viewport={"width": 1280, "height": 900})
     opened = context.new_page()
+    opened.set_default_timeout(PATIENCE)
     opened.on("pageerror", lambda fault: errors.append(str(fault)))
     yield opened
     context.close()
@@ -98,3 +101,11 @@ def with_patience(process):
         process.wait(0.1)
     except subprocess.TimeoutExpired:
         return
+
+
+def until(page, condition):
+    page.wait_for_function(f"() => {condition}", timeout=PATIENCE)
+
+
+def until_phase(page, phase):
+    until(page, f"document.getElementById('head').dataset.phase === '{phase}'")
