@@ -92,9 +92,14 @@ def made_once(make: Callable[..., ModuleType]) -> Callable[..., ModuleType]:
     return made
 
 
-def inlined(text: str) -> str:
-    """The text of a function that the compiler merges into its callers."""
-    return f"@njit(forceinline=True, {INNER})\n{text}\n"
+def inlined(text: str, signature: str = "") -> str:
+    """The text of a function that the compiler merges into its callers.
+
+    signature: the only one; else the function is compiled for each that calls have. To numba, each whole
+    number that is written in a call is a type of its own.
+    """
+    only = f"{signature!r}, " if signature else ""
+    return f"@njit({only}forceinline=True, {INNER})\n{text}\n"
 
 
 def plain(text: str) -> str:

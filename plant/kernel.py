@@ -255,7 +255,8 @@ def evaluate(x: Floats, y: Floats, parameters: Floats, row: Floats, step: float)
     led = slopes(row, read_states(x), 1.0)
     p = read_parameters(parameters)
     command, spark = row[THROTTLE_COMMAND], row[SPARK]
-    k, outputs = rates(read_states(x), u, led, command, spark, p, step, 0, 0.0, nothing, nothing)
+    now = len(nothing)  # a 0 that is written in the call would be a type of its own
+    k, outputs = rates(read_states(x), u, led, command, spark, p, step, now, 0.0, nothing, nothing)
     write(y, outputs)
     dx = np.empty(len(x))
     write_states(dx, k)

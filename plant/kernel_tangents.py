@@ -9,6 +9,7 @@ All rows stand in one array, WIDTH apart, so that the compiler knows that no two
 """
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -541,7 +542,11 @@ def advance_tangents(
     return 0.0
 
 
-SMALL = (add_one, add_row)
+SMALL: dict[Callable[..., None], str] = {
+    add_one: "void(f8[::1],i8,f8)",
+    add_row: "void(f8[::1],i8,i8,f8,i8)",
+}
+"""With their signatures."""
 PARTS = (
     start_rows,
     load_inputs,

@@ -51,8 +51,8 @@ def tangents_text(effects: tuple[EffectClass, ...], equations: Equations) -> str
     held = gradient(kernel.held_value, "held_slopes", ["delay_steps"])
     stop = gradient(kernel.off_the_stop, "stop_slopes", ["position", "rate", "push"])
     parts = [constants(rows.order), rows.constants()]
-    parts += [inlined(text_of(function)) for function in kernel_tangents.SMALL]
-    parts += [inlined(text) for text in writer.functions.values()]
+    parts += [inlined(text_of(f), only) for f, only in kernel_tangents.SMALL.items()]
+    parts += [inlined(text, writer.signatures.get(n, "")) for n, text in writer.functions.items()]
     parts += [plain(rates), inlined(held.text), inlined(stop.text), inlined(_read_row())]
     parts.append(inlined(text_of(kernel.transmission)))
     parts += [plain(text_of(function)) for function in kernel_tangents.PARTS]
@@ -68,12 +68,16 @@ def _read_row() -> str:
 
 
 class _Writer:
-    """Writes `rates_tangents`. functions: texts of all derivatives that it calls, by name."""
+    """Writes `rates_tangents`.
+
+    functions: texts of all derivatives that it calls, by name; signatures: of some of them.
+    """
 
     def __init__(self, rows: Rows) -> None:
         self.rows = rows
         self.names = Names(rows.order)
         self.functions: dict[str, str] = {}
+        self.signatures: dict[str, str] = {}
 
     def rates(self) -> str:
         """The text of `rates_tangents`: every equation, each followed by the effects at its seam."""
@@ -170,7 +174,7 @@ class _Writer:
 
     def _rows(self, rows: list[int], terms: list[list[tuple[str, Source]]]) -> list[str]:
         """Sums of rows over all columns first, then inputs, then parameters."""
-        numbers, shape, more = [str(row) for row in rows], list[str](), list[str]()
+        numbers, shape, more = [str(row) for row in rows], list[int](), list[str]()
         for row, parts in zip(rows, terms, strict=True):
             length = 0
             for slope, source in parts:
@@ -185,9 +189,10 @@ class _Writer:
                 else:
                     length += 1
                     numbers += [slope, str(self.rows.of(source))]
-            shape.append(str(length))
-        name = f"sums_{'_'.join(shape)}"
-        self.functions.setdefault(name, _sums(name, [int(length) for length in shape]))
+            shape.append(length)
+        name = f"sums_{'_'.join(map(str, shape))}"
+        self.functions.setdefault(name, _sums(name, shape))
+        self.signatures[name] = f"void(f8[::1],i8{',i8' * len(shape)}{',f8,i8' * sum(shape)})"
         return [f"{name}(w, n, {', '.join(numbers)})", *more]
 
     def _along(self, number: int, call: Call, targets: list[str]) -> Iterator[str]:
