@@ -34,6 +34,15 @@ class DrawnMotorcycle:
 
 def drawn_motorcycle(vehicle: Vehicle, seed: int, number: int) -> DrawnMotorcycle:
     """Motorcycle `number` of a seed. Raises InputError where the vehicle file states no deviation."""
+    rng = np.random.default_rng((seed, number))
+    motorcycle = within_deviations(vehicle, rng)
+    added = _effects(motorcycle, rng)
+    whole = replace(motorcycle, effects=(*motorcycle.effects, *added))
+    return DrawnMotorcycle(whole, number, tuple(effect.key for effect in added))
+
+
+def within_deviations(vehicle: Vehicle, rng: np.random.Generator) -> Motorcycle:
+    """Motorcycle with its parameters drawn. Raises InputError where the file states no deviation."""
     if not vehicle.plus_minus:
         raise InputError(
             "this vehicle file does not state how well its numbers are known",
@@ -42,13 +51,10 @@ def drawn_motorcycle(vehicle: Vehicle, seed: int, number: int) -> DrawnMotorcycl
             found="none",
             remedy='for example mass = { value = 245, unit = "kg", plus_minus = 5 }',
         )
-    rng = np.random.default_rng((seed, number))
     motorcycle = vehicle.motorcycle
     for key in sorted(vehicle.plus_minus):
         motorcycle = _varied(motorcycle, key, vehicle.plus_minus[key] * _normal(rng) / QUANTILE)
-    added = _effects(motorcycle, rng)
-    whole = replace(motorcycle, effects=(*motorcycle.effects, *added))
-    return DrawnMotorcycle(whole, number, tuple(effect.key for effect in added))
+    return motorcycle
 
 
 def _normal(rng: np.random.Generator) -> float:

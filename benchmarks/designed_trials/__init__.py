@@ -1,0 +1,1 @@
+"""Blind comparison of designed trials with a fixed plan and with a menu."""
