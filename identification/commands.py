@@ -31,12 +31,16 @@ def register(app: typer.Typer) -> None:
 def identify_command(
     runs: Annotated[
         list[Path],
-        typer.Argument(metavar="RUN...", help="Run folder of a trial or of an imported log."),
+        typer.Argument(
+            metavar="RUN...",
+            help="Run folder of a trial or of an imported log, or a table whose titles state units.",
+        ),
     ],
     out: Annotated[
         Path | None,
         typer.Option(
-            help="Folder for the report; default: the run folder, for several runs `comparison`."
+            help="Folder for the report; default: the run folder, for a table its name without ending,"
+            " for several runs `comparison`."
         ),
     ] = None,
     figures: Annotated[
@@ -66,14 +70,14 @@ def identify_command(
     """
     from slipbench.identification.response.from_folder import identified
     from slipbench.identification.response.selection import Selection, parse_window
-    from slipbench.protocol.recording.run_folder import read
+    from slipbench.protocol.recording.table_recording import read_recording
 
     selection = Selection(parse_window(window) if window else None, input, output)
     console, made = Console(stderr=True), []
     with console.status("") as progress:
         for run in runs:
             progress.update(f"{run.name}: reading the recording")
-            recording = read(run)
+            recording = read_recording(run)
             progress.update(f"{run.name}: identifying")
             found = identified(recording, selection)
             progress.update(f"{run.name}: fitting models")
@@ -83,7 +87,8 @@ def identify_command(
             said, written = write_comparison(made, out or Path("comparison"), figures)
         else:
             said = summary(*made[0])
-            written = write_report(*made[0], out or runs[0], figures)
+            own = runs[0] if runs[0].is_dir() else Path(runs[0].stem)
+            written = write_report(*made[0], out or own, figures)
     for line in said:
         typer.echo(line)
     typer.echo(f"report: {written}")

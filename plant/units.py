@@ -8,6 +8,8 @@ from typing import Any
 import pint
 
 ANGULAR = ("rad/s",)
+NEWTON_METRE = re.compile(r"(?<![A-Za-z])Nm(?![A-Za-z])")
+"""As engineers write it; to pint the number of a yarn."""
 # pint calculates what it is given: "9**9**9 m" would keep it for hours and fill the memory.
 _PLAIN = re.compile(r"[\w\s/*^().%°·µΩ²³-]{0,60}")
 _POWER = re.compile(r"(?<=[\w°Ω])\s*(?:\*\*|\^)\s*-?\d(?![\w.]|\s*(?:\*\*|\^))")
@@ -52,7 +54,8 @@ def _parsed(unit: str) -> Any:
     rest = _POWER.sub("", unit)
     if not _PLAIN.fullmatch(unit) or "^" in rest or "**" in rest:
         raise pint.DefinitionSyntaxError("not a product of units with powers of one digit")
-    return _registry().Unit("" if unit == "1" else unit.replace("%", "percent"))
+    known = NEWTON_METRE.sub("(N m)", unit).replace("%", "percent")
+    return _registry().Unit("" if unit == "1" else known)
 
 
 def base_exponents(unit: str) -> dict[str, int]:

@@ -1,8 +1,10 @@
 """Spellings of units that databases and loggers use, and that mean something else, or nothing, to pint.
 
-EXACT holds spellings whose case matters (C, G). ANY_CASE holds the others, in small letters; it comes
+Units that stand in products as well are in `units.txt`. EXACT holds spellings whose case matters (C, G). ANY_CASE holds the others, in small letters; it comes
 before pint, which reads "kmph" as a thousand miles per hour and "min^-1" as a rate without turns.
 """
+
+import re
 
 EXACT = {
     "": "dimensionless",
@@ -14,7 +16,6 @@ EXACT = {
     "F": "degF",
     "°F": "degF",
     "ºF": "degF",
-    "Nm": "N m",
     "°": "deg",
     "º": "deg",
     "KPa": "kPa",
@@ -48,6 +49,13 @@ ANY_CASE = {
 } | {"deg c": "degC", "degrees c": "degC", "deg f": "degF", "deg / s": "deg/s"}
 
 
+BARE_POWER = re.compile(r"(?<![\w^*])([A-Za-zµμΩ°]+)(-[1-4]|[2-4])(?![\w.])")
+"""A power without its sign: s2, kg m2, s-1."""
+INERTIA = re.compile(r"(?<![A-Za-z])kgm(?=(\^|\*\*)?2|²)")
+"""The power of kgm^2 is that of the metre."""
+
+
 def spelled(unit: str) -> str:
     """Unit as pint knows it; unchanged where its spelling is not listed here."""
-    return EXACT.get(unit) or ANY_CASE.get(unit.casefold(), unit)
+    whole = EXACT.get(unit) or ANY_CASE.get(unit.casefold())
+    return whole or BARE_POWER.sub(r"\1^\2", INERTIA.sub("kg m", unit))

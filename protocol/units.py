@@ -1,9 +1,11 @@
 """Units are converted once, at the edge: inside, everything is SI (angles rad, ratios 1)."""
 
+import math
 import re
 from collections.abc import Mapping
 from fractions import Fraction
 from functools import cache, lru_cache
+from pathlib import Path
 from tokenize import TokenError
 
 import pint
@@ -11,6 +13,7 @@ import pint
 from slipbench.protocol.errors import InputError, readable
 from slipbench.protocol.unit_spellings import spelled
 
+DEFINITIONS = Path(__file__).with_name("units.txt")
 NAMED = {"kg/m/s**2": "Pa", "kg*m/s**2": "N", "kg*m**2/s**2": "N m", "m/s**2": "m/s^2"}
 """Base units that have a name of their own."""
 Powers = Mapping[str, Fraction]
@@ -41,12 +44,16 @@ _NO_UNIT = (
     SyntaxError,
     TokenError,
     TypeError,
+    ValueError,
 )
 
 
 @cache
 def _registry() -> pint.UnitRegistry[float]:
-    return pint.UnitRegistry(autoconvert_offset_to_baseunit=True)
+    known: pint.UnitRegistry[float]
+    known = pint.UnitRegistry(autoconvert_offset_to_baseunit=True, on_redefinition="ignore")
+    known.load_definitions(DEFINITIONS)
+    return known
 
 
 @lru_cache(maxsize=1024)
@@ -61,10 +68,14 @@ def linear(unit: str, to: str) -> tuple[float, float]:
     try:
         source = _registry()
         _check_plain(unit_name)
-        zero = float(source.Quantity(0.0, unit_name).to(to_name).magnitude)
-        one = float(source.Quantity(1.0, unit_name).to(to_name).magnitude)
+        zero, one, two = (
+            float(source.Quantity(value, unit_name).to(to_name).magnitude)
+            for value in (0.0, 1.0, 2.0)
+        )
     except _NO_UNIT as cause:
         raise ValueError(f"unit {unit!r} does not convert to {to!r} ({cause})") from cause
+    if not math.isclose(two - one, one - zero, rel_tol=1e-6):
+        raise ValueError(f"unit {unit!r} does not convert to {to!r} (it is logarithmic)")
     return one - zero, zero
 
 

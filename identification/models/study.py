@@ -58,8 +58,8 @@ def study_of(found: Identification) -> Study:
         for one in checked
         if isinstance(one, NoValidation)
     ]
-    if found.main is None:
-        return Study(models, None, tuple(left))
+    if output != "slip" or found.main is None:
+        return Study(models, None, tuple(left), validations)
     distorted = _harmonics(found)
     if isinstance(distorted, DescribingFunction):
         return Study(models, distorted, tuple(left), validations)

@@ -32,6 +32,7 @@ from slipbench.identification.response.independent_lines import (
 from slipbench.identification.response.responses import NoResponse, response_between
 from slipbench.identification.response.swept_recording import signals_of, swept_run_of
 from slipbench.identification.response.swept_run import SweptRun, moving
+from slipbench.identification.signals.named import unit_of
 from slipbench.identification.signals.swept_phase import NoSweep
 from slipbench.identification.signals.trial_window import NoExcitation, TrialWindow
 from slipbench.protocol.recording.channel import FloatArray
@@ -49,6 +50,7 @@ class Validation:
     measured, predicted  (n,) output in SI, both without what is slower than the band
     fit                  NRMSE fit, %: 100 (1 - |measured - predicted| / |measured - mean|)
     error                root mean square of the residual, in the output's unit
+    unit                 of the output, in SI
     """
 
     run: str
@@ -61,6 +63,7 @@ class Validation:
     fit: float
     error: float
     tests: ResidualTests | NoTests
+    unit: str
 
     @property
     def missing(self) -> float:
@@ -203,4 +206,5 @@ def _compared(
         fit_percent(measured, predicted),
         float(np.sqrt(np.mean(residual**2))),
         residual_tests(residual, u, rate, band),
+        unit_of(lines.output, found.base),
     )

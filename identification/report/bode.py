@@ -15,7 +15,7 @@ from slipbench.protocol.recording.channel import FloatArray
 def bode(found: list[FrequencyResponse], peak: Resonance | NoResonance | None = None) -> Figure:
     """Bode plot of several responses; bins of low coherence or wide interval are faded."""
     figure, axes = d.panels(3, 6.6, [3, 3, 1.5], right=0.85)  # for the axis in dB
-    factor, unit = gain_unit(found[0].input, found[0].output)
+    factor, unit = gain_unit(*found[0].si_units)
     for response, colour in zip(found, (d.BLUE, d.ORANGE, d.GREEN), strict=False):
         _gain(axes[0], response, factor, colour)
         _phase(axes[1], response, colour)
@@ -81,7 +81,7 @@ def _decibels(gain: Axes, unit: str) -> None:
 
 def _format_axes(axes: list[Axes], found: list[FrequencyResponse], unit: str) -> None:
     reliable = [r.gain[r.reliable] for r in found if r.reliable.any()]
-    factor = gain_unit(found[0].input, found[0].output)[0]
+    factor = gain_unit(*found[0].si_units)[0]
     axes[0].set(xscale="log", yscale="log", ylabel=f"gain / ({unit})")
     if reliable:
         low, high = min(g.min() for g in reliable), max(g.max() for g in reliable)

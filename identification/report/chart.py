@@ -104,12 +104,18 @@ def _draw(axes: Axes, panel: Panel) -> None:
     axes.set_yscale("log" if panel.y_log else "linear")
     axes.set_xlim(panel.x_range)
     axes.set_ylim(panel.y_range)
-    if any(one.label for one in panel.traces):
+    if _legend_entries(panel):
         d.legend(axes, COLUMNS)
 
 
+def _legend_entries(panel: Panel) -> int:
+    """Return how many traces a legend names; a title, in its place, names a single one."""
+    named = sum(bool(one.label) for one in panel.traces)
+    return 0 if panel.title and named == 1 else named
+
+
 def _legend_rows(panel: Panel) -> int:
-    return math.ceil(sum(bool(one.label) for one in panel.traces) / COLUMNS)
+    return math.ceil(_legend_entries(panel) / COLUMNS)
 
 
 def _draw_trace(axes: Axes, one: Trace) -> None:

@@ -4,10 +4,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from slipbench.identification.report import drawing as d
-from slipbench.identification.report.words import name, of_role, shown, unit
+from slipbench.identification.report.words import name, shown, unit
 from slipbench.identification.response.identify import Identification
 from slipbench.identification.response.responses import INPUTS, excited_actuator
 from slipbench.identification.signals.motion import Motion
+from slipbench.identification.signals.named import unit_of
 from slipbench.identification.signals.trial_window import TrialWindow
 from slipbench.protocol.recording.channel import FloatArray
 from slipbench.protocol.trial_file import Sweep
@@ -26,7 +27,7 @@ def close_ups(found: Identification) -> Figure | None:
     for panel, share in zip(axes, (0.06, 0.5, 0.94), strict=True):
         frequency = _swept_frequency(trial.excitation, share)
         _close_up(panel, found, moved.slip.ratio, applied, role, share, frequency)
-    axes[0].set_ylabel(f"{name(role)} / {unit(of_role(role))}", color=d.BLUE)
+    axes[0].set_ylabel(f"{name(role)} / {unit(unit_of(role, found.base))}", color=d.BLUE)
     return figure
 
 
@@ -44,7 +45,7 @@ def _close_up(
     middle = part.start + round(share * (part.stop - part.start))
     half = round(min(1.5 / frequency, 2.0) * found.base.rate)
     near = slice(max(middle - half, 0), min(middle + half, time.size - 1))
-    axes.plot(time[near], shown(applied[near], of_role(role)), color=d.BLUE)
+    axes.plot(time[near], shown(applied[near], unit_of(role, found.base)), color=d.BLUE)
     twin = axes.twinx()
     twin.plot(time[near], slip[near] * 100, color=d.VIOLET)
     twin.spines["right"].set_visible(True)

@@ -22,7 +22,7 @@ def bode_chart(found: list[FrequencyResponse], labels: list[str] | None = None) 
 
     labels: one for each response; by default its input and output.
     """
-    factor, unit = gain_unit(found[0].input, found[0].output)
+    factor, unit = gain_unit(*found[0].si_units)
     said = labels or [f"{name(r.input)} to {name(r.output)}" for r in found]
     gain, phase, coherence = [], [], []
     for one, label, colour in zip(found, said, COLOURS * (1 + len(found) // 8), strict=False):
@@ -67,7 +67,7 @@ def bode_chart(found: list[FrequencyResponse], labels: list[str] | None = None) 
 
 def model_chart(found: tuple[Recommended, ...]) -> Chart:
     """Gain and phase of models with 95 % intervals and of the bins that they were fitted to."""
-    factor, unit = gain_unit(found[0].response.input, found[0].response.output)
+    factor, unit = gain_unit(*found[0].response.si_units)
     gain, phase = [], []
     for one, colour in zip(found, COLOURS, strict=False):
         lines, fit = one.fit.lines, one.fit
@@ -93,7 +93,7 @@ def model_chart(found: tuple[Recommended, ...]) -> Chart:
 
 def nichols_chart(responses: list[FrequencyResponse], models: tuple[Recommended, ...]) -> Chart:
     """Gain in dB over phase: reliable bins of the responses, and the models."""
-    factor, unit = gain_unit(responses[0].input, responses[0].output)
+    factor, unit = gain_unit(*responses[0].si_units)
     traces = []
     for one, colour in zip(responses, COLOURS, strict=False):
         known = one.reliable

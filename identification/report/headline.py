@@ -45,7 +45,7 @@ def _not_valid(recording: Recording) -> str:
 
 
 def _response(main: FrequencyResponse, found: Identification) -> str:
-    factor, unit = gain_unit(main.input, main.output)
+    factor, unit = gain_unit(*main.si_units)
     actuator = "spark" if main.input.startswith("spark") else "throttle"
     path = f"of {name(main.output)} to {name(main.input) if found.pair else actuator}"
     quality = coherence(main)
@@ -75,10 +75,20 @@ def coherence(main: FrequencyResponse) -> str:
 
 
 def _without(found: Identification) -> str:
+    if found.pair is not None and (why := why_not(found)):
+        return (
+            f"The response of {name(found.pair[1])} to {name(found.pair[0])} is not given: {why}."
+        )
     sentence = _slip(found)
     if isinstance(found.window, NoExcitation):
         return f"{sentence} No frequency response is given: {found.window.reason}."
     return f"{sentence} No frequency response is given; see the analyses left out."
+
+
+def why_not(found: Identification) -> str:
+    """Reason why the selected response is not given; empty where nothing says one."""
+    asked = "response from {} to {}".format(*(found.pair or ("", "")))
+    return next((one.reason for one in found.left_out if one.analysis == asked), "")
 
 
 def _slip(found: Identification) -> str:

@@ -1,5 +1,6 @@
 """Contents of `identification.json`: results of a recording in SI units."""
 
+import math
 from typing import Any
 
 import numpy as np
@@ -69,7 +70,8 @@ def delays(found: Identification) -> dict[str, float]:
         if speed > 0:
             known["encoder"] = tooth_interval(speed, moved.axle.radius, moved.axle.teeth_per_turn)
     if found.main is not None and np.count_nonzero(found.main.reliable) >= 3:
-        known["input_to_slip"] = low_frequency_delay(found.main)
+        peak = found.resonance.frequency if isinstance(found.resonance, Resonance) else math.inf
+        known["input_to_slip"] = low_frequency_delay(found.main, peak)
     return {key: _rounded(value) for key, value in known.items()}
 
 

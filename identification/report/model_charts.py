@@ -10,7 +10,7 @@ from slipbench.identification.models.validation import Validation
 from slipbench.identification.report import drawing as d
 from slipbench.identification.report.chart import Chart, Panel, Trace
 from slipbench.identification.report.frequency_charts import COLOURS
-from slipbench.identification.report.words import gain_unit, name, of_role, shown, unit
+from slipbench.identification.report.words import gain_unit, name, shown, unit
 from slipbench.identification.response.response import ComplexArray
 
 HERTZ = 1 / (2 * np.pi)
@@ -76,19 +76,19 @@ def step_chart(models: tuple[Recommended, ...]) -> Chart:
     """Response of models to a unit step of their input, with 95 % bands."""
     traces = []
     for one, colour in zip(models, COLOURS, strict=False):
-        factor, _ = gain_unit(one.response.input, one.response.output)
+        factor, _ = gain_unit(*one.response.si_units)
         step = step_response(one.fit)
         value, half = factor * step.value, factor * step.half_width
         label = f"from {name(one.response.input)}"
         traces.append(Trace(label, step.time, value, colour, value - half, value + half))
-    _, each = gain_unit(models[0].response.input, models[0].response.output)
+    _, each = gain_unit(*models[0].response.si_units)
     output = name(models[0].response.output)
     return Chart((Panel(tuple(traces), f"{output} / ({each})", "time / s", height=2.8),))
 
 
 def validation_chart(checked: Validation) -> Chart:
     """Measured and predicted output over time, and the residual, on held-out data."""
-    si = of_role(checked.output)
+    si = checked.unit
     measured, predicted = (_deviation(x, si) for x in (checked.measured, checked.predicted))
     label = f"{name(checked.output)} / {unit(si)}"
     lines = (

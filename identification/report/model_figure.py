@@ -18,7 +18,7 @@ def model_figure(found: tuple[Recommended, ...]) -> Figure | None:
     if not found:
         return None
     figure, axes = d.panels(2, 5.2, [3, 2])
-    factor, unit = gain_unit(found[0].response.input, found[0].response.output)
+    factor, unit = gain_unit(*found[0].response.si_units)
     for one, colour in zip(found, (d.BLUE, d.ORANGE, d.GREEN), strict=False):
         lines, fit = one.fit.lines, one.fit
         low, high = reliable_band(one.response) or (lines.frequency[0], lines.frequency[-1])

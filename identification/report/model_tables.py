@@ -17,7 +17,7 @@ FASTEST = 3.0  # times the top of the band; faster poles are not listed
 def rows(of: Recommended) -> Rows:
     """Rows of the model: order, residual test, dead time, poles, zeros; 95 % intervals."""
     fit = of.fit
-    factor, unit = gain_unit(of.response.input, of.response.output)
+    factor, unit = gain_unit(*of.response.si_units)
     low = fit.lines.frequency[:1]
     gain, band = float(np.abs(fit.response(low))[0]), float(fit.band(low)[0])
     made = [

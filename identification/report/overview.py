@@ -7,9 +7,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from slipbench.identification.report import drawing as d
-from slipbench.identification.report.words import name, of_role, shown
+from slipbench.identification.report.words import name, shown
 from slipbench.identification.response.identify import Identification
 from slipbench.identification.signals.motion import Motion
+from slipbench.identification.signals.named import unit_of
 from slipbench.identification.signals.trial_window import TrialWindow
 from slipbench.protocol.recording.channel import FloatArray
 
@@ -54,7 +55,7 @@ def _draw(axes: Axes, found: Identification, roles: tuple[str, ...], label: str)
     for role, (colour, width, over) in zip(roles, looks, strict=False):
         value = found.base.get(role)
         if value is not None:
-            y = shown(value, of_role(role))
+            y = shown(value, unit_of(role, found.base))
             d.line(axes, found.base.time, y, color=colour, lw=width, zorder=over, label=name(role))
     axes.set_ylabel(label)
 

@@ -57,20 +57,20 @@ def draw(found: Identification, study: Study) -> list[Drawn]:
         to_slip = [r for r in found.responses if r.output == output]
         servo = [r for r in found.responses if r.output != output]
         made = [
-            ("overview", OVERVIEW, overview(found)),
-            ("close_ups", CLOSE_UPS, close_ups(found)),
-            ("following", FOLLOWING, slip_control.figure(found)),
-            ("response", BODE, bode(to_slip, found.resonance) if to_slip else None),
-            ("servo", SERVO, bode(servo) if servo else None),
-            ("model", MODEL, model_figure(study.models)),
-            ("harmonics", HARMONICS, harmonics_figure(study.harmonics)),
-            ("statistics", STATISTICS, slip_statistics(found) if not to_slip else None),
-            ("spectra", SPECTRA, spectra(found)),
-            ("bus_load", BUS_LOAD, operation.bus_load(found.recording)),
-            ("lateness", LATENESS, operation.lateness(found.recording)),
+            ("overview", overview(found)),
+            ("close_ups", close_ups(found)),
+            ("following", slip_control.figure(found)),
+            ("response", bode(to_slip, found.resonance) if to_slip else None),
+            ("servo", bode(servo) if servo else None),
+            ("model", model_figure(study.models)),
+            ("harmonics", harmonics_figure(study.harmonics)),
+            ("statistics", slip_statistics(found) if not to_slip else None),
+            ("spectra", spectra(found)),
+            ("bus_load", operation.bus_load(found.recording)),
+            ("lateness", operation.lateness(found.recording)),
         ]
         charts = interactive(found, study)
-        drawn = [Drawn(n, text, f, charts.get(n)) for n, text, f in made if f is not None]
+        drawn = [Drawn(n, _caption(n), f, charts.get(n)) for n, f in made if f is not None]
         return [
             *drawn,
             *(
@@ -157,25 +157,33 @@ def _inline(drawn: Drawn) -> Markup:
     return Markup(drawing.svg(drawn.figure, drawn.name))
 
 
-OVERVIEW = (
-    "Shaded: excitation active. The command is the value that the ECU reports as applied; it is the "
-    "input of every frequency response below."
-)
-FOLLOWING = "Measured slip, computed after the trial, and the setpoint of the controller."
-CLOSE_UPS = "Details at three frequencies of the sweep."
-BODE = (
-    "First harmonic with 95 % interval. Faded: coherence below 0.8 or 95 % interval wider than half "
-    "the gain. Dashed line: coherence limit."
-)
-MODEL = (
-    "Frequency response (independent bins) and fitted model, 95 % interval. The model curve includes "
-    "the drift below the band."
-)
-HARMONICS = (
-    "Second and third harmonic of slip relative to the first. Faded: 95 % interval wider than the "
-    "value."
-)
 CAPTIONS = {
+    "overview": (
+        "Shaded: excitation active. The command is the value that the ECU reports as applied; it is the "
+        "input of every frequency response below."
+    ),
+    "close_ups": "Details at three frequencies of the sweep.",
+    "following": "Measured slip, computed after the trial, and the setpoint of the controller.",
+    "response": (
+        "First harmonic with 95 % interval. Faded: coherence below 0.8 or 95 % interval wider than half "
+        "the gain. Dashed line: coherence limit."
+    ),
+    "servo": "Throttle servo: from throttle command to measured throttle position.",
+    "model": (
+        "Frequency response (independent bins) and fitted model, 95 % interval. The model curve includes "
+        "the drift below the band."
+    ),
+    "harmonics": (
+        "Second and third harmonic of slip relative to the first. Faded: 95 % interval wider than the "
+        "value."
+    ),
+    "statistics": "Slip wherever it is defined; the colour of the right panel is the number of samples.",
+    "spectra": (
+        "Amplitude spectrum (amplitude of the sine at each frequency). Marked: orders of the driven "
+        "wheel; 1X is one per revolution."
+    ),
+    "bus_load": "Bus load over time; dashed line: design limit of the database.",
+    "lateness": "Histogram of the lateness of late ticks: actual minus scheduled start.",
     "nichols": "Points: reliable bins; lines: fitted models. The cursor gives the frequency.",
     "roots": (
         "Poles (x) and zeros (o) in Hz, with 95 % regions; those of real roots are intervals. A region "
@@ -191,11 +199,3 @@ CAPTIONS = {
         "where the residual is white (left) or independent of the input (right)."
     ),
 }
-SERVO = "Throttle servo: from throttle command to measured throttle position."
-STATISTICS = "Slip wherever it is defined; the colour of the right panel is the number of samples."
-SPECTRA = (
-    "Amplitude spectrum (amplitude of the sine at each frequency). Marked: orders of the driven "
-    "wheel; 1X is one per revolution."
-)
-BUS_LOAD = "Bus load over time; dashed line: design limit of the database."
-LATENESS = "Histogram of the lateness of late ticks: actual minus scheduled start."

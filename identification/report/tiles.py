@@ -31,7 +31,7 @@ def tiles(found: Identification, study: Study) -> list[Tile]:
     made: list[Tile] = []
     main, peak, span = found.main, found.resonance, slip_range(found)
     if main and isinstance(peak, Resonance):
-        factor, unit = gain_unit(main.input, main.output)
+        factor, unit = gain_unit(*main.si_units)
         low = f"DC gain {peak.low_gain * factor:.3g} {unit}"
         made.append(Tile("Resonance", f"{peak.frequency:.2f} Hz", low))
         made.append(Tile("Peak", f"{decibel(peak.peak):+.1f} dB", "above the DC gain"))

@@ -6,9 +6,10 @@ import numpy as np
 
 from slipbench.identification.report import drawing as d
 from slipbench.identification.report.chart import Chart, Panel, Trace
-from slipbench.identification.report.words import name, of_role, shown, unit
+from slipbench.identification.report.words import name, shown, unit
 from slipbench.identification.response.identify import Identification
 from slipbench.identification.signals.motion import Motion
+from slipbench.identification.signals.named import unit_of
 from slipbench.identification.signals.trial_window import TrialWindow
 from slipbench.protocol.recording.channel import FloatArray
 
@@ -23,7 +24,7 @@ def time_chart(found: Identification) -> Chart | None:
         known = [(role, value) for role in roles if (value := _moving(found, role)) is not None]
         if not known:
             continue
-        si = of_role(known[0][0])
+        si = unit_of(known[0][0], found.base)
         traces = tuple(
             Trace(name(role), time, shown(value, si), UNDER.get(role, d.BLUE))
             for role, value in known

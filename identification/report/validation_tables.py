@@ -4,7 +4,7 @@ from typing import Any
 
 from slipbench.identification.models.residual_tests import CorrelationTest, NoTests
 from slipbench.identification.models.validation import Validation
-from slipbench.identification.report.words import name, of_role, p_value, shown_deviation
+from slipbench.identification.report.words import name, p_value, shown_deviation
 
 Rows = list[tuple[str, str]]
 
@@ -19,7 +19,7 @@ def rows(of: Validation) -> Rows:
     return [
         ("Held-out data", f"{of.held_out}; run {of.run}"),
         ("NRMSE fit", f"{of.fit:.1f} %; below the band nothing is compared"),
-        ("RMS error", shown_deviation(of.error, of_role(of.output))),
+        ("RMS error", shown_deviation(of.error, of.unit)),
         *_tests(of),
     ]
 

@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from slipbench.identification.signals.named import unit_of
 from slipbench.protocol.recording.channel import FloatArray
 
 _SHOWN = {
@@ -55,14 +54,11 @@ def p_value(probability: float) -> str:
     return f"p = {probability:.2g}" if probability >= 1e-3 else "p < 0.001"
 
 
-def of_role(role: str) -> str:
-    """SI unit of a role, of slip or of slip speed."""
-    return unit_of(role)
+def gain_unit(under: str, over: str) -> tuple[float, str]:
+    """Factor from SI and display unit of a gain, such as percent slip per percent throttle.
 
-
-def gain_unit(input_role: str, output_role: str) -> tuple[float, str]:
-    """Factor from SI and display unit of a gain, such as percent slip per percent throttle."""
-    over, under = of_role(output_role), of_role(input_role)
+    under, over: SI units of input and output.
+    """
     factors = [_SHOWN.get(si, (1.0, 0.0, si))[0] for si in (over, under)]
     return factors[0] / factors[1], f"{unit(over)}\u2009/\u2009{unit(under)}"
 

@@ -15,7 +15,7 @@ from slipbench.identification.response.spectra import spectra
 from slipbench.identification.signals.aligned import Aligned, aligned
 from slipbench.identification.signals.dataset import Dataset, dataset
 from slipbench.identification.signals.motion import Motion, NoMotion, motion
-from slipbench.identification.signals.named import named_signals
+from slipbench.identification.signals.named import named_signals, unit_of
 from slipbench.identification.signals.spectrum import Spectrum
 from slipbench.identification.signals.trial_window import NoExcitation, TrialWindow, trial_window
 from slipbench.protocol.extras import optional_library
@@ -113,11 +113,15 @@ def identify(recording: Recording, selection: Selection | None = None) -> Identi
     if selection.window is not None:  # then nothing is known of the excitation
         recording = replace(recording, trial=None)
     tried = _responses(base, moved, window, recording, pair)
-    found = tuple(r for r in tried if isinstance(r, FrequencyResponse))
+    found = tuple(
+        replace(r, units=(unit_of(r.input, base), unit_of(r.output, base)))
+        for r in tried
+        if isinstance(r, FrequencyResponse)
+    )
     main = next((r for r in found if r.output == (pair[1] if pair else "slip")), None)
     peak = resonance(main) if main else NoResonance("no response to slip was measured")
     drawn = spectra(data, base, moved, window)
-    left = left_out(data, moved, window, tried, drawn)
+    left = left_out(data, moved, window, tried, drawn, pair)
     followed = following(base, moved, window, recording.trial)
     return Identification(
         recording, data, base, moved, window, found, main, peak, drawn, left, followed, pair

@@ -33,24 +33,34 @@ def left_out(
     window: TrialWindow | NoExcitation,
     tried: Tried,
     spectra: tuple[Spectrum, ...],
+    pair: tuple[str, str] | None,
 ) -> tuple[LeftOut, ...]:
-    """List every analysis that was left out."""
-    left = [
+    """List every analysis that was left out. pair: selected input and output.
+
+    A pair without slip asks for its response alone, of any machine.
+    """
+    clocks = [
         LeftOut(f"everything on the clock of {fit.clock}", fit.reason)
         for fit in data.clocks.values()
         if isinstance(fit, Unaligned)
     ]
-    if isinstance(moved, NoMotion):
-        left.append(LeftOut("slip", moved.reason, moved.roles))
-    elif moved.slip.kind == "slip speed":
-        left.append(LeftOut("slip as a ratio", moved.slip.statement))
-    left += _without_response(data, moved, window)
-    left += [
+    refused = [
         LeftOut(f"response from {r.input} to {r.output}", r.reason, r.roles)
         for r in tried
         if isinstance(r, NoResponse)
     ]
-    return (*left, *_without_spectrum(data, spectra))
+    if pair is not None and "slip" not in pair:
+        return (*clocks, *refused)
+    without = (*_without_slip(moved), *_without_response(data, moved, window))
+    return (*clocks, *without, *refused, *_without_spectrum(data, spectra))
+
+
+def _without_slip(moved: Motion | NoMotion) -> list[LeftOut]:
+    if isinstance(moved, NoMotion):
+        return [LeftOut("slip", moved.reason, moved.roles)]
+    if moved.slip.kind == "slip speed":
+        return [LeftOut("slip as a ratio", moved.slip.statement)]
+    return []
 
 
 def _without_response(

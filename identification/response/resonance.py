@@ -1,5 +1,6 @@
 """Resonance of a measured frequency response, reported only where the measurement carries it."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -48,17 +49,18 @@ def resonance(response: FrequencyResponse) -> Resonance | NoResonance:
     return Resonance(at, float(np.exp(height)) / low_gain, low_gain)
 
 
-def low_frequency_delay(response: FrequencyResponse) -> float:
+def low_frequency_delay(response: FrequencyResponse, peak: float = math.inf) -> float:
     """Delay that the phase slope shows over the lower half of the reliable band, s.
 
-    It includes bus, servo, intake and driveline. Raises ValueError where fewer than three lines
-    are reliable.
+    It includes bus, servo, intake and driveline. peak: Hz, of a resonance; above half of it the phase turns
+    with the resonance. Raises ValueError where fewer than three lines are reliable.
     """
     lines = response.reliable
     frequency, phase = response.frequency[lines], response.phase[lines]
     if frequency.size < 3:
         raise ValueError("fewer than three lines have enough coherence")
-    lower = slice(0, max(3, frequency.size // 2))
+    below = np.count_nonzero(frequency <= 0.5 * peak)
+    lower = slice(0, max(3, min(frequency.size // 2, below)))
     slope = np.polyfit(2 * np.pi * frequency[lower], phase[lower], 1)[0]
     return -float(slope)
 

@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from slipbench.identification.signals.named import unit_of
 from slipbench.identification.signals.samples import BoolArray
 from slipbench.protocol.extras import optional_library
 from slipbench.protocol.notebook import card, table
 from slipbench.protocol.recording.channel import FloatArray
-from slipbench.protocol.recording.roles import ROLES
 
 if TYPE_CHECKING:
     import control
@@ -33,6 +33,7 @@ class FrequencyResponse:
     method         how it was estimated, for people
     stride         lines from one to the next that shares no noise with it; 1 where all are
                    independent, more where neighbouring windows overlap
+    units          SI units of input and output; empty: those of the roles
     """
 
     input: str
@@ -44,6 +45,12 @@ class FrequencyResponse:
     quantile: float
     method: str
     stride: int = 1
+    units: tuple[str, str] = ("", "")
+
+    @property
+    def si_units(self) -> tuple[str, str]:
+        """SI units of input and output."""
+        return self.units[0] or unit_of(self.input), self.units[1] or unit_of(self.output)
 
     @property
     def gain(self) -> FloatArray:
@@ -88,7 +95,8 @@ class FrequencyResponse:
     @property
     def unit(self) -> str:
         """Unit of the gain in SI, as in "1 per rad" for spark to slip."""
-        return f"{_unit_of(self.output)} per {_unit_of(self.input)}"
+        under, over = self.si_units
+        return f"{over} per {under}"
 
     def to_pandas(self) -> Any:
         """A pandas.DataFrame indexed by frequency in Hz, one row a line.
@@ -141,10 +149,6 @@ class FrequencyResponse:
         return card(
             f"Frequency response, {self.input} to {self.output}", [self.method], table(head, rows)
         )
-
-
-def _unit_of(role: str) -> str:
-    return ROLES[role].unit if role in ROLES else "1"
 
 
 def reliable_band(response: FrequencyResponse) -> tuple[float, float] | None:

@@ -5,6 +5,7 @@ import numpy as np
 from slipbench.identification.models.recommended import Recommended
 from slipbench.identification.models.study import Study
 from slipbench.identification.models.validation import Validation
+from slipbench.identification.report.headline import why_not
 from slipbench.identification.report.run_verdict import RunVerdict
 from slipbench.identification.report.words import name
 from slipbench.identification.response.identify import Identification
@@ -46,7 +47,8 @@ def _unusable(found: Identification, look: QuickLook) -> str:
     if found.following is not None:
         return ""
     if found.main is None:
-        return f"there is no frequency response: {figures.no_response}{_remedy(found)}"
+        why = why_not(found) or figures.no_response
+        return f"there is no frequency response: {why}{_remedy(found)}"
     if reliable_band(found.main) is None:
         return "no frequency of the response is reliable"
     return "" if verdict.counts or found.recording.trial is None else verdict.reason

@@ -1,7 +1,7 @@
 """All that a recording knows, on one time base: only here are channels interpolated."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -25,11 +25,13 @@ class Dataset:
     time     (n,) s on the bus clock since the recording's start, equally spaced
     rate     Hz
     signals  role -> (n,) SI, NaN where not known
+    units    role -> its SI unit, also of quantities that are no role of the bench
     """
 
     time: FloatArray
     rate: float
     signals: Mapping[str, FloatArray]
+    units: Mapping[str, str] = field(default_factory=dict)
 
     def get(self, role: str) -> FloatArray | None:
         """Signal of a role in SI, shape (n,); None where the recording has none."""
@@ -44,7 +46,8 @@ def dataset(data: Aligned) -> Dataset:
     signals = {
         role: _method(role)(data.samples(role), time) for role in data.time if role not in COUNTS
     }
-    return Dataset(time, rate, signals)
+    units = {role: data.recording.channels[role].unit for role in signals}
+    return Dataset(time, rate, signals, units)
 
 
 def axle_signal(axle: AxleSpeed, time: FloatArray) -> FloatArray:

@@ -8,9 +8,13 @@ from slipbench.protocol.recording.roles import ROLES
 COMPUTED = {"slip": "1", "slip_speed": "m/s"}
 
 
-def unit_of(name: str) -> str:
-    """SI unit of a role, of slip or of slip speed; "1" where none is known."""
-    return COMPUTED.get(name) or (ROLES[name].unit if name in ROLES else "1")
+def unit_of(name: str, base: Dataset | None = None) -> str:
+    """SI unit of a recorded quantity, of a role, of slip or of slip speed; "1" where none is known."""
+    if name in COMPUTED:
+        return COMPUTED[name]
+    if base is not None and name in base.units:
+        return base.units[name]
+    return ROLES[name].unit if name in ROLES else "1"
 
 
 def named_signal(base: Dataset, moved: Motion | NoMotion, name: str) -> FloatArray | None:
@@ -24,10 +28,7 @@ def named_signal(base: Dataset, moved: Motion | NoMotion, name: str) -> FloatArr
 
 def named_signals(base: Dataset, moved: Motion | NoMotion) -> dict[str, tuple[FloatArray, str]]:
     """Every signal on the common time base: values of shape (n,) and SI unit."""
-    found = {
-        role: (value, ROLES[role].unit if role in ROLES else "")
-        for role, value in base.signals.items()
-    }
+    found = {role: (value, unit_of(role, base)) for role, value in base.signals.items()}
     for name, unit in COMPUTED.items():
         value = named_signal(base, moved, name)
         if value is not None:

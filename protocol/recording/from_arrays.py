@@ -28,13 +28,19 @@ def recording_of(
         role: _channel(role, times, value, _unit(role, units, values, name), name)
         for role, value in values.items()
     }
-    roles = RoleMap(
-        title=name,
+    duration = float(times[-1] - times[0])
+    return Recording(
+        Path(name), {}, None, own_roles(name, channels), channels, {}, duration=duration
+    )
+
+
+def own_roles(title: str, channels: Mapping[str, Channel]) -> RoleMap:
+    """Make the role map of channels that are roles themselves, each a column of its name."""
+    return RoleMap(
+        title=title,
         quantities={role: channel.unit for role, channel in channels.items()},
         roles={role: Source(column=role) for role in channels},
     )
-    duration = float(times[-1] - times[0])
-    return Recording(Path(name), {}, None, roles, channels, {}, duration=duration)
 
 
 def _unit(role: str, units: Mapping[str, str], values: Mapping[str, object], name: str) -> str:

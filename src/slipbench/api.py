@@ -78,10 +78,13 @@ class Trial:
 
 
 def read(folder: StrPath) -> Recording:
-    """Read the recording in a run folder. Raises InputError where it is missing or damaged."""
-    from slipbench.protocol.recording.run_folder import read as read_run
+    """Read the recording in a run folder, or in a file with a table whose titles state units.
 
-    return read_run(Path(folder))
+    Raises InputError where it is missing or damaged.
+    """
+    from slipbench.protocol.recording.table_recording import read_recording
+
+    return read_recording(Path(folder))
 
 
 def import_log(

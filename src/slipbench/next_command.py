@@ -122,11 +122,11 @@ def designed_from(
         problem = problem_of(known, asked, base, straight)
         found += [(one, base, problem) for one in design(problem, say)]
     found.sort(key=lambda each: -each[0].evidence.worth)
-    tree, designed = _first_that_runs(found, place, say)
+    tree, designed = first_that_runs(found, place, say)
     return tree, sentence(designed)
 
 
-def _first_that_runs(
+def first_that_runs(
     found: "list[tuple[Designed, BaseTrial, Problem]]", place: Path, say: Callable[[str], None]
 ) -> "tuple[dict[str, Any], Designed]":
     """The first trial that all motorcycles end on the bench. Raises InputError where none does."""

@@ -12,6 +12,7 @@ from slipbench.identification.report import drawing as d
 from slipbench.identification.report.words import gain_unit, name
 from slipbench.identification.response.best_linear import BestLinearApproximation
 from slipbench.identification.response.describing_function import DescribingFunction
+from slipbench.identification.signals.named import unit_of
 from slipbench.protocol.recording.channel import FloatArray
 from slipbench.studies.paper.harmonic_claims import CUTOFF, ZONES
 
@@ -30,7 +31,7 @@ def describing_figure(
     """
     with d.style():
         figure, axes = d.panels(3, 7.6, [3, 2, 2])
-        factor, unit = gain_unit(found.input, found.output)
+        factor, unit = gain_unit(unit_of(found.input), unit_of(found.output))
         for k in range(min(len(found.value), len(COLOURS))):
             _lines(axes, found, k, factor, cutoff)
             if points is not None:
@@ -51,7 +52,7 @@ def linear_figure(found: BestLinearApproximation, cutoff: float = CUTOFF) -> Fig
     """Figure of the best linear approximation, noise, even and odd distortion. cutoff: Hz."""
     with d.style():
         figure, axes = d.panels(2, 6.0, [3, 2])
-        factor, unit = gain_unit(found.input, found.output)
+        factor, unit = gain_unit(unit_of(found.input), unit_of(found.output))
         x, gain = found.frequency / cutoff, np.abs(found.value)
         axes[0].plot(x, _decibel(factor * gain), "o-", ms=3, color=d.BLUE, label="best linear")
         for level, colour, mark, label in (

@@ -32,7 +32,7 @@ def fit_figure(response: FrequencyResponse, study: RationalStudy, bandwidth: flo
         figure, axes = d.panels(2, 5.8)
         fit = study.likely.best.fit
         lines, fine = study.lines, _fine(response)
-        factor, unit = gain_unit(response.input, response.output)
+        factor, unit = gain_unit(*response.si_units)
         x, at = HZ * fine / bandwidth, HZ * lines.frequency / bandwidth
         axes[0].plot(
             at,

@@ -17,11 +17,12 @@ from slipbench.identification.models.scheduled import NAMES, ScheduledFit
 from slipbench.identification.models.switched import simulate
 from slipbench.identification.models.uncertainty_set import UncertaintySet
 from slipbench.identification.report import drawing as d
-from slipbench.identification.report.words import of_role, shown, unit
+from slipbench.identification.report.words import shown, unit
 from slipbench.identification.response.identify import Identification
 from slipbench.identification.response.responses import INPUTS, excited_actuator
 from slipbench.identification.signals.filters import low_pass
 from slipbench.identification.signals.motion import NoMotion
+from slipbench.identification.signals.named import unit_of
 from slipbench.identification.signals.trial_window import NoExcitation
 from slipbench.protocol.recording.channel import FloatArray
 from slipbench.studies.paper.switched_study import SwitchedStudy
@@ -68,11 +69,11 @@ def _trial(upper: Axes, lower: Axes, found: Identification, lasts: float | None)
     for role, label, colour in looks:
         signal = found.base.get(role)
         if signal is not None:
-            y = shown(signal[part] - _map(found, role, part), of_role(role))
+            y = shown(signal[part] - _map(found, role, part), unit_of(role))
             d.line(upper, time, y, color=colour, label=label, lw=1)
     d.line(lower, time, 100 * found.motion.slip.ratio[part], color=d.ORANGE, lw=0.9)
     if upper.get_subplotspec().is_first_col():  # type: ignore[union-attr]
-        upper.set_ylabel(f"{requested.split('_')[0]} / {unit(of_role(requested))}")
+        upper.set_ylabel(f"{requested.split('_')[0]} / {unit(unit_of(requested))}")
     lower.set_xlabel("time / s")
 
 

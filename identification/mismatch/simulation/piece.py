@@ -11,7 +11,7 @@ from slipbench.identification.signals.clocks import BUS
 from slipbench.protocol.errors import InputError
 from slipbench.protocol.recording.channel import Channel
 from slipbench.protocol.recording.recording import Recording
-from slipbench.protocol.recording.run_folder import read
+from slipbench.protocol.recording.table_recording import read_recording
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ class Piece:
 
     def read(self) -> Recording:
         """Read the recording, cut to the piece."""
-        whole = read(self.folder)
+        whole = read_recording(self.folder)
         if math.isinf(self.start) and math.isinf(self.end):
             return whole
         cut = {role: self._cut(channel) for role, channel in whole.channels.items()}

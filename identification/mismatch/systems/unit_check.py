@@ -21,7 +21,7 @@ AS_THE_FIRST = ("abs", "min", "max")
 NO_UNIT = ("tanh", "exp", "log", "sin", "cos", "tan", "atan")
 
 
-@dataclass(frozen=True)
+@dataclass(eq=False)
 class _DisagreementError(Exception):
     """part: of an equation. found, expected: units of two things that must agree."""
 

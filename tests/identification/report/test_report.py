@@ -13,7 +13,7 @@ from slipbench.identification.report.headline import headline
 from slipbench.identification.response.from_folder import identified, identified_folder
 from slipbench.protocol.codec.messages import Phase, TripReason
 from slipbench.protocol.errors import InputError
-from slipbench.protocol.recording import run_folder
+from slipbench.protocol.recording import table_recording
 from slipbench.protocol.recording.channel import Channel
 from slipbench.protocol.recording.recording import BusFault
 from tests.identification.synthetic_recording import Truth, recording
@@ -164,7 +164,7 @@ def command(monkeypatch, made, *arguments):
     app = typer.Typer()
     app.callback()(lambda: None)
     register(app)
-    monkeypatch.setattr(run_folder, "read", lambda run: made)
+    monkeypatch.setattr(table_recording, "read_recording", lambda run: made)
     return CliRunner().invoke(app, ["identify", *map(str, arguments)])
 
 

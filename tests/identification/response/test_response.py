@@ -53,6 +53,16 @@ def test_a_pure_delay_is_a_linear_phase(steps):
     assert low_frequency_delay(found) == pytest.approx(steps / RATE, abs=2e-4)
 
 
+@pytest.mark.parametrize("frequency", [3.0, 5.0, 8.0])
+def test_the_low_frequency_delay_of_a_resonance_is_that_below_it(frequency):
+    """Of w^2 / (s^2 + 2 d w s + w^2) it is 2 d / w at frequency 0; its peak turns the phase."""
+    found = sweep_response(U, second_order(U, frequency, 0.1), RATE, BAND)
+    peak = resonance(found)
+    assert isinstance(peak, Resonance)
+    exact = 2 * 0.1 / (2 * np.pi * frequency)
+    assert exact < low_frequency_delay(found, peak.frequency) < 1.5 * exact
+
+
 @given(a=st.floats(0.01, 100), b=st.floats(0.01, 100))
 @settings(max_examples=20, deadline=None)
 def test_scaling_input_and_output_scales_the_response_and_nothing_else(a, b):

@@ -3,12 +3,15 @@
 import numpy as np
 import pytest
 
+from slipbench.identification.commands import write_report
 from slipbench.identification.models.study import study_of
+from slipbench.identification.report.headline import headline
 from slipbench.identification.response.identify import identify
 from slipbench.identification.response.response import FrequencyResponse
 from slipbench.identification.response.selection import Selection, parse_window
 from slipbench.identification.signals.trial_window import TrialWindow
 from slipbench.protocol.errors import InputError
+from slipbench.protocol.recording.from_arrays import recording_of
 from tests.identification.synthetic_recording import Truth, recording
 
 TRUTH = Truth(noise=0.02)
@@ -91,3 +94,22 @@ def test_names_alone_keep_the_window_of_the_trial():
 def test_what_cannot_be_selected_is_said_with_the_remedy(captured, selection, words):
     with pytest.raises(InputError, match=words):
         identify(captured, selection)
+
+
+def test_quantities_that_are_no_role_keep_their_units(tmp_path):
+    rng = np.random.default_rng(4)
+    time = 0.01 * np.arange(3000)
+    goal = np.sin(2 * np.pi * (0.3 + 0.1 * time) * time)
+    speed = 3.0 * goal + 0.01 * rng.standard_normal(time.size)
+    values = {"goal": np.degrees(goal), "motor speed": speed}
+    units = {"goal": "deg", "motor speed": "rad/s"}
+    recorded = recording_of("servo", time, values, units)
+    found = identify(recorded, Selection((0.0, 30.0), "goal", "motor speed"))
+    assert found.main is not None
+    assert found.main.unit == "rad/s per rad"
+    assert np.median(found.main.gain[found.main.reliable]) == pytest.approx(3.0, rel=0.02)
+    folder = tmp_path / "report"
+    write_report(found, study_of(found), folder, None)
+    assert "rpm\u2009/\u2009°" in (folder / "report.html").read_text(encoding="utf-8")
+    short = identify(recorded, Selection((0.0, 2.0), "goal", "motor speed"))
+    assert headline(short).startswith("The response of motor speed to goal is not given: ")
