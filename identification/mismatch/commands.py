@@ -32,8 +32,8 @@ def explain_command(
     training: Annotated[
         list[Path],
         typer.Argument(
-            help="Training run folders; run@0:60 is a segment, in s. An FMU in the first place is"
-            " the simulation.",
+            help="Training runs: run folders, or tables whose titles state units; run@0:60 is a segment,"
+            " in s. An FMU in the first place is the simulation.",
             metavar="[FMU] RUN...",
         ),
     ],

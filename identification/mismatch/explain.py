@@ -38,6 +38,7 @@ from slipbench.identification.mismatch.naming.next_trial import next_trial
 from slipbench.identification.mismatch.naming.search import MOST, Say, Search
 from slipbench.identification.mismatch.simulation.model import predict
 from slipbench.plant.effects.effect import Effect
+from slipbench.plant.errors import PlantError
 from slipbench.protocol.errors import InputError, is_interrupt
 
 PART_OF_CURVE = 0.5
@@ -166,7 +167,16 @@ def _look_after(a: Analysis, say: Say) -> None:
 
 
 def _free(a: Analysis, _: Sequence[type[Effect]], say: Say) -> None:
-    """Withdraw the names where they do not suffice, and fit the free curve instead."""
+    """Withdraw the names where they do not suffice and a free curve predicts better.
+
+    Where none stands, names go that leave more than they explain, or that nothing held out confirms.
+    """
+    _fit_curve(a, say)
+    if unexplained(a) and a.free is None and a.remains is not None and a.remains.lesser:
+        a.kept = _foretell_more(a, CONFIRMED)
+
+
+def _fit_curve(a: Analysis, say: Say) -> None:
     assert a.base is not None
     while unexplained(a) and a.before and a.free is None:
         say("Fitting a free curve in the simulation")
@@ -175,7 +185,7 @@ def _free(a: Analysis, _: Sequence[type[Effect]], say: Say) -> None:
             return
         gain = _confirmed(a, found)
         if gain >= CONFIRMED:
-            a.kept = _foretell_more(a, found)
+            a.kept = _foretell_more(a, gain)
             a.free = None if a.kept else found
         elif any(c.certain and c.place == found.curve.place for c in a.before):
             curve = f"free curve: {found.curve.place} along {found.curve.regressor}"
@@ -198,17 +208,23 @@ def _confirmed(a: Analysis, found: FreeCurve) -> float:
     return min(found.confirmed, predicted_gain(a.held_out, a.base, found.fit, found.proven))
 
 
-def _foretell_more(a: Analysis, found: FreeCurve) -> bool:
+def _foretell_more(a: Analysis, gain: float) -> bool:
     """Tell whether names foretell held-out recordings better than the curve in their place.
 
-    What is withdrawn must leave a better explanation behind, not a worse one.
+    gain: nats of the curve, as `_confirmed` has them; of the names the same is taken. What is withdrawn
+    must leave a better explanation behind, not a worse one.
     """
     assert a.base is not None
     assert a.named is not None
     if not a.named.names or a.held_out is None:
         return False
-    there = carried_over(a.named.fit, a.held_out).score
-    return there - carried_over(a.base, a.held_out).score > found.confirmed
+    fit = a.named.fit
+    moved = carried_over(fit, a.held_out).score - carried_over(a.base, a.held_out).score
+    try:
+        unmoved = predicted_gain(a.held_out, a.base, fit, a.held_out)
+    except PlantError:  # with unchanged parameters they cannot be simulated there
+        return False
+    return min(moved, unmoved) > gain
 
 
 def _withdraw(a: Analysis, place: str) -> None:

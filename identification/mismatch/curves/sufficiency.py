@@ -40,6 +40,11 @@ class Remainder:
         """Whether the names suffice all the same."""
         return min(self.share, self.nats) <= LEFT
 
+    @property
+    def lesser(self) -> bool:
+        """Whether the names explain more, in nats, than they leave."""
+        return self.nats < 1.0
+
 
 def remainder(base: Fit, named: Fit, curves: Iterable[Curve]) -> Remainder | None:
     """Return the largest of what certain curves could still take; None where there is none.

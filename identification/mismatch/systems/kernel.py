@@ -227,15 +227,16 @@ def _branch(kind: type[SeamEffect]) -> Iterator[str]:
         "step": "step",
         "elapsed": "elapsed",
         "rate_of": "own",
-        "past": "past(rings[i], count, fraction, value, par[i, 0] / step)",
     }
     known |= {name: f"par[i, {k}]" for k, name in enumerate(names)}
     known |= {name: f"x[b + {k}]" for k, name in enumerate(kind.states)}
     yield from _starts(kind)
     assert kind.act is not None
     arguments = inspect.signature(kind.act).parameters
-    if "past" in arguments:
+    if kind.delay_parameter:
         yield "keep(rings[i], memory[i], count, when, value)"
+        delay = known[kind.delay_parameter]
+        known["past"] = f"past(rings[i], count, fraction, value, {delay} / step)"
     given = ", ".join(known[a] for a in arguments)
     call = f"act_{kind.name}({given})"
     if kind.remembers:
@@ -316,7 +317,7 @@ def _late(name: str, delay: Delay, number: int) -> Iterator[str]:
     yield f"    {name} = past({ring}, count, fraction, {name}, {time} / step)"
 
 
-def _at(place: int, name: str, text: str, own: str = "0.0") -> Iterator[str]:
+def _at(place: int, name: str, text: str, own: str = "np.nan") -> Iterator[str]:
     """Yield what gives a quantity its value; a place where nothing acts costs no call.
 
     The equation stands in brackets: without them its conditional or comparison would take the added

@@ -58,7 +58,7 @@ def run(
     inside = [x for x in acting if x.act is not None]
     curves = [x for x in effects if isinstance(x, TableCurve)]
     acts = slots(inside, curves, e, file)
-    waits = (float(getattr(x, "delay", 0.0)) for x in inside)
+    waits = (float(getattr(x, x.delay_parameter)) for x in inside if x.delay_parameter)
     ring = ring_length((*waits, *delay_times(e, values)), step)
     held = np.array([1.0 if told.steps else 0.0 for told in file.inputs.values()])
     out = np.full((grid.rows, len(e.places) + len(e.states)), np.nan)

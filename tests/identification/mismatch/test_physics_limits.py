@@ -14,6 +14,7 @@ from slipbench.identification.mismatch.systems.effects.hard_stop import bounce
 from slipbench.identification.mismatch.systems.effects.held_samples import HeldSamples
 from slipbench.identification.mismatch.systems.effects.low_speed_dropout import tell
 from slipbench.identification.mismatch.systems.effects.many_plays import follow
+from slipbench.identification.mismatch.systems.effects.moving_average import average
 from slipbench.identification.mismatch.systems.effects.saturation import limited
 
 NUMBER = st.floats(-1e3, 1e3)
@@ -64,6 +65,15 @@ def test_held_samples_are_never_older_than_their_hold(hold, phase):
     assert np.all(late >= 0.0)
     assert np.all(late <= hold)
     assert not HeldSamples(hold=0.0).late(time).any()
+
+
+@given(st.floats(-10.0, 10.0), st.floats(-10.0, 10.0), st.floats(0.0, 2.0))
+def test_the_mean_of_a_line_is_half_a_window_old_however_short_the_window_is(value, slope, window):
+    step, mean = 1.0, value - 0.5 * slope * window
+    shown, rate = average(value, value - slope * window, mean, window, step)
+    assert shown == pytest.approx(mean, abs=1e-12)
+    if window >= step:
+        assert rate == pytest.approx(slope, abs=1e-12)
 
 
 def around(act, size, kept, **named):

@@ -56,18 +56,19 @@ def test_a_push_at_the_point_is_a_push_injected_into_the_model(regressor):
             assert one == pytest.approx(other)
 
 
-@pytest.mark.parametrize("place", places(fitted()), ids=lambda p: p.name)
-def test_a_push_is_felt_when_it_acts_and_not_before(place):
+def test_a_push_is_felt_when_it_acts_and_not_before():
     """Commands are late in the servo and at the spark; what pushes there is not."""
     fit = fitted()
     record = fit.model.records[0]
-    row, pushes = 3000, np.zeros(record.grid.rows)
-    pushes[row:] = place.size
-    extra = fit.model.at(fit.point).push(place, record, pushes)
-    pushed, plain = (simulate(fit.model, fit.point, 0, place.drive, e) for e in (extra, {}))
-    moved = np.abs(pushed[FELT[place.drive]] - plain[FELT[place.drive]])
-    assert not moved[: row - 1].any()
-    assert np.all(moved[row + 2 : row + 6] > 0.0)
+    row = 3000
+    for place in places(fit):
+        pushes = np.zeros(record.grid.rows)
+        pushes[row:] = place.size
+        extra = fit.model.at(fit.point).push(place, record, pushes)
+        pushed, plain = (simulate(fit.model, fit.point, 0, place.drive, e) for e in (extra, {}))
+        moved = np.abs(pushed[FELT[place.drive]] - plain[FELT[place.drive]])
+        assert not moved[: row - 1].any(), place.name
+        assert np.all(moved[row + 2 : row + 6] > 0.0), place.name
 
 
 def test_pushes_act_in_their_drive_alone_and_are_not_each_other():

@@ -42,6 +42,7 @@ class Delay(SeamEffect):
     block = "seam"
     confused_with = ("lag", "sensor_delay")
     acts_on = (INPUT, SEAM)
+    delay_parameter = "delay"
     act = wait
 
     delay: float = parameter(1.0, "[time]", 0.0, 100.0, "of the quantity", absent=0.0, smallest=0.2)

@@ -1,10 +1,15 @@
 """Friction: a force that always opposes the motion and does not care how fast it is.
 
-Bearings, seals and brushes rub. At rest they hold a little more than in motion.
+Bearings, seals and brushes rub. At rest they hold a little more than in motion, and whatever is less
+than that does not move them: they stick.
 
 Equation
 --------
-    f -= F (1 + b exp(-(v / v_s)^2)) tanh(v / v_r),   v_r = v_s / 10
+    a -= min(max(a + v / h, -G), G),   G = F (1 + b exp(-(v / v_s)^2))    at the rate of the speed
+    f -= G tanh(10 v / v_s)                                               elsewhere
+
+The first takes what would stop the motion within a step h, at most G: at rest nothing moves. At a seam the
+other forces are not known, so motion below v_s / 10 creeps there.
 
 Symbols
 -------
@@ -12,6 +17,8 @@ Symbols
     b     breakaway   excess at rest              1              0 to 1
     v_s   stribeck    speed at which it is gone   of the speed   0.05 of the usual one
     v                 speed that the seam tells
+    a                 acceleration
+    h                 step of integration
 
 Trace
 -----
@@ -24,7 +31,9 @@ Dead zone (does not depend on speed), a damping (proportional to it): small and 
 Reference
 ---------
 Armstrong-Helouvry, Dupont and Canudas de Wit, "A survey of models, analysis tools and compensation
-methods for the control of machines with friction", Automatica 30 (1994).
+methods for the control of machines with friction", Automatica 30 (1994). Sticking: Karnopp, "Computer
+simulation of stick-slip friction in mechanical dynamic systems", Journal of Dynamic Systems,
+Measurement, and Control 107 (1985), with a step in the place of his band of speeds.
 """
 
 import math
@@ -34,10 +43,21 @@ from slipbench.identification.mismatch.systems.effects.seam_effect import SEAM, 
 from slipbench.plant.parameters import parameter
 
 
-def rub(value: float, other: float, force: float, breakaway: float, stribeck: float) -> float:
+def rub(
+    value: float,
+    other: float,
+    rate_of: float,
+    step: float,
+    force: float,
+    breakaway: float,
+    stribeck: float,
+) -> float:
     """Return the force that is left."""
     x = other / stribeck
-    return value - force * (1.0 + breakaway * math.exp(-x * x)) * math.tanh(10.0 * x)
+    most = force * (1.0 + breakaway * math.exp(-x * x))
+    if rate_of == other:
+        return value - min(max(value + other / step, -most), most)
+    return value - most * math.tanh(10.0 * x)
 
 
 @dataclass(frozen=True)

@@ -53,6 +53,7 @@ NAMES = (
     "torque_ripple",
     "low_speed_dropout",
     "eccentricity",
+    "moving_average",
     "sensor_delay",
     "held_samples",
     "clock_offset",

@@ -9,8 +9,8 @@ products. `placed` makes of it the effect at one seam of one system, with physic
 It gives the quantity's new value; its arguments are found by name:
 
 value    the quantity at the seam           other   the quantity that the effect uses besides
-rate_of  only at a state's rate: the state  step    of integration, s
-past     the value `delay` ago              elapsed since the memory was brought up to date, s
+rate_of  at a state's rate: the state, else NaN    step   of integration, s
+past     the value a delay ago          elapsed since the memory was brought up to date, s
 memory   what was remembered then; more of it: second, third, fourth
 and the effect's own parameters and states, whose rates it returns after the value. One that
 `remembers` returns what is to be remembered instead, at first the value itself or what `starts`
@@ -58,13 +58,14 @@ class SeamEffect(Effect):
     input or state that is an angle and goes round; "speed", every state that is a speed; "into", a
     state that gains; at a rate: "position", what has that rate as its own; "of_position",
     "of_speed" and "of_store", nothing more, but only at a position, a speed or at what is neither.
-    remembers: how many values. variants: factors of the typical value of what `varies`, each tried
-    apart.
+    remembers: how many values. delay_parameter: name of the parameter that is the delay of `past`.
+    variants: factors of the typical value of what `varies`, each tried apart.
     """
 
     acts_on: ClassVar[tuple[str, ...]] = (INPUT, SEAM, OUTPUT)
     uses: ClassVar[str] = ""
     remembers: ClassVar[int] = 0
+    delay_parameter: ClassVar[str] = ""
     gives: ClassVar[bool] = False
     variants: ClassVar[tuple[float, ...]] = (1.0,)
     varies: ClassVar[str] = ""

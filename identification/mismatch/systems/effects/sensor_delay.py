@@ -17,7 +17,7 @@ The channel trails in proportion to its rate, at every frequency by the same tim
 
 Confused with
 -------------
-Lag (rounds corners), a clock that is off (may be early as well).
+Lag and moving average (round corners), a clock that is off (may be early as well).
 
 Reference
 ---------
@@ -40,7 +40,7 @@ class SensorDelay(SeamEffect):
 
     name = "sensor_delay"
     block = "seam"
-    confused_with = ("lag", "clock_offset")
+    confused_with = ("lag", "moving_average", "clock_offset")
     acts_on = (OUTPUT,)
 
     delay: float = parameter(1.0, "[time]", 0.0, 100.0, "of the channel", absent=0.0, smallest=0.2)

@@ -92,6 +92,20 @@ def late(delay: float) -> Law:
     return law
 
 
+def averaged(window: float) -> Law:
+    """The mean of the last values."""
+    line: deque[float] = deque()
+
+    def law(value: float, other: float, h: float) -> float:
+        if not line:
+            line.extend([value] * round(window / h))
+        line.append(value)
+        line.popleft()
+        return sum(line) / len(line)
+
+    return law
+
+
 def trailing(time_constant: float) -> Law:
     """A first-order lag."""
     out = None

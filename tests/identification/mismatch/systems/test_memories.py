@@ -57,6 +57,7 @@ LAWS = {
     "presliding": (("pull",), {"force": 0.2, "distance": 0.1}, lambda: plain.dahl(0.2, 0.1)),
     "delay": (ANYWHERE, {"delay": 0.023}, lambda: plain.late(0.023)),
     "lag": (ANYWHERE, {"time_constant": 0.02}, lambda: plain.trailing(0.02)),
+    "moving_average": (("encoder",), {"window": 0.043}, lambda: plain.averaged(0.043)),
     "elastic_transmission": (
         ANYWHERE,
         {"share": 1.0, "frequency": 60.0, "damping": 0.2},
@@ -100,7 +101,7 @@ def command() -> np.ndarray:
 
 
 def in_kernel(held: bool, step: float, name: str = "", place: str = "") -> np.ndarray:
-    """Angle at the end of each row, rad."""
+    """Reading at the end of each row, rad."""
     file = machine(held, step)
     read = equations(file, "test")
     effects: list[SeamEffect] = []
@@ -112,12 +113,12 @@ def in_kernel(held: bool, step: float, name: str = "", place: str = "") -> np.nd
     inputs, none = command()[:, None], np.zeros((ROWS, 0))
     record = Record("test", 0.0, grid, inputs, {}, {}, none)
     push = np.zeros((ROWS, len(read.places)))
-    return run(read, file, np.zeros(0), effects, record, push)["angle"]
+    return run(read, file, np.zeros(0), effects, record, push)["encoder"]
 
 
 @cache
 def in_short_steps(held: bool, name: str = "", place: str = "") -> np.ndarray:
-    """Angle after each short step, rad, (ROWS, FINE): Euler's rule."""
+    """Reading after each short step, rad, (ROWS, FINE): Euler's rule."""
     law = LAWS[name][2]() if name else plain.slewed(np.inf)
     told, h = command(), ROW / FINE
     angle, speed, shown = 0.0, 0.0, np.empty(ROWS * FINE)
@@ -133,7 +134,7 @@ def in_short_steps(held: bool, name: str = "", place: str = "") -> np.ndarray:
         pull = acted("pull", acted("wanted", drive) - angle)
         rate = acted("speed_rate", 400.0 * pull - 12.0 * speed)
         angle, speed = angle + h * (speed + 0.5 * h * rate), speed + h * rate
-        shown[k] = angle
+        shown[k] = acted("encoder", angle)
     return shown.reshape(ROWS, FINE)
 
 
@@ -148,7 +149,7 @@ def beside(held: bool, step: float, name: str, place: str) -> float:
 
 
 def test_every_effect_with_a_memory_has_its_law_here():
-    assert set(LAWS) == {k.name for k in LIBRARY if k.remembers or k.states or k.name == "delay"}
+    assert set(LAWS) == {k.name for k in LIBRARY if k.remembers or k.states or k.delay_parameter}
 
 
 @pytest.mark.parametrize("held", [True, False], ids=["held", "line"])

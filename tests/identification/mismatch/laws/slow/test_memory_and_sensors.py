@@ -10,9 +10,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.interpolate import CubicSpline
 
 from tests.identification.mismatch.laws.explained import holds, names, reported
-from tests.identification.mismatch.laws.servo import MODEL, servo
+from tests.identification.mismatch.laws.servo import MODEL, PERIOD, servo
 from tests.identification.mismatch.laws.slow.test_physics import (
     STEP,
     Hidden,
@@ -22,6 +23,7 @@ from tests.identification.mismatch.laws.slow.test_physics import (
 )
 from tests.identification.mismatch.systems import plain_laws as plain
 
+WINDOW = 62e-3  # s
 Drive = Callable[[np.ndarray], np.ndarray]
 
 
@@ -60,6 +62,15 @@ def dropped(speed: np.ndarray, load: np.ndarray) -> np.ndarray:
 def held(angle: np.ndarray, load: np.ndarray) -> np.ndarray:
     """A reading that is taken anew every fourth time."""
     return np.asarray(angle[4 * (np.arange(angle.size) // 4)])
+
+
+def averaged(angle: np.ndarray, load: np.ndarray) -> np.ndarray:
+    """The mean of the last 62 ms; it rests before the recording begins."""
+    time = PERIOD * np.arange(angle.size)
+    turned = CubicSpline(time, angle).antiderivative()
+    since = np.maximum(time - WINDOW, 0.0)
+    rested = (WINDOW - (time - since)) * angle[0]
+    return np.asarray((turned(time) - turned(since) + rested) / WINDOW)
 
 
 WINDING = (
@@ -112,6 +123,7 @@ HIDDEN = [
             lambda: {"sensed": dropped, "shows": lambda angle, speed: speed},
         ),
     ),
+    (MODEL, Hidden("moving_average", "window", WINDOW, lambda: {"sensed": averaged})),
     (WINDING, Hidden("slew_limit", "limit", 10.0, lambda: {"felt": wound(38.0, 10.0)})),
 ]
 
