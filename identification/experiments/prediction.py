@@ -22,15 +22,10 @@ from scipy import linalg, special
 
 from slipbench.identification.experiments.hypothesis import NOTHING, Hypothesis
 from slipbench.identification.experiments.sequential_test import RunEvidence
-from slipbench.identification.mismatch.fit.calibrate import (
-    as_believed,
-    calibrate,
-    refreshed,
-    settled,
-    strayed,
-)
+from slipbench.identification.mismatch.fit.calibrate import as_believed, calibrate, settled, strayed
 from slipbench.identification.mismatch.fit.candidate import Candidate
 from slipbench.identification.mismatch.fit.fitting import Fit, with_effects
+from slipbench.identification.mismatch.fit.following import refreshed
 from slipbench.identification.mismatch.fit.sensitivity import coordinates_of, sensitivities
 from slipbench.identification.mismatch.fit.settling import settle
 from slipbench.identification.mismatch.naming.fits import fitted
@@ -184,7 +179,7 @@ def _log_scale(fit: Fit) -> float:
     """Logarithm of the determinant of the noise covariance of all rows."""
     return float(
         sum(
-            (len(rest) - white.order) * white.log_determinant
+            white.log_determinant(len(rest))
             for white, rests in zip(fit.noise, fit.rest, strict=True)
             for rest in rests
         )

@@ -22,8 +22,9 @@ from slipbench.identification.mismatch.curves.free_curve import FreeCurve
 from slipbench.identification.mismatch.curves.locate import locate
 from slipbench.identification.mismatch.curves.pushed import Pushed
 from slipbench.identification.mismatch.curves.standing import FURTHER, pushed_in, standing
-from slipbench.identification.mismatch.fit.calibrate import as_believed, astray, refreshed
+from slipbench.identification.mismatch.fit.calibrate import as_believed, astray
 from slipbench.identification.mismatch.fit.fitting import Fit
+from slipbench.identification.mismatch.fit.following import refreshed
 from slipbench.identification.mismatch.fit.held_out import CONFIRMED, carried_over
 from slipbench.identification.mismatch.fit.judge import Judge
 from slipbench.identification.mismatch.fit.settling import settle

@@ -11,8 +11,8 @@ from slipbench.identification.mismatch.curves.curve import Curve
 from slipbench.identification.mismatch.curves.free_curve import FreeCurve
 from slipbench.identification.mismatch.curves.pushed import Pushed
 from slipbench.identification.mismatch.curves.trace import regressors
-from slipbench.identification.mismatch.fit.calibrate import refreshed
 from slipbench.identification.mismatch.fit.fitting import Fit, with_effects
+from slipbench.identification.mismatch.fit.following import refreshed
 from slipbench.identification.mismatch.fit.held_out import carried_over
 from slipbench.identification.mismatch.fit.settling import settle
 from slipbench.identification.mismatch.simulation.along import ANGLE, finer

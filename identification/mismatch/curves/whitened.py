@@ -14,8 +14,8 @@ from scipy import fft
 
 from slipbench.identification.mismatch.curves.trace import Seen, in_bins, replies, seen_by
 from slipbench.identification.mismatch.fit.fitting import Fit
-from slipbench.identification.mismatch.fit.stack import rows_of
-from slipbench.identification.mismatch.simulation.model import Runs, Series
+from slipbench.identification.mismatch.fit.whitening import Whitener
+from slipbench.identification.mismatch.simulation.model import Runs
 from slipbench.identification.mismatch.simulation.place import Injection
 from slipbench.plant.signals import Floats
 
@@ -52,6 +52,33 @@ class Courses:
 
 
 @dataclass(frozen=True, eq=False)
+class Answer:
+    """Answer of a block's outputs to a push in one bin, (memory, m), under a noise model.
+
+    whole: whitened; it lasts longer by the order of the noise model. begin: its first rows as they are.
+    """
+
+    white: Whitener
+    whole: Floats
+    begin: Floats
+
+    @staticmethod
+    def of(white: Whitener, answer: Floats) -> "Answer":
+        """Whiten an answer."""
+        around = np.pad(answer, ((white.order, white.order), (0, 0)))
+        return Answer(white, white.innovations(around), answer[: white.order])
+
+    def to(self, courses: Courses, record: int) -> Floats:
+        """Return what courses of a record leave in the whitened outputs, (bins, m, k)."""
+        order = self.white.order
+        later = courses.through(record, self.whole, order)
+        if not order:
+            return later
+        opening = Courses([courses.pushes[record][:order]]).through(0, self.begin, 0)
+        return np.concatenate((self.white.opening(opening), later))
+
+
+@dataclass(frozen=True, eq=False)
 class Whitened:
     """Whitened answers of a fit, and the quantities along which something may act.
 
@@ -61,7 +88,7 @@ class Whitened:
 
     fit: Fit
     seen: dict[str, Seen] = field(default_factory=dict)
-    answers: dict[str, Series] = field(default_factory=dict)
+    answers: dict[str, list[list[Answer | None]]] = field(default_factory=dict)
     plain: Runs = field(default_factory=dict)
     hats: dict[tuple[str, ...], Courses] = field(default_factory=dict)
 
@@ -82,26 +109,23 @@ class Whitened:
 
     def columns(self, place: Injection, courses: Courses) -> Floats:
         """Return what courses of pushes at a place leave in the whitened outputs, (rows, k)."""
-        model, noise = self.fit.model, self.fit.noise
         if place.name not in self.answers:
-            self.answers[place.name] = self._whitened(replies(self.fit, place, self.plain))
-        lengths = rows_of(model, noise)
-        laid = np.zeros((sum(map(sum, lengths)), courses.pushes[0].shape[1]))
+            self.answers[place.name] = self._answers(place)
+        measured = self.fit.model.measured
+        laid = np.zeros((sum(m.size for ms in measured for m in ms), courses.pushes[0].shape[1]))
         first = 0
-        for white, answers, block in zip(noise, self.answers[place.name], lengths, strict=True):
-            for r, (answer, rows) in enumerate(zip(answers, block, strict=True)):
-                if answer.size:
-                    shown = courses.through(r, answer, white.order)
-                    laid[first : first + rows] = shown.reshape(rows, -1)
-                first += rows
+        for answers, block in zip(self.answers[place.name], measured, strict=True):
+            for r, (answer, m) in enumerate(zip(answers, block, strict=True)):
+                if answer is not None:
+                    laid[first : first + m.size] = answer.to(courses, r).reshape(m.size, -1)
+                first += m.size
         return laid
 
-    def _whitened(self, reply: Series) -> Series:
-        """Whiten answers; they last longer by the order of the noise model."""
+    def _answers(self, place: Injection) -> list[list[Answer | None]]:
+        """Return the answers to a place by block and record; None: it does not reach them."""
         return [
-            [
-                white(np.pad(one, ((white.order, white.order), (0, 0)))) if one.size else one
-                for one in ones
-            ]
-            for white, ones in zip(self.fit.noise, reply, strict=True)
+            [Answer.of(white, one) if one.size else None for one in ones]
+            for white, ones in zip(
+                self.fit.noise, replies(self.fit, place, self.plain), strict=True
+            )
         ]

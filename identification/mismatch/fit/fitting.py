@@ -62,7 +62,7 @@ class Fit:
     @once
     def groups(self) -> Integers:
         """Number of the stretch of time of every whitened row."""
-        return clusters(self.model, self.noise)
+        return clusters(self.model)
 
     @once
     def scatter(self) -> Scatter:
@@ -130,7 +130,7 @@ def _dial_columns(fit: Fit) -> Series:
         known = candidate.answers
         for d in range(len(candidate.dials)):
             if known is not None:
-                _put_known(found, known, d, column)
+                _put_known(found, known, model, d, column)
                 column += 1
                 continue
             strength = fit.strengths[column] if fit.strengths else 0.0
@@ -146,11 +146,11 @@ def _dial_columns(fit: Fit) -> Series:
     return found
 
 
-def _put_known(into: Series, known: Series, dial: int, column: int) -> None:
-    for found, answered in zip(into, known, strict=True):
+def _put_known(into: Series, known: Series, model: Model, dial: int, column: int) -> None:
+    for found, answered, counts in zip(into, known, model.known_bins, strict=True):
         for r, one in enumerate(answered):
             if one.size:
-                found[r][:, :, column] = one[:, :, dial]
+                found[r][:, :, column] = one[:, :, dial] * counts[r]
 
 
 def dials(now: Sequence[Dialled]) -> Floats:

@@ -8,15 +8,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from slipbench.identification.mismatch.fit.calibrate import (
-    ROUGHLY,
-    as_told,
-    far_from_the_file,
-    followed,
-    refreshed,
-    settled,
-)
+from slipbench.identification.mismatch.fit.calibrate import as_told, far_from_the_file, settled
 from slipbench.identification.mismatch.fit.fitting import Fit
+from slipbench.identification.mismatch.fit.following import ROUGHLY, followed, refreshed
 from slipbench.identification.mismatch.fit.settling import settle
 from slipbench.identification.mismatch.simulation.model import Model, Point, predict
 

@@ -7,9 +7,9 @@ from functools import lru_cache
 
 import numpy as np
 
-from slipbench.identification.mismatch.fit.calibrate import followed
 from slipbench.identification.mismatch.fit.fitting import Fit
 from slipbench.identification.mismatch.fit.floor import floors
+from slipbench.identification.mismatch.fit.following import followed
 from slipbench.identification.mismatch.fit.sensitivity import change, sensitivities
 from slipbench.identification.mismatch.fit.settling import settle
 from slipbench.identification.mismatch.fit.stack import flat

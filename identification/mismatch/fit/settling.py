@@ -106,8 +106,8 @@ def _by_drive(fit: Fit) -> dict[str, float]:
     """Sum of the squares of what each drive's outputs leave."""
     found = dict.fromkeys(fit.model.chain.drives, 0.0)
     first = 0
-    for block, white, rest in zip(fit.model.chain.blocks, fit.noise, fit.rest, strict=True):
-        rows = sum((len(r) - white.order) * r.shape[1] for r in rest)
+    for block, rest in zip(fit.model.chain.blocks, fit.rest, strict=True):
+        rows = sum(r.size for r in rest)
         found[block.drive] += float(np.sum(fit.aim[first : first + rows] ** 2))
         first += rows
     return found

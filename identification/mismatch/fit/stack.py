@@ -38,54 +38,41 @@ def flat(model: Model, noise: Sequence[Whitener], series: Series) -> Floats:
     Empty arrays stand for zeros: blocks and records that a change does not touch.
     """
     width = next((s.shape[2:] for rs in series for s in rs if s.ndim == 3), ())
-    laid = np.zeros((sum(map(sum, rows_of(model, noise))), *width))
+    laid = np.zeros((sum(m.size for ms in model.measured for m in ms), *width))
     first = 0
-    for white, ones, lengths in zip(noise, series, rows_of(model, noise), strict=True):
-        for one, rows in zip(ones, lengths, strict=True):
+    for white, ones, measured in zip(noise, series, model.measured, strict=True):
+        for one, m in zip(ones, measured, strict=True):
             if one.size:
-                laid[first : first + rows] = white(one).reshape(rows, *one.shape[2:])
-            first += rows
+                laid[first : first + m.size] = white(one).reshape(m.size, *one.shape[2:])
+            first += m.size
     return laid
 
 
-def rows_of(model: Model, noise: Sequence[Whitener]) -> list[list[int]]:
-    """Return the number of whitened rows by block and record."""
-    return [
-        [(len(m) - white.order) * m.shape[1] for m in ms]
-        for ms, white in zip(model.measured, noise, strict=True)
-    ]
-
-
-def clusters(model: Model, noise: Sequence[Whitener]) -> Integers:
+def clusters(model: Model) -> Integers:
     """Number of the stretch of time, within one record, of every whitened row."""
     parts = []
-    for b, white in enumerate(noise):
-        for r, record in enumerate(model.records):
-            shape = model.measured[b][r].shape
-            rows = shape[0] - white.order
+    for measured in model.measured:
+        for r, (record, m) in enumerate(zip(model.records, measured, strict=True)):
             count = record.grid.pieces
-            within = np.minimum(np.arange(rows) * count // rows, count - 1)
-            parts.append(np.repeat(within + 1000 * r, shape[1]))
+            within = np.minimum(np.arange(len(m)) * count // len(m), count - 1)
+            parts.append(np.repeat(within + 1000 * r, m.shape[1]))
     return np.unique(np.concatenate(parts), return_inverse=True)[1]
 
 
-def recordings(model: Model, noise: Sequence[Whitener]) -> Integers:
+def recordings(model: Model) -> Integers:
     """Number of the record of every whitened row."""
-    parts = []
-    for b, white in enumerate(noise):
-        for r in range(len(model.records)):
-            shape = model.measured[b][r].shape
-            parts.append(np.full((shape[0] - white.order) * shape[1], r))
+    parts = [np.full(m.size, r) for measured in model.measured for r, m in enumerate(measured)]
     return np.concatenate(parts)
 
 
 def log_likelihood(model: Model, rest: Series, noise: Sequence[Whitener]) -> float:
     """Gaussian log-likelihood of residuals under noise models, up to a constant, nats."""
-    total = -0.5 * float(np.sum(flat(model, noise, rest) ** 2))
-    for b, white in enumerate(noise):
-        rows = sum(len(r) - white.order for r in rest[b])
-        total -= 0.5 * rows * white.log_determinant
-    return total
+    spread = sum(
+        white.log_determinant(len(one))
+        for white, ones in zip(noise, rest, strict=True)
+        for one in ones
+    )
+    return -0.5 * (float(np.sum(flat(model, noise, rest) ** 2)) + spread)
 
 
 @dataclass(frozen=True, eq=False)

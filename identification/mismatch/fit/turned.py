@@ -12,8 +12,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from slipbench.identification.mismatch.fit.calibrate import followed
 from slipbench.identification.mismatch.fit.fitting import Fit
+from slipbench.identification.mismatch.fit.following import followed
 from slipbench.identification.mismatch.fit.judge import Judge
 from slipbench.identification.mismatch.fit.settling import settle
 from slipbench.identification.mismatch.fit.stack import recordings
@@ -54,7 +54,7 @@ def begun_at(fit: Fit, turn: Turn) -> Fit:
 def _read(judge: Judge, turn: Turn) -> Iterator[tuple[float, float]]:
     """Yield of each recording what the line is worth, nats, and the angle that it tells, rad."""
     both = judge.signatures((turn.sine, turn.cosine))
-    recording = recordings(judge.fit.model, judge.fit.noise)
+    recording = recordings(judge.fit.model)
     for number in range(len(judge.fit.model.records)):
         own = np.where((recording == number)[:, None], both, 0.0)
         off, push = judge.nuisances.off(own), own.T @ judge.left[: len(own)]

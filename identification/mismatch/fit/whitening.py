@@ -3,6 +3,11 @@
 A vector autoregression e_t = sum A_k e_(t-k) + L n_t, n white with unit variance, is fitted to the
 residuals (Luetkepohl, New Introduction to Multiple Time Series Analysis, chapter 3). Filtered by
 it, residuals and sensitivities enter least squares with equal weight.
+
+The first rows of a recording have too few rows before them. They are weighed by the covariance that as
+many rows in succession have anywhere, DOUBTED times its deviations. Left out, they would tell nothing of
+the states in which a recording begins, and what decays within them would be free. In full they would
+tell of inputs before the recording, which a delay or a lag lets through and nobody knows.
 """
 
 import math
@@ -15,13 +20,20 @@ from numpy.lib.stride_tricks import sliding_window_view
 from slipbench.identification.mismatch.simulation.once import once
 from slipbench.plant.signals import Floats
 
+DOUBTED = 10.0
+"""Times the deviations of the noise by which first rows may err: 1 % of the weight of others."""
+
 
 @dataclass(frozen=True, eq=False)
 class Whitener:
-    """lags: (order, m, m); inverse: (m, m), of the innovations' Cholesky factor."""
+    """lags: (order, m, m); inverse: (m, m), of the innovations' Cholesky factor.
+
+    start: (order m, order m), the same of the first `order` rows together, oldest first.
+    """
 
     lags: Floats
     inverse: Floats
+    start: Floats
 
     @property
     def order(self) -> int:
@@ -29,12 +41,38 @@ class Whitener:
         return len(self.lags)
 
     @property
-    def log_determinant(self) -> float:
+    def log_innovations(self) -> float:
         """Logarithm of the determinant of the innovations' covariance."""
         return -2.0 * float(np.log(np.diag(self.inverse)).sum())
 
+    def log_determinant(self, rows: int) -> float:
+        """Logarithm of the determinant of the covariance of a series of so many rows."""
+        return -2.0 * float(self._log_scales(rows).sum())
+
+    def log_densities(self, series: Floats) -> Floats:
+        """Log-density of every row given the rows before, (T,), nats up to a constant."""
+        return np.asarray(self._log_scales(len(series)) - 0.5 * np.sum(self(series) ** 2, axis=1))
+
+    def _log_scales(self, rows: int) -> Floats:
+        m = len(self.inverse)
+        first = np.log(np.diag(self.start)).reshape(self.order, m).sum(axis=1)[:rows]
+        return np.concatenate((first, np.full(rows - len(first), -0.5 * self.log_innovations)))
+
     def __call__(self, series: Floats) -> Floats:
-        """Whiten (T, m) or (T, m, p); the first `order` rows are lost.
+        """Whiten (T, m) or (T, m, p), every row of it."""
+        first = self.opening(series[: self.order])
+        if len(series) <= self.order:
+            return first
+        return np.concatenate((first, self.innovations(series)))
+
+    def opening(self, rows: Floats) -> Floats:
+        """Whiten the first rows of a series, `order` of them or fewer."""
+        count = rows.shape[0] * rows.shape[1]
+        laid = np.ascontiguousarray(rows).reshape(count, math.prod(rows.shape[2:]))
+        return np.asarray((self.start[:count, :count] @ laid).reshape(rows.shape))
+
+    def innovations(self, series: Floats) -> Floats:
+        """Whiten what follows the first `order` rows of a series that is longer.
 
         A row of the result is one product of matrices: the filter's, which is the same for all
         rows, and the window of the last `order` + 1 rows, which is contiguous and is not copied.
@@ -69,6 +107,7 @@ def whitener(
     scale = np.sqrt(np.mean(np.concatenate(residuals) ** 2, axis=0)) + 1e-12
     now = np.concatenate([r[order:] for r in residuals]) / scale
     lags = np.zeros((order, m, m))
+    start = np.zeros((0, 0))
     rest = now
     if order:
         past = np.concatenate([_past(r / scale, order) for r in residuals])
@@ -78,12 +117,35 @@ def whitener(
         found *= np.repeat(fading, m)[:, None]
         rest = now - past @ found
         lags = found.reshape(order, m, m).transpose(0, 2, 1) * scale[:, None] / scale
+        start = _inverse_root(_oldest_first(normal / len(past), m))
+        start /= DOUBTED * np.tile(scale, order)
     freedom = max(len(now) - order * m, len(now) // 2)
     covariance = rest.T @ rest / freedom + 1e-12 * np.eye(m)
-    inverse = np.linalg.inv(np.linalg.cholesky(covariance)) / scale
-    return Whitener(lags, inverse)
+    return Whitener(lags, _inverse_root(covariance) / scale, start)
 
 
 def _past(series: Floats, order: int) -> Floats:
     rows = [series[order - k : len(series) - k] for k in range(1, order + 1)]
     return np.concatenate(rows, axis=1)
+
+
+def _oldest_first(covariance: Floats, m: int) -> Floats:
+    """Turn the order of rows in time of a covariance (order m, order m)."""
+    order = len(covariance) // m
+    turned = np.arange(order * m).reshape(order, m)[::-1].ravel()
+    return covariance[np.ix_(turned, turned)]
+
+
+def _inverse_root(covariance: Floats) -> Floats:
+    """Return the inverse of the lower Cholesky factor."""
+    return np.asarray(np.linalg.inv(np.linalg.cholesky(covariance)))
+
+
+def scale_of(rest: Sequence[Floats]) -> Floats:
+    """Root mean square of residuals, (T, m) each, by output, (m,)."""
+    return np.asarray(np.sqrt(np.mean(np.concatenate(rest) ** 2, axis=0)) + 1e-12)
+
+
+def even(scale: Floats) -> Whitener:
+    """Return the noise model that takes residuals of this scale, (m,), for white and not shared."""
+    return Whitener(np.zeros((0, scale.size, scale.size)), np.diag(1.0 / scale), np.zeros((0, 0)))

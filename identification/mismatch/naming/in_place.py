@@ -8,9 +8,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 
-from slipbench.identification.mismatch.fit.calibrate import refreshed
 from slipbench.identification.mismatch.fit.fitting import Fit, with_effects
 from slipbench.identification.mismatch.fit.fixed import far_numbers_fixed, freed
+from slipbench.identification.mismatch.fit.following import refreshed
 from slipbench.identification.mismatch.fit.judge import Judge
 from slipbench.identification.mismatch.fit.settling import settle
 from slipbench.identification.mismatch.naming.score import Score, survey

@@ -88,7 +88,7 @@ def _told(fit: Fit, given: Sequence[int] = ()) -> tuple[Floats, list[tuple[Float
     groups = fit.nuisances.grouped(fit.groups)
     told = [_spread(fit, off, left, covariance, groups)]
     if len(fit.model.records) >= FEW:
-        trials = fit.nuisances.grouped(recordings(fit.model, fit.noise))
+        trials = fit.nuisances.grouped(recordings(fit.model))
         told.append(_spread(fit, off, left, covariance, trials))
     return np.diag(covariance), told
 

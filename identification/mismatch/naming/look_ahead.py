@@ -12,11 +12,11 @@ from functools import partial
 from slipbench.identification.mismatch.fit.calibrate import (
     as_told,
     astray,
-    from_far,
     hidden_by_noise,
     settled,
 )
 from slipbench.identification.mismatch.fit.candidate import Candidate
+from slipbench.identification.mismatch.fit.far import from_far
 from slipbench.identification.mismatch.fit.fitting import Fit, with_effects
 from slipbench.identification.mismatch.fit.judge import Judge
 from slipbench.identification.mismatch.naming.acceptance import ENOUGH

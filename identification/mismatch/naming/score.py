@@ -125,7 +125,7 @@ def tried_along(
     missing = [p for p in places if p not in known]
     made = dict(zip(missing, judge.signatures(missing).T, strict=True)) if missing else {}
     columns = np.stack([known[p] if p in known else made[p] for p in places], axis=1)
-    trial = recordings(judge.fit.model, judge.fit.noise)
+    trial = recordings(judge.fit.model)
     told = [judge.pushes(columns, trial == r) for r in np.unique(trial)]
     length = np.sqrt(np.sum(columns**2, axis=0)) + 1e-300
     at = [place_on_the_road(p.pattern) or 0.0 for p in places]

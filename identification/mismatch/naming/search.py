@@ -12,8 +12,9 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
-from slipbench.identification.mismatch.fit.calibrate import far_from_the_file, followed
+from slipbench.identification.mismatch.fit.calibrate import far_from_the_file
 from slipbench.identification.mismatch.fit.fitting import Fit
+from slipbench.identification.mismatch.fit.following import followed
 from slipbench.identification.mismatch.fit.judge import Judge
 from slipbench.identification.mismatch.naming.acceptance import ENOUGH, Acceptance
 from slipbench.identification.mismatch.naming.fits import (

@@ -30,7 +30,9 @@ def noise_like(fit: Fit, rng: np.random.Generator) -> Series:
         signs = rng.choice((-1.0, 1.0), starts.size)
         for b, white in enumerate(fit.noise):
             rest = fit.rest[b][r]
-            drawn = _in_blocks(white(rest) * share, 2 * len(rest), pieces, starts, signs)
+            drawn = _in_blocks(
+                white.innovations(rest) * share, 2 * len(rest), pieces, starts, signs
+            )
             found[b].append(coloured(white, drawn)[-len(rest) :])
     return found
 

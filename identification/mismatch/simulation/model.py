@@ -95,6 +95,22 @@ class Model:
             model.__dict__["coarse"] = model
         return model
 
+    def until(self, share: float) -> "Model":
+        """Return the same, of which only the beginning of each record counts as recorded.
+
+        Patterns of teeth have no beginning: they count as a whole.
+        """
+        parts = [share if block.order else 1.0 for block in self.chain.blocks]
+        known = [
+            [k * (np.arange(len(k)) < part * len(k))[:, None] for k in ks]
+            for part, ks in zip(parts, self.known_bins, strict=True)
+        ]
+        model = replace(self)
+        model.__dict__.update(measured=self.measured, known_bins=known)
+        if self.coarse is self:
+            model.__dict__["coarse"] = model
+        return model
+
     def origin(self) -> Point:
         """Return the system as its file tells it, with nothing slow acting."""
         slow = tuple(np.zeros(r.slow.shape[1]) for r in self.records)

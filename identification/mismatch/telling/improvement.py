@@ -105,12 +105,11 @@ def improvement(before: Fit, after: Fit) -> Improvement:
 
 def log_density(run: Fit, b: int, r: int) -> Floats:
     """Log-density of every row of a block given the rows before, (T,), nats up to a constant."""
-    white = run.noise[b](run.rest[b][r])
-    return np.asarray(-0.5 * (np.sum(white**2, axis=1) + run.noise[b].log_determinant))
+    return run.noise[b].log_densities(run.rest[b][r])
 
 
 def _unscaled(noise: Whitener, series: Floats) -> Floats:
-    return np.asarray(noise(series) @ np.linalg.inv(noise.inverse).T)
+    return np.asarray(noise.innovations(series) @ np.linalg.inv(noise.inverse).T)
 
 
 def _pieces(run: Fit, r: int, rows: Floats, length: int) -> list[Floats]:

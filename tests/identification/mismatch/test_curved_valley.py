@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from slipbench.identification.mismatch.analysis import begin
-from slipbench.identification.mismatch.fit.calibrate import calibrate, refreshed
+from slipbench.identification.mismatch.fit.calibrate import calibrate
 from slipbench.identification.mismatch.fit.fitting import Fit, with_effects
+from slipbench.identification.mismatch.fit.following import refreshed
 from slipbench.identification.mismatch.fit.judge import Judge
 from slipbench.identification.mismatch.fit.settling import settle
 from slipbench.identification.mismatch.naming.fits import promising_fits

@@ -126,7 +126,7 @@ def test_what_calibration_absorbs_is_followed_along_its_bend(seed):
 
 
 def test_sensitivities_of_where_a_fit_began_do_not_lead_it_to_its_end():
-    base = grown(4)
+    base = grown(1)
     (score,) = survey(Judge.of(base), [RadiusGrowth]).scores
     once = settle(with_effects(base, (score.candidate,)))
     assert fitted(base, score.candidate).score > once.score + 20.0

@@ -65,17 +65,17 @@ ROLES = RoleMap(
 
 
 @njit(cache=True)
-def swung(voltage, rope, swing):
-    """Speed and angle at each sample: midpoint rule in small steps. swing: first angle, rad."""
+def swung(voltage, rope, swing, speed=0.0, lag=LAG):
+    """Speed and angle at each sample: midpoint rule in small steps. swing, speed: the first ones."""
     shown = np.zeros((voltage.size, 2))
-    x, k = np.array([0.0, swing, 0.0]), np.zeros(3)
+    x, k = np.array([speed, swing, 0.0]), np.zeros(3)
     h = PERIOD / FINER
     for n in range(voltage.size):
         shown[n] = x[:2]
         for _ in range(FINER):
             there = x.copy()
             for share in (0.5, 1.0):
-                pull = (GAIN * voltage[n] - there[0]) / LAG
+                pull = (GAIN * voltage[n] - there[0]) / lag
                 k[0], k[1] = pull, there[2]
                 k[2] = -(GRAVITY * np.sin(there[1]) + pull * np.cos(there[1])) / rope
                 k[2] -= DAMPING * there[2]
@@ -84,11 +84,12 @@ def swung(voltage, rope, swing):
     return shown
 
 
-def recording(seed, rope, swing):
+def recording(seed, rope, swing, speed=0.0, lag=LAG, size=2.0):
+    """speed: at the beginning, m/s; size: of the voltage, V."""
     rng = np.random.default_rng(seed)
     count = round(SECONDS / PERIOD)
-    voltage = np.repeat(2.0 * rng.standard_normal(count // 75 + 1), 75)[:count]
-    values = dict(zip(NOISE, swung(voltage, rope, swing).T, strict=True))
+    voltage = np.repeat(size * rng.standard_normal(count // 75 + 1), 75)[:count]
+    values = dict(zip(NOISE, swung(voltage, rope, swing, speed, lag).T, strict=True))
     values = {k: y + NOISE[k] * rng.standard_normal(count) for k, y in values.items()}
     values["voltage"] = voltage
     moments = PERIOD * np.arange(count)
@@ -96,18 +97,41 @@ def recording(seed, rope, swing):
     return Recording(Path(f"run{seed}"), {}, None, ROLES, channels, {})
 
 
+def calibrated(folder, runs, text=MODEL):
+    path = folder / "crane.toml"
+    path.write_text(text, encoding="utf-8")
+    system = ModelSystem.load(path)
+    analysis = begin(system, [system.prepare(run) for run in runs], [])
+    return calibrate(analysis.training, analysis.training.origin())
+
+
 @pytest.mark.parametrize(("rope", "swing"), [(1.88, 0.0), (1.88, 0.15), (2.15, -0.1), (1.8, 0.1)])
 def test_what_calibration_leaves_is_the_noise(tmp_path, rope, swing):
     """Over usual steps of the first angle differences led to an error ten times the noise, and the
     noise model took it for noise."""
-    path = tmp_path / "crane.toml"
-    path.write_text(MODEL, encoding="utf-8")
-    system = ModelSystem.load(path)
-    runs = [system.prepare(recording(seed, rope, swing)) for seed in (1, 2)]
-    analysis = begin(system, runs, [])
-    fit = calibrate(analysis.training, analysis.training.origin())
+    fit = calibrated(tmp_path, [recording(seed, rope, swing) for seed in (1, 2)])
     for rest, size in zip(fit.rest, NOISE.values(), strict=True):
         assert np.sqrt(np.mean(np.concatenate(rest) ** 2)) < 1.05 * size
     numbers = {c.name: c.at(float(x)) for c, x in zip(fit.model.known, fit.point.x, strict=True)}
     assert numbers["rope"] == pytest.approx(rope, rel=1e-3)
     assert numbers["gain"] == pytest.approx(GAIN, rel=5e-3)
+
+
+@pytest.mark.parametrize("speed", [-1.0, -0.3, 0.3, 1.0])
+def test_a_recording_that_begins_in_motion_is_predicted_from_its_first_sample(tmp_path, speed):
+    """The first speed decays within the rows that have too few before them for the noise model."""
+    lag = 0.03
+    text = MODEL.replace("value = 0.15", f"value = {lag}").replace("0.06 }", "0.01 }")
+    fit = calibrated(tmp_path, [recording(s, 1.88, 0.0, speed, lag, 0.3) for s in (1, 2)], text)
+    for white, rests, size in zip(fit.noise, fit.rest, NOISE.values(), strict=True):
+        assert white.order * PERIOD > 5.0 * lag
+        for rest in rests:
+            assert np.abs(rest[: white.order]).max() < 5.0 * size
+
+
+@pytest.mark.parametrize("speed", [-3.0, -2.0, -1.0, 2.0])
+def test_what_begins_in_fast_motion_is_fitted_from_its_beginning_on(tmp_path, speed):
+    """From rest, where the fit starts, the pendulum turns over, and slopes lead nowhere."""
+    fit = calibrated(tmp_path, [recording(seed, 1.88, 0.1, speed) for seed in (1, 2)])
+    for rest, size in zip(fit.rest, NOISE.values(), strict=True):
+        assert np.sqrt(np.mean(np.concatenate(rest) ** 2)) < 1.05 * size

@@ -3,7 +3,8 @@
 from dataclasses import replace
 
 from slipbench.identification.mismatch.analysis import begin
-from slipbench.identification.mismatch.fit.calibrate import calibrate, followed
+from slipbench.identification.mismatch.fit.calibrate import calibrate
+from slipbench.identification.mismatch.fit.following import followed
 from slipbench.identification.mismatch.motorcycle.system import MotorcycleSystem
 from slipbench.identification.mismatch.telling.memo import sentence
 from slipbench.plant.effects.channel_lag import ChannelLag

@@ -204,7 +204,7 @@ def test_noise_that_is_whitened_and_coloured_is_the_same(clear):
     [white], [[rest]] = whiteners(fit.model, fit.rest), fit.rest
     lead = np.zeros((white.order, 1))
     series = np.concatenate((lead, rest))
-    np.testing.assert_allclose(coloured(white, white(series)), rest, atol=1e-9)
+    np.testing.assert_allclose(coloured(white, white.innovations(series)), rest, atol=1e-9)
 
 
 def test_noise_is_as_large_and_as_coloured_as_the_residuals(clear):

@@ -9,8 +9,9 @@ import pytest
 from slipbench.identification.mismatch.curves.injection import places
 from slipbench.identification.mismatch.curves.pushed import Pushed
 from slipbench.identification.mismatch.curves.trace import regressors
-from slipbench.identification.mismatch.fit.calibrate import as_told, refreshed
+from slipbench.identification.mismatch.fit.calibrate import as_told
 from slipbench.identification.mismatch.fit.fitting import Fit, with_effects
+from slipbench.identification.mismatch.fit.following import refreshed
 from slipbench.identification.mismatch.fit.settling import settle
 from slipbench.identification.mismatch.simulation.along import (
     HYSTERESIS,

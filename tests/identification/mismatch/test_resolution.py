@@ -12,9 +12,10 @@ from numba import njit
 
 from slipbench.identification.mismatch.analysis import begin
 from slipbench.identification.mismatch.explain import analyse
-from slipbench.identification.mismatch.fit.calibrate import as_told, followed, settled
+from slipbench.identification.mismatch.fit.calibrate import as_told, settled
 from slipbench.identification.mismatch.fit.fitting import with_effects
 from slipbench.identification.mismatch.fit.fixed import freed
+from slipbench.identification.mismatch.fit.following import followed
 from slipbench.identification.mismatch.fit.resolution import RESOLVED, step_of, strengths_of
 from slipbench.identification.mismatch.systems.system import ModelSystem
 from slipbench.protocol.recording.channel import Channel

@@ -8,7 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from slipbench.identification.mismatch.analysis import begin
-from slipbench.identification.mismatch.fit.calibrate import calibrate, from_far
+from slipbench.identification.mismatch.fit.calibrate import calibrate
+from slipbench.identification.mismatch.fit.far import from_far
 from slipbench.identification.mismatch.fit.fitting import Fit, with_effects
 from slipbench.identification.mismatch.fit.held_out import Veto
 from slipbench.identification.mismatch.fit.judge import Judge

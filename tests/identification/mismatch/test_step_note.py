@@ -20,7 +20,7 @@ def fit(folder, step, noise, frequency=40.0):
     text = MODEL.replace('step = "5 ms"', f'step = "{step}"')
     system = spring(folder, text.replace("value = 10, unit", f"value = {frequency}, unit"))
     model = begin(system, [system.prepare(swung(3))], []).training
-    white = Whitener(np.zeros((0, 1, 1)), np.array([[1.0 / noise]]))
+    white = Whitener(np.zeros((0, 1, 1)), np.array([[1.0 / noise]]), np.zeros((0, 0)))
     return Fit(model, model.origin(), predict(model, model.origin()), [white], [])
 
 
@@ -53,7 +53,7 @@ def test_the_verdict_has_the_note(tmp_path, monkeypatch):
     system = spring(tmp_path)
     found = analyse(begin(system, [system.prepare(swung(3))], []), [])
     assert not [n for n in verdict(found).left_out if n.startswith("step:")]
-    white = Whitener(np.zeros((0, 1, 1)), np.array([[1e9]]))
+    white = Whitener(np.zeros((0, 1, 1)), np.array([[1e9]]), np.zeros((0, 0)))
     found.named = replace(found.named, fit=replace(found.named.fit, noise=[white]))
     (note,) = [n for n in verdict(found).left_out if n.startswith("step:")]
     assert "try half of the step" in note

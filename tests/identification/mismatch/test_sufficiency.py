@@ -5,8 +5,9 @@ import pytest
 from slipbench.identification.mismatch.analysis import begin
 from slipbench.identification.mismatch.curves.locate import locate
 from slipbench.identification.mismatch.curves.sufficiency import LEFT, Remainder, remainder
-from slipbench.identification.mismatch.fit.calibrate import calibrate, from_far
+from slipbench.identification.mismatch.fit.calibrate import calibrate
 from slipbench.identification.mismatch.fit.candidate import Candidate
+from slipbench.identification.mismatch.fit.far import from_far
 from slipbench.identification.mismatch.fit.fitting import Fit, with_effects
 from slipbench.identification.mismatch.fit.judge import Judge
 from slipbench.identification.mismatch.naming.tried import candidates

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy import linalg, signal
 
 from slipbench.identification.mismatch.analysis import begin
 from slipbench.identification.mismatch.curves.injection import places
@@ -22,7 +23,7 @@ from slipbench.identification.mismatch.fit.calibrate import as_told
 from slipbench.identification.mismatch.fit.judge import Judge
 from slipbench.identification.mismatch.fit.scatter import amplitude_p
 from slipbench.identification.mismatch.fit.stack import flat
-from slipbench.identification.mismatch.fit.whitening import whitener
+from slipbench.identification.mismatch.fit.whitening import DOUBTED, Whitener, whitener
 from slipbench.identification.mismatch.naming.score import HINT, scores, tried_along
 from slipbench.identification.mismatch.naming.tried import candidates
 from slipbench.identification.mismatch.simulation.sampling import Grid
@@ -64,12 +65,41 @@ def test_a_whitened_row_is_the_innovation_of_the_noise_model(seed, outputs, orde
     rng = np.random.default_rng(seed)
     white = whitener([rng.standard_normal((80, outputs)).cumsum(axis=0)], order)
     series = rng.standard_normal((20, outputs, columns) if columns else (20, outputs))
-    found = white(series)
+    found = white.innovations(series)
     assert found.shape == (20 - order, *series.shape[1:])
     for t in range(order, 20):
         told = sum(white.lags[k] @ series[t - 1 - k] for k in range(order))
         now = white.inverse @ (series[t] - told)
         assert np.allclose(found[t - order], now, atol=1e-9 * np.abs(white.inverse).max())
+
+
+@given(st.floats(-0.95, 0.95), st.integers(1, 12), st.integers(1, 4))
+def test_whitening_undoes_the_covariance_of_a_series_from_its_first_row_on(root, rows, order):
+    """Of e_t = root e_(t-1) + n_t, which has the covariance root^|t - s| / (1 - root^2)."""
+    lags = np.zeros((order, 1, 1))
+    lags[0] = root
+    covariance = linalg.toeplitz(root ** np.arange(rows)) / (1.0 - root**2)
+    stationary = linalg.toeplitz(root ** np.arange(order)) / (1.0 - root**2)
+    start = np.linalg.inv(np.linalg.cholesky(stationary))
+    white = Whitener(lags, np.eye(1), start)
+    matrix = white(np.eye(rows)[:, None, :])[:, 0]
+    assert np.allclose(matrix @ covariance @ matrix.T, np.eye(rows), atol=1e-9)
+    assert white.log_determinant(rows) == pytest.approx(np.linalg.slogdet(covariance)[1], abs=1e-9)
+
+
+@given(st.integers(0, 2**32 - 1), st.integers(1, 3), st.integers(1, 6))
+def test_the_noise_model_knows_how_first_rows_hang_together(seed, outputs, order):
+    """First rows of fresh recordings whiten to unit variance, but for the doubt."""
+    rng = np.random.default_rng(seed)
+    mixed = rng.standard_normal((outputs, outputs))
+
+    def drawn(rows):
+        noise = rng.standard_normal((rows + 100, outputs)) @ mixed
+        return signal.lfilter([1.0], [1.0, -0.8], noise, axis=0)[100:]
+
+    white = whitener([drawn(6000)], order)
+    openings = DOUBTED * np.array([white(drawn(order)) for _ in range(400)])
+    assert np.mean(openings**2) == pytest.approx(1.0, abs=0.35)
 
 
 @given(st.integers(0, 2**32 - 1), st.integers(2, 9), st.booleans())

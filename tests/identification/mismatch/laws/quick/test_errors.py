@@ -35,7 +35,6 @@ def softening(x: float, v: float, t: float) -> float:
 UNKNOWN = [decaying_friction, decaying_force, rubbing, ripple, softening]
 SILENT = {
     decaying_friction: "p 0.48, held-out error 0.109 m beside a floor of 0.004",
-    rubbing: "p 0.24, held-out error 0.021 m beside a floor of 0.003",
     ripple: "p 1, held-out error 0.023 m beside a floor of 0.003",
     softening: "p 0.69, held-out error 0.413 m beside a floor of 0.007",
 }
