@@ -67,7 +67,7 @@ def _of_the_run(found: Identification, look: QuickLook) -> tuple[str, ...]:
     elif found.pair is not None and found.main is not None:
         share = float(found.main.reliable.mean())
         if share < THRESHOLDS.covered.value:
-            made.append(f"only {share:.0%} of the excited band is reliable")
+            made.append(f"only {100 * share:.0f} % of the excited band is reliable")
     elif look.verdict.word != "good":
         made.append(look.verdict.reason)
     made += [one.reason for one in found.left_out if "the input follows the output" in one.reason]
@@ -97,7 +97,7 @@ def _of_validation(checked: Validation) -> list[str]:
         made.append(f"the model from {path} fits held-out data with NRMSE {checked.fit:.0f} %")
     if checked.missing > THRESHOLDS.missing.value:
         made.append(
-            f"the model from {path} lacks dynamics: {checked.missing:.0%} of the output depends on the"
+            f"the model from {path} lacks dynamics: {100 * checked.missing:.0f} % of the output depends on the"
             " input and is not in the model"
         )
     return made
