@@ -17,13 +17,10 @@ from slipbench.identification.mismatch.analysis import accepted, begin
 from slipbench.identification.mismatch.explain import analyse
 from slipbench.identification.mismatch.fit.stack import whiteners
 from slipbench.identification.mismatch.predictive_check.answer import alike, answer_of, compared
-from slipbench.identification.mismatch.predictive_check.check import (
-    Order,
-    analyses_of,
-    check,
-    simulated,
-)
+from slipbench.identification.mismatch.predictive_check.check import analyses_of, check
 from slipbench.identification.mismatch.predictive_check.noise import coloured, noise_like
+from slipbench.identification.mismatch.predictive_check.order import Order
+from slipbench.identification.mismatch.predictive_check.replica import simulated
 from slipbench.identification.mismatch.simulation.lattice import Lattice
 from slipbench.identification.mismatch.simulation.model import predict
 from slipbench.identification.mismatch.simulation.replicate import replicated
