@@ -271,6 +271,20 @@ def test_another_effect_is_not_the_same_answer(clear):
     assert not compared(first, elsewhere, {}).place
 
 
+def test_an_effect_that_cannot_be_told_apart_is_the_same_answer_at_the_same_place(clear):
+    """As an offset of a force and of the spring that it acts on: the place cannot be told apart either."""
+    found = verdict(clear)
+    [effect] = found.effects
+    twin = replace(effect, name="offset", subject="force")
+    tied = replace(found, effects=(twin,), equivalents=(("cubic.deflection", "offset.force"),))
+    first = answer_of(clear, found)
+    again = replace(answer_of(clear, tied), places=frozenset(["force"]))
+    both = compared(first, again, {})
+    assert (both.same, both.place) == (True, True)
+    other = compared(first, replace(again, verdict=replace(tied, equivalents=())), {})
+    assert (other.same, other.place) == (False, False)
+
+
 def test_the_command_reports_the_check_and_keeps_to_the_schema(clear, tmp_path, monkeypatch):
     from slipbench.identification.mismatch import runs
 
