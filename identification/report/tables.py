@@ -5,14 +5,16 @@ from typing import Any
 
 import numpy as np
 
-from slipbench.identification.report.words import unit
+from slipbench.identification.report.words import time_unit, unit
 from slipbench.identification.response.identify import Identification
 from slipbench.identification.signals.clocks import BUS, ClockFit
 from slipbench.protocol.codec.faults import Fault
-from slipbench.protocol.recording.channel import Channel
+from slipbench.protocol.recording.channel import Channel, FloatArray
 from slipbench.protocol.recording.recording import Recording
 
 Rows = list[tuple[str, str]]
+UNEVEN = 0.5
+"""Range of 90 % of the steps, over their median, from which a channel is sampled unevenly."""
 
 
 def clocks(found: Identification) -> list[tuple[str, ...]]:
@@ -66,10 +68,22 @@ def channels(found: Identification) -> tuple[tuple[str, ...], list[tuple[str, ..
 
 
 def _channel(of: Channel) -> tuple[str, ...]:
-    step = np.median(np.diff(of.time)) if of.time.size > 1 else np.nan
-    rate = f"{1 / step:.4g} Hz" if step > 0 else "–"
     clock = "bus" if of.clock == BUS else of.clock
-    return of.role, unit(of.unit, of.stated), str(of.time.size), rate, clock, of.origin
+    return of.role, unit(of.unit, of.stated), str(of.time.size), _rate(of.time), clock, of.origin
+
+
+def _rate(time: FloatArray) -> str:
+    """Median rate; where the steps differ, also the range of 90 % of them. time: (n,) s."""
+    if time.size < 2:
+        return "–"
+    low, step, high = np.quantile(np.diff(time), (0.05, 0.5, 0.95))
+    if not step > 0:
+        return "–"
+    rate = f"{1 / step:.4g} Hz"
+    if high - low <= UNEVEN * step:
+        return rate
+    factor, each = time_unit(float(step))
+    return f"{rate}, uneven: steps of {factor * low:.3g} to {factor * high:.3g} {each}"
 
 
 def bus_load(recording: Recording) -> Rows:

@@ -76,7 +76,7 @@ def selected_window(of: Selection, base: Dataset, where: str) -> TrialWindow | N
             found=f"{last:.3g} s",
             remedy="record for longer",
         )
-    if end > last + 1 / base.rate or end - start < SHORTEST:
+    if not (start >= 0.0 and end <= last + 1 / base.rate and end - start >= SHORTEST):
         raise InputError(
             "the window does not fit the recording",
             where=where,

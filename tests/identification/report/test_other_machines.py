@@ -64,7 +64,8 @@ def table(folder, name, seed=1, lag=None, **changed):
     for k in range(time.size - 1):
         y[k + 1] = kept * y[k] + (1 - kept) * gain * u[k]
     y += offset + 2e-3 * gain * amplitude * rng.standard_normal(y.size)
-    rows = np.column_stack((time, u, y))
+    time = time + step * changed.get("jitter", 0.0) * rng.uniform(-1, 1, time.size)
+    rows = np.column_stack((time - time[0], u, y))
     path = folder / changed.get("file", f"{name}.csv")
     lines = [",".join(f"{value:.6g}" for value in row) for row in rows]
     path.write_text("\n".join([changed.get("title", title), *lines]) + "\n", encoding="utf-8")
@@ -214,6 +215,21 @@ def test_a_column_that_cannot_be_used_says_why(tmp_path, title, name, words):
         identified(read_recording(path), Selection((0.0, 29.0), name, "motor speed"))
     assert f"the signal {name} cannot be used" in str(refused.value)
     assert words in str(refused.value)
+
+
+@pytest.mark.parametrize(("jitter", "uneven"), [(0.0, False), (0.4, True)])
+def test_uneven_samples_are_stated_with_their_steps(tmp_path, jitter, uneven):
+    path = table(tmp_path, "servo", jitter=jitter)
+    found = selected(path)
+    page = write_report(found, studied(found), tmp_path / "report", None)
+    assert ("uneven: steps of" in visible(page)) == uneven
+
+
+@pytest.mark.parametrize("window", [(-5.0, 5.0), (3.0, 2.0), (float("nan"), 5.0), (5.0, 5.5)])
+def test_a_window_that_is_none_is_refused(tmp_path, window):
+    recording = read_recording(table(tmp_path, "servo"))
+    with pytest.raises(InputError, match="the window does not fit the recording"):
+        identified(recording, Selection(window, "command", "motor speed"))
 
 
 def test_a_recording_below_a_second_is_too_short_whatever_the_window(tmp_path):
