@@ -86,11 +86,12 @@ def interactive(found: Identification, study: Study) -> dict[str, Chart]:
     """Charts by the name of their figure, for which the recording has the data."""
     output = found.main.output if found.main else "slip"
     to_slip = [r for r in found.responses if r.output == output]
+    known = [r for r in to_slip if r.reliable.any()]
     servo = [r for r in found.responses if r.output != output]
     made = {
         "overview": time_chart(found),
         "response": bode_chart(to_slip) if to_slip else None,
-        "nichols": nichols_chart(to_slip, study.models) if to_slip else None,
+        "nichols": nichols_chart(known, study.models) if known else None,
         "servo": bode_chart(servo) if servo else None,
         "model": model_chart(study.models) if study.models else None,
         "roots": roots_chart(study.models) if study.models else None,

@@ -45,11 +45,13 @@ class Difference:
     """A run against the pooled response of the other runs.
 
     adjusted: probability of such a distance by noise alone, corrected for the number of runs (Holm)
+    others: number of the other runs
     """
 
     run: str
     found: Repeatability
     adjusted: float
+    others: int
 
     @property
     def significant(self) -> bool:
@@ -60,10 +62,13 @@ class Difference:
     def words(self) -> str:
         """Difference as a sentence."""
         f = self.found
-        how = "differs from the other runs" if self.significant else "does not differ significantly"
+        one = self.others == 1
+        apart = f"differs from the other run{'' if one else 's'}"
+        how = apart if self.significant else "does not differ significantly"
+        by = "noise" if one else "noise and the scatter of the others"
         return (
             f"{self.run} {how}: distance {100 * f.distance:.1f} % of the gain, {100 * f.expected:.1f} %"
-            f" expected from noise and the scatter of the others ({p_value(self.adjusted)})."
+            f" expected from {by} ({p_value(self.adjusted)})."
         )
 
 
@@ -173,7 +178,9 @@ def _differences(
         if (found := repeatability(responses[k], others)) is not None:
             tests.append((one.name, found))
     adjusted = holm([found.chance for _, found in tests])
-    return tuple(Difference(n, f, p) for (n, f), p in zip(tests, adjusted, strict=True))
+    return tuple(
+        Difference(n, f, p, len(own) - 1) for (n, f), p in zip(tests, adjusted, strict=True)
+    )
 
 
 def holm(probabilities: Sequence[float]) -> list[float]:

@@ -26,7 +26,7 @@ def run_verdict(found: Identification, study: Study) -> RunVerdict:
     against = _unusable(found, look)
     if against:
         return RunVerdict("not usable", (against,))
-    doubts = (*_of_the_run(found, look), *_of_the_models(study))
+    doubts = (*_of_the_run(found, look), *_without_model(found, study), *_of_the_models(study))
     if doubts:
         return RunVerdict("usable with reservations", doubts)
     return RunVerdict("good", (_summary(found, look), *map(_held_out, study.validations[:1])))
@@ -75,6 +75,13 @@ def _of_the_run(found: Identification, look: QuickLook) -> tuple[str, ...]:
     if count:
         made.append(f"{count} frames are faulty")
     return (*made, *(str(w) for w in found.recording.description.get("warnings", [])))
+
+
+def _without_model(found: Identification, study: Study) -> tuple[str, ...]:
+    """Why a selected part has no model; of a trial the quick look says what it is worth."""
+    if found.pair is None or study.models:
+        return ()
+    return tuple(f"there is no {one.analysis}: {one.reason}" for one in study.left_out)
 
 
 def _of_the_models(study: Study) -> tuple[str, ...]:

@@ -13,7 +13,9 @@ from slipbench.identification.models.roots import oscillating, real_poles
 from slipbench.identification.report.report import interactive
 from slipbench.identification.response.from_folder import identified
 from slipbench.identification.response.selection import Selection
+from slipbench.identification.session.run_verdict import run_verdict
 from slipbench.protocol.errors import InputError
+from slipbench.protocol.recording.from_arrays import recording_of
 from slipbench.protocol.recording.table_recording import read_recording
 
 FOREIGN = (
@@ -215,6 +217,32 @@ def test_a_column_that_cannot_be_used_says_why(tmp_path, title, name, words):
         identified(read_recording(path), Selection((0.0, 29.0), name, "motor speed"))
     assert f"the signal {name} cannot be used" in str(refused.value)
     assert words in str(refused.value)
+
+
+def test_a_step_without_a_model_is_no_good_run_and_noise_has_no_empty_chart(tmp_path):
+    """A step excites few independent lines; unrelated noise gives no reliable one."""
+    rng = np.random.default_rng(4)
+    time = 0.01 * np.arange(3000)
+    step = 6.0 * (time >= 10.0)
+    answer = 60.0 * (1 - np.exp(-np.maximum(time - 10.0, 0.0) / 0.05))
+    noise = rng.standard_normal((2, time.size))
+    units = {"command": "V", "speed": "rad/s"}
+    whole = Selection((0.0, 29.9), "command", "speed")
+    pairs = {"step": (step, answer), "noise": (noise[0], noise[1])}
+    verdicts, charts = {}, {}
+    for name, values in pairs.items():
+        found = identified(
+            recording_of(name, time, dict(zip(units, values, strict=True)), units), whole
+        )
+        study = studied(found)
+        assert not study.models
+        verdicts[name] = run_verdict(found, study)
+        charts[name] = interactive(found, study)
+    assert verdicts["step"].word == "usable with reservations"
+    assert "there is no model from command to speed" in str(verdicts["step"])
+    assert verdicts["noise"].word == "not usable"
+    assert "nichols" in charts["step"]
+    assert "nichols" not in charts["noise"]
 
 
 @pytest.mark.parametrize(("jitter", "uneven"), [(0.0, False), (0.4, True)])
