@@ -6,6 +6,7 @@ from html import unescape
 import numpy as np
 import pytest
 import typer
+from scipy.signal import lfilter
 from typer.testing import CliRunner
 
 from slipbench.identification.commands import register, studied, summary, write_report
@@ -148,6 +149,25 @@ def test_times_of_a_slow_plant_are_in_seconds(reports):
     shown = visible(page) + "\n".join(summary(found, study))
     assert re.search(r"Group delay, heater power to plate temperature\s+\d+(\.\d+)? s", shown)
     assert not re.search(r"\d{4,} ms|e\+\d+ ms", shown)
+
+
+def test_intervals_of_a_slow_plant_hold_its_response_also_at_its_lowest_frequencies():
+    """Heated in steps at random for two hours; the band spans more than two decades."""
+    rng = np.random.default_rng(3)
+    lag, late, gain = 300.0, 20, 0.08
+    time = np.arange(7200.0)
+    level = np.repeat(rng.choice([200.0, 800.0], time.size // 120), 120)
+    delayed = np.concatenate((np.full(late, level[0]), level[:-late]))
+    kept = np.exp(-1 / lag)
+    plate = 22 + lfilter([0, gain * (1 - kept)], [1, -kept], delayed)
+    values = {"power": level, "plate": plate + 0.05 * rng.standard_normal(time.size)}
+    recorded = recording_of("plate", time, values, {"power": "W", "plate": "degC"})
+    main = identified(recorded, Selection((0.0, 7199.0), "power", "plate")).main
+    s = 2j * np.pi * main.frequency
+    truth = gain / (1 + lag * s) * np.exp(-s * (late + 0.5))
+    inside = np.abs(main.value - truth) < main.quantile * main.deviation
+    assert np.mean(inside[main.frequency < 0.006]) > 0.7
+    assert np.mean(inside) > 0.85
 
 
 def test_a_column_in_degrees_celsius_is_compared_as_a_difference(reports):
