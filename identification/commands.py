@@ -62,11 +62,12 @@ def identify_command(
         str | None, typer.Option(metavar="SIGNAL", help="Output signal; default: slip.")
     ] = None,
 ) -> None:
-    """Identify a recording: slip, frequency response to throttle or spark, parametric model.
+    """Identify a recording: frequency response, parametric model; slip in a trial of a motorcycle.
 
-    Writes report.html (self-contained) and identification.json. With --window any recording can be
-    identified, also one without a trial. Several runs are compared: comparison.html and
-    comparison.json have the pooled response and the differences between the runs.
+    Writes report.html (self-contained) and identification.json. With --window, --input and --output
+    any recording of any machine can be identified, also one without a trial. Several runs are
+    compared: comparison.html and comparison.json have the pooled response and the differences between
+    the runs.
     """
     from slipbench.identification.response.from_folder import identified
     from slipbench.identification.response.selection import Selection, parse_window

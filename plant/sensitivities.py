@@ -15,7 +15,7 @@ from slipbench.plant.composition import SERVO
 from slipbench.plant.equations import EQUATIONS
 from slipbench.plant.kernel import BAD_GEAR
 from slipbench.plant.kernel_parts import LED
-from slipbench.plant.kernel_tangents import COLUMNS, UNUSED
+from slipbench.plant.kernel_rows import COLUMNS, UNUSED
 from slipbench.plant.layout import EffectClass, layout
 from slipbench.plant.signals import Floats, Inputs, Outputs
 from slipbench.plant.simulation import Simulation

@@ -9,7 +9,7 @@ from typing import Any
 from slipbench.plant.composition import RENAMED_OUTPUTS
 from slipbench.plant.equations import GIVES_SEVERAL, RATES
 from slipbench.plant.kernel_parts import HELD, LED
-from slipbench.plant.kernel_tangents import WIDTH
+from slipbench.plant.kernel_rows import WIDTH
 from slipbench.plant.layout import EffectClass, Layout
 from slipbench.plant.signals import Inputs
 
@@ -94,7 +94,7 @@ class Rows:
         return tuple(q for node in self.nodes for q in node.gives if q not in RATES.values())
 
     def constants(self) -> str:
-        """The text of the offsets that kernel_tangents.py names."""
+        """The text of the offsets that kernel_rows.py, kernel_inputs.py and kernel_stages.py name."""
         states = tuple(list(RATES).index(state) for state in LED)
         inputs = tuple(Inputs.names.index(f"measured_{state}") for state in LED)
         stages = ("START", "MIDDLE", "END", "STOP", "OUTPUT", "STAGES")

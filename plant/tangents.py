@@ -11,6 +11,7 @@ from types import ModuleType
 
 from slipbench.plant import equations as nominal
 from slipbench.plant import kernel, kernel_tangents
+from slipbench.plant.arriving_slopes import arriving_slopes
 from slipbench.plant.compiled import entry, inlined, load, made_once, plain, text_of
 from slipbench.plant.composition import ADVANCE, RENAMED_OUTPUTS, Names, constants
 from slipbench.plant.derivatives import directional, gradient
@@ -24,7 +25,7 @@ MORE = "f8[:,::1],i8[::1],f8[:,:,::1],i8[::1],i8[::1],i8[::1],i8[::1],b1[:,::1],
 SIGNATURE = f"f8({ADVANCE.removeprefix('f8[::1](').removesuffix(')')},{MORE})"
 HISTORY = {
     nominal.arriving: (
-        kernel_tangents.arriving_slopes,
+        arriving_slopes,
         ("throttle", "air_delay"),
         ("past[i * n + c]", "past_rate[i * n + c]", "past[j * n + c]", "past_rate[j * n + c]"),
     )

@@ -12,7 +12,7 @@ from slipbench.protocol.shipped_files import completion_of, file_of
 
 if TYPE_CHECKING:
     from slipbench.identification.mismatch.analysis import Analysis
-    from slipbench.identification.mismatch.predictive_check.check import Order
+    from slipbench.identification.mismatch.predictive_check.order import Order
     from slipbench.identification.mismatch.telling.check_result import Check
     from slipbench.identification.mismatch.telling.verdict import Verdict
 
@@ -88,7 +88,7 @@ def explain_command(
     Exit status: 0 done, 1 a step failed, 2 invalid input (see message), 130 interrupted.
     """
     from slipbench.identification.mismatch.explain import known_so_far
-    from slipbench.identification.mismatch.predictive_check.check import COUNT, SEED, Order
+    from slipbench.identification.mismatch.predictive_check.order import COUNT, SEED, Order
     from slipbench.identification.mismatch.predictive_check.stopwatch import seconds
     from slipbench.identification.mismatch.runs import open_analysis
     from slipbench.identification.mismatch.telling.check_in_words import check_lines

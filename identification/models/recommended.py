@@ -13,8 +13,8 @@ from dataclasses import dataclass
 from slipbench.identification.models.delay_profile import DelayProfile, NoDelay, delay_profile
 from slipbench.identification.models.model_order import OrderChoice, choose_order, doubted, ranked
 from slipbench.identification.models.rational_ml import RationalFit
-from slipbench.identification.response.independent_lines import NoRational, independent_lines
-from slipbench.identification.response.response import FrequencyResponse, reliable_band
+from slipbench.identification.response.independent_lines import Lines, NoRational, independent_lines
+from slipbench.identification.response.response import FrequencyResponse
 
 REJECTED = 0.01  # probability of so large a chi-square under which a model is rejected
 
@@ -44,7 +44,7 @@ class Recommended:
     @property
     def words(self) -> tuple[str, ...]:
         """What has to be known before the model is used, a sentence each."""
-        return (*_form(self), *_misfit(self), *_doubt(self), *_band(self.response))
+        return (*_form(self), *_misfit(self), *_doubt(self), *_band(self.fit.lines))
 
 
 def recommended(response: FrequencyResponse) -> Recommended | NoRational:
@@ -93,8 +93,6 @@ def _doubt(of: Recommended) -> tuple[str, ...]:
     return ()
 
 
-def _band(response: FrequencyResponse) -> tuple[str, ...]:
-    band = reliable_band(response)
-    if band is None:
-        return ()
-    return (f"The model holds from {band[0]:.2g} to {band[1]:.3g}\u00a0Hz; beyond, it is a guess.",)
+def _band(lines: Lines) -> tuple[str, ...]:
+    low, high = lines.frequency[0], lines.frequency[-1]
+    return (f"The model is fitted from {low:.2g} to {high:.3g}\u00a0Hz; beyond, it is a guess.",)

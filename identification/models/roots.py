@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import stats
 
-from slipbench.identification.models.rational_ml import RationalFit
+from slipbench.identification.models.rational_ml import Mode, RationalFit
 from slipbench.identification.models.stable_rational import model
 from slipbench.identification.response.response import ComplexArray
 from slipbench.protocol.recording.channel import FloatArray
@@ -63,6 +63,21 @@ class Root:
 def roots_with_intervals(fit: RationalFit) -> tuple[tuple[Root, ...], tuple[Root, ...]]:
     """Poles and zeros with positive or no imaginary part; the conjugates mirror them."""
     return _with_doubt(fit, "poles"), _with_doubt(fit, "zeros")
+
+
+def real_poles(fit: RationalFit) -> list[tuple[float, float]]:
+    """Frequencies of the real poles and half widths of their 95 % intervals, Hz; the slowest first."""
+    poles, _ = roots_with_intervals(fit)
+    return sorted(
+        (abs(one.value) / (2 * np.pi), one.half_widths[0] / (2 * np.pi))
+        for one in poles
+        if one.real
+    )
+
+
+def oscillating(fit: RationalFit) -> list[Mode]:
+    """Pairs of complex poles; a pair whose damping ratio is 1 or more is two real poles."""
+    return [mode for mode in fit.modes if not mode.single and mode.damping < 1.0]
 
 
 def _with_doubt(fit: RationalFit, kind: str) -> tuple[Root, ...]:

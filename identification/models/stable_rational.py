@@ -36,7 +36,8 @@ class Order:
 
     def __str__(self) -> str:
         held = f" ({self.at_rest} of them at 0)" if self.at_rest else ""
-        return f"{self.zeros} zeros{held}, {self.poles} poles"
+        zeros = f"{self.zeros} zero{'' if self.zeros == 1 else 's'}{held}"
+        return f"{zeros}, {self.poles} pole{'' if self.poles == 1 else 's'}"
 
 
 def evaluate(x: FloatArray, s: ComplexArray, order: Order) -> tuple[ComplexArray, ComplexArray]:

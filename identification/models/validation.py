@@ -32,7 +32,7 @@ from slipbench.identification.response.independent_lines import (
 from slipbench.identification.response.responses import NoResponse, response_between
 from slipbench.identification.response.swept_recording import signals_of, swept_run_of
 from slipbench.identification.response.swept_run import SweptRun, moving
-from slipbench.identification.signals.named import unit_of
+from slipbench.identification.signals.named import stated_unit, unit_of
 from slipbench.identification.signals.swept_phase import NoSweep
 from slipbench.identification.signals.trial_window import NoExcitation, TrialWindow
 from slipbench.protocol.recording.channel import FloatArray
@@ -50,7 +50,7 @@ class Validation:
     measured, predicted  (n,) output in SI, both without what is slower than the band
     fit                  NRMSE fit, %: 100 (1 - |measured - predicted| / |measured - mean|)
     error                root mean square of the residual, in the output's unit
-    unit                 of the output, in SI
+    unit                 of the output, in SI; stated: by the source of the output, empty if by none
     """
 
     run: str
@@ -64,6 +64,7 @@ class Validation:
     error: float
     tests: ResidualTests | NoTests
     unit: str
+    stated: str = ""
 
     @property
     def missing(self) -> float:
@@ -171,14 +172,14 @@ def _by_time(found: Identification, of: Recommended) -> Validation | NoValidatio
     )
     lines = trained if isinstance(trained, NoResponse) else independent_lines(trained)
     if isinstance(lines, NoResponse | NoRational):
-        return NoValidation(given, taken, f"the first {TRAINED:.0%} alone: {lines.reason}")
+        return NoValidation(given, taken, f"the first {100 * TRAINED:.0f} % alone: {lines.reason}")
     if 2 * lines.frequency.size <= of.fit.order.size:
-        return NoValidation(given, taken, f"the first {TRAINED:.0%} have too few lines")
+        return NoValidation(given, taken, f"the first {100 * TRAINED:.0f} % have too few lines")
     (u, y, _), _names = parts
     fit = fit_order(lines, of.fit.order)
     late = slice(split - part.start, None)
     predicted = simulated(fit, u, found.base.rate)[late]
-    words = f"the last {1 - TRAINED:.0%} of the excitation"
+    words = f"the last {100 * (1 - TRAINED):.0f} % of the excitation"
     return _compared(lines, found, words, found.base.time[part][late], u[late], y[late], predicted)
 
 
@@ -207,4 +208,5 @@ def _compared(
         float(np.sqrt(np.mean(residual**2))),
         residual_tests(residual, u, rate, band),
         unit_of(lines.output, found.base),
+        stated_unit(lines.output, found.base),
     )

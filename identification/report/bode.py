@@ -6,7 +6,13 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MultipleLocator
 
 from slipbench.identification.report import drawing as d
-from slipbench.identification.report.words import decibel, gain_unit, name
+from slipbench.identification.report.words import (
+    decibel,
+    decibel_axis,
+    gain_axis,
+    name,
+    response_unit,
+)
 from slipbench.identification.response.resonance import NoResonance, Resonance
 from slipbench.identification.response.response import RELIABLE_COHERENCE, FrequencyResponse
 from slipbench.protocol.recording.channel import FloatArray
@@ -15,7 +21,7 @@ from slipbench.protocol.recording.channel import FloatArray
 def bode(found: list[FrequencyResponse], peak: Resonance | NoResonance | None = None) -> Figure:
     """Bode plot of several responses; bins of low coherence or wide interval are faded."""
     figure, axes = d.panels(3, 6.6, [3, 3, 1.5], right=0.85)  # for the axis in dB
-    factor, unit = gain_unit(*found[0].si_units)
+    factor, unit = response_unit(found[0])
     for response, colour in zip(found, (d.BLUE, d.ORANGE, d.GREEN), strict=False):
         _gain(axes[0], response, factor, colour)
         _phase(axes[1], response, colour)
@@ -75,14 +81,14 @@ def _decibels(gain: Axes, unit: str) -> None:
     """Second axis in dB: a logarithmic axis is linear in dB."""
     right = gain.twinx()
     low, high = gain.get_ylim()
-    right.set(ylim=(20 * np.log10(low), 20 * np.log10(high)), ylabel=f"dB re 1 {unit}")
+    right.set(ylim=(20 * np.log10(low), 20 * np.log10(high)), ylabel=decibel_axis(unit))
     right.grid(visible=False)
 
 
 def _format_axes(axes: list[Axes], found: list[FrequencyResponse], unit: str) -> None:
     reliable = [r.gain[r.reliable] for r in found if r.reliable.any()]
-    factor = gain_unit(*found[0].si_units)[0]
-    axes[0].set(xscale="log", yscale="log", ylabel=f"gain / ({unit})")
+    factor = response_unit(found[0])[0]
+    axes[0].set(xscale="log", yscale="log", ylabel=gain_axis(unit))
     if reliable:
         low, high = min(g.min() for g in reliable), max(g.max() for g in reliable)
         room = max(1.6, 2.5 * np.sqrt(low / high))

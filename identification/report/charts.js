@@ -28,7 +28,8 @@
 
   function yLabel(panel, scale) {
     if (!panel.gain || scale !== "dB") return panel.y;
-    return panel.y.replace(/^gain \/ \((.*)\)$/, "gain / dB (re 1 $1)");
+    const unit = panel.y.match(/^gain \/ \((.*)\)$/);
+    return unit ? `gain / dB (re 1 ${unit[1]})` : `${panel.y} / dB`;
   }
 
   function nearestKnown(values, index) {

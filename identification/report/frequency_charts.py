@@ -5,7 +5,7 @@ import numpy as np
 from slipbench.identification.models.recommended import Recommended
 from slipbench.identification.report import drawing as d
 from slipbench.identification.report.chart import Chart, Panel, Trace
-from slipbench.identification.report.words import gain_unit, name
+from slipbench.identification.report.words import decibel_axis, gain_axis, name, response_unit
 from slipbench.identification.response.response import (
     RELIABLE_COHERENCE,
     FrequencyResponse,
@@ -22,7 +22,7 @@ def bode_chart(found: list[FrequencyResponse], labels: list[str] | None = None) 
 
     labels: one for each response; by default its input and output.
     """
-    factor, unit = gain_unit(*found[0].si_units)
+    factor, unit = response_unit(found[0])
     said = labels or [f"{name(r.input)} to {name(r.output)}" for r in found]
     gain, phase, coherence = [], [], []
     for one, label, colour in zip(found, said, COLOURS * (1 + len(found) // 8), strict=False):
@@ -67,7 +67,7 @@ def bode_chart(found: list[FrequencyResponse], labels: list[str] | None = None) 
 
 def model_chart(found: tuple[Recommended, ...]) -> Chart:
     """Gain and phase of models with 95 % intervals and of the bins that they were fitted to."""
-    factor, unit = gain_unit(*found[0].response.si_units)
+    factor, unit = response_unit(found[0].response)
     gain, phase = [], []
     for one, colour in zip(found, COLOURS, strict=False):
         lines, fit = one.fit.lines, one.fit
@@ -93,7 +93,7 @@ def model_chart(found: tuple[Recommended, ...]) -> Chart:
 
 def nichols_chart(responses: list[FrequencyResponse], models: tuple[Recommended, ...]) -> Chart:
     """Gain in dB over phase: reliable bins of the responses, and the models."""
-    factor, unit = gain_unit(*responses[0].si_units)
+    factor, unit = response_unit(responses[0])
     traces = []
     for one, colour in zip(responses, COLOURS, strict=False):
         known = one.reliable
@@ -110,7 +110,7 @@ def nichols_chart(responses: list[FrequencyResponse], models: tuple[Recommended,
         traces.append(
             Trace(label, phase, 20 * np.log10(factor * np.abs(value)), colour, notes=notes)
         )
-    label = f"gain / dB (re 1 {unit})"
+    label = decibel_axis(unit)
     return Chart((Panel(tuple(traces), label, "phase / °", plane=True, height=3.6),), linked=False)
 
 
@@ -128,7 +128,7 @@ def _gain_panel(
 ) -> Panel:
     return Panel(
         tuple(traces),
-        f"gain / ({unit})",
+        gain_axis(unit),
         x_log=True,
         y_log=True,
         gain=True,

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from slipbench.identification.report import slip_control
-from slipbench.identification.report.words import decibel, gain_unit, name
+from slipbench.identification.report.words import decibel, name, response_unit
 from slipbench.identification.response.identify import Identification, slip_range
 from slipbench.identification.response.resonance import Resonance
 from slipbench.identification.response.response import (
@@ -45,7 +45,7 @@ def _not_valid(recording: Recording) -> str:
 
 
 def _response(main: FrequencyResponse, found: Identification) -> str:
-    factor, unit = gain_unit(*main.si_units)
+    factor, unit = response_unit(main)
     actuator = "spark" if main.input.startswith("spark") else "throttle"
     path = f"of {name(main.output)} to {name(main.input) if found.pair else actuator}"
     quality = coherence(main)

@@ -293,8 +293,8 @@ class IdentificationFile(Section):
     headline        main result in words
     reliable_band   widest band without an unreliable line
     coherence_min   least coherence in it
-    delays          encoder: mean age of the encoder speed; input_to_slip: low-frequency group delay
-                    of the main response
+    delays          encoder: mean age of the encoder speed; input_to_slip, or input_to_output where
+                    another output was selected: low-frequency group delay of the main response
     clocks          by device
     warnings        of the recording
     """

@@ -61,7 +61,7 @@ def key_figures(
 
 
 def delays(found: Identification) -> dict[str, float]:
-    """Delays, s: of the encoder at mean speed; low-frequency group delay from command to slip."""
+    """Delays, s: of the encoder at mean speed; low-frequency group delay of the main response."""
     known: dict[str, float] = {}
     moved = found.motion
     if isinstance(moved, Motion) and moved.axle.teeth_per_turn and moved.axle.radius:
@@ -71,8 +71,14 @@ def delays(found: Identification) -> dict[str, float]:
             known["encoder"] = tooth_interval(speed, moved.axle.radius, moved.axle.teeth_per_turn)
     if found.main is not None and np.count_nonzero(found.main.reliable) >= 3:
         peak = found.resonance.frequency if isinstance(found.resonance, Resonance) else math.inf
-        known["input_to_slip"] = low_frequency_delay(found.main, peak)
+        known[main_delay(found)] = low_frequency_delay(found.main, peak)
     return {key: _rounded(value) for key, value in known.items()}
+
+
+def main_delay(found: Identification) -> str:
+    """Key of the group delay of the main response."""
+    slip = found.main is None or found.main.output == "slip"
+    return "input_to_slip" if slip else "input_to_output"
 
 
 def servo_bandwidth(found: Identification) -> float | None:

@@ -10,7 +10,7 @@ from slipbench.identification.models.validation import Validation
 from slipbench.identification.report import drawing as d
 from slipbench.identification.report.chart import Chart, Panel, Trace
 from slipbench.identification.report.frequency_charts import COLOURS
-from slipbench.identification.report.words import gain_unit, name, shown, unit
+from slipbench.identification.report.words import axis, name, response_unit, shown, unit
 from slipbench.identification.response.response import ComplexArray
 
 HERTZ = 1 / (2 * np.pi)
@@ -76,32 +76,42 @@ def step_chart(models: tuple[Recommended, ...]) -> Chart:
     """Response of models to a unit step of their input, with 95 % bands."""
     traces = []
     for one, colour in zip(models, COLOURS, strict=False):
-        factor, _ = gain_unit(*one.response.si_units)
+        factor, _ = response_unit(one.response)
         step = step_response(one.fit)
         value, half = factor * step.value, factor * step.half_width
         label = f"from {name(one.response.input)}"
         traces.append(Trace(label, step.time, value, colour, value - half, value + half))
-    _, each = gain_unit(*models[0].response.si_units)
+    _, each = response_unit(models[0].response)
     output = name(models[0].response.output)
-    return Chart((Panel(tuple(traces), f"{output} / ({each})", "time / s", height=2.8),))
+    return Chart(
+        (
+            Panel(
+                tuple(traces),
+                axis(output, f"({each})" if each != "1" else each),
+                "time / s",
+                height=2.8,
+            ),
+        )
+    )
 
 
 def validation_chart(checked: Validation) -> Chart:
     """Measured and predicted output over time, and the residual, on held-out data."""
-    si = checked.unit
-    measured, predicted = (_deviation(x, si) for x in (checked.measured, checked.predicted))
-    label = f"{name(checked.output)} / {unit(si)}"
+    units = checked.unit, checked.stated
+    measured, predicted = (_deviation(x, *units) for x in (checked.measured, checked.predicted))
+    label = axis(name(checked.output), unit(*units))
     lines = (
         Trace("measured", checked.time, measured, d.VIOLET),
         Trace("model", checked.time, predicted, d.ORANGE),
     )
     residual = (Trace("residual", checked.time, measured - predicted, d.MUTED),)
-    return Chart((Panel(lines, label, height=2.6), Panel(residual, label, "time / s", height=1.3)))
+    below = axis("residual", unit(*units))
+    return Chart((Panel(lines, label, height=2.6), Panel(residual, below, "time / s", height=1.3)))
 
 
-def _deviation(x: np.ndarray, si: str) -> np.ndarray:
+def _deviation(x: np.ndarray, si: str, stated: str) -> np.ndarray:
     """A deviation in the display unit: no offset, as that of a temperature."""
-    return np.asarray(shown(x, si) - shown(np.zeros(1), si))
+    return np.asarray(shown(x, si, stated) - shown(np.zeros(1), si, stated))
 
 
 def residual_chart(checked: Validation) -> Chart | None:

@@ -5,7 +5,7 @@ from matplotlib.figure import Figure
 
 from slipbench.identification.models.recommended import Recommended
 from slipbench.identification.report import drawing as d
-from slipbench.identification.report.words import gain_unit, name
+from slipbench.identification.report.words import gain_axis, name, response_unit
 from slipbench.identification.response.describing_function import DescribingFunction
 from slipbench.identification.response.response import reliable_band
 
@@ -18,7 +18,7 @@ def model_figure(found: tuple[Recommended, ...]) -> Figure | None:
     if not found:
         return None
     figure, axes = d.panels(2, 5.2, [3, 2])
-    factor, unit = gain_unit(*found[0].response.si_units)
+    factor, unit = response_unit(found[0].response)
     for one, colour in zip(found, (d.BLUE, d.ORANGE, d.GREEN), strict=False):
         lines, fit = one.fit.lines, one.fit
         low, high = reliable_band(one.response) or (lines.frequency[0], lines.frequency[-1])
@@ -38,7 +38,7 @@ def model_figure(found: tuple[Recommended, ...]) -> Figure | None:
         axes[1].plot(
             lines.frequency, np.interp(lines.frequency, f, phase) + near, "o", ms=3.5, color=colour
         )
-    axes[0].set(xscale="log", yscale="log", ylabel=f"gain / ({unit})")
+    axes[0].set(xscale="log", yscale="log", ylabel=gain_axis(unit))
     axes[1].set(ylabel="phase / °", xlabel="frequency / Hz")
     d.plain_decades(axes[0], axes[1])
     d.legend(axes[0], 2)

@@ -7,7 +7,8 @@ import numpy as np
 from slipbench.identification.models.delay_profile import DelayProfile
 from slipbench.identification.models.rational_ml import ACROSS, Mode, RationalFit
 from slipbench.identification.models.recommended import Recommended
-from slipbench.identification.report.words import gain_unit, name
+from slipbench.identification.models.roots import oscillating, real_poles
+from slipbench.identification.report.words import name, response_unit, time_unit, with_interval
 from slipbench.identification.response.response import ComplexArray
 
 Rows = list[tuple[str, str]]
@@ -17,7 +18,7 @@ FASTEST = 3.0  # times the top of the band; faster poles are not listed
 def rows(of: Recommended) -> Rows:
     """Rows of the model: order, residual test, dead time, poles, zeros; 95 % intervals."""
     fit = of.fit
-    factor, unit = gain_unit(*of.response.si_units)
+    factor, unit = response_unit(of.response)
     low = fit.lines.frequency[:1]
     gain, band = float(np.abs(fit.response(low))[0]), float(fit.band(low)[0])
     made = [
@@ -28,12 +29,12 @@ def rows(of: Recommended) -> Rows:
             f"{fit.chi_square_ratio:.2f} per degree of freedom, {fit.freedom} degrees of freedom",
         ),
         ("Dead time", delay_in_words(of)),
-        *[(_kind(mode), mode_in_words(mode)) for mode in _listed(fit)],
+        *_poles(fit),
         *_zeros(fit.model.zeros),
         (f"Gain at {low[0]:.2g} Hz", f"{factor * gain:.3g} ± {factor * band:.2g} {unit}"),
         (
             "Drift below the band",
-            f"{fit.drift[0]:+.3f} ± {ACROSS * fit.drift[1]:.3f} rad/s, not part of the model",
+            f"{with_interval(fit.drift[0], ACROSS * fit.drift[1])} rad/s, not part of the model",
         ),
     ]
     return [*made, ("Notes", " ".join(of.words))]
@@ -49,20 +50,26 @@ def delay_in_words(of: Recommended) -> str:
     found = of.delay
     if not isinstance(found, DelayProfile):
         return f"not identified: {found.reason}"
-    return (
-        f"{1e3 * found.delay:.1f} ms, 95 % interval {1e3 * found.low:.1f} to "
-        f"{1e3 * found.high:.1f} ms"
-    )
+    factor, each = time_unit(found.delay)
+    delay, low, high = (f"{factor * t:.1f}" for t in (found.delay, found.low, found.high))
+    return f"{delay} {each}, 95 % interval {low} to {high} {each}"
+
+
+def pole_in_words(frequency: float, half_width: float) -> str:
+    """Frequency of a pole, Hz, as text with the half width of its 95 % interval."""
+    if half_width > frequency:
+        return f"about {frequency:.2g} Hz, not identifiable from this recording"
+    return f"{with_interval(frequency, half_width)} Hz"
 
 
 def mode_in_words(mode: Mode) -> str:
-    """Frequency and damping ratio as text with 95 % intervals."""
-    if ACROSS * mode.frequency_deviation > mode.frequency:
-        return f"about {mode.frequency:.2g} Hz, not identifiable from this recording"
-    frequency = f"{mode.frequency:.2f} ± {ACROSS * mode.frequency_deviation:.2f} Hz"
-    if mode.single:
+    """Frequency and damping ratio of a pair as text with 95 % intervals."""
+    half = ACROSS * mode.frequency_deviation
+    frequency = pole_in_words(mode.frequency, half)
+    if half > mode.frequency:
         return frequency
-    return f"{frequency}, damping ratio {mode.damping:.3f} ± {ACROSS * mode.damping_deviation:.3f}"
+    damping = with_interval(mode.damping, ACROSS * mode.damping_deviation)
+    return f"{frequency}, damping ratio {damping}"
 
 
 def figures(of: Recommended) -> dict[str, Any]:
@@ -110,13 +117,18 @@ def _others(of: Recommended) -> str:
     return f"also plausible (AIC difference below 4): {'; '.join(near) or 'no other order'}"
 
 
-def _kind(mode: Mode) -> str:
-    return "Real pole" if mode.single else "Pole pair"
+def _poles(fit: RationalFit) -> Rows:
+    """Oscillating pairs and real poles up to `FASTEST`, the slowest first.
 
-
-def _listed(fit: RationalFit) -> list[Mode]:
+    A pair whose damping ratio is above 1 is two real poles, each with its own interval.
+    """
+    listed = [(m.frequency, "Pole pair", mode_in_words(m)) for m in oscillating(fit)]
+    listed += [(f, "Real pole", pole_in_words(f, half)) for f, half in real_poles(fit)]
     top = FASTEST * fit.lines.frequency[-1]
-    return sorted((m for m in fit.modes if m.frequency < top), key=lambda m: m.frequency)
+    rows = [(kind, said) for f, kind, said in sorted(listed) if f < top]
+    if len(rows) == len(listed):
+        return rows
+    return [*rows, ("Faster poles", f"above {top:.2g} Hz, not identifiable in this band")]
 
 
 def _zeros(zeros: ComplexArray) -> Rows:
@@ -124,7 +136,7 @@ def _zeros(zeros: ComplexArray) -> Rows:
     return [
         (
             "Real zero" if z.imag == 0 else "Zero pair",
-            f"{abs(z) / (2 * np.pi):.2f} Hz, in the {'right' if z.real > 0 else 'left'} half plane",
+            f"{abs(z) / (2 * np.pi):.3g} Hz, in the {'right' if z.real > 0 else 'left'} half plane",
         )
         for z in upper
     ]

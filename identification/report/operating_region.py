@@ -23,9 +23,16 @@ def operating_point(found: Identification) -> Rows:
         return [*rows, ("Excitation", window.reason)]
     start, stop = (found.base.time[min(i, found.base.time.size - 1)] for i in _ends(window))
     rows += _measured_point(found, window)
+    if found.selected is not None:
+        return [*rows, ("Selected window", "{:g} to {:g} s".format(*found.selected))]
     rows.append(("Excitation window", f"{start:.2f} to {stop:.2f} s"))
     rows.append(("End of trial", _ended(window)))
     return rows
+
+
+def title(found: Identification) -> str:
+    """Heading of the operating point: a selected part of a recording has no trial."""
+    return "Operating point and trial" if found.selected is None else "Recording and window"
 
 
 def _trial(trial: TrialFile) -> Rows:
@@ -77,14 +84,23 @@ def _ends(window: TrialWindow) -> tuple[int, int]:
 
 
 def processing(found: Identification) -> Rows:
-    """Rows of how slip was computed: axle, reference, time base, wheel orders, methods."""
+    """Rows of how slip and responses were computed: axle, reference, time base, wheel orders, methods."""
     moved = found.motion
-    if not isinstance(moved, Motion):
-        return [("Slip", moved.reason)]
+    rows: Rows = []
+    if isinstance(moved, Motion):
+        rows += _slip(found, moved)
+    elif not found.without_slip:
+        rows.append(("Slip", moved.reason))
+    rows.append(("Time base", f"{found.base.rate:g} Hz"))
+    rows += [(f"FRF, {name(r.input)} to {name(r.output)}", r.method) for r in found.responses]
+    bandwidth = servo_bandwidth(found)
+    return [*rows, ("Servo bandwidth", f"{bandwidth:.1f} Hz (−3 dB)")] if bandwidth else rows
+
+
+def _slip(found: Identification, moved: Motion) -> Rows:
     rows: Rows = [
         ("Driven axle", f"{moved.axle.axle}: {moved.axle.method}"),
         ("Reference speed", moved.reference_name),
-        ("Time base", f"{found.base.rate:g} Hz"),
     ]
     if moved.line_reduction is not None:
         rows.append(
@@ -95,9 +111,7 @@ def processing(found: Identification) -> Rows:
         rows.append(("Definition of slip", moved.slip.statement))
     if moved.radius is not None:
         rows.append(("Rolling radius ratio", _radius(moved)))
-    rows += [(f"FRF, {name(r.input)} to {name(r.output)}", r.method) for r in found.responses]
-    bandwidth = servo_bandwidth(found)
-    return [*rows, ("Servo bandwidth", f"{bandwidth:.1f} Hz (−3 dB)")] if bandwidth else rows
+    return rows
 
 
 def _orders(moved: Motion) -> str:

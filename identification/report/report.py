@@ -19,6 +19,7 @@ from slipbench.identification.report import (
     validation_tables,
 )
 from slipbench.identification.report.bode import bode
+from slipbench.identification.report.captions import caption
 from slipbench.identification.report.chart import Chart, static
 from slipbench.identification.report.chart_script import script, style
 from slipbench.identification.report.close_ups import close_ups
@@ -70,11 +71,11 @@ def draw(found: Identification, study: Study) -> list[Drawn]:
             ("lateness", operation.lateness(found.recording)),
         ]
         charts = interactive(found, study)
-        drawn = [Drawn(n, _caption(n), f, charts.get(n)) for n, f in made if f is not None]
+        drawn = [Drawn(n, caption(n, found), f, charts.get(n)) for n, f in made if f is not None]
         return [
             *drawn,
             *(
-                Drawn(name, _caption(name), static(chart), chart)
+                Drawn(name, caption(name, found), static(chart), chart)
                 for name, chart in charts.items()
                 if name not in {one.name for one in drawn}
             ),
@@ -85,11 +86,12 @@ def interactive(found: Identification, study: Study) -> dict[str, Chart]:
     """Charts by the name of their figure, for which the recording has the data."""
     output = found.main.output if found.main else "slip"
     to_slip = [r for r in found.responses if r.output == output]
+    known = [r for r in to_slip if r.reliable.any()]
     servo = [r for r in found.responses if r.output != output]
     made = {
         "overview": time_chart(found),
         "response": bode_chart(to_slip) if to_slip else None,
-        "nichols": nichols_chart(to_slip, study.models) if to_slip else None,
+        "nichols": nichols_chart(known, study.models) if known else None,
         "servo": bode_chart(servo) if servo else None,
         "model": model_chart(study.models) if study.models else None,
         "roots": roots_chart(study.models) if study.models else None,
@@ -120,12 +122,15 @@ def report(
         script=script({d.name: d.chart for d in drawn if d.chart is not None}),
         output=name(found.main.output if found.main else "slip"),
         captions={d.name: d.caption for d in drawn},
+        point_title=operating_region.title(found),
+        time_title="Signals over time" if found.without_slip else "Input and slip over time",
         point=operating_region.operating_point(found),
         processing=operating_region.processing(found),
         following=slip_control.rows(found.following),
         clocks=tables.clocks(found),
         faults=tables.faults(found.recording),
         unknown=tables.unknown_identifiers(found.recording),
+        on_bus=tables.on_bus(found.recording),
         load=tables.bus_load(found.recording),
         lateness=tables.lateness(found.recording),
         models=[(model_tables.title(m), model_tables.rows(m)) for m in study.models],
@@ -135,7 +140,7 @@ def report(
         ],
         left_out=(*found.left_out, *study.left_out),
         warnings=found.recording.description.get("warnings", []),
-        roles=tables.roles(found),
+        channels=tables.channels(found),
         provenance=tables.provenance(found.recording),
     )
 
@@ -149,53 +154,5 @@ def write_figures(drawn: list[Drawn], folder: Path) -> list[Path]:
     return paths
 
 
-def _caption(name: str) -> str:
-    return CAPTIONS[name.partition("-")[0]]
-
-
 def _inline(drawn: Drawn) -> Markup:
     return Markup(drawing.svg(drawn.figure, drawn.name))
-
-
-CAPTIONS = {
-    "overview": (
-        "Shaded: excitation active. The command is the value that the ECU reports as applied; it is the "
-        "input of every frequency response below."
-    ),
-    "close_ups": "Details at three frequencies of the sweep.",
-    "following": "Measured slip, computed after the trial, and the setpoint of the controller.",
-    "response": (
-        "First harmonic with 95 % interval. Faded: coherence below 0.8 or 95 % interval wider than half "
-        "the gain. Dashed line: coherence limit."
-    ),
-    "servo": "Throttle servo: from throttle command to measured throttle position.",
-    "model": (
-        "Frequency response (independent bins) and fitted model, 95 % interval. The model curve includes "
-        "the drift below the band."
-    ),
-    "harmonics": (
-        "Second and third harmonic of slip relative to the first. Faded: 95 % interval wider than the "
-        "value."
-    ),
-    "statistics": "Slip wherever it is defined; the colour of the right panel is the number of samples.",
-    "spectra": (
-        "Amplitude spectrum (amplitude of the sine at each frequency). Marked: orders of the driven "
-        "wheel; 1X is one per revolution."
-    ),
-    "bus_load": "Bus load over time; dashed line: design limit of the database.",
-    "lateness": "Histogram of the lateness of late ticks: actual minus scheduled start.",
-    "nichols": "Points: reliable bins; lines: fitted models. The cursor gives the frequency.",
-    "roots": (
-        "Poles (x) and zeros (o) in Hz, with 95 % regions; those of real roots are intervals. A region "
-        "wider than its root's frequency is not drawn. The dead time has no root."
-    ),
-    "step": (
-        "Response of the fitted models to a unit step of the input, with 95 % band: parameters and "
-        "order. What is slower than the band of the measurement is not part of the model."
-    ),
-    "validation": "Held-out data: the model's response to the measured input, and the residual.",
-    "residual": (
-        "Correlation over the lines of the band. Dashed: 95 % of the values are below, each by itself, "
-        "where the residual is white (left) or independent of the input (right)."
-    ),
-}

@@ -5,12 +5,16 @@ from typing import Any
 
 import numpy as np
 
+from slipbench.identification.report.words import time_unit, unit
 from slipbench.identification.response.identify import Identification
 from slipbench.identification.signals.clocks import BUS, ClockFit
 from slipbench.protocol.codec.faults import Fault
+from slipbench.protocol.recording.channel import Channel, FloatArray
 from slipbench.protocol.recording.recording import Recording
 
 Rows = list[tuple[str, str]]
+UNEVEN = 0.5
+"""Range of 90 % of the steps, over their median, from which a channel is sampled unevenly."""
 
 
 def clocks(found: Identification) -> list[tuple[str, ...]]:
@@ -45,17 +49,41 @@ def unknown_identifiers(recording: Recording) -> list[tuple[str, int, str]]:
     ]
 
 
-def roles(found: Identification) -> list[tuple[str, str, str, str, str]]:
-    """Rows of role, samples, rate, clock and source; absent roles with the reason."""
-    rows = []
-    for role, channel in sorted(found.recording.channels.items()):
-        step = np.median(np.diff(channel.time)) if channel.time.size > 1 else np.nan
-        rate = f"{1 / step:.4g} Hz" if step > 0 else "–"
-        clock = "bus" if channel.clock == BUS else channel.clock
-        rows.append((role, str(channel.time.size), rate, clock, channel.origin))
-    for role, reason in sorted(found.data.absent.items()):
-        rows.append((role, "–", "–", "–", reason))
-    return rows
+def on_bus(recording: Recording) -> bool:
+    """Whether the recording has frames of a bus, or statistics of the bench."""
+    return bool(recording.frame_count or recording.bus_load or lateness(recording))
+
+
+def channels(found: Identification) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+    """Head and rows of channel, unit, samples, rate, clock and source; absent ones with the reason.
+
+    Without a bus and without clocks of devices there is no column of clocks.
+    """
+    clocked = on_bus(found.recording) or bool(found.data.clocks)
+    head = ("channel", "unit", "samples", "rate", "clock", "source")
+    rows = [_channel(one) for _, one in sorted(found.recording.channels.items())]
+    rows += [(role, "–", "–", "–", "–", why) for role, why in sorted(found.data.absent.items())]
+    kept = [column for column in head if clocked or column != "clock"]
+    return tuple(kept), [tuple(row[head.index(column)] for column in kept) for row in rows]
+
+
+def _channel(of: Channel) -> tuple[str, ...]:
+    clock = "bus" if of.clock == BUS else of.clock
+    return of.role, unit(of.unit, of.stated), str(of.time.size), _rate(of.time), clock, of.origin
+
+
+def _rate(time: FloatArray) -> str:
+    """Median rate; where the steps differ, also the range of 90 % of them. time: (n,) s."""
+    if time.size < 2:
+        return "–"
+    low, step, high = np.quantile(np.diff(time), (0.05, 0.5, 0.95))
+    if not step > 0:
+        return "–"
+    rate = f"{1 / step:.4g} Hz"
+    if high - low <= UNEVEN * step:
+        return rate
+    factor, each = time_unit(float(step))
+    return f"{rate}, uneven: steps of {factor * low:.3g} to {factor * high:.3g} {each}"
 
 
 def bus_load(recording: Recording) -> Rows:
@@ -93,11 +121,10 @@ _LATENESS = {
 def provenance(recording: Recording) -> Rows:
     """Rows of versions, database, vehicle and role map of the recording."""
     kept = {k: v for k, v in recording.description.items() if k not in ("lateness", "trial")}
-    return [
-        ("Folder", recording.folder.name),
-        ("Role map", recording.roles.title),
-        *_flat(kept, str),
-    ]
+    name, roles = recording.folder.name, recording.roles.title
+    if roles == name:  # a table, or arrays: its channels are its own roles
+        return [("Recording", name), *_flat(kept, str)]
+    return [("Folder", name), ("Role map", roles), *_flat(kept, str)]
 
 
 def _flat(tree: Mapping[str, Any], number: Callable[[float], str], path: str = "") -> Rows:

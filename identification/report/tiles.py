@@ -4,8 +4,14 @@ from dataclasses import dataclass
 
 from slipbench.identification.models.delay_profile import DelayProfile
 from slipbench.identification.models.study import Study
-from slipbench.identification.report.key_figures import delays
-from slipbench.identification.report.words import decibel, gain_unit, milliseconds, name
+from slipbench.identification.report.key_figures import delays, main_delay
+from slipbench.identification.report.words import (
+    decibel,
+    name,
+    response_unit,
+    time_in_words,
+    time_unit,
+)
 from slipbench.identification.response.identify import Identification, slip_range
 from slipbench.identification.response.resonance import Resonance
 from slipbench.identification.response.response import least_coherence, reliable_band
@@ -31,7 +37,7 @@ def tiles(found: Identification, study: Study) -> list[Tile]:
     made: list[Tile] = []
     main, peak, span = found.main, found.resonance, slip_range(found)
     if main and isinstance(peak, Resonance):
-        factor, unit = gain_unit(*main.si_units)
+        factor, unit = response_unit(main)
         low = f"DC gain {peak.low_gain * factor:.3g} {unit}"
         made.append(Tile("Resonance", f"{peak.frequency:.2f} Hz", low))
         made.append(Tile("Peak", f"{decibel(peak.peak):+.1f} dB", "above the DC gain"))
@@ -46,7 +52,7 @@ def tiles(found: Identification, study: Study) -> list[Tile]:
                 "Slip", f"{span[0] * 100:.2f} … {span[1] * 100:.2f} %", f"99 % of samples, {where}"
             )
         )
-    return made + _model_tiles(study) + _delay_tiles(found) + [_fault_tile(found.recording)]
+    return made + _model_tiles(study) + _delay_tiles(found) + _fault_tiles(found.recording)
 
 
 def _model_tiles(study: Study) -> list[Tile]:
@@ -60,27 +66,32 @@ def _model_tiles(study: Study) -> list[Tile]:
         return []
     best = known[-1]
     assert isinstance(best.delay, DelayProfile)
-    delay, low, high = (1e3 * t for t in (best.delay.delay, best.delay.low, best.delay.high))
+    delay, low, high = best.delay.delay, best.delay.low, best.delay.high
     if not (low > 0.0 and 0.5 * (high - low) <= KNOWN * delay):
         return []
-    note = f"from {name(best.response.input)}; 95 % interval {low:.1f} to {high:.1f} ms"
-    return [Tile("Dead time", f"{delay:.1f} ms", note)]
+    factor, each = time_unit(delay)
+    span = f"{factor * low:.1f} to {factor * high:.1f} {each}"
+    note = f"from {name(best.response.input)}; 95 % interval {span}"
+    return [Tile("Dead time", f"{factor * delay:.1f} {each}", note)]
 
 
 def _delay_tiles(found: Identification) -> list[Tile]:
     known, made = delays(found), []
-    if "input_to_slip" in known:
+    if (key := main_delay(found)) in known:
         note = "phase slope at low frequency; includes servo, intake and driveline"
         path = "command to slip"
         if found.pair is not None:
             path, note = " to ".join(map(name, found.pair)), "phase slope at low frequency"
-        made.append(Tile(f"Group delay, {path}", milliseconds(known["input_to_slip"]), note))
+        made.append(Tile(f"Group delay, {path}", time_in_words(known[key]), note))
     if "encoder" in known:
         note = "mean age of the encoder speed; compensated in the analysis"
-        made.append(Tile("Encoder delay", milliseconds(known["encoder"]), note))
+        made.append(Tile("Encoder delay", time_in_words(known["encoder"]), note))
     return made
 
 
-def _fault_tile(recording: Recording) -> Tile:
+def _fault_tiles(recording: Recording) -> list[Tile]:
+    """Tile of the faulty frames; none for a recording without frames."""
+    if not recording.frame_count:
+        return []
     count = sum(f.count for f in recording.faults if f.fault != Fault.UNKNOWN)
-    return Tile("Faulty frames", f"{count}", f"of {recording.frame_count} frames")
+    return [Tile("Faulty frames", f"{count}", f"of {recording.frame_count} frames")]

@@ -6,14 +6,15 @@ import numpy as np
 
 from slipbench.identification.report import drawing as d
 from slipbench.identification.report.chart import Chart, Panel, Trace
-from slipbench.identification.report.words import name, shown, unit
+from slipbench.identification.report.words import axis, name, shown, unit
 from slipbench.identification.response.identify import Identification
 from slipbench.identification.signals.motion import Motion
-from slipbench.identification.signals.named import unit_of
+from slipbench.identification.signals.named import stated_unit, unit_of
 from slipbench.identification.signals.trial_window import TrialWindow
 from slipbench.protocol.recording.channel import FloatArray
 
 THROTTLE, SPARK = ("throttle_position", "throttle_command"), ("spark_command",)
+LONGEST = 15  # characters of a name beside a panel
 UNDER = {"throttle_position": d.ORANGE}  # the command is drawn over the measurement
 
 
@@ -24,13 +25,13 @@ def time_chart(found: Identification) -> Chart | None:
         known = [(role, value) for role in roles if (value := _moving(found, role)) is not None]
         if not known:
             continue
-        si = unit_of(known[0][0], found.base)
+        units = unit_of(known[0][0], found.base), stated_unit(known[0][0], found.base)
         traces = tuple(
-            Trace(name(role), time, shown(value, si), UNDER.get(role, d.BLUE))
+            Trace(name(role), time, shown(value, *units), UNDER.get(role, d.BLUE))
             for role, value in known
         )
         first = name(roles[0]).split()[0] if len(roles) > 1 else name(roles[0])
-        panels.append(Panel(traces, f"{first} / {unit(si)}", height=1.6))
+        panels.append(Panel(traces, _label(first, unit(*units)), height=1.6))
     if isinstance(found.motion, Motion):
         panels += _motion_panels(time, found.motion)
     if not panels:
@@ -46,6 +47,11 @@ def _chosen(found: Identification) -> tuple[tuple[str, ...], ...]:
     """Selected input and output that no other panel shows."""
     usual = (*THROTTLE, *SPARK, "engine_speed", "slip")
     return tuple((role,) for role in found.pair or () if role not in usual)
+
+
+def _label(text: str, each: str) -> str:
+    """Title of an axis; a long name does not fit beside a panel and stands in its legend alone."""
+    return axis(text, each) if len(text) <= LONGEST or each == "1" else each
 
 
 def _moving(found: Identification, role: str) -> FloatArray | None:

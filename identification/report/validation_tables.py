@@ -19,7 +19,7 @@ def rows(of: Validation) -> Rows:
     return [
         ("Held-out data", f"{of.held_out}; run {of.run}"),
         ("NRMSE fit", f"{of.fit:.1f} %; below the band nothing is compared"),
-        ("RMS error", shown_deviation(of.error, of.unit)),
+        ("RMS error", shown_deviation(of.error, of.unit, of.stated)),
         *_tests(of),
     ]
 
@@ -43,8 +43,8 @@ def _tests(of: Validation) -> Rows:
             _said(
                 tests.autocorrelation,
                 "the noise is white in the band",
-                "the noise has dynamics of its own (wind, combustion, road), which the model does not"
-                " describe; its intervals do not assume white noise",
+                "the noise has dynamics of its own, which the model does not describe; its intervals do"
+                " not assume white noise",
             ),
         ),
     ]

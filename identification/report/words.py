@@ -2,7 +2,10 @@
 
 import numpy as np
 
+from slipbench.identification.response.response import FrequencyResponse
 from slipbench.protocol.recording.channel import FloatArray
+from slipbench.protocol.unit_spellings import spelled
+from slipbench.protocol.units import to_base
 
 _SHOWN = {
     "1": (100.0, 0.0, "%"),
@@ -13,6 +16,8 @@ _SHOWN = {
     "K": (1.0, -273.15, "°C"),
     "Pa": (1e-5, 0.0, "bar"),
 }
+_LETTERS = {"degC": "°C", "degF": "°F", "deg": "°", "percent": "%", "dimensionless": "1"}
+"""Display names of stated units, by their spelling in `unit_spellings`."""
 _NAMES = {
     "throttle_command": "throttle command",
     "throttle_position": "throttle position",
@@ -32,21 +37,47 @@ def name(role: str) -> str:
     return _NAMES.get(role, role.replace("_", " "))
 
 
-def unit(si: str) -> str:
-    """Display unit of a quantity whose SI unit is `si`: %, °, rpm, km/h, mm, °C, bar."""
-    return _SHOWN.get(si, (1.0, 0.0, si))[2]
+def unit(si: str, stated: str = "") -> str:
+    """Display unit of a quantity: the one that its source states, else %, °, rpm, km/h, mm, °C, bar.
+
+    si: its SI unit; stated: as in "degC", empty where its source states none.
+    """
+    return _display(si, stated)[2]
 
 
-def shown(value: FloatArray, si: str) -> FloatArray:
+def shown(value: FloatArray, si: str, stated: str = "") -> FloatArray:
     """Values in the display unit. value: in the unit `si`, any shape; the same shape is returned."""
-    factor, offset, _ = _SHOWN.get(si, (1.0, 0.0, si))
+    factor, offset, _ = _display(si, stated)
     return value * factor + offset
 
 
-def shown_deviation(value: float, si: str) -> str:
+def shown_deviation(value: float, si: str, stated: str = "") -> str:
     """A difference of two values with its display unit. value: in the unit `si`."""
-    factor = _SHOWN.get(si, (1.0, 0.0, si))[0]
-    return f"{value * factor:.3g} {unit(si)}"
+    factor, _, each = _display(si, stated)
+    return f"{value * factor:.3g} {each}".removesuffix(" 1")
+
+
+def axis(text: str, unit: str) -> str:
+    """Title of an axis: a name and its unit, the name alone for a pure number."""
+    return text if unit == "1" else f"{text} / {unit}"
+
+
+def gain_axis(unit: str) -> str:
+    """Title of an axis of gain in `unit`; without it for a ratio of equal units."""
+    return "gain" if unit == "1" else f"gain / ({unit})"
+
+
+def decibel_axis(unit: str) -> str:
+    """Title of an axis of gain in dB, relative to one `unit`."""
+    return "gain / dB" if unit == "1" else f"gain / dB (re 1 {unit})"
+
+
+def _display(si: str, stated: str) -> tuple[float, float, str]:
+    """Factor, offset and name of the display unit: shown = factor * SI + offset."""
+    if not stated:
+        return _SHOWN.get(si, (1.0, 0.0, si))
+    slope, offset, _ = to_base(stated)
+    return 1 / slope, -offset / slope, _LETTERS.get(spelled(stated), stated)
 
 
 def p_value(probability: float) -> str:
@@ -54,13 +85,18 @@ def p_value(probability: float) -> str:
     return f"p = {probability:.2g}" if probability >= 1e-3 else "p < 0.001"
 
 
-def gain_unit(under: str, over: str) -> tuple[float, str]:
+def gain_unit(under: str, over: str, stated: tuple[str, str] = ("", "")) -> tuple[float, str]:
     """Factor from SI and display unit of a gain, such as percent slip per percent throttle.
 
-    under, over: SI units of input and output.
+    under, over: SI units of input and output; stated: the units that their sources state.
     """
-    factors = [_SHOWN.get(si, (1.0, 0.0, si))[0] for si in (over, under)]
-    return factors[0] / factors[1], f"{unit(over)}\u2009/\u2009{unit(under)}"
+    (below, _, each), (above, _, top) = _display(under, stated[0]), _display(over, stated[1])
+    return above / below, top if each == "1" else f"{top}\u2009/\u2009{each}"
+
+
+def response_unit(of: FrequencyResponse) -> tuple[float, str]:
+    """Factor from SI and display unit of the gain of a response."""
+    return gain_unit(*of.si_units, of.stated)
 
 
 def decibel(ratio: float) -> float:
@@ -68,9 +104,23 @@ def decibel(ratio: float) -> float:
     return float(20 * np.log10(ratio))
 
 
-def milliseconds(seconds: float) -> str:
-    """Time as text in ms, three significant digits. seconds: s."""
-    return f"{seconds * 1e3:.3g} ms"
+def time_unit(seconds: float) -> tuple[float, str]:
+    """Factor from s and display unit of a time: ms below 1 s, else s."""
+    return (1e3, "ms") if abs(seconds) < 1.0 else (1.0, "s")
+
+
+def time_in_words(seconds: float) -> str:
+    """Time as text in ms or s, three significant digits."""
+    factor, each = time_unit(seconds)
+    return f"{seconds * factor:.3g} {each}"
+
+
+def with_interval(value: float, half_width: float) -> str:
+    """Value and half width of its interval as text, to two significant digits of the half width."""
+    if not 0.0 < half_width < float("inf"):
+        return f"{value:.3g}"
+    decimals = min(max(1 - int(np.floor(np.log10(half_width))), 0), 12)
+    return f"{value:.{decimals}f} ± {half_width:.{decimals}f}"
 
 
 def listed(parts: list[str]) -> str:

@@ -15,7 +15,7 @@ from slipbench.identification.response.spectra import spectra
 from slipbench.identification.signals.aligned import Aligned, aligned
 from slipbench.identification.signals.dataset import Dataset, dataset
 from slipbench.identification.signals.motion import Motion, NoMotion, motion
-from slipbench.identification.signals.named import named_signals, unit_of
+from slipbench.identification.signals.named import named_signals, stated_unit, unit_of
 from slipbench.identification.signals.spectrum import Spectrum
 from slipbench.identification.signals.trial_window import NoExcitation, TrialWindow, trial_window
 from slipbench.protocol.extras import optional_library
@@ -30,6 +30,7 @@ class Identification:
 
     following: how the slip followed its target, None where no controller had a target.
     pair: input and output that the user selected, None where they are the trial's.
+    selected: window that the user selected, s, None where it is the trial's.
     """
 
     recording: Recording
@@ -44,6 +45,12 @@ class Identification:
     left_out: tuple[LeftOut, ...]
     following: Following | None = None
     pair: tuple[str, str] | None = None
+    selected: tuple[float, float] | None = None
+
+    @property
+    def without_slip(self) -> bool:
+        """Whether the user selected an input and an output of any machine, none of them slip."""
+        return self.pair is not None and "slip" not in self.pair
 
     def signals(self) -> dict[str, tuple[FloatArray, str]]:
         """Every signal on the common time base `base.time`: values of shape (n,) and SI unit.
@@ -109,22 +116,39 @@ def identify(recording: Recording, selection: Selection | None = None) -> Identi
     where = recording.folder.name
     moved = motion(data, base)
     window = selected_window(selection, base, where) or trial_window(base)
-    pair = selected_pair(selection, base, moved, window, where)
+    pair = selected_pair(selection, data, base, moved, window)
     if selection.window is not None:  # then nothing is known of the excitation
         recording = replace(recording, trial=None)
     tried = _responses(base, moved, window, recording, pair)
-    found = tuple(
-        replace(r, units=(unit_of(r.input, base), unit_of(r.output, base)))
-        for r in tried
-        if isinstance(r, FrequencyResponse)
-    )
+    found = tuple(_with_units(r, base) for r in tried if isinstance(r, FrequencyResponse))
     main = next((r for r in found if r.output == (pair[1] if pair else "slip")), None)
     peak = resonance(main) if main else NoResonance("no response to slip was measured")
     drawn = spectra(data, base, moved, window)
     left = left_out(data, moved, window, tried, drawn, pair)
     followed = following(base, moved, window, recording.trial)
     return Identification(
-        recording, data, base, moved, window, found, main, peak, drawn, left, followed, pair
+        recording,
+        data,
+        base,
+        moved,
+        window,
+        found,
+        main,
+        peak,
+        drawn,
+        left,
+        followed,
+        pair,
+        selection.window,
+    )
+
+
+def _with_units(of: FrequencyResponse, base: Dataset) -> FrequencyResponse:
+    u, y = of.input, of.output
+    return replace(
+        of,
+        units=(unit_of(u, base), unit_of(y, base)),
+        stated=(stated_unit(u, base), stated_unit(y, base)),
     )
 
 

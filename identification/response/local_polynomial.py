@@ -55,7 +55,7 @@ def sweep_response(
         coherence,
         deviation,
         float(stats.t.ppf(0.975, 2 * freedom)),
-        f"local polynomial, windows of {(2 * half + 1) * resolution:.2f} Hz",
+        f"local polynomial, windows of {(2 * half + 1) * resolution:.3g} Hz",
         max(1, round(half / step)),  # there a parabola's weights are orthogonal to their shift
     )
 

@@ -34,6 +34,7 @@ class FrequencyResponse:
     stride         lines from one to the next that shares no noise with it; 1 where all are
                    independent, more where neighbouring windows overlap
     units          SI units of input and output; empty: those of the roles
+    stated         units that the sources of input and output state; empty: none
     """
 
     input: str
@@ -46,6 +47,7 @@ class FrequencyResponse:
     method: str
     stride: int = 1
     units: tuple[str, str] = ("", "")
+    stated: tuple[str, str] = ("", "")
 
     @property
     def si_units(self) -> tuple[str, str]:

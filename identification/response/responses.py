@@ -174,8 +174,17 @@ def _estimate(
             return sweep_response(u[whole], y[whole], rate, band, names)
         case None:  # the band may be as narrow as a rider's hand is slow
             band = _band(u[whole], spec, window, rate)
-            narrow = min(WINDOW, NARROW * (band[1] - band[0]))
-            return sweep_response(u[whole], y[whole], rate, band, names, narrow)
+            return sweep_response(u[whole], y[whole], rate, band, names, _half_width(band))
+
+
+def _half_width(band: tuple[float, float]) -> float:
+    """Half width of the windows where no trial says what to expect, Hz. band: Hz.
+
+    Not wider than the lowest frequency: a window over a decade takes the bend of a slow pole for a
+    parabola. Of a plate with a time constant of 300 s, heated in steps, 13 % of the 95 % intervals
+    below 0.006 Hz held the truth with windows of 5 % of the band, and 87 % do so now.
+    """
+    return min(WINDOW, NARROW * (band[1] - band[0]), band[0])
 
 
 def swept_band(spec: Sweep, lasted: float) -> tuple[float, float]:

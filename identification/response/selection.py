@@ -12,9 +12,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from slipbench.identification.response.signal_names import Names
+from slipbench.identification.signals.aligned import Aligned
 from slipbench.identification.signals.dataset import Dataset
 from slipbench.identification.signals.motion import Motion, NoMotion
-from slipbench.identification.signals.named import named_signal, named_signals
+from slipbench.identification.signals.named import named_signal
 from slipbench.identification.signals.trial_window import (
     SHORTEST,
     NoExcitation,
@@ -23,6 +25,7 @@ from slipbench.identification.signals.trial_window import (
 )
 from slipbench.protocol.codec.messages import TripReason
 from slipbench.protocol.errors import InputError
+from slipbench.protocol.recording.roles import ROLES
 
 INPUTS = ("throttle_command", "throttle_position", "spark_command", "spark_advance")
 MOST_UNKNOWN = 0.05  # share of the window in which a signal may be unknown
@@ -64,13 +67,22 @@ def selected_window(of: Selection, base: Dataset, where: str) -> TrialWindow | N
     if of.window is None:
         return None
     start, end = of.window
-    if end > base.time[-1] + 1 / base.rate or end - start < SHORTEST:
+    last = float(base.time[-1])
+    if last + 1 / base.rate < SHORTEST:
+        raise InputError(
+            "the recording is too short",
+            where=where,
+            expected=f"at least {SHORTEST:g} s",
+            found=f"{last:.3g} s",
+            remedy="record for longer",
+        )
+    if not (start >= 0.0 and end <= last + 1 / base.rate and end - start >= SHORTEST):
         raise InputError(
             "the window does not fit the recording",
             where=where,
-            expected=f"at least {SHORTEST:g} s between 0 s and {base.time[-1]:.2f} s, its end",
+            expected=f"at least {SHORTEST:g} s between 0 s and {last:.2f} s, its end",
             found=f"from {start:g} s to {end:g} s",
-            remedy="give another --window",
+            remedy=f"give --window 0:{_down(last)} for the whole recording, or another part",
         )
     part = slice(round(start * base.rate), min(round(end * base.rate) + 1, base.time.size))
     return TrialWindow(part, with_margin(part, base), TripReason.NONE, float("nan"))
@@ -78,41 +90,45 @@ def selected_window(of: Selection, base: Dataset, where: str) -> TrialWindow | N
 
 def selected_pair(
     of: Selection,
+    data: Aligned,
     base: Dataset,
     moved: Motion | NoMotion,
     window: TrialWindow | NoExcitation,
-    where: str,
 ) -> tuple[str, str] | None:
     """Names of input and output that the user selected; None where the trial's count.
 
     Without a named input it is the first actuator signal that moves in the window, without a named
     output it is the slip. Raises InputError that lists the signals with their units.
     """
+    where, names = data.recording.folder.name, Names(base, moved, data.absent)
     if of == Selection():
+        _check_roles(data, names)
         return None
     if isinstance(window, NoExcitation):
         raise InputError(
             "the recording has no trial, so the time to identify from is unknown",
             where=where,
             found=window.reason,
-            remedy=f"give --window {FORMAT}",
+            remedy=f"give --window 0:{_down(float(base.time[-1]))} for the whole recording, or another part:"
+            f" {FORMAT}",
         )
     part = window.exciting
     moving = (x for x in INPUTS if _usable(named_signal(base, moved, x), part))
     given, taken = of.input or next(moving, None), of.output or "slip"
     if given is None:
-        raise _missing("no actuator signal moves in the window", where, "--input", base, moved)
+        raise names.not_given("--input", "no actuator signal moves in the window", where)
+    if of.output is None and isinstance(moved, NoMotion):
+        raise names.not_given("--output", f"there is no slip: {moved.reason}", where)
     for option, name in (("--input", given), ("--output", taken)):
         value = named_signal(base, moved, name)
         if value is None:
-            reason = f": {moved.reason}" if name == "slip" and isinstance(moved, NoMotion) else ""
-            raise _missing(f"there is no signal {name}{reason}", where, option, base, moved)
+            raise names.unknown(name, option, where)
         unknown = float(np.mean(~np.isfinite(value[part])))
         if unknown > MOST_UNKNOWN:
             raise InputError(
-                f"{name} is unknown in {unknown:.0%} of the window",
+                f"{name} is unknown in {100 * unknown:.0f} % of the window",
                 where=where,
-                expected=f"at most {MOST_UNKNOWN:.0%}",
+                expected=f"at most {100 * MOST_UNKNOWN:.0f} %",
                 remedy="give another --window",
             )
         if not _usable(value, part):
@@ -132,15 +148,20 @@ def selected_pair(
     return given, taken
 
 
-def _missing(
-    what: str, where: str, option: str, base: Dataset, moved: Motion | NoMotion
-) -> InputError:
-    known = [f"{name} [{unit}]" for name, (_, unit) in sorted(named_signals(base, moved).items())]
-    return InputError(
-        f"{what}; the signals are {', '.join(known) or 'none'}",  # the longest part of a message
-        where=where,
-        remedy=f"give {option} one of these names",
+def _check_roles(data: Aligned, names: Names) -> None:
+    """Raise InputError where no signal is a role of the bench: then nothing says what is the input."""
+    if any(role in ROLES for role in (*data.time, *data.absent)):
+        return
+    raise names.not_given(
+        "--input, --output and --window",
+        "no signal has the name of a role of the bench, such as throttle_command",
+        data.recording.folder.name,
     )
+
+
+def _down(seconds: float) -> str:
+    """Time in s with two decimals at most, rounded down."""
+    return f"{int(seconds * 100) / 100:g}" if seconds < 1e4 else f"{int(seconds)}"
 
 
 def _usable(value: np.ndarray | None, part: slice) -> bool:

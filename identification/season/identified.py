@@ -81,7 +81,9 @@ def _parameters(tree: dict[str, Any], faults: list[str]) -> Iterator[Parameter]:
     yield from around("coherence_min", "1", number(tree.get("coherence_min")))
     delays = tree.get("delays")
     if isinstance(delays, dict):
-        yield from around("group_delay", "s", number(delays.get("input_to_slip")))
+        yield from around(
+            "group_delay", "s", number(delays.get("input_to_slip", delays.get("input_to_output")))
+        )
         yield from around("encoder_delay", "s", number(delays.get("encoder")))
     main = _main(tree)
     for model in _parts(tree, "models", ModelEntry, faults):

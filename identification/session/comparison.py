@@ -13,10 +13,11 @@ from scipy import stats
 from slipbench.identification.models.delay_profile import DelayProfile
 from slipbench.identification.models.rational_ml import ACROSS, Mode
 from slipbench.identification.models.recommended import Recommended
+from slipbench.identification.models.roots import oscillating, real_poles
 from slipbench.identification.models.study import Study
 from slipbench.identification.models.validation import Validation, validated_on
 from slipbench.identification.report.run_verdict import RunVerdict
-from slipbench.identification.report.words import p_value
+from slipbench.identification.report.words import p_value, time_unit
 from slipbench.identification.response.identify import Identification
 from slipbench.identification.response.resonance import Resonance
 from slipbench.identification.response.response import FrequencyResponse
@@ -44,11 +45,13 @@ class Difference:
     """A run against the pooled response of the other runs.
 
     adjusted: probability of such a distance by noise alone, corrected for the number of runs (Holm)
+    others: number of the other runs
     """
 
     run: str
     found: Repeatability
     adjusted: float
+    others: int
 
     @property
     def significant(self) -> bool:
@@ -59,10 +62,13 @@ class Difference:
     def words(self) -> str:
         """Difference as a sentence."""
         f = self.found
-        how = "differs from the other runs" if self.significant else "does not differ significantly"
+        one = self.others == 1
+        apart = f"differs from the other run{'' if one else 's'}"
+        how = apart if self.significant else "does not differ significantly"
+        by = "noise" if one else "noise and the scatter of the others"
         return (
-            f"{self.run} {how}: distance {f.distance:.1%} of the gain, {f.expected:.1%} expected from"
-            f" noise and the scatter of the others ({p_value(self.adjusted)})."
+            f"{self.run} {how}: distance {100 * f.distance:.1f} % of the gain, {100 * f.expected:.1f} %"
+            f" expected from {by} ({p_value(self.adjusted)})."
         )
 
 
@@ -130,6 +136,7 @@ def compare(runs: Sequence[tuple[Identification, Study]]) -> Comparison:
             found="; ".join(f"{one.name}: {one.verdict}" for one in made),
             remedy="name runs of the same actuator, or give --input and --output",
         )
+    _check_units(own)
     try:
         together = pooled(responses)
     except ValueError as fault:
@@ -137,6 +144,19 @@ def compare(runs: Sequence[tuple[Identification, Study]]) -> Comparison:
             "the runs cannot be pooled", where=", ".join(names), found=str(fault)
         ) from fault
     return Comparison(made, together, _differences(own, responses), _parameters(own), _across(own))
+
+
+def _check_units(runs: Sequence[ComparedRun]) -> None:
+    """Raise InputError where a signal is of another quantity in another run."""
+    units = {one.name: one.response.si_units for one in runs if one.response is not None}
+    if len(set(units.values())) > 1:
+        raise InputError(
+            "the signals have other units in other runs",
+            where=", ".join(units),
+            expected="input and output of the same quantities in every run",
+            found="; ".join(f"{run}: {u} to {y}" for run, (u, y) in units.items()),
+            remedy="name runs of the same machine",
+        )
 
 
 def _names(runs: Sequence[Identification]) -> list[str]:
@@ -158,7 +178,9 @@ def _differences(
         if (found := repeatability(responses[k], others)) is not None:
             tests.append((one.name, found))
     adjusted = holm([found.chance for _, found in tests])
-    return tuple(Difference(n, f, p) for (n, f), p in zip(tests, adjusted, strict=True))
+    return tuple(
+        Difference(n, f, p, len(own) - 1) for (n, f), p in zip(tests, adjusted, strict=True)
+    )
 
 
 def holm(probabilities: Sequence[float]) -> list[float]:
@@ -174,13 +196,18 @@ def holm(probabilities: Sequence[float]) -> list[float]:
 
 def _parameters(own: list[ComparedRun]) -> tuple[Parameter, ...]:
     models = [_model(one) for one in own]
+    factor, each = time_unit(
+        max((d for d, _ in map(_delay, models) if np.isfinite(d)), default=0.0)
+    )
     rows = {
         ("natural frequency", "Hz"): [
             _frequency(m, one) for m, one in zip(models, own, strict=True)
         ],
         ("damping ratio", "1"): [_damping(m, one) for m, one in zip(models, own, strict=True)],
-        ("dead time", "ms"): [_delay(m) for m in models],
+        ("slowest real pole", "Hz"): [_real_pole(m) for m in models],
+        ("dead time", each): [_delay(m, factor) for m in models],
     }
+    rows = {key: values for key, values in rows.items() if any(np.isfinite(v) for v, _ in values)}
     chances = [_homogeneous(values) for values in rows.values()]
     known = [p for p in chances if np.isfinite(p)]
     adjusted = iter(holm(known))
@@ -205,8 +232,8 @@ def _model(of: ComparedRun) -> Recommended | None:
 
 
 def _mode(model: Recommended | None, of: ComparedRun) -> Mode | None:
-    """Pole pair nearest to the resonance, or the least damped one."""
-    pairs = [m for m in model.fit.modes if not m.single] if model else []
+    """Oscillating pole pair nearest to the resonance, or the least damped one."""
+    pairs = oscillating(model.fit) if model else []
     if not pairs:
         return None
     peak = of.found.resonance
@@ -225,11 +252,19 @@ def _damping(model: Recommended | None, of: ComparedRun) -> tuple[float, float]:
     return (mode.damping, mode.damping_deviation) if mode else NONE
 
 
-def _delay(model: Recommended | None) -> tuple[float, float]:
+def _real_pole(model: Recommended | None) -> tuple[float, float]:
+    """Slowest real pole in the band and its standard deviation, Hz."""
+    poles = real_poles(model.fit) if model else []
+    top = model.fit.lines.frequency[-1] if model else 0.0
+    return next(((f, half / ACROSS) for f, half in poles if half < f < top), NONE)
+
+
+def _delay(model: Recommended | None, factor: float = 1.0) -> tuple[float, float]:
+    """Dead time and its standard deviation, s times `factor`."""
     if model is None or not isinstance(model.delay, DelayProfile):
         return NONE
     delay = model.delay
-    return 1e3 * delay.delay, 1e3 * (delay.high - delay.low) / (2 * ACROSS)
+    return factor * delay.delay, factor * (delay.high - delay.low) / (2 * ACROSS)
 
 
 def _homogeneous(values: list[tuple[float, float]]) -> float:

@@ -26,7 +26,7 @@ def run_verdict(found: Identification, study: Study) -> RunVerdict:
     against = _unusable(found, look)
     if against:
         return RunVerdict("not usable", (against,))
-    doubts = (*_of_the_run(found, look), *_of_the_models(study))
+    doubts = (*_of_the_run(found, look), *_without_model(found, study), *_of_the_models(study))
     if doubts:
         return RunVerdict("usable with reservations", doubts)
     return RunVerdict("good", (_summary(found, look), *map(_held_out, study.validations[:1])))
@@ -67,7 +67,7 @@ def _of_the_run(found: Identification, look: QuickLook) -> tuple[str, ...]:
     elif found.pair is not None and found.main is not None:
         share = float(found.main.reliable.mean())
         if share < THRESHOLDS.covered.value:
-            made.append(f"only {share:.0%} of the excited band is reliable")
+            made.append(f"only {100 * share:.0f} % of the excited band is reliable")
     elif look.verdict.word != "good":
         made.append(look.verdict.reason)
     made += [one.reason for one in found.left_out if "the input follows the output" in one.reason]
@@ -75,6 +75,13 @@ def _of_the_run(found: Identification, look: QuickLook) -> tuple[str, ...]:
     if count:
         made.append(f"{count} frames are faulty")
     return (*made, *(str(w) for w in found.recording.description.get("warnings", [])))
+
+
+def _without_model(found: Identification, study: Study) -> tuple[str, ...]:
+    """Why a selected part has no model; of a trial the quick look says what it is worth."""
+    if found.pair is None or study.models:
+        return ()
+    return tuple(f"there is no {one.analysis}: {one.reason}" for one in study.left_out)
 
 
 def _of_the_models(study: Study) -> tuple[str, ...]:
@@ -97,7 +104,7 @@ def _of_validation(checked: Validation) -> list[str]:
         made.append(f"the model from {path} fits held-out data with NRMSE {checked.fit:.0f} %")
     if checked.missing > THRESHOLDS.missing.value:
         made.append(
-            f"the model from {path} lacks dynamics: {checked.missing:.0%} of the output depends on the"
+            f"the model from {path} lacks dynamics: {100 * checked.missing:.0f} % of the output depends on the"
             " input and is not in the model"
         )
     return made

@@ -26,12 +26,14 @@ class Dataset:
     rate     Hz
     signals  role -> (n,) SI, NaN where not known
     units    role -> its SI unit, also of quantities that are no role of the bench
+    stated   role -> unit that its source states, empty where it states none
     """
 
     time: FloatArray
     rate: float
     signals: Mapping[str, FloatArray]
     units: Mapping[str, str] = field(default_factory=dict)
+    stated: Mapping[str, str] = field(default_factory=dict)
 
     def get(self, role: str) -> FloatArray | None:
         """Signal of a role in SI, shape (n,); None where the recording has none."""
@@ -47,7 +49,8 @@ def dataset(data: Aligned) -> Dataset:
         role: _method(role)(data.samples(role), time) for role in data.time if role not in COUNTS
     }
     units = {role: data.recording.channels[role].unit for role in signals}
-    return Dataset(time, rate, signals, units)
+    stated = {role: data.recording.channels[role].stated for role in signals}
+    return Dataset(time, rate, signals, units, stated)
 
 
 def axle_signal(axle: AxleSpeed, time: FloatArray) -> FloatArray:

@@ -17,6 +17,11 @@ def unit_of(name: str, base: Dataset | None = None) -> str:
     return ROLES[name].unit if name in ROLES else "1"
 
 
+def stated_unit(name: str, base: Dataset) -> str:
+    """Unit that the source of a signal states; empty where it states none."""
+    return base.stated.get(name, "")
+
+
 def named_signal(base: Dataset, moved: Motion | NoMotion, name: str) -> FloatArray | None:
     """Signal by name in SI on the common time base, shape (n,); None where there is none."""
     if name not in COMPUTED:

@@ -25,6 +25,7 @@ class Channel:
              that clock has nothing in common with the bus's
     arrival  (n,) s on the bus clock at which each sample arrived; None where `clock` is "bus"
     origin   where the samples come from, for people: "can0 EngineStatus.engine_speed"
+    stated   unit that the source states for them, in which a report shows them; empty: the usual one
 
     A tooth channel has the tooth's time in `time` and its running count in `value`: a count that
     steps by more than one says how many teeth are unknown there.
@@ -37,6 +38,7 @@ class Channel:
     clock: str
     origin: str
     arrival: FloatArray | None = None
+    stated: str = ""
 
     def __post_init__(self) -> None:
         """Refuse arrays that do not belong together."""

@@ -71,7 +71,7 @@ def _channel(role: str, time: FloatArray, value: npt.ArrayLike, unit: str, name:
             expected=str(time.shape),
             found=str(numbers.shape),
         )
-    return Channel(role, time, slope * numbers + offset, base, "bus", "arrays")
+    return Channel(role, time, slope * numbers + offset, base, "bus", "arrays", stated=unit)
 
 
 def _array(value: npt.ArrayLike, role: str, name: str) -> FloatArray:

@@ -25,8 +25,15 @@ def read_recording(path: Path) -> Recording:
 
     Raises InputError as `run_folder.read` does, and where a file holds frames or no samples.
     """
-    if is_folder(path) or not path.exists():
+    if is_folder(path):
         return read(path)
+    if not path.exists():
+        raise InputError(
+            "there is no recording of this name",
+            where=str(path),
+            expected="a run folder, or a file with a table",
+            remedy="check the path",
+        )
     if not is_table(path):
         raise InputError(
             "it is neither a run folder nor a table",
@@ -45,7 +52,7 @@ def _of_table(path: Path, table: Table) -> Recording:
             scale = to_base(_unit(table, name))
             found[name] = samples(table, name, "", RULES), scale
         except (InputError, ValueError) as fault:
-            missing[name] = str(fault).replace("\n", "; ")
+            missing[name] = str(fault).replace("\n  ", "; ")
     times = {one.clock for one, _ in found.values()}
     measured = {name: pair for name, pair in found.items() if name not in times}
     missing = {name: why for name, why in missing.items() if name not in times}
@@ -62,7 +69,9 @@ def _of_table(path: Path, table: Table) -> Recording:
     for name, (one, (slope, offset, unit)) in measured.items():
         warnings += one.warnings
         value = slope * one.value + offset
-        channels[name] = Channel(name, one.time - start, value, unit, "bus", f"column {name}")
+        channels[name] = Channel(
+            name, one.time - start, value, unit, "bus", f"column {name}", stated=table.units[name]
+        )
     return Recording(
         folder=path,
         description={"warnings": list(dict.fromkeys(warnings))},

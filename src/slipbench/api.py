@@ -140,19 +140,33 @@ def load_controller(file: StrPath) -> "SlipController":
     return from_tree(read_toml(Path(file), ControllerFile).model_dump())
 
 
-def identify(run: StrPath | Recording) -> "Identification":
+def identify(
+    run: StrPath | Recording,
+    *,
+    window: tuple[float, float] | None = None,
+    input: str | None = None,
+    output: str | None = None,
+) -> "Identification":
     """Identify a recording: slip, frequency responses, resonance, spectra.
 
+    window: start and end of the part to identify from, s after the recording's start; None: the
+    excitation of the trial. input, output: signals; None: the actuator of the trial, and slip.
     What the recording does not support is listed in `left_out` with the reason. Raises InputError
-    where the recording has no samples, or the trial tripped before its excitation.
+    where the recording has no samples, the trial tripped before its excitation, or there is no
+    such window or signal.
     """
     from slipbench.identification.response.from_folder import identified
+    from slipbench.identification.response.selection import Selection
 
-    return identified(run if isinstance(run, Recording) else read(run))
+    recording = run if isinstance(run, Recording) else read(run)
+    return identified(recording, Selection(window, input, output))
 
 
 def fit_models(identification: "Identification") -> "Study":
-    """Fit rational models with dead time to the responses of slip; harmonics after a sweep."""
+    """Fit rational models with dead time to the responses of slip, or of the selected output.
+
+    After a sweep also the harmonics of slip.
+    """
     from slipbench.identification.models.study import study_of
 
     return study_of(identification)

@@ -4,7 +4,7 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from slipbench.session_experiment import lines_for_report
+from slipbench.session_evidence import lines_for_report
 from slipbench.session_explain import MEMO, Say, explained, runs_of
 
 if TYPE_CHECKING:  # the analyses take seconds to import; --help should not

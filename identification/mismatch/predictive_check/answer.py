@@ -17,7 +17,7 @@ UNKNOWN = "unknown effect"
 class Compared:
     """An answer beside the one that is checked.
 
-    effects: of the accepted ones, named again or not. inside, intervals: how many intervals contain
+    place: the same, or that of an effect which cannot be told apart from an accepted one. effects: of the accepted ones, named again or not. inside, intervals: how many intervals contain
     the simulated parameter, of how many.
     """
 
@@ -64,10 +64,12 @@ def compared(first: Answer, again: Answer, truth: Mapping[str, Effect]) -> Compa
     """Compare an answer with the one that is checked. truth: simulated effects by name."""
     classes = (*first.verdict.equivalents, *again.verdict.equivalents)
     inside, intervals = _inside(again.verdict, truth)
+    same = _matches(first.names, again.names, classes)
+    by_another = same and set(first.names) != set(again.names)
     return Compared(
         again.names,
-        _matches(first.names, again.names, classes),
-        first.places == again.places,
+        same,
+        by_another or first.places == again.places,
         {n: any(alike(n, other, classes) for other in again.names) for n in first.names},
         inside,
         intervals,

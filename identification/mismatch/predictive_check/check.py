@@ -6,56 +6,30 @@ of the whole analysis: from the drawn parameters to recordings with the inputs a
 and back. The same without the effects gives the rate of false alarms.
 """
 
-from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Iterator
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
 
-from slipbench.identification.mismatch.analysis import Analysis, accepted, begin, described
+from slipbench.identification.mismatch.analysis import Analysis, accepted, described
 from slipbench.identification.mismatch.explain import CONCLUDED, NAMES, analyse
 from slipbench.identification.mismatch.naming.search import Say
-from slipbench.identification.mismatch.predictive_check.answer import (
-    Answer,
-    Compared,
-    answer_of,
-    compared,
-    simulated_effects,
-)
-from slipbench.identification.mismatch.predictive_check.draw import bare, drawn
-from slipbench.identification.mismatch.predictive_check.noise import noise_like
-from slipbench.identification.mismatch.predictive_check.stopwatch import seconds
-from slipbench.identification.mismatch.simulation.replicate import replicated
+from slipbench.identification.mismatch.predictive_check.answer import Answer, answer_of, compared
+from slipbench.identification.mismatch.predictive_check.counts import Counts
+from slipbench.identification.mismatch.predictive_check.order import Order
+from slipbench.identification.mismatch.predictive_check.replica import simulated
 from slipbench.identification.mismatch.telling.check_result import (
     COMPLETE,
     INTERRUPTED,
     OUT_OF_TIME,
     Check,
-    OtherAnswer,
-    Rate,
 )
 from slipbench.identification.mismatch.telling.conclude import verdict
 from slipbench.identification.mismatch.telling.verdict import Verdict
 from slipbench.plant.effects.effect import Effect
 from slipbench.plant.errors import PlantError
 from slipbench.protocol.errors import is_interrupt
-
-COUNT, SEED = 10, 1
-
-
-@dataclass(frozen=True)
-class Order:
-    """What is to be checked. count: simulated sets of recordings of each kind.
-
-    limit: of the wall time, s; None: none. library: effects to look for; None: all. clock: s.
-    """
-
-    count: int = COUNT
-    seed: int = SEED
-    limit: float | None = None
-    library: Sequence[type[Effect]] | None = None
-    clock: Callable[[], float] = seconds
 
 
 class TimeLimitError(Exception):
@@ -82,7 +56,7 @@ def check(a: Analysis, first: Verdict, order: Order, say: Say = lambda _: None) 
     keeps some of both; an analysis that it cuts off is not counted.
     """
     wanted = answer_of(a, first)
-    found, begun = _Counts(wanted.names), order.clock()
+    found, begun = Counts(wanted.names), order.clock()
 
     def watched(words: str) -> None:
         if order.limit is not None and order.clock() - begun > order.limit:
@@ -105,34 +79,6 @@ def _with(say: Say, words: str, step: str) -> None:
     say(f"{words}: {step}")
 
 
-@dataclass
-class _Counts:
-    """Answers so far: with the effects, and without."""
-
-    wanted: tuple[str, ...]
-    again: list[Compared] = field(default_factory=list)
-    alarms: list[bool] = field(default_factory=list)
-    failures: list[str] = field(default_factory=list)
-
-    def result(self, order: Order, seconds: float, ended: str) -> Check:
-        every = self.again
-        others = Counter(tuple(sorted(c.names)) for c in every if not c.same)
-        return Check(
-            order.seed,
-            order.count,
-            seconds,
-            order.limit,
-            ended,
-            same=Rate(sum(c.same for c in every), len(every)),
-            place=Rate(sum(c.place for c in every), len(every)),
-            inside=Rate(sum(c.inside for c in every), sum(c.intervals for c in every)),
-            false_alarms=Rate(sum(self.alarms), len(self.alarms)),
-            effects={n: Rate(sum(c.effects[n] for c in every), len(every)) for n in self.wanted},
-            answers=tuple(OtherAnswer(names, n) for names, n in others.most_common()),
-            failures=tuple(self.failures),
-        )
-
-
 def _found(a: Analysis) -> bool:
     """Tell whether something was identified that can be simulated: effects, or a free curve."""
     fit = accepted(a)
@@ -140,7 +86,7 @@ def _found(a: Analysis) -> bool:
 
 
 def _work(
-    a: Analysis, wanted: Answer, order: Order, found: _Counts
+    a: Analysis, wanted: Answer, order: Order, found: Counts
 ) -> Iterator[tuple[str, Callable[[Say], None]]]:
     """Yield what is to be done: words for it, and the work."""
     for number in range(1, order.count + 1):
@@ -151,7 +97,7 @@ def _work(
 
 
 def _repeat(
-    a: Analysis, wanted: Answer, order: Order, number: int, found: _Counts, say: Say
+    a: Analysis, wanted: Answer, order: Order, number: int, found: Counts, say: Say
 ) -> None:
     if (made := _simulated(a, order, number, True, found)) is not None:
         replica, truth = made
@@ -159,14 +105,14 @@ def _repeat(
         found.again.append(compared(wanted, again, truth))
 
 
-def _alarm(a: Analysis, order: Order, number: int, found: _Counts, say: Say) -> None:
+def _alarm(a: Analysis, order: Order, number: int, found: Counts, say: Say) -> None:
     if (made := _simulated(a, order, number, False, found)) is not None:
         again = _explained(made[0], order, found.failures, say)
         found.alarms.append(bool(again.verdict.mismatch) or bool(again.names))
 
 
 def _simulated(
-    a: Analysis, order: Order, number: int, with_effects: bool, found: _Counts
+    a: Analysis, order: Order, number: int, with_effects: bool, found: Counts
 ) -> tuple[Analysis, dict[str, Effect]] | None:
     """Return a simulated set; None, and the failure noted, where it cannot be simulated."""
     rng = np.random.default_rng((order.seed, number, int(with_effects)))
@@ -175,22 +121,6 @@ def _simulated(
     except PlantError as fault:
         found.failures.append(described("simulation", fault))
         return None
-
-
-def simulated(
-    a: Analysis, rng: np.random.Generator, with_effects: bool
-) -> tuple[Analysis, dict[str, Effect]]:
-    """A new analysis of recordings simulated from the accepted fit, and the effects in them."""
-    noise = noise_like(accepted(a), rng)
-    beside = noise_like(a.proof[2], rng) if a.proof else []
-    fit, held_out = drawn(a, rng)
-    if not with_effects:
-        fit, held_out = bare(fit, held_out)
-    training = replicated(fit.model, fit.point, noise, a.training.records)
-    proof = []
-    if held_out is not None and a.held_out is not None:
-        proof = replicated(held_out.model, held_out.point, beside, a.held_out.records)
-    return begin(a.system, training, proof), simulated_effects(fit)
 
 
 def _explained(a: Analysis, order: Order, failures: list[str], say: Say) -> Answer:

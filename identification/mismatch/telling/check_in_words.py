@@ -4,6 +4,7 @@ from collections.abc import Iterator
 
 from slipbench.identification.mismatch.telling.check_result import (
     COMPLETE,
+    CONFIDENCE,
     FALSE_ALARMS,
     REPEATABLE,
     Check,
@@ -51,7 +52,10 @@ def _details(check: Check) -> Iterator[str]:
         each = "; ".join(f"{n}: {_rate(r)} of {r.of}" for n, r in check.effects.items())
         yield f"Each effect, or one that is indistinguishable from it: {each}."
     if check.inside.of:
-        yield f"Intervals that contain the simulated parameter: {_rate(check.inside)} of {check.inside.of}."
+        yield (
+            f"Intervals that contain the simulated parameter: {_rate(check.inside)} of"
+            f" {check.inside.of}; stated: {100 * CONFIDENCE:.0f} %, where the set of effects is the right one."
+        )
     if check.answers:
         others = "; ".join(
             f"{', '.join(a.names) or 'no mismatch'} ({a.count})" for a in check.answers

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from slipbench import session_experiment
+from slipbench import session_experiment, session_offer
 from slipbench.bench.session.designed_runs import answered, designed_runs, offers, write_offer
 from slipbench.bench.session.session import open_session, run_session
 from slipbench.bench.session.session_folder import locked
@@ -59,7 +59,7 @@ def without_search(monkeypatch):
         kept = {k: v for k, v in tree["excitation"].items() if k not in ("start", "stop")}
         return {**tree, "excitation": {**kept, **wave}}, "A square wave: shows backlash"
 
-    monkeypatch.setattr(session_experiment, "_designed_trial", fixed)
+    monkeypatch.setattr(session_offer, "designed_trial", fixed)
 
 
 def test_an_accepted_offer_is_ridden_explained_again_and_settles_the_question(
@@ -136,22 +136,24 @@ def planned(tmp_path_factory):
 
 
 KILLS = [
-    ("explained", True),
-    ("_designed_trial", True),
-    ("_accepted", True),
-    ("_with_evidence", False),
+    (session_experiment, "explained", True),
+    (session_offer, "designed_trial", True),
+    (session_experiment, "accepted", True),
+    (session_experiment, "with_evidence", False),
 ]
 
 
-@pytest.mark.parametrize(("place", "after"), KILLS)
-def test_a_session_that_ends_in_any_step_goes_on_there(day, monkeypatch, planned, place, after):
+@pytest.mark.parametrize(("module", "place", "after"), KILLS)
+def test_a_session_that_ends_in_any_step_goes_on_there(
+    day, monkeypatch, planned, module, place, after
+):
     """Two designed trials settle it, wherever the session ended and however often."""
     explained_by_files(monkeypatch)
     without_search(monkeypatch)
     with_constant_evidence(monkeypatch)
     shutil.rmtree(day.out, ignore_errors=True)
     shutil.copytree(planned, day.folder, dirs_exist_ok=True)
-    kept, calls = getattr(session_experiment, place), count(1)
+    kept, calls = getattr(module, place), count(1)
 
     def killed(*arguments):
         if next(calls) == 2:
@@ -161,7 +163,7 @@ def test_a_session_that_ends_in_any_step_goes_on_there(day, monkeypatch, planned
         return kept(*arguments)
 
     with monkeypatch.context() as context:
-        context.setattr(session_experiment, place, killed)
+        context.setattr(module, place, killed)
         with pytest.raises(Killed):
             day.give("--accept")
     status, said, err = day.give("--accept")
@@ -199,13 +201,12 @@ def test_the_answer_at_a_terminal_is_kept_and_no_answer_is_no_consent(
             return True
 
     offer = write_offer(tmp_path, 1, load_toml(trial(tmp_path)), "shows backlash")
-    allowed = session_experiment.Experiment(900.0, NOMINAL, accept=False)
     monkeypatch.setattr("sys.stdin", Terminal(""))
     with pytest.raises(KeyboardInterrupt):
-        session_experiment._accepted(offer, allowed, print)
+        session_offer.accepted(offer, False, print)
     assert offers(tmp_path)[0].answer == ""
     monkeypatch.setattr("sys.stdin", Terminal(reply))
-    assert session_experiment._accepted(offer, allowed, print) == (answer == "accepted")
+    assert session_offer.accepted(offer, False, print) == (answer == "accepted")
     assert offers(tmp_path)[0].answer == answer
 
 

@@ -17,13 +17,10 @@ from slipbench.identification.mismatch.analysis import accepted, begin
 from slipbench.identification.mismatch.explain import analyse
 from slipbench.identification.mismatch.fit.stack import whiteners
 from slipbench.identification.mismatch.predictive_check.answer import alike, answer_of, compared
-from slipbench.identification.mismatch.predictive_check.check import (
-    Order,
-    analyses_of,
-    check,
-    simulated,
-)
+from slipbench.identification.mismatch.predictive_check.check import analyses_of, check
 from slipbench.identification.mismatch.predictive_check.noise import coloured, noise_like
+from slipbench.identification.mismatch.predictive_check.order import Order
+from slipbench.identification.mismatch.predictive_check.replica import simulated
 from slipbench.identification.mismatch.simulation.lattice import Lattice
 from slipbench.identification.mismatch.simulation.model import predict
 from slipbench.identification.mismatch.simulation.replicate import replicated
@@ -272,6 +269,20 @@ def test_another_effect_is_not_the_same_answer(clear):
     elsewhere = replace(first, places=frozenset(["force"]))
     assert compared(first, first, {}).place
     assert not compared(first, elsewhere, {}).place
+
+
+def test_an_effect_that_cannot_be_told_apart_is_the_same_answer_at_the_same_place(clear):
+    """As an offset of a force and of the spring that it acts on: the place cannot be told apart either."""
+    found = verdict(clear)
+    [effect] = found.effects
+    twin = replace(effect, name="offset", subject="force")
+    tied = replace(found, effects=(twin,), equivalents=(("cubic.deflection", "offset.force"),))
+    first = answer_of(clear, found)
+    again = replace(answer_of(clear, tied), places=frozenset(["force"]))
+    both = compared(first, again, {})
+    assert (both.same, both.place) == (True, True)
+    other = compared(first, replace(again, verdict=replace(tied, equivalents=())), {})
+    assert (other.same, other.place) == (False, False)
 
 
 def test_the_command_reports_the_check_and_keeps_to_the_schema(clear, tmp_path, monkeypatch):

@@ -110,6 +110,6 @@ def test_quantities_that_are_no_role_keep_their_units(tmp_path):
     assert np.median(found.main.gain[found.main.reliable]) == pytest.approx(3.0, rel=0.02)
     folder = tmp_path / "report"
     write_report(found, study_of(found), folder, None)
-    assert "rpm\u2009/\u2009°" in (folder / "report.html").read_text(encoding="utf-8")
+    assert "rad/s\u2009/\u2009°" in (folder / "report.html").read_text(encoding="utf-8")
     short = identify(recorded, Selection((0.0, 2.0), "goal", "motor speed"))
     assert headline(short).startswith("The response of motor speed to goal is not given: ")

@@ -4,7 +4,8 @@ from dataclasses import replace
 
 from slipbench.identification.mismatch.analysis import begin
 from slipbench.identification.mismatch.explain import analyse
-from slipbench.identification.mismatch.predictive_check.check import Order, check
+from slipbench.identification.mismatch.predictive_check.check import check
+from slipbench.identification.mismatch.predictive_check.order import Order
 from slipbench.identification.mismatch.telling.check_result import Rate
 from slipbench.identification.mismatch.telling.conclude import verdict
 from slipbench.plant.effects.library import LIBRARY
