@@ -96,18 +96,30 @@ def contradicted(before: Fit, after: Fit, model: Model) -> Veto | None:
         there = carried_over(after, model)
     except PlantError as fault:
         return Veto(name, -math.inf, CONFIRMED, f"they cannot be simulated with it: {fault}")
-    without = replace(there.point, effects=bare.point.effects)
-    trace = change(model, without, there.point.effects, predict(model, without))
-    course = there.nuisances.off(flat(model, there.noise, trace))
-    worth = 0.5 * float(course @ course)
-    chance = 2.0 * math.sqrt(2.0 * worth)  # 2 sigma of what a right effect of that worth gains
-    least = min(CONFIRMED, worth - chance)
+    least = _asked(bare, there)
     best = there.score
     if best < bare.score + least:
         best = max(best, _added(bare, there.point.effects).score)
     if best >= bare.score + least:
         return None
     return veto(name, best - bare.score, least)
+
+
+def _asked(bare: Fit, there: Fit) -> float:
+    """Return the nats that what `there` has more than `bare` must bring on its recordings.
+
+    As much as it would show there if it were right, less what chance may take. Where nothing can be
+    simulated without it, it would show plainly.
+    """
+    model, without = there.model, replace(there.point, effects=bare.point.effects)
+    try:
+        trace = change(model, without, there.point.effects, predict(model, without))
+    except PlantError:
+        return CONFIRMED
+    course = there.nuisances.off(flat(model, there.noise, trace))
+    worth = 0.5 * float(course @ course)
+    chance = 2.0 * math.sqrt(2.0 * worth)  # 2 sigma of what a right effect of that worth gains
+    return min(CONFIRMED, worth - chance)
 
 
 def _added(bare: Fit, effects: tuple[Effect, ...]) -> Fit:

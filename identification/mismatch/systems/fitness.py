@@ -23,6 +23,11 @@ GAP = 10.0
 SPARSE = 1.5
 """Periods of the model file between the samples of an output, beyond which it is said."""
 
+COARSE = 2.5
+"""Periods of the model file from sample to sample of a held input, beyond which it is said."""
+REGULAR = 0.9
+"""Share of the samples of a channel that come at its usual distance, within a fifth, of a clock."""
+
 FREE = "every input is constant: only the response to the initial state is analysed"
 
 
@@ -124,6 +129,29 @@ def sparse_outputs(data: Aligned, file: ModelFile, shown: Iterable[str]) -> tupl
                 f"{name.replace('_', ' ')} is sampled every {ratio * file.period:.3g} s, and period ="
                 f" {file.period:.3g} s: intervals are too narrow by about {math.sqrt(ratio):.1f};"
                 " period is that of the slowest output"
+            )
+    return tuple(notes)
+
+
+def coarse_inputs(data: Aligned, file: ModelFile) -> tuple[str, ...]:
+    """Say which held inputs are staircases beside the residuals, if they were measured.
+
+    A command holds from one sample to the next. What was measured does not: held, it comes late by
+    half of the distance between samples, and in steps.
+    """
+    notes = []
+    for name, told in file.inputs.items():
+        channel = data.recording.channels[told.role]
+        between = np.diff(channel.time)
+        if not told.steps or not between.size or _rests(channel) or told.slope_over > 0.0:
+            continue
+        usual = float(np.median(between))
+        on_a_clock = np.mean(np.abs(between - usual) < 0.2 * usual) > REGULAR
+        if on_a_clock and usual > COARSE * file.period:
+            notes.append(
+                f"input {name.replace('_', ' ')} is held for {usual:.3g} s from sample to sample, and"
+                f" period = {file.period:.3g} s: where it was measured and not commanded, held ="
+                " false lets it follow lines between samples"
             )
     return tuple(notes)
 

@@ -97,7 +97,7 @@ class Input(Section):
     latency     known, subtracted from the times
     turn        way that a wheel rolls in a turn; its own pattern is then removed (turn_pattern.py)
     noise       standard deviation of the sensor's noise; above 0: it may be smoothed to both sides
-                (input_noise.py)
+                (input_noise.py). Not told: above 0 where held is false, 0 elsewhere
     """
 
     role: str
@@ -107,12 +107,19 @@ class Input(Section):
     slope_over: Seconds = Field(default=0.0, ge=0.0)
     latency: Seconds = 0.0
     turn: Number | None = None
-    noise: Number = Number(value=0.0)
+    noise: Number | None = None
 
     @property
     def steps(self) -> bool:
         """Whether it stays as it was told until it is told anew."""
         return self.held and not self.smooth
+
+    @property
+    def noisy(self) -> bool:
+        """Whether it may hold noise of a sensor; untold, what follows lines was measured."""
+        if self.noise is None:
+            return not self.held and not self.smooth
+        return self.noise.value > 0.0
 
 
 class DrivenInput(Input):

@@ -20,7 +20,12 @@ from slipbench.identification.mismatch.simulation.sensor import (
     point_sensor,
 )
 from slipbench.identification.mismatch.systems.clock_search import best_shift
-from slipbench.identification.mismatch.systems.fitness import sparse_outputs, usable, window
+from slipbench.identification.mismatch.systems.fitness import (
+    coarse_inputs,
+    sparse_outputs,
+    usable,
+    window,
+)
 from slipbench.identification.mismatch.systems.input_noise import WIDTHS, smoothings
 from slipbench.identification.mismatch.systems.model_file import (
     DrivenInput,
@@ -83,7 +88,7 @@ def prepare(recording: Recording, file: ModelFile) -> Record:
         if n not in shown and o.role in data.absent
     )
     name = recording.folder.name
-    notes = (*notes, *sparse_outputs(data, file, shown))
+    notes = (*notes, *sparse_outputs(data, file, shown), *coarse_inputs(data, file))
     return Record(name, start, grid, inputs, measured, sensors, slow, notes, left_out)
 
 
@@ -320,7 +325,7 @@ def _input_noise(data: Aligned, file: ModelFile, inputs: Floats, grid: Grid) -> 
     return [
         column
         for k, told in enumerate(file.inputs.values())
-        if told.noise.value > 0.0
+        if told.noisy
         for column in smoothings(inputs[:, k], _period(data.time[told.role]) / grid.step)
     ]
 
@@ -331,5 +336,5 @@ def slow_places(file: ModelFile, grid: Grid) -> list[int]:
     for k, state in enumerate(file.states.values(), start=len(file.inputs) + len(file.seams)):
         hats = 0 if state.drift is None else len(_hats(grid, state.every or grid.stretch))
         found += [k] * (1 + hats)
-    noisy = [k for k, told in enumerate(file.inputs.values()) if told.noise.value > 0.0]
+    noisy = [k for k, told in enumerate(file.inputs.values()) if told.noisy]
     return found + [k for k in noisy for _ in WIDTHS]

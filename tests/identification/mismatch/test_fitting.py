@@ -7,11 +7,12 @@ import numpy as np
 import pytest
 
 from slipbench.identification.mismatch.analysis import begin
+from slipbench.identification.mismatch.fit import held_out as held_out_module
 from slipbench.identification.mismatch.fit.calibrate import as_believed, as_told, calibrate, strayed
 from slipbench.identification.mismatch.fit.far import from_far
 from slipbench.identification.mismatch.fit.fitting import Fit, with_effects
 from slipbench.identification.mismatch.fit.following import WORTH_AGAIN
-from slipbench.identification.mismatch.fit.held_out import contradicted
+from slipbench.identification.mismatch.fit.held_out import CONFIRMED, contradicted
 from slipbench.identification.mismatch.fit.judge import Judge
 from slipbench.identification.mismatch.fit.settling import settle
 from slipbench.identification.mismatch.fit.stack import Nuisances, bounded
@@ -25,6 +26,7 @@ from slipbench.identification.mismatch.naming.tried import candidates
 from slipbench.plant.effects.backlash import Backlash
 from slipbench.plant.effects.driveline_loss import DrivelineLoss
 from slipbench.plant.effects.load_transfer import LoadTransfer
+from slipbench.plant.errors import PlantError
 from tests.identification.mismatch.conditions import erring, system
 from tests.identification.motorcycle_recording import Ride, ride
 
@@ -110,6 +112,21 @@ def test_held_out_recordings_contradict_what_they_would_show_and_do_not():
     assert against is not None
     assert against.name == "driveline_loss"
     assert against.gain < against.least
+
+
+def test_held_out_recordings_that_need_an_effect_to_be_simulated_confirm_it(monkeypatch):
+    """Without it the improved numbers lead nowhere: it would show plainly, and it does."""
+    bare, held_out = base(Backlash(slack=8e-3)), ready(Backlash(slack=8e-3)).held_out
+    right = settle(_with(bare, Backlash(slack=8e-3)))
+
+    def grows(*_, **__):
+        raise PlantError("it grows without bound", "here", "numbers", "none", "smaller steps")
+
+    monkeypatch.setattr(held_out_module, "change", grows)
+    assert not contradicted(bare, right, held_out)
+    against = contradicted(bare, _with(bare, DrivelineLoss(loss=0.2)), held_out)
+    assert against is not None
+    assert against.least == CONFIRMED
 
 
 def _with(fit: Fit, effect) -> Fit:

@@ -1,5 +1,6 @@
 """Noise in an input must not be taken for physics, and physics not for noise in an input."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +10,7 @@ from scipy import ndimage
 from slipbench.identification.mismatch.analysis import begin
 from slipbench.identification.mismatch.explain import analyse
 from slipbench.identification.mismatch.systems.input_noise import WIDTHS, smoothings
+from slipbench.identification.mismatch.systems.model_file import Input, Number
 from slipbench.identification.mismatch.systems.system import ModelSystem
 from slipbench.identification.mismatch.telling.conclude import verdict
 from slipbench.protocol.recording.channel import Channel
@@ -33,7 +35,9 @@ role = "right"
 value = "left"
 size = { value = 15, unit = "m/s" }
 """
-TOLD = MODEL.replace("NOISE", f'noise = {{ value = {NOISE}, unit = "m/s" }}')
+TOLD, EXACT = (
+    MODEL.replace("NOISE", f'noise = {{ value = {noise}, unit = "m/s" }}') for noise in (NOISE, 0.0)
+)
 ROLES = RoleMap(
     title="wheels",
     quantities={"left": "m/s", "right": "m/s"},
@@ -81,8 +85,34 @@ def test_a_window_takes_nothing_off_what_is_slow() -> None:
 
 def test_bumps_of_one_wheel_are_no_physics_of_the_other(tmp_path: Path) -> None:
     rides = [wheels(71), wheels(171)]
-    assert not named(tmp_path, TOLD, *rides).mismatch
-    assert named(tmp_path, MODEL, *rides).mismatch  # what happens where noise is not told
+    for model in (TOLD, MODEL):  # untold: what follows lines was measured
+        assert not named(tmp_path, model, *rides).mismatch
+    assert named(tmp_path, EXACT, *rides).mismatch
+
+
+def test_a_command_holds_and_has_no_noise() -> None:
+    size = Number(value=1.0, unit="V")
+    assert Input(role="left", size=size, held=False).noisy
+    assert not Input(role="left", size=size).noisy
+    assert Input(role="left", size=size, noise=size).noisy
+    assert not Input(role="left", size=size, held=False, smooth=True).noisy
+
+
+@pytest.mark.parametrize(
+    ("every", "held", "said"), [(10, True, True), (10, False, False), (2, True, False)]
+)
+def test_a_measurement_that_is_held_for_many_bins_is_said(
+    tmp_path: Path, every, held, said
+) -> None:
+    ride = wheels(75)
+    left = ride.channels["left"]
+    slow = replace(left, time=left.time[::every], value=left.value[::every])
+    ride = replace(ride, channels={**ride.channels, "left": slow})
+    path = tmp_path / "wheels.toml"
+    text = MODEL.replace("NOISE", "").replace("false", str(held).lower())
+    path.write_text(text, encoding="utf-8")
+    notes = ModelSystem.load(path).prepare(ride).notes
+    assert any("held = false" in note for note in notes) == said, notes
 
 
 def test_a_lag_is_found_all_the_same(tmp_path: Path) -> None:
