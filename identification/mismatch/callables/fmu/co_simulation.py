@@ -33,7 +33,7 @@ def co_simulated(
     held = np.array(instance.plan.held, bool)
     drives = driving(inputs, held, parts)
     found = np.empty((times.size, instance.outputs.count))
-    instance.begin(parameters, inputs[0], float(times[-1]))
+    instance.begin(parameters, inputs[0], float(times[-1]) + step)
     found[0] = instance.get(instance.outputs)
     for row in range(times.size - 1):
         for part in range(parts):

@@ -51,7 +51,10 @@ class Instance(ABC):
         self.continuous, self.discrete = (Values(plan.inputs, which) for which in (False, True))
 
     def begin(self, parameters: Floats, inputs: Floats, stop: float) -> None:
-        """Instantiate and initialize. parameters, inputs: units of the FMU; stop: s."""
+        """Instantiate and initialize. parameters, inputs: units of the FMU.
+
+        stop: later than all steps, s: some FMUs refuse a step that is beyond it by rounding.
+        """
         self.words.clear()
         self._instantiated()
         self._set_up(stop)

@@ -32,7 +32,7 @@ def integrated(
     parts = max(1, math.ceil(step / instance.plan.step - 1e-9))
     held = np.array(instance.plan.held, bool)
     found = np.empty((times.size, instance.outputs.count))
-    instance.begin(parameters, inputs[0], float(times[-1]))
+    instance.begin(parameters, inputs[0], float(times[-1]) + step)
     states = ContinuousStates(instance)
     _go_on_unless(states.handle_event(), 0.0)
     loop = None if acting is None else Derivatives(instance.plan, acting, step / parts)

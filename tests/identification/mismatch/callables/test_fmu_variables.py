@@ -109,6 +109,16 @@ def test_an_event_between_two_steps_is_at_its_time(fmu, tmp_path, interface):
     assert np.allclose(found["single"], found["upper"], atol=1e-6)
 
 
+def test_the_last_step_is_not_beyond_the_stop_time_by_rounding(fmu, tmp_path):
+    """29.95 s and 0.05 s are 30.000000000000004 s in floats, and this FMU refuses them."""
+    times = PERIOD * np.arange(601)
+    assert times[-1] < PERIOD * 599 + PERIOD
+    opened = open_fmu(beside(tmp_path, fmu, BESIDE.replace('"5 ms"', '"50 ms"')))
+    parameters = {name: one.start for name, one in opened.parameters.items()}
+    call = Call(parameters, {"first": np.ones(601)}, times, tuple(opened.model.outputs))
+    assert np.isfinite(FmuRunner(opened.plan)(call)["upper"]).all()
+
+
 def test_what_an_fmu_of_arrays_lacks_is_named(fmu, tmp_path):
     """A lag of 0.3 s in the sensor of the second level; the flow is switched."""
     text = BESIDE.replace("[inputs.first]", OPEN).replace('"5 ms"', '"50 ms"')

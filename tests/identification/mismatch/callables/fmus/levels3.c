@@ -10,7 +10,7 @@ enum { K = 1, U, X, RATE, OPEN, GEAR, EVENTS, SINGLE, PULSE, MODE };
 #define STEP 1e-3 /* s, longest step of integration in co-simulation */
 
 typedef struct {
-    double k[4], u[2], x[2], time, pulse;
+    double k[4], u[2], x[2], time, stop, pulse;
     int gear, open, events, in_event, exchange;
     long long mode;
 } Levels;
@@ -77,7 +77,11 @@ fmi3Instance fmi3InstantiateModelExchange(fmi3String name, fmi3String token, fmi
 }
 void fmi3FreeInstance(fmi3Instance c) { free(c); }
 fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean a, fmi3Float64 b,
-    fmi3Float64 start, fmi3Boolean d, fmi3Float64 stop) { return fmi3OK; }
+    fmi3Float64 start, fmi3Boolean d, fmi3Float64 stop)
+{
+    ((Levels *)c)->stop = stop;
+    return fmi3OK;
+}
 fmi3Status fmi3ExitInitializationMode(fmi3Instance c) { return fmi3OK; }
 fmi3Status fmi3Terminate(fmi3Instance c) { return fmi3OK; }
 
@@ -154,6 +158,7 @@ fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 time, fmi3Float64 step, fmi3Bo
 {
     Levels *s = c;
     double end = time + step;
+    if (end > s->stop) return fmi3Error; /* to the last bit, as FMUs of OpenModelica do */
     while (s->time < end - 1e-12) {
         double h = fmin(STEP, fmin(s->pulse, end) - s->time);
         if (h > 0.0) integrate(s, h);
