@@ -170,11 +170,13 @@ size = { value = 1, unit = "m" }
 variable = "h"
 rate = "speed"
 size = { value = 1, unit = "m" }
+first = { value = 0, unit = "m" }
 
 [states.speed]
 variable = "v"
 along = "speed"
 size = { value = 3, unit = "m/s" }
+first = { value = 0, unit = "m/s" }
 """
 OSCILLATOR = """interface = "{interface}"
 step = "{step}"
@@ -373,8 +375,9 @@ CASES = (
         "e = 0.74 instead of 0.7",
         "drag of 0.05 / m times speed squared",
         ("quadratic_drag.speed_rate/speed",),
-        "in one motion of 3 s the restitution and the gravity, which are calibrated too, take most of the"
-        " drag, and other laws of a loss fit what remains.",
+        "in one motion of 3 s the restitution takes most of the drag, and three laws of a loss of speed"
+        " cannot be told apart on what remains. With first values that are uncertain by 0.01 m and m/s"
+        " nothing is named, and the calibrated error stays at 0.019 m.",
     ),
     Case(
         "oscillator2",
@@ -408,6 +411,8 @@ CASES = (
         "mu = 1.1 instead of 1",
         "dry friction of 0.15 on the derivative of the speed",
         ("friction.rate_rate/rate", "friction.rate_rate"),
+        "rows and steps of 50 ms are coarse for friction that changes its sign within one: 0.142 is"
+        " estimated, with an interval that does not hold 0.15.",
     ),
     Case(
         "oscillator3_euler",
@@ -481,6 +486,9 @@ CASES = (
         "10600 N/m instead of 10000 N/m, 9 N s/m instead of 10 N s/m",
         "dry friction of 60 N on the mass of 1 kg",
         ("friction.speed_rate/speed", "friction.speed_rate"),
+        "two names of dry friction share the force: 25 N and 37 N, together 62 N where 60 N act. The error"
+        " stays above the noise: with steps of 2 ms the simulation resolves the reversals of 100 rad/s"
+        " coarsely.",
     ),
     Case(
         "masses",

@@ -43,7 +43,7 @@ parameters, or by equations of our own where an effect acts inside. Seeds: {seed
 in both recordings, with other noise.
 
 {right} of {count} cases are right: what was planted is named alone (or tied with names of the same meaning), or nothing is found where nothing was
-planted.
+planted. The error is that of the output that falls most by what was named.
 
 | case | planted | named | right | error held out: as stated, calibrated, with the effect | noise | gain, nats | time, s |
 |---|---|---|---|---|---|---|---|
@@ -82,12 +82,14 @@ def _row(case: Case, result: Mapping[str, Any]) -> str:
     named = ", ".join(f"`{name}`" for name in result["named"]) or "nothing"
     if result["mismatch"] and not result["named"]:
         named = "a mismatch, no name"
-    error = max(result["held_out"], key=lambda e: e["calibrated"] / e["floor"])
+    after = "improved" if result["named"] else "floor"
+    error = max(result["held_out"], key=lambda e: e["calibrated"] / e[after])
+    unit = "" if error["unit"] == "1" else f" {error['unit']}"
     shown = ", ".join(f"{error[key]:.3g}" for key in ("nominal", "calibrated", "improved"))
     gain = (result["improvement"] or {}).get("log_likelihood_gain")
     return (
         f"| {case.title} | {planted} | {named} | {'yes' if result['right'] else 'no'} |"
-        f" {error['output']}: {shown} {error['unit']} | {_noise(case, error['output'])} |"
+        f" {error['output']}: {shown}{unit} | {_noise(case, error['output'])} |"
         f" {'' if gain is None else f'{gain:.0f}'} | {result['seconds']:.0f} |"
     )
 

@@ -1,8 +1,8 @@
 """`make other-fmus`: FMUs of other tools read, simulated and explained; writes docs/other_fmus.md.
 
-    python -m benchmarks.other_fmus.run [CASE...]
+    python -m benchmarks.other_fmus.run [CASE... | page]
 
-Without a name all is done. Results stay in build/other_fmus/results; the page is made from them. Where
+Without a name all is done; `page` writes the page alone. Results stay in build/other_fmus/results; the page is made from them. Where
 the packages with the FMUs cannot be had, it says so and leaves the page as it is.
 """
 
@@ -26,6 +26,9 @@ PAGE = Path("docs/other_fmus.md")
 
 def main(wanted: list[str]) -> None:
     """Run the requested cases, all where none is named, and write the page."""
+    known = [*(case.name for case in CASES), "page"]
+    if unknown := [name for name in wanted if name not in known]:
+        sys.exit(f"no such case: {', '.join(unknown)}; expected: {', '.join(known)}")
     try:
         fetch()
     except AbsentError as reason:
