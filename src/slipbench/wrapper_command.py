@@ -16,13 +16,16 @@ def export_wrapper(file: Path, out: Path) -> None:
     from slipbench.identification.mismatch.callables.fmu.fmu_system import open_fmu
     from slipbench.identification.mismatch.callables.fmu.wrapper.check import largest_deviation
     from slipbench.identification.mismatch.callables.fmu.wrapper.export import write_wrapper
+    from slipbench.identification.mismatch.callables.fmu.wrapper.passed_on import require_passed_on
     from slipbench.identification.mismatch.callables.fmu.wrapper.sides import Sides
     from slipbench.plant.errors import PlantError
     from slipbench.protocol.new_file import new_file, refuse_existing
 
     headers = header_folder()
     refuse_existing(out)
-    sides = Sides(open_fmu(file))
+    opened = open_fmu(file)
+    require_passed_on(opened)
+    sides = Sides(opened)
     with new_file(out) as draft:
         try:
             write_wrapper(draft, sides, headers)

@@ -29,15 +29,16 @@ def co_simulated(
     assert acting is None
     step = float(times[1] - times[0])
     parts = max(1, math.ceil(step / instance.plan.step - 1e-9))
-    held = np.array(instance.plan.held)
+    _check_step(instance, step / parts)
+    held = np.array(instance.plan.held, bool)
     drives = driving(inputs, held, parts)
     found = np.empty((times.size, instance.outputs.count))
-    instance.begin(parameters, inputs[0], float(times[-1]))
+    instance.begin(parameters, inputs[0], float(times[-1]) + step)
     found[0] = instance.get(instance.outputs)
     for row in range(times.size - 1):
         for part in range(parts):
             instance.set(instance.inputs, drives[row * parts + part])
-            _step(instance, step * (row + part / parts), step / parts)
+            instance.step(step * (row + part / parts), step / parts)
         if not held.all():
             instance.set(instance.inputs, np.where(held, inputs[row], inputs[row + 1]))
         found[row + 1] = instance.get(instance.outputs)
@@ -51,7 +52,13 @@ def driving(inputs: Floats, held: np.ndarray[tuple[int], np.dtype[np.bool_]], pa
     return np.where(held, level, level + share * np.repeat(np.diff(inputs, axis=0), parts, axis=0))
 
 
-def _step(instance: Instance, time: float, step: float) -> None:
-    told = instance.fmu.doStep(time, step)
-    if told is not None and (told[1] or told[2]):
-        raise CallFailedError(f"the FMU ended the simulation at {told[3]:.6g} s")
+def _check_step(instance: Instance, step: float) -> None:
+    """Raise CallFailedError where the solver of the FMU has longer steps than communication."""
+    told = getattr(instance.plan.fmu.description.coSimulation, "fixedInternalStepSize", None)
+    own = float(told or 0.0)
+    if step < own * (1.0 - 1e-6):
+        raise CallFailedError(
+            f"its own solver takes steps of {own:g} s, longer than those of communication, {step:g} s:"
+            ' its outputs would stand still between them; interface = "model_exchange" has no such'
+            " step, where the FMU offers it"
+        )

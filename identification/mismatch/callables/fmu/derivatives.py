@@ -4,6 +4,7 @@ import numpy as np
 
 from slipbench.identification.mismatch.callables.acting_rates import ActingRates, Moment, RateLoop
 from slipbench.identification.mismatch.callables.fmu.plan import Plan
+from slipbench.identification.mismatch.systems.kernel_parts import WITHIN
 from slipbench.plant.signals import Floats
 
 STAGES = ((0.0, 1.0), (0.5, 2.0), (0.5, 2.0), (1.0, 1.0))
@@ -43,6 +44,14 @@ class Derivatives:
         found, self._last = self._act(slopes, x, inputs, own, at)
         self._total = self._total + weight * self._last
         return found
+
+    def once(self, slopes: Floats, x: Floats, inputs: Floats, share: float) -> Floats:
+        """Return all derivatives with what acts on them, within a step that is repeated in part.
+
+        share: of the step that has passed. Memories and the effects' own states stay.
+        """
+        at = Moment(self._count, share, WITHIN, share * self._step)
+        return self._act(slopes, x, inputs, self._loop.x, at)[0]
 
     def end_row(self, slopes: Floats, x: Floats, inputs: Floats) -> None:
         """End a row before its held inputs jump: memories are brought up to date."""

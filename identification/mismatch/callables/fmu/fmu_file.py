@@ -1,6 +1,7 @@
 """The file beside an FMU: what is uncertain in it, what drives it, and what was recorded of it.
 
-TOML, `servo.toml` beside `servo.fmu`. Numbers and sizes are written as in a model file.
+TOML, `servo.toml` beside `servo.fmu`. Numbers and sizes are written as in a model file. An element of
+an array is named as `x[1]` or `A[2,3]`.
 """
 
 from collections.abc import Mapping
@@ -43,7 +44,7 @@ class FmuParameter(Number):
                 high. 0: exact
     low         least value; none: that of the FMU
     high        greatest value; none: that of the FMU
-    variable    name in the FMU; empty: the parameter's own
+    variable    name in the FMU, as "k", "x[1]" or "A[2,3]"; empty: the parameter's own
     """
 
     low: float | None = None
@@ -54,7 +55,7 @@ class FmuParameter(Number):
 class FmuInput(DrivenInput):
     """An input of the FMU.
 
-    variable  name in the FMU; empty: the input's own
+    variable  name in the FMU, as "u" or "u[1]"; empty: the input's own
     """
 
     variable: str = ""
@@ -69,7 +70,7 @@ class FmuState(Section):
     along     state of this file that is the speed of what the derivative drives: friction may act
               along it
     first     standard deviation of its first value from that of the FMU; none: half the size
-    variable  name in the FMU; empty: the state's own
+    variable  name in the FMU, as "x" or "x[1]"; empty: the state's own
     """
 
     size: Size
@@ -91,7 +92,7 @@ class FmuOutput(Section):
     size      usual magnitude of the quantity
     latency   known, of the sensor
     noise     standard deviation before the sensor rounds
-    variable  name in the FMU; empty: the output's own
+    variable  name in the FMU, as "y" or "y[1]"; empty: the output's own
     """
 
     role: str

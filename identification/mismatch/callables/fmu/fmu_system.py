@@ -68,10 +68,24 @@ def open_fmu(path: Path) -> OpenFmu:
     fmu = unpacked(path if path.suffix.lower() == SUFFIX else file.path(path))
     where = str(beside)
     ports = _parameter_ports(file, fmu, where)
-    parameters = {key: _parameter(one, ports[key]) for key, one in file.parameters.items()}
+    parameters = {
+        key: _parameter(one, ports[key], f"{where}: parameters.{key}")
+        for key, one in file.parameters.items()
+    }
     model = file.model_file(parameters, file.name or str(fmu.description.modelName), where)
     plan = _plan(file, fmu, model, tuple(ports.values()), where)
+    model = _with_exact_switches(model, plan.inputs)
     return OpenFmu(beside, model, plan, parameters, file.time_limit)
+
+
+def _with_exact_switches(model: ModelFile, ports: tuple[Port, ...]) -> ModelFile:
+    """Return a model file in which no effect acts at inputs that hold whole numbers."""
+    whole = {own.name for own in ports if own.kind.whole}
+    inputs = {
+        name: one.model_copy(update={"exact": True}) if name in whole else one
+        for name, one in model.inputs.items()
+    }
+    return model.model_copy(update={"inputs": inputs})
 
 
 def _no_file(path: Path, beside: Path) -> InputError:
@@ -92,8 +106,16 @@ def _parameter_ports(file: FmuFile, fmu: UnpackedFmu, where: str) -> dict[str, P
     }
 
 
-def _parameter(told: FmuParameter, own: Port) -> Parameter:
-    """Return a parameter with the bounds of its file, else those of the FMU."""
+def _parameter(told: FmuParameter, own: Port, where: str) -> Parameter:
+    """Return a parameter with the bounds of its file, else those of the FMU. Raises InputError."""
+    if own.kind.whole and told.plus_minus != 0.0:
+        raise InputError(
+            f"{told.variable or own.name!r} holds whole numbers, which cannot be calibrated",
+            where=where,
+            expected="plus_minus = 0",
+            found=f"type {own.kind.name}",
+            remedy="compare analyses with one value each",
+        )
     low = own.low if told.low is None else told.low
     high = own.high if told.high is None else told.high
     some = np.isfinite([low, high]).any()
@@ -115,10 +137,23 @@ def _plan(
         for kind in ("input", "output")
     )
     held = tuple(one.steps for one in model.inputs.values())
+    _check_held(inputs, held, where)
     interface = fmu.interface(file.interface or ("model_exchange" if file.states else ""))
     states = _states(file, fmu, interface, where)
     outputs = (*outputs, *(state.port for state in states))
     return Plan(fmu, interface, file.step, parameters, inputs, outputs, held, states)
+
+
+def _check_held(inputs: tuple[Port, ...], held: tuple[bool, ...], where: str) -> None:
+    """Raise InputError where an input that changes at events alone follows lines between samples."""
+    for own, holds in zip(inputs, held, strict=True):
+        if own.discrete and not holds:
+            raise InputError(
+                "this input changes at events alone: between samples it holds",
+                where=f"{where}: inputs.{own.name}",
+                expected="held = true, smooth = false",
+                found=f"held = false or smooth = true, and type {own.kind.name}",
+            )
 
 
 def _states(file: FmuFile, fmu: UnpackedFmu, interface: str, where: str) -> tuple[StatePort, ...]:

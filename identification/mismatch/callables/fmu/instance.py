@@ -13,11 +13,14 @@ import numpy as np
 
 from slipbench.identification.mismatch.callables.call import CallFailedError
 from slipbench.identification.mismatch.callables.fmu.plan import Plan
+from slipbench.identification.mismatch.callables.fmu.values import Group, Values
 from slipbench.plant.signals import Floats
 from slipbench.protocol.extras import optional_library
 
 WARNING = 1  # status of FMI: the least that is kept
 MOST_WORDS = 3
+DISCARD = 2  # status of FMI 2.0: a step was not, or not wholly, done
+LAST_TIME, ENDED = 2, 3  # of fmi2StatusKind
 
 
 class Doubles:
@@ -30,15 +33,6 @@ class Doubles:
         self.array: Floats = np.ctypeslib.as_array(self.values)
 
 
-class Values(Doubles):
-    """Variables that are set or read together. fixed while the library is loaded."""
-
-    def __init__(self, references: tuple[int, ...]) -> None:
-        """references: value references."""
-        super().__init__(len(references))
-        self.references = (ctypes.c_uint32 * self.count)(*references)
-
-
 class Instance(ABC):
     """An FMU that is instantiated anew for every run."""
 
@@ -49,14 +43,18 @@ class Instance(ABC):
         try:
             self.fmu = self._load()
         except Exception as fault:  # fmpy raises plain exceptions
-            raise CallFailedError(f"its library cannot be loaded: {fault}") from fault
+            why = f"its library cannot be loaded: {fault}{plan.absent_tool}"
+            raise CallFailedError(why) from fault
         self.parameters, self.inputs, self.outputs = (
-            Values(tuple(p.reference for p in ports))
-            for ports in (plan.parameters, plan.inputs, plan.outputs)
+            Values(ports) for ports in (plan.parameters, plan.inputs, plan.outputs)
         )
+        self.continuous, self.discrete = (Values(plan.inputs, which) for which in (False, True))
 
     def begin(self, parameters: Floats, inputs: Floats, stop: float) -> None:
-        """Instantiate and initialize. parameters, inputs: units of the FMU; stop: s."""
+        """Instantiate and initialize. parameters, inputs: units of the FMU.
+
+        stop: later than all steps, s: some FMUs refuse a step that is beyond it by rounding.
+        """
         self.words.clear()
         self._instantiated()
         self._set_up(stop)
@@ -72,15 +70,24 @@ class Instance(ABC):
             self.fmu.component = None
 
     def set(self, which: Values, values: Floats) -> None:
-        """Set variables."""
-        if which.count:
-            which.array[:] = values
-            self._set(which)
+        """Set variables. values: units of the FMU; a whole number is rounded."""
+        for group in which.groups:
+            group.put(values)
+            self._set(group)
 
     def get(self, which: Values) -> Floats:
-        """Return variables, a new array."""
-        self._get(which)
-        return which.array.copy()
+        """Return variables, a new array, in units of the FMU."""
+        found = np.empty(which.count)
+        for group in which.groups:
+            self._get(group)
+            group.take(found)
+        return found
+
+    def step(self, time: float, step: float) -> None:
+        """Go from a communication point to the next one, s. Raises CallFailedError where it ends."""
+        ended = self._ended(time, step)
+        if ended is not None:
+            raise CallFailedError(f"the FMU ended the simulation at {ended:.6g} s")
 
     def reason(self, fault: Exception) -> str:
         """Say why a call failed: fmpy's words, and the last of the FMU's."""
@@ -99,9 +106,8 @@ class Instance(ABC):
                 return self._instantiate(log)
             except Exception as fault:
                 if log:
-                    raise CallFailedError(
-                        self.reason(Exception("it cannot be instantiated (no licence?)."))
-                    ) from fault
+                    said = f"it cannot be instantiated (no licence?).{self.plan.absent_tool}"
+                    raise CallFailedError(self.reason(Exception(said))) from fault
         return None
 
     @abstractmethod
@@ -121,12 +127,16 @@ class Instance(ABC):
         """Enter initialization mode."""
 
     @abstractmethod
-    def _set(self, which: Values) -> None:
-        """Set variables to what their array holds."""
+    def _ended(self, time: float, step: float) -> float | None:
+        """Do a step of co-simulation; return when the FMU ended, s; None: it did not."""
 
     @abstractmethod
-    def _get(self, which: Values) -> None:
-        """Read variables into their array."""
+    def _set(self, group: Group) -> None:
+        """Set variables of one type to what their array holds."""
+
+    @abstractmethod
+    def _get(self, group: Group) -> None:
+        """Read variables of one type into their array."""
 
     @abstractmethod
     def _free(self) -> None:
@@ -164,11 +174,22 @@ class Instance2(Instance):
     def _enter_initialization(self, stop: float) -> None:
         self.fmu.enterInitializationMode()
 
-    def _set(self, which: Values) -> None:
-        self.fmu.fmi2SetReal(self.fmu.component, which.references, which.count, which.values)
+    def _ended(self, time: float, step: float) -> float | None:
+        try:
+            self.fmu.doStep(time, step)
+        except Exception as fault:  # fmpy's own, for a call that failed
+            if getattr(fault, "status", None) != DISCARD or not self.fmu.getBooleanStatus(ENDED):
+                raise
+            return float(self.fmu.getRealStatus(LAST_TIME))
+        return None
 
-    def _get(self, which: Values) -> None:
-        self.fmu.fmi2GetReal(self.fmu.component, which.references, which.count, which.values)
+    def _set(self, group: Group) -> None:
+        function = getattr(self.fmu, f"fmi2Set{group.name}")
+        function(self.fmu.component, group.references, group.variables, group.values)
+
+    def _get(self, group: Group) -> None:
+        function = getattr(self.fmu, f"fmi2Get{group.name}")
+        function(self.fmu.component, group.references, group.variables, group.values)
 
     def _free(self) -> None:
         self.fmu.fmi2FreeInstance(self.fmu.component)
@@ -191,13 +212,19 @@ class Instance3(Instance):
     def _enter_initialization(self, stop: float) -> None:
         self.fmu.enterInitializationMode(startTime=0.0, stopTime=stop)
 
-    def _set(self, which: Values) -> None:
-        n = which.count
-        self.fmu.fmi3SetFloat64(self.fmu.component, which.references, n, which.values, n)
+    def _ended(self, time: float, step: float) -> float | None:
+        told = self.fmu.doStep(time, step)
+        return float(told[3]) if told is not None and (told[1] or told[2]) else None
 
-    def _get(self, which: Values) -> None:
-        n = which.count
-        self.fmu.fmi3GetFloat64(self.fmu.component, which.references, n, which.values, n)
+    def _set(self, group: Group) -> None:
+        self._call(f"fmi3Set{group.name}", group)
+
+    def _get(self, group: Group) -> None:
+        self._call(f"fmi3Get{group.name}", group)
+
+    def _call(self, name: str, g: Group) -> None:
+        function = getattr(self.fmu, name)
+        function(self.fmu.component, g.references, g.variables, g.values, g.count)
 
     def _free(self) -> None:
         self.fmu.fmi3FreeInstance(self.fmu.component)

@@ -1,7 +1,7 @@
 """A run of an FMU for model exchange: its states integrated by the classical Runge-Kutta rule.
 
-The step is fixed. An event (a sign change of an indicator, a time that the FMU announced, or one that
-it asks for) is handled at the end of the step in which it lies: choose the step accordingly.
+The step is fixed, and is cut where an event lies in it (steps.py). Inputs that change at events alone,
+as a switch, are set in event mode at the begin of a row.
 """
 
 import math
@@ -10,9 +10,10 @@ import numpy as np
 
 from slipbench.identification.mismatch.callables.acting_rates import ActingRates
 from slipbench.identification.mismatch.callables.call import CallFailedError
-from slipbench.identification.mismatch.callables.fmu.derivatives import STAGES, Derivatives
+from slipbench.identification.mismatch.callables.fmu.derivatives import Derivatives
 from slipbench.identification.mismatch.callables.fmu.instance import Instance
 from slipbench.identification.mismatch.callables.fmu.states import ContinuousStates
+from slipbench.identification.mismatch.callables.fmu.steps import Span, Step
 from slipbench.plant.signals import Floats
 
 
@@ -29,49 +30,40 @@ def integrated(
     """
     step = float(times[1] - times[0])
     parts = max(1, math.ceil(step / instance.plan.step - 1e-9))
-    held = np.array(instance.plan.held)
+    held = np.array(instance.plan.held, bool)
     found = np.empty((times.size, instance.outputs.count))
-    instance.begin(parameters, inputs[0], float(times[-1]))
+    instance.begin(parameters, inputs[0], float(times[-1]) + step)
     states = ContinuousStates(instance)
-    states.handle_event()
+    _go_on_unless(states.handle_event(), 0.0)
     loop = None if acting is None else Derivatives(instance.plan, acting, step / parts)
     found[0] = instance.get(instance.outputs)
     for row in range(times.size - 1):
         first, last = inputs[row], np.where(held, inputs[row], inputs[row + 1])
+        if row and _discrete_change(instance, inputs[row - 1], first):
+            states.enter_event()
+            instance.set(instance.discrete, first)
+            _go_on_unless(states.handle_event(), float(times[row]))
         for part in range(parts):
             ends = [first + (part + k) / parts * (last - first) for k in (0, 1)]
             if loop is not None:
                 loop.begin(row, part, row * parts + part)
             time = float(times[row]) + step * part / parts
-            _step(instance, states, time, step / parts, ends, loop)
+            span = Span(time, step / parts, ends[0], ends[1])
+            _go_on_unless(Step(instance, states, span, loop).advance(), span.at(1.0))
         if loop is not None:
             loop.end_row(states.rates(), states.get(), last)
         found[row + 1] = instance.get(instance.outputs)
     return found
 
 
-def _step(
-    instance: Instance,
-    states: ContinuousStates,
-    time: float,
-    step: float,
-    ends: list[Floats],
-    loop: Derivatives | None,
-) -> None:
-    """Integrate one step and handle its events. ends: inputs when it begins and ends."""
-    x = states.get()
-    slope, total = np.zeros_like(x), np.zeros_like(x)
-    for number, (share, weight) in enumerate(STAGES):
-        u, there = ends[0] + share * (ends[1] - ends[0]), x + share * step * slope
-        instance.set(instance.inputs, u)
-        states.put(time + share * step, there)
-        slope = states.rates()
-        if loop is not None:
-            slope = loop.acted(slope, there, u, number)
-        total = total + weight * slope
-    if loop is not None:
-        loop.end()
-    instance.set(instance.inputs, ends[1])
-    states.put(time + step, x + step / 6.0 * total)
-    if states.ended(time + step):
-        raise CallFailedError(f"the FMU ended the simulation at {time + step:.6g} s")
+def _discrete_change(instance: Instance, before: Floats, now: Floats) -> bool:
+    """Tell whether an input that changes at events alone changes."""
+    return any(
+        port.discrete and was != is_now
+        for port, was, is_now in zip(instance.plan.inputs, before, now, strict=True)
+    )
+
+
+def _go_on_unless(ended: bool, time: float) -> None:
+    if ended:
+        raise CallFailedError(f"the FMU ended the simulation at {time:.6g} s")

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -29,7 +30,19 @@ class Plan:
     @property
     def identifier(self) -> str:
         """Name of the FMU's library."""
-        return str(getattr(self.fmu.description, INTERFACES[self.interface]).modelIdentifier)
+        return str(self._offered.modelIdentifier)
+
+    @property
+    def absent_tool(self) -> str:
+        """What to say where the FMU does not start, if it needs the tool that made it; else empty."""
+        if not self._offered.needsExecutionTool:
+            return ""
+        tool = self.fmu.description.generationTool or "unknown"
+        return f" It needs the tool that made it ({tool}): install that here, or export without it."
+
+    @property
+    def _offered(self) -> Any:
+        return getattr(self.fmu.description, INTERFACES[self.interface])
 
     def loading(self) -> dict[str, object]:
         """Return what fmpy loads the library with."""

@@ -1,5 +1,7 @@
 """Runs calls on an FMU, whose library is loaded at the first one: in the process that serves them."""
 
+import numpy as np
+
 from slipbench.identification.mismatch.callables.call import Call, CallFailedError, checked
 from slipbench.identification.mismatch.callables.fmu.co_simulation import co_simulated
 from slipbench.identification.mismatch.callables.fmu.instance import Instance, instance_of
@@ -31,7 +33,8 @@ class FmuRunner:
         try:
             run = RUN[plan.interface]
             inputs = inside(plan.inputs, call.inputs, call.times.shape)
-            return run(instance, parameters, inputs, call.times, call.rates)
+            with np.errstate(over="ignore", invalid="ignore"):  # refused by what is not finite
+                return run(instance, parameters, inputs, call.times, call.rates)
         except CallFailedError:
             raise
         except Exception as fault:  # fmpy's own, for a call that failed

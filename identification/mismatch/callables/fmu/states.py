@@ -45,13 +45,32 @@ class ContinuousStates:
         _call(self._dx, self._derivatives)
         return self._dx.array.copy()
 
-    def ended(self, time: float) -> bool:
-        """Complete a step and handle what happened in it; tell whether the FMU ended."""
-        event, terminate = self._fmu.completedIntegratorStep()
-        if event or time >= self._next or self._crossed():
+    @property
+    def next_event(self) -> float:
+        """The time that the FMU announced for an event, s; infinity: none."""
+        return self._next
+
+    def crossed(self) -> bool:
+        """Tell whether an indicator has another sign than after the last event."""
+        if not self._z.count:
+            return False
+        _call(self._z, self._fmu.getEventIndicators)
+        return bool((self._signs != (self._z.array > 0.0)).any())
+
+    def completed(self, event: bool) -> bool:
+        """Complete a step and handle what happens at its end; tell whether the FMU ended.
+
+        event: whether one lies there.
+        """
+        needed, terminate = self._fmu.completedIntegratorStep()
+        if needed or event:
             self._fmu.enterEventMode()
             return bool(terminate) or self.handle_event()
         return bool(terminate)
+
+    def enter_event(self) -> None:
+        """Begin an event, in which inputs that change at events alone may be set."""
+        self._fmu.enterEventMode()
 
     def handle_event(self) -> bool:
         """Iterate discrete states and go on in continuous time; tell whether the FMU ended."""
@@ -63,17 +82,13 @@ class ContinuousStates:
             if not more:
                 self._next = float(time) if timed else math.inf
                 self._fmu.enterContinuousTimeMode()
-                self._crossed()
+                self._keep_signs()
                 return False
         raise CallFailedError(f"its discrete states do not settle in {MOST_ITERATIONS} iterations")
 
-    def _crossed(self) -> bool:
-        """Read the indicators; tell whether one has another sign than before."""
-        if not self._z.count:
-            return False
+    def _keep_signs(self) -> None:
         _call(self._z, self._fmu.getEventIndicators)
-        before, self._signs = self._signs, self._z.array > 0.0
-        return bool((before != self._signs).any())
+        self._signs = self._z.array > 0.0
 
 
 def _call(numbers: Doubles, function: Callable[..., object]) -> None:

@@ -3,12 +3,16 @@
 from collections.abc import Iterable, Iterator
 from typing import Any
 
+from slipbench.identification.mismatch.callables.fmu.elements import Element
+from slipbench.identification.mismatch.callables.fmu.kinds import kind_of
+from slipbench.identification.mismatch.callables.fmu.units import pint_name
 from slipbench.identification.mismatch.callables.fmu.unpacked import UnpackedFmu
-from slipbench.identification.mismatch.callables.fmu.variables import is_array, is_real, pint_name
+from slipbench.identification.mismatch.callables.fmu.variables import is_number, suited
 
 MOST = 6
 """Variables of a kind that are listed."""
-STEP, PERIOD = "1 ms", "10 ms"
+STEP, PERIOD = 0.001, 0.01
+"""Of an FMU that states no step, s."""
 
 
 def template(fmu: UnpackedFmu) -> str:
@@ -17,31 +21,65 @@ def template(fmu: UnpackedFmu) -> str:
 
 
 def _lines(description: Any, file: str) -> Iterator[str]:
+    step = _step(description)
     yield f'fmu = "{file}"'
-    yield f'step = "{STEP}"'
-    yield f'period = "{PERIOD}"'
+    yield f'step = "{step:g} s"'
+    yield f'period = "{max(step, PERIOD):g} s"'
     for section, causality in (
         ("parameters", "parameter"),
         ("inputs", "input"),
         ("outputs", "output"),
     ):
-        found = [v for v in description.modelVariables if v.causality == causality]
-        real = [v for v in found if is_real(v)]
-        yield from _entries(section, real[:MOST])
-        if len(real) > MOST:
-            yield f"# and {len(real) - MOST} more {section}"
-        if arrays := [v.name for v in found if is_array(v)]:
-            yield f"# arrays cannot be bound: {', '.join(arrays)}"
+        there = suited(description, causality)
+        found = [element for element in there if element.variable.causality == causality]
+        if section == "parameters":
+            found = [element for element in found if not _whole(description, element)]
+        yield from _entries(section, found[:MOST])
+        if len(found) > MOST:
+            yield f"# and {len(found) - MOST} more {section}: {_names(found[MOST:])}"
+    if useless := [v for v in description.modelVariables if not is_number(description, v)]:
+        yield f"# left out, no numbers: {', '.join(f'{v.name} ({v.type})' for v in useless)}"
 
 
-def _entries(section: str, variables: Iterable[Any]) -> Iterator[str]:
-    for variable in variables:
-        key = "".join(c if c.isalnum() else "_" for c in variable.name)
+def _step(description: Any) -> float:
+    """Return the step that the FMU states, s."""
+    solver, experiment = description.coSimulation, description.defaultExperiment
+    own = getattr(solver, "fixedInternalStepSize", None) or getattr(experiment, "stepSize", None)
+    return float(own or STEP)
+
+
+def _whole(description: Any, element: Element) -> bool:
+    """Whether a number is whole: such a parameter cannot be calibrated."""
+    kind = kind_of(str(description.fmiVersion), element.variable.type)
+    return kind is not None and kind.whole
+
+
+def _names(found: list[Element]) -> str:
+    names = [element.name for element in found[:MOST]]
+    return ", ".join(names) + (" ..." if len(found) > MOST else "")
+
+
+def _entries(section: str, found: Iterable[Element]) -> Iterator[str]:
+    keys: set[str] = set()
+    for element in found:
+        variable = element.variable
+        key = _key(element.name, keys)
         unit = pint_name(variable.unit or getattr(variable.declaredType, "unit", None) or "1")
         yield f"[{section}.{key}]"
-        yield f'variable = "{variable.name}"'
+        yield f'variable = "{element.name}"'
         if section == "parameters":
-            start = float(variable.start or 0.0)
+            start = float(element.start or 0.0)
             yield f'value = {start:g}\nunit = "{unit}"\nplus_minus = {0.2 * abs(start) or 1.0:g}'
         else:
             yield f'role = "{key}"\nsize = {{ value = 1, unit = "{unit}" }}'
+
+
+def _key(name: str, keys: set[str]) -> str:
+    """Return a name in the file that no other variable of its kind has."""
+    plain = "".join(c if c.isalnum() else "_" for c in name).rstrip("_")
+    key, number = plain, 1
+    while key in keys:
+        number += 1
+        key = f"{plain}_{number}"
+    keys.add(key)
+    return key

@@ -31,25 +31,43 @@ class UnpackedFmu:
     def interface(self, wanted: str) -> str:
         """Return co_simulation or model_exchange. wanted: empty: whichever there is.
 
-        Raises InputError where the FMU has none of them, or needs the tool that made it.
+        Raises InputError where the FMU has none of them, or has clocks that are ticked from outside.
         """
         there = [name for name, own in INTERFACES.items() if getattr(self.description, own)]
         if not there or (wanted and wanted not in there):
             raise InputError(
                 f"the FMU has no interface for {wanted.replace('_', '-') or 'simulation'}",
                 where=str(self.path),
-                found=", ".join(there) or "neither co-simulation nor model exchange",
+                found=", ".join(there) or _others(self.description),
                 remedy="export it for co-simulation",
             )
         chosen = wanted or there[0]
-        if getattr(self.description, INTERFACES[chosen]).needsExecutionTool:
-            raise InputError(
-                "the FMU runs only together with the tool that made it",
-                where=str(self.path),
-                found=f"needsExecutionTool in {INTERFACES[chosen]}",
-                remedy="export it as a stand-alone FMU",
-            )
+        self._refuse_clocks()
         return chosen
+
+    def _refuse_clocks(self) -> None:
+        """Raise InputError where clocks have to be ticked from outside."""
+        ticked = [
+            v.name
+            for v in self.description.modelVariables
+            if v.type == "Clock" and v.causality == "input"
+        ]
+        if ticked:
+            raise InputError(
+                "the FMU has clocks that the simulation around it has to tick",
+                where=str(self.path),
+                expected="an FMU whose clocks, if any, tick by themselves (causality output)",
+                found=f"input clocks {', '.join(ticked)}",
+                remedy="export it without clocks: sampled parts as time events",
+            )
+
+
+def _others(description: Any) -> str:
+    return (
+        "scheduled execution alone, which needs a scheduler"
+        if getattr(description, "scheduledExecution", None)
+        else "neither co-simulation nor model exchange"
+    )
 
 
 def unpacked(path: Path) -> UnpackedFmu:

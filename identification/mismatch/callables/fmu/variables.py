@@ -1,25 +1,31 @@
 """Variables of an FMU that the file beside it names: found, of the right kind, units converted."""
 
 import math
-import re
 from collections.abc import Callable
-from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
+from slipbench.identification.mismatch.callables.fmu.elements import (
+    Element,
+    array_named,
+    elements,
+    found_element,
+    names,
+    shape_of,
+    start_numbers,
+)
+from slipbench.identification.mismatch.callables.fmu.kinds import KINDS, REAL, Kind, kind_of
+from slipbench.identification.mismatch.callables.fmu.units import conversion
 from slipbench.plant.errors import nearest
 from slipbench.protocol.errors import InputError
-from slipbench.protocol.units import linear, to_base
-
-REAL = ("Real", "Float64")
-BASE = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
 
 
 @dataclass(frozen=True)
 class Port:
-    """A variable: value in the FMU = slope * value in the file's unit + offset.
+    """A number of the FMU: value in the FMU = slope * value in the file's unit + offset.
 
-    low, high: of the FMU, in the file's unit.
+    low, high: of the FMU, in the file's unit. kind: its type. starts: of all numbers of its variable,
+    in the FMU's unit, and index: which of them it is. discrete: whether it changes at events alone.
     """
 
     name: str
@@ -28,6 +34,15 @@ class Port:
     offset: float
     low: float = -math.inf
     high: float = math.inf
+    kind: Kind = REAL
+    starts: tuple[float, ...] = (0.0,)
+    index: int = 0
+    discrete: bool = False
+
+    @property
+    def start(self) -> float:
+        """Start value in the file's unit."""
+        return (self.starts[self.index] - self.offset) / self.slope
 
 
 @dataclass(frozen=True)
@@ -43,11 +58,13 @@ def state_port(description: Any, name: str, variable: str, unit: str, where: str
 
     name: in the file; unit: of its values there.
     """
-    states = [
-        unknown.variable.derivative.name
-        for unknown in description.derivatives
-        if unknown.variable.derivative is not None
-    ]
+    states = list(
+        names(
+            unknown.variable.derivative
+            for unknown in description.derivatives
+            if unknown.variable.derivative is not None
+        )
+    )
     own = variable or name
     if own not in states:
         raise InputError(
@@ -60,34 +77,40 @@ def state_port(description: Any, name: str, variable: str, unit: str, where: str
 
 
 def port(description: Any, name: str, variable: str, unit: str, suits: str, where: str) -> Port:
-    """Return a variable of an FMU. suits: "parameter", "input" or "output".
+    """Return a number of an FMU. suits: "parameter", "input" or "output".
 
-    name: in the file; unit: of its values there. Raises InputError.
+    name: in the file; variable: in the FMU, empty: the same; unit: of its values there. Raises
+    InputError.
     """
     known = {v.name: v for v in description.modelVariables}
-    own = variable or name
-    if own not in known:
-        raise InputError(
-            f"the FMU has no variable {own!r}",
-            where=where,
-            remedy=nearest(own, _of_kind(known, suits)),
-        )
-    found = known[own]
-    _check_type(found, where)
+    element = _found(description, known, variable or name, suits, where)
+    found = element.variable
+    kind = _kind(description, element, where)
     if not SUITS[suits](found):
         raise InputError(
-            f"{own!r} cannot be used as {suits}",
+            f"{element.name!r} cannot be used as {suits}",
             where=where,
             expected=EXPECTED[suits],
             found=f"causality {found.causality}, variability {found.variability}",
-            remedy=_structural(found) or nearest(own, _of_kind(known, suits)),
+            remedy=_structural(found) or nearest(element.name, numbers(description, suits)),
         )
     slope, offset = conversion(description, found, unit, where)
-    ends = sorted(
+    low, high = sorted(
         (end - offset) / slope
         for end in (_number(found.min, -math.inf), _number(found.max, math.inf))
     )
-    return Port(name, int(found.valueReference), slope, offset, *ends)
+    return Port(
+        name,
+        int(found.valueReference),
+        slope,
+        offset,
+        low,
+        high,
+        kind,
+        start_numbers(found),
+        element.index,
+        kind.whole or found.variability == "discrete",
+    )
 
 
 def _settable(variable: Any) -> bool:
@@ -108,88 +131,76 @@ EXPECTED = {
 }
 
 
-def is_array(variable: Any) -> bool:
-    """Whether a variable holds more than one number."""
-    return bool(variable.dimensions or variable.shape)
+def is_number(description: Any, variable: Any) -> bool:
+    """Whether a variable holds numbers that need no clock."""
+    kind = kind_of(str(description.fmiVersion), variable.type)
+    return kind is not None and not variable.clocks
 
 
-def is_real(variable: Any) -> bool:
-    """Whether a variable holds one real number."""
-    return variable.type in REAL and not is_array(variable)
+def suited(description: Any, suits: str) -> list[Element]:
+    """Return the numbers of an FMU that can be used as "parameter", "input" or "output"."""
+    return [
+        element
+        for variable in description.modelVariables
+        if is_number(description, variable) and SUITS[suits](variable)
+        for element in elements(variable)
+    ]
 
 
-def _of_kind(known: dict[str, Any], suits: str) -> list[str]:
-    return [n for n, v in known.items() if is_real(v) and SUITS[suits](v)] or [*known]
+def numbers(description: Any, suits: str) -> list[str]:
+    """Return the names of what can be used; of all variables where nothing can."""
+    found = [element.name for element in suited(description, suits)]
+    return found or [v.name for v in description.modelVariables]
+
+
+def _found(description: Any, known: dict[str, Any], name: str, suits: str, where: str) -> Element:
+    element = found_element(known, name)
+    if element is not None:
+        return element
+    array = array_named(known, name)
+    if array is not None:
+        first = ",".join("1" for _ in shape_of(array))
+        raise InputError(
+            f"{name!r} names no element of the array {array.name!r}",
+            where=where,
+            expected=f"{array.name}[{first}] to {array.name}[{','.join(map(str, shape_of(array)))}]",
+            found=name,
+            remedy="bind each element by itself; indices count from 1",
+        )
+    raise InputError(
+        f"the FMU has no variable {name!r}",
+        where=where,
+        remedy=nearest(name, numbers(description, suits)),
+    )
+
+
+def _kind(description: Any, element: Element, where: str) -> Kind:
+    """Return the type of a number. Raises InputError where it is none, or needs a clock."""
+    version, variable = str(description.fmiVersion), element.variable
+    kind = kind_of(version, variable.type)
+    if kind is None:
+        raise InputError(
+            f"{variable.name!r} is not a number",
+            where=where,
+            expected=f"a variable of type {', '.join(KINDS[version[:3]])}",
+            found=str(variable.type),
+            remedy="leave it out: it keeps its start value",
+        )
+    if variable.clocks:
+        raise InputError(
+            f"{variable.name!r} has a value only when a clock ticks",
+            where=where,
+            expected="a variable without clocks",
+            found=f"clocks {', '.join(clock.name for clock in variable.clocks)}",
+            remedy="take a variable that holds the value between ticks",
+        )
+    return kind
 
 
 def _structural(variable: Any) -> str:
     if variable.causality != "structuralParameter":
         return ""
     return "it changes the structure of the FMU; take a parameter that does not"
-
-
-def _check_type(variable: Any, where: str) -> None:
-    if not is_real(variable):
-        kind = "an array" if is_array(variable) else variable.type
-        raise InputError(
-            f"{variable.name!r} is not a real number",
-            where=where,
-            expected=f"a scalar variable of type {' or '.join(REAL)}",
-            found=kind,
-        )
-
-
-def conversion(description: Any, variable: Any, unit: str, where: str) -> tuple[float, float]:
-    """Return slope and offset from a unit to that of the FMU; 1 and 0 where the FMU has none.
-
-    Raises InputError where the two measure different things.
-    """
-    own = variable.unit or getattr(variable.declaredType, "unit", None)
-    if not own:
-        return 1.0, 0.0
-    base = _base_unit(description, own)
-    try:
-        return linear(unit, pint_name(own))
-    except ValueError as unknown:
-        if base is None:
-            raise _contradiction(variable.name, unit, own, where) from unknown
-    name, factor, offset = base
-    try:
-        slope, shift = linear(unit, name)
-    except ValueError as fault:
-        raise _contradiction(variable.name, unit, own, where) from fault
-    return slope / factor, (shift - offset) / factor
-
-
-def _contradiction(name: str, unit: str, own: str, where: str) -> InputError:
-    return InputError(
-        f"the units of {name!r} contradict each other",
-        where=where,
-        expected=f"a unit that converts to {own!r}, that of the FMU",
-        found=repr(unit),
-        remedy="correct the unit in the file beside the FMU",
-    )
-
-
-def pint_name(unit: str) -> str:
-    """Return a unit of Modelica ("N.m/rad", "kg.m2", "m/s2") as pint writes it."""
-    powers = re.sub(r"(?<=[A-Za-z])(-?\d)", r"**\1", unit)
-    return re.sub(r"(?<=[\w)])\.(?=[A-Za-z(])", "*", powers)
-
-
-def _base_unit(description: Any, unit: str) -> tuple[str, float, float] | None:
-    """Return the base unit that the FMU declares for a unit, factor and offset; None: none.
-
-    value in the base unit = factor * value in the unit + offset
-    """
-    for told in description.unitDefinitions:
-        if told.name == unit and told.baseUnit is not None:
-            powers = [(name, int(getattr(told.baseUnit, name))) for name in BASE]
-            text = "*".join(f"{name}**{power}" for name, power in powers if power) or "1"
-            with suppress(ValueError):
-                to_base(text)
-                return text, float(told.baseUnit.factor), float(told.baseUnit.offset)
-    return None
 
 
 def _number(text: str | None, otherwise: float) -> float:

@@ -300,3 +300,15 @@ def test_the_fmu_inside_is_the_one_that_was_given(fmu, dead):
         for name in inside.namelist():
             if not name.endswith("/"):
                 assert packed.read(f"resources/inner/{name}") == inside.read(name)
+
+
+@pytest.mark.parametrize("version", [2, 3])
+def test_a_wrapper_handles_events_where_explain_does(folder, version):
+    """A mass that bounces at a wall, driven by steps of its force: with and without friction inside."""
+    wall = build(folder, version, f"bounced{version}", "WALL=-0.02")
+    plain = opened(wall, in_model_exchange(), "plain")
+    _, rubbed = next(at_every_place(plain, {"viscous_friction": ("velocity_rate",)}))
+    for number, one in enumerate((plain, rubbed)):
+        sides = Sides(one)
+        path = wrapped(sides, folder / f"bouncing{version}{number}.fmu")
+        assert largest_deviation(path, sides) < ROUNDING

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Sequence
 from itertools import starmap
 
 from slipbench.identification.mismatch.callables.fmu.plan import Plan, inside
+from slipbench.identification.mismatch.callables.fmu.steps import MOST_EVENTS, TOLERANCE
 from slipbench.identification.mismatch.callables.fmu.variables import Port
 from slipbench.identification.mismatch.callables.fmu.wrapper.sides import Side, Sides
 from slipbench.identification.mismatch.callables.fmu.wrapper.sizes import EffectSize, effect_sizes
@@ -70,6 +71,8 @@ def tables(sides: Sides, token: str) -> str:
         "MOST_RING": MOST_RING,
         "MOST_INDICATORS": MOST_INDICATORS,
         "MOST_ITERATIONS": MOST_ITERATIONS,
+        "MOST_EVENTS": MOST_EVENTS,
+        "TOLERANCE": repr(TOLERANCE),
         **_side("INPUT", sides.inputs),
         **_side("RATE", sides.rates),
         **_side("OUTPUT", sides.outputs),
@@ -145,10 +148,8 @@ def _told(sides: Sides) -> dict[str, object]:
 
 
 def _starts(plan: Plan) -> Iterable[float]:
-    """Yield the inputs before a master sets them, SI."""
-    known = {int(v.valueReference): v for v in plan.fmu.description.modelVariables}
-    for port in plan.inputs:
-        yield (float(known[port.reference].start or 0.0) - port.offset) / port.slope
+    """Return the inputs before a master sets them, SI."""
+    return (port.start for port in plan.inputs)
 
 
 def _lateness(sides: Sides) -> Iterable[float]:

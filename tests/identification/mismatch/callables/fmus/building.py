@@ -61,26 +61,31 @@ needs_compiler = pytest.mark.skipif(
 
 
 def build(folder: Path, version: int = 2, name: str = "spring", *defined: str) -> Path:
-    """Compile and pack an FMU. defined: macros, as in "CUBE=0.15"; returns its path."""
+    """Compile and pack the spring. defined: macros, as in "CUBE=0.15"; returns its path."""
+    text = description(version)
+    if any(one.startswith("WALL") for one in defined):
+        text = text.replace('numberOfEventIndicators="0"', 'numberOfEventIndicators="1"')
+    sources = (f"spring{version}.c", f"others{version}.c")
+    return packed(folder / f"{name}.fmu", version, sources, text, *defined)
+
+
+def packed(path: Path, version: int, sources: tuple[str, ...], text: str, *defined: str) -> Path:
+    """Compile C files of this folder to an FMU. text: its description, of the library `spring`."""
     pytest.importorskip("fmpy", reason="pip install 'slipbench[fmu]'")
-    made = folder / f"{name}-build"
+    made = path.parent / f"{path.stem}-build"
     bits = "linux64" if version == 2 else "x86_64-linux"
     library = made / "binaries" / bits / "spring.so"
     library.parent.mkdir(parents=True)
     headers = Path(optional_library("fmpy").__file__).parent / "c-code"
-    sources = [HERE / f"spring{version}.c", HERE / f"others{version}.c"]
     macros = [f"-D{one}" for one in defined]
     flags = ["-O2", "-shared", "-fPIC", *macros, f"-I{headers}"]
-    subprocess.run(["gcc", *flags, *sources, "-o", library, "-lm"], check=True)
+    files = [HERE / one for one in sources]
+    subprocess.run(["gcc", *flags, *files, "-o", library, "-lm"], check=True)
     (made / "resources").mkdir()
-    text = description(version)
-    if any(one.startswith("WALL") for one in defined):
-        text = text.replace('numberOfEventIndicators="0"', 'numberOfEventIndicators="1"')
     (made / "modelDescription.xml").write_text(text, encoding="utf-8")
-    path = folder / f"{name}.fmu"
-    with zipfile.ZipFile(path, "w") as packed:
+    with zipfile.ZipFile(path, "w") as archive:
         for file in made.rglob("*"):
-            packed.write(file, file.relative_to(made))
+            archive.write(file, file.relative_to(made))
     return path
 
 

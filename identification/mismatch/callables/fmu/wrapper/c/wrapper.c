@@ -188,20 +188,19 @@ static int delayed(Wrapper *w) {
 
 /* The states of a wrapped FMU for model exchange. */
 
+/* Whether an indicator has another sign than after the last event. */
 static int crossed(Wrapper *w, int *found) {
     double now[MOST_INDICATORS];
     *found = 0;
     if (w->indicators == 0) return 0;
     if (inner_get_indicators(w->inner, now, w->indicators)) return -1;
-    for (size_t k = 0; k < w->indicators; k++) {
+    for (size_t k = 0; k < w->indicators; k++)
         if ((now[k] > 0.0) != (w->z[k] > 0.0)) *found = 1;
-        w->z[k] = now[k];
-    }
     return 0;
 }
 
 static int handle_event(Wrapper *w) {
-    int again = 1, timed = 0, unused;
+    int again = 1, timed = 0;
     double when = INFINITY;
     for (int k = 0; again; k++) {
         if (k == MOST_ITERATIONS)
@@ -210,7 +209,7 @@ static int handle_event(Wrapper *w) {
     }
     w->next_event = timed ? when : INFINITY;
     if (inner_end_event(w->inner)) return -1;
-    return crossed(w, &unused);
+    return w->indicators ? inner_get_indicators(w->inner, w->z, w->indicators) : 0;
 }
 
 static int begin_states(Wrapper *w) {
@@ -220,7 +219,7 @@ static int begin_states(Wrapper *w) {
         return wrapper_failed(w, "there are more than %.0f event indicators", MOST_INDICATORS);
     w->x = calloc(w->states + 1, sizeof(double));
     w->z = calloc(w->indicators + 1, sizeof(double));
-    w->work = calloc(3 * w->states + 1, sizeof(double));
+    w->work = calloc(6 * w->states + 1, sizeof(double));
     if (!w->x || !w->z || !w->work) return wrapper_failed(w, "out of memory", 0.0);
     return handle_event(w);
 }
@@ -237,38 +236,109 @@ static void add_effects(Wrapper *w, Moment m, const double *x, const double *inp
     for (int k = 0; k < NAMED_STATES; k++) dx[STATE_INDEX[k]] = rates[k] * STATE[k].slope;
 }
 
-/* One step of the Runge-Kutta rule. count: of steps so far; begins: whether a row begins. */
-static int integrate(Wrapper *w, double time, double step, const double *inputs, int begins) {
-    int own_count = OWN_STATES * RATE_EFFECTS, event, sign;
+static int put_states(Wrapper *w, double time, const double *x) {
+    return inner_set_time(w->inner, time) || inner_set_states(w->inner, x, w->states) ? -1 : 0;
+}
+
+/* The Runge-Kutta rule from a share of a step to its end. The whole step moves the states of effects; a
+   part that is repeated after an event does not. begins: whether a row begins. The states at the end,
+   and the derivatives at the begin, are in `work`. */
+static int runge_kutta(Wrapper *w, double time, double step, double share, const double *inputs,
+                       int begins) {
+    int own_count = OWN_STATES * RATE_EFFECTS, whole = share == 0.0;
     double own[MOST_VALUES + 1], last[MOST_VALUES + 1] = {0.0}, total[MOST_VALUES + 1] = {0.0};
     double *there = w->work, *dx = there + w->states, *sum = dx + w->states;
-    int64_t count = w->rates.count;
-    if (inner_get_states(w->inner, w->x, w->states)) return -1;
+    double *end = sum + w->states, *first = end + w->states, length = (1.0 - share) * step;
     memset(dx, 0, 2 * w->states * sizeof(double));
     for (int stage = 0; stage < 4; stage++) {
-        Moment m = {count, SHARE[stage], SHARE[stage] * step, step, WITHIN};
-        if (stage == 0) m.when = !begins ? STEP_BEGINS : count ? ROW : FIRST;
-        if (stage == 0) m.elapsed = begins ? 0.0 : step;
-        for (size_t k = 0; k < w->states; k++) there[k] = w->x[k] + SHARE[stage] * step * dx[k];
-        if (inner_set_time(w->inner, time + SHARE[stage] * step) ||
-            inner_set_states(w->inner, there, w->states) || inner_rates(w->inner, dx, w->states))
+        double at = share + SHARE[stage] * (1.0 - share);
+        Moment m = {w->rates.count, at, at * step, step, WITHIN};
+        if (whole && stage == 0) {
+            m.when = !begins ? STEP_BEGINS : w->rates.count ? ROW : FIRST;
+            m.elapsed = begins ? 0.0 : step;
+        }
+        for (size_t k = 0; k < w->states; k++) there[k] = w->x[k] + SHARE[stage] * length * dx[k];
+        if (put_states(w, time + at * step, there) || inner_rates(w->inner, dx, w->states))
             return -1;
         if (RATE_EFFECTS) {
             for (int k = 0; k < own_count; k++)
-                own[k] = w->rates.x[k] + SHARE[stage] * step * last[k];
+                own[k] = w->rates.x[k] + (whole ? SHARE[stage] * step * last[k] : 0.0);
             add_effects(w, m, there, inputs, own, dx, last);
         }
+        if (stage == 0) memcpy(first, dx, w->states * sizeof(double));
         for (size_t k = 0; k < w->states; k++) sum[k] += WEIGHT[stage] * dx[k];
         for (int k = 0; k < own_count; k++) total[k] += WEIGHT[stage] * last[k];
     }
-    for (int k = 0; k < own_count; k++) w->rates.x[k] += step / 6.0 * total[k];
-    for (size_t k = 0; k < w->states; k++) w->x[k] += step / 6.0 * sum[k];
-    w->rates.count++;
-    if (inner_set_time(w->inner, time + step) || inner_set_states(w->inner, w->x, w->states) ||
-        inner_completed(w->inner, &event) || crossed(w, &sign))
+    for (int k = 0; k < own_count && whole; k++) w->rates.x[k] += step / 6.0 * total[k];
+    for (size_t k = 0; k < w->states; k++) end[k] = w->x[k] + length / 6.0 * sum[k];
+    return put_states(w, time + step, end);
+}
+
+/* Go to a share of a step, on the cubic through the states and derivatives of both ends of its part
+   from `begin`. when: the time. */
+static int go_to(Wrapper *w, double begin, double step, double share, double when) {
+    double *there = w->work, *end = there + 3 * w->states;
+    double *first = end + w->states, *last = first + w->states;
+    double s = (share - begin) / (1.0 - begin), scale = (1.0 - begin) * step;
+    for (size_t k = 0; k < w->states; k++) {
+        double told = (1.0 - s) * w->x[k] + s * end[k];
+        double bent = (1.0 - 2.0 * s) * (end[k] - w->x[k]);
+        bent += scale * ((s - 1.0) * first[k] + s * last[k]);
+        there[k] = told + s * (s - 1.0) * bent;
+    }
+    return put_states(w, when, there);
+}
+
+/* Go to the first event after the share `begin` of a step, which becomes its share. */
+static int locate(Wrapper *w, double time, double step, const double *inputs, double *begin) {
+    double due = (w->next_event - time) / step, low = *begin, unused[MOST_VALUES + 1];
+    double high = fmin(fmax(due, low), 1.0), *end = w->work + 3 * w->states;
+    double *last = end + 2 * w->states;
+    Moment m = {w->rates.count, 1.0, step, step, WITHIN};
+    int sign;
+    if (inner_rates(w->inner, last, w->states)) return -1;
+    if (RATE_EFFECTS) add_effects(w, m, end, inputs, w->rates.x, last, unused);
+    if (go_to(w, *begin, step, high, due < 1.0 + TOLERANCE ? w->next_event : time + high * step) ||
+        crossed(w, &sign))
         return -1;
-    if (!event && !sign && time + step < w->next_event) return 0;
+    if (sign) {
+        while (high - low > TOLERANCE) {
+            double middle = 0.5 * (low + high);
+            if (go_to(w, *begin, step, middle, time + middle * step) || crossed(w, &sign))
+                return -1;
+            if (sign) high = middle;
+            else low = middle;
+        }
+        if (go_to(w, *begin, step, high, time + high * step)) return -1;
+    }
+    *begin = high;
+    return 0;
+}
+
+static int complete(Wrapper *w, int event) {
+    int needed;
+    if (inner_completed(w->inner, &needed)) return -1;
+    if (!needed && !event) return 0;
     return inner_begin_event(w->inner) || handle_event(w) ? -1 : 0;
+}
+
+/* One step, cut where events lie in it, as explain does. begins: whether a row begins. */
+static int integrate(Wrapper *w, double time, double step, const double *inputs, int begins) {
+    double begin = 0.0;
+    for (int count = 0; begin < 1.0 - TOLERANCE; count++) {
+        int event;
+        if (inner_get_states(w->inner, w->x, w->states) ||
+            runge_kutta(w, time, step, begin, inputs, begins) || crossed(w, &event))
+            return -1;
+        event = event || (w->next_event - time) / step < 1.0 + TOLERANCE;
+        if (!event || count == MOST_EVENTS) {
+            if (complete(w, event)) return -1;
+            break;
+        }
+        if (locate(w, time, step, inputs, &begin) || complete(w, 1)) return -1;
+    }
+    w->rates.count++;
+    return 0;
 }
 
 /* Effects with a memory are brought up to date before a held input jumps. */

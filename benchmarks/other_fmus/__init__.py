@@ -1,0 +1,1 @@
+"""FMUs that other tools made: read, simulated, explained."""

@@ -1,0 +1,18 @@
+/* Functions of FMI 3.0 that the levels do not offer: each is an error. */
+#define X(name) int name(void) { return 3; }
+X(fmi3ActivateModelPartition) X(fmi3DeserializeFMUState)
+X(fmi3EnterConfigurationMode) X(fmi3EnterStepMode) X(fmi3EvaluateDiscreteStates)
+X(fmi3ExitConfigurationMode) X(fmi3FreeFMUState) X(fmi3GetAdjointDerivative)
+X(fmi3GetBinary) X(fmi3GetBoolean) X(fmi3GetClock)
+X(fmi3GetDirectionalDerivative) X(fmi3GetFMUState) X(fmi3GetInt16)
+X(fmi3GetInt32) X(fmi3GetInt8) X(fmi3GetIntervalDecimal)
+X(fmi3GetIntervalFraction) X(fmi3GetNominalsOfContinuousStates)
+X(fmi3GetNumberOfVariableDependencies) X(fmi3GetOutputDerivatives)
+X(fmi3GetShiftDecimal) X(fmi3GetShiftFraction) X(fmi3GetString)
+X(fmi3GetUInt16) X(fmi3GetUInt32) X(fmi3GetUInt64) X(fmi3GetVariableDependencies)
+X(fmi3InstantiateScheduledExecution) X(fmi3Reset) X(fmi3SerializeFMUState)
+X(fmi3SerializedFMUStateSize) X(fmi3SetBinary) X(fmi3SetClock)
+X(fmi3SetDebugLogging) X(fmi3SetFMUState) X(fmi3SetFloat32) X(fmi3SetInt16)
+X(fmi3SetInt8) X(fmi3SetIntervalDecimal) X(fmi3SetIntervalFraction)
+X(fmi3SetShiftDecimal) X(fmi3SetShiftFraction) X(fmi3SetString) X(fmi3SetUInt16)
+X(fmi3SetUInt32) X(fmi3SetUInt64) X(fmi3SetUInt8)
