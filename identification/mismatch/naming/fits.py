@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable, Iterable, Sequence
 from functools import lru_cache
 
-from slipbench.identification.mismatch.fit.calibrate import astray, settled
+from slipbench.identification.mismatch.fit.calibrate import as_believed, astray, settled
 from slipbench.identification.mismatch.fit.candidate import Candidate
 from slipbench.identification.mismatch.fit.fitting import Fit, with_effects
 from slipbench.identification.mismatch.fit.sizing import limits, tried_sizes
@@ -103,6 +103,11 @@ def _better(one: Fit | None, other: Fit | None) -> Fit | None:
 def fitted(fit: Fit, *new: Candidate) -> Fit | None:
     """Return the fit with more effects; None where they cannot run."""
     return _unless_it_cannot_run(lambda: settled(with_effects(fit, (*fit.candidates, *new))))
+
+
+def beside_the_file(fit: Fit) -> Fit | None:
+    """Return the fit of the same effects from the numbers of the file; None where they cannot run."""
+    return _unless_it_cannot_run(lambda: settled(as_believed(fit)))
 
 
 @lru_cache(maxsize=4)

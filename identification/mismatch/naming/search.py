@@ -12,12 +12,13 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
-from slipbench.identification.mismatch.fit.calibrate import far_from_the_file
+from slipbench.identification.mismatch.fit.calibrate import far_from_the_file, strayed
 from slipbench.identification.mismatch.fit.fitting import Fit
 from slipbench.identification.mismatch.fit.following import followed
 from slipbench.identification.mismatch.fit.judge import Judge
 from slipbench.identification.mismatch.naming.acceptance import ENOUGH, Acceptance
 from slipbench.identification.mismatch.naming.fits import (
+    beside_the_file,
     by_score,
     fits_from_the_file,
     fitted,
@@ -91,7 +92,7 @@ class Search:
         passed = [t for t in done if rule.accepts(rough, t)]
         vetoes = list(named.vetoes)
         for new in plausible_first(passed, len(rough.candidates), ALIKE)[:CHANCES]:
-            finer = followed(new.fine(named.fit.model))
+            finer = _finer(named, new, passed)
             if not rule.accepts(named.fit, finer):
                 continue
             against = rule.veto(named.fit, finer)
@@ -165,6 +166,20 @@ class Search:
 
     def _rule(self, named: Named) -> Acceptance:
         return Acceptance(named.first.tests, self.held_out, named.screenings)
+
+
+def _finer(named: Named, new: Fit, passed: Sequence[Fit]) -> Fit:
+    """Return the fit with fine steps, the best of those with the same effects.
+
+    Several starts end at several sizes where a sensor rounds; coarse steps cannot tell which is best.
+    Where calibration without the effects went far, they start beside the numbers of the file as well.
+    """
+    names = {c.name for c in new.candidates}
+    same = [f for f in passed if {c.name for c in f.candidates} == names]
+    near = [f for f in same if abs(f.score - new.score) < ALIKE]
+    if strayed(named.base):
+        near += [f for f in (beside_the_file(new),) if f is not None]
+    return max((followed(f.fine(named.fit.model)) for f in near), key=lambda f: f.score)
 
 
 def _newly_far(named: Named) -> bool:

@@ -13,13 +13,17 @@ HEIGHT = 0.6
 
 
 def test_a_late_throttle_sensor_is_no_slow_servo():
-    """Calibration moves the servo to the ends of its ranges and leaves 1/80 of the trace."""
+    """Calibration moves the servo to the ends of its ranges and leaves 1/80 of the trace.
+
+    Dead times of servo and intake make up for most of it: fits from 4 to 8 ms end at 5.0 to 6.5 ms,
+    within 2 nats of each other.
+    """
     found = ridden(
         library=("channel_lag", "channel_latency", "driveline_loss", "optical_lag"),
         change=late("throttle_position", LATE),
     )
     assert names(found) == ["channel_latency.throttle_position"], reported(found)
-    assert holds(found, "channel_latency", "latency", LATE, slack=0.1)
+    assert holds(found, "channel_latency", "latency", LATE, slack=0.15)
 
 
 def test_tyres_that_grow_by_speed_are_no_other_radius_grip_and_drag():
