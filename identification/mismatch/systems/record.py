@@ -26,7 +26,7 @@ from slipbench.identification.mismatch.systems.fitness import (
     usable,
     window,
 )
-from slipbench.identification.mismatch.systems.input_noise import WIDTHS, smoothings
+from slipbench.identification.mismatch.systems.input_noise import WIDTHS, noise_of, smoothings
 from slipbench.identification.mismatch.systems.model_file import (
     DrivenInput,
     Input,
@@ -321,13 +321,15 @@ def _hats(grid: Grid, every: float) -> Floats:
 
 
 def _input_noise(data: Aligned, file: ModelFile, inputs: Floats, grid: Grid) -> list[Floats]:
-    """Symmetric filters of the inputs whose noise is told, after the pushes on states."""
-    return [
-        column
-        for k, told in enumerate(file.inputs.values())
-        if told.noisy
-        for column in smoothings(inputs[:, k], _period(data.time[told.role]) / grid.step)
-    ]
+    """Symmetric filters of the inputs that may hold noise, after the pushes on states."""
+    columns = []
+    for values, told in zip(inputs.T, file.inputs.values(), strict=True):
+        if told.noisy:
+            rows = _period(data.time[told.role]) / grid.step
+            samples = values[:: max(round(rows), 1)]
+            noise = noise_of(samples) if told.noise is None else told.noise.si
+            columns += smoothings(values, rows, noise)
+    return columns
 
 
 def slow_places(file: ModelFile, grid: Grid) -> list[int]:

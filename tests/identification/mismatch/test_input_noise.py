@@ -9,7 +9,7 @@ from scipy import ndimage
 
 from slipbench.identification.mismatch.analysis import begin
 from slipbench.identification.mismatch.explain import analyse
-from slipbench.identification.mismatch.systems.input_noise import WIDTHS, smoothings
+from slipbench.identification.mismatch.systems.input_noise import WIDTHS, noise_of, smoothings
 from slipbench.identification.mismatch.systems.model_file import Input, Number
 from slipbench.identification.mismatch.systems.system import ModelSystem
 from slipbench.identification.mismatch.telling.conclude import verdict
@@ -46,8 +46,8 @@ ROLES = RoleMap(
 FILTERS = ("lag", "delay", "clock_drift")
 
 
-def wheels(seed: int, late: float = 0.0) -> Recording:
-    """Ride for 20 s; each wheel has bumps of its own. late: time constant of the right one's, s."""
+def wheels(seed: int, late: float = 0.0, noise: float = NOISE) -> Recording:
+    """Ride for 20 s; each wheel has bumps of its own, m/s. late: time constant of the right one's, s."""
     print(f"seed {seed}")
     rng = np.random.default_rng(seed)
     time = PERIOD * np.arange(1000)
@@ -57,7 +57,7 @@ def wheels(seed: int, late: float = 0.0) -> Recording:
         right[k] = right[k - 1] + share * (speed[k] - right[k - 1])
     told = {"left": speed, "right": right}
     channels = {
-        r: Channel(r, time, v + NOISE * rng.standard_normal(1000), "m/s", "bus", "made")
+        r: Channel(r, time, v + noise * rng.standard_normal(1000), "m/s", "bus", "made")
         for r, v in told.items()
     }
     return Recording(Path(f"wheels{seed}"), {}, None, ROLES, channels, {})
@@ -74,13 +74,29 @@ def named(folder: Path, model: str, *recordings: Recording):
 
 def test_a_window_takes_nothing_off_what_is_slow() -> None:
     line = np.linspace(0.0, 5.0, 200)
-    for change in smoothings(line, 1.0):
+    for change in smoothings(line, 1.0, 1.0):
         assert np.abs(change[40:-40]).max() < 1e-9
     sharp = np.zeros(201)
     sharp[100] = 1.0
-    assert len(smoothings(sharp, 1.0)) == len(WIDTHS)
-    for change in smoothings(sharp, 1.0):
+    assert len(smoothings(sharp, 1.0, 1.0)) == len(WIDTHS)
+    for change in smoothings(sharp, 1.0, 1.0):
         assert np.allclose(change, change[::-1])  # no before and after
+
+
+@pytest.mark.parametrize("noise", [1e-3, 0.1, 10.0])
+def test_a_window_takes_no_more_off_than_the_noise(noise) -> None:
+    values = ndimage.gaussian_filter1d(np.random.default_rng(3).standard_normal(2000), 3.0)
+    whole = smoothings(values, 1.0, np.inf)
+    for change, most in zip(smoothings(values, 1.0, noise), whole, strict=True):
+        assert np.std(change) == pytest.approx(min(noise, np.std(most)))
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.02, 0.5])
+def test_noise_is_told_from_samples_of_what_is_smooth(noise) -> None:
+    rng = np.random.default_rng(4)
+    speed = 30.0 + 4.0 * ndimage.gaussian_filter1d(rng.standard_normal(4000), 12)
+    found = noise_of(speed + noise * rng.standard_normal(4000))
+    assert found == pytest.approx(noise, rel=0.05, abs=3e-3)
 
 
 def test_bumps_of_one_wheel_are_no_physics_of_the_other(tmp_path: Path) -> None:
@@ -115,8 +131,9 @@ def test_a_measurement_that_is_held_for_many_bins_is_said(
     assert any("held = false" in note for note in notes) == said, notes
 
 
-def test_a_lag_is_found_all_the_same(tmp_path: Path) -> None:
-    found = named(tmp_path, TOLD, wheels(73, late=0.06), wheels(74, late=0.06))
+@pytest.mark.parametrize(("model", "noise"), [(TOLD, NOISE), (MODEL, NOISE), (MODEL, 0.002)])
+def test_a_lag_is_found_all_the_same(tmp_path: Path, model, noise) -> None:
+    found = named(tmp_path, model, *(wheels(s, late=0.06, noise=noise) for s in (73, 74)))
     assert [e.name for e in found.effects] == ["lag"]
     constant = found.effects[0].parameters[0]
     assert constant.value == pytest.approx(0.06, rel=0.25)
