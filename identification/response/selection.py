@@ -76,7 +76,7 @@ def selected_window(of: Selection, base: Dataset, where: str) -> TrialWindow | N
             found=f"{last:.3g} s",
             remedy="record for longer",
         )
-    if not (start >= 0.0 and end <= last + 1 / base.rate and end - start >= SHORTEST):
+    if not (start >= 0.0 and end <= last + 2 / base.rate and end - start >= SHORTEST):
         raise InputError(
             "the window does not fit the recording",
             where=where,
@@ -119,6 +119,7 @@ def selected_pair(
         raise names.not_given("--input", "no actuator signal moves in the window", where)
     if of.output is None and isinstance(moved, NoMotion):
         raise names.not_given("--output", f"there is no slip: {moved.reason}", where)
+    given, taken = names.meant(given), names.meant(taken)
     for option, name in (("--input", given), ("--output", taken)):
         value = named_signal(base, moved, name)
         if value is None:

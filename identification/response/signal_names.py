@@ -20,6 +20,12 @@ class Names:
     moved: Motion | NoMotion
     absent: Mapping[str, str]
 
+    def meant(self, name: str) -> str:
+        """Return the name of the one signal that differs in case, spaces and underscores only, if any."""
+        known = named_signals(self.base, self.moved)
+        same = [one for one in known if _plain(one) == _plain(name)]
+        return same[0] if name not in known and len(same) == 1 else name
+
     def unknown(self, name: str, option: str, where: str) -> InputError:
         """Return the error for a name without a signal: why it has none, or the nearest name."""
         if name in self.absent:
@@ -59,3 +65,7 @@ class Names:
         }
         near = difflib.get_close_matches(name.casefold(), known, n=1, cutoff=NEAR)
         return known[near[0]] if near else ""
+
+
+def _plain(name: str) -> str:
+    return " ".join(name.casefold().replace("_", " ").split())

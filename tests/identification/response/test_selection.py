@@ -79,6 +79,19 @@ def test_names_alone_keep_the_window_of_the_trial():
     assert found.pair == ("throttle_command", "engine_speed")
 
 
+@pytest.mark.parametrize("name", ["Engine Speed", "engine speed", "ENGINE_SPEED"])
+def test_case_spaces_and_underscores_make_no_other_name(captured, name):
+    found = identify(captured, Selection((3.0, 23.0), "Throttle Position", name))
+    assert found.pair == ("throttle_position", "engine_speed")
+
+
+def test_a_window_may_end_with_the_last_sample_period(captured):
+    last = identify(captured, Selection((3.0, 23.0))).base.time
+    assert identify(captured, Selection((3.0, last[-1] + 1.5 * (last[1] - last[0]))))
+    with pytest.raises(InputError, match="does not fit"):
+        identify(captured, Selection((3.0, last[-1] + 3.0 * (last[1] - last[0]))))
+
+
 @pytest.mark.parametrize(
     ("selection", "words"),
     [
