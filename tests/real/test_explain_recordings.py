@@ -70,8 +70,9 @@ def test_a_drift_of_15_ms_a_minute_put_into_the_second_logger_is_found(drive: Pa
 def test_the_told_speed_lags_the_wheels(drive: Path) -> None:
     speed = model("speed_of_the_wheels")
     found = explained(speed, FILTERS, piece(speed, drive, "0:45"))
-    assert [e.name for e in found.effects] == ["lag"]
-    assert found.effects[0].parameters[0].value == pytest.approx(0.11, abs=0.02)
+    (effect,) = found.effects  # where noise of the wheels may be smoothed, both explain as much
+    assert effect.name in ("lag", "delay")
+    assert effect.parameters[0].value == pytest.approx(0.11, abs=0.02)
 
 
 def test_two_front_wheels_on_a_straight_lack_nothing(drive: Path) -> None:

@@ -61,4 +61,4 @@ def _plainly(fit: Fit, rounds: int, least: Sequence[Floats]) -> Fit:
 
 def _mean_square(rest: Series) -> float:
     """Geometric mean over the blocks, which have units of their own."""
-    return float(np.exp(np.mean([np.log(np.mean(np.concatenate(r) ** 2)) for r in rest])))
+    return float(np.exp(np.mean([np.log(np.mean(np.concatenate(r) ** 2) + 1e-300) for r in rest])))
