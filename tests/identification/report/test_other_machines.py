@@ -207,7 +207,7 @@ def test_runs_of_different_quantities_are_not_compared(tmp_path):
     ("chosen", "words"),
     [
         (Selection((0.0, 29.0), "comand", "motor speed"), "did you mean 'command'"),
-        (Selection((0.0, 29.0), "command", "Motor Speed"), "did you mean 'motor speed'"),
+        (Selection((0.0, 29.0), "command", "Motor Sped"), "did you mean 'motor speed'"),
         (Selection((0.0, 29.0), "command"), "--output must be given"),
         (Selection((0.0, 29.0), None, "motor speed"), "--input must be given"),
         (Selection((0.0, 29.0), "command", "slip"), "there is no signal slip"),
