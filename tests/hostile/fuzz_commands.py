@@ -69,7 +69,11 @@ LINES = [
         out={"r.toml": ""},
     ),
     Line("identify run --out new --figures figures", (), {"new": "report.html", "figures": ""}, 3),
-    Line("identify table_run --out new", (), {"new": "report.html"}),
+    Line(
+        "identify table_run --window 0:11.9 --input motor_voltage --output pulley_speed --out new",
+        (),
+        {"new": "report.html"},
+    ),
     Line("model main.csv --input u --output y --out new", (), {"new": "model.json"}, 2),
     Line(
         "model main.csv main.parquet --held-out main.csv --input u --output y --out new",
