@@ -208,7 +208,7 @@ other-fmus: setup
 # docs/blind_model_files.md: hidden effects in six systems with model files; half an hour.
 .PHONY: prove-model-files
 prove-model-files: setup
-	$(IN)/python -m benchmarks.model_files.run --cases 60 --seed 20261128 --out docs/blind_model_files.md
+	$(IN)/python -m benchmarks.model_files.run --cases 60 --seed 20261203 --out docs/blind_model_files.md
 
 # docs/designed_trials.md: hypotheses that a plan leaves open, settled by three ways to choose a trial.
 .PHONY: designed-trials
