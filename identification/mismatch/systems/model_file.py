@@ -97,8 +97,8 @@ class Input(Section):
     latency     known, subtracted from the times
     turn        way that a wheel rolls in a turn; its own pattern is then removed (turn_pattern.py)
     noise       standard deviation of the sensor's noise; above 0: it may be smoothed to both sides
-                (input_noise.py). Not told: what its samples show where held is false, 0
-                elsewhere
+                (input_noise.py). Default: estimated from the samples where held is false,
+                0 elsewhere
     """
 
     role: str
