@@ -27,14 +27,21 @@ def literal(value: float) -> str:
 def parsed(text: str) -> float:
     """Value that rusEFI reads from an unsigned decimal text, rounded as there at each step."""
     whole, _, digits = text.partition(".")
-    number, divisor = np.float32(0.0), np.float32(1.0)
+    number = np.float32(0.0)
     for digit in digits:
         number = np.float32(10) * number + np.float32(int(digit))
-        divisor = np.float32(10) * divisor
     before = np.float32(0.0)
     for digit in whole:
         before = np.float32(10) * before + np.float32(int(digit))
-    return float(before + number / divisor)
+    return float(before + number / _divisor(len(digits)))
+
+
+def _divisor(digits: int) -> np.float32:
+    """Power of ten as the parser has it: beyond 10^10 it is rounded at each digit."""
+    divisor = np.float32(1.0)
+    for _ in range(digits):
+        divisor = np.float32(10) * divisor
+    return divisor
 
 
 def as_read(script: str) -> str:
@@ -48,7 +55,11 @@ def repr_of(value: float) -> str:
 
 
 def _unsigned(value: float) -> str:
-    """Most digits after the point of which the parser reads the whole number exactly."""
+    """Text that the parser reads as the nearest number.
+
+    It has the most digits of which the parser reads the whole number exactly, or one more: that is
+    rounded, but to less than what a missing digit may cost.
+    """
     whole = math.floor(value)
     fraction = value - whole
     if fraction == 0.0:
@@ -56,7 +67,13 @@ def _unsigned(value: float) -> str:
     digits = 1
     while digits < MOST_DIGITS and round(fraction * 10 ** (digits + 1)) < SINGLE_DIGITS:
         digits += 1
-    scaled = round(fraction * 10**digits)
-    if scaled == 10**digits:
+    texts = (_with(whole, fraction, d) for d in (digits, min(digits + 1, MOST_DIGITS)))
+    return min(texts, key=lambda text: abs(parsed(text) - value))
+
+
+def _with(whole: int, fraction: float, digits: int) -> str:
+    """Text with so many digits: the fraction times the parser's divisor, so that its rounding cancels."""
+    scaled = round(fraction * float(_divisor(digits)))
+    if scaled >= 10**digits:
         return f"{whole + 1}.0"
     return f"{whole}.{scaled:0{digits}d}".rstrip("0") + ("0" if scaled == 0 else "")

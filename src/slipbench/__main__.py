@@ -3,7 +3,7 @@
 This module imports little, so that Ctrl-C works as it should from the first moment.
 """
 
-import signal
+import _signal as signal  # type: ignore[import-not-found]  # built in; the import of signal takes a millisecond
 
 
 def main() -> None:
