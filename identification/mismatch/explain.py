@@ -98,7 +98,7 @@ def _calibrate(a: Analysis, _: Sequence[type[Effect]], say: Say) -> None:
     a.base = calibrate(a.training, a.training.origin())
     turn = plainest_turn(a.base)
     if turn is not None:
-        say("Estimating the initial crank phase of each recording")
+        say("Estimating the initial angle of each recording")
         a.base = begun_at(a.base, turn)
         if a.held_out is not None:
             a.held_out = begun_at(carried_over(a.base, a.held_out), turn).model

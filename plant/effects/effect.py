@@ -82,6 +82,10 @@ class Effect(Block):
         }
         return replace(self, **sizes)
 
+    def silent(self) -> Self:
+        """Return it at the size at which it vanishes, its shape kept."""
+        return replace(self, **{p.name: p.absent for p in self.parameters() if p.sized})
+
     @classmethod
     def absent(cls) -> Self:
         """The effect at the size at which it vanishes, on its first subject."""

@@ -8,7 +8,7 @@ from slipbench.identification.mismatch.curves.curve import Curve
 from slipbench.identification.mismatch.curves.trace import effect_of, regressors
 from slipbench.identification.mismatch.fit.fitting import Fit
 from slipbench.identification.mismatch.fit.judge import Judge
-from slipbench.identification.mismatch.simulation.along import ANGLE
+from slipbench.identification.mismatch.simulation.along import TURN
 from slipbench.identification.mismatch.simulation.model import Series
 from slipbench.plant.signals import Floats
 
@@ -34,11 +34,11 @@ class Circumstance:
 def circumstance(judge: Judge, curve: Curve) -> Circumstance | None:
     """Weigh the trace of a curve over frequency, operating region and direction.
 
-    What repeats with the wheel's angle is always there; then there is nothing to weigh.
+    What repeats with every turn is always there; then there is nothing to weigh.
     """
     system = judge.fit.model.system
     drive = _drive(judge, system.operating)
-    if curve.regressor == ANGLE or drive is None:
+    if curve.kind == TURN or drive is None:
         return None
     trace = effect_of(judge, curve)
     power, speed, rate = [], [], []

@@ -28,14 +28,14 @@ from slipbench.identification.mismatch.fit.following import refreshed
 from slipbench.identification.mismatch.fit.held_out import CONFIRMED, carried_over
 from slipbench.identification.mismatch.fit.judge import Judge
 from slipbench.identification.mismatch.fit.settling import settle
-from slipbench.identification.mismatch.simulation.along import ANGLE
+from slipbench.identification.mismatch.simulation.along import TURN, finer
 from slipbench.identification.mismatch.simulation.model import Model
 from slipbench.plant.errors import PlantError
 
 TRIED = 2
 """Located curves that are tried inside the simulation."""
 AROUND = 5
-"""Places at which a push along the wheel's angle is tried."""
+"""Places at which a push along the turn of an angle is tried."""
 BENDS = 2
 """How often knots move to where the curve bends."""
 MOST = 3
@@ -71,7 +71,7 @@ def _one(base: Fit, curves: Sequence[Curve], held_out: Model | None) -> FreeCurv
     start, best = max(tried, key=lambda t: t[1].score)
     if isinstance(best.candidates[-1], Pushed):
         return standing(base, best, held_out)
-    for _ in range(BENDS):
+    for _ in range(0 if newest(best).told().kind == TURN else BENDS):
         again = simulated(start, rebent(newest(best).told()))
         if again is None or again.score < best.score:
             break
@@ -99,11 +99,11 @@ def _starts(rough: Fit) -> Iterator[Fit]:
 def _chosen(base: Fit, curves: Sequence[Curve]) -> list[Curve]:
     """Return the first curves, and at the first's place the first of each further kind.
 
-    What repeats with a wheel's angle is first sought at its teeth, and may as well push the wheel.
+    What repeats with every turn is first sought at a wheel's teeth, and may as well push the wheel.
     """
     there = [c for c in curves if injection_of(base, c) is not None]
-    if curves and curves[0].certain and curves[0].regressor == ANGLE:
-        turning = [c for c in there if c.regressor == ANGLE]
+    if curves and curves[0].certain and curves[0].kind == TURN:
+        turning = [c for c in there if c.kind == TURN]
         if turning:
             return turning[:AROUND]
     certain = [c for c in there if c.certain]
@@ -116,7 +116,8 @@ def _chosen(base: Fit, curves: Sequence[Curve]) -> list[Curve]:
 
 def _tried(rough: Fit, curve: Curve) -> Iterator[Fit]:
     if simulable(rough, curve):
-        many = with_many_knots(curve.knots)
+        around = curve.kind == TURN
+        many = finer(curve.regressor, curve.knots) if around else with_many_knots(curve.knots)
         fit = simulated(rough, replace(curve, knots=many, values=curve(many)))
     else:
         fit = pushed_in(rough, curve)

@@ -14,12 +14,12 @@ import numpy as np
 from scipy import linalg
 
 from slipbench.identification.mismatch.curves.curve import Curve
-from slipbench.identification.mismatch.curves.tooth_curve import tooth_columns
+from slipbench.identification.mismatch.curves.tooth_curve import discs, tooth_columns
 from slipbench.identification.mismatch.curves.trace import simulated_along
 from slipbench.identification.mismatch.curves.tries import (
     Try,
-    along_angles,
     along_quantities,
+    around_turns,
     at_teeth,
 )
 from slipbench.identification.mismatch.curves.whitened import Courses, Whitened
@@ -27,7 +27,8 @@ from slipbench.identification.mismatch.fit.held_out import CONFIRMED
 from slipbench.identification.mismatch.fit.judge import Judge
 from slipbench.identification.mismatch.fit.scatter import SHARE, amplitude_p
 from slipbench.identification.mismatch.fit.stack import flat
-from slipbench.identification.mismatch.simulation.along import ANGLE
+from slipbench.identification.mismatch.simulation.along import TURN, kind_of
+from slipbench.identification.mismatch.simulation.place import Injection
 from slipbench.plant.signals import Floats
 
 
@@ -48,7 +49,7 @@ def locate(training: Judge, held_out: Judge | None) -> list[Curve]:
     here = Whitened(training.fit)
     there = None if held_out is None else (held_out, Whitened(held_out.fit))
     batches = chain(
-        along_quantities(training, here), along_angles(training, here), at_teeth(training)
+        along_quantities(training, here), around_turns(training, here), at_teeth(training)
     )
     found = [curve for tries in batches for curve in _judged(training, there, tries)]
     over_all = [replace(c, p=min(1.0, c.p * len(found) / (1.0 - SHARE))) for c in found]
@@ -117,7 +118,7 @@ def _confirmed(judge: Judge, whitened: Whitened, tries: list[Try]) -> list[_Held
 def _columns(judge: Judge, whitened: Whitened, tries: list[Try]) -> tuple[list[int], Floats]:
     """Return which curves can act on these recordings, and what each leaves in them, (rows, k)."""
     place = tries[0].place
-    if tries[0].regressor == ANGLE:
+    if kind_of(tries[0].regressor) == TURN and (place.push or place in _discs(judge)):
         found = _turning(judge, whitened, tries[0])
         return ([0], found[:, None]) if found is not None else ([], np.zeros((0, 0)))
     seen = whitened.seen_by(place.drive)
@@ -130,15 +131,19 @@ def _columns(judge: Judge, whitened: Whitened, tries: list[Try]) -> tuple[list[i
     return known, whitened.columns(place, pushes)
 
 
+def _discs(judge: Judge) -> list[Injection]:
+    return [place for place, _ in discs(judge.fit)]
+
+
 def _turning(judge: Judge, whitened: Whitened, found: Try) -> Floats | None:
-    """What a curve along the angle of a wheel leaves, (rows,); None: there is no such angle."""
+    """What a curve around a turn leaves, (rows,); None: there is no such angle."""
     fit, place = judge.fit, found.place
     if not place.push:
         teeth = flat(fit.model, fit.noise, tooth_columns(fit, place))
         return np.asarray(teeth @ found.values)
-    if ANGLE not in whitened.seen_by(place.drive)[0][1]:
+    seen = whitened.seen_by(place.drive)
+    if found.regressor not in seen[0][1]:
         return None
     pushed = [place.size * found.values]
-    seen = whitened.seen_by(place.drive)
-    turned = simulated_along(fit, place, ANGLE, found.knots, pushed, seen)
+    turned = simulated_along(fit, place, found.regressor, found.knots, pushed, seen)
     return flat(fit.model, fit.noise, turned)[:, 0]

@@ -14,7 +14,7 @@ from slipbench.identification.mismatch.fit.dialled import Dialled
 from slipbench.identification.mismatch.fit.fitting import Fit
 from slipbench.identification.mismatch.fit.judge import Judge
 from slipbench.identification.mismatch.fit.stack import flat
-from slipbench.identification.mismatch.simulation.along import ANGLE, course, sway
+from slipbench.identification.mismatch.simulation.along import TURN, course, kind_of, sway
 from slipbench.identification.mismatch.simulation.model import Series
 from slipbench.identification.mismatch.simulation.place import Injection
 from slipbench.identification.mismatch.simulation.push import Push
@@ -53,7 +53,8 @@ class Pushed(Dialled):
     def beside(cls, fit: Fit, place: Injection, regressor: str, knots: Floats) -> "Pushed":
         """Let it act along its quantity as a fit shows it.
 
-        What goes round with a wheel shows in the pattern of its teeth, which answers do not cover.
+        What repeats every turn is too quick for answers to pushes in whole bins, and shows in the
+        pattern of a wheel's teeth, which they do not cover.
         """
         along = _along(fit, place, regressor)
         unit = place.size / np.maximum(sway(regressor, np.concatenate(along, -1), knots), 1e-300)
@@ -79,7 +80,7 @@ class Pushed(Dialled):
         return self.moved(share * (np.array(other.dials) - np.array(self.dials)))
 
     def _answers(self, fit: Fit) -> Series | None:
-        if self.regressor == ANGLE:
+        if kind_of(self.regressor) == TURN:
             return None
         told = answers_along(fit, self.place, self.regressor, self.knots)
         return [[one * self.unit if one.size else one for one in block] for block in told]

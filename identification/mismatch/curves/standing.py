@@ -15,7 +15,7 @@ from slipbench.identification.mismatch.fit.fitting import Fit, with_effects
 from slipbench.identification.mismatch.fit.following import refreshed
 from slipbench.identification.mismatch.fit.held_out import carried_over
 from slipbench.identification.mismatch.fit.settling import settle
-from slipbench.identification.mismatch.simulation.along import ANGLE, finer
+from slipbench.identification.mismatch.simulation.along import TURN, finer
 from slipbench.identification.mismatch.simulation.model import Model, predict
 from slipbench.identification.mismatch.simulation.place import Injection
 from slipbench.identification.mismatch.simulation.push import Push
@@ -35,7 +35,7 @@ def pushed_in(base: Fit, curve: Curve) -> Fit | None:
     """Fit a curve as a course of pushes, its quantity taken anew as long as that helps much."""
     place = injection_of(base, curve)
     assert place is not None
-    knots = curve.knots if curve.regressor == ANGLE else finer(curve.regressor, curve.knots)
+    knots = curve.knots if curve.kind == TURN else finer(curve.regressor, curve.knots)
     pushed = Pushed.beside(base, place, curve.regressor, knots)
     best = base
     for _ in range(ROUNDS):

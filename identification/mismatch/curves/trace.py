@@ -14,9 +14,9 @@ from slipbench.identification.mismatch.fit.fitting import Fit
 from slipbench.identification.mismatch.fit.judge import Judge
 from slipbench.identification.mismatch.fit.sensitivity import change
 from slipbench.identification.mismatch.simulation.along import (
-    ANGLE,
     DETAIL,
     SCALE,
+    TURN,
     columns,
     course,
     kind_of,
@@ -66,7 +66,7 @@ def in_bins(record: Record, knots: Mapping[str, Floats], seen: Mapping[str, Floa
 def _in_bins(grid: Grid, name: str, z: Floats, knots: Floats) -> Floats:
     """Bin by bin what each knot of one regressor pushes, (bins, knots)."""
     kind = kind_of(name)
-    if name == ANGLE or kind not in ("", DETAIL, SCALE):
+    if kind not in ("", DETAIL, SCALE):
         return np.stack([grid.binned(c) for c in columns(name, z, knots, grid.step)], axis=1)
     along, by = (z[0], z[1]) if kind == SCALE else (z, None)
     return between_knots(grid, along, knots, by)
@@ -99,8 +99,8 @@ def effect_of(judge: Judge, curve: Curve) -> Series:
     place = next(
         p for p in (*places(judge.fit), *sensors_as_places(judge.fit)) if p.name == curve.place
     )
-    if place.push and curve.regressor == ANGLE:
-        turned = simulated_along(judge.fit, place, ANGLE, curve.knots, [curve.values])
+    if place.push and curve.kind == TURN:
+        turned = simulated_along(judge.fit, place, curve.regressor, curve.knots, [curve.values])
         return [[one[:, :, 0] if one.size else one for one in block] for block in turned]
     pushes = [
         record.grid.binned(curve(seen[curve.regressor], record.grid.step))[:, None]
@@ -169,8 +169,8 @@ def simulated_along(
 ) -> Series:
     """Return what curves of these values leave in the outputs, simulated, (T, m, curves).
 
-    seen: what `seen_by` gives of the place's drive, where it is known already. Nothing counts as left in the pattern of teeth: there their tolerance looks like any push that
-    goes round with the wheel.
+    seen: what `seen_by` gives of the place's drive, where it is known already. Nothing counts as left
+    in the pattern of teeth: there their tolerance looks like any push that goes round with the wheel.
     """
     model, seen = fit.model.coarse, seen_by(fit, place.drive) if seen is None else seen
     system, before = model.at(fit.point), predict(model, fit.point)

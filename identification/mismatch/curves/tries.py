@@ -15,7 +15,7 @@ from slipbench.identification.mismatch.curves.trace import (
 from slipbench.identification.mismatch.curves.whitened import Whitened
 from slipbench.identification.mismatch.fit.judge import Judge
 from slipbench.identification.mismatch.fit.stack import LARGEST, Integers, flat
-from slipbench.identification.mismatch.simulation.along import ANGLE, knots_for
+from slipbench.identification.mismatch.simulation.along import ANGLE, TURN, kind_of, knots_for
 from slipbench.identification.mismatch.simulation.model import Series
 from slipbench.identification.mismatch.simulation.place import Injection
 from slipbench.plant.signals import Floats
@@ -52,7 +52,7 @@ def along_quantities(judge: Judge, whitened: Whitened) -> Iterator[list[Try]]:
     everywhere = (*places(fit), *sensors_as_places(fit))
     for drive in fit.model.chain.drives:
         seen = whitened.seen_by(drive)
-        knots = {n: knots_for(n, over_all(n, seen)) for n in seen[0][1] if n != ANGLE}
+        knots = {n: knots_for(n, over_all(n, seen)) for n in seen[0][1] if kind_of(n) != TURN}
         useful = {n: k for n, k in knots.items() if k.size > 2}
         for some in _held_at_once(useful, len(judge.groups)):
             for place in everywhere:
@@ -102,30 +102,32 @@ def _at_place(
     return found
 
 
-def along_angles(judge: Judge, whitened: Whitened) -> Iterator[list[Try]]:
-    """Fit what is pushed along the angle of a wheel, at every place.
+def around_turns(judge: Judge, whitened: Whitened) -> Iterator[list[Try]]:
+    """Fit what comes back at every turn of an angle, at every place.
 
-    A turn takes but some bins, too few for answers to pushes in whole bins: each knot is simulated.
+    A turn takes but some bins, too few for answers to pushes in whole bins: each knot is simulated. A
+    sensor answers at once, whatever the bin.
     """
-    for place in places(judge.fit):
+    for place in (*places(judge.fit), *sensors_as_places(judge.fit)):
         seen = whitened.seen_by(place.drive)
-        if ANGLE not in seen[0][1]:
-            continue
-        knots = knots_for(ANGLE, over_all(ANGLE, seen))
-        if knots.size > 2:
-            pushes = place.size * np.eye(knots.size)
-            series = simulated_along(judge.fit, place, ANGLE, knots, pushes, seen)
-            yield [_one(judge, place, knots, series)]
+        for turn in (n for n in seen[0][1] if kind_of(n) == TURN):
+            knots = knots_for(turn, over_all(turn, seen))
+            if knots.size > 2 and place.push:
+                pushes = place.size * np.eye(knots.size)
+                series = simulated_along(judge.fit, place, turn, knots, pushes, seen)
+                yield [_one(judge, place, turn, knots, series)]
+            elif knots.size > 2 and turn != ANGLE:  # a wheel's sensor is judged at its teeth
+                yield _at_place(judge, place, {turn: knots}, whitened)
 
 
 def at_teeth(judge: Judge) -> Iterator[list[Try]]:
     """Fit one value for every tooth of every toothed wheel."""
     for place, angles in discs(judge.fit):
-        yield [_one(judge, place, angles, tooth_columns(judge.fit, place))]
+        yield [_one(judge, place, ANGLE, angles, tooth_columns(judge.fit, place))]
 
 
-def _one(judge: Judge, place: Injection, angles: Floats, series: Series) -> Try:
-    """Fit values along the angle of a wheel, from what a push worth trying at each brings."""
+def _one(judge: Judge, place: Injection, turn: str, angles: Floats, series: Series) -> Try:
+    """Fit values around a turn, from what a push worth trying at each angle brings."""
     columns = flat(judge.fit.model, judge.fit.noise, series)
     off = judge.nuisances.off(columns)
     normal = off.T @ off + RIDGE * np.eye(angles.size)
@@ -133,7 +135,7 @@ def _one(judge: Judge, place: Injection, angles: Floats, series: Series) -> Try:
     values = np.asarray(np.linalg.solve(normal, aim))
     gain = 0.5 * float(aim @ values)
     swing = _swing(place.size * values * _kept(columns @ values, off @ values))
-    return Try(place, ANGLE, angles, values, gain, swing, _course(judge, off, gain))
+    return Try(place, turn, angles, values, gain, swing, _course(judge, off, gain))
 
 
 def _kept(course: Floats, off: Floats) -> float:

@@ -4,10 +4,10 @@ import numpy as np
 
 from slipbench.identification.mismatch.curves.curve import Curve
 from slipbench.identification.mismatch.simulation.along import (
-    ANGLE,
     HYSTERESIS,
     PAST,
     SCALE,
+    TURN,
     step_response,
 )
 from slipbench.plant.signals import Floats
@@ -29,8 +29,8 @@ def shape_in_words(curve: Curve, unit: str = "") -> str:
         return _memory(z, f)
     if curve.kind == HYSTERESIS:
         return _hysteresis(z, f, unit)
-    if curve.regressor == ANGLE:
-        return f"periodic in the wheel angle, largest at order {_order(f)}"
+    if curve.kind == TURN:
+        return _around(f)
     if curve.kind == SCALE:
         return _gain(z, f, unit)
     if z[0] < 0.0 < z[-1] and min(-z[0], z[-1]) > 0.2 * max(-z[0], z[-1]):
@@ -58,6 +58,12 @@ def _memory(times: Floats, values: Floats) -> str:
     moved = np.abs(step_response(times, values, time) - values[times == 0.0].sum())
     settled = float(time[np.argmax(moved >= (1.0 - np.exp(-1.0)) * moved.max())])
     return f"a dynamic response: 63 % of it within {settled:.2g} s"
+
+
+def _around(values: Floats) -> str:
+    """Say how often it goes up and down in a turn."""
+    order = _order(values)
+    return f"repeats every turn, largest at order {order}: {order} {'humps' if order > 1 else 'hump'} a turn"
 
 
 def _hysteresis(widths: Floats, values: Floats, unit: str) -> str:

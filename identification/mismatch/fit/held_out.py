@@ -13,7 +13,7 @@ from slipbench.identification.mismatch.fit.following import followed
 from slipbench.identification.mismatch.fit.sensitivity import change, sensitivities
 from slipbench.identification.mismatch.fit.settling import settle
 from slipbench.identification.mismatch.fit.stack import flat
-from slipbench.identification.mismatch.simulation.model import Model, predict
+from slipbench.identification.mismatch.simulation.model import Model, Point, predict
 from slipbench.identification.mismatch.simulation.system import System
 from slipbench.plant.effects.effect import Effect
 from slipbench.plant.errors import PlantError
@@ -52,12 +52,25 @@ class Error:
 
 @lru_cache(maxsize=4)
 def carried_over(fit: Fit, model: Model) -> Fit:
-    """Let a fitted system meet other recordings; everything uncertain may move again."""
-    point = replace(model.origin(), x=fit.point.x, effects=fit.point.effects)
-    predicted = predict(model, point)
-    slopes = sensitivities(model, point)
-    start = Fit(model, point, predicted, fit.noise, slopes)
-    return replace(followed(settle(start, noises=2)), candidates=fit.candidates)
+    """Let a fitted system meet other recordings; everything uncertain may move again.
+
+    What goes with an angle that no channel shows comes last: as long as the speed is not that of the
+    recording, the angle is nowhere near, and a fit may end whole turns away.
+    """
+    effects = fit.point.effects
+    others = tuple(e for e in effects if not e.unseen_turn)
+    there = _met(fit, replace(model.origin(), x=fit.point.x, effects=others), model)
+    if len(others) < len(effects):
+        there = _met(fit, replace(there.point, effects=effects), model)
+    return replace(there, candidates=fit.candidates)
+
+
+def _met(fit: Fit, point: Point, model: Model) -> Fit:
+    return followed(settle(_there(fit, point, model), noises=2))
+
+
+def _there(fit: Fit, point: Point, model: Model) -> Fit:
+    return Fit(model, point, predict(model, point), fit.noise, sensitivities(model, point))
 
 
 @dataclass(frozen=True)
@@ -129,13 +142,20 @@ def _added(bare: Fit, effects: tuple[Effect, ...]) -> Fit:
 
 
 def driven(model: Model, system: System, noise_of: Fit) -> Fit:
-    """Let one system, unchanged, meet recordings; the slow unknown and clocks are estimated."""
+    """Let one system, unchanged, meet recordings; the slow unknown and clocks are estimated.
+
+    What goes with an angle that no channel shows comes last, as in `carried_over`.
+    """
     clocks = [k for k in model.known if k.of_clock]
     fixed = Model(system, model.records, model.chain, clocks, model.injected)
-    point = fixed.origin()
-    predicted = predict(fixed, point)
-    slopes = sensitivities(fixed, point)
-    return settle(Fit(fixed, point, predicted, noise_of.noise, slopes), noises=1)
+    silent = [e.silent() for e in system.effects if e.unseen_turn]
+    met = fixed.origin()
+    if silent:
+        met = settle(
+            _there(noise_of, replace(met, effects=(*met.effects, *silent)), fixed), noises=1
+        ).point
+        met = replace(met, effects=fixed.origin().effects)
+    return settle(_there(noise_of, met, fixed), noises=1)
 
 
 def predicted_gain(model: Model, base: Fit, fit: Fit, improved: Model) -> float:

@@ -1,4 +1,4 @@
-"""Where a crank stood when each recording began, read off the line that its torque leaves.
+"""Where what turns unseen stood when each recording began, read off the line that its torque leaves.
 
 No channel tells it, and two trials begin at two angles. So a ripple of the torque that is the same
 in all of them is a line of another phase in each, and one phase for all finds little of it. The
@@ -72,6 +72,6 @@ def _silent(fit: Fit) -> Fit:
     turning = _turning(fit)
     if not turning:
         return fit
-    silent = (replace(e, **{p.name: p.absent for p in e.parameters() if p.sized}) for e in turning)
+    silent = (e.silent() for e in turning)
     point = replace(fit.point, effects=(*fit.point.effects, *silent))
     return replace(fit, point=point, predicted=predict(fit.model, point))

@@ -17,6 +17,7 @@ from slipbench.identification.mismatch.simulation.along import (
     OVER,
     PAST,
     SCALE,
+    quantity_of,
     scale,
 )
 from slipbench.identification.mismatch.simulation.record import Record
@@ -92,7 +93,7 @@ UNITS: Mapping[str, str] = {
     "lean": "rad",
     "command": "1",
     "command rate": "1/s",
-    ANGLE: "rad",
+    quantity_of(ANGLE): "rad",
     "command less position": "1",
     "throttle acceleration": "1/s^2",
     "slip rate": "1/s",
@@ -123,7 +124,7 @@ def motion_regressors(record: Record, out: Outputs, spark_delay: float) -> dict[
     seen["spark acceleration"] = rate(seen["spark rate"])
     seen["spark torque"] = seen["engine torque"] * seen["spark"]
     if "rear_turned" in record.measured:
-        seen[ANGLE] = record.measured["rear_turned"] % (2.0 * np.pi)
+        seen[ANGLE] = record.measured["rear_turned"]
     if "lean_angle" in record.measured:
         seen["lean"] = record.measured["lean_angle"]
     return _and_more(seen)

@@ -6,7 +6,7 @@ are all of one kind. Of turning back it is a sum of elements that follow z as fa
 width allows and then slide: the stops of Prandtl and Ishlinskii (Brokate and Sprekels, "Hysteresis
 and Phase Transitions" (1996), section 2.3), by which play and dry friction differ from any f(z).
 As a scale it is f(z) x, a broken line over z by which another quantity x counts for more or less.
-Of a wheel's angle it is what goes round with it: the first orders of a turn, without their mean,
+Of a turn of an angle it is what comes back at every turn: its first orders, without their mean,
 since what is there all round is none of the angle's.
 
 All of them are linear in their values, and are evaluated row by row of a simulation, since what
@@ -27,17 +27,20 @@ SCALE = "scale of "
 DETAIL = "detail of "
 OVER = " along "
 """Between the quantity that is scaled and the one that tells by how much."""
-ANGLE = "wheel angle"
+TURN = "turn of "
+ANGLE = TURN + "rear wheel"
 LAGS = np.array((0.0, 0.005, 0.012, 0.03, 0.07, 0.15, 0.3, 0.6, 1.2, 2.4))
 """Seconds after a step."""
 WIDTHS = np.array((0.0, 0.004, 0.012, 0.04, 0.12, 0.4))
 """Half widths in shares of the quantity's range; 0 stands for the quantity itself."""
 KNOTS = 7
-"""Of a broken line; of a wheel's angle evenly round, which tell its orders up to the third."""
+"""Of a broken line; of a turn evenly round, which tell its orders up to the third."""
 FINE = 30
+ROUND = 15
+"""Knots evenly round a turn once a curve is known to be there: orders up to the seventh."""
 HALVED = {HYSTERESIS: 0, DETAIL: 2}
 """How often the distances of knots are halved once a curve is known to be there; else once."""
-KINDS = (PAST, HYSTERESIS, SCALE, DETAIL)
+KINDS = (PAST, HYSTERESIS, SCALE, DETAIL, TURN)
 ENDS = (0.002, 0.998)
 """Quantiles of a quantity that count as the ends of its range."""
 
@@ -46,7 +49,8 @@ def kind_of(regressor: str) -> str:
     """Return what a regressor begins with: one of KINDS, or nothing: the value now.
 
     Knots are lags (s) of a past, half widths (in the quantity's unit) of a hysteresis, else values
-    of the quantity; of its detail many. The course of a scale is two quantities, (2, rows).
+    of the quantity; of its detail many; of a turn angles evenly round it. The course of a scale is
+    two quantities, (2, rows).
     """
     return next((kind for kind in KINDS if regressor.startswith(kind)), "")
 
@@ -71,8 +75,8 @@ def knots_for(regressor: str, z: Floats) -> Floats:
     if kind_of(regressor) == HYSTERESIS:
         low, high = np.quantile(z, ENDS)
         return WIDTHS * (high - low) if high > low else np.empty(0)
-    if regressor == ANGLE:
-        return evenly_round(KNOTS) if np.ptp(z) > np.pi else np.empty(0)
+    if kind_of(regressor) == TURN:
+        return evenly_round(KNOTS) if np.ptp(z) > 2.0 * np.pi else np.empty(0)
     return knots_between(z, FINE if kind_of(regressor) == DETAIL else KNOTS)
 
 
@@ -88,7 +92,7 @@ def columns(regressor: str, z: Floats, knots: Floats, step: float) -> Iterator[F
     elif kind_of(regressor) == SCALE:
         for row in np.eye(knots.size):
             yield z[1] * np.interp(z[0], knots, row)
-    elif regressor == ANGLE:
+    elif kind_of(regressor) == TURN:
         yield from _round(z, knots)
     else:
         for row in np.eye(knots.size):
@@ -99,7 +103,7 @@ def course(regressor: str, z: Floats, knots: Floats, values: Floats, step: float
     """Return the curve along a course, (rows,)."""
     if kind_of(regressor) == SCALE:
         return np.asarray(z[1] * np.interp(z[0], knots, values))
-    if kind_of(regressor) in ("", DETAIL) and regressor != ANGLE:
+    if kind_of(regressor) in ("", DETAIL):
         return np.interp(z, knots, values)
     parts = columns(regressor, z, knots, step)
     return np.asarray(sum(v * part for v, part in zip(values, parts, strict=True)))
@@ -118,6 +122,8 @@ def sway(regressor: str, z: Floats, knots: Floats) -> Floats:
 
 def finer(regressor: str, knots: Floats) -> Floats:
     """Return the knots with others between, as `HALVED` tells; half widths are enough."""
+    if kind_of(regressor) == TURN:
+        return evenly_round(ROUND)
     for _ in range(HALVED.get(kind_of(regressor), 1)):
         knots = np.sort(np.concatenate((knots, 0.5 * (knots[1:] + knots[:-1]))))
     return knots

@@ -179,6 +179,10 @@ class System(ABC):
         """
         return None
 
+    def turn_of(self, effect: Effect) -> str:
+        """Return the regressor around a turn along which an effect acts by its equation; or empty."""
+        return ""
+
     def unseen_turns(self) -> tuple[Turn, ...]:
         """Lines that could tell at which angle of what turns unseen a recording began."""
         return ()

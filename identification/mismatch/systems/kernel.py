@@ -11,6 +11,7 @@ already passed, or would not see a value from which the input jumped back.
 """
 
 import inspect
+import math
 from collections.abc import Iterable, Iterator
 from functools import cache
 from itertools import count
@@ -35,8 +36,9 @@ from slipbench.identification.mismatch.systems.stop_parts import functions, in_r
 from slipbench.plant.compiled import FLAGS, inlined, load, text_of
 
 FINE, NOT_FINITE = 0.0, 1.0
-CURVE = -1
-"""Code of a free curve; all others are those of the library."""
+CURVE, PERIODIC_CURVE = -1, -3
+"""Codes of free curves; all others are those of the library."""
+ONE_TURN = 2.0 * math.pi
 OWN = -2
 """Number of a curve's quantity where it is that at the curve's own place."""
 TYPES = (
@@ -203,8 +205,11 @@ def _place_lines(name: str, kinds: Iterable[type[SeamEffect]]) -> Iterator[str]:
     yield "        z = q[other[i]] if other[i] >= 0 else 0.0"
     yield f"        if when == {FIRST}:"
     yield "            memory[i, :] = value"
-    yield f"        if code[i] == {CURVE}:"
-    yield f"            value += line(tables[i], value if other[i] == {OWN} else z)"
+    yield "        if code[i] < 0:"
+    yield f"            along = value if other[i] == {OWN} else z"
+    yield f"            if code[i] == {PERIODIC_CURVE}:"
+    yield f"                along -= {ONE_TURN!r} * math.floor(along / {ONE_TURN!r})"
+    yield "            value += line(tables[i], along)"
     yield "            continue"
     word = "if"
     for kind in kinds:

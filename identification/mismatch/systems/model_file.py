@@ -215,6 +215,7 @@ class CurveTable(Section):
     unit        of the values and of plus_minus
     plus_minus  half width of what is reliable with 95 %, of each value; none: 5 % of the largest
                 value. 0: exact
+    periodic    true: the curve repeats every turn of an angle; its knots lie within one turn
     """
 
     at: str
@@ -224,6 +225,7 @@ class CurveTable(Section):
     values: tuple[float, ...]
     unit: str = "1"
     plus_minus: tuple[float, ...] | None = None
+    periodic: bool = False
 
     @model_validator(mode="after")
     def _a_broken_line(self) -> "CurveTable":
@@ -320,7 +322,7 @@ class ModelFile(Section):
 
     @model_validator(mode="after")
     def _one_curve_each(self) -> "ModelFile":
-        pairs = [(c.at, c.along) for c in self.curves]
+        pairs = [(c.at, c.along, c.periodic) for c in self.curves]
         for pair in pairs:
             if pairs.count(pair) > 1:
                 raise ValueError(f"two curves at {pair[0]!r} along {pair[1]!r}: add their values")

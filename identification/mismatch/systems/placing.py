@@ -1,10 +1,15 @@
 """Every effect at every place of a system where it may act."""
 
 import math
+import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
 from functools import cache
 
+import numpy as np
+
+from slipbench.identification.mismatch.simulation.turn import Turn
+from slipbench.identification.mismatch.systems.effects.cogging import Cogging
 from slipbench.identification.mismatch.systems.effects.library import BY_NAME, LIBRARY
 from slipbench.identification.mismatch.systems.effects.seam_effect import (
     INPUT,
@@ -15,6 +20,7 @@ from slipbench.identification.mismatch.systems.effects.seam_effect import (
     SeamEffect,
     placed,
 )
+from slipbench.identification.mismatch.systems.effects.unbalance import Unbalance
 from slipbench.identification.mismatch.systems.equations import rate_name
 from slipbench.identification.mismatch.systems.magnitude import usual_rates
 from slipbench.identification.mismatch.systems.model_file import (
@@ -30,6 +36,8 @@ from slipbench.identification.mismatch.systems.model_file import (
 from slipbench.plant.errors import ParameterError, nearest
 from slipbench.protocol.errors import InputError
 
+LINE = 0.02
+"""Size of a line of which a signature is taken, in the usual magnitude of its place."""
 POSITIONS = ("rad", "m", "count")
 """Units of what a position loop is commanded to."""
 
@@ -111,14 +119,52 @@ def _others(uses: str, place: Place, file: ModelFile) -> Iterable[str]:
     if uses == "channel":
         return inputs
     if uses == "turn":
-        return (name for name in (*inputs, *file.states) if _turns(name, file))
+        return (name for name in turning(file) if name != place.name)
     return (name for name in inputs if _told(name, file).size.si_unit == "rad")
+
+
+def turning(file: ModelFile) -> list[str]:
+    """Names of inputs and states that are angles and go round."""
+    return [name for name in (*file.inputs, *file.states) if _turns(name, file)]
 
 
 def _turns(name: str, file: ModelFile) -> bool:
     """Tell whether a quantity is an angle that goes round: an input that leans does not."""
     size = _told(name, file).size
     return size.si_unit == "rad" and (name in file.states or abs(size.si) >= 2.0 * math.pi)
+
+
+def lines(file: ModelFile) -> Iterator[Turn]:
+    """Yield what could tell where an unseen angle stood: a force once a turn, and more often."""
+    angle = unseen_angle(file)
+    for place in places(file) if angle else ():
+        if place.kind == SEAM:
+            at = _with(place, angle, file)
+            size = LINE * place.size
+            once: Callable[..., SeamEffect] = placed(Unbalance, at, file.period)
+            often: Callable[..., SeamEffect] = placed(Cogging, at, file.period)
+            yield Turn(once(size, 0.0), once(size, 0.5 * math.pi), 1.0)
+            order = next(p for p in Cogging.parameters() if p.name == "order")
+            for n in np.arange(order.low, order.high + 1.0):
+                yield Turn(often(size, n, 0.0), often(size, n, 0.5 * math.pi), float(n))
+
+
+def unseen_angle(file: ModelFile) -> str:
+    """Return the angle of which recordings tell only the speed, so that each begins anywhere.
+
+    It goes round, starts where the file says, and is in no equation. Empty: there is none, or several.
+    """
+    texts = [s.value for s in file.seams.values()] + [o.value for o in file.outputs.values()]
+    texts += [s.rate for s in file.states.values()]
+    found = [
+        name
+        for name in turning(file)
+        if (state := file.states.get(name)) is not None
+        and not isinstance(state, DrivenState)
+        and not isinstance(state.start, str)
+        and not any(re.search(rf"\b{name}\b", text) for text in texts)
+    ]
+    return found[0] if len(found) == 1 else ""
 
 
 def _state(place: Place, file: ModelFile) -> str:
@@ -180,7 +226,13 @@ def _speed_at(place: Place, file: ModelFile) -> str:
 
 def _with(place: Place, other: str, file: ModelFile) -> Place:
     size = _told(other, file).size
-    return Place(place.name, place.kind, place.unit, place.size, other, size.si_unit, abs(size.si))
+    return replace(
+        place,
+        other=other,
+        other_unit=size.si_unit,
+        other_size=abs(size.si),
+        other_unseen=other == unseen_angle(file),
+    )
 
 
 def acting(entry: ActingEffect, file: ModelFile, where: str) -> SeamEffect:

@@ -12,8 +12,15 @@ from slipbench.identification.mismatch.systems.delay_times import delay_times
 from slipbench.identification.mismatch.systems.effects.library import CODES
 from slipbench.identification.mismatch.systems.effects.seam_effect import OUTPUT, SeamEffect
 from slipbench.identification.mismatch.systems.equations import Equations, rate_name
-from slipbench.identification.mismatch.systems.kernel import CURVE, FINE, compose, first_input
+from slipbench.identification.mismatch.systems.kernel import (
+    CURVE,
+    FINE,
+    PERIODIC_CURVE,
+    compose,
+    first_input,
+)
 from slipbench.identification.mismatch.systems.model_file import ModelFile
+from slipbench.identification.mismatch.systems.placing import unseen_angle
 from slipbench.identification.mismatch.systems.stops import check_order
 from slipbench.identification.mismatch.systems.table_curve import RATE, TableCurve, known_quantities
 from slipbench.plant.effects.effect import Effect
@@ -106,7 +113,8 @@ def slots(
     code, where, other = (np.zeros(total, np.int64) for _ in range(3))
     par = np.zeros((total, PARAMETERS_OF_ONE))
     for i, curve in enumerate(curves):
-        code[i], where[i] = CURVE, e.places.index(curve.place)
+        code[i] = PERIODIC_CURVE if curve.repeats else CURVE
+        where[i] = e.places.index(curve.place)
         other[i] = known_quantities(curve.place, e, file)[curve.along]
     ordered = sorted(effects, key=lambda x: CODES[x.name])
     for i, effect in enumerate(ordered, start=len(curves)):
@@ -129,10 +137,11 @@ def _other(effect: SeamEffect, e: Equations, file: ModelFile) -> int:
 
 def _tables(curves: list[TableCurve], slots: int) -> Floats:
     """Knots and values of all curves, (slots, 2, knots); short ones repeat their last."""
-    longest = max((len(c.knots) for c in curves), default=1)
+    told = [np.stack(c.table) for c in curves]
+    longest = max((one.shape[1] for one in told), default=1)
     tables = np.zeros((slots, 2, longest))
-    for i, c in enumerate(curves):
-        tables[i] = np.pad((c.knots, c.heights), ((0, 0), (0, longest - len(c.knots))), "edge")
+    for i, one in enumerate(told):
+        tables[i] = np.pad(one, ((0, 0), (0, longest - one.shape[1])), "edge")
     return tables
 
 
@@ -160,11 +169,11 @@ def ring_length(delays: Iterable[float], step: float) -> int:
 
 
 def _first(file: ModelFile, record: Record) -> Floats:
-    """States at first: as told, or as the output shows them first."""
-    found = []
-    for state in file.states.values():
+    """States at first: as told, or as the output shows them first, or as was read off a line."""
+    found, unseen = [], unseen_angle(file)
+    for name, state in file.states.items():
         if isinstance(state.start, str):
             found.append(float(record.measured[state.start][0]))
         else:
-            found.append(state.start.si)
+            found.append(state.start.si + (record.turned if name == unseen else 0.0))
     return np.array(found, np.float64)

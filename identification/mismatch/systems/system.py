@@ -7,6 +7,7 @@ from typing import Self
 
 import numpy as np
 
+from slipbench.identification.mismatch.simulation.along import TURN, kind_of
 from slipbench.identification.mismatch.simulation.blocks import Block, Chain
 from slipbench.identification.mismatch.simulation.coordinates import (
     NORMAL_95,
@@ -16,6 +17,7 @@ from slipbench.identification.mismatch.simulation.coordinates import (
 from slipbench.identification.mismatch.simulation.place import Injection
 from slipbench.identification.mismatch.simulation.record import Record
 from slipbench.identification.mismatch.simulation.system import System
+from slipbench.identification.mismatch.simulation.turn import Turn
 from slipbench.identification.mismatch.simulation.written_units import WrittenUnits
 from slipbench.identification.mismatch.systems import placing
 from slipbench.identification.mismatch.systems.board import check_size
@@ -274,6 +276,10 @@ class ModelSystem(System):
             push[:, names.index(name)] += course
         return Task(self.file, self.values, (*self.curves, *self.acting), record, push)
 
+    def unseen_turns(self) -> tuple[Turn, ...]:
+        """Return the orders of an unseen angle."""
+        return tuple(placing.lines(self.file))
+
     def places(self, chain: Chain) -> list[Injection]:
         """Inputs, seams and rates of states."""
         return [
@@ -289,12 +295,13 @@ class ModelSystem(System):
 
         A simulation from outside knows none.
         """
-        along, at = regressor.replace(" ", "_"), place.name.replace(" ", "_")
+        along, at = (n.replace(" ", "_") for n in (regressor.removeprefix(TURN), place.name))
         if not self.simulator.knows_curves or along not in known_quantities(
             at, self.equations, self.file
         ):
             return None
-        return TableCurve(at, along, tuple(map(float, knots)), tuple(map(float, values)))
+        periodic = kind_of(regressor) == TURN
+        return TableCurve(at, along, tuple(map(float, knots)), tuple(map(float, values)), periodic)
 
     def push(self, place: Injection, record: Record, course: Floats) -> dict[str, Floats]:
         """Add it to the place's quantity."""
@@ -316,7 +323,23 @@ class ModelSystem(System):
             found[self.operating] = out[next(iter(self.file.outputs))]
         rates = {f"{n} rate": record.grid.rate(c) for n, c in found.items()}
         del rates["time rate"]
-        return {**found, **rates}
+        turns = {
+            f"{TURN}{_word(n)}": self._angle(n, record, out) for n in placing.turning(self.file)
+        }
+        return {**found, **rates, **turns}
+
+    def _angle(self, name: str, record: Record, out: Shown) -> Floats:
+        """Course of an angle: recorded, else as simulated, which may be ahead by part of a turn."""
+        if name in self.file.inputs:
+            return record.inputs[:, self.equations.inputs.index(name)]
+        shown = (n for n, o in self.file.outputs.items() if o.value.strip() == name)
+        return next((record.measured[n] for n in shown if n in record.measured), out[name])
+
+    def turn_of(self, effect: Effect) -> str:
+        """Return the turn of the angle that an effect uses."""
+        if isinstance(effect, SeamEffect) and effect.uses == "turn":
+            return f"{TURN}{_word(effect.place.other)}"
+        return ""
 
 
 def _word(name: str) -> str:

@@ -2,19 +2,23 @@
 
 A broken line f(z) over knots of z, level beyond them, is added to an input, a seam, the rate of a
 state or an output, before the effects there. z is the time, an input, a state, a seam, or the rate
-of an input or a state, as the simulation has it; what the curve does acts back on it.
+of an input or a state, as the simulation has it; what the curve does acts back on it. A periodic
+curve repeats every turn of z, an angle.
 """
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from slipbench.identification.mismatch.simulation.coordinates import NORMAL_95, Coordinate
 from slipbench.identification.mismatch.systems.equations import Equations, rate_name
-from slipbench.identification.mismatch.systems.kernel import OWN, first_input
+from slipbench.identification.mismatch.systems.kernel import ONE_TURN, OWN, first_input
 from slipbench.identification.mismatch.systems.model_file import CurveTable, ModelFile
 from slipbench.identification.mismatch.systems.placing import places
 from slipbench.plant.effects.effect import Effect
 from slipbench.plant.errors import nearest
+from slipbench.plant.signals import Floats
 from slipbench.protocol.errors import InputError
 from slipbench.protocol.units import linear, to_base
 
@@ -24,7 +28,10 @@ RATE = "_rate"
 
 @dataclass(frozen=True)
 class TableCurve(Effect):
-    """A broken line at a place. knots: of `along`, increasing; heights: of the place; both SI."""
+    """A broken line at a place.
+
+    knots: of `along`, increasing; heights: of the place; both SI. repeats: it does so every turn.
+    """
 
     name = "curve"
     block = ""
@@ -35,6 +42,7 @@ class TableCurve(Effect):
     along: str
     knots: tuple[float, ...]
     heights: tuple[float, ...]
+    repeats: bool = False
 
     @property
     def subject(self) -> str:
@@ -44,7 +52,20 @@ class TableCurve(Effect):
     @property
     def owner(self) -> str:
         """Return what the keys of its values begin with."""
-        return f"curves.{self.place}.{self.along}"
+        return f"curves.{self.place}.{'turn_of_' if self.repeats else ''}{self.along}"
+
+    @property
+    def table(self) -> tuple[Floats, Floats]:
+        """Return knots and heights; of a periodic curve all over a turn from 0."""
+        knots, heights = np.array(self.knots), np.array(self.heights)
+        if not self.repeats:
+            return knots, heights
+        knots = np.mod(knots, ONE_TURN)
+        order = np.argsort(knots)
+        around, heights = np.pad(knots[order], 1, "wrap"), np.pad(heights[order], 1, "wrap")
+        around[0] -= ONE_TURN
+        around[-1] += ONE_TURN
+        return around, heights
 
     def with_height(self, number: int, height: float) -> "TableCurve":
         """Return it with another value at one knot."""
@@ -83,7 +104,30 @@ def read_curve(told: CurveTable, e: Equations, file: ModelFile, where: str) -> T
     except ValueError as fault:
         raise InputError(str(fault), where=where, remedy="correct the unit") from fault
     knots = tuple(slope * z + offset for z in told.knots)
-    return TableCurve(told.at, told.along, knots, tuple(height * f for f in told.values))
+    if told.periodic:
+        _check_turn(told, knots, unit_of(told.along, file), where)
+    values = tuple(height * f for f in told.values)
+    return TableCurve(told.at, told.along, knots, values, told.periodic)
+
+
+def _check_turn(told: CurveTable, knots: tuple[float, ...], unit: str, where: str) -> None:
+    """Raise InputError where a curve cannot repeat every turn."""
+    if unit != "rad":
+        raise InputError(
+            f"a curve along {told.along!r} does not repeat every turn",
+            where=f"{where}.periodic",
+            expected="an angle, in rad or deg",
+            found=f"a quantity in {unit}",
+            remedy="take periodic away, or let the curve act along an angle",
+        )
+    if knots[-1] - knots[0] >= ONE_TURN:
+        raise InputError(
+            "the knots of a periodic curve span more than a turn",
+            where=f"{where}.knots",
+            expected="less than a turn from the first to the last",
+            found=f"{knots[-1] - knots[0]:.4g} rad",
+            remedy="leave out the knots that repeat",
+        )
 
 
 def known_quantities(at: str, e: Equations, file: ModelFile) -> dict[str, int]:

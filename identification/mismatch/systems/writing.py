@@ -1,12 +1,14 @@
 """Write a model file with new numbers and the effects that were found."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from slipbench.identification.mismatch.simulation.written_units import WrittenUnits
 from slipbench.identification.mismatch.systems.effects.seam_effect import SeamEffect
+from slipbench.identification.mismatch.systems.kernel import ONE_TURN
 from slipbench.identification.mismatch.systems.model_file import ModelFile
 from slipbench.identification.mismatch.systems.placing import places
 from slipbench.identification.mismatch.systems.table_curve import TableCurve, unit_of
@@ -56,13 +58,13 @@ def curves_as_tables(
     curves: Sequence[TableCurve], file: ModelFile, known: Mapping[str, float], written: WrittenUnits
 ) -> Iterator[dict[str, Any]]:
     """Yield the tables of curves: in the units of the table that is there, else of the file."""
-    there = {(c.at, c.along): c for c in file.curves}
+    there = {(c.at, c.along, c.periodic): c for c in file.curves}
     units = {p.name: p.unit for p in places(file)}
-    for pair in dict.fromkeys((c.place, c.along) for c in curves):
-        curve, halves = _sum([c for c in curves if (c.place, c.along) == pair], known)
+    for own in dict.fromkeys(map(_own, curves)):
+        curve, halves = _sum([c for c in curves if _own(c) == own], known)
         along, height = unit_of(curve.along, file), units[curve.place]
-        if pair in there:
-            of_knots, of_values = there[pair].along_unit, there[pair].unit
+        if own in there:
+            of_knots, of_values = there[own].along_unit, there[own].unit
         else:
             words = (curve.along.replace("_", " "), curve.place.replace("_", " "))
             of_knots, of_values = (
@@ -79,7 +81,13 @@ def curves_as_tables(
             "values": _row(factor * f for f in curve.heights),
             "unit": of_values,
             "plus_minus": _row((factor * h for h in halves), DIGITS_OF_HALF_WIDTH),
+            **({"periodic": True} if curve.repeats else {}),
         }
+
+
+def _own(curve: TableCurve) -> tuple[str, str, bool]:
+    """What tells a curve from others of the file."""
+    return curve.place, curve.along, curve.repeats
 
 
 def _sum(curves: Sequence[TableCurve], known: Mapping[str, float]) -> tuple[TableCurve, Floats]:
@@ -91,10 +99,10 @@ def _sum(curves: Sequence[TableCurve], known: Mapping[str, float]) -> tuple[Tabl
     height, square = np.zeros(knots.size), np.zeros(knots.size)
     for c in curves:
         own = [known.get(f"{c.owner}.{k}", 0.0) for k in range(len(c.knots))]
-        height += np.interp(knots, c.knots, c.heights)
-        square += np.interp(knots, c.knots, own) ** 2
-    first = curves[0]
-    return TableCurve(first.place, first.along, tuple(knots), tuple(height)), np.sqrt(square)
+        turn = ONE_TURN if c.repeats else None
+        height += np.interp(knots, c.knots, c.heights, period=turn)
+        square += np.interp(knots, c.knots, own, period=turn) ** 2
+    return replace(curves[0], knots=tuple(knots), heights=tuple(height)), np.sqrt(square)
 
 
 def _row(values: Iterable[float], digits: int = DIGITS) -> list[float]:

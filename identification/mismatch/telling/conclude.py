@@ -26,10 +26,10 @@ from slipbench.identification.mismatch.fit.sizing import sizes
 from slipbench.identification.mismatch.naming.interval import estimates
 from slipbench.identification.mismatch.naming.named import Named
 from slipbench.identification.mismatch.simulation.along import (
-    ANGLE,
     HYSTERESIS,
     PAST,
     SCALE,
+    TURN,
     quantity_of,
 )
 from slipbench.identification.mismatch.simulation.system import System
@@ -174,7 +174,7 @@ def in_written_units(curve: Curve, system: System) -> tuple[Curve, str]:
         return replace(scaled, unit=of_values), unit
     if curve.kind == SCALE:
         return replace(curve, knots=x * curve.knots), unit
-    if curve.regressor == ANGLE:
+    if curve.kind == TURN:
         return replace(curve, values=y * curve.values, unit=of_values), "rad"
     return replace(curve, knots=x * curve.knots, values=y * curve.values, unit=of_values), unit
 

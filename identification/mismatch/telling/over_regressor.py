@@ -5,7 +5,7 @@ import numpy as np
 from slipbench.identification.mismatch.curves.trace import over_all, seen_by
 from slipbench.identification.mismatch.fit.fitting import Fit
 from slipbench.identification.mismatch.fit.stack import Integers
-from slipbench.identification.mismatch.simulation.along import ANGLE
+from slipbench.identification.mismatch.simulation.along import TURN, kind_of
 from slipbench.plant.errors import PlantError
 from slipbench.plant.signals import Floats
 
@@ -43,7 +43,8 @@ def _courses(fit: Fit, regressor: str) -> list[Floats]:
             continue
         if regressor in seen[0][1]:
             courses = [over_all(regressor, [one]) for one in seen]
-            return [np.mod(c, 2.0 * np.pi) for c in courses] if regressor == ANGLE else courses
+            turns = kind_of(regressor) == TURN
+            return [np.mod(c, 2.0 * np.pi) for c in courses] if turns else courses
     return []
 
 

@@ -5,11 +5,12 @@ from matplotlib.axes import Axes
 
 from slipbench.identification.mismatch.curves.curve import Curve
 from slipbench.identification.mismatch.simulation.along import (
-    ANGLE,
     HYSTERESIS,
     KNOTS,
     PAST,
+    ROUND,
     SCALE,
+    TURN,
     after_a_turn,
     quantity_of,
     step_response,
@@ -71,7 +72,7 @@ def _points(curve: Curve) -> tuple[Floats, Floats]:
     if curve.kind == HYSTERESIS:
         way = np.linspace(0.0, 2.0 * float(curve.knots.max()), 81)
         return way, after_a_turn(curve.knots, curve.values, way)
-    if curve.regressor == ANGLE and curve.knots.size == KNOTS:
+    if curve.kind == TURN and curve.knots.size in (KNOTS, ROUND):
         turn = np.linspace(0.0, 2.0 * np.pi, 181)
         return turn, curve(turn)
     if curve.kind != PAST:

@@ -19,7 +19,13 @@ from slipbench.identification.mismatch.fit.fitting import Fit
 from slipbench.identification.mismatch.fit.sensitivity import change
 from slipbench.identification.mismatch.fit.sizing import limits
 from slipbench.identification.mismatch.fit.stack import flat
-from slipbench.identification.mismatch.simulation.along import ANGLE, DETAIL, kind_of, knots_for
+from slipbench.identification.mismatch.simulation.along import (
+    ANGLE,
+    DETAIL,
+    TURN,
+    kind_of,
+    knots_for,
+)
 from slipbench.identification.mismatch.simulation.model import predict
 from slipbench.identification.mismatch.simulation.place import Injection
 from slipbench.plant.errors import PlantError
@@ -41,6 +47,8 @@ def regressor_of(fit: Fit, number: int) -> str:
     name = fit.model.system.acts_at(pattern) or pattern.subject.partition("/")[0]
     if any(disc.name == name for disc, _ in discs(fit)):
         return ANGLE
+    if turn := fit.model.system.turn_of(pattern):
+        return turn
     try:
         bare = _without(fit, number)
     except PlantError:
@@ -84,7 +92,7 @@ def _shares(fit: Fit, place: Injection, traces: Floats) -> Iterator[tuple[str, f
     seen = whitened.seen_by(place.drive) if whole.size else []
     for name in seen[0][1] if seen else ():
         knots = knots_for(name, over_all(name, seen))
-        if name == ANGLE or kind_of(name) == DETAIL or knots.size < 3:
+        if kind_of(name) in (TURN, DETAIL) or knots.size < 3:
             continue
         hats = whitened.along(place.drive, {name: knots})
         columns = place.size * whitened.columns(place, hats)

@@ -81,7 +81,10 @@ def programs(folder: Path) -> "Iterator[tuple[subprocess.Popen[str], subprocess.
     wait_for_listeners(2)
     trial = slipbench("trial", file, *ON_THE_BUS, "--real-time", "--out", folder / "run")
     assert trial.stdout
-    assert any("exciting" in line for line in trial.stdout), "it never came to exciting"
+    said: list[str] = []
+    while not any("exciting" in line for line in said[-1:]):
+        said.append(trial.stdout.readline())
+        assert said[-1], f"it never came to exciting: {''.join(said)}"
     time.sleep(INTO_IT)
     try:
         yield trial, vehicle, folder / "run"

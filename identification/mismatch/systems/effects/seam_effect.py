@@ -37,7 +37,8 @@ INPUT, SEAM, RATE, OUTPUT = "input", "seam", "rate", "output"
 class Place:
     """A quantity of a system. kind: input, seam, rate or output; size: its usual magnitude.
 
-    other: name of a quantity that the effect may use besides, with its unit and size.
+    other: name of a quantity that the effect may use besides, with its unit and size. other_unseen:
+    it is an angle of which recordings tell only the speed.
     """
 
     name: str
@@ -47,6 +48,7 @@ class Place:
     other: str = ""
     other_unit: str = "1"
     other_size: float = 1.0
+    other_unseen: bool = False
 
 
 @dataclass(frozen=True)
@@ -116,7 +118,12 @@ def _made(kind: type[SeamEffect], place: Place, period: float, factor: float) ->
         fields,
         bases=(kind,),
         frozen=True,
-        namespace={"__doc__": kind.__doc__, "place": place, "block": place.name},
+        namespace={
+            "__doc__": kind.__doc__,
+            "place": place,
+            "block": place.name,
+            "unseen_turn": place.other_unseen,
+        },
     )
     made.__module__ = (
         kind.__module__
