@@ -32,7 +32,7 @@ from slipbench.identification.mismatch.fit.held_out import (
 )
 from slipbench.identification.mismatch.fit.judge import Judge
 from slipbench.identification.mismatch.fit.sensitivity import change
-from slipbench.identification.mismatch.fit.turned import begun_at, plainest_turn
+from slipbench.identification.mismatch.fit.turned import begun_at, lines
 from slipbench.identification.mismatch.naming.acceptance import ENOUGH
 from slipbench.identification.mismatch.naming.next_trial import next_trial
 from slipbench.identification.mismatch.naming.search import MOST, Say, Search
@@ -96,12 +96,13 @@ def _calibrate(a: Analysis, _: Sequence[type[Effect]], say: Say) -> None:
         say(takes)
     say("Calibrating nominal parameters")
     a.base = calibrate(a.training, a.training.origin())
-    turn = plainest_turn(a.base)
-    if turn is not None:
+    shown = lines(a.base)
+    if shown.plain:
         say("Estimating the initial angle of each recording")
-        a.base = begun_at(a.base, turn)
+        a.base, alike = begun_at(a.base, shown)
         if a.held_out is not None:
-            a.held_out = begun_at(carried_over(a.base, a.held_out), turn).model
+            there = carried_over(a.base, a.held_out)
+            a.held_out = begun_at(there, lines(there), alike)[0].model
 
 
 def _locate(a: Analysis, _: Sequence[type[Effect]], say: Say) -> None:

@@ -13,6 +13,7 @@ from slipbench.identification.mismatch.fit.following import followed
 from slipbench.identification.mismatch.fit.sensitivity import change, sensitivities
 from slipbench.identification.mismatch.fit.settling import settle
 from slipbench.identification.mismatch.fit.stack import flat
+from slipbench.identification.mismatch.fit.turned import scanned
 from slipbench.identification.mismatch.simulation.model import Model, Point, predict
 from slipbench.identification.mismatch.simulation.system import System
 from slipbench.plant.effects.effect import Effect
@@ -61,7 +62,10 @@ def carried_over(fit: Fit, model: Model) -> Fit:
     others = tuple(e for e in effects if not e.unseen_turn)
     there = _met(fit, replace(model.origin(), x=fit.point.x, effects=others), model)
     if len(others) < len(effects):
-        there = _met(fit, replace(there.point, effects=effects), model)
+        point = scanned(
+            _there(fit, replace(there.point, x=fit.point.x, effects=effects), model)
+        ).point
+        there = _met(fit, point, model)
     return replace(there, candidates=fit.candidates)
 
 
@@ -149,13 +153,13 @@ def driven(model: Model, system: System, noise_of: Fit) -> Fit:
     clocks = [k for k in model.known if k.of_clock]
     fixed = Model(system, model.records, model.chain, clocks, model.injected)
     silent = [e.silent() for e in system.effects if e.unseen_turn]
-    met = fixed.origin()
-    if silent:
-        met = settle(
-            _there(noise_of, replace(met, effects=(*met.effects, *silent)), fixed), noises=1
-        ).point
-        met = replace(met, effects=fixed.origin().effects)
-    return settle(_there(noise_of, met, fixed), noises=1)
+    point = fixed.origin()
+    if not silent:
+        return settle(_there(noise_of, point, fixed), noises=1)
+    without = replace(point, effects=(*point.effects, *silent))
+    met = settle(_there(noise_of, without, fixed), noises=1).point
+    turned = scanned(_there(noise_of, replace(met, effects=point.effects), fixed))
+    return followed(_there(noise_of, turned.point, fixed))
 
 
 def predicted_gain(model: Model, base: Fit, fit: Fit, improved: Model) -> float:

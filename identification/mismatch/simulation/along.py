@@ -36,8 +36,8 @@ WIDTHS = np.array((0.0, 0.004, 0.012, 0.04, 0.12, 0.4))
 KNOTS = 7
 """Of a broken line; of a turn evenly round, which tell its orders up to the third."""
 FINE = 30
-ROUND = 15
-"""Knots evenly round a turn once a curve is known to be there: orders up to the seventh."""
+ROUND = 31
+"""Knots evenly round a turn once a curve is known to be there: orders up to the fifteenth."""
 HALVED = {HYSTERESIS: 0, DETAIL: 2}
 """How often the distances of knots are halved once a curve is known to be there; else once."""
 KINDS = (PAST, HYSTERESIS, SCALE, DETAIL, TURN)

@@ -187,6 +187,10 @@ class System(ABC):
         """Lines that could tell at which angle of what turns unseen a recording began."""
         return ()
 
+    def first_angle(self) -> tuple[int, float] | None:
+        """Return which slow unknown is the first value of an unseen angle, and rad of its unit."""
+        return None
+
     def with_half_a_step(self) -> "Self | None":
         """Return the same with half of the step of integration; None where that is not to be had."""
         return None

@@ -32,6 +32,7 @@ from slipbench.identification.mismatch.systems.model_file import (
     Input,
     ModelFile,
     Output,
+    State,
 )
 from slipbench.identification.signals.aligned import Aligned, aligned
 from slipbench.identification.signals.clocks import BUS
@@ -303,15 +304,24 @@ def _slow(file: ModelFile, grid: Grid) -> Floats:
 
     Columns in the order of `slow_places`.
     """
-    columns = []
-    for state in file.states.values():
-        first = np.zeros(grid.rows)
-        spread = SPREAD_AT_FIRST * state.size.si if state.first is None else state.first.si
-        first[0] = spread / grid.step
-        columns.append(first)
-        if state.drift is not None:
-            columns += list(_hats(grid, state.every or grid.stretch) * state.drift.si)
-    return np.column_stack(columns) if columns else np.zeros((grid.rows, 0))
+    first = np.zeros((grid.rows, len(file.states)))
+    first[:1] = [_spread(state) / grid.step for state in file.states.values()]
+    hats = [
+        _hats(grid, state.every or grid.stretch).T * state.drift.si
+        for state in file.states.values()
+        if state.drift is not None
+    ]
+    return np.concatenate((first, *hats), axis=1)
+
+
+def first_of(state: str, file: ModelFile) -> tuple[int, float] | None:
+    """Return the number of the column of a state's first value, and how much it is per unit, SI."""
+    names = [*file.states]
+    return (names.index(state), _spread(file.states[state])) if state else None
+
+
+def _spread(state: State) -> float:
+    return SPREAD_AT_FIRST * state.size.si if state.first is None else state.first.si
 
 
 def _hats(grid: Grid, every: float) -> Floats:
@@ -334,9 +344,12 @@ def _input_noise(data: Aligned, file: ModelFile, inputs: Floats, grid: Grid) -> 
 
 def slow_places(file: ModelFile, grid: Grid) -> list[int]:
     """Number of the place, as the kernel has them, on which each slow column acts."""
-    found = []
-    for k, state in enumerate(file.states.values(), start=len(file.inputs) + len(file.seams)):
-        hats = 0 if state.drift is None else len(_hats(grid, state.every or grid.stretch))
-        found += [k] * (1 + hats)
+    rates = range(
+        len(file.inputs) + len(file.seams), len(file.states) + len(file.inputs) + len(file.seams)
+    )
+    found = [*rates]
+    for k, state in zip(rates, file.states.values(), strict=True):
+        if state.drift is not None:
+            found += [k] * len(_hats(grid, state.every or grid.stretch))
     noisy = [k for k, told in enumerate(file.inputs.values()) if told.noisy]
     return found + [k for k in noisy for _ in WIDTHS]

@@ -25,11 +25,17 @@ from slipbench.identification.mismatch.systems.delay_times import check_delays, 
 from slipbench.identification.mismatch.systems.effects.seam_effect import OUTPUT, SeamEffect
 from slipbench.identification.mismatch.systems.equations import Equations, equations
 from slipbench.identification.mismatch.systems.model_file import ModelFile, load_model_file
-from slipbench.identification.mismatch.systems.record import prepare, realigned, slow_places
+from slipbench.identification.mismatch.systems.record import (
+    first_of,
+    prepare,
+    realigned,
+    slow_places,
+)
 from slipbench.identification.mismatch.systems.run import Shown
 from slipbench.identification.mismatch.systems.simulator import CompiledEquations, Simulator, Task
 from slipbench.identification.mismatch.systems.table_curve import (
     TableCurve,
+    curve_along,
     half_widths,
     known_quantities,
     read_curve,
@@ -280,6 +286,10 @@ class ModelSystem(System):
         """Return the orders of an unseen angle."""
         return tuple(placing.lines(self.file))
 
+    def first_angle(self) -> tuple[int, float] | None:
+        """Return the unknown of the unseen angle."""
+        return first_of(placing.unseen_angle(self.file), self.file)
+
     def places(self, chain: Chain) -> list[Injection]:
         """Inputs, seams and rates of states."""
         return [
@@ -293,15 +303,18 @@ class ModelSystem(System):
     ) -> Effect | None:
         """Return a curve of the model file; None along what the kernel does not know there.
 
-        A simulation from outside knows none.
+        A simulation from outside knows none. Around a turn the mean is left out: what is there all round
+        is none of the angle's, and parameters that make up for it would leave with the curve.
         """
         along, at = (n.replace(" ", "_") for n in (regressor.removeprefix(TURN), place.name))
         if not self.simulator.knows_curves or along not in known_quantities(
             at, self.equations, self.file
         ):
             return None
-        periodic = kind_of(regressor) == TURN
-        return TableCurve(at, along, tuple(map(float, knots)), tuple(map(float, values)), periodic)
+        repeats = kind_of(regressor) == TURN
+        values = values - values.mean() if repeats else values
+        table = (tuple(map(float, knots)), tuple(map(float, values)))
+        return curve_along(self.file, at, along, *table, repeats)
 
     def push(self, place: Injection, record: Record, course: Floats) -> dict[str, Floats]:
         """Add it to the place's quantity."""

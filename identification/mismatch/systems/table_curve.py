@@ -8,6 +8,7 @@ curve repeats every turn of z, an angle.
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
+from typing import Any, Self
 
 import numpy as np
 
@@ -15,7 +16,7 @@ from slipbench.identification.mismatch.simulation.coordinates import NORMAL_95, 
 from slipbench.identification.mismatch.systems.equations import Equations, rate_name
 from slipbench.identification.mismatch.systems.kernel import ONE_TURN, OWN, first_input
 from slipbench.identification.mismatch.systems.model_file import CurveTable, ModelFile
-from slipbench.identification.mismatch.systems.placing import places
+from slipbench.identification.mismatch.systems.placing import places, unseen_angle
 from slipbench.plant.effects.effect import Effect
 from slipbench.plant.errors import nearest
 from slipbench.plant.signals import Floats
@@ -67,7 +68,11 @@ class TableCurve(Effect):
         around[-1] += ONE_TURN
         return around, heights
 
-    def with_height(self, number: int, height: float) -> "TableCurve":
+    def silent(self) -> Self:
+        """Return it with all values zero."""
+        return replace(self, heights=(0.0,) * len(self.heights))
+
+    def with_height(self, number: int, height: float) -> Self:
         """Return it with another value at one knot."""
         heights = (*self.heights[:number], height, *self.heights[number + 1 :])
         return replace(self, heights=heights)
@@ -78,6 +83,18 @@ class TableCurve(Effect):
             half = known[f"{self.owner}.{k}"]
             if half > 0.0:
                 yield Coordinate(self.owner, str(k), height, half / NORMAL_95, linear=True)
+
+
+@dataclass(frozen=True)
+class UnseenAngleCurve(TableCurve):
+    """A curve along an angle of which recordings tell only the speed."""
+
+    unseen_turn = True
+
+
+def curve_along(file: ModelFile, *told: Any) -> TableCurve:
+    """Return a curve of a file. told: what `TableCurve` is made of, place and quantity first."""
+    return (UnseenAngleCurve if told[1] == unseen_angle(file) else TableCurve)(*told)
 
 
 def read_curve(told: CurveTable, e: Equations, file: ModelFile, where: str) -> TableCurve:
@@ -107,7 +124,7 @@ def read_curve(told: CurveTable, e: Equations, file: ModelFile, where: str) -> T
     if told.periodic:
         _check_turn(told, knots, unit_of(told.along, file), where)
     values = tuple(height * f for f in told.values)
-    return TableCurve(told.at, told.along, knots, values, told.periodic)
+    return curve_along(file, told.at, told.along, knots, values, told.periodic)
 
 
 def _check_turn(told: CurveTable, knots: tuple[float, ...], unit: str, where: str) -> None:
