@@ -24,7 +24,7 @@ from slipbench.identification.mismatch.curves.pushed import Pushed
 from slipbench.identification.mismatch.curves.standing import FURTHER, pushed_in, standing
 from slipbench.identification.mismatch.fit.calibrate import as_believed, astray
 from slipbench.identification.mismatch.fit.fitting import Fit
-from slipbench.identification.mismatch.fit.following import refreshed
+from slipbench.identification.mismatch.fit.following import followed, refreshed
 from slipbench.identification.mismatch.fit.held_out import CONFIRMED, carried_over
 from slipbench.identification.mismatch.fit.judge import Judge
 from slipbench.identification.mismatch.fit.settling import settle
@@ -71,12 +71,14 @@ def _one(base: Fit, curves: Sequence[Curve], held_out: Model | None) -> FreeCurv
     start, best = max(tried, key=lambda t: t[1].score)
     if isinstance(best.candidates[-1], Pushed):
         return standing(base, best, held_out)
-    for _ in range(0 if newest(best).told().kind == TURN else BENDS):
+    around = newest(best).told().kind == TURN
+    for _ in range(0 if around else BENDS):
         again = simulated(start, rebent(newest(best).told()))
         if again is None or again.score < best.score:
             break
         best = again
-    best = settle(refreshed(best.fine(base.model)), noises=2, steps=3)
+    best = best.fine(base.model)
+    best = followed(best) if around else settle(refreshed(best), noises=2, steps=3)
     confirmed = 0.0
     if held_out is not None:
         confirmed = carried_over(best, held_out).score - carried_over(base, held_out).score
