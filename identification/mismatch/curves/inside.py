@@ -22,15 +22,17 @@ from slipbench.identification.mismatch.curves.free_curve import FreeCurve
 from slipbench.identification.mismatch.curves.locate import locate
 from slipbench.identification.mismatch.curves.pushed import Pushed
 from slipbench.identification.mismatch.curves.standing import FURTHER, pushed_in, standing
+from slipbench.identification.mismatch.curves.tries import enough
 from slipbench.identification.mismatch.fit.calibrate import as_believed, astray
 from slipbench.identification.mismatch.fit.fitting import Fit
 from slipbench.identification.mismatch.fit.following import followed, refreshed
 from slipbench.identification.mismatch.fit.held_out import CONFIRMED, carried_over
 from slipbench.identification.mismatch.fit.judge import Judge
 from slipbench.identification.mismatch.fit.settling import settle
-from slipbench.identification.mismatch.simulation.along import TURN, finer
+from slipbench.identification.mismatch.simulation.along import ROUNDS, TURN, evenly_round
 from slipbench.identification.mismatch.simulation.model import Model
 from slipbench.plant.errors import PlantError
+from slipbench.plant.signals import Floats
 
 TRIED = 2
 """Located curves that are tried inside the simulation."""
@@ -117,11 +119,26 @@ def _chosen(base: Fit, curves: Sequence[Curve]) -> list[Curve]:
 
 
 def _tried(rough: Fit, curve: Curve) -> Iterator[Fit]:
-    if simulable(rough, curve):
-        around = curve.kind == TURN
-        many = finer(curve.regressor, curve.knots) if around else with_many_knots(curve.knots)
-        fit = simulated(rough, replace(curve, knots=many, values=curve(many)))
-    else:
+    if not simulable(rough, curve):
         fit = pushed_in(rough, curve)
+    elif curve.kind == TURN:
+        fit = _around(rough, curve)
+    else:
+        fit = _with_knots(rough, curve, with_many_knots(curve.knots))
     if fit is not None:
         yield fit
+
+
+def _around(rough: Fit, curve: Curve) -> Fit | None:
+    """Fit a curve around a turn, of as many orders as bring what more knots must bring."""
+    best, count = None, 0
+    for many in ROUNDS:
+        fit = _with_knots(rough, curve, evenly_round(many))
+        if fit is None or (best and fit.score - best.score < enough(many - count)):
+            break
+        best, count = fit, many
+    return best
+
+
+def _with_knots(rough: Fit, curve: Curve, knots: Floats) -> Fit | None:
+    return simulated(rough, replace(curve, knots=knots, values=curve(knots)))

@@ -95,7 +95,7 @@ def _at_place(
         pushed = np.concatenate([h[:, part] for h in hats.pushes])
         swing = _swing(place.size * pushed @ values)
         foretold = None
-        if gain > _enough(k.size):
+        if gain > enough(k.size):
             off = judge.nuisances.less(own, hidden[:, part])
             foretold = _foretold(off, judge.left, judge.groups)
         found.append(Try(place, regressor, k, values, gain, swing, foretold))
@@ -152,13 +152,13 @@ def _swing(pushes: Floats) -> float:
 
 
 def _course(judge: Judge, off: Floats, gain: float) -> Floats | None:
-    if gain <= _enough(off.shape[1]):
+    if gain <= enough(off.shape[1]):
         return None
     return _foretold(off, judge.left, judge.groups)
 
 
-def _enough(knots: int) -> float:
-    """Nats from which a curve is worth a closer look."""
+def enough(knots: int) -> float:
+    """Nats from which a curve is worth a closer look, and from which so many more knots are."""
     return MINIMUM + 0.5 * knots
 
 

@@ -61,7 +61,7 @@ def carried_over(fit: Fit, model: Model) -> Fit:
     effects = fit.point.effects
     others = tuple(e for e in effects if not e.unseen_turn)
     there = _met(fit, replace(model.origin(), x=fit.point.x, effects=others), model)
-    if len(others) < len(effects):
+    if len(others) < len(effects) or model.system.turns_unseen():
         point = scanned(
             _there(fit, replace(there.point, x=fit.point.x, effects=effects), model)
         ).point
@@ -152,10 +152,10 @@ def driven(model: Model, system: System, noise_of: Fit) -> Fit:
     """
     clocks = [k for k in model.known if k.of_clock]
     fixed = Model(system, model.records, model.chain, clocks, model.injected)
-    silent = [e.silent() for e in system.effects if e.unseen_turn]
     point = fixed.origin()
-    if not silent:
+    if not system.turns_unseen():
         return settle(_there(noise_of, point, fixed), noises=1)
+    silent = [e.silent() for e in system.effects if e.unseen_turn]
     without = replace(point, effects=(*point.effects, *silent))
     met = settle(_there(noise_of, without, fixed), noises=1).point
     turned = scanned(_there(noise_of, replace(met, effects=point.effects), fixed))

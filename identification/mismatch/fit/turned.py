@@ -101,12 +101,24 @@ def scanned(fit: Fit) -> Fit:
     column, unit = told
     points = [_shifted(fit.point, column, by / unit) for by in np.linspace(-np.pi, np.pi, SCANNED)]
     fits = [replace(fit, point=p, predicted=predict(fit.model, p)) for p in points]
-    rows, count = recordings(fit.model), len(fit.model.records)
-    left = [np.bincount(rows, f.aim[: rows.size] ** 2, count) for f in fits]
-    best = np.argmin(left, axis=0)
+    best = np.argmin([_squares(f, fit) for f in fits], axis=0)
     q = tuple(points[k].q[r] for r, k in enumerate(best))
     point = replace(fit.point, q=q)
     return replace(fit, point=point, predicted=predict(fit.model, point))
+
+
+def _squares(fit: Fit, usual: Fit) -> list[float]:
+    """Square error of each recording, outputs as another fit errs in them, (records,).
+
+    Not whitened: a noise model that has seen a wrong angle takes the ripple for noise.
+    """
+    found = [0.0] * len(fit.model.records)
+    for ones, others in zip(fit.rest, usual.rest, strict=True):
+        there = [one for one in others if one.size]
+        scale = np.mean(np.concatenate(there) ** 2, axis=0) + 1e-300 if there else 1.0
+        for r, one in enumerate(ones):
+            found[r] += float(np.sum(one**2 / scale)) if one.size else 0.0
+    return found
 
 
 def _shifted(point: Point, column: int, by: float) -> Point:
@@ -121,10 +133,11 @@ def _angles(shown: Lines, like: Lines | None) -> Floats:
     of = shown if like is None else like
     best = int(np.argmax(of.nats))
     order = of.orders[best]
-    angles = np.angle(shown.amplitude[:, best]) / order
     by = 2.0 * np.pi / order * np.arange(max(round(order / of.orders.min()), 1))
     weight = np.zeros(of.orders.size) if like is None else like.weight.sum(axis=0)
     total = weight + 0j if like is None else (like.weight * like.amplitude).sum(axis=0)
+    there = 1.0 if like is None else total[best]
+    angles = np.angle(shown.amplitude[:, best] * np.conj(there)) / order
     worth = 0.5 * (shown.weight * np.abs(shown.amplitude) ** 2).sum(axis=1)
     for r in np.argsort(-worth):
         own = shown.weight[r] * shown.amplitude[r]

@@ -36,8 +36,8 @@ WIDTHS = np.array((0.0, 0.004, 0.012, 0.04, 0.12, 0.4))
 KNOTS = 7
 """Of a broken line; of a turn evenly round, which tell its orders up to the third."""
 FINE = 30
-ROUND = 31
-"""Knots evenly round a turn once a curve is known to be there: orders up to the fifteenth."""
+ROUNDS = (7, 15, 31)
+"""Knots evenly round a turn once a curve is known to be there: orders up to the third, and so on."""
 HALVED = {HYSTERESIS: 0, DETAIL: 2}
 """How often the distances of knots are halved once a curve is known to be there; else once."""
 KINDS = (PAST, HYSTERESIS, SCALE, DETAIL, TURN)
@@ -122,8 +122,6 @@ def sway(regressor: str, z: Floats, knots: Floats) -> Floats:
 
 def finer(regressor: str, knots: Floats) -> Floats:
     """Return the knots with others between, as `HALVED` tells; half widths are enough."""
-    if kind_of(regressor) == TURN:
-        return evenly_round(ROUND)
     for _ in range(HALVED.get(kind_of(regressor), 1)):
         knots = np.sort(np.concatenate((knots, 0.5 * (knots[1:] + knots[:-1]))))
     return knots

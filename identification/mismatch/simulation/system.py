@@ -187,6 +187,10 @@ class System(ABC):
         """Lines that could tell at which angle of what turns unseen a recording began."""
         return ()
 
+    def turns_unseen(self) -> bool:
+        """Tell whether it has something that goes with an angle of which recordings tell only the speed."""
+        return any(e.unseen_turn for e in self.effects)
+
     def first_angle(self) -> tuple[int, float] | None:
         """Return which slow unknown is the first value of an unseen angle, and rad of its unit."""
         return None

@@ -215,7 +215,8 @@ class CurveTable(Section):
     unit        of the values and of plus_minus
     plus_minus  half width of what is reliable with 95 %, of each value; none: 5 % of the largest
                 value. 0: exact
-    periodic    true: the curve repeats every turn of an angle; its knots lie within one turn
+    periodic    true: the curve repeats every turn of an angle; it is smooth, a periodic cubic spline,
+                and its knots lie within one turn
     """
 
     at: str

@@ -286,6 +286,10 @@ class ModelSystem(System):
         """Return the orders of an unseen angle."""
         return tuple(placing.lines(self.file))
 
+    def turns_unseen(self) -> bool:
+        """Tell whether an effect or a curve goes with the unseen angle."""
+        return any(e.unseen_turn for e in (*self.curves, *self.acting))
+
     def first_angle(self) -> tuple[int, float] | None:
         """Return the unknown of the unseen angle."""
         return first_of(placing.unseen_angle(self.file), self.file)

@@ -3,7 +3,8 @@
 A broken line f(z) over knots of z, level beyond them, is added to an input, a seam, the rate of a
 state or an output, before the effects there. z is the time, an input, a state, a seam, or the rate
 of an input or a state, as the simulation has it; what the curve does acts back on it. A periodic
-curve repeats every turn of z, an angle.
+curve repeats every turn of z, an angle; it is the periodic cubic spline through its knots (de Boor, "A
+Practical Guide to Splines" (2001)), since what turns has few corners.
 """
 
 from collections.abc import Iterable, Mapping
@@ -11,6 +12,7 @@ from dataclasses import dataclass, replace
 from typing import Any, Self
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 
 from slipbench.identification.mismatch.simulation.coordinates import NORMAL_95, Coordinate
 from slipbench.identification.mismatch.systems.equations import Equations, rate_name
@@ -25,13 +27,15 @@ from slipbench.protocol.units import linear, to_base
 
 TIME = "time"
 RATE = "_rate"
+FINER, FINEST = 4, 96
+"""Pieces of a broken line between two knots of a periodic curve, and at least around a turn."""
 
 
 @dataclass(frozen=True)
 class TableCurve(Effect):
     """A broken line at a place.
 
-    knots: of `along`, increasing; heights: of the place; both SI. repeats: it does so every turn.
+    knots: of `along`, increasing; heights: of the place; both SI. repeats: every turn, and smooth.
     """
 
     name = "curve"
@@ -57,16 +61,18 @@ class TableCurve(Effect):
 
     @property
     def table(self) -> tuple[Floats, Floats]:
-        """Return knots and heights; of a periodic curve all over a turn from 0."""
+        """Return knots and heights of a broken line; of a periodic curve close together over a turn."""
         knots, heights = np.array(self.knots), np.array(self.heights)
         if not self.repeats:
             return knots, heights
         knots = np.mod(knots, ONE_TURN)
         order = np.argsort(knots)
-        around, heights = np.pad(knots[order], 1, "wrap"), np.pad(heights[order], 1, "wrap")
-        around[0] -= ONE_TURN
-        around[-1] += ONE_TURN
-        return around, heights
+        around = np.append(knots[order], knots[order[0]] + ONE_TURN)
+        smooth = CubicSpline(
+            around, np.append(heights[order], heights[order[0]]), bc_type="periodic"
+        )
+        fine = np.linspace(0.0, ONE_TURN, max(FINEST, FINER * order.size) + 1)
+        return fine, smooth(fine)
 
     def silent(self) -> Self:
         """Return it with all values zero."""

@@ -100,7 +100,7 @@ def _sum(curves: Sequence[TableCurve], known: Mapping[str, float]) -> tuple[Tabl
     for c in curves:
         own = [known.get(f"{c.owner}.{k}", 0.0) for k in range(len(c.knots))]
         turn = ONE_TURN if c.repeats else None
-        height += np.interp(knots, c.knots, c.heights, period=turn)
+        height += np.interp(knots, *c.table, period=turn)
         square += np.interp(knots, c.knots, own, period=turn) ** 2
     return replace(curves[0], knots=tuple(knots), heights=tuple(height)), np.sqrt(square)
 

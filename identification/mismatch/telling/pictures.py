@@ -6,9 +6,8 @@ from matplotlib.axes import Axes
 from slipbench.identification.mismatch.curves.curve import Curve
 from slipbench.identification.mismatch.simulation.along import (
     HYSTERESIS,
-    KNOTS,
     PAST,
-    ROUND,
+    ROUNDS,
     SCALE,
     TURN,
     after_a_turn,
@@ -72,7 +71,7 @@ def _points(curve: Curve) -> tuple[Floats, Floats]:
     if curve.kind == HYSTERESIS:
         way = np.linspace(0.0, 2.0 * float(curve.knots.max()), 81)
         return way, after_a_turn(curve.knots, curve.values, way)
-    if curve.kind == TURN and curve.knots.size in (KNOTS, ROUND):
+    if curve.kind == TURN and curve.knots.size in ROUNDS:
         turn = np.linspace(0.0, 2.0 * np.pi, 181)
         return turn, curve(turn)
     if curve.kind != PAST:

@@ -5,13 +5,15 @@ from functools import cache
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from scipy import stats
 
 from slipbench.identification.mismatch.fit.calibrate import calibrate
 from slipbench.identification.mismatch.fit.candidate import Candidate
 from slipbench.identification.mismatch.fit.fitting import Fit, with_effects
 from slipbench.identification.mismatch.fit.settling import settle
-from slipbench.identification.mismatch.fit.turned import begun_at, plainest_turn
+from slipbench.identification.mismatch.fit.turned import Lines, _angles, begun_at, lines
 from slipbench.identification.mismatch.naming.interval import _over_angles, estimates, significance
 from slipbench.plant.effects.compression_torque import CompressionTorque
 from tests.identification.mismatch.test_small import started
@@ -26,15 +28,15 @@ def fitted(*effects) -> Fit:
 
 
 def test_where_nothing_ripples_no_angle_is_read():
-    assert plainest_turn(fitted()) is None
+    assert not lines(fitted()).plain
 
 
 def test_a_ripple_is_found_at_its_order_and_told_with_its_size():
     bare = fitted(THREE)
-    turn = plainest_turn(bare)
-    assert turn is not None
-    assert turn.per_turn == 1.5
-    begun = begun_at(bare, turn)
+    shown = lines(bare)
+    assert shown.plain
+    assert shown.orders[np.argmax(shown.nats)] == 1.5
+    begun, _ = begun_at(bare, shown)
     candidate = Candidate(CompressionTorque(cylinders=3), (0.5, 0.0), (3.0,))
     found = settle(with_effects(begun, (candidate,)))
     swing = estimates(found, 0)[0]
@@ -45,12 +47,36 @@ def test_a_ripple_is_found_at_its_order_and_told_with_its_size():
 
 def test_what_has_been_read_is_not_read_again():
     bare = fitted(THREE)
-    turn = plainest_turn(bare)
-    once = begun_at(bare, turn)
-    twice = begun_at(once, turn)
+    once, alike = begun_at(bare, lines(bare))
+    twice, _ = begun_at(once, lines(once), alike)
     for a, b in zip(once.model.records, twice.model.records, strict=True):
-        period = 2 * np.pi / turn.per_turn
+        period = 2 * np.pi / 1.5
         assert (b.turned - a.turned + 0.5 * period) % period == pytest.approx(0.5 * period, abs=0.1)
+
+
+ORDERS = np.arange(1.0, 7.0)
+angles = st.lists(st.floats(-10.0, 10.0), min_size=2, max_size=6).map(np.array)
+ripples = st.lists(
+    st.complex_numbers(min_magnitude=1.0, max_magnitude=9.0), min_size=6, max_size=6
+).map(np.array)
+
+
+@given(angles, ripples)
+def test_all_orders_together_tell_the_angle_within_the_whole_turn(began, ripple):
+    """Where a ripple is the same in all recordings, so are their angles, but for one of them all."""
+    amplitude = ripple * np.exp(1j * ORDERS * began[:, None])
+    shown = Lines(ORDERS, amplitude, np.ones(amplitude.shape))
+    alike = shown.begun(_angles(shown, None))
+    assert np.abs(alike.amplitude - alike.amplitude[0]).max() < 1e-9
+
+
+@given(angles, ripples)
+def test_other_recordings_are_begun_like_those_whose_angles_are_known(began, ripple):
+    amplitude = ripple * np.exp(1j * ORDERS * began[:, None])
+    known = Lines(ORDERS, ripple[None, :], np.ones((1, 6)))
+    shown = Lines(ORDERS, amplitude, np.ones(amplitude.shape))
+    alike = shown.begun(_angles(shown, known))
+    assert np.abs(alike.amplitude - ripple).max() < 1e-9
 
 
 @pytest.mark.parametrize("count", [1, 4, 7])
@@ -68,7 +94,6 @@ def test_a_file_that_knows_the_ripple_foretells_it_once_the_angles_are_read():
     without = fitted(THREE)
     knows = replace(without.model, system=without.model.system.at((), np.empty(0), (THREE,)))
     before = calibrate(knows, knows.origin())
-    turn = plainest_turn(before)
-    assert turn is not None
-    assert turn.per_turn == 1.5
-    assert begun_at(before, turn).score > without.score + 100.0
+    shown = lines(before)
+    assert shown.orders[np.argmax(shown.nats)] == 1.5
+    assert begun_at(before, shown)[0].score > without.score + 100.0
