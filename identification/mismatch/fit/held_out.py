@@ -53,24 +53,30 @@ class Error:
 
 @lru_cache(maxsize=4)
 def carried_over(fit: Fit, model: Model) -> Fit:
-    """Let a fitted system meet other recordings; everything uncertain may move again.
-
-    What goes with an angle that no channel shows comes last: as long as the speed is not that of the
-    recording, the angle is nowhere near, and a fit may end whole turns away.
-    """
-    effects = fit.point.effects
-    others = tuple(e for e in effects if not e.unseen_turn)
-    there = _met(fit, replace(model.origin(), x=fit.point.x, effects=others), model)
-    if len(others) < len(effects) or model.system.turns_unseen():
-        point = scanned(
-            _there(fit, replace(there.point, x=fit.point.x, effects=effects), model)
-        ).point
-        there = _met(fit, point, model)
+    """Let a fitted system meet other recordings; everything uncertain may move again."""
+    begun = replace(model.origin(), x=fit.point.x, effects=fit.point.effects)
+    system = fit.model.at(fit.point)
+    if system.turns_unseen():
+        begun = replace(begun, q=_begun(system, model, fit).point.q)
+    there = followed(settle(_there(fit, begun, model), noises=2))
     return replace(there, candidates=fit.candidates)
 
 
-def _met(fit: Fit, point: Point, model: Model) -> Fit:
-    return followed(settle(_there(fit, point, model), noises=2))
+def _begun(system: System, model: Model, noise_of: Fit) -> Fit:
+    """Return an unchanged system beside recordings, begun at the angles that suit them best.
+
+    First nothing goes with the angle, until the speed is that of the recordings.
+    """
+    silent = _unchanged(system.silenced(), model)
+    met = settle(_there(noise_of, silent.origin(), silent), noises=1).point
+    fixed = _unchanged(system, model)
+    return scanned(_there(noise_of, replace(met, effects=fixed.origin().effects), fixed))
+
+
+def _unchanged(system: System, model: Model) -> Model:
+    """Return the model of one system in which only the slow unknown and clocks are estimated."""
+    clocks = [k for k in model.known if k.of_clock]
+    return Model(system, model.records, model.chain, clocks, model.injected)
 
 
 def _there(fit: Fit, point: Point, model: Model) -> Fit:
@@ -146,20 +152,12 @@ def _added(bare: Fit, effects: tuple[Effect, ...]) -> Fit:
 
 
 def driven(model: Model, system: System, noise_of: Fit) -> Fit:
-    """Let one system, unchanged, meet recordings; the slow unknown and clocks are estimated.
-
-    What goes with an angle that no channel shows comes last, as in `carried_over`.
-    """
-    clocks = [k for k in model.known if k.of_clock]
-    fixed = Model(system, model.records, model.chain, clocks, model.injected)
-    point = fixed.origin()
-    if not system.turns_unseen():
-        return settle(_there(noise_of, point, fixed), noises=1)
-    silent = [e.silent() for e in system.effects if e.unseen_turn]
-    without = replace(point, effects=(*point.effects, *silent))
-    met = settle(_there(noise_of, without, fixed), noises=1).point
-    turned = scanned(_there(noise_of, replace(met, effects=point.effects), fixed))
-    return followed(_there(noise_of, turned.point, fixed))
+    """Let one system, unchanged, meet recordings; the slow unknown and clocks are estimated."""
+    if system.turns_unseen():
+        begun = _begun(system, model, noise_of)
+        return followed(_there(noise_of, begun.point, begun.model))
+    fixed = _unchanged(system, model)
+    return settle(_there(noise_of, fixed.origin(), fixed), noises=1)
 
 
 def predicted_gain(model: Model, base: Fit, fit: Fit, improved: Model) -> float:

@@ -10,6 +10,8 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from typing import Any, Self
 
+import numpy as np
+
 from slipbench.identification.mismatch.simulation.blocks import Chain
 from slipbench.identification.mismatch.simulation.coordinates import Coordinate
 from slipbench.identification.mismatch.simulation.derivatives import Derivatives
@@ -190,6 +192,10 @@ class System(ABC):
     def turns_unseen(self) -> bool:
         """Tell whether it has something that goes with an angle of which recordings tell only the speed."""
         return any(e.unseen_turn for e in self.effects)
+
+    def silenced(self) -> Self:
+        """Return it with nothing that goes with such an angle."""
+        return self.at((), np.zeros(0), [e.silent() for e in self.effects if e.unseen_turn])
 
     def first_angle(self) -> tuple[int, float] | None:
         """Return which slow unknown is the first value of an unseen angle, and rad of its unit."""

@@ -290,6 +290,12 @@ class ModelSystem(System):
         """Tell whether an effect or a curve goes with the unseen angle."""
         return any(e.unseen_turn for e in (*self.curves, *self.acting))
 
+    def silenced(self) -> Self:
+        """Return it with nothing that goes with the unseen angle."""
+        curves = tuple(c.silent() if c.unseen_turn else c for c in self.curves)
+        acting = tuple(e.silent() if e.unseen_turn else e for e in self.acting)
+        return replace(self, curves=curves, acting=acting)
+
     def first_angle(self) -> tuple[int, float] | None:
         """Return the unknown of the unseen angle."""
         return first_of(placing.unseen_angle(self.file), self.file)

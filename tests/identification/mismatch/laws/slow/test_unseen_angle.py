@@ -1,0 +1,35 @@
+"""A shaft of which only the speed is recorded, pushed once a turn by what no name describes."""
+
+from slipbench.identification.mismatch.analysis import accepted, begin
+from slipbench.identification.mismatch.explain import analyse
+from slipbench.identification.mismatch.systems.system import ModelSystem
+from slipbench.identification.mismatch.telling.conclude import verdict
+from slipbench.identification.mismatch.telling.improved import improved_system
+from slipbench.protocol.recording.recording import Recording
+from tests.identification.mismatch.laws.drum import NOISE, drum, pulses, text_of, turned
+from tests.identification.mismatch.laws.explained import reported
+
+
+def test_pulses_are_told_as_a_curve_around_the_turn_and_not_found_again(tmp_path):
+    """The recordings begin at angles that nobody knows; so do those held out."""
+    rides = [turned(seed, "tacho", pulses(60.0), drive=2.0) for seed in range(5)]
+    first = analysed(drum(tmp_path, text_of("tacho")), rides)
+    told = verdict(first)
+    assert told.unknown, reported(told)
+    assert told.curve is not None
+    assert told.curve.regressor == "turn of angle"
+    (error,) = told.held_out
+    assert error.improved < 1.5 * NOISE["tacho"] < 0.1 * error.calibrated, reported(told)
+
+    improved = drum(tmp_path, improved_system(accepted(first)).text())
+    assert improved.file.curves[0].periodic
+    again = verdict(analysed(improved, rides))
+    assert not again.mismatch, reported(again)
+    (error,) = again.held_out
+    assert error.nominal < 1.5 * NOISE["tacho"], reported(again)
+
+
+def analysed(system: ModelSystem, rides: list[Recording]):
+    records = [system.prepare(r) for r in rides]
+    few = [k for k in system.library if k.name in ("unbalance", "friction", "saturation")]
+    return analyse(begin(system, records[:3], records[3:]), few)
