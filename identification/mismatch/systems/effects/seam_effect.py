@@ -122,7 +122,7 @@ def _made(kind: type[SeamEffect], place: Place, period: float, factor: float) ->
             "__doc__": kind.__doc__,
             "place": place,
             "block": place.name,
-            "unseen_turn": place.other_unseen,
+            "unseen_turn": place.other_unseen and kind.uses == "turn",
         },
     )
     made.__module__ = (
