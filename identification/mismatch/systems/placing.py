@@ -152,7 +152,8 @@ def lines(file: ModelFile) -> Iterator[Turn]:
 def unseen_angle(file: ModelFile) -> str:
     """Return the angle of which recordings tell only the speed, so that each begins anywhere.
 
-    It goes round, starts where the file says, and is in no equation. Empty: there is none, or several.
+    It goes round, starts where the file says, not exactly, and is in no equation. Empty: there is
+    none, or several.
     """
     texts = [s.value for s in file.seams.values()] + [o.value for o in file.outputs.values()]
     texts += [s.rate for s in file.states.values()]
@@ -162,6 +163,7 @@ def unseen_angle(file: ModelFile) -> str:
         if (state := file.states.get(name)) is not None
         and not isinstance(state, DrivenState)
         and not isinstance(state.start, str)
+        and not (state.first is not None and state.first.si == 0.0)
         and not any(re.search(rf"\b{name}\b", text) for text in texts)
     ]
     return found[0] if len(found) == 1 else ""

@@ -85,6 +85,9 @@ def test_what_cannot_repeat_every_turn_is_refused_in_words(tmp_path):
 def test_an_angle_is_unseen_where_no_equation_and_no_output_tells_it(tmp_path):
     assert unseen_angle(drum(tmp_path, text_of("tacho")).file) == "angle"
     assert not unseen_angle(drum(tmp_path, text_of("encoder")).file)
+    exact = 'unit = "rad" }\nfirst = { value = 0, unit = "rad" }\n\n[states.speed]'
+    told = text_of("tacho").replace('unit = "rad" }\n\n[states.speed]', exact)
+    assert not unseen_angle(drum(tmp_path, told).file)
     forces = {
         k.name: k.unseen_turn for k in drum(tmp_path, text_of("tacho")).library if k.place.other
     }
