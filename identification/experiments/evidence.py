@@ -136,7 +136,8 @@ def _left(judge: Judge, response: Floats, other: _Response) -> float:
     if count:
         size = nuisances.shape[1]
         weights[size], low[size], high[size] = SLIGHT, other.low, other.high
-    found = bounded(columns, weights, response, low, high)
+    normal = columns.T @ columns + np.diag(weights)
+    found = bounded(normal, columns.T @ response, low, high)
     rest = response - columns @ found
     return 0.5 * float(rest @ rest + np.sum(weights * found**2))
 

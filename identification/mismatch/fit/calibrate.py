@@ -44,13 +44,18 @@ def calibrate(model: Model, start: Point) -> Fit:
 
 
 def settled(start: Fit) -> Fit:
-    """Return the best fit that is reached from a start.
+    """Return the best fit that is reached from a start."""
+    return bettered(settle(start))
+
+
+def bettered(fit: Fit) -> Fit:
+    """Return the best fit that is reached from one that settled with sensitivities of another.
 
     Where the noise model takes nearly all of the error for noise, plain least squares is tried as
     well: see `from_far`.
     """
-    fit = followed(settle(start), ROUGHLY)
-    return _or_by(lambda: from_far(start), fit) if hidden_by_noise(fit) else fit
+    new = followed(fit, ROUGHLY)
+    return _or_by(lambda: from_far(fit), new) if hidden_by_noise(new) else new
 
 
 def _or_by(way: Callable[[], Fit], fit: Fit) -> Fit:

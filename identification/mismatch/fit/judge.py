@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -16,6 +17,9 @@ from slipbench.identification.mismatch.simulation.threads import in_threads
 from slipbench.plant.effects.effect import Effect
 from slipbench.plant.errors import PlantError
 from slipbench.plant.signals import Floats
+
+Changes = Sequence[Sequence[npt.NDArray[np.floating[Any]]]]
+"""By block and record: (T, m), in any precision; empty where nothing changes."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,11 +56,19 @@ class Judge:
 
     def signatures(self, tried: Sequence[Candidate | Effect]) -> Floats:
         """Return the signatures of several candidates side by side, (rows, candidates)."""
-        model = self.fit.model
-        found = [[np.zeros((*m.shape, len(tried))) for m in ms] for ms in model.measured]
+        return self.whitened(self.changes(tried))
+
+    def changes(self, tried: Sequence[Candidate | Effect]) -> list[Series]:
+        """Return what each of several candidates changes in all outputs; empty where nothing."""
         base = self.coarse  # made before the threads, which share it
-        for i, changes in enumerate(in_threads(lambda one: self._change(one, base), tried)):
-            for into, changed in zip(found, changes, strict=True):
+        return in_threads(lambda one: self._change(one, base), tried)
+
+    def whitened(self, changes: Sequence[Changes]) -> Floats:
+        """Return changes, of this fit or of another beside the same records, as signatures here."""
+        model = self.fit.model
+        found = [[np.zeros((*m.shape, len(changes))) for m in ms] for ms in model.measured]
+        for i, of_one in enumerate(changes):
+            for into, changed in zip(found, of_one, strict=True):
                 for r, one in enumerate(changed):
                     if one.size:
                         into[r][:, :, i] = one

@@ -60,12 +60,12 @@ def _step(fit: Fit, before: float, held_back: int) -> tuple[Fit, int]:
     held_back: which of the steps led on before; it and the one before it are where this one begins.
     """
     z, u = coordinates_of(fit.point), dials(fit.candidates)
-    full = _full_step(fit, z, u)
-    slope = _slope(fit, z, u)
+    slope, normal = _slope(fit, z, u), _normal(fit)
+    full = _full_step(fit, np.concatenate((z, u)), slope, normal)
     if float(slope @ full) < 2 * SETTLED:
         return fit, held_back
     first = max(held_back - 1, 0)
-    for i, step in enumerate(islice(_steps(fit, full, slope), first, None), start=first):
+    for i, step in enumerate(islice(_steps(fit, full, slope, normal), first, None), start=first):
         new = there(fit, step[: z.size], step[z.size :])
         if new is None:
             continue
@@ -77,16 +77,23 @@ def _step(fit: Fit, before: float, held_back: int) -> tuple[Fit, int]:
     return fit, held_back
 
 
-def _full_step(fit: Fit, z: Floats, u: Floats) -> Floats:
+def _full_step(fit: Fit, now: Floats, slope: Floats, normal: Floats) -> Floats:
     """Return the step to where least squares leads, within bounds; coordinates, then dials."""
-    columns, weights, (low, high) = fit.nuisances.columns, np.ones(z.size), limits_of(fit, z)
-    if u.size:
-        columns = np.concatenate((columns, fit.columns), axis=1)
-        weights = np.concatenate((weights, deviations(fit.candidates) ** -2.0))
-        far = np.full(u.size, np.inf)
-        low, high = np.concatenate((low, -far)), np.concatenate((high, far))
-    now = np.concatenate((z, u))
-    return bounded(columns, weights, fit.aim + columns @ now, low, high) - now
+    places = coordinates_of(fit.point).size
+    low, high = limits_of(fit, now[:places])
+    far = np.full(now.size - places, np.inf)
+    low, high = np.concatenate((low, -far)), np.concatenate((high, far))
+    return bounded(normal, slope + normal @ now, low, high) - now
+
+
+def _normal(fit: Fit) -> Floats:
+    """Normal matrix of coordinates and dials, priors included."""
+    own = fit.nuisances.normal
+    if not fit.candidates:
+        return own
+    cross = fit.nuisances.columns.T @ fit.columns
+    of_dials = fit.columns.T @ fit.columns + np.diag(deviations(fit.candidates) ** -2.0)
+    return np.block([[own, cross], [cross.T, of_dials]])
 
 
 def _what_helped(fit: Fit, new: Fit, step: Floats) -> Fit | None:
@@ -132,14 +139,9 @@ def limits_of(fit: Fit, z: Floats, step: float = REACH) -> tuple[Floats, Floats]
     return np.where(own, low, -np.inf), np.where(own, high, np.inf)
 
 
-def _steps(fit: Fit, full: Floats, slope: Floats) -> Iterator[Floats]:
+def _steps(fit: Fit, full: Floats, slope: Floats, normal: Floats) -> Iterator[Floats]:
     """Yield shares of a full step; then Marquardt's, which hold back where little is known."""
     yield from (share * full for share in SHARES)
-    columns, weights = fit.nuisances.columns, np.ones(fit.nuisances.columns.shape[1])
-    if fit.candidates:
-        columns = np.concatenate((columns, fit.columns), axis=1)
-        weights = np.concatenate((weights, deviations(fit.candidates) ** -2.0))
-    normal = columns.T @ columns + np.diag(weights)
     z = coordinates_of(fit.point)
     low, high = limits_of(fit, z)
     for damping in DAMPINGS:

@@ -82,10 +82,14 @@ class Nuisances:
     columns: Floats
 
     @once
+    def normal(self) -> Floats:
+        """Normal matrix, priors included, (p, p)."""
+        return np.asarray(self.columns.T @ self.columns + np.eye(self.columns.shape[1]))
+
+    @once
     def factor(self) -> tuple[Floats, bool]:
-        """Cholesky factor of the normal matrix, priors included."""
-        n = self.columns
-        return linalg.cho_factor(n.T @ n + np.eye(n.shape[1]))
+        """Cholesky factor of the normal matrix."""
+        return linalg.cho_factor(self.normal)
 
     def solve(self, pushes: Floats) -> Floats:
         """Return coordinates that answer to pushes, (p,) or (p, k)."""
@@ -127,10 +131,9 @@ class Nuisances:
         return np.concatenate((groups, own))
 
 
-def bounded(columns: Floats, weights: Floats, series: Floats, low: Floats, high: Floats) -> Floats:
-    """Return coordinates (p,) between bounds that explain a series best; weights: of the priors."""
-    factor = linalg.cho_factor(columns.T @ columns + np.diag(weights))
-    pushes = columns.T @ series
+def bounded(normal: Floats, pushes: Floats, low: Floats, high: Floats) -> Floats:
+    """Return coordinates (p,) between bounds that answer to pushes best; normal: priors included."""
+    factor = linalg.cho_factor(normal)
     free = np.asarray(linalg.cho_solve(factor, pushes))
     if np.all((free >= low) & (free <= high)):
         return free

@@ -4,12 +4,19 @@ import math
 from collections.abc import Callable, Iterable, Sequence
 from functools import lru_cache
 
-from slipbench.identification.mismatch.fit.calibrate import as_believed, astray, settled
+from slipbench.identification.mismatch.fit.calibrate import (
+    as_believed,
+    astray,
+    bettered,
+    hidden_by_noise,
+    settled,
+)
 from slipbench.identification.mismatch.fit.candidate import Candidate
 from slipbench.identification.mismatch.fit.fitting import Fit, with_effects
+from slipbench.identification.mismatch.fit.settling import settle
 from slipbench.identification.mismatch.fit.sizing import limits, tried_sizes
 from slipbench.identification.mismatch.naming.in_place import in_place
-from slipbench.identification.mismatch.naming.score import Score
+from slipbench.identification.mismatch.naming.score import Score, Survey
 from slipbench.identification.mismatch.simulation.threads import in_threads
 from slipbench.plant.effects.effect import Effect
 from slipbench.plant.errors import PlantError
@@ -30,14 +37,31 @@ Say = Callable[[str], None]
 
 
 def promising_fits(fit: Fit, scores: Sequence[Score], say: Say) -> list[Fit]:
-    """Full fits of the most promising effects, best first."""
+    """Fits of the most promising effects, best first; those that come near to the best are full."""
     worth = promising(scores)
     for score in worth:
         say(f"Fitting {score.candidate.name.replace('_', ' ')}")
-    first = in_threads(lambda s: fitted(fit, s.as_large_as_scored()), worth)
-    both = zip(worth, first, strict=True)
-    done = in_threads(lambda pair: _from_several(fit, *pair), both)
-    return by_score(f for f in done if f is not None)
+    rough = in_threads(lambda s: _from_several(fit, s), worth)
+    return by_score(near_ones_bettered(fit, rough))
+
+
+def near_ones_bettered(base: Fit, rough: Iterable[Fit | None]) -> list[Fit]:
+    """Return fits that have settled, the best of them and those near to it bettered.
+
+    Sensitivities taken anew bring a fit the last part of its way; one that is far behind before is
+    behind after it. Where the noise model holds fits where they begin, none is known to be behind.
+    """
+    tried = [f for f in rough if f is not None]
+    near = NEAR * max((f.score - base.score for f in tried), default=0.0)
+    return in_threads(lambda f: _bettered(f) if _may_lead(f, base, near) else f, tried)
+
+
+def _may_lead(fit: Fit, base: Fit, near: float) -> bool:
+    return fit.score - base.score >= near or hidden_by_noise(fit)
+
+
+def _bettered(fit: Fit) -> Fit:
+    return _unless_it_cannot_run(lambda: bettered(fit)) or fit
 
 
 def promising(scores: Sequence[Score]) -> list[Score]:
@@ -65,17 +89,22 @@ def _of_different_traces(scores: Sequence[Score]) -> list[float]:
     return found
 
 
-def fits_from_the_file(fit: Fit, library: Sequence[type[Effect]], say: Say) -> list[Fit]:
-    """Full fits of promising effects in the place of numbers that calibration moved far, best first."""
+def fits_from_the_file(
+    fit: Fit, library: Sequence[type[Effect]], say: Say, before: Survey | None = None
+) -> list[Fit]:
+    """Fits of promising effects in the place of numbers that calibration moved far, best first.
+
+    before: a survey of another fit of the same recordings.
+    """
     if not astray(fit):
         return []
     say(f"Screening {len(library)} effects beside the numbers of the file")
-    begun = in_place(fit, tuple(library))
+    begun = in_place(fit, tuple(library), before)
     worth = promising(begun.scores) if begun else []
     for score in worth:
         say(f"Fitting {score.candidate.name.replace('_', ' ')} beside the numbers of the file")
     done = in_threads(begun.fitted, worth) if begun else []
-    return by_score(f for f in done if f is not None)
+    return by_score(near_ones_bettered(fit, done))
 
 
 def by_score(fits: Iterable[Fit]) -> list[Fit]:
@@ -83,21 +112,26 @@ def by_score(fits: Iterable[Fit]) -> list[Fit]:
     return sorted(fits, key=lambda f: -f.score)
 
 
-def _from_several(fit: Fit, score: Score, best: Fit | None) -> Fit | None:
+def _from_several(fit: Fit, score: Score) -> Fit | None:
     """Return the fit from the size that scored best; of limits, where it disappoints, from others.
 
-    best: the first. Beyond its reach a limit does nothing, and no slope leads back.
+    Beyond its reach a limit does nothing, and no slope leads back.
     """
-    at = score.candidate
+    at, best = score.candidate, roughly(fit, score.as_large_as_scored())
     for size in tried_sizes(at.kind) if limits(at.kind) else ():
         if best is not None and best.score - fit.score > 0.5 * score.gain:
             break
-        best = _better(best, fitted(fit, at.resized(math.copysign(size, at.size))))
+        best = _better(best, roughly(fit, at.resized(math.copysign(size, at.size))))
     return best
 
 
 def _better(one: Fit | None, other: Fit | None) -> Fit | None:
     return max((f for f in (one, other) if f is not None), key=lambda f: f.score, default=None)
+
+
+def roughly(fit: Fit, *new: Candidate) -> Fit | None:
+    """Return the fit with more effects, settled with its sensitivities; None where they cannot run."""
+    return _unless_it_cannot_run(lambda: settle(with_effects(fit, (*fit.candidates, *new))))
 
 
 def fitted(fit: Fit, *new: Candidate) -> Fit | None:

@@ -13,7 +13,7 @@ from slipbench.identification.mismatch.fit.fixed import far_numbers_fixed, freed
 from slipbench.identification.mismatch.fit.following import refreshed
 from slipbench.identification.mismatch.fit.judge import Judge
 from slipbench.identification.mismatch.fit.settling import settle
-from slipbench.identification.mismatch.naming.score import Score, survey
+from slipbench.identification.mismatch.naming.score import Score, Survey, survey
 from slipbench.plant.effects.effect import Effect
 from slipbench.plant.errors import PlantError
 
@@ -60,10 +60,15 @@ class InPlace:
 
 
 @lru_cache(maxsize=1)
-def in_place(fit: Fit, library: tuple[type[Effect], ...]) -> InPlace | None:
-    """Screen a library with the far numbers of a fit fixed; None where that cannot run."""
+def in_place(
+    fit: Fit, library: tuple[type[Effect], ...], before: Survey | None = None
+) -> InPlace | None:
+    """Screen a library with the far numbers of a fit fixed; None where that cannot run.
+
+    before: a survey of another fit of the same recordings.
+    """
     try:
         fixed = far_numbers_fixed(fit)
     except PlantError:
         return None
-    return InPlace(fit, fixed, survey(Judge.of(fixed), library).scores)
+    return InPlace(fit, fixed, survey(Judge.of(fixed), library, before).scores)

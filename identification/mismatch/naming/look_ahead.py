@@ -9,17 +9,14 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import suppress
 from functools import partial
 
-from slipbench.identification.mismatch.fit.calibrate import (
-    as_told,
-    astray,
-    hidden_by_noise,
-    settled,
-)
+from slipbench.identification.mismatch.fit.calibrate import as_told, astray, hidden_by_noise
 from slipbench.identification.mismatch.fit.candidate import Candidate
 from slipbench.identification.mismatch.fit.far import from_far
 from slipbench.identification.mismatch.fit.fitting import Fit, with_effects
 from slipbench.identification.mismatch.fit.judge import Judge
+from slipbench.identification.mismatch.fit.settling import settle
 from slipbench.identification.mismatch.naming.acceptance import ENOUGH
+from slipbench.identification.mismatch.naming.fits import near_ones_bettered
 from slipbench.identification.mismatch.naming.in_place import in_place
 from slipbench.identification.mismatch.naming.named import Named
 from slipbench.identification.mismatch.naming.score import Score, as_known, survey
@@ -72,25 +69,26 @@ def _beginning(
         starts = [fit]
         with suppress(PlantError):
             starts = [as_told(fit.model, fit.model.origin()), fit]
-        scores = survey(Judge.of(starts[0]), library).scores
+        scores = survey(Judge.of(starts[0]), library, named.first).scores
         return (
             scores,
             ENOUGH,
             lambda s: _best(*(partial(_fitted, from_far, start, s.candidate) for start in starts)),
         )
-    begun = in_place(fit, tuple(library)) if astray(fit) else None
+    begun = in_place(fit, tuple(library), named.first) if astray(fit) else None
     if begun is not None:
         return begun.scores, max(ENOUGH, begun.least), begun.fitted
-    return named.scores, ENOUGH, lambda s: _best(partial(_fitted, settled, fit, s.candidate))
+    return named.scores, ENOUGH, lambda s: _best(partial(_fitted, settle, fit, s.candidate))
 
 
 def pairs(
     named: Named, begun: Sequence[Fit], library: Sequence[type[Effect]], enough: float
 ) -> list[Fit]:
     """Fit what promises most beside each single effect. enough: score that a pair must reach."""
-    ways = (settled, from_far) if hidden_by_noise(named.base) else (settled,)
-    several = in_threads(lambda single: list(_pairs(single, library, enough, ways)), begun)
-    return [pair for found in several for pair in found if pair.score > enough]
+    ways = (settle, from_far) if hidden_by_noise(named.base) else (settle,)
+    several = in_threads(lambda single: list(_pairs(named, single, library, enough, ways)), begun)
+    done = near_ones_bettered(named.base, [pair for found in several for pair in found])
+    return [pair for pair in done if pair.score > enough]
 
 
 def _fitted(way: Callable[[Fit], Fit], start: Fit, *effects: Candidate) -> Fit:
@@ -114,13 +112,15 @@ def _one_of_each_kind(scores: Iterable[Score]) -> list[Score]:
 
 
 def _pairs(
+    named: Named,
     single: Fit,
     library: Sequence[type[Effect]],
     enough: float,
     ways: Sequence[Callable[[Fit], Fit]],
 ) -> Iterator[Fit]:
     """Yield the pairs that a single begins, those that promise enough."""
-    for score in survey(Judge.of(single), library).scores[:SECONDS]:
+    found = survey(Judge.of(single), library, named.first, SECONDS)
+    for score in found.scores[:SECONDS]:
         if single.score + PROMISED * score.gain > enough:
             for second in (score.candidate, *_other_variants(score, library, single.model)):
                 pair = (*single.effects, second)

@@ -2,9 +2,10 @@
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
+import numpy.typing as npt
 
 from slipbench.identification.mismatch.curves.tooth_curve import discs
 from slipbench.identification.mismatch.fit.candidate import Candidate, beside_the_file, read_off
@@ -13,6 +14,7 @@ from slipbench.identification.mismatch.fit.scatter import amplitude_p
 from slipbench.identification.mismatch.fit.sizing import limits
 from slipbench.identification.mismatch.fit.stack import LARGEST, recordings
 from slipbench.identification.mismatch.naming.elsewhere import CHANCE, Tried, at_places, usual
+from slipbench.identification.mismatch.naming.traces import Traces
 from slipbench.identification.mismatch.naming.tried import (
     TRIES,
     candidates,
@@ -46,6 +48,9 @@ STARTS = 3
 RESHAPED = 8
 NEXT_TO_NOTHING = 1e-9
 BATCH = 32
+AGAIN = 8
+"""Effects that are screened again, the most promising by what they changed in another fit; no more
+are fitted."""
 
 
 @dataclass(frozen=True)
@@ -75,22 +80,53 @@ Columns = dict[Candidate, Floats]
 """Signatures of candidates, (rows,) each."""
 
 
-def scores(judge: Judge, tried: Sequence[Candidate], kept: Columns | None = None) -> list[Score]:
-    """Judge candidates at their sizes. kept: takes the signatures of those along the road."""
+def scores(
+    judge: Judge,
+    tried: Sequence[Candidate],
+    kept: Columns | None = None,
+    traces: Traces | None = None,
+) -> list[Score]:
+    """Judge candidates at their sizes.
+
+    kept: takes the signatures of those along the road; traces: take what the best ones change.
+    """
     found: list[Score] = []
-    count = min(BATCH, max(LARGEST // len(judge.groups), 1))
-    for first in range(0, len(tried), count):
-        some = tried[first : first + count]
-        columns = judge.signatures(some)
-        found += _judged(judge, some, columns)
-        for c, column in zip(some, columns.T, strict=True):
-            if kept is not None and place_on_the_road(c.pattern) is not None:
-                kept[c] = column.copy()
+    for some in _batches(judge, tried):
+        changes = judge.changes(some)
+        columns = judge.whitened(changes)
+        judged = _judged(judge, some, columns)
+        found += judged
+        for score, column, changed in zip(judged, columns.T, changes, strict=True):
+            if kept is not None and place_on_the_road(score.candidate.pattern) is not None:
+                kept[score.candidate] = column.copy()
+            if traces is not None and score.seen > CHANCE:
+                traces.add(score.candidate, _credit(score), changed)
     return found
 
 
-def _judged(judge: Judge, tried: Sequence[Candidate], columns: Floats) -> list[Score]:
-    """Judge candidates by their signatures, (rows, candidates), which are taken off all at once."""
+def _batches(judge: Judge, tried: Sequence[Candidate]) -> Iterator[Sequence[Candidate]]:
+    count = min(BATCH, max(LARGEST // len(judge.groups), 1))
+    for first in range(0, len(tried), count):
+        yield tried[first : first + count]
+
+
+@dataclass(frozen=True)
+class _Push:
+    """Of several signatures, (k,) each, off the nuisances.
+
+    hidden: what hides them, (p, k). seen: whether anything is left of them.
+    """
+
+    hidden: Floats
+    whole: Floats
+    energy: Floats
+    amplitude: Floats
+    gain: Floats
+    seen: npt.NDArray[np.bool_]
+
+
+def _push(judge: Judge, columns: Floats) -> _Push:
+    """Tell how signatures, (rows, k), push what is left."""
     whole = np.einsum("ij,ij->j", columns, columns)
     inside, hidden = judge.nuisances.inside(columns)
     energy = whole - np.einsum("ij,ij->j", inside, hidden)
@@ -98,9 +134,15 @@ def _judged(judge: Judge, tried: Sequence[Candidate], columns: Floats) -> list[S
     seen = (energy > 1e-9 * np.maximum(whole, 1.0)) & (energy >= 1e-6)
     amplitude = np.where(seen, push, 0.0) / np.where(seen, energy, 1.0)
     gain = 0.5 * energy * np.maximum(amplitude, 0.0) ** 2
+    return _Push(hidden, whole, energy, amplitude, gain, seen)
+
+
+def _judged(judge: Judge, tried: Sequence[Candidate], columns: Floats) -> list[Score]:
+    """Judge candidates by their signatures, (rows, candidates), which are taken off all at once."""
+    told = _push(judge, columns)
     p = np.ones(len(tried))
-    hints = np.flatnonzero(seen & (gain > HINT))
-    off = judge.nuisances.less(columns[:, hints], hidden[:, hints])
+    hints = np.flatnonzero(told.seen & (told.gain > HINT))
+    off = judge.nuisances.less(columns[:, hints], told.hidden[:, hints])
     for i, course in zip(hints, np.ascontiguousarray(off.T), strict=True):
         least = tried[int(i)].does_not_count / max(abs(tried[int(i)].added), NEXT_TO_NOTHING)
         p[i] = amplitude_p(course, judge.left, judge.groups, judge.fit.scatter, least)
@@ -109,7 +151,7 @@ def _judged(judge: Judge, tried: Sequence[Candidate], columns: Floats) -> list[S
         if shown
         else Score(c, 0.0, 0.0, 0.0, 0.0, 1.0)
         for c, a, g, e, w, at, shown in zip(
-            tried, amplitude, gain, energy, whole, p, seen, strict=True
+            tried, told.amplitude, told.gain, told.energy, told.whole, p, told.seen, strict=True
         )
     ]
 
@@ -135,43 +177,74 @@ def tried_along(
     return at_places(at, energy, push / np.maximum(energy, 1e-300), alike)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Survey:
     """scores: the best try of every effect, by what it explains, greatest first.
 
-    tests: how many could have been found by chance.
+    tests: how many could have been found by chance. traces: what the best tries of each change.
     """
 
     scores: list[Score]
     tests: int
+    traces: Traces = field(default_factory=Traces)
 
 
-def survey(judge: Judge, library: Iterable[type[Effect]]) -> Survey:
+def survey(
+    judge: Judge, library: Iterable[type[Effect]], before: Survey | None = None, most: int = AGAIN
+) -> Survey:
     """Score every effect on every subject that it is not found on yet.
 
     An effect that the file has already is scored by what another size would explain.
     All are tried at their typical size. Those of which there is a hint are tried at other sizes and
     shapes as well; those that would not show at their typical size, at a large one; those that would
     show far more than plainly, at a small one, since a signature holds near its own size only.
+    before: a survey of another fit of the same recordings. What effects changed there tells which
+    are the most promising here, and only these are screened, and what did not show there.
     """
     there = {c.name for c in judge.fit.effects}
     teeth = {disc.block: angles.size for disc, angles in discs(judge.fit)}
-    kinds = (as_known(c, judge.fit.model) for kind in library for c in candidates(kind, teeth))
+    known = (as_known(c, judge.fit.model) for kind in library for c in candidates(kind, teeth))
+    kinds = [c for c in known if c.name not in there]
+    if before is not None:
+        told = before.traces.names()
+        again = _most_promising(judge, before.traces)[:most]
+        kinds = [c for c in kinds if c.name in again or c.name not in told]
     kept: Columns = {}
-    first = scores(judge, [c for c in kinds if c.name not in there], kept)
+    traces = Traces(LARGEST // len(judge.groups))
+    first = scores(judge, kinds, kept, traces)
     first = _with_elsewhere(judge, first, kept)
-    more = [c for s in _first_of_each(first) for c in _more(s)]
-    tried = scores(judge, more)
+    tried = scores(judge, [c for s in _first_of_each(first) for c in _more(s)], traces=traces)
     best = _best([*first, *tried])
     hints = [s.candidate for s in best[:RESHAPED] if s.gain > HINT]
-    shaped = scores(judge, [c for hint in hints for c in reshaped(hint)])
+    shaped = scores(judge, [c for hint in hints for c in reshaped(hint)], traces=traces)
+    return Survey(_with_typical(first, [*best, *shaped]), _tests(first, tried, before), traces)
+
+
+def _most_promising(judge: Judge, traces: Traces) -> list[str]:
+    """Return names by what their changes, as they were in another fit, explain here."""
+    there = {c.name for c in judge.fit.effects}
+    gains: dict[str, float] = {}
+    for some in _batches(judge, [c for c in traces.tries() if c.name not in there]):
+        told = _push(judge, judge.whitened([traces.of(c) for c in some]))
+        for c, gain in zip(some, told.gain, strict=True):
+            gains[c.name] = max(gains.get(c.name, 0.0), float(gain))
+    return sorted(gains, key=lambda name: -gains[name])
+
+
+def _with_typical(first: Sequence[Score], best: Sequence[Score]) -> list[Score]:
+    """Return the best of each effect, with what it is worth at its typical size."""
     typical: dict[str, float] = {}
     for s in first:
         typical[s.candidate.name] = max(typical.get(s.candidate.name, 0.0), s.seen)
-    told = [replace(s, typical=typical[s.candidate.name]) for s in _best([*best, *shaped])]
+    return [replace(s, typical=typical[s.candidate.name]) for s in _best(best)]
+
+
+def _tests(first: Sequence[Score], tried: Sequence[Score], before: Survey | None) -> int:
+    """Count the effects that could have been found by chance, in the whole library."""
     told_of = [s.candidate for s in (*first, *tried) if s.seen > CHANCE]
     chances = {_start(c) for c in told_of} & {_start(s.candidate) for s in first}
-    return Survey(told, TRIES * max(len(chances), 1))
+    tests = TRIES * max(len(chances), 1)
+    return tests if before is None else max(tests, before.tests)
 
 
 def _start(c: Candidate) -> tuple[Effect, tuple[float, ...], tuple[float, ...]]:

@@ -28,7 +28,7 @@ from slipbench.identification.mismatch.naming.fits import (
 from slipbench.identification.mismatch.naming.look_ahead import PROMISED, SECONDS, halves, pairs
 from slipbench.identification.mismatch.naming.named import ALIKE, Named
 from slipbench.identification.mismatch.naming.plausibility import doubts, plausible_first
-from slipbench.identification.mismatch.naming.score import Survey, survey
+from slipbench.identification.mismatch.naming.score import Score, survey
 from slipbench.identification.mismatch.simulation.model import Model
 from slipbench.identification.mismatch.simulation.threads import in_threads
 from slipbench.plant.effects.effect import Effect
@@ -50,7 +50,7 @@ class Search:
 
     def named(self, base: Fit) -> Named:
         """Find up to three effects that pass the rule of acceptance."""
-        return self._refined(self._forward(Named(base, base, self._screened(base))))
+        return self._refined(self._forward(Named(base, base, survey(Judge.of(base), self.library))))
 
     def ahead(self, named: Named, least: float = ENOUGH) -> Named:
         """Return names to which a step of two effects leads, where they explain more.
@@ -75,9 +75,9 @@ class Search:
             rough = named.fit.coarse
             if named.names:
                 named = replace(named, screenings=named.screenings + 1)
-            scores = self._screened(named.fit).scores if named.names else named.scores
+            scores = self._screened(named, named.fit) if named.names else named.scores
             tried = promising_fits(rough, scores, self.say)
-            again = fits_from_the_file(rough, self.library, self.say) if _newly_far(named) else []
+            again = self._from_the_file(named) if _newly_far(named) else []
             named = replace(named, screenings=named.screenings + bool(again))
             step = self._step(named, [*tried, *again])
             if len(step.names) == len(named.names):
@@ -125,7 +125,7 @@ class Search:
         old = named.fit
         for gone in named.names:
             self.say(f"Testing replacements of {gone}".replace("_", " "))
-        several = in_threads(lambda i: list(self._without(old, i)), range(len(named.names)))
+        several = in_threads(lambda i: list(self._without(named, i)), range(len(named.names)))
         named = replace(named, screenings=named.screenings + len(named.names))
         rule = self._rule(named)
         for new in by_score(f for fits in several for f in fits):
@@ -139,12 +139,13 @@ class Search:
             named = replace(named, vetoes=(*named.vetoes, against))
         return named
 
-    def _without(self, fit: Fit, i: int) -> Iterator[Fit]:
+    def _without(self, named: Named, i: int) -> Iterator[Fit]:
         """Yield fits with the most promising effects in the place of one, if they promise enough."""
+        fit = named.fit
         gone, rest = fit.candidates[i], fitted_without(fit, i)
         if rest is None:
             return
-        scores = [s for s in self._screened(rest).scores if s.candidate.name != gone.name]
+        scores = [s for s in self._screened(named, rest) if s.candidate.name != gone.name]
         for score in scores[:SECONDS]:
             enough = rest.score + PROMISED * score.gain > fit.score + ENOUGH
             new = fitted(rest, score.candidate) if enough else None
@@ -161,8 +162,11 @@ class Search:
         kept = {n: r for n, r in named.rivals.items() if gone not in n.split(" + ")}
         return replace(named, fit=new, rivals={**kept, come: {gone: nats}})
 
-    def _screened(self, fit: Fit) -> Survey:
-        return survey(Judge.of(fit), self.library)
+    def _screened(self, named: Named, fit: Fit) -> list[Score]:
+        return survey(Judge.of(fit), self.library, named.first).scores
+
+    def _from_the_file(self, named: Named) -> list[Fit]:
+        return fits_from_the_file(named.fit.coarse, self.library, self.say, named.first)
 
     def _rule(self, named: Named) -> Acceptance:
         return Acceptance(named.first.tests, self.held_out, named.screenings)
