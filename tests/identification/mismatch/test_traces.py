@@ -1,0 +1,134 @@
+"""What effects changed beside one fit tells which of them are promising beside another."""
+
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy import optimize
+
+from slipbench.identification.mismatch.analysis import begin
+from slipbench.identification.mismatch.fit.calibrate import calibrate
+from slipbench.identification.mismatch.fit.candidate import Candidate
+from slipbench.identification.mismatch.fit.fitting import Fit
+from slipbench.identification.mismatch.fit.judge import Judge
+from slipbench.identification.mismatch.fit.stack import bounded
+from slipbench.identification.mismatch.naming import fits
+from slipbench.identification.mismatch.naming.fits import fitted, near_ones_bettered, roughly
+from slipbench.identification.mismatch.naming.score import Survey, survey
+from slipbench.identification.mismatch.naming.traces import OF_EACH, Traces
+from slipbench.identification.mismatch.naming.tried import candidates
+from slipbench.plant.effects.air_box_delay import AirBoxDelay
+from tests.identification.mismatch.spring import recorded, system
+
+PLAIN = next(candidates(AirBoxDelay))
+
+
+@pytest.fixture(scope="module")
+def bare(tmp_path_factory) -> Fit:
+    """The linear spring, re-calibrated on a hardening one."""
+    spring = system(tmp_path_factory.mktemp("spring"))
+    analysis = begin(spring, [spring.prepare(recorded(33, cube=0.05, seconds=12.0))], [])
+    return calibrate(analysis.training, analysis.training.origin())
+
+
+@pytest.fixture(scope="module")
+def first(bare) -> Survey:
+    return survey(Judge.of(bare), bare.model.system.library)
+
+
+def some(library, count: int) -> list[Candidate]:
+    return [next(candidates(kind)) for kind in library][:count]
+
+
+def test_the_most_promising_beside_another_fit_is_that_of_a_whole_survey(bare, first) -> None:
+    library = bare.model.system.library
+    for score in first.scores[:3]:
+        fit = fitted(bare, score.as_large_as_scored())
+        assert fit is not None
+        whole = survey(Judge.of(fit), library)
+        quick = survey(Judge.of(fit), library, first)
+        assert quick.scores[0].candidate.name == whole.scores[0].candidate.name
+        assert quick.scores[0].gain == pytest.approx(whole.scores[0].gain, rel=1e-9)
+        assert len(quick.scores) < len(whole.scores)
+        assert quick.tests >= first.tests
+
+
+def test_what_left_no_trace_is_screened_anew(bare, first) -> None:
+    """Room for nothing: each effect might show now."""
+    library = bare.model.system.library
+    blank = Survey(first.scores, first.tests)
+    again = survey(Judge.of(bare), library, blank)
+    assert [s.candidate.name for s in again.scores] == [s.candidate.name for s in first.scores]
+    assert [s.gain for s in again.scores] == [s.gain for s in first.scores]
+
+
+def test_signatures_are_whitened_changes(bare) -> None:
+    judge = Judge.of(bare)
+    tried = some(bare.model.system.library, 6)
+    changes = judge.changes(tried)
+    assert np.array_equal(judge.signatures(tried), judge.whitened(changes))
+    single = [[[np.float32(one) for one in block] for block in change] for change in changes]
+    largest = np.max(np.abs(judge.signatures(tried)))
+    assert judge.whitened(single) == pytest.approx(judge.signatures(tried), abs=1e-4 * largest)
+
+
+@given(
+    credits=st.lists(st.tuples(st.floats(0, 10), st.floats(0, 10)), max_size=40),
+    room=st.integers(0, 20),
+)
+def test_the_best_tries_of_each_effect_are_kept_as_far_as_there_is_room(credits, room) -> None:
+    traces = Traces(room)
+    given_credits = {}
+    for number, credit in enumerate(credits):
+        one = replace(PLAIN, dials=(1.0 + number, *PLAIN.dials[1:]))
+        given_credits[one] = credit
+        traces.add(one, credit, [[np.full((1, 1), float(number))]])
+    kept = [given_credits[c] for c in traces.tries()]
+    assert len(kept) == min(len(credits), room, OF_EACH)
+    assert all(a >= b for a, b in pairwise(kept))
+    if room >= OF_EACH:
+        assert sorted(kept) == sorted(sorted(credits)[-OF_EACH:])
+    assert traces.names() == ({PLAIN.name} if kept else set())
+    for c in traces.tries():
+        assert traces.of(c)[0][0].item() == c.dials[0] - 1.0
+
+
+def test_the_best_of_fits_that_are_bettered_is_that_of_whole_fits(bare, first) -> None:
+    rough = [roughly(bare, s.as_large_as_scored()) for s in first.scores[:6]]
+    done = near_ones_bettered(bare, [*rough, None])
+    assert all(a.score >= b.score for a, b in zip(done, rough, strict=True) if b is not None)
+    whole = [fitted(bare, s.as_large_as_scored()) for s in first.scores[:6]]
+    best = max(f.score for f in whole if f is not None)
+    assert max(f.score for f in done) == pytest.approx(best, abs=0.5)
+
+
+@dataclass(frozen=True)
+class Stand:
+    """Stands for a fit. hidden: whether a noise model holds it where it began."""
+
+    score: float
+    hidden: bool = False
+
+
+def test_fits_near_to_the_best_or_held_by_noise_are_bettered_and_others_left(monkeypatch) -> None:
+    monkeypatch.setattr(fits, "hidden_by_noise", lambda fit: fit.hidden)
+    monkeypatch.setattr(fits, "bettered", lambda fit: replace(fit, score=fit.score + 1.0))
+    tried = [Stand(130.0), None, Stand(120.9), Stand(121.1), Stand(105.0, hidden=True)]
+    done = near_ones_bettered(Stand(100.0), tried)
+    assert [f.score for f in done] == [131.0, 120.9, 122.1, 106.0]
+
+
+@given(seed=st.integers(0, 2**32 - 1), free=st.booleans())
+def test_bounded_coordinates_are_those_of_least_squares(seed, free) -> None:
+    draw = np.random.default_rng(seed)
+    columns, aim = draw.normal(size=(12, 4)), 3.0 * draw.normal(size=12)
+    reach = np.inf if free else 0.3
+    found = bounded(
+        columns.T @ columns + np.eye(4), columns.T @ aim, np.full(4, -reach), np.full(4, reach)
+    )
+    whole = np.concatenate((columns, np.eye(4)))
+    asked = optimize.lsq_linear(whole, np.concatenate((aim, np.zeros(4))), (-reach, reach)).x
+    assert found == pytest.approx(asked, abs=1e-5)
