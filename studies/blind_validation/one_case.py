@@ -11,6 +11,7 @@ from slipbench.identification.mismatch.analysis import Analysis
 from slipbench.identification.mismatch.explain import analyse
 from slipbench.identification.mismatch.fit.calibrate import calibrate
 from slipbench.identification.mismatch.runs import open_analysis
+from slipbench.identification.mismatch.simulation.threads import one_thread
 from slipbench.identification.mismatch.telling.conclude import verdict
 from slipbench.identification.mismatch.telling.verdict import as_tree
 from slipbench.studies.blind_validation.generator.case import Case, draw_case, write_case
@@ -33,8 +34,14 @@ KEPT = (
 def run_case(seed: int, number: int, keep: Path | None = None) -> dict[str, Any]:
     """Result of a case as a tree. keep: folder for its recordings; default: they are deleted.
 
-    A case whose analysis raises has the error in "failed" and counts as missed.
+    A case whose analysis raises has the error in "failed" and counts as missed. A study runs as many
+    cases at once as it has processors, so each has one thread.
     """
+    with one_thread():
+        return _run_case(seed, number, keep)
+
+
+def _run_case(seed: int, number: int, keep: Path | None) -> dict[str, Any]:
     case = draw_case(seed, number)
     with tempfile.TemporaryDirectory(prefix="slipbench-case-") as place:
         folder = (keep or Path(place)) / f"case-{number:04d}"

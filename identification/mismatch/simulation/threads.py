@@ -2,15 +2,26 @@
 
 import os
 import threading
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from functools import cache
 from typing import TypeVar
 
 Part = TypeVar("Part")
 Result = TypeVar("Result")
-WORKERS = os.process_cpu_count() if hasattr(os, "process_cpu_count") else os.cpu_count()
+WORKERS = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
 _here = threading.local()
+
+
+@contextmanager
+def one_thread() -> Iterator[None]:
+    """Do all work of the block in this thread: the other processors have work of their own."""
+    before, _here.working = getattr(_here, "working", False), True
+    try:
+        yield
+    finally:
+        _here.working = before
 
 
 @cache

@@ -1,10 +1,12 @@
 """Work in threads: the order of the results, failures, and work inside of work."""
 
+from threading import get_ident
+
 import pytest
 
 from slipbench.identification.mismatch.simulation import threads
 from slipbench.identification.mismatch.simulation.once import once
-from slipbench.identification.mismatch.simulation.threads import in_threads
+from slipbench.identification.mismatch.simulation.threads import in_threads, one_thread
 from slipbench.identification.mismatch.telling.verdict import as_tree
 from tests.identification.mismatch.laws.explained import explained
 from tests.identification.mismatch.laws.spring import cubic, spring, swung
@@ -24,6 +26,13 @@ def workers(monkeypatch: pytest.MonkeyPatch):
 def test_results_come_in_the_order_of_the_parts(workers, count):
     workers(count)
     assert in_threads(lambda x: x * x, range(50)) == [x * x for x in range(50)]
+
+
+def test_a_block_of_one_thread_works_in_its_own_and_others_do_not(workers):
+    workers(4)
+    with one_thread():
+        assert set(in_threads(lambda _: get_ident(), range(8))) == {get_ident()}
+    assert get_ident() not in in_threads(lambda _: get_ident(), range(8))
 
 
 @pytest.mark.parametrize("count", [1, 2])
