@@ -8,8 +8,8 @@ An effect beside another at the same place must in addition bring more than the 
 the other may leave.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
 from slipbench.identification.mismatch.fit.candidate import Candidate
 from slipbench.identification.mismatch.fit.dialled import Dialled
@@ -29,18 +29,35 @@ INEXACT = 0.05
 class Acceptance:
     """tests: independent tries in one screening of the library. screenings: how many there were.
 
-    The n-th screening has 1 / (n (n + 1)) of the level, so that all of them together stay below it,
-    however many there are.
+    found: number of the screening that found an effect, by its name; what is missing there was found
+    by the last one. The n-th screening has 1 / (n (n + 1)) of the level, so that all of them together
+    stay below it, however many there are. An effect keeps the level at which it was found: to look
+    for more takes no certainty from it.
     """
 
     tests: int
     held_out: Model | None
     screenings: int = 1
+    found: Mapping[str, int] = field(default_factory=dict)
 
     @property
     def certainty(self) -> Certainty:
-        """How certain a size must be."""
-        share = 1.0 / (self.screenings * (self.screenings + 1))
+        """How certain the size of what the last screening found must be."""
+        return self._certainty(self.screenings)
+
+    def certain(self, fit: Fit, i: int) -> bool:
+        """Tell whether effect i of a fit is certain at the level at which it was found."""
+        return self._certainty_of(fit, i).holds(fit, i)
+
+    def all_certain(self, fit: Fit) -> bool:
+        """Tell whether all effects of a fit are."""
+        return all(self.certain(fit, i) for i in range(len(fit.candidates)))
+
+    def _certainty_of(self, fit: Fit, i: int) -> Certainty:
+        return self._certainty(self.found.get(fit.candidates[i].name, self.screenings))
+
+    def _certainty(self, number: int) -> Certainty:
+        share = 1.0 / (number * (number + 1))
         return Certainty(FAMILY * SHARE * share / self.tests, self.held_out)
 
     def accepts(self, before: Fit, after: Fit) -> bool:
@@ -50,32 +67,34 @@ class Acceptance:
         if gain < sum(_enough(c) for c in new) or any(gain < _inexact(before, c) for c in new):
             return False
         places = range(len(before.candidates), len(after.candidates))
-        return all(self.certainty.holds(after, i) for i in places)
+        return all(self.certain(after, i) for i in places)
 
     def keeps(self, fit: Fit, i: int, lost: Sequence[float]) -> bool:
         """Tell whether effect i stays. lost: nats without each of the effects."""
         there = zip(lost, fit.candidates, strict=True)
         beside = [nats for nats, c in there if alike(fit, c, fit.candidates[i])]
         enough = max(ENOUGH, INEXACT * max(beside, default=0.0))
-        return lost[i] >= enough and self.certainty.holds(fit, i)
+        return lost[i] >= enough and self.certain(fit, i)
 
     def p(self, before: Fit, after: Fit) -> float:
         """Family-wise p of what was tried in vain; what brings too little does not count at all."""
         if after.score - before.score < ENOUGH:
             return 1.0
         told = significance(after, len(before.candidates))
-        return max(self._family_wise(told), FAMILY)
+        return max(_family_wise(told, self.certainty), FAMILY)
 
     def ps(self, fit: Fit) -> list[float]:
         """Family-wise p of each effect of a fit."""
-        return [self._family_wise(self.certainty.p(fit, i)) for i in range(len(fit.candidates))]
-
-    def _family_wise(self, p: float) -> float:
-        return min(1.0, p / self.certainty.limit * FAMILY)
+        levels = [self._certainty_of(fit, i) for i in range(len(fit.candidates))]
+        return [_family_wise(level.p(fit, i), level) for i, level in enumerate(levels)]
 
     def veto(self, before: Fit, after: Fit) -> Veto | None:
         """Return what held-out recordings say against what is new in a fit."""
         return None if self.held_out is None else contradicted(before, after, self.held_out)
+
+
+def _family_wise(p: float, level: Certainty) -> float:
+    return min(1.0, p / level.limit * FAMILY)
 
 
 def _enough(new: Dialled) -> float:

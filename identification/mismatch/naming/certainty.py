@@ -38,10 +38,6 @@ class Certainty:
         """Tell whether effect `number` of a fit is certain."""
         return self.p(fit, number) < self.limit
 
-    def all_hold(self, fit: Fit) -> bool:
-        """Tell whether all effects of a fit are certain."""
-        return all(self.holds(fit, i) for i in range(len(fit.candidates)))
-
     def p(self, fit: Fit, number: int) -> float:
         """One-sided p of an effect, over both ways of being certain."""
         told = significance(fit, number)

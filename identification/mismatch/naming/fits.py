@@ -52,12 +52,25 @@ def near_ones_bettered(base: Fit, rough: Iterable[Fit | None]) -> list[Fit]:
     behind after it. Where the noise model holds fits where they begin, none is known to be behind.
     """
     tried = [f for f in rough if f is not None]
-    near = NEAR * max((f.score - base.score for f in tried), default=0.0)
-    return in_threads(lambda f: _bettered(f) if _may_lead(f, base, near) else f, tried)
+    near = NEAR * max((_brought(f, base) for f in tried), default=0.0)
+    return in_threads(
+        lambda f: _bettered(f) if _brought(f, base) >= near or hidden_by_noise(f) else f, tried
+    )
 
 
-def _may_lead(fit: Fit, base: Fit, near: float) -> bool:
-    return fit.score - base.score >= near or hidden_by_noise(fit)
+def others_bettered(base: Fit, tried: Iterable[Fit]) -> list[Fit]:
+    """Better the fits that were left behind as well; none where no fit was.
+
+    Those that led may be uncertain, or contradicted, and what is behind them right.
+    """
+    left = [f for f in tried if f.slopes is base.slopes]
+    return in_threads(_bettered, left)
+
+
+def _brought(fit: Fit, base: Fit) -> float:
+    """Nats beyond the base, as far as they count: as much is found at any place of some effects."""
+    places = [c.elsewhere for c in fit.candidates[len(base.candidates) :] if c.elsewhere]
+    return (fit.score - base.score) / max((p.inflation for p in places), default=1.0)
 
 
 def _bettered(fit: Fit) -> Fit:

@@ -16,7 +16,8 @@ class Named:
     first: screening of the whole library on what calibration leaves. screenings: how many there
     were since. p: of the strongest of all that was tried, family-wise over the library and the free
     curves. vetoes: what passed on the training recordings and held-out ones contradict. doubts:
-    what speaks against names beforehand (see plausibility.py), by name.
+    what speaks against names beforehand (see plausibility.py), by name. found: number of the
+    screening that found it, by accepted name.
     """
 
     base: Fit
@@ -27,6 +28,7 @@ class Named:
     rivals: dict[str, dict[str, float]] = field(default_factory=dict)
     vetoes: tuple[Veto, ...] = ()
     doubts: dict[str, str] = field(default_factory=dict)
+    found: dict[str, int] = field(default_factory=dict)
 
     @property
     def scores(self) -> list[Score]:

@@ -23,6 +23,7 @@ from slipbench.identification.mismatch.naming.fits import (
     fits_from_the_file,
     fitted,
     fitted_without,
+    others_bettered,
     promising_fits,
 )
 from slipbench.identification.mismatch.naming.look_ahead import PROMISED, SECONDS, halves, pairs
@@ -60,7 +61,7 @@ class Search:
         begun = halves(named, self.library, named.gain + least, self.say)
         named = replace(named, screenings=named.screenings + 1 + len(begun))
         enough = max([named.fit.score + least, *(f.score + ENOUGH for f in begun)])
-        bare = replace(named, fit=named.base, rivals={}, doubts={})
+        bare = replace(named, fit=named.base, rivals={}, doubts={}, found={})
         step = self._step(bare, [*begun, *pairs(named, begun, self.library, enough)])
         if set(step.names) <= set(named.names) and step.fit.score <= named.fit.score:
             return replace(named, vetoes=step.vetoes)  # it leads where the search was already
@@ -80,6 +81,8 @@ class Search:
             again = self._from_the_file(named) if _newly_far(named) else []
             named = replace(named, screenings=named.screenings + bool(again))
             step = self._step(named, [*tried, *again])
+            if len(step.names) == len(named.names) and (others := others_bettered(rough, tried)):
+                step = self._step(named, [*tried, *again, *others])
             if len(step.names) == len(named.names):
                 return step
             named = step
@@ -104,13 +107,14 @@ class Search:
 
     def _with(self, named: Named, new: Fit, finer: Fit, tried: Sequence[Fit]) -> Named:
         """Return the names with those of a fit, and what comes near to it as it was tried."""
-        old = set(named.names)
-        news = " + ".join(c.name for c in new.candidates if c.name not in old)
+        come = [c.name for c in new.candidates if c.name not in named.names]
+        news = " + ".join(come)
         nats = finer.score - named.fit.score
         self.say(f"Accepted: {news} (log-likelihood gain {nats:.0f} nats)")
         rivals = {**named.rivals, news: _behind(new, tried)}
         doubtful = named.doubts | _doubts(named.fit, [new, *tried])
-        return replace(named, fit=finer, rivals=rivals, doubts=doubtful)
+        found = named.found | dict.fromkeys(come, named.screenings)
+        return replace(named, fit=finer, rivals=rivals, doubts=doubtful, found=found)
 
     def _refined(self, named: Named) -> Named:
         """Exchange what something else explains better, and drop what is not missed."""
@@ -131,7 +135,7 @@ class Search:
         for new in by_score(f for fits in several for f in fits):
             if new.score < old.score + ENOUGH:
                 break
-            if not rule.certainty.all_hold(new):
+            if not rule.all_certain(new):
                 continue
             against = rule.veto(named.base, new)
             if against is None:
@@ -160,7 +164,8 @@ class Search:
         nats = new.score - named.fit.score
         self.say(f"Replaced: {gone} by {come} (log-likelihood gain {nats:.0f} nats)")
         kept = {n: r for n, r in named.rivals.items() if gone not in n.split(" + ")}
-        return replace(named, fit=new, rivals={**kept, come: {gone: nats}})
+        found = {n: k for n, k in named.found.items() if n != gone} | {come: named.screenings}
+        return replace(named, fit=new, rivals={**kept, come: {gone: nats}}, found=found)
 
     def _screened(self, named: Named, fit: Fit) -> list[Score]:
         return survey(Judge.of(fit), self.library, named.first).scores
@@ -169,7 +174,7 @@ class Search:
         return fits_from_the_file(named.fit.coarse, self.library, self.say, named.first)
 
     def _rule(self, named: Named) -> Acceptance:
-        return Acceptance(named.first.tests, self.held_out, named.screenings)
+        return Acceptance(named.first.tests, self.held_out, named.screenings, named.found)
 
 
 def _finer(named: Named, new: Fit, passed: Sequence[Fit]) -> Fit:
@@ -207,7 +212,7 @@ def pruned(named: Named, rule: Acceptance, say: Say) -> Named:
     doomed = [i for i in order if not rule.keeps(fit, i, nats)]
     if not doomed:
         return replace(named, p=min([named.p, *rule.ps(fit)]))
-    good = [i for i in doomed if rule.certainty.all_hold(lost[i][1])]
+    good = [i for i in doomed if rule.all_certain(lost[i][1])]
     first = good[0] if good else doomed[0]
     say(f"Removed by backward elimination: {fit.candidates[first].name}")
     rest = lost[first][1]
@@ -228,9 +233,10 @@ def lost_without(base: Fit, fit: Fit) -> list[tuple[float, Fit]]:
 
 
 def _behind(best: Fit, tried: Sequence[Fit]) -> dict[str, float]:
+    """Nats by which others come behind the best one, each where it did best. tried: best first."""
     return {
         t.candidates[-1].name: best.score - t.score
-        for t in tried
+        for t in reversed(tried)
         if t.candidates[-1].name != best.candidates[-1].name
     }
 

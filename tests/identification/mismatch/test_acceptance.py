@@ -1,5 +1,7 @@
 """The level of a search: however many screenings there are, all together stay below it."""
 
+from types import SimpleNamespace
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -19,3 +21,12 @@ def test_all_tests_of_all_screenings_together_stay_below_the_level(tests, screen
 def test_a_later_screening_must_be_more_certain(tests, screenings):
     now, later = (Acceptance(tests, None, n).certainty.limit for n in (screenings, screenings + 1))
     assert later < now
+
+
+@given(found=st.dictionaries(st.sampled_from("abc"), st.integers(1, 20)), last=st.integers(20, 40))
+def test_each_effect_is_held_to_the_level_at_which_it_was_found(found, last):
+    fit = SimpleNamespace(candidates=[SimpleNamespace(name=name) for name in "abc"])
+    rule = Acceptance(7, None, last, found)
+    for i, name in enumerate("abc"):
+        asked = Acceptance(7, None, found.get(name, last)).certainty.limit
+        assert rule._certainty_of(fit, i).limit == asked

@@ -68,21 +68,29 @@ def test_screenings_in_vain_and_vetoes_of_an_exchange_count(monkeypatch) -> None
     assert rule.screenings == 3
 
 
+def test_an_effect_keeps_the_level_of_the_screening_that_found_it() -> None:
+    worth = {(): 0.0, ("a",): 40.0, ("b",): 30.0, ("a", "b"): 70.0}
+    base, one, both = (Stand(names, worth, {}) for names in ((), ("a",), ("a", "b")))
+    begun = Named(base, base, Survey([], 1))
+    named = Search(())._with(begun, one, one, [])
+    named = Search(())._with(replace(named, screenings=5), both, both, [])
+    assert named.found == {"a": 1, "b": 5}
+    other = Stand(("a", "c"), {("a", "c"): 90.0}, {})
+    exchanged = Search(())._renamed(replace(named, screenings=9), other)
+    assert exchanged.found == {"a": 1, "c": 9}
+
+
 # Backward elimination, on sets of which everything is known.
 
 
 class Told(Acceptance):
     """Certain is what a stand says of itself."""
 
-    @property
-    def certainty(self):
-        return self
-
-    def holds(self, fit, i):
+    def certain(self, fit, i):
         return fit.certain[fit.names][i]
 
-    def all_hold(self, fit):
-        return all(self.holds(fit, i) for i in range(len(fit.names)))
+    def all_certain(self, fit):
+        return all(self.certain(fit, i) for i in range(len(fit.names)))
 
     def ps(self, fit):
         return [0.0 for _ in fit.names]
@@ -104,6 +112,8 @@ class Stand:
     @property
     def candidates(self):
         return tuple(map(Kind, self.names))
+
+    effects = ()
 
     @property
     def score(self):

@@ -16,7 +16,12 @@ from slipbench.identification.mismatch.fit.fitting import Fit
 from slipbench.identification.mismatch.fit.judge import Judge
 from slipbench.identification.mismatch.fit.stack import bounded
 from slipbench.identification.mismatch.naming import fits
-from slipbench.identification.mismatch.naming.fits import fitted, near_ones_bettered, roughly
+from slipbench.identification.mismatch.naming.fits import (
+    fitted,
+    near_ones_bettered,
+    others_bettered,
+    roughly,
+)
 from slipbench.identification.mismatch.naming.score import Survey, survey
 from slipbench.identification.mismatch.naming.traces import OF_EACH, Traces
 from slipbench.identification.mismatch.naming.tried import candidates
@@ -106,19 +111,56 @@ def test_the_best_of_fits_that_are_bettered_is_that_of_whole_fits(bare, first) -
 
 
 @dataclass(frozen=True)
+class Place:
+    """Stands for what scatters over the places of an effect."""
+
+    inflation: float
+
+
+@dataclass(frozen=True)
+class Found:
+    elsewhere: Place | None = None
+
+
+BEFORE, ANEW = object(), object()
+HERE, ANYWHERE = (Found(),), (Found(Place(10.0)),)
+
+
+@dataclass(frozen=True)
 class Stand:
     """Stands for a fit. hidden: whether a noise model holds it where it began."""
 
     score: float
     hidden: bool = False
+    candidates: tuple[Found, ...] = HERE
+    slopes: object = BEFORE
 
 
-def test_fits_near_to_the_best_or_held_by_noise_are_bettered_and_others_left(monkeypatch) -> None:
+@pytest.fixture
+def stands(monkeypatch):
     monkeypatch.setattr(fits, "hidden_by_noise", lambda fit: fit.hidden)
-    monkeypatch.setattr(fits, "bettered", lambda fit: replace(fit, score=fit.score + 1.0))
+    monkeypatch.setattr(
+        fits, "bettered", lambda fit: replace(fit, score=fit.score + 1.0, slopes=ANEW)
+    )
+
+
+def test_fits_near_to_the_best_or_held_by_noise_are_bettered_and_others_left(stands) -> None:
     tried = [Stand(130.0), None, Stand(120.9), Stand(121.1), Stand(105.0, hidden=True)]
-    done = near_ones_bettered(Stand(100.0), tried)
+    done = near_ones_bettered(Stand(100.0, candidates=()), tried)
     assert [f.score for f in done] == [131.0, 120.9, 122.1, 106.0]
+
+
+def test_what_is_found_as_well_anywhere_leads_only_as_far_as_it_counts(stands) -> None:
+    tried = [Stand(170.0, candidates=ANYWHERE), Stand(115.0), Stand(109.0)]
+    done = near_ones_bettered(Stand(100.0, candidates=()), tried)
+    assert [f.score for f in done] == [170.0, 116.0, 109.0]
+
+
+def test_those_that_were_left_are_bettered_where_the_leading_ones_do_not_pass(stands) -> None:
+    base = Stand(100.0, candidates=())
+    done = near_ones_bettered(base, [Stand(130.0), Stand(120.0)])
+    assert [f.score for f in others_bettered(base, done)] == [121.0]
+    assert others_bettered(base, near_ones_bettered(base, [Stand(130.0)])) == []
 
 
 @given(seed=st.integers(0, 2**32 - 1), free=st.booleans())
