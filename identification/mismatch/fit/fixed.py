@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from slipbench.identification.mismatch.fit.calibrate import as_told, far_from_the_file
+from slipbench.identification.mismatch.fit.calibrate import as_told, far_from_the_file, settled
 from slipbench.identification.mismatch.fit.fitting import Fit
 from slipbench.identification.mismatch.fit.following import ROUGHLY, followed, refreshed
 from slipbench.identification.mismatch.fit.settling import settle
@@ -30,7 +30,7 @@ def far_numbers_fixed(fit: Fit) -> Fit:
 
 
 def freed(fit: Fit, model: Model) -> Fit:
-    """Return the fit with everything that a model is uncertain of settled again.
+    """Return the fit with everything that a model is uncertain of fitted again.
 
     Raises PlantError where it cannot run.
     """
@@ -38,4 +38,4 @@ def freed(fit: Fit, model: Model) -> Fit:
     x = np.array([there.get(k, 0.0) for k in model.known])
     point: Point = replace(fit.point, x=x)
     start = Fit(model, point, predict(model, point), fit.noise, [], fit.candidates)
-    return settle(refreshed(start))
+    return settled(refreshed(start))

@@ -105,7 +105,7 @@ def _of_different_traces(scores: Sequence[Score]) -> list[float]:
 def fits_from_the_file(
     fit: Fit, library: Sequence[type[Effect]], say: Say, before: Survey | None = None
 ) -> list[Fit]:
-    """Fits of promising effects in the place of numbers that calibration moved far, best first.
+    """Full fits of promising effects in the place of numbers that calibration moved far, best first.
 
     before: a survey of another fit of the same recordings.
     """
@@ -117,7 +117,7 @@ def fits_from_the_file(
     for score in worth:
         say(f"Fitting {score.candidate.name.replace('_', ' ')} beside the numbers of the file")
     done = in_threads(begun.fitted, worth) if begun else []
-    return by_score(near_ones_bettered(fit, done))
+    return by_score(f for f in done if f is not None)
 
 
 def by_score(fits: Iterable[Fit]) -> list[Fit]:

@@ -58,13 +58,14 @@ def test_a_bounded_step_is_the_best_within_its_bounds(seed):
         return rest @ rest + z @ z
 
     low, high = np.full(6, -2.0), np.full(6, 2.0)
-    held = bounded(nuisances.columns, np.ones(6), series, low, high)
+    normal, pushes = nuisances.normal, nuisances.columns.T @ series
+    held = bounded(normal, pushes, low, high)
     assert (held >= low - 1e-9).all()
     assert (held <= high + 1e-9).all()
     assert (np.abs(held) > 1.99).any()
     others = np.clip(held + 0.1 * rng.standard_normal((500, 6)), low, high)
     assert cost(held) <= min(map(cost, others)) + 1e-9
-    wide = bounded(nuisances.columns, np.ones(6), series, low - 100.0, high + 100.0)
+    wide = bounded(normal, pushes, low - 100.0, high + 100.0)
     assert np.allclose(wide, nuisances.fit(series))
 
 

@@ -7,14 +7,12 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy import optimize
 
 from slipbench.identification.mismatch.analysis import begin
 from slipbench.identification.mismatch.fit.calibrate import calibrate
 from slipbench.identification.mismatch.fit.candidate import Candidate
 from slipbench.identification.mismatch.fit.fitting import Fit
 from slipbench.identification.mismatch.fit.judge import Judge
-from slipbench.identification.mismatch.fit.stack import bounded
 from slipbench.identification.mismatch.naming import fits
 from slipbench.identification.mismatch.naming.fits import (
     fitted,
@@ -161,16 +159,3 @@ def test_those_that_were_left_are_bettered_where_the_leading_ones_do_not_pass(st
     done = near_ones_bettered(base, [Stand(130.0), Stand(120.0)])
     assert [f.score for f in others_bettered(base, done)] == [121.0]
     assert others_bettered(base, near_ones_bettered(base, [Stand(130.0)])) == []
-
-
-@given(seed=st.integers(0, 2**32 - 1), free=st.booleans())
-def test_bounded_coordinates_are_those_of_least_squares(seed, free) -> None:
-    draw = np.random.default_rng(seed)
-    columns, aim = draw.normal(size=(12, 4)), 3.0 * draw.normal(size=12)
-    reach = np.inf if free else 0.3
-    found = bounded(
-        columns.T @ columns + np.eye(4), columns.T @ aim, np.full(4, -reach), np.full(4, reach)
-    )
-    whole = np.concatenate((columns, np.eye(4)))
-    asked = optimize.lsq_linear(whole, np.concatenate((aim, np.zeros(4))), (-reach, reach)).x
-    assert found == pytest.approx(asked, abs=1e-5)
