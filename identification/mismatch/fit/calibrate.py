@@ -45,10 +45,10 @@ def calibrate(model: Model, start: Point) -> Fit:
 
 def settled(start: Fit) -> Fit:
     """Return the best fit that is reached from a start."""
-    return bettered(settle(start))
+    return refined(settle(start))
 
 
-def bettered(fit: Fit) -> Fit:
+def refined(fit: Fit) -> Fit:
     """Return the best fit that is reached from one that settled with sensitivities of another.
 
     Where the noise model takes nearly all of the error for noise, plain least squares is tried as

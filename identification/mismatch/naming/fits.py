@@ -7,8 +7,8 @@ from functools import lru_cache
 from slipbench.identification.mismatch.fit.calibrate import (
     as_believed,
     astray,
-    bettered,
     hidden_by_noise,
+    refined,
     settled,
 )
 from slipbench.identification.mismatch.fit.candidate import Candidate
@@ -42,11 +42,11 @@ def promising_fits(fit: Fit, scores: Sequence[Score], say: Say) -> list[Fit]:
     for score in worth:
         say(f"Fitting {score.candidate.name.replace('_', ' ')}")
     rough = in_threads(lambda s: _from_several(fit, s), worth)
-    return by_score(near_ones_bettered(fit, rough))
+    return by_score(near_ones_refined(fit, rough))
 
 
-def near_ones_bettered(base: Fit, rough: Iterable[Fit | None]) -> list[Fit]:
-    """Return fits that have settled, the best of them and those near to it bettered.
+def near_ones_refined(base: Fit, rough: Iterable[Fit | None]) -> list[Fit]:
+    """Return fits that have settled, the best of them and those near to it refined.
 
     Sensitivities taken anew bring a fit the last part of its way; one that is far behind before is
     behind after it. Where the noise model holds fits where they begin, none is known to be behind.
@@ -54,17 +54,17 @@ def near_ones_bettered(base: Fit, rough: Iterable[Fit | None]) -> list[Fit]:
     tried = [f for f in rough if f is not None]
     near = NEAR * max((_brought(f, base) for f in tried), default=0.0)
     return in_threads(
-        lambda f: _bettered(f) if _brought(f, base) >= near or hidden_by_noise(f) else f, tried
+        lambda f: _refined(f) if _brought(f, base) >= near or hidden_by_noise(f) else f, tried
     )
 
 
-def others_bettered(base: Fit, tried: Iterable[Fit]) -> list[Fit]:
-    """Better the fits that were left behind as well; none where no fit was.
+def others_refined(base: Fit, tried: Iterable[Fit]) -> list[Fit]:
+    """Refine the fits that were left behind as well; none where no fit was.
 
     Those that led may be uncertain, or contradicted, and what is behind them right.
     """
     left = [f for f in tried if f.slopes is base.slopes]
-    return in_threads(_bettered, left)
+    return in_threads(_refined, left)
 
 
 def _brought(fit: Fit, base: Fit) -> float:
@@ -73,8 +73,8 @@ def _brought(fit: Fit, base: Fit) -> float:
     return (fit.score - base.score) / max((p.inflation for p in places), default=1.0)
 
 
-def _bettered(fit: Fit) -> Fit:
-    return _unless_it_cannot_run(lambda: bettered(fit)) or fit
+def _refined(fit: Fit) -> Fit:
+    return _unless_it_cannot_run(lambda: refined(fit)) or fit
 
 
 def promising(scores: Sequence[Score]) -> list[Score]:

@@ -16,7 +16,7 @@ from slipbench.identification.mismatch.fit.fitting import Fit, with_effects
 from slipbench.identification.mismatch.fit.judge import Judge
 from slipbench.identification.mismatch.fit.settling import settle
 from slipbench.identification.mismatch.naming.acceptance import ENOUGH
-from slipbench.identification.mismatch.naming.fits import near_ones_bettered
+from slipbench.identification.mismatch.naming.fits import near_ones_refined
 from slipbench.identification.mismatch.naming.in_place import in_place
 from slipbench.identification.mismatch.naming.named import Named
 from slipbench.identification.mismatch.naming.score import Score, as_known, survey
@@ -87,7 +87,7 @@ def pairs(
     """Fit what promises most beside each single effect. enough: score that a pair must reach."""
     ways = (settle, from_far) if hidden_by_noise(named.base) else (settle,)
     several = in_threads(lambda single: list(_pairs(named, single, library, enough, ways)), begun)
-    done = near_ones_bettered(named.base, [pair for found in several for pair in found])
+    done = near_ones_refined(named.base, [pair for found in several for pair in found])
     return [pair for pair in done if pair.score > enough]
 
 

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -76,6 +77,7 @@ class Score:
         return self.candidate.times(min(max(self.amplitude, NEAR[0]), MOST))
 
 
+Tries = TypeVar("Tries")
 Columns = dict[Candidate, Floats]
 """Signatures of candidates, (rows,) each."""
 
@@ -104,7 +106,7 @@ def scores(
     return found
 
 
-def _batches(judge: Judge, tried: Sequence[Candidate]) -> Iterator[Sequence[Candidate]]:
+def _batches(judge: Judge, tried: Sequence[Tries]) -> Iterator[Sequence[Tries]]:
     count = min(BATCH, max(LARGEST // len(judge.groups), 1))
     for first in range(0, len(tried), count):
         yield tried[first : first + count]
@@ -139,10 +141,10 @@ def _push(judge: Judge, columns: Floats) -> _Push:
 
 def _judged(judge: Judge, tried: Sequence[Candidate], columns: Floats) -> list[Score]:
     """Judge candidates by their signatures, (rows, candidates), which are taken off all at once."""
-    told = _push(judge, columns)
+    pushed = _push(judge, columns)
     p = np.ones(len(tried))
-    hints = np.flatnonzero(told.seen & (told.gain > HINT))
-    off = judge.nuisances.less(columns[:, hints], told.hidden[:, hints])
+    hints = np.flatnonzero(pushed.seen & (pushed.gain > HINT))
+    off = judge.nuisances.less(columns[:, hints], pushed.hidden[:, hints])
     for i, course in zip(hints, np.ascontiguousarray(off.T), strict=True):
         least = tried[int(i)].does_not_count / max(abs(tried[int(i)].added), NEXT_TO_NOTHING)
         p[i] = amplitude_p(course, judge.left, judge.groups, judge.fit.scatter, least)
@@ -151,7 +153,14 @@ def _judged(judge: Judge, tried: Sequence[Candidate], columns: Floats) -> list[S
         if shown
         else Score(c, 0.0, 0.0, 0.0, 0.0, 1.0)
         for c, a, g, e, w, at, shown in zip(
-            tried, told.amplitude, told.gain, told.energy, told.whole, p, told.seen, strict=True
+            tried,
+            pushed.amplitude,
+            pushed.gain,
+            pushed.energy,
+            pushed.whole,
+            p,
+            pushed.seen,
+            strict=True,
         )
     ]
 
@@ -206,9 +215,9 @@ def survey(
     known = (as_known(c, judge.fit.model) for kind in library for c in candidates(kind, teeth))
     kinds = [c for c in known if c.name not in there]
     if before is not None:
-        told = before.traces.names()
+        traced = before.traces.names()
         again = _most_promising(judge, before.traces)[:most]
-        kinds = [c for c in kinds if c.name in again or c.name not in told]
+        kinds = [c for c in kinds if c.name in again or c.name not in traced]
     kept: Columns = {}
     traces = Traces(LARGEST // len(judge.groups))
     first = scores(judge, kinds, kept, traces)
@@ -224,9 +233,9 @@ def _most_promising(judge: Judge, traces: Traces) -> list[str]:
     """Return names by what their changes, as they were in another fit, explain here."""
     there = {c.name for c in judge.fit.effects}
     gains: dict[str, float] = {}
-    for some in _batches(judge, [c for c in traces.tries() if c.name not in there]):
-        told = _push(judge, judge.whitened([traces.of(c) for c in some]))
-        for c, gain in zip(some, told.gain, strict=True):
+    for some in _batches(judge, [t for t in traces.tries() if t[0].name not in there]):
+        pushed = _push(judge, judge.whitened([change for _, change in some]))
+        for (c, _), gain in zip(some, pushed.gain, strict=True):
             gains[c.name] = max(gains.get(c.name, 0.0), float(gain))
     return sorted(gains, key=lambda name: -gains[name])
 

@@ -23,7 +23,7 @@ from slipbench.identification.mismatch.naming.fits import (
     fits_from_the_file,
     fitted,
     fitted_without,
-    others_bettered,
+    others_refined,
     promising_fits,
 )
 from slipbench.identification.mismatch.naming.look_ahead import PROMISED, SECONDS, halves, pairs
@@ -81,7 +81,7 @@ class Search:
             again = self._from_the_file(named) if _newly_far(named) else []
             named = replace(named, screenings=named.screenings + bool(again))
             step = self._step(named, [*tried, *again])
-            if len(step.names) == len(named.names) and (others := others_bettered(rough, tried)):
+            if len(step.names) == len(named.names) and (others := others_refined(rough, tried)):
                 step = self._step(named, [*tried, *again, *others])
             if len(step.names) == len(named.names):
                 return step

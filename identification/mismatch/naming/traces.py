@@ -1,8 +1,6 @@
 """What effects change in all outputs, kept to judge them in other fits of the same recordings."""
 
-from collections.abc import Iterator
 from dataclasses import dataclass, field
-from itertools import count
 
 import numpy as np
 
@@ -24,8 +22,7 @@ class Traces:
     """
 
     room: int = 0
-    _kept: dict[str, list[tuple[Credit, int, Candidate, Changes]]] = field(default_factory=dict)
-    _order: Iterator[int] = field(default_factory=count)
+    _kept: dict[str, list[tuple[Credit, Candidate, Changes]]] = field(default_factory=dict)
 
     def add(self, candidate: Candidate, credit: Credit, change: Series) -> None:
         """Keep a change unless as many of the same effect have more credit."""
@@ -37,21 +34,14 @@ class Traces:
                 return
             self.room -= 1
         small: Changes = [[np.asarray(one, np.float32) for one in block] for block in change]
-        tries.append((credit, -next(self._order), candidate, small))
-        tries.sort(key=lambda t: t[:2], reverse=True)
+        tries.append((credit, candidate, small))
+        tries.sort(key=lambda t: t[0], reverse=True)
         self._kept[candidate.name] = tries[:OF_EACH]
 
     def names(self) -> set[str]:
         """Names of the effects of which something is kept."""
         return set(self._kept)
 
-    def tries(self) -> list[Candidate]:
-        """Candidates whose changes are kept."""
-        return [kept[2] for tries in self._kept.values() for kept in tries]
-
-    def of(self, candidate: Candidate) -> Changes:
-        """Change that a candidate brought; raises KeyError where it is not kept."""
-        for kept in self._kept[candidate.name]:
-            if kept[2] is candidate:
-                return kept[3]
-        raise KeyError(candidate.name)
+    def tries(self) -> list[tuple[Candidate, Changes]]:
+        """Candidates with the changes that they brought, of each effect the best first."""
+        return [(one, change) for tries in self._kept.values() for _, one, change in tries]

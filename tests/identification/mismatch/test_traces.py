@@ -16,8 +16,8 @@ from slipbench.identification.mismatch.fit.judge import Judge
 from slipbench.identification.mismatch.naming import fits
 from slipbench.identification.mismatch.naming.fits import (
     fitted,
-    near_ones_bettered,
-    others_bettered,
+    near_ones_refined,
+    others_refined,
     roughly,
 )
 from slipbench.identification.mismatch.naming.score import Survey, survey
@@ -89,19 +89,19 @@ def test_the_best_tries_of_each_effect_are_kept_as_far_as_there_is_room(credits,
         one = replace(PLAIN, dials=(1.0 + number, *PLAIN.dials[1:]))
         given_credits[one] = credit
         traces.add(one, credit, [[np.full((1, 1), float(number))]])
-    kept = [given_credits[c] for c in traces.tries()]
+    kept = [given_credits[c] for c, _ in traces.tries()]
     assert len(kept) == min(len(credits), room, OF_EACH)
     assert all(a >= b for a, b in pairwise(kept))
     if room >= OF_EACH:
         assert sorted(kept) == sorted(sorted(credits)[-OF_EACH:])
     assert traces.names() == ({PLAIN.name} if kept else set())
-    for c in traces.tries():
-        assert traces.of(c)[0][0].item() == c.dials[0] - 1.0
+    for c, change in traces.tries():
+        assert change[0][0].item() == c.dials[0] - 1.0
 
 
-def test_the_best_of_fits_that_are_bettered_is_that_of_whole_fits(bare, first) -> None:
+def test_the_best_of_fits_that_are_refined_is_that_of_whole_fits(bare, first) -> None:
     rough = [roughly(bare, s.as_large_as_scored()) for s in first.scores[:6]]
-    done = near_ones_bettered(bare, [*rough, None])
+    done = near_ones_refined(bare, [*rough, None])
     assert all(a.score >= b.score for a, b in zip(done, rough, strict=True) if b is not None)
     whole = [fitted(bare, s.as_large_as_scored()) for s in first.scores[:6]]
     best = max(f.score for f in whole if f is not None)
@@ -138,24 +138,24 @@ class Stand:
 def stands(monkeypatch):
     monkeypatch.setattr(fits, "hidden_by_noise", lambda fit: fit.hidden)
     monkeypatch.setattr(
-        fits, "bettered", lambda fit: replace(fit, score=fit.score + 1.0, slopes=ANEW)
+        fits, "refined", lambda fit: replace(fit, score=fit.score + 1.0, slopes=ANEW)
     )
 
 
-def test_fits_near_to_the_best_or_held_by_noise_are_bettered_and_others_left(stands) -> None:
+def test_fits_near_to_the_best_or_held_by_noise_are_refined_and_others_left(stands) -> None:
     tried = [Stand(130.0), None, Stand(120.9), Stand(121.1), Stand(105.0, hidden=True)]
-    done = near_ones_bettered(Stand(100.0, candidates=()), tried)
+    done = near_ones_refined(Stand(100.0, candidates=()), tried)
     assert [f.score for f in done] == [131.0, 120.9, 122.1, 106.0]
 
 
 def test_what_is_found_as_well_anywhere_leads_only_as_far_as_it_counts(stands) -> None:
     tried = [Stand(170.0, candidates=ANYWHERE), Stand(115.0), Stand(109.0)]
-    done = near_ones_bettered(Stand(100.0, candidates=()), tried)
+    done = near_ones_refined(Stand(100.0, candidates=()), tried)
     assert [f.score for f in done] == [170.0, 116.0, 109.0]
 
 
-def test_those_that_were_left_are_bettered_where_the_leading_ones_do_not_pass(stands) -> None:
+def test_those_that_were_left_are_refined_where_the_leading_ones_do_not_pass(stands) -> None:
     base = Stand(100.0, candidates=())
-    done = near_ones_bettered(base, [Stand(130.0), Stand(120.0)])
-    assert [f.score for f in others_bettered(base, done)] == [121.0]
-    assert others_bettered(base, near_ones_bettered(base, [Stand(130.0)])) == []
+    done = near_ones_refined(base, [Stand(130.0), Stand(120.0)])
+    assert [f.score for f in others_refined(base, done)] == [121.0]
+    assert others_refined(base, near_ones_refined(base, [Stand(130.0)])) == []
