@@ -140,7 +140,8 @@ class Observer:
         ]
         begun = start or base
         predicted = predict(cleared, begun.point)
-        return settle(Fit(cleared, begun.point, predicted, begun.noise, base.slopes), noises=3)
+        start = Fit(cleared, begun.point, predicted, begun.noise, base.slopes)
+        return settle(replace(start, slopes_at=base.taken_at))
 
     def _absent(self, known: Effects) -> Effects:
         return tuple(h for h in self.case.hidden if h not in known)

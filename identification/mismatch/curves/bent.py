@@ -11,8 +11,8 @@ from slipbench.identification.mismatch.curves.curve import Curve
 from slipbench.identification.mismatch.curves.injection import places
 from slipbench.identification.mismatch.curves.pushed import LOOSE
 from slipbench.identification.mismatch.fit.dialled import Dialled
-from slipbench.identification.mismatch.fit.fitting import Fit, with_effects
-from slipbench.identification.mismatch.fit.settling import settle
+from slipbench.identification.mismatch.fit.fitting import Fit, renoised, with_effects
+from slipbench.identification.mismatch.fit.settling import at_fixed_noise
 from slipbench.identification.mismatch.simulation.place import Injection
 from slipbench.identification.mismatch.simulation.system import System
 from slipbench.plant.effects.effect import Effect
@@ -91,7 +91,7 @@ def simulated(base: Fit, curve: Curve) -> Fit | None:
         return None
     bent = Bent(system, place, curve, tuple(float(v) for v in curve.values / place.size), number)
     try:
-        return settle(with_effects(base, (*base.candidates, bent)), 1, 3)
+        return renoised(at_fixed_noise(with_effects(base, (*base.candidates, bent)), 3))
     except PlantError:
         return None
 

@@ -80,7 +80,7 @@ def _one(base: Fit, curves: Sequence[Curve], held_out: Model | None) -> FreeCurv
             break
         best = again
     best = best.fine(base.model)
-    best = followed(best) if around else settle(refreshed(best), noises=2, steps=3)
+    best = followed(best) if around else settle(refreshed(best))
     confirmed = 0.0
     if held_out is not None:
         confirmed = carried_over(best, held_out).score - carried_over(base, held_out).score

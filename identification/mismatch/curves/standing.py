@@ -11,10 +11,10 @@ from slipbench.identification.mismatch.curves.curve import Curve
 from slipbench.identification.mismatch.curves.free_curve import FreeCurve
 from slipbench.identification.mismatch.curves.pushed import Pushed
 from slipbench.identification.mismatch.curves.trace import regressors
-from slipbench.identification.mismatch.fit.fitting import Fit, with_effects
+from slipbench.identification.mismatch.fit.fitting import Fit, renoised, with_effects
 from slipbench.identification.mismatch.fit.following import refreshed
 from slipbench.identification.mismatch.fit.held_out import carried_over
-from slipbench.identification.mismatch.fit.settling import settle
+from slipbench.identification.mismatch.fit.settling import at_fixed_noise, settle
 from slipbench.identification.mismatch.simulation.along import TURN, finer
 from slipbench.identification.mismatch.simulation.model import Model, predict
 from slipbench.identification.mismatch.simulation.place import Injection
@@ -40,7 +40,7 @@ def pushed_in(base: Fit, curve: Curve) -> Fit | None:
     best = base
     for _ in range(ROUNDS):
         try:
-            led = settle(with_effects(best, (*base.candidates, pushed)), 1, 3)
+            led = renoised(at_fixed_noise(with_effects(best, (*base.candidates, pushed)), 3))
             fits = [_consistent(led, pushed.towards(pushing(led), share)) for share in SHARES]
         except PlantError:
             break
@@ -87,7 +87,7 @@ def standing(base: Fit, rough: Fit, held_out: Model | None) -> FreeCurve:
         0.0,
         0.0,
     )
-    fit = settle(refreshed(_with(base, rough, place, told)), noises=2, steps=3)
+    fit = settle(refreshed(_with(base, rough, place, told)))
     if held_out is None:
         return FreeCurve(told, fit, fit.score - base.score, 0.0, None)
     confirmed, proven = _confirmed(base, fit, place, told, held_out)
@@ -104,7 +104,7 @@ def _confirmed(
     before = carried_over(base, held_out)
     there = replace(carried_over(replace(best, model=base.model), held_out), candidates=())
     for _ in range(PASSES):
-        there = settle(_with(before, there, place, curve), noises=2)
+        there = settle(_with(before, there, place, curve))
     there = replace(there, candidates=best.candidates)
     return there.score - before.score, there.model
 

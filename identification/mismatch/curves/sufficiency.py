@@ -64,7 +64,7 @@ def _weighed(base: Fit, judge: Judge, curve: Curve) -> Remainder:
     """
     fit = judge.fit
     even = [whitener(rest, order=0) for rest in fit.rest]
-    free, bare = (Nuisances(flat(f.model, even, f.slopes)) for f in (fit, base))
+    free, bare = (Nuisances(flat(f.model, even, f.slopes) * f.stretch) for f in (fit, base))
     before = bare.off(flat(base.model, even, base.rest))
     now = free.off(flat(fit.model, even, fit.rest))
     trace = free.off(flat(fit.model, even, effect_of(judge, curve)))

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from slipbench.identification.mismatch.fit.far import from_far, from_its_beginning
-from slipbench.identification.mismatch.fit.fitting import Fit
+from slipbench.identification.mismatch.fit.fitting import Fit, whitened_as
 from slipbench.identification.mismatch.fit.following import ROUGHLY, followed
 from slipbench.identification.mismatch.fit.sensitivity import sensitivities
 from slipbench.identification.mismatch.fit.settling import settle
@@ -37,8 +37,8 @@ def calibrate(model: Model, start: Point) -> Fit:
     recordings on: see fit/far.py. The way there is simulated with coarse steps.
     """
     told = as_told(model.coarse, start)
-    fit = followed(settle(told, noises=3), ROUGHLY)
-    if astray(fit) or hidden_by_noise(fit):
+    fit = followed(settle(told), ROUGHLY)
+    if hidden_by_noise(fit):
         fit = _or_by(lambda: from_far(from_its_beginning(told)), fit)
     return followed(fit.fine(model))
 
@@ -118,9 +118,8 @@ def as_believed(fit: Fit) -> Fit:
     """
     x = np.where([k.of_clock for k in fit.model.known], fit.point.x, 0.0)
     point = replace(fit.point, x=x)
-    new = replace(fit, point=point, predicted=predict(fit.model, point))
-    new.__dict__["nuisances"] = fit.nuisances
-    return new
+    new = replace(fit, point=point, predicted=predict(fit.model, point), slopes_at=fit.taken_at)
+    return whitened_as(fit, new)
 
 
 def _first_noise(model: Model, predicted: Series, slopes: Series) -> list[Whitener]:

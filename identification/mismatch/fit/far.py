@@ -5,9 +5,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from slipbench.identification.mismatch.fit.fitting import Fit
+from slipbench.identification.mismatch.fit.fitting import Fit, renoised
 from slipbench.identification.mismatch.fit.following import ROUGHLY, followed, refreshed
-from slipbench.identification.mismatch.fit.settling import settle
+from slipbench.identification.mismatch.fit.settling import at_fixed_noise
 from slipbench.identification.mismatch.fit.whitening import even, scale_of
 from slipbench.identification.mismatch.simulation.model import Series
 from slipbench.plant.signals import Floats
@@ -27,7 +27,7 @@ def from_far(fit: Fit) -> Fit:
     A noise model takes a wrong simulation's errors for noise, and fits then stay where they begin;
     plain errors lead from far.
     """
-    return followed(_plainly(fit, ROUNDS, _least(fit)), ROUGHLY)
+    return followed(renoised(_plainly(fit, ROUNDS, _least(fit))), ROUGHLY)
 
 
 def from_its_beginning(start: Fit) -> Fit:
@@ -52,7 +52,7 @@ def _plainly(fit: Fit, rounds: int, least: Sequence[Floats]) -> Fit:
     error = np.inf
     for _ in range(rounds):
         noise = [even(np.maximum(scale_of(r), s)) for r, s in zip(fit.rest, least, strict=True)]
-        fit = settle(refreshed(replace(fit, noise=noise)), noises=1)
+        fit = at_fixed_noise(refreshed(replace(fit, noise=noise)))
         before, error = error, _mean_square(fit.rest)
         if error > (1.0 - BETTER) * before:
             break

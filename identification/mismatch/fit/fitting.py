@@ -33,6 +33,7 @@ from slipbench.plant.signals import Floats
 class Fit:
     """A fitted point. slopes: sensitivities (T, m, p), unwhitened, perhaps of a point nearby.
 
+    slopes_at: coordinates of the system at that point; None: here.
     strengths: of the dials, where known from a point nearby (resolution.py).
     """
 
@@ -43,6 +44,7 @@ class Fit:
     slopes: Series
     candidates: tuple[Dialled, ...] = ()
     strengths: tuple[float, ...] = ()
+    slopes_at: Floats | None = None
 
     @once
     def rest(self) -> Series:
@@ -55,9 +57,30 @@ class Fit:
         return flat(self.model, self.noise, self.rest)
 
     @once
+    def whitened(self) -> Floats:
+        """Whitened sensitivities as they were taken, (rows, p)."""
+        return flat(self.model, self.noise, self.slopes)
+
+    @property
+    def taken_at(self) -> Floats:
+        """Coordinates of the system at which the sensitivities were taken."""
+        return self.point.x if self.slopes_at is None else self.slopes_at
+
+    @property
+    def stretch(self) -> Floats:
+        """Times the sensitivities as they were taken that those here are, (p,).
+
+        Those to values are taken to be the same here and there.
+        """
+        both = zip(self.model.known, self.point.x, self.taken_at, strict=True)
+        own = [k.slope(here) / k.slope(there) for k, here, there in both]
+        return np.concatenate((own, np.ones(sum(q.size for q in self.point.q))))
+
+    @once
     def nuisances(self) -> Nuisances:
         """Whitened sensitivities."""
-        return Nuisances(flat(self.model, self.noise, self.slopes))
+        there = self.taken_at is self.point.x
+        return Nuisances(self.whitened if there else self.whitened * self.stretch)
 
     @once
     def groups(self) -> Integers:
@@ -89,8 +112,7 @@ class Fit:
             return self
         model = self.model.coarse
         new = replace(self, model=model, predicted=predict(model, self.point))
-        new.__dict__["nuisances"] = self.nuisances
-        return new
+        return whitened_as(self, new)
 
     def fine(self, model: Model) -> "Fit":
         """Return the same point simulated with the steps of a model."""
@@ -115,7 +137,14 @@ def with_effects(fit: Fit, candidates: Sequence[Dialled]) -> Fit:
     point = replace(fit.point, effects=tuple(c.effect() for c in candidates))
     predicted = predict(fit.model, point)
     new = replace(fit, point=point, predicted=predicted, candidates=tuple(candidates), strengths=())
-    new.__dict__["nuisances"] = fit.nuisances
+    return whitened_as(fit, new)
+
+
+def whitened_as(fit: Fit, new: Fit) -> Fit:
+    """Return a fit that shares what is whitened with another of the same slopes and noise."""
+    new.__dict__["whitened"] = fit.whitened
+    if new.point.x is fit.point.x:
+        new.__dict__["nuisances"] = fit.nuisances
     return new
 
 

@@ -26,7 +26,7 @@ def far_numbers_fixed(fit: Fit) -> Fit:
     model = fit.model.uncertain_of(left)
     x = np.array([clocks.get(k, 0.0) for k in left])
     told = replace(as_told(model, replace(fit.point, x=x)), candidates=fit.candidates)
-    return followed(settle(told, noises=3), ROUGHLY)
+    return followed(settle(told), ROUGHLY)
 
 
 def freed(fit: Fit, model: Model) -> Fit:

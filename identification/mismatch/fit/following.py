@@ -36,7 +36,8 @@ def refreshed(fit: Fit) -> Fit:
     """Return the same with sensitivities at its own point."""
     known = bool(fit.slopes) and fit.model.system.smooth
     strengths = strengths_of(fit.nuisances.columns) if known else ()
-    return replace(fit, slopes=sensitivities(fit.model, fit.point, strengths))
+    slopes = sensitivities(fit.model, fit.point, strengths)
+    return replace(fit, slopes=slopes, slopes_at=None)
 
 
 def farther_along(before: Fit, after: Fit) -> Fit:

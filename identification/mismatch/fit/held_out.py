@@ -7,11 +7,11 @@ from functools import lru_cache
 
 import numpy as np
 
-from slipbench.identification.mismatch.fit.fitting import Fit
+from slipbench.identification.mismatch.fit.fitting import Fit, renoised
 from slipbench.identification.mismatch.fit.floor import floors
 from slipbench.identification.mismatch.fit.following import followed
 from slipbench.identification.mismatch.fit.sensitivity import change, sensitivities
-from slipbench.identification.mismatch.fit.settling import settle
+from slipbench.identification.mismatch.fit.settling import at_fixed_noise, settle
 from slipbench.identification.mismatch.fit.stack import flat
 from slipbench.identification.mismatch.fit.turned import scanned
 from slipbench.identification.mismatch.simulation.model import Model, Point, predict
@@ -58,7 +58,7 @@ def carried_over(fit: Fit, model: Model) -> Fit:
     system = fit.model.at(fit.point)
     if system.turns_unseen():
         begun = replace(begun, q=_begun(system, model, fit).point.q)
-    there = followed(settle(_there(fit, begun, model), noises=2))
+    there = followed(settle(_there(fit, begun, model)))
     return replace(there, candidates=fit.candidates)
 
 
@@ -68,7 +68,7 @@ def _begun(system: System, model: Model, noise_of: Fit) -> Fit:
     First nothing goes with the angle, until the speed is that of the recordings.
     """
     silent = _unchanged(system.silenced(), model)
-    met = settle(_there(noise_of, silent.origin(), silent), noises=1).point
+    met = renoised(at_fixed_noise(_there(noise_of, silent.origin(), silent))).point
     fixed = _unchanged(system, model)
     return scanned(_there(noise_of, replace(met, effects=fixed.origin().effects), fixed))
 
@@ -157,7 +157,7 @@ def driven(model: Model, system: System, noise_of: Fit) -> Fit:
         begun = _begun(system, model, noise_of)
         return followed(_there(noise_of, begun.point, begun.model))
     fixed = _unchanged(system, model)
-    return settle(_there(noise_of, fixed.origin(), fixed), noises=1)
+    return renoised(at_fixed_noise(_there(noise_of, fixed.origin(), fixed)))
 
 
 def predicted_gain(model: Model, base: Fit, fit: Fit, improved: Model) -> float:

@@ -184,11 +184,17 @@ def _of_the_discs(model: Model, effects: list[Effect]) -> Series:
 
 
 def moved(model: Model, point: Point, step: Floats) -> Point:
-    """Return the point after a step of all coordinates, the slow unknown included."""
+    """Return the point after a step of all coordinates, the slow unknown included.
+
+    Values change in proportion to the step, up to the farthest that a number may be.
+    """
     places = np.cumsum([len(point.x), *(len(q) for q in point.q)])
     x, *roads = np.split(step, places[:-1])
     q = tuple(a + b for a, b in zip(point.q, roads, strict=True))
-    return replace(point, x=point.x + x, q=q)
+    far = model.system.farthest
+    there = [k.moved(*pair) for k, *pair in zip(model.known, point.x, x, strict=True)]
+    low, high = np.minimum(point.x, -far), np.maximum(point.x, far)
+    return replace(point, x=np.clip(np.array(there), low, high), q=q)
 
 
 def coordinates_of(point: Point) -> Floats:

@@ -11,9 +11,10 @@ from itertools import islice
 import numpy as np
 
 from slipbench.identification.mismatch.fit.dialled import Dialled
-from slipbench.identification.mismatch.fit.fitting import Fit, deviations, dials, prior, renoised
+from slipbench.identification.mismatch.fit.fitting import Fit, dials, renoised, whitened_as
 from slipbench.identification.mismatch.fit.resolution import strengths_of
 from slipbench.identification.mismatch.fit.sensitivity import coordinates_of, moved
+from slipbench.identification.mismatch.fit.slopes import Slopes
 from slipbench.identification.mismatch.fit.stack import bounded
 from slipbench.identification.mismatch.simulation.model import predict
 from slipbench.plant.errors import PlantError
@@ -24,76 +25,83 @@ SHARES = (1.0, 0.4, 0.1)
 REACH = 2.0
 """Prior deviations that a number of the system may move in a step: slopes hold no farther."""
 DAMPINGS = (0.01, 0.1, 1.0)
+STEPS = 5  # under one noise model
+STEPS_ALONG = 8
 
 
-def settle(start: Fit, noises: int = 4, steps: int = 5) -> Fit:
-    """Fit until nothing moves; the noise model is taken anew up to `noises` times."""
-    fit, score = start, -np.inf
-    for _ in range(noises):
-        fit = _at_fixed_noise(fit, steps)
-        fit = renoised(fit)
-        before, score = score, fit.score
-        if score - before < SETTLED:
-            break
-    return fit
+def settle(start: Fit) -> Fit:
+    """Fit until nothing moves: under the noise model of the start, then with it fitted along."""
+    return _climbed(renoised(at_fixed_noise(start)), STEPS_ALONG, along=True)
 
 
-def _at_fixed_noise(fit: Fit, steps: int) -> Fit:
+def at_fixed_noise(start: Fit, steps: int = STEPS) -> Fit:
+    """Fit under the noise model of the start, as far as these slopes lead."""
+    return _climbed(start, steps, along=False)
+
+
+def _climbed(fit: Fit, steps: int, along: bool) -> Fit:
     held_back = 0
     for _ in range(steps):
-        before = _objective(fit)
-        new, held_back = _step(fit, before, held_back)
-        if before - _objective(new) < 2 * SETTLED:
+        new, held_back = _step(fit, along, held_back)
+        if new.score - fit.score < SETTLED:
             return new
         fit = new
     return fit
 
 
-def _objective(fit: Fit) -> float:
-    return float(fit.aim @ fit.aim) + prior(fit.point, fit.candidates)
-
-
-def _step(fit: Fit, before: float, held_back: int) -> tuple[Fit, int]:
+def _step(fit: Fit, along: bool, held_back: int) -> tuple[Fit, int]:
     """Return the first of a full, shorter and damped steps that leads on, or the same fit.
 
     Where a step helps one drive and harms another, only what concerns the first is taken.
     held_back: which of the steps led on before; it and the one before it are where this one begins.
     """
-    z, u = coordinates_of(fit.point), dials(fit.candidates)
-    slope, normal = _slope(fit, z, u), _normal(fit)
-    full = _full_step(fit, np.concatenate((z, u)), slope, normal)
-    if float(slope @ full) < 2 * SETTLED:
+    slopes = Slopes.of(fit, along)
+    full = _full_step(fit, slopes)
+    if float(slopes.slope @ full) < 2 * SETTLED:
         return fit, held_back
     first = max(held_back - 1, 0)
-    for i, step in enumerate(islice(_steps(fit, full, slope, normal), first, None), start=first):
-        new = there(fit, step[: z.size], step[z.size :])
-        if new is None:
-            continue
-        if _objective(new) < before:
+    for i, step in enumerate(islice(_steps(fit, full, slopes), first, None), start=first):
+        new = _better(fit, step, along)
+        if new is not None:
             return new, i
-        part = _what_helped(fit, new, step)
-        if part is not None and _objective(part) < before - 2 * SETTLED:
-            return part, i
     return fit, held_back
 
 
-def _full_step(fit: Fit, now: Floats, slope: Floats, normal: Floats) -> Floats:
-    """Return the step to where least squares leads, within bounds; coordinates, then dials."""
+def _better(fit: Fit, step: Floats, along: bool) -> Fit | None:
+    """Return what a step leads to, or the part of it that helps; None where it does not lead on."""
     places = coordinates_of(fit.point).size
-    low, high = limits_of(fit, now[:places])
-    far = np.full(now.size - places, np.inf)
+    bare = there(fit, step[:places], step[places:])
+    if bare is None:
+        return None
+    new = renoised(bare) if along else bare
+    if new.score > fit.score:
+        return new
+    part = _what_helped(fit, bare, step)
+    if part is None:
+        return None
+    new = renoised(part) if along else part
+    return new if new.score > fit.score + SETTLED else None
+
+
+def _full_step(fit: Fit, slopes: Slopes) -> Floats:
+    """Return the step to where least squares leads, within bounds; coordinates, then dials."""
+    z, u = coordinates_of(fit.point), dials(fit.candidates)
+    low, high = limits_of(fit, z)
+    now, far = np.concatenate((z, u)), np.full(u.size, np.inf)
     low, high = np.concatenate((low, -far)), np.concatenate((high, far))
-    return bounded(normal, slope + normal @ now, low, high) - now
+    return bounded(slopes.normal, slopes.slope + slopes.normal @ now, low, high) - now
 
 
-def _normal(fit: Fit) -> Floats:
-    """Normal matrix of coordinates and dials, priors included."""
-    own = fit.nuisances.normal
-    if not fit.candidates:
-        return own
-    cross = fit.nuisances.columns.T @ fit.columns
-    of_dials = fit.columns.T @ fit.columns + np.diag(deviations(fit.candidates) ** -2.0)
-    return np.block([[own, cross], [cross.T, of_dials]])
+def _steps(fit: Fit, full: Floats, slopes: Slopes) -> Iterator[Floats]:
+    """Yield shares of a full step; then Marquardt's, which hold back where little is known."""
+    yield from (share * full for share in SHARES)
+    z = coordinates_of(fit.point)
+    low, high = limits_of(fit, z)
+    for damping in DAMPINGS:
+        held = slopes.normal + damping * np.diag(np.diag(slopes.normal))
+        step = np.asarray(np.linalg.solve(held, slopes.slope), np.float64)
+        step[: z.size] = np.clip(step[: z.size], low - z, high - z)
+        yield step
 
 
 def _what_helped(fit: Fit, new: Fit, step: Floats) -> Fit | None:
@@ -139,27 +147,6 @@ def limits_of(fit: Fit, z: Floats, step: float = REACH) -> tuple[Floats, Floats]
     return np.where(own, low, -np.inf), np.where(own, high, np.inf)
 
 
-def _steps(fit: Fit, full: Floats, slope: Floats, normal: Floats) -> Iterator[Floats]:
-    """Yield shares of a full step; then Marquardt's, which hold back where little is known."""
-    yield from (share * full for share in SHARES)
-    z = coordinates_of(fit.point)
-    low, high = limits_of(fit, z)
-    for damping in DAMPINGS:
-        held = normal + damping * np.diag(np.diag(normal))
-        step = np.asarray(np.linalg.solve(held, slope), np.float64)
-        step[: z.size] = np.clip(step[: z.size], low - z, high - z)
-        yield step
-
-
-def _slope(fit: Fit, z: Floats, u: Floats) -> Floats:
-    """Half the negative gradient of the objective: coordinates first, then dials."""
-    to_z = fit.nuisances.columns.T @ fit.aim - z
-    if not u.size:
-        return np.asarray(to_z)
-    to_u = fit.columns.T @ fit.aim - u / deviations(fit.candidates) ** 2
-    return np.concatenate((to_z, to_u))
-
-
 def there(fit: Fit, dz: Floats, du: Floats) -> Fit | None:
     """Return the fit after a step of coordinates and dials; None where it cannot be simulated."""
     candidates = turned(fit.candidates, du)
@@ -171,9 +158,15 @@ def there(fit: Fit, dz: Floats, du: Floats) -> Fit | None:
         return None
     measured = "columns" in fit.__dict__ and fit.model.system.smooth
     strengths = strengths_of(fit.columns) if measured else fit.strengths
-    new = replace(fit, point=point, predicted=predicted, candidates=candidates, strengths=strengths)
-    new.__dict__["nuisances"] = fit.nuisances
-    return new
+    new = replace(
+        fit,
+        point=point,
+        predicted=predicted,
+        candidates=candidates,
+        strengths=strengths,
+        slopes_at=fit.taken_at,
+    )
+    return whitened_as(fit, new)
 
 
 def turned(now: Sequence[Dialled], step: Floats) -> tuple[Dialled, ...]:

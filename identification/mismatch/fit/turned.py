@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from slipbench.identification.mismatch.fit.fitting import Fit
+from slipbench.identification.mismatch.fit.fitting import Fit, whitened_as
 from slipbench.identification.mismatch.fit.following import followed
 from slipbench.identification.mismatch.fit.judge import Judge
 from slipbench.identification.mismatch.fit.settling import settle
@@ -83,7 +83,7 @@ def begun_at(fit: Fit, shown: Lines, like: Lines | None = None) -> tuple[Fit, Li
         for r, angle in zip(fit.model.records, angles, strict=True)
     )
     there = replace(fit, model=replace(fit.model, records=records))
-    there.__dict__["nuisances"] = fit.nuisances
+    whitened_as(fit, there)
     if _turning(fit):
         there = followed(settle(replace(there, predicted=predict(there.model, there.point))))
     return there, shown.begun(angles)

@@ -22,6 +22,8 @@ from slipbench.plant.signals import Floats
 
 DOUBTED = 10.0
 """Times the deviations of the noise by which first rows may err: 1 % of the weight of others."""
+RIDGE = 1e-4
+"""Of the mean square of residuals: holds lags of outputs that hardly move."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,7 +98,7 @@ class Whitener:
 
 
 def whitener(
-    residuals: Sequence[Floats], order: int, ridge: float = 1e-4, memory: float = math.inf
+    residuals: Sequence[Floats], order: int, ridge: float = RIDGE, memory: float = math.inf
 ) -> Whitener:
     """Fit the noise model of one block to the residuals of all its records, each (T, m).
 
@@ -104,17 +106,16 @@ def whitener(
     every slow course of a wrong simulation for noise, and nothing holds slow parameters any more.
     """
     m = residuals[0].shape[1]
-    scale = np.sqrt(np.mean(np.concatenate(residuals) ** 2, axis=0)) + 1e-12
+    scale = scale_of(residuals)
     now = np.concatenate([r[order:] for r in residuals]) / scale
     lags = np.zeros((order, m, m))
     start = np.zeros((0, 0))
     rest = now
     if order:
-        past = np.concatenate([_past(r / scale, order) for r in residuals])
-        normal = past.T @ past + ridge * len(past) * np.eye(order * m)
+        past = np.concatenate(pasts(residuals, order))
+        normal = _normal(past, ridge)
         found = np.linalg.solve(normal, past.T @ now)
-        fading = np.exp(-np.arange(1, order + 1) / memory)
-        found *= np.repeat(fading, m)[:, None]
+        found *= _fading(order, m, memory)[:, None]
         rest = now - past @ found
         lags = found.reshape(order, m, m).transpose(0, 2, 1) * scale[:, None] / scale
         start = _inverse_root(_oldest_first(normal / len(past), m))
@@ -122,6 +123,30 @@ def whitener(
     freedom = max(len(now) - order * m, len(now) // 2)
     covariance = rest.T @ rest / freedom + 1e-12 * np.eye(m)
     return Whitener(lags, _inverse_root(covariance) / scale, start)
+
+
+def pasts(residuals: Sequence[Floats], order: int) -> list[Floats]:
+    """Return what the lags are multiplied with, (T - order, order m) by record, in scales of the outputs."""
+    scale = scale_of(residuals)
+    return [_past(r / scale, order) for r in residuals]
+
+
+def root_of_normal(past: Sequence[Floats], outputs: int, memory: float) -> Floats:
+    """Return the lower Cholesky factor of the lags' normal matrix, (order m, order m).
+
+    past: of all records, see `pasts`. Lags that fade count as if held to zero by as much as they fade.
+    """
+    normal = _normal(np.concatenate(past), RIDGE)
+    fading = _fading(len(normal) // outputs, outputs, memory)
+    return np.asarray(np.linalg.cholesky(normal + np.diag(np.diag(normal) * (1.0 / fading - 1.0))))
+
+
+def _normal(past: Floats, ridge: float) -> Floats:
+    return np.asarray(past.T @ past + ridge * len(past) * np.eye(past.shape[1]))
+
+
+def _fading(order: int, outputs: int, memory: float) -> Floats:
+    return np.repeat(np.exp(-np.arange(1, order + 1) / memory), outputs)
 
 
 def _past(series: Floats, order: int) -> Floats:

@@ -11,6 +11,8 @@ NORMAL_95 = 1.959964
 STATED_SHARE = 0.05
 """Half width (95 %) of a parameter of which the file tells none, as a share of it."""
 CLOCK_OWNER = "clock"
+LEAST = 0.3
+"""Share of a value that one step leaves at least."""
 
 
 @dataclass(frozen=True)
@@ -38,6 +40,15 @@ class Coordinate:
         if self.linear:
             return self.value + self.scale * x
         return self.value * math.exp(self.scale * x)
+
+    def moved(self, x: float, step: float) -> float:
+        """Return the coordinate after a step by which the value, not its logarithm, changes in proportion.
+
+        Equations contain values: numbers that make up for each other do so along a line of values.
+        """
+        if self.linear or not self.scale:
+            return x + step
+        return x + math.log(max(1.0 + self.scale * step, LEAST)) / self.scale
 
     def slope(self, x: float) -> float:
         """Return how fast the value changes with the coordinate."""

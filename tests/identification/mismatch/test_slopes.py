@@ -1,0 +1,93 @@
+"""The curvature of a score whose noise model is fitted along."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+from slipbench.identification.mismatch.fit.slopes import in_noise
+from slipbench.identification.mismatch.fit.whitening import whitener
+from slipbench.identification.mismatch.simulation.blocks import Block
+
+ROWS, LAGS = 6000, 3
+
+
+def seen(seed: int, outputs: int):
+    """Sensitivities (T, m, 2) and residuals (T, m): a course that parameters explain too late."""
+    rng = np.random.default_rng(seed)
+    course = lfilter([0.3], [1.0, -0.7], rng.standard_normal((ROWS + 40, outputs)), axis=0)
+    residuals = course[20:-20] + 0.3 * rng.standard_normal((ROWS, outputs))
+    slopes = np.stack((course[19:-21], course[8:-32]), axis=2)
+    return slopes, residuals
+
+
+def least_squares(slopes, residuals):
+    """Objective with the noise model fitted, whitened sensitivities, and the fit as `in_noise` asks."""
+    white = whitener([residuals], LAGS)
+    value = 0.5 * (float(np.sum(white(residuals) ** 2)) + white.log_determinant(len(residuals)))
+    columns = white(slopes).reshape(residuals.size, -1)
+    block = Block("motion", "motion", ("speed",), LAGS)
+    chain = SimpleNamespace(blocks=(block,))
+    fit = SimpleNamespace(model=SimpleNamespace(chain=chain), noise=[white], rest=[[residuals]])
+    return value, columns, white(residuals).ravel(), fit
+
+
+def normals(slopes, residuals):
+    """Normal matrix at the noise model as it is, and with it fitted along."""
+    _, columns, _, fit = least_squares(slopes, residuals)
+    inside = in_noise(fit, columns)
+    fixed = columns.T @ columns
+    return fixed, fixed - inside.T @ inside
+
+
+def at_its_best(slopes, residuals, along: bool, steps: int):
+    found = []
+    for _ in range(steps):
+        value, columns, aim, _ = least_squares(slopes, residuals)
+        found.append(value)
+        step = np.linalg.solve(normals(slopes, residuals)[along], columns.T @ aim)
+        residuals = residuals - slopes @ step
+    return residuals, found
+
+
+@pytest.mark.parametrize("outputs", [1, 2])
+@pytest.mark.parametrize("seed", range(3))
+def test_it_is_the_second_derivative_of_the_score_at_its_best(seed, outputs):
+    print(f"seed {seed}")
+    slopes, residuals = seen(seed, outputs)
+    best, _ = at_its_best(slopes, residuals, along=True, steps=12)
+    fixed, along = normals(slopes, best)
+    direction = np.array([1.0, 0.0])
+    step = 0.3 / np.sqrt(along[0, 0])
+    values = [
+        least_squares(slopes, best - s * step * (slopes @ direction))[0] for s in (-1.0, 0.0, 1.0)
+    ]
+    bent = float(np.dot(values, (1.0, -2.0, 1.0))) / step**2
+    assert along[0, 0] == pytest.approx(bent, rel=0.1)
+    assert fixed[0, 0] > 1.5 * bent  # a step would be two thirds of what is needed, or less
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_steps_lead_to_the_end_sooner(seed):
+    print(f"seed {seed}")
+    slopes, residuals = seen(seed, 1)
+    _, along = at_its_best(slopes, residuals, along=True, steps=4)
+    _, alternating = at_its_best(slopes, residuals, along=False, steps=4)
+    _, end = at_its_best(slopes, residuals, along=False, steps=60)
+    assert end[-1] == pytest.approx(at_its_best(slopes, residuals, True, 30)[1][-1], abs=0.01)
+    assert along[-1] - end[-1] < 0.5 * (alternating[-1] - end[-1])
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_what_noise_follows_is_never_more_than_the_whole(seed):
+    """Also where lags fade: the normal matrix stays one."""
+    print(f"seed {seed}")
+    slopes, residuals = seen(seed, 2)
+    for memory in (1.0, 5.0, np.inf):
+        _, columns, _, fit = least_squares(slopes, residuals)
+        block = Block("motion", "motion", ("speed",), LAGS, memory=memory)
+        fit.model.chain.blocks = (block,)
+        inside = in_noise(fit, columns)
+        left = np.linalg.eigvalsh(columns.T @ columns - inside.T @ inside)
+        assert left.min() > 0.0
