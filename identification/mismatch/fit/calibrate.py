@@ -38,7 +38,7 @@ def calibrate(model: Model, start: Point) -> Fit:
     """
     told = as_told(model.coarse, start)
     fit = followed(settle(told), ROUGHLY)
-    if hidden_by_noise(fit):
+    if astray(fit) or hidden_by_noise(fit):
         fit = _or_by(lambda: from_far(from_its_beginning(told)), fit)
     return followed(fit.fine(model))
 

@@ -164,15 +164,29 @@ def _dial_columns(fit: Fit) -> Series:
                 continue
             strength = fit.strengths[column] if fit.strengths else 0.0
             nudge = step_of(candidate.nudges[d], strength)
-            there = candidate.moved(nudge * np.eye(len(candidate.dials))[d])
-            effects = (*fit.point.effects[:i], there.effect(), *fit.point.effects[i + 1 :])
-            series = change(model, fit.point, effects, base)
-            for into, changed in zip(found, series, strict=True):
-                for r, one in enumerate(changed):
-                    if one.size:
-                        into[r][:, :, column] = one / nudge
+            for there, share in _nudged(candidate, d, nudge):
+                effects = (*fit.point.effects[:i], there.effect(), *fit.point.effects[i + 1 :])
+                series = change(model, fit.point, effects, base)
+                for into, changed in zip(found, series, strict=True):
+                    for r, one in enumerate(changed):
+                        if one.size:
+                            into[r][:, :, column] += share * one
             column += 1
     return found
+
+
+def _nudged(candidate: Dialled, dial: int, nudge: float) -> list[tuple[Dialled, float]]:
+    """Return the candidate with one dial nudged, and the share of each change in the slope.
+
+    An effect is nudged to both sides: a difference to one side is the slope half a nudge away.
+    """
+    step = nudge * np.eye(len(candidate.dials))[dial]
+    there = candidate.moved(step)
+    if not isinstance(candidate, Candidate):
+        return [(there, 1.0 / nudge)]
+    back = candidate.moved(-step)
+    span = there.dials[dial] - back.dials[dial]
+    return [(there, 1.0 / span), (back, -1.0 / span)]
 
 
 def _put_known(into: Series, known: Series, model: Model, dial: int, column: int) -> None:

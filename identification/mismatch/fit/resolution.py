@@ -3,7 +3,9 @@
 In a narrow valley a difference over too large a step points across it, and no step leads on: a fit of
 a motor that warms stopped 7 000 nats before the optimum. So a number moves no farther than the
 recordings resolve. Where a simulation rounds as its sensors do, as that of a motorcycle with its
-teeth, smaller steps would show stairs: there the usual steps stay.
+teeth, smaller steps of its parameters would show stairs: there the usual steps stay. Effects always take
+such steps: 5 % of a wet patch was 250 standard deviations, and its fit ended 6 nats from where
+its slopes led.
 """
 
 import math

@@ -156,7 +156,7 @@ def there(fit: Fit, dz: Floats, du: Floats) -> Fit | None:
         predicted = predict(fit.model, point)
     except PlantError:
         return None
-    measured = "columns" in fit.__dict__ and fit.model.system.smooth
+    measured = "columns" in fit.__dict__
     strengths = strengths_of(fit.columns) if measured else fit.strengths
     new = replace(
         fit,

@@ -77,8 +77,10 @@ def _refined(fit: Fit) -> Fit:
     return _unless_it_cannot_run(lambda: refined(fit)) or fit
 
 
-def promising(scores: Sequence[Score]) -> list[Score]:
+def promising(scores: Sequence[Score], enough: float = WORTH) -> list[Score]:
     """Return what is worth a fit, and what calibration makes up for nearly wholly.
+
+    enough: nats that a score must promise.
 
     Of a tyre that grows by speed the radius, the grip and the drag take nearly all: it scored 3
     nats, and brought 116 when it was fitted jointly with them.
@@ -87,7 +89,7 @@ def promising(scores: Sequence[Score]) -> list[Score]:
     least = min(_of_different_traces(scores), default=0.0)
     tried = [s for s in scores[:LONGEST] if s.gain > near or s.gain >= least]
     absorbed = [s for s in scores if s.gain > TRACE and s.kept < ABSORBED and s.typical > MUCH]
-    worth = [s for s in tried if s.gain > WORTH]
+    worth = [s for s in tried if s.gain > enough]
     return [*worth, *(s for s in absorbed if s not in worth)][:LONGEST]
 
 
@@ -107,13 +109,14 @@ def fits_from_the_file(
 ) -> list[Fit]:
     """Full fits of promising effects in the place of numbers that calibration moved far, best first.
 
+    The other numbers make up for a part of an effect: of a backlash worth 210 nats a score was 2.3.
     before: a survey of another fit of the same recordings.
     """
     if not astray(fit):
         return []
     say(f"Screening {len(library)} effects beside the numbers of the file")
     begun = in_place(fit, tuple(library), before)
-    worth = promising(begun.scores) if begun else []
+    worth = promising(begun.scores, TRACE) if begun else []
     for score in worth:
         say(f"Fitting {score.candidate.name.replace('_', ' ')} beside the numbers of the file")
     done = in_threads(begun.fitted, worth) if begun else []

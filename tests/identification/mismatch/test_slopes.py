@@ -1,14 +1,17 @@
-"""The curvature of a score whose noise model is fitted along."""
+"""Slopes of a score: by values, and with the noise model fitted along."""
 
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from scipy.signal import lfilter
 
 from slipbench.identification.mismatch.fit.slopes import in_noise
 from slipbench.identification.mismatch.fit.whitening import whitener
 from slipbench.identification.mismatch.simulation.blocks import Block
+from slipbench.identification.mismatch.simulation.coordinates import LEAST, Coordinate
 
 ROWS, LAGS = 6000, 3
 
@@ -91,3 +94,20 @@ def test_what_noise_follows_is_never_more_than_the_whole(seed):
         inside = in_noise(fit, columns)
         left = np.linalg.eigvalsh(columns.T @ columns - inside.T @ inside)
         assert left.min() > 0.0
+
+
+@given(
+    st.floats(1e-3, 1e3),
+    st.floats(1e-3, 5.0),
+    st.floats(-4.0, 4.0),
+    st.floats(-10.0, 10.0),
+    st.booleans(),
+)
+def test_a_step_changes_the_value_in_proportion(value, scale, x, step, linear):
+    number = Coordinate("chassis", "mass", value, scale, linear)
+    before, after = number.at(x), number.at(number.moved(x, step))
+    if linear:
+        assert after == pytest.approx(before + number.slope(x) * step, rel=1e-9)
+    else:
+        assert after == pytest.approx(before * max(1.0 + scale * step, LEAST), rel=1e-9)
+        assert after > 0.0
