@@ -163,8 +163,7 @@ def _dial_columns(fit: Fit) -> Series:
                 column += 1
                 continue
             strength = fit.strengths[column] if fit.strengths else 0.0
-            nudge = step_of(candidate.nudges[d], strength)
-            for there, share in _nudged(candidate, d, nudge):
+            for there, share in _nudged(fit, candidate, d, strength):
                 effects = (*fit.point.effects[:i], there.effect(), *fit.point.effects[i + 1 :])
                 series = change(model, fit.point, effects, base)
                 for into, changed in zip(found, series, strict=True):
@@ -175,18 +174,23 @@ def _dial_columns(fit: Fit) -> Series:
     return found
 
 
-def _nudged(candidate: Dialled, dial: int, nudge: float) -> list[tuple[Dialled, float]]:
+def _nudged(
+    fit: Fit, candidate: Dialled, dial: int, strength: float
+) -> list[tuple[Dialled, float]]:
     """Return the candidate with one dial nudged, and the share of each change in the slope.
 
-    An effect is nudged to both sides: a difference to one side is the slope half a nudge away.
+    An effect is nudged to both sides: a difference to one side is the slope half a nudge away. What is
+    read off the recordings, and what is no effect of the library, keeps its own nudge.
     """
-    step = nudge * np.eye(len(candidate.dials))[dial]
-    there = candidate.moved(step)
-    if not isinstance(candidate, Candidate):
+    usual, way = candidate.nudges[dial], np.eye(len(candidate.dials))[dial]
+    fitted = isinstance(candidate, Candidate) and not candidate.read_off
+    nudge = step_of(usual, strength) if fitted or fit.model.system.smooth else usual
+    there = candidate.moved(nudge * way)
+    if not fitted:
         return [(there, 1.0 / nudge)]
-    back = candidate.moved(-step)
+    back = candidate.moved(-nudge * way)
     span = there.dials[dial] - back.dials[dial]
-    return [(there, 1.0 / span), (back, -1.0 / span)]
+    return [(there, 1.0 / span), (back, -1.0 / span)] if span else []
 
 
 def _put_known(into: Series, known: Series, model: Model, dial: int, column: int) -> None:
