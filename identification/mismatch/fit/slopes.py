@@ -81,4 +81,4 @@ def _in_block(rest: Sequence[Floats], order: int, columns: Floats, memory: float
         first += residuals.size
     root = root_of_normal(past, outputs, memory)
     inside = linalg.solve_triangular(root, products, lower=True)
-    return np.asarray(inside.reshape(-1, width))
+    return np.asarray(inside.reshape(len(root) * outputs, width))

@@ -96,6 +96,12 @@ def test_what_noise_follows_is_never_more_than_the_whole(seed):
         assert left.min() > 0.0
 
 
+def test_nothing_uncertain_has_no_slopes():
+    slopes, residuals = seen(0, 2)
+    fit = least_squares(slopes, residuals)[-1]
+    assert in_noise(fit, np.empty((residuals.size, 0))).shape[1] == 0
+
+
 @given(
     st.floats(1e-3, 1e3),
     st.floats(1e-3, 5.0),
