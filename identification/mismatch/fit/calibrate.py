@@ -36,10 +36,10 @@ def calibrate(model: Model, start: Point) -> Fit:
     Where that leads far away it is tried once more by plain least squares, from the beginning of the
     recordings on: see fit/far.py. The way there is simulated with coarse steps.
     """
-    told = as_told(model.coarse, start)
-    fit = followed(settle(told), ROUGHLY)
+    uncalibrated = as_told(model.coarse, start)
+    fit = followed(settle(uncalibrated), ROUGHLY)
     if astray(fit) or hidden_by_noise(fit):
-        fit = _or_by(lambda: from_far(from_its_beginning(told)), fit)
+        fit = _or_by(lambda: from_far(from_its_beginning(uncalibrated)), fit)
     return followed(fit.fine(model))
 
 

@@ -58,7 +58,7 @@ class Fit:
 
     @once
     def whitened(self) -> Floats:
-        """Whitened sensitivities as they were taken, (rows, p)."""
+        """Whitened sensitivities at `slopes_at`, (rows, p)."""
         return flat(self.model, self.noise, self.slopes)
 
     @property
@@ -68,9 +68,9 @@ class Fit:
 
     @property
     def stretch(self) -> Floats:
-        """Times the sensitivities as they were taken that those here are, (p,).
+        """Ratio of the sensitivities here to those at `slopes_at`, (p,).
 
-        Those to values are taken to be the same here and there.
+        Sensitivities to values, not to their logarithms, are assumed to be equal at both points.
         """
         both = zip(self.model.known, self.point.x, self.taken_at, strict=True)
         own = [k.slope(here) / k.slope(there) for k, here, there in both]

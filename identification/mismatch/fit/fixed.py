@@ -25,8 +25,8 @@ def far_numbers_fixed(fit: Fit) -> Fit:
     clocks = {k: x for k, x in zip(fit.model.known, fit.point.x, strict=True) if k.of_clock}
     model = fit.model.uncertain_of(left)
     x = np.array([clocks.get(k, 0.0) for k in left])
-    told = replace(as_told(model, replace(fit.point, x=x)), candidates=fit.candidates)
-    return followed(settle(told), ROUGHLY)
+    uncalibrated = replace(as_told(model, replace(fit.point, x=x)), candidates=fit.candidates)
+    return followed(settle(uncalibrated), ROUGHLY)
 
 
 def freed(fit: Fit, model: Model) -> Fit:

@@ -24,9 +24,9 @@ from slipbench.plant.signals import Floats
 class Slopes:
     """Slopes of a score by coordinates first, then dials; p of them.
 
-    columns: whitened sensitivities (rows, p). inside: their part in the noise model's regressors,
-    (k, p), empty where it is fixed. precision: of what is believed beforehand, (p,). slope: half
-    the gradient of twice the score, (p,).
+    columns: whitened sensitivities (rows, p). inside: their coordinates in the noise model's
+    regressors, (k, p), empty where the noise model is fixed. precision: of the prior, (p,).
+    slope: the gradient of the score, (p,).
     """
 
     columns: Floats
@@ -48,7 +48,7 @@ class Slopes:
 
     @once
     def normal(self) -> Floats:
-        """Normal matrix, what is believed included, (p, p)."""
+        """Normal matrix with the prior, (p, p)."""
         whole = self.columns.T @ self.columns - self.inside.T @ self.inside
         return np.asarray(whole + np.diag(self.precision))
 
@@ -56,7 +56,7 @@ class Slopes:
 def in_noise(fit: Fit, columns: Floats) -> Floats:
     """Return the coordinates of columns in the noise model's regressors, orthonormal, (k, p).
 
-    Of c.T @ c that is in_noise(c).T @ in_noise(c).
+    The noise model takes in_noise(c).T @ in_noise(c) of the normal matrix c.T @ c.
     columns: whitened (rows, p), in the order of `stack.flat`.
     """
     parts = [np.zeros((0, columns.shape[1]))]
