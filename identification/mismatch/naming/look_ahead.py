@@ -20,6 +20,7 @@ from slipbench.identification.mismatch.naming.fits import near_ones_refined
 from slipbench.identification.mismatch.naming.in_place import in_place
 from slipbench.identification.mismatch.naming.named import Named
 from slipbench.identification.mismatch.naming.score import Score, as_known, survey
+from slipbench.identification.mismatch.naming.signatures import BATCH, different, directions
 from slipbench.identification.mismatch.naming.tried import candidates, place_on_the_road
 from slipbench.identification.mismatch.simulation.model import Model
 from slipbench.identification.mismatch.simulation.threads import in_threads
@@ -29,7 +30,7 @@ from slipbench.plant.errors import PlantError
 KINDS = 16
 """First halves that are tried, each of another kind: one kind at two places is often one thing."""
 SECONDS = 3
-"""Second halves that are fitted to each."""
+"""Second halves that are fitted to each, of different directions."""
 PROMISED = 3.0
 """Times what a score promises, that a fit may bring: a score goes straight on, from far away."""
 SHARE = 0.1
@@ -119,14 +120,22 @@ def _pairs(
     ways: Sequence[Callable[[Fit], Fit]],
 ) -> Iterator[Fit]:
     """Yield the pairs that a single begins, those that promise enough."""
-    found = survey(Judge.of(single), library, named.first, SECONDS)
-    for score in found.scores[:SECONDS]:
+    judge = Judge.of(single)
+    found = survey(judge, library, named.first, SECONDS)
+    for score in _different(judge, found.scores):
         if single.score + PROMISED * score.gain > enough:
             for second in (score.candidate, *_other_variants(score, library, single.model)):
                 pair = (*single.effects, second)
                 done = _best(*(partial(_fitted, way, single, *pair) for way in ways))
                 if done is not None:
                     yield done
+
+
+def _different(judge: Judge, scores: Sequence[Score]) -> list[Score]:
+    """Return the first scores of different directions: many effects of one are one thing."""
+    first = scores[:BATCH]
+    apart = different(directions(judge, judge.signatures([s.candidate for s in first])), SECONDS)
+    return [first[i] for i in apart]
 
 
 def _other_variants(

@@ -3,10 +3,8 @@
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TypeVar
 
 import numpy as np
-import numpy.typing as npt
 
 from slipbench.identification.mismatch.curves.tooth_curve import discs
 from slipbench.identification.mismatch.fit.candidate import Candidate, beside_the_file, read_off
@@ -14,7 +12,9 @@ from slipbench.identification.mismatch.fit.judge import Judge
 from slipbench.identification.mismatch.fit.scatter import amplitude_p
 from slipbench.identification.mismatch.fit.sizing import limits
 from slipbench.identification.mismatch.fit.stack import LARGEST, recordings
+from slipbench.identification.mismatch.naming.again import AGAIN, promising_again
 from slipbench.identification.mismatch.naming.elsewhere import CHANCE, Tried, at_places, usual
+from slipbench.identification.mismatch.naming.signatures import batches, pushed
 from slipbench.identification.mismatch.naming.traces import Traces
 from slipbench.identification.mismatch.naming.tried import (
     TRIES,
@@ -48,10 +48,6 @@ STARTS = 3
 """Tries of one effect at its typical size, at other places or angles, that are followed by others."""
 RESHAPED = 8
 NEXT_TO_NOTHING = 1e-9
-BATCH = 32
-AGAIN = 8
-"""Effects that are screened again, the most promising by what they changed in another fit; no more
-are fitted."""
 
 
 @dataclass(frozen=True)
@@ -77,7 +73,6 @@ class Score:
         return self.candidate.times(min(max(self.amplitude, NEAR[0]), MOST))
 
 
-Tries = TypeVar("Tries")
 Columns = dict[Candidate, Floats]
 """Signatures of candidates, (rows,) each."""
 
@@ -93,7 +88,7 @@ def scores(
     kept: takes the signatures of those along the road; traces: take what the best ones change.
     """
     found: list[Score] = []
-    for some in _batches(judge, tried):
+    for some in batches(judge, tried):
         changes = judge.changes(some)
         columns = judge.whitened(changes)
         judged = _judged(judge, some, columns)
@@ -106,45 +101,12 @@ def scores(
     return found
 
 
-def _batches(judge: Judge, tried: Sequence[Tries]) -> Iterator[Sequence[Tries]]:
-    count = min(BATCH, max(LARGEST // len(judge.groups), 1))
-    for first in range(0, len(tried), count):
-        yield tried[first : first + count]
-
-
-@dataclass(frozen=True)
-class _Push:
-    """Of several signatures, (k,) each, off the nuisances.
-
-    hidden: what hides them, (p, k). seen: whether anything is left of them.
-    """
-
-    hidden: Floats
-    whole: Floats
-    energy: Floats
-    amplitude: Floats
-    gain: Floats
-    seen: npt.NDArray[np.bool_]
-
-
-def _push(judge: Judge, columns: Floats) -> _Push:
-    """Tell how signatures, (rows, k), push what is left."""
-    whole = np.einsum("ij,ij->j", columns, columns)
-    inside, hidden = judge.nuisances.inside(columns)
-    energy = whole - np.einsum("ij,ij->j", inside, hidden)
-    push = columns.T @ judge.left[: len(columns)]
-    seen = (energy > 1e-9 * np.maximum(whole, 1.0)) & (energy >= 1e-6)
-    amplitude = np.where(seen, push, 0.0) / np.where(seen, energy, 1.0)
-    gain = 0.5 * energy * np.maximum(amplitude, 0.0) ** 2
-    return _Push(hidden, whole, energy, amplitude, gain, seen)
-
-
 def _judged(judge: Judge, tried: Sequence[Candidate], columns: Floats) -> list[Score]:
     """Judge candidates by their signatures, (rows, candidates), which are taken off all at once."""
-    pushed = _push(judge, columns)
+    found = pushed(judge, columns)
     p = np.ones(len(tried))
-    hints = np.flatnonzero(pushed.seen & (pushed.gain > HINT))
-    off = judge.nuisances.less(columns[:, hints], pushed.hidden[:, hints])
+    hints = np.flatnonzero(found.seen & (found.gain > HINT))
+    off = judge.nuisances.less(columns[:, hints], found.hidden[:, hints])
     for i, course in zip(hints, np.ascontiguousarray(off.T), strict=True):
         least = tried[int(i)].does_not_count / max(abs(tried[int(i)].added), NEXT_TO_NOTHING)
         p[i] = amplitude_p(course, judge.left, judge.groups, judge.fit.scatter, least)
@@ -154,12 +116,12 @@ def _judged(judge: Judge, tried: Sequence[Candidate], columns: Floats) -> list[S
         else Score(c, 0.0, 0.0, 0.0, 0.0, 1.0)
         for c, a, g, e, w, at, shown in zip(
             tried,
-            pushed.amplitude,
-            pushed.gain,
-            pushed.energy,
-            pushed.whole,
+            found.amplitude,
+            found.gain,
+            found.energy,
+            found.whole,
             p,
-            pushed.seen,
+            found.seen,
             strict=True,
         )
     ]
@@ -207,16 +169,17 @@ def survey(
     All are tried at their typical size. Those of which there is a hint are tried at other sizes and
     shapes as well; those that would not show at their typical size, at a large one; those that would
     show far more than plainly, at a small one, since a signature holds near its own size only.
-    before: a survey of another fit of the same recordings. What effects changed there tells which
-    are the most promising here, and only these are screened, and what did not show there.
+    before: a survey of another fit of the same recordings. Where what effects changed there holds
+    here, it tells which are promising, and only these are screened, and what did not show there.
+    most: how many of them.
     """
     there = {c.name for c in judge.fit.effects}
     teeth = {disc.block: angles.size for disc, angles in discs(judge.fit)}
     known = (as_known(c, judge.fit.model) for kind in library for c in candidates(kind, teeth))
     kinds = [c for c in known if c.name not in there]
-    if before is not None:
+    again = promising_again(judge, before.traces, most) if before is not None else None
+    if before is not None and again is not None:
         traced = before.traces.names()
-        again = _most_promising(judge, before.traces)[:most]
         kinds = [c for c in kinds if c.name in again or c.name not in traced]
     kept: Columns = {}
     traces = Traces(LARGEST // len(judge.groups))
@@ -227,17 +190,6 @@ def survey(
     hints = [s.candidate for s in best[:RESHAPED] if s.gain > HINT]
     shaped = scores(judge, [c for hint in hints for c in reshaped(hint)], traces=traces)
     return Survey(_with_typical(first, [*best, *shaped]), _tests(first, tried, before), traces)
-
-
-def _most_promising(judge: Judge, traces: Traces) -> list[str]:
-    """Return names by what their changes, as they were in another fit, explain here."""
-    there = {c.name for c in judge.fit.effects}
-    gains: dict[str, float] = {}
-    for some in _batches(judge, [t for t in traces.tries() if t[0].name not in there]):
-        pushed = _push(judge, judge.whitened([change for _, change in some]))
-        for (c, _), gain in zip(some, pushed.gain, strict=True):
-            gains[c.name] = max(gains.get(c.name, 0.0), float(gain))
-    return sorted(gains, key=lambda name: -gains[name])
 
 
 def _with_typical(first: Sequence[Score], best: Sequence[Score]) -> list[Score]:
