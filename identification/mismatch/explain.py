@@ -156,7 +156,7 @@ def _doubt(a: Analysis, library: Sequence[type[Effect]], say: Say) -> None:
         if changed:
             a.headline = _headline(a)
             _look_after(a, say)
-    a.vetoes = list(a.named.vetoes)
+    a.vetoes = [v for v in a.named.vetoes if v.name not in a.named.names]
 
 
 def _asked_of_pairs(a: Analysis) -> float:

@@ -24,7 +24,7 @@ AGAIN = 8
 """Effects that are screened again, the most promising; no more are fitted."""
 APART = 3
 """Effects that are screened again because they push in different directions."""
-HOLD = 0.95
+HOLD = 0.9
 """Cosine of what an effect changed and what it changes, above which the one tells of the other."""
 
 Try = tuple[Candidate, Changes]

@@ -160,6 +160,16 @@ def beside_the_file(fit: Fit) -> Fit | None:
     return _unless_it_cannot_run(lambda: settled(as_believed(fit)))
 
 
+def moved(fit: Fit, i: int, there: Candidate) -> Fit | None:
+    """Return the fit with one of its effects at another place, begun with all else as it is.
+
+    None where it cannot run there, or explains less.
+    """
+    rest = (*fit.candidates[:i], *fit.candidates[i + 1 :])
+    rough = _unless_it_cannot_run(lambda: settle(with_effects(fit, (*rest, there))))
+    return _refined(rough) if rough is not None and rough.score > fit.score else None
+
+
 @lru_cache(maxsize=4)
 def fitted_without(fit: Fit, i: int) -> Fit | None:
     """Return the fit without one of its effects; None where the others cannot run alone."""

@@ -24,6 +24,7 @@ from slipbench.identification.mismatch.naming.tried import (
     otherwise,
     place_on_the_road,
     reshaped,
+    same_try,
 )
 from slipbench.identification.mismatch.simulation.model import Model
 from slipbench.identification.mismatch.simulation.sensor import Rounds
@@ -230,6 +231,17 @@ def as_known(candidate: Candidate, model: Model) -> Candidate:
     return read_off(candidate, float(np.median(steps))) if steps else candidate
 
 
+def at_other_places(
+    found: Candidate, library: Iterable[type[Effect]], model: Model
+) -> Iterator[Candidate]:
+    """Yield the same effect, with the same dials, at every other place where it may act."""
+    alike = (kind for kind in library if kind.name == found.kind.name)
+    there = {c.name: c for kind in alike for c in candidates(kind) if same_try(c, found)}
+    for other in there.values():
+        if other.name != found.name:
+            yield as_known(replace(other, dials=found.dials).within(), model)
+
+
 def _with_elsewhere(judge: Judge, found: Sequence[Score], kept: Columns) -> list[Score]:
     """Tell what is looked for along the road how its size scatters where it cannot be true."""
     along: dict[str, list[Candidate]] = {}
@@ -290,4 +302,9 @@ def _best(scores: Iterable[Score]) -> list[Score]:
         name = score.candidate.name
         if name not in found or _credit(score) > _credit(found[name]):
             found[name] = score
-    return sorted(found.values(), key=lambda s: -s.gain)
+    return by_gain(found.values())
+
+
+def by_gain(scores: Iterable[Score]) -> list[Score]:
+    """Return scores, greatest gain first."""
+    return sorted(scores, key=lambda s: -s.gain)

@@ -3,8 +3,9 @@
 Forward: the library is screened on what the accepted effects leave, and the best of the promising
 effects that passes the rule of acceptance is added; where calibration went astray, those that lead
 from the numbers of the file are among them. Exchange: one after the other, the best
-next step need not be on the best way, so where there are several, each is taken out in turn and the
-library is screened again. Backward: what is not missed goes again. Where that leaves something
+next step need not be on the best way, so where there are several, each is taken out in turn, the
+library is screened again, and the effect is tried at its other places. What an exchange leaves over
+is looked for again. Backward: what is not missed goes again. Where that leaves something
 unexplained, `ahead` tries pairs as one step.
 """
 
@@ -23,13 +24,20 @@ from slipbench.identification.mismatch.naming.fits import (
     fits_from_the_file,
     fitted,
     fitted_without,
+    moved,
     others_refined,
     promising_fits,
 )
 from slipbench.identification.mismatch.naming.look_ahead import PROMISED, SECONDS, halves, pairs
 from slipbench.identification.mismatch.naming.named import ALIKE, Named
 from slipbench.identification.mismatch.naming.plausibility import doubts, plausible_first
-from slipbench.identification.mismatch.naming.score import Score, survey
+from slipbench.identification.mismatch.naming.score import (
+    Score,
+    at_other_places,
+    by_gain,
+    scores,
+    survey,
+)
 from slipbench.identification.mismatch.simulation.model import Model
 from slipbench.identification.mismatch.simulation.threads import in_threads
 from slipbench.plant.effects.effect import Effect
@@ -76,8 +84,8 @@ class Search:
             rough = named.fit.coarse
             if named.names:
                 named = replace(named, screenings=named.screenings + 1)
-            scores = self._screened(named, named.fit) if named.names else named.scores
-            tried = promising_fits(rough, scores, self.say)
+            found = self._screened(named, named.fit) if named.names else named.scores
+            tried = promising_fits(rough, found, self.say)
             again = self._from_the_file(named) if _newly_far(named) else []
             named = replace(named, screenings=named.screenings + bool(again))
             step = self._step(named, [*tried, *again])
@@ -117,11 +125,12 @@ class Search:
         return replace(named, fit=finer, rivals=rivals, doubts=doubtful, found=found)
 
     def _refined(self, named: Named) -> Named:
-        """Exchange what something else explains better, and drop what is not missed."""
+        """Exchange what something else explains better, go on from there, drop what is not missed."""
         for _ in range(ROUNDS if len(named.names) > 1 else 0):
             before, named = named.names, self.exchanged(named)
             if named.names == before:
                 break
+            named = self._forward(named)
         return pruned(named, self._rule(named), self.say)
 
     def exchanged(self, named: Named) -> Named:
@@ -144,15 +153,20 @@ class Search:
         return named
 
     def _without(self, named: Named, i: int) -> Iterator[Fit]:
-        """Yield fits with the most promising effects in the place of one, if they promise enough."""
+        """Yield fits with other effects in the place of one, or with it at another place."""
         fit = named.fit
-        gone, rest = fit.candidates[i], fitted_without(fit, i)
+        gone, rest = fit.effects[i], fitted_without(fit, i)
         if rest is None:
             return
-        scores = [s for s in self._screened(named, rest) if s.candidate.name != gone.name]
-        for score in scores[:SECONDS]:
+        for score in self._screened(named, rest)[:SECONDS]:
             enough = rest.score + PROMISED * score.gain > fit.score + ENOUGH
-            new = fitted(rest, score.candidate) if enough else None
+            other = enough and score.candidate.name != gone.name
+            new = fitted(rest, score.candidate) if other else None
+            if new is not None:
+                yield new
+        places = list(at_other_places(gone, self.library, fit.model))
+        for score in by_gain(scores(Judge.of(rest), places))[:SECONDS]:
+            new = moved(fit, i, score.candidate)
             if new is not None:
                 yield new
 

@@ -84,6 +84,13 @@ def reshaped(candidate: Candidate) -> Iterator[Candidate]:
             yield replace(candidate, dials=there).within()
 
 
+def same_try(one: Candidate, other: Candidate) -> bool:
+    """Tell whether two are tries of one effect that differ in nothing but subject and dials."""
+    return one.whole == other.whole and all(
+        getattr(one.pattern, p.name) == getattr(other.pattern, p.name) for p in shapes(other.kind)
+    )
+
+
 def place_on_the_road(pattern: Effect) -> float | None:
     """Return where an effect is looked for, in steps of the search; None: on no road."""
     for p in pattern.parameters():
