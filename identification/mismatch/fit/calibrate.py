@@ -26,7 +26,7 @@ ASTRAY = 3.0
 """Prior deviations beyond which calibration itself may have lost its way; by chance in 3 of 100."""
 AT_THE_END = 0.99
 """Share of the farthest that a number may be off at all, beyond which it is held there."""
-TAKEN = 0.95
+TAKEN = 0.9
 """Share of the mean square error above which a noise model may hide a wrong simulation."""
 
 

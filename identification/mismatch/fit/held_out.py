@@ -169,6 +169,23 @@ def predicted_gain(model: Model, base: Fit, fit: Fit, improved: Model) -> float:
     return driven(improved, fit.model.at(fit.point), fit).score - before.score
 
 
+def mispredicted(model: Model, base: Fit, fit: Fit, most: float) -> Veto | None:
+    """Return the veto against effects with which a simulation predicts recordings worse; None: not.
+
+    most: nats that they may lose. All parameters stay as they are in both.
+    """
+    name = " + ".join(e.key for e in fit.point.effects if e not in base.point.effects)
+    try:
+        gain = predicted_gain(model, base, fit, model)
+    except PlantError as fault:
+        return Veto(name, -math.inf, -most, f"they cannot be simulated with it: {fault}")
+    reason = (
+        "with the parameters of the training recordings the held-out log-likelihood falls by"
+        f" {-gain:.0f} nats"
+    )
+    return Veto(name, gain, -most, reason) if gain < -most else None
+
+
 def proof(model: Model, base: Fit, fit: Fit, improved: Model | None = None) -> list[Fit]:
     """Held-out runs of the file's system, of it re-calibrated, and of it with what was found.
 

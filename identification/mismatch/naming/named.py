@@ -1,6 +1,6 @@
 """What a search has accepted so far, with what is known of it."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from slipbench.identification.mismatch.fit.fitting import Fit
 from slipbench.identification.mismatch.fit.held_out import Veto
@@ -44,3 +44,19 @@ class Named:
     def gain(self) -> float:
         """Nats that the accepted effects bring."""
         return self.fit.score - self.base.score
+
+
+def without(named: Named, fit: Fit, lost: Veto) -> Named:
+    """Return the names of a fit that are left after a veto."""
+    left = {c.name for c in fit.candidates}
+
+    def stays(names: str) -> bool:
+        return set(names.split(" + ")) <= left
+
+    return replace(
+        named,
+        fit=fit,
+        rivals={n: r for n, r in named.rivals.items() if stays(n)},
+        found={n: k for n, k in named.found.items() if n in left},
+        vetoes=(*named.vetoes, lost),
+    )
