@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from slipbench.identification.mismatch import explain
+from slipbench.identification.mismatch.fit.held_out import Veto
 from slipbench.plant.errors import PlantError
 from tests.identification.mismatch.laws.explained import explained, names, reported
 from tests.identification.mismatch.laws.spring import PERIOD, cubic, spring, swung
@@ -85,3 +86,21 @@ def test_without_held_out_recordings_names_that_do_not_suffice_are_withdrawn(nom
     found = explained(nominal, rides[LARGE][:2], (), LIBRARY)
     assert found.unknown, reported(found)
     assert not found.effects
+
+
+def test_of_names_that_predict_worse_only_the_last_one_goes(nominal, monkeypatch):
+    asked = []
+
+    def loses_once(model, base, fit, most):
+        asked.append([c.name for c in fit.candidates])
+        lost = Veto(" + ".join(asked[-1]), -50.0, -most, "worse")
+        return lost if len(asked) == 1 else None
+
+    monkeypatch.setattr(explain, "mispredicted", loses_once)
+    rides = [swung(seed, cubic(LARGE), felt=lagging, seconds=8.0) for seed in (1, 2, 3)]
+    found = explained(nominal, rides[:2], rides[2:], ("cubic.deflection", "lag.force"))
+    first, second = asked
+    assert len(first) == 2
+    assert second == first[:-1]
+    assert names(found) == second, reported(found)
+    assert found.vetoes[-1].name == " + ".join(first)

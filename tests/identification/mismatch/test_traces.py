@@ -23,6 +23,7 @@ from slipbench.identification.mismatch.naming.fits import (
 from slipbench.identification.mismatch.naming.score import Survey, survey
 from slipbench.identification.mismatch.naming.traces import OF_EACH, Traces
 from slipbench.identification.mismatch.naming.tried import candidates
+from slipbench.identification.mismatch.simulation.model import predict
 from slipbench.plant.effects.air_box_delay import AirBoxDelay
 from tests.identification.mismatch.spring import recorded, system
 
@@ -55,8 +56,16 @@ def test_the_most_promising_beside_another_fit_is_that_of_a_whole_survey(bare, f
         quick = survey(Judge.of(fit), library, first)
         assert quick.scores[0].candidate.name == whole.scores[0].candidate.name
         assert quick.scores[0].gain == pytest.approx(whole.scores[0].gain, rel=1e-9)
-        assert len(quick.scores) < len(whole.scores)
         assert quick.tests >= first.tests
+
+
+def test_fewer_are_screened_where_what_effects_changed_still_holds(bare, first) -> None:
+    near = replace(bare.point, x=bare.point.x + 0.05)
+    fit = replace(bare, point=near, predicted=predict(bare.model, near))
+    library = bare.model.system.library
+    whole, quick = (survey(Judge.of(fit), library, before) for before in (None, first))
+    assert len(quick.scores) < len(whole.scores)
+    assert quick.scores[0].candidate.name == whole.scores[0].candidate.name
 
 
 def test_what_left_no_trace_is_screened_anew(bare, first) -> None:
