@@ -41,7 +41,7 @@ from slipbench.identification.mismatch.fit.sensitivity import change
 from slipbench.identification.mismatch.fit.turned import begun_at, lines
 from slipbench.identification.mismatch.naming.acceptance import ENOUGH
 from slipbench.identification.mismatch.naming.fits import fitted_without
-from slipbench.identification.mismatch.naming.named import without
+from slipbench.identification.mismatch.naming.named import left
 from slipbench.identification.mismatch.naming.next_trial import next_trial
 from slipbench.identification.mismatch.naming.search import MOST, Say, Search
 from slipbench.identification.mismatch.simulation.model import predict
@@ -178,7 +178,7 @@ def _drop_what_mispredicts(a: Analysis, say: Say) -> None:
         if lost is None:
             break
         rest = fitted_without(fit, last) if last else a.base
-        a.named = without(a.named, rest or a.base, lost)
+        a.named = replace(left(a.named, rest or a.base), vetoes=(*a.named.vetoes, lost))
     if a.named is not before:
         a.headline = _headline(a)
         _look_after(a, say)

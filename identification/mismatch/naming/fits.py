@@ -160,14 +160,18 @@ def beside_the_file(fit: Fit) -> Fit | None:
     return _unless_it_cannot_run(lambda: settled(as_believed(fit)))
 
 
-def moved(fit: Fit, i: int, there: Candidate) -> Fit | None:
+def moved(base: Fit, fit: Fit, i: int, there: Candidate) -> Fit | None:
     """Return the fit with one of its effects at another place, begun with all else as it is.
 
-    None where it cannot run there, or explains less.
+    None where it cannot run there, or is far behind before it is refined, or brings less after it.
+    base: the fit without effects.
     """
     rest = (*fit.candidates[:i], *fit.candidates[i + 1 :])
     rough = _unless_it_cannot_run(lambda: settle(with_effects(fit, (*rest, there))))
-    return _refined(rough) if rough is not None and rough.score > fit.score else None
+    if rough is None or rough.score < base.score + NEAR * (fit.score - base.score):
+        return None
+    new = _refined(rough)
+    return new if new.score > fit.score else None
 
 
 @lru_cache(maxsize=4)

@@ -20,17 +20,21 @@ from slipbench.identification.mismatch.naming.fits import near_ones_refined
 from slipbench.identification.mismatch.naming.in_place import in_place
 from slipbench.identification.mismatch.naming.named import Named
 from slipbench.identification.mismatch.naming.score import Score, as_known, survey
-from slipbench.identification.mismatch.naming.signatures import BATCH, different, directions
+from slipbench.identification.mismatch.naming.signatures import different, directions
 from slipbench.identification.mismatch.naming.tried import candidates, place_on_the_road
 from slipbench.identification.mismatch.simulation.model import Model
 from slipbench.identification.mismatch.simulation.threads import in_threads
 from slipbench.plant.effects.effect import Effect
 from slipbench.plant.errors import PlantError
 
-KINDS = 16
+KINDS = 12
 """First halves that are tried, each of another kind: one kind at two places is often one thing."""
+APART = 16
+"""First halves that are tried, each of another direction: what alone explains little is among them."""
+POOL = 64
+"""First scores of which the directions are compared."""
 SECONDS = 3
-"""Second halves that are fitted to each, of different directions."""
+"""Second halves that are fitted to each: as many first ones, and as many of different directions."""
 PROMISED = 3.0
 """Times what a score promises, that a fit may bring: a score goes straight on, from far away."""
 SHARE = 0.1
@@ -52,20 +56,22 @@ def halves(named: Named, library: Sequence[type[Effect]], least: float, say: Say
     least: nats that both halves must bring.
     """
     before = named.base.coarse
-    scores, needed, way = _beginning(before, named, library)
+    scores, needed, way, there = _beginning(before, named, library)
     hint = max(needed / PROMISED, SHARE * scores[0].gain) if scores else 0.0
-    kinds = _one_of_each_kind(s for s in scores if s.gain > hint)
-    for kind in kinds:
-        say(f"Look-ahead from {kind.candidate.name.replace('_', ' ')}")
-    done = in_threads(way, kinds)
+    hopeful = [s for s in scores if s.gain > hint]
+    apart = _apart(Judge.of(there), hopeful, APART)
+    first = _in_order(hopeful, [*_one_of_each_kind(hopeful), *apart])
+    for score in first:
+        say(f"Look-ahead from {score.candidate.name.replace('_', ' ')}")
+    done = in_threads(way, first)
     enough = before.score + max(ENOUGH, SHARE * least)
     return [f for f in done if f is not None and f.score > enough]
 
 
 def _beginning(
     fit: Fit, named: Named, library: Sequence[type[Effect]]
-) -> tuple[Sequence[Score], float, Way]:
-    """Return what is screened first, the nats that a half must bring, and how one is fitted."""
+) -> tuple[Sequence[Score], float, Way, Fit]:
+    """Return what is screened first, the nats that a half must bring, how one is fitted, and where."""
     if hidden_by_noise(fit):
         starts = [fit]
         with suppress(PlantError):
@@ -75,11 +81,12 @@ def _beginning(
             scores,
             ENOUGH,
             lambda s: _best(*(partial(_fitted, from_far, start, s.candidate) for start in starts)),
+            starts[0],
         )
     begun = in_place(fit, tuple(library), named.first) if astray(fit) else None
     if begun is not None:
-        return begun.scores, max(ENOUGH, begun.least), begun.fitted
-    return named.scores, ENOUGH, lambda s: _best(partial(_fitted, settle, fit, s.candidate))
+        return begun.scores, max(ENOUGH, begun.least), begun.fitted, begun.fixed
+    return named.scores, ENOUGH, lambda s: _best(partial(_fitted, settle, fit, s.candidate)), fit
 
 
 def pairs(
@@ -122,7 +129,7 @@ def _pairs(
     """Yield the pairs that a single begins, those that promise enough."""
     judge = Judge.of(single)
     found = survey(judge, library, named.first, SECONDS)
-    for score in _different(judge, found.scores):
+    for score in _seconds(judge, found.scores):
         if single.score + PROMISED * score.gain > enough:
             for second in (score.candidate, *_other_variants(score, library, single.model)):
                 pair = (*single.effects, second)
@@ -131,11 +138,26 @@ def _pairs(
                     yield done
 
 
-def _different(judge: Judge, scores: Sequence[Score]) -> list[Score]:
-    """Return the first scores of different directions: many effects of one are one thing."""
-    first = scores[:BATCH]
-    apart = different(directions(judge, judge.signatures([s.candidate for s in first])), SECONDS)
-    return [first[i] for i in apart]
+def _seconds(judge: Judge, scores: Sequence[Score]) -> list[Score]:
+    """Return the first scores, and the first of different directions.
+
+    Many effects of one direction are one thing to these recordings. Which of them fits best is not
+    told by their scores.
+    """
+    return _in_order(scores, [*scores[:SECONDS], *_apart(judge, scores, SECONDS)])
+
+
+def _apart(judge: Judge, scores: Sequence[Score], most: int) -> list[Score]:
+    """Return the first scores that push in different directions."""
+    first = scores[:POOL]
+    found = directions(judge, judge.signatures([s.candidate for s in first]))
+    return [first[i] for i in different(found, most)]
+
+
+def _in_order(scores: Sequence[Score], some: Sequence[Score]) -> list[Score]:
+    """Return some of the scores, each once, in the order of all."""
+    chosen = {s.candidate.name for s in some}
+    return [s for s in scores if s.candidate.name in chosen]
 
 
 def _other_variants(

@@ -46,17 +46,16 @@ class Named:
         return self.fit.score - self.base.score
 
 
-def without(named: Named, fit: Fit, lost: Veto) -> Named:
-    """Return the names of a fit that are left after a veto."""
-    left = {c.name for c in fit.candidates}
+def left(named: Named, fit: Fit) -> Named:
+    """Return the names of a fit, and what is known of those that were named before."""
+    there = {c.name for c in fit.candidates}
 
     def stays(names: str) -> bool:
-        return set(names.split(" + ")) <= left
+        return set(names.split(" + ")) <= there
 
     return replace(
         named,
         fit=fit,
         rivals={n: r for n, r in named.rivals.items() if stays(n)},
-        found={n: k for n, k in named.found.items() if n in left},
-        vetoes=(*named.vetoes, lost),
+        found={n: k for n, k in named.found.items() if n in there},
     )

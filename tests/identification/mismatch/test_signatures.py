@@ -102,6 +102,6 @@ def test_an_effect_keeps_its_values_at_another_place_and_explains_no_less(straye
         strayed, next(candidates(next(k for k in library if k.name == "direction_blind"))), belt
     )
     assert fit is not None
-    there = moved(fit, 1, others[0])
+    there = moved(strayed, fit, 1, others[0])
     assert there is None or there.score > fit.score
     assert there is None or there.candidates[1].name == "elastic_transmission.torque"
