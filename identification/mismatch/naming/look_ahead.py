@@ -7,6 +7,7 @@ best pair that it begins.
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import suppress
+from dataclasses import dataclass
 from functools import partial
 
 from slipbench.identification.mismatch.fit.calibrate import as_told, astray, hidden_by_noise
@@ -56,37 +57,47 @@ def halves(named: Named, library: Sequence[type[Effect]], least: float, say: Say
     least: nats that both halves must bring.
     """
     before = named.base.coarse
-    scores, needed, way, there = _beginning(before, named, library)
-    hint = max(needed / PROMISED, SHARE * scores[0].gain) if scores else 0.0
-    hopeful = [s for s in scores if s.gain > hint]
-    apart = _apart(Judge.of(there), hopeful, APART)
+    begun = _beginning(before, named, library)
+    most = max((s.gain for s in begun.scores), default=0.0)
+    hint = max(begun.needed / PROMISED, SHARE * most)
+    hopeful = [s for s in begun.scores if s.gain > hint]
+    apart = _apart(Judge.of(begun.there), hopeful, APART)
     first = _in_order(hopeful, [*_one_of_each_kind(hopeful), *apart])
     for score in first:
         say(f"Look-ahead from {score.candidate.name.replace('_', ' ')}")
-    done = in_threads(way, first)
+    done = in_threads(begun.way, first)
     enough = before.score + max(ENOUGH, SHARE * least)
     return [f for f in done if f is not None and f.score > enough]
 
 
-def _beginning(
-    fit: Fit, named: Named, library: Sequence[type[Effect]]
-) -> tuple[Sequence[Score], float, Way, Fit]:
-    """Return what is screened first, the nats that a half must bring, how one is fitted, and where."""
+@dataclass(frozen=True, eq=False)
+class _Beginning:
+    """Where first halves are looked for. scores: of a screening there; needed: nats of a half."""
+
+    there: Fit
+    scores: Sequence[Score]
+    needed: float
+    way: Way
+
+
+def _beginning(fit: Fit, named: Named, library: Sequence[type[Effect]]) -> _Beginning:
     if hidden_by_noise(fit):
         starts = [fit]
         with suppress(PlantError):
             starts = [as_told(fit.model, fit.model.origin()), fit]
-        scores = survey(Judge.of(starts[0]), library, named.first).scores
-        return (
-            scores,
+        return _Beginning(
+            starts[0],
+            survey(Judge.of(starts[0]), library, named.first).scores,
             ENOUGH,
             lambda s: _best(*(partial(_fitted, from_far, start, s.candidate) for start in starts)),
-            starts[0],
         )
     begun = in_place(fit, tuple(library), named.first) if astray(fit) else None
     if begun is not None:
-        return begun.scores, max(ENOUGH, begun.least), begun.fitted, begun.fixed
-    return named.scores, ENOUGH, lambda s: _best(partial(_fitted, settle, fit, s.candidate)), fit
+        needed = max(ENOUGH, begun.least)
+        return _Beginning(begun.fixed, begun.scores, needed, begun.fitted)
+    return _Beginning(
+        fit, named.scores, ENOUGH, lambda s: _best(partial(_fitted, settle, fit, s.candidate))
+    )
 
 
 def pairs(
