@@ -14,7 +14,7 @@ from scipy import optimize
 
 from slipbench.identification.experiments.evidence import expected_evidence
 from slipbench.identification.experiments.hypothesis import NOTHING, Hypothesis, hypotheses_of
-from slipbench.identification.mismatch.fit.judge import Judge
+from slipbench.identification.mismatch.fit.linearization import Linearization
 from slipbench.identification.mismatch.naming.acceptance import ENOUGH
 from slipbench.identification.mismatch.naming.named import ALIKE
 from slipbench.identification.mismatch.naming.plausibility import SENSORS
@@ -52,7 +52,7 @@ class Case:
         return tuple(h.name for h in self.question)
 
 
-def draw_case(rng: np.random.Generator, planned: Sequence[Judge], alike: bool) -> Case:
+def draw_case(rng: np.random.Generator, planned: Sequence[Linearization], alike: bool) -> Case:
     """Case of one of the two kinds. planned: what the planned trials would show of the motorcycle.
 
     Raises UnsuitableError where they leave nothing open.
@@ -66,7 +66,7 @@ def draw_case(rng: np.random.Generator, planned: Sequence[Judge], alike: bool) -
 
 
 def _not_excited(
-    rng: np.random.Generator, planned: Sequence[Judge], drawn: Iterable[Hypothesis]
+    rng: np.random.Generator, planned: Sequence[Linearization], drawn: Iterable[Hypothesis]
 ) -> Case | None:
     """The question whether an effect is there that the planned trials would not show."""
     nothing = Hypothesis()
@@ -80,7 +80,7 @@ def _not_excited(
 
 
 def _alike(
-    rng: np.random.Generator, planned: Sequence[Judge], drawn: Iterable[Hypothesis]
+    rng: np.random.Generator, planned: Sequence[Linearization], drawn: Iterable[Hypothesis]
 ) -> Case | None:
     """An effect that the planned trials show, and others as plain that they do not tell from it."""
     nats = ENOUGH * float(rng.uniform(*VISIBLE))
@@ -94,7 +94,7 @@ def _alike(
     return None
 
 
-def _worth(planned: Sequence[Judge], one: Hypothesis, nats: float) -> Hypothesis | None:
+def _worth(planned: Sequence[Linearization], one: Hypothesis, nats: float) -> Hypothesis | None:
     """A hypothesis so large that the planned trials show it by these nats; None: no size of interest is."""
 
     def more(log_share: float) -> float:
@@ -121,10 +121,10 @@ def _at(one: Hypothesis, share: float) -> Hypothesis:
     return Hypothesis(sized, abs(sized.size) / 3.0)
 
 
-def _nats(planned: Sequence[Judge], pair: tuple[Hypothesis, Hypothesis]) -> float:
+def _nats(planned: Sequence[Linearization], pair: tuple[Hypothesis, Hypothesis]) -> float:
     """Nats that all planned trials together are expected to tell two hypotheses apart by."""
     try:
-        return sum(expected_evidence(judge, [pair]).least for judge in planned)
+        return sum(expected_evidence(linear, [pair]).least for linear in planned)
     except (PlantError, ValueError):
         return math.inf
 

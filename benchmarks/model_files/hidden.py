@@ -24,7 +24,7 @@ VISIBLE = (50.0, 20_000.0)
 """Nats that what is hidden brings to an observer who knows it, once numbers and first values are fitted."""
 LARGEST = 1.0
 """Of the standard deviation of an output: hidden effects change none by more."""
-NUDGE = 0.05
+DIFFERENCE_STEP = 0.05
 TRIES = 200
 KNOTS = 9
 WAVES = (1.0, 2.5)
@@ -117,14 +117,16 @@ def _slopes(
 def _other_numbers(system: ModelSystem) -> Iterator[ModelSystem]:
     for k, value in enumerate(system.values):
         values = system.values.copy()
-        values[k] = value * (1.0 + NUDGE)
+        values[k] = value * (1.0 + DIFFERENCE_STEP)
         yield replace(system, values=values)
 
 
 def _other_starts(system: ModelSystem) -> Iterator[ModelSystem]:
     for name, state in system.file.states.items():
         if not isinstance(state.start, str):
-            start = Number(value=state.start.si + NUDGE * state.size.si, unit=state.size.si_unit)
+            start = Number(
+                value=state.start.si + DIFFERENCE_STEP * state.size.si, unit=state.size.si_unit
+            )
             states = {**system.file.states, name: state.model_copy(update={"start": start})}
             yield replace(system, file=system.file.model_copy(update={"states": states}))
 

@@ -23,7 +23,7 @@ from benchmarks.real.surrogate import surrogate
 from slipbench.identification.mismatch.analysis import Analysis, accepted, begin
 from slipbench.identification.mismatch.explain import analyse
 from slipbench.identification.mismatch.fit.fitting import Fit
-from slipbench.identification.mismatch.fit.held_out import driven
+from slipbench.identification.mismatch.fit.held_out import simulated_only
 from slipbench.identification.mismatch.runs import open_analysis
 from slipbench.identification.mismatch.simulation.model import Model, models
 from slipbench.identification.mismatch.simulation.piece import Piece
@@ -120,7 +120,7 @@ def _fits(a: Analysis, model: Model) -> Iterator[Fit]:
     assert a.named is not None
     last = a.named.fit
     for system in (a.system, a.base.model.at(a.base.point), last.model.at(last.point)):
-        yield driven(model, system, last)
+        yield simulated_only(model, system, last)
 
 
 def _also(case: Case, a: Analysis) -> list[dict[str, object]]:

@@ -9,8 +9,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from slipbench.identification.mismatch.fit.calibrate import as_told
-from slipbench.identification.mismatch.fit.held_out import driven
+from slipbench.identification.mismatch.fit.calibrate import start_fit
+from slipbench.identification.mismatch.fit.held_out import simulated_only
 from slipbench.identification.mismatch.simulation.model import models
 from slipbench.identification.mismatch.systems.system import DRIVE, ModelSystem
 from slipbench.plant.signals import Floats
@@ -25,7 +25,7 @@ def surrogate(system: ModelSystem, recording: Recording, seed: int) -> Recording
     rng = np.random.default_rng(seed)
     record = system.prepare(recording)
     model = models(system, [record])[0]
-    slow = driven(model, system, as_told(model, model.origin())).point.q[0]
+    slow = simulated_only(model, system, start_fit(model, model.origin())).point.q[0]
     simulated = system.simulate(record, model.chain, DRIVE, slow, {})
     channels = dict(recording.channels)
     for name in record.sensors:

@@ -24,9 +24,9 @@ import numpy as np
 from slipbench.identification.experiments.hypothesis import Hypothesis
 from slipbench.identification.mismatch.fit.candidate import Candidate
 from slipbench.identification.mismatch.fit.fitting import Fit
-from slipbench.identification.mismatch.fit.judge import Judge
+from slipbench.identification.mismatch.fit.linearization import Linearization
 from slipbench.identification.mismatch.fit.sensitivity import sensitivities
-from slipbench.identification.mismatch.fit.stack import Nuisances, bounded, flat
+from slipbench.identification.mismatch.fit.stack import Nuisances, bounded, whiten_and_stack
 from slipbench.identification.mismatch.motorcycle.menu import Choice
 from slipbench.identification.mismatch.simulation.model import predict
 from slipbench.plant.signals import Floats
@@ -54,7 +54,7 @@ class Evidence:
         return min(self.nats.values())
 
 
-def rehearsed(known: Fit, choice: Choice) -> Judge:
+def rehearsed(known: Fit, choice: Choice) -> Linearization:
     """What a trial would show, and what of it the vehicle's uncertain parameters can imitate.
 
     known: the calibrated vehicle with the noise of its recordings. Raises ValueError where the
@@ -69,7 +69,7 @@ def rehearsed(known: Fit, choice: Choice) -> Judge:
     fit.__dict__["nuisances"] = Nuisances(columns)
     z = np.zeros(columns.shape[1])
     nuisances = fit.nuisances
-    return Judge(fit, nuisances, nuisances.left(fit.aim, z), nuisances.grouped(fit.groups))
+    return Linearization(fit, nuisances, nuisances.left(fit.aim, z), nuisances.grouped(fit.groups))
 
 
 def _offsets(fit: Fit) -> Floats:
@@ -83,18 +83,18 @@ def _offsets(fit: Fit) -> Floats:
             for j in range(len(block.outputs)):
                 one[:, j, first + j] = 1.0
         first += len(block.outputs)
-    columns = flat(model, fit.noise, found)
+    columns = whiten_and_stack(model, fit.noise, found)
     return np.asarray(FREE * columns / (np.linalg.norm(columns, axis=0) + 1e-300))
 
 
-def expected_evidence(judge: Judge, questions: Sequence[Sequence[Hypothesis]]) -> Evidence:
+def expected_evidence(linear: Linearization, questions: Sequence[Sequence[Hypothesis]]) -> Evidence:
     """Expected nats of every pair within each question: a set of hypotheses that exclude each other."""
     nats = dict[tuple[str, str], float]()
     for question in questions:
-        responses = {h.name: _Response.of(judge, h) for h in question}
+        responses = {h.name: _Response.of(linear, h) for h in question}
         for a, b in combinations(question, 2):
             there, back = responses[a.name], responses[b.name]
-            nats[a.name, b.name] = min(there.against(back, judge), back.against(there, judge))
+            nats[a.name, b.name] = min(there.against(back, linear), back.against(there, linear))
     return Evidence(nats)
 
 
@@ -112,24 +112,24 @@ class _Response:
     high: float = 0.0
 
     @classmethod
-    def of(cls, judge: Judge, hypothesis: Hypothesis) -> "_Response":
+    def of(cls, linear: Linearization, hypothesis: Hypothesis) -> "_Response":
         candidate = hypothesis.candidate
         if candidate is None:
-            rows = len(judge.nuisances.columns)
+            rows = len(linear.nuisances.columns)
             return cls(np.zeros((rows, 1)), np.zeros((rows, 0)))
         sizes = hypothesis.sizes()
-        found = judge.signatures([*sizes, *_moved(candidate)])
+        found = linear.signatures([*sizes, *_moved(candidate)])
         drawn, about = found[:, : len(sizes)], found[:, len(sizes) :]
         return cls(drawn, _columns(candidate, about), *_ends(candidate))
 
-    def against(self, other: "_Response", judge: Judge) -> float:
+    def against(self, other: "_Response", linear: Linearization) -> float:
         """Expected nats for this hypothesis, where it is true, against another that is fitted."""
-        return float(np.mean([_left(judge, one, other) for one in self.drawn.T]))
+        return float(np.mean([_left(linear, one, other) for one in self.drawn.T]))
 
 
-def _left(judge: Judge, response: Floats, other: _Response) -> float:
+def _left(linear: Linearization, response: Floats, other: _Response) -> float:
     """Nats that remain of a response after nuisances and another hypothesis are fitted to it."""
-    nuisances, count = judge.nuisances.columns, other.columns.shape[1]
+    nuisances, count = linear.nuisances.columns, other.columns.shape[1]
     columns = np.concatenate((nuisances, other.columns), axis=1)
     weights = np.ones(columns.shape[1])
     low, high = np.full(weights.size, -np.inf), np.full(weights.size, np.inf)
@@ -145,14 +145,14 @@ def _left(judge: Judge, response: Floats, other: _Response) -> float:
 def _moved(candidate: Candidate) -> list[Candidate]:
     """The effect as it is most likely, then with each of its shapes a step away."""
     unit = np.eye(len(candidate.dials))
-    steps = candidate.nudges[1:]
+    steps = candidate.difference_steps[1:]
     return [candidate, *(candidate.moved(s * unit[i]) for i, s in enumerate(steps, start=1))]
 
 
 def _columns(candidate: Candidate, moved: Floats) -> Floats:
     """Responses per typical size and per deviation of each shape, (rows, dials). moved: (rows, dials)."""
     first, *others = moved.T
-    steps = candidate.nudges[1:]
+    steps = candidate.difference_steps[1:]
     shapes = [(one - first) / step for one, step in zip(others, steps, strict=True)]
     return np.stack([first / candidate.size, *shapes], axis=1)
 

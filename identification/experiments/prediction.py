@@ -22,12 +22,17 @@ from scipy import linalg, special
 
 from slipbench.identification.experiments.hypothesis import NOTHING, Hypothesis
 from slipbench.identification.experiments.sequential_test import RunEvidence
-from slipbench.identification.mismatch.fit.calibrate import as_believed, calibrate, settled, strayed
+from slipbench.identification.mismatch.fit.calibrate import (
+    at_prior_mean,
+    beyond_prior,
+    calibrate,
+    map_fit,
+)
 from slipbench.identification.mismatch.fit.candidate import Candidate
 from slipbench.identification.mismatch.fit.fitting import Fit, with_effects
-from slipbench.identification.mismatch.fit.following import refreshed
+from slipbench.identification.mismatch.fit.following import relinearized
+from slipbench.identification.mismatch.fit.optimize import optimize
 from slipbench.identification.mismatch.fit.sensitivity import coordinates_of, sensitivities
-from slipbench.identification.mismatch.fit.settling import settle
 from slipbench.identification.mismatch.naming.fits import fitted
 from slipbench.identification.mismatch.simulation.model import Model, models, predict
 from slipbench.identification.mismatch.simulation.record import Record
@@ -119,10 +124,10 @@ def _beside(base: Fit, candidate: Candidate) -> Fit | None:
     """
     try:
         there = replace(with_effects(base, (candidate,)), candidates=())
-        fit = settle(there)
-        if not strayed(base):
+        fit = optimize(there)
+        if not beyond_prior(base):
             return fit
-        return max(fit, settled(refreshed(as_believed(there))), key=lambda f: f.score)
+        return max(fit, map_fit(relinearized(at_prior_mean(there))), key=lambda f: f.score)
     except PlantError:
         return None
 

@@ -6,9 +6,9 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from slipbench.identification.mismatch.curves.circumstance import Circumstance
 from slipbench.identification.mismatch.curves.curve import Curve
 from slipbench.identification.mismatch.curves.free_curve import FreeCurve
+from slipbench.identification.mismatch.curves.operating_region import OperatingRegion
 from slipbench.identification.mismatch.curves.sufficiency import Remainder
 from slipbench.identification.mismatch.fit.fitting import Fit
 from slipbench.identification.mismatch.fit.held_out import Error, Veto
@@ -35,7 +35,7 @@ class Analysis:
     held_out: Model | None
     base: Fit | None = None
     before: list[Curve] = field(default_factory=list)
-    when: Circumstance | None = None
+    when: OperatingRegion | None = None
     named: Named | None = None
     headline: str = ""
     after: list[Curve] = field(default_factory=list)

@@ -13,30 +13,30 @@ from slipbench.identification.mismatch.analysis import (
     not_excited,
     unexplained,
 )
-from slipbench.identification.mismatch.curves.circumstance import circumstance, plainest
 from slipbench.identification.mismatch.curves.curve import Curve
 from slipbench.identification.mismatch.curves.free_curve import FreeCurve
 from slipbench.identification.mismatch.curves.inside import inside
 from slipbench.identification.mismatch.curves.locate import locate
+from slipbench.identification.mismatch.curves.operating_region import operating_region, plainest
 from slipbench.identification.mismatch.curves.sufficiency import remainder
 from slipbench.identification.mismatch.curves.trace import effect_of
 from slipbench.identification.mismatch.fit.calibrate import (
-    as_believed,
-    astray,
+    at_prior_mean,
     calibrate,
+    far_from_prior,
     hidden_by_noise,
 )
 from slipbench.identification.mismatch.fit.fitting import Fit
 from slipbench.identification.mismatch.fit.held_out import (
     CONFIRMED,
-    carried_over,
     errors,
     mispredicted,
     predicted_gain,
     proof,
+    refit_on,
     veto,
 )
-from slipbench.identification.mismatch.fit.judge import Judge
+from slipbench.identification.mismatch.fit.linearization import Linearization
 from slipbench.identification.mismatch.fit.sensitivity import change
 from slipbench.identification.mismatch.fit.turned import begun_at, lines
 from slipbench.identification.mismatch.naming.acceptance import ENOUGH
@@ -105,13 +105,13 @@ def _calibrate(a: Analysis, _: Sequence[type[Effect]], say: Say) -> None:
     say("Calibrating nominal parameters")
     a.base = calibrate(a.training, a.training.origin())
     if a.system.turns_unseen():  # numbers that made up for a wrong angle are taken as told again
-        a.base = carried_over(as_believed(a.base), a.training)
+        a.base = refit_on(at_prior_mean(a.base), a.training)
     shown = lines(a.base)
     if shown.plain:
         say("Estimating the initial angle of each recording")
         a.base, alike = begun_at(a.base, shown)
         if a.held_out is not None:
-            there = carried_over(a.base, a.held_out)
+            there = refit_on(a.base, a.held_out)
             a.held_out = begun_at(there, lines(there), alike)[0].model
 
 
@@ -120,7 +120,7 @@ def _locate(a: Analysis, _: Sequence[type[Effect]], say: Say) -> None:
     say("Localizing the mismatch with free curves")
     a.before = _curves(a, a.base)
     if a.before and a.before[0].certain:
-        a.when = circumstance(Judge.of(a.base), a.before[0])
+        a.when = operating_region(Linearization.of(a.base), a.before[0])
 
 
 def _name(a: Analysis, library: Sequence[type[Effect]], say: Say) -> None:
@@ -140,7 +140,7 @@ def _headline(a: Analysis) -> str:
         trace = change(fit.model, bare, fit.point.effects, predict(fit.model, bare))
         return plainest(fit, trace)
     if a.before and a.before[0].certain:
-        return plainest(a.base, effect_of(Judge.of(a.base), a.before[0]))
+        return plainest(a.base, effect_of(Linearization.of(a.base), a.before[0]))
     return a.base.model.chain.blocks[-1].outputs[0]
 
 
@@ -153,7 +153,7 @@ def _doubt(a: Analysis, library: Sequence[type[Effect]], say: Say) -> None:
     assert a.named is not None
     _look_after(a, say)
     fit, many = a.named.fit, len(a.named.names) == MOST
-    if unexplained(a) or astray(fit) or hidden_by_noise(fit) or many:
+    if unexplained(a) or far_from_prior(fit) or hidden_by_noise(fit) or many:
         better = Search(library, say, a.held_out).ahead(a.named, _asked_of_pairs(a))
         changed, a.named = better.fit is not a.named.fit, better
         if changed:
@@ -207,7 +207,7 @@ def _free(a: Analysis, _: Sequence[type[Effect]], say: Say) -> None:
     """
     _fit_curve(a, say)
     if unexplained(a) and a.free is None and a.remains is not None and a.remains.lesser:
-        a.kept = _foretell_more(a, CONFIRMED)
+        a.kept = _predict_better(a, CONFIRMED)
 
 
 def _fit_curve(a: Analysis, say: Say) -> None:
@@ -219,7 +219,7 @@ def _fit_curve(a: Analysis, say: Say) -> None:
             return
         gain = _confirmed(a, found)
         if gain >= CONFIRMED:
-            a.kept = _foretell_more(a, gain)
+            a.kept = _predict_better(a, gain)
             a.free = None if a.kept else found
         elif any(c.certain and c.place == found.curve.place for c in a.before):
             curve = f"free curve: {found.curve.place} along {found.curve.regressor}"
@@ -242,7 +242,7 @@ def _confirmed(a: Analysis, found: FreeCurve) -> float:
     return min(found.confirmed, predicted_gain(a.held_out, a.base, found.fit, found.proven))
 
 
-def _foretell_more(a: Analysis, gain: float) -> bool:
+def _predict_better(a: Analysis, gain: float) -> bool:
     """Tell whether names foretell held-out recordings better than the curve in their place.
 
     gain: nats of the curve, as `_confirmed` has them; of the names the same is taken. What is withdrawn
@@ -253,7 +253,7 @@ def _foretell_more(a: Analysis, gain: float) -> bool:
     if not a.named.names or a.held_out is None:
         return False
     fit = a.named.fit
-    moved = carried_over(fit, a.held_out).score - carried_over(a.base, a.held_out).score
+    moved = refit_on(fit, a.held_out).score - refit_on(a.base, a.held_out).score
     try:
         unmoved = predicted_gain(a.held_out, a.base, fit, a.held_out)
     except PlantError:  # with unchanged parameters they cannot be simulated there
@@ -302,5 +302,5 @@ NAMES = (
 
 
 def _curves(a: Analysis, fit: Fit) -> list[Curve]:
-    others = Judge.of(carried_over(fit, a.held_out)) if a.held_out is not None else None
-    return locate(Judge.of(fit), others)
+    others = Linearization.of(refit_on(fit, a.held_out)) if a.held_out is not None else None
+    return locate(Linearization.of(fit), others)

@@ -13,10 +13,10 @@ import numpy as np
 from scipy import interpolate
 
 from slipbench.identification.mismatch.fit.fitting import Fit
-from slipbench.identification.mismatch.fit.held_out import carried_over
-from slipbench.identification.mismatch.fit.judge import Judge
-from slipbench.identification.mismatch.fit.settling import settle
-from slipbench.identification.mismatch.fit.stack import flat
+from slipbench.identification.mismatch.fit.held_out import refit_on
+from slipbench.identification.mismatch.fit.linearization import Linearization
+from slipbench.identification.mismatch.fit.optimize import optimize
+from slipbench.identification.mismatch.fit.stack import whiten_and_stack
 from slipbench.identification.mismatch.simulation.model import Model, Series, predict
 from slipbench.identification.mismatch.simulation.record import Record
 from slipbench.identification.mismatch.simulation.sampling import into_bins
@@ -86,7 +86,7 @@ def ideal(case: Case, base: Fit) -> Ideal:
 
 def on_held_out(case: Case, base: Fit, held_out: Model) -> float:
     """Log-likelihood gain of the true effects on the held-out recordings, nats."""
-    return Observer(case, case.held_out).worth(carried_over(base, held_out), case.hidden)
+    return Observer(case, case.held_out).worth(refit_on(base, held_out), case.hidden)
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,7 +141,7 @@ class Observer:
         begun = start or base
         predicted = predict(cleared, begun.point)
         start = Fit(cleared, begun.point, predicted, begun.noise, base.slopes)
-        return settle(replace(start, slopes_at=base.taken_at))
+        return optimize(replace(start, slopes_at=base.taken_at))
 
     def _absent(self, known: Effects) -> Effects:
         return tuple(h for h in self.case.hidden if h not in known)
@@ -220,6 +220,6 @@ class Observer:
 
 def of_its_shape(base: Fit, difference: Series) -> float:
     """Log-likelihood gain of a trajectory of this shape with fitted magnitude, nats."""
-    judge = Judge.of(base)
-    course = judge.nuisances.off(flat(base.model, base.noise, difference))
-    return float(course @ judge.left) ** 2 / max(2.0 * float(course @ course), 1e-300)
+    linear = Linearization.of(base)
+    course = linear.nuisances.off(whiten_and_stack(base.model, base.noise, difference))
+    return float(course @ linear.left) ** 2 / max(2.0 * float(course @ course), 1e-300)

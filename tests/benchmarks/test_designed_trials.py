@@ -10,8 +10,8 @@ from benchmarks.designed_trials.day import MOST, Day, Result
 from benchmarks.designed_trials.page import POLICIES, page, row
 from slipbench.identification.experiments.evidence import expected_evidence, rehearsed
 from slipbench.identification.experiments.hypothesis import NOTHING, Hypothesis
-from slipbench.identification.mismatch.fit.calibrate import as_told
-from slipbench.identification.mismatch.fit.judge import Judge
+from slipbench.identification.mismatch.fit.calibrate import start_fit
+from slipbench.identification.mismatch.fit.linearization import Linearization
 from slipbench.identification.mismatch.motorcycle.menu import RPM, Choice
 from slipbench.identification.mismatch.naming.acceptance import ENOUGH
 from slipbench.identification.mismatch.naming.named import ALIKE
@@ -65,15 +65,15 @@ def test_what_found_no_trial_counts_with_all_runs():
 
 
 @cache
-def planned() -> tuple[Judge, ...]:
+def planned() -> tuple[Linearization, ...]:
     model = started().training
-    known = as_told(model, model.origin())
+    known = start_fit(model, model.origin())
     sweep = Choice(2, 11000.0 * RPM, "throttle", "linear_sweep", 0.015, 0.5, 12.0, 6.0)
     return (rehearsed(known, sweep),)
 
 
 def nats(one: Hypothesis, other: Hypothesis) -> float:
-    return sum(expected_evidence(judge, [(one, other)]).least for judge in planned())
+    return sum(expected_evidence(linear, [(one, other)]).least for linear in planned())
 
 
 @pytest.mark.parametrize("seed", range(3))

@@ -12,7 +12,7 @@ from slipbench.identification.mismatch.curves.injection import places
 from slipbench.identification.mismatch.curves.pushed import LOOSE
 from slipbench.identification.mismatch.fit.dialled import Dialled
 from slipbench.identification.mismatch.fit.fitting import Fit, renoised, with_effects
-from slipbench.identification.mismatch.fit.settling import at_fixed_noise
+from slipbench.identification.mismatch.fit.optimize import at_fixed_noise
 from slipbench.identification.mismatch.simulation.place import Injection
 from slipbench.identification.mismatch.simulation.system import System
 from slipbench.plant.effects.effect import Effect
@@ -20,7 +20,7 @@ from slipbench.plant.effects.free_curve import KNOTS
 from slipbench.plant.errors import PlantError
 from slipbench.plant.signals import Floats
 
-NUDGE = 0.02
+DIFFERENCE_STEP = 0.02
 
 
 @dataclass(frozen=True)
@@ -44,9 +44,9 @@ class Bent(Dialled):
         return (LOOSE,) * len(self.dials)
 
     @property
-    def nudges(self) -> tuple[float, ...]:
+    def difference_steps(self) -> tuple[float, ...]:
         """Small beside a push worth trying."""
-        return (NUDGE,) * len(self.dials)
+        return (DIFFERENCE_STEP,) * len(self.dials)
 
     def effect(self) -> Effect:
         """Return the effect of the simulation."""

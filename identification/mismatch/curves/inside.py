@@ -23,12 +23,15 @@ from slipbench.identification.mismatch.curves.locate import locate
 from slipbench.identification.mismatch.curves.pushed import Pushed
 from slipbench.identification.mismatch.curves.standing import FURTHER, pushed_in, standing
 from slipbench.identification.mismatch.curves.tries import enough
-from slipbench.identification.mismatch.fit.calibrate import as_believed, astray
+from slipbench.identification.mismatch.fit.calibrate import at_prior_mean, far_from_prior
 from slipbench.identification.mismatch.fit.fitting import Fit
-from slipbench.identification.mismatch.fit.following import followed, refreshed
-from slipbench.identification.mismatch.fit.held_out import CONFIRMED, carried_over
-from slipbench.identification.mismatch.fit.judge import Judge
-from slipbench.identification.mismatch.fit.settling import settle
+from slipbench.identification.mismatch.fit.following import (
+    refit_with_updated_jacobian,
+    relinearized,
+)
+from slipbench.identification.mismatch.fit.held_out import CONFIRMED, refit_on
+from slipbench.identification.mismatch.fit.linearization import Linearization
+from slipbench.identification.mismatch.fit.optimize import optimize
 from slipbench.identification.mismatch.simulation.along import ROUNDS, TURN, evenly_round
 from slipbench.identification.mismatch.simulation.model import Model
 from slipbench.plant.errors import PlantError
@@ -53,7 +56,7 @@ def inside(base: Fit, curves: Sequence[Curve], held_out: Model | None) -> FreeCu
     while found is not None and held_out is not None and len(found.beside) + 1 < MOST:
         there = found.proven
         assert there is not None
-        left = locate(Judge.of(found.fit), Judge.of(carried_over(found.fit, there)))
+        left = locate(Linearization.of(found.fit), Linearization.of(refit_on(found.fit, there)))
         other = _one(found.fit, [c for c in left if c.certain], there)
         if other is None or other.confirmed < max(CONFIRMED, FURTHER * found.confirmed):
             break
@@ -80,22 +83,22 @@ def _one(base: Fit, curves: Sequence[Curve], held_out: Model | None) -> FreeCurv
             break
         best = again
     best = best.fine(base.model)
-    best = followed(best) if around else settle(refreshed(best))
+    best = refit_with_updated_jacobian(best) if around else optimize(relinearized(best))
     confirmed = 0.0
     if held_out is not None:
-        confirmed = carried_over(best, held_out).score - carried_over(base, held_out).score
+        confirmed = refit_on(best, held_out).score - refit_on(base, held_out).score
     return FreeCurve(newest(best).told(), best, best.score - base.score, confirmed, held_out)
 
 
 def _starts(rough: Fit) -> Iterator[Fit]:
-    """Yield where a curve is fitted from: also beside the file's numbers, if the fit went astray.
+    """Yield where a curve is fitted from: also beside the file's numbers, if parameters are far from their priors.
 
     What made up for something missing stays where it went, and leaves a curve little to do.
     """
     yield rough
-    if astray(rough):
+    if far_from_prior(rough):
         try:
-            yield as_believed(rough)
+            yield at_prior_mean(rough)
         except PlantError:
             return
 

@@ -24,9 +24,9 @@ from slipbench.identification.mismatch.curves.tries import (
 )
 from slipbench.identification.mismatch.curves.whitened import Courses, Whitened
 from slipbench.identification.mismatch.fit.held_out import CONFIRMED
-from slipbench.identification.mismatch.fit.judge import Judge
+from slipbench.identification.mismatch.fit.linearization import Linearization
 from slipbench.identification.mismatch.fit.scatter import SHARE, amplitude_p
-from slipbench.identification.mismatch.fit.stack import flat
+from slipbench.identification.mismatch.fit.stack import whiten_and_stack
 from slipbench.identification.mismatch.simulation.along import TURN, kind_of
 from slipbench.identification.mismatch.simulation.place import Injection
 from slipbench.plant.signals import Floats
@@ -41,7 +41,7 @@ class _Held:
     course: Floats | None = None
 
 
-def locate(training: Judge, held_out: Judge | None) -> list[Curve]:
+def locate(training: Linearization, held_out: Linearization | None) -> list[Curve]:
     """Fit every curve; the best first, by what both sets of recordings say together.
 
     The curves of one place are judged together, and their courses are not kept beyond that.
@@ -57,7 +57,7 @@ def locate(training: Judge, held_out: Judge | None) -> list[Curve]:
 
 
 def _judged(
-    training: Judge, held_out: tuple[Judge, Whitened] | None, tries: list[Try]
+    training: Linearization, held_out: tuple[Linearization, Whitened] | None, tries: list[Try]
 ) -> Iterator[Curve]:
     """Yield the curves of one place; p as if each were the only one."""
     held = [_Held()] * len(tries) if held_out is None else _confirmed(*held_out, tries)
@@ -77,7 +77,7 @@ def _judged(
         )
 
 
-def _p(found: Try, held: _Held, training: Judge, held_out: Judge | None) -> float:
+def _p(found: Try, held: _Held, training: Linearization, held_out: Linearization | None) -> float:
     """p of what a curve foretells; 1 where it brings too little or held-out runs contradict it.
 
     Held-out recordings weigh as much as they would show of it.
@@ -100,26 +100,28 @@ def _doubt(curve: Curve) -> float:
     return -min(curve.gain, 3.0 * curve.confirmed + 1e-3 * curve.gain)
 
 
-def _confirmed(judge: Judge, whitened: Whitened, tries: list[Try]) -> list[_Held]:
+def _confirmed(linear: Linearization, whitened: Whitened, tries: list[Try]) -> list[_Held]:
     """What the very same curves of one place do on other recordings."""
-    known, columns = _columns(judge, whitened, tries)
+    known, columns = _columns(linear, whitened, tries)
     if not known:
         return [_Held()] * len(tries)
-    energy, push = judge.pushes(columns)
+    energy, push = linear.pushes(columns)
     held: dict[int, _Held] = {}
     for i, (number, e, along) in enumerate(zip(known, energy, push, strict=True)):
         course = None
         if tries[number].foretold is not None:
-            course = judge.nuisances.off(columns[:, i])
+            course = linear.nuisances.off(columns[:, i])
         held[number] = _Held(float(along - 0.5 * e), 0.5 * float(e), course)
     return [held.get(i, _Held()) for i in range(len(tries))]
 
 
-def _columns(judge: Judge, whitened: Whitened, tries: list[Try]) -> tuple[list[int], Floats]:
+def _columns(
+    linear: Linearization, whitened: Whitened, tries: list[Try]
+) -> tuple[list[int], Floats]:
     """Return which curves can act on these recordings, and what each leaves in them, (rows, k)."""
     place = tries[0].place
-    if kind_of(tries[0].regressor) == TURN and (place.push or place in _discs(judge)):
-        found = _turning(judge, whitened, tries[0])
+    if kind_of(tries[0].regressor) == TURN and (place.push or place in _discs(linear)):
+        found = _turning(linear, whitened, tries[0])
         return ([0], found[:, None]) if found is not None else ([], np.zeros((0, 0)))
     seen = whitened.seen_by(place.drive)
     known = [i for i, f in enumerate(tries) if f.regressor in seen[0][1]]
@@ -131,19 +133,19 @@ def _columns(judge: Judge, whitened: Whitened, tries: list[Try]) -> tuple[list[i
     return known, whitened.columns(place, pushes)
 
 
-def _discs(judge: Judge) -> list[Injection]:
-    return [place for place, _ in discs(judge.fit)]
+def _discs(linear: Linearization) -> list[Injection]:
+    return [place for place, _ in discs(linear.fit)]
 
 
-def _turning(judge: Judge, whitened: Whitened, found: Try) -> Floats | None:
+def _turning(linear: Linearization, whitened: Whitened, found: Try) -> Floats | None:
     """What a curve around a turn leaves, (rows,); None: there is no such angle."""
-    fit, place = judge.fit, found.place
+    fit, place = linear.fit, found.place
     if not place.push:
-        teeth = flat(fit.model, fit.noise, tooth_columns(fit, place))
+        teeth = whiten_and_stack(fit.model, fit.noise, tooth_columns(fit, place))
         return np.asarray(teeth @ found.values)
     seen = whitened.seen_by(place.drive)
     if found.regressor not in seen[0][1]:
         return None
     pushed = [place.size * found.values]
     turned = simulated_along(fit, place, found.regressor, found.knots, pushed, seen)
-    return flat(fit.model, fit.noise, turned)[:, 0]
+    return whiten_and_stack(fit.model, fit.noise, turned)[:, 0]

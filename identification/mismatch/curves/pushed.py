@@ -12,8 +12,8 @@ import numpy as np
 from slipbench.identification.mismatch.curves.trace import answers_along, regressors
 from slipbench.identification.mismatch.fit.dialled import Dialled
 from slipbench.identification.mismatch.fit.fitting import Fit
-from slipbench.identification.mismatch.fit.judge import Judge
-from slipbench.identification.mismatch.fit.stack import flat
+from slipbench.identification.mismatch.fit.linearization import Linearization
+from slipbench.identification.mismatch.fit.stack import whiten_and_stack
 from slipbench.identification.mismatch.simulation.along import TURN, course, kind_of, sway
 from slipbench.identification.mismatch.simulation.model import Series
 from slipbench.identification.mismatch.simulation.place import Injection
@@ -22,7 +22,7 @@ from slipbench.identification.mismatch.simulation.record import Record
 from slipbench.identification.mismatch.simulation.system import System
 from slipbench.plant.signals import Floats
 
-NUDGE = 0.1
+DIFFERENCE_STEP = 0.1
 LOOSE = 5.0
 """Prior deviation of a value, in pushes worth trying at its place."""
 SPREADS = (0.03, 0.1, 0.3, 1.0, 3.0, LOOSE)
@@ -96,9 +96,9 @@ class Pushed(Dialled):
         return (self.spread,) * len(self.dials)
 
     @property
-    def nudges(self) -> tuple[float, ...]:
+    def difference_steps(self) -> tuple[float, ...]:
         """Of the size worth trying."""
-        return (NUDGE,) * len(self.dials)
+        return (DIFFERENCE_STEP,) * len(self.dials)
 
     @property
     def values(self) -> Floats:
@@ -130,9 +130,9 @@ def _most_likely(fit: Fit, answers: Series) -> float:
     The evidence of a linear model with normal values (MacKay, Neural Computation 4 (1992) 415):
     values that the recordings hardly tell stay small, and are not fitted to noise.
     """
-    judge = Judge.of(fit)
-    off = judge.nuisances.off(flat(fit.model, fit.noise, answers))
-    normal, aim = off.T @ off, off.T @ judge.left
+    linear = Linearization.of(fit)
+    off = linear.nuisances.off(whiten_and_stack(fit.model, fit.noise, answers))
+    normal, aim = off.T @ off, off.T @ linear.left
     return max(SPREADS, key=lambda spread: _evidence(normal, aim, spread))
 
 

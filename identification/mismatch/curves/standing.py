@@ -12,9 +12,9 @@ from slipbench.identification.mismatch.curves.free_curve import FreeCurve
 from slipbench.identification.mismatch.curves.pushed import Pushed
 from slipbench.identification.mismatch.curves.trace import regressors
 from slipbench.identification.mismatch.fit.fitting import Fit, renoised, with_effects
-from slipbench.identification.mismatch.fit.following import refreshed
-from slipbench.identification.mismatch.fit.held_out import carried_over
-from slipbench.identification.mismatch.fit.settling import at_fixed_noise, settle
+from slipbench.identification.mismatch.fit.following import relinearized
+from slipbench.identification.mismatch.fit.held_out import refit_on
+from slipbench.identification.mismatch.fit.optimize import at_fixed_noise, optimize
 from slipbench.identification.mismatch.simulation.along import TURN, finer
 from slipbench.identification.mismatch.simulation.model import Model, predict
 from slipbench.identification.mismatch.simulation.place import Injection
@@ -87,7 +87,7 @@ def standing(base: Fit, rough: Fit, held_out: Model | None) -> FreeCurve:
         0.0,
         0.0,
     )
-    fit = settle(refreshed(_with(base, rough, place, told)))
+    fit = optimize(relinearized(_with(base, rough, place, told)))
     if held_out is None:
         return FreeCurve(told, fit, fit.score - base.score, 0.0, None)
     confirmed, proven = _confirmed(base, fit, place, told, held_out)
@@ -101,10 +101,10 @@ def _confirmed(
 
     Its quantity there is taken anew with the curve acting, as often as it was in the fit.
     """
-    before = carried_over(base, held_out)
-    there = replace(carried_over(replace(best, model=base.model), held_out), candidates=())
+    before = refit_on(base, held_out)
+    there = replace(refit_on(replace(best, model=base.model), held_out), candidates=())
     for _ in range(PASSES):
-        there = settle(_with(before, there, place, curve))
+        there = optimize(_with(before, there, place, curve))
     there = replace(there, candidates=best.candidates)
     return there.score - before.score, there.model
 

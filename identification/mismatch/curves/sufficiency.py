@@ -16,8 +16,8 @@ from dataclasses import dataclass
 from slipbench.identification.mismatch.curves.curve import Curve
 from slipbench.identification.mismatch.curves.trace import effect_of
 from slipbench.identification.mismatch.fit.fitting import Fit
-from slipbench.identification.mismatch.fit.judge import Judge
-from slipbench.identification.mismatch.fit.stack import Nuisances, flat
+from slipbench.identification.mismatch.fit.linearization import Linearization
+from slipbench.identification.mismatch.fit.stack import Nuisances, whiten_and_stack
 from slipbench.identification.mismatch.fit.whitening import whitener
 
 LEFT = 0.05
@@ -51,23 +51,25 @@ def remainder(base: Fit, named: Fit, curves: Iterable[Curve]) -> Remainder | Non
 
     base: without names; named: with them; curves: found in what `named` leaves.
     """
-    judge = Judge.of(named)
-    found = [_weighed(base, judge, c) for c in curves if c.certain]
+    linear = Linearization.of(named)
+    found = [_weighed(base, linear, c) for c in curves if c.certain]
     return max(found, key=lambda r: r.share, default=None)
 
 
-def _weighed(base: Fit, judge: Judge, curve: Curve) -> Remainder:
+def _weighed(base: Fit, linear: Linearization, curve: Curve) -> Remainder:
     """Every output counts in its own root mean square, as the names leave it.
 
     All are taken off what may vary without meaning anything, so that no bad calibration counts as
     explained.
     """
-    fit = judge.fit
+    fit = linear.fit
     even = [whitener(rest, order=0) for rest in fit.rest]
-    free, bare = (Nuisances(flat(f.model, even, f.slopes) * f.stretch) for f in (fit, base))
-    before = bare.off(flat(base.model, even, base.rest))
-    now = free.off(flat(fit.model, even, fit.rest))
-    trace = free.off(flat(fit.model, even, effect_of(judge, curve)))
+    free, bare = (
+        Nuisances(whiten_and_stack(f.model, even, f.slopes) * f.stretch) for f in (fit, base)
+    )
+    before = bare.off(whiten_and_stack(base.model, even, base.rest))
+    now = free.off(whiten_and_stack(fit.model, even, fit.rest))
+    trace = free.off(whiten_and_stack(fit.model, even, effect_of(linear, curve)))
     taken = float(trace @ now) ** 2 / max(float(trace @ trace), 1e-300)
     explained = float(before @ before) - (float(now @ now) - taken)
     share = taken / explained if explained > taken else 1.0

@@ -11,7 +11,7 @@ from slipbench.identification.mismatch.curves.curve import Curve
 from slipbench.identification.mismatch.curves.injection import answers, places, respond
 from slipbench.identification.mismatch.curves.tooth_curve import SIZE, discs, tooth_columns
 from slipbench.identification.mismatch.fit.fitting import Fit
-from slipbench.identification.mismatch.fit.judge import Judge
+from slipbench.identification.mismatch.fit.linearization import Linearization
 from slipbench.identification.mismatch.fit.sensitivity import change
 from slipbench.identification.mismatch.simulation.along import (
     DETAIL,
@@ -91,22 +91,22 @@ def between_knots(grid: Grid, z: Floats, knots: Floats, by: Floats | None = None
     return np.asarray(shares.reshape(grid.bins, knots.size), np.float64)
 
 
-def effect_of(judge: Judge, curve: Curve) -> Series:
+def effect_of(linear: Linearization, curve: Curve) -> Series:
     """Return what a curve leaves in the outputs, unwhitened, (T, m) by block and record."""
-    for disc, _ in discs(judge.fit):
+    for disc, _ in discs(linear.fit):
         if disc.name == curve.place:
-            return _combined(tooth_columns(judge.fit, disc), curve.values / SIZE)
+            return _combined(tooth_columns(linear.fit, disc), curve.values / SIZE)
     place = next(
-        p for p in (*places(judge.fit), *sensors_as_places(judge.fit)) if p.name == curve.place
+        p for p in (*places(linear.fit), *sensors_as_places(linear.fit)) if p.name == curve.place
     )
     if place.push and curve.kind == TURN:
-        turned = simulated_along(judge.fit, place, curve.regressor, curve.knots, [curve.values])
+        turned = simulated_along(linear.fit, place, curve.regressor, curve.knots, [curve.values])
         return [[one[:, :, 0] if one.size else one for one in block] for block in turned]
     pushes = [
         record.grid.binned(curve(seen[curve.regressor], record.grid.step))[:, None]
-        for record, seen in seen_by(judge.fit, place.drive)
+        for record, seen in seen_by(linear.fit, place.drive)
     ]
-    answered = answers_to(replies(judge.fit, place), pushes)
+    answered = answers_to(replies(linear.fit, place), pushes)
     return [[one[:, :, 0] if one.size else one for one in block] for block in answered]
 
 

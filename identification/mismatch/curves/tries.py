@@ -13,8 +13,8 @@ from slipbench.identification.mismatch.curves.trace import (
     simulated_along,
 )
 from slipbench.identification.mismatch.curves.whitened import Whitened
-from slipbench.identification.mismatch.fit.judge import Judge
-from slipbench.identification.mismatch.fit.stack import LARGEST, Integers, flat
+from slipbench.identification.mismatch.fit.linearization import Linearization
+from slipbench.identification.mismatch.fit.stack import LARGEST, Integers, whiten_and_stack
 from slipbench.identification.mismatch.simulation.along import ANGLE, TURN, kind_of, knots_for
 from slipbench.identification.mismatch.simulation.model import Series
 from slipbench.identification.mismatch.simulation.place import Injection
@@ -43,21 +43,21 @@ class Try:
     foretold: Floats | None = None
 
 
-def along_quantities(judge: Judge, whitened: Whitened) -> Iterator[list[Try]]:
+def along_quantities(linear: Linearization, whitened: Whitened) -> Iterator[list[Try]]:
     """Fit every curve to what the training recordings leave; yield those of a place together.
 
     Where columns would be too many to hold at once, a place comes several times.
     """
-    fit = judge.fit
+    fit = linear.fit
     everywhere = (*places(fit), *sensors_as_places(fit))
     for drive in fit.model.chain.drives:
         seen = whitened.seen_by(drive)
         knots = {n: knots_for(n, over_all(n, seen)) for n in seen[0][1] if kind_of(n) != TURN}
         useful = {n: k for n, k in knots.items() if k.size > 2}
-        for some in _held_at_once(useful, len(judge.groups)):
+        for some in _held_at_once(useful, len(linear.groups)):
             for place in everywhere:
                 if place.drive == drive:
-                    yield _at_place(judge, place, some, whitened)
+                    yield _at_place(linear, place, some, whitened)
 
 
 def _held_at_once(knots: Mapping[str, Floats], rows: int) -> Iterator[dict[str, Floats]]:
@@ -73,7 +73,7 @@ def _held_at_once(knots: Mapping[str, Floats], rows: int) -> Iterator[dict[str, 
 
 
 def _at_place(
-    judge: Judge, place: Injection, knots: Mapping[str, Floats], whitened: Whitened
+    linear: Linearization, place: Injection, knots: Mapping[str, Floats], whitened: Whitened
 ) -> list[Try]:
     """Fit the curves along these quantities at one place.
 
@@ -82,8 +82,8 @@ def _at_place(
     """
     hats = whitened.along(place.drive, knots)
     columns = place.size * whitened.columns(place, hats)
-    aims = columns.T @ judge.left[: len(columns)]
-    inside, hidden = judge.nuisances.inside(columns)
+    aims = columns.T @ linear.left[: len(columns)]
+    inside, hidden = linear.nuisances.inside(columns)
     found, first = [], 0
     for regressor, k in knots.items():
         part = slice(first, first + k.size)
@@ -96,46 +96,46 @@ def _at_place(
         swing = _swing(place.size * pushed @ values)
         foretold = None
         if gain > enough(k.size):
-            off = judge.nuisances.less(own, hidden[:, part])
-            foretold = _foretold(off, judge.left, judge.groups)
+            off = linear.nuisances.less(own, hidden[:, part])
+            foretold = _foretold(off, linear.left, linear.groups)
         found.append(Try(place, regressor, k, values, gain, swing, foretold))
     return found
 
 
-def around_turns(judge: Judge, whitened: Whitened) -> Iterator[list[Try]]:
+def around_turns(linear: Linearization, whitened: Whitened) -> Iterator[list[Try]]:
     """Fit what comes back at every turn of an angle, at every place.
 
     A turn takes but some bins, too few for answers to pushes in whole bins: each knot is simulated. A
     sensor answers at once, whatever the bin.
     """
-    for place in (*places(judge.fit), *sensors_as_places(judge.fit)):
+    for place in (*places(linear.fit), *sensors_as_places(linear.fit)):
         seen = whitened.seen_by(place.drive)
         for turn in (n for n in seen[0][1] if kind_of(n) == TURN):
             knots = knots_for(turn, over_all(turn, seen))
             if knots.size > 2 and place.push:
                 pushes = place.size * np.eye(knots.size)
-                series = simulated_along(judge.fit, place, turn, knots, pushes, seen)
-                yield [_one(judge, place, turn, knots, series)]
+                series = simulated_along(linear.fit, place, turn, knots, pushes, seen)
+                yield [_one(linear, place, turn, knots, series)]
             elif knots.size > 2 and turn != ANGLE:  # a wheel's sensor is judged at its teeth
-                yield _at_place(judge, place, {turn: knots}, whitened)
+                yield _at_place(linear, place, {turn: knots}, whitened)
 
 
-def at_teeth(judge: Judge) -> Iterator[list[Try]]:
+def at_teeth(linear: Linearization) -> Iterator[list[Try]]:
     """Fit one value for every tooth of every toothed wheel."""
-    for place, angles in discs(judge.fit):
-        yield [_one(judge, place, ANGLE, angles, tooth_columns(judge.fit, place))]
+    for place, angles in discs(linear.fit):
+        yield [_one(linear, place, ANGLE, angles, tooth_columns(linear.fit, place))]
 
 
-def _one(judge: Judge, place: Injection, turn: str, angles: Floats, series: Series) -> Try:
+def _one(linear: Linearization, place: Injection, turn: str, angles: Floats, series: Series) -> Try:
     """Fit values around a turn, from what a push worth trying at each angle brings."""
-    columns = flat(judge.fit.model, judge.fit.noise, series)
-    off = judge.nuisances.off(columns)
+    columns = whiten_and_stack(linear.fit.model, linear.fit.noise, series)
+    off = linear.nuisances.off(columns)
     normal = off.T @ off + RIDGE * np.eye(angles.size)
-    aim = off.T @ judge.left
+    aim = off.T @ linear.left
     values = np.asarray(np.linalg.solve(normal, aim))
     gain = 0.5 * float(aim @ values)
     swing = _swing(place.size * values * _kept(columns @ values, off @ values))
-    return Try(place, turn, angles, values, gain, swing, _course(judge, off, gain))
+    return Try(place, turn, angles, values, gain, swing, _course(linear, off, gain))
 
 
 def _kept(course: Floats, off: Floats) -> float:
@@ -151,10 +151,10 @@ def _swing(pushes: Floats) -> float:
     return max(0.5 * float(np.ptp(pushes)), 1e-300)
 
 
-def _course(judge: Judge, off: Floats, gain: float) -> Floats | None:
+def _course(linear: Linearization, off: Floats, gain: float) -> Floats | None:
     if gain <= enough(off.shape[1]):
         return None
-    return _foretold(off, judge.left, judge.groups)
+    return _foretold(off, linear.left, linear.groups)
 
 
 def enough(knots: int) -> float:

@@ -5,12 +5,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from slipbench.identification.mismatch.fit.far import from_far, from_its_beginning
+from slipbench.identification.mismatch.fit.far import from_its_beginning, least_squares_start
 from slipbench.identification.mismatch.fit.fitting import Fit, whitened_as
-from slipbench.identification.mismatch.fit.following import ROUGHLY, followed
+from slipbench.identification.mismatch.fit.following import ROUGHLY, refit_with_updated_jacobian
+from slipbench.identification.mismatch.fit.optimize import optimize
 from slipbench.identification.mismatch.fit.sensitivity import sensitivities
-from slipbench.identification.mismatch.fit.settling import settle
-from slipbench.identification.mismatch.fit.stack import flat, residuals, whiteners
+from slipbench.identification.mismatch.fit.stack import residuals, whiten_and_stack, whiteners
 from slipbench.identification.mismatch.fit.whitening import Whitener, even, scale_of
 from slipbench.identification.mismatch.simulation.coordinates import Coordinate
 from slipbench.identification.mismatch.simulation.model import Model, Point, Series, predict
@@ -36,26 +36,26 @@ def calibrate(model: Model, start: Point) -> Fit:
     Where that leads far away it is tried once more by plain least squares, from the beginning of the
     recordings on: see fit/far.py. The way there is simulated with coarse steps.
     """
-    uncalibrated = as_told(model.coarse, start)
-    fit = followed(settle(uncalibrated), ROUGHLY)
-    if astray(fit) or hidden_by_noise(fit):
-        fit = _or_by(lambda: from_far(from_its_beginning(uncalibrated)), fit)
-    return followed(fit.fine(model))
+    uncalibrated = start_fit(model.coarse, start)
+    fit = refit_with_updated_jacobian(optimize(uncalibrated), ROUGHLY)
+    if far_from_prior(fit) or hidden_by_noise(fit):
+        fit = _or_by(lambda: least_squares_start(from_its_beginning(uncalibrated)), fit)
+    return refit_with_updated_jacobian(fit.fine(model))
 
 
-def settled(start: Fit) -> Fit:
+def map_fit(start: Fit) -> Fit:
     """Return the best fit that is reached from a start."""
-    return refined(settle(start))
+    return refined(optimize(start))
 
 
 def refined(fit: Fit) -> Fit:
     """Return the best fit that is reached from one that settled with sensitivities of another.
 
     Where the noise model takes nearly all of the error for noise, plain least squares is tried as
-    well: see `from_far`.
+    well: see `least_squares_start`.
     """
-    new = followed(fit, ROUGHLY)
-    return _or_by(lambda: from_far(fit), new) if hidden_by_noise(new) else new
+    new = refit_with_updated_jacobian(fit, ROUGHLY)
+    return _or_by(lambda: least_squares_start(fit), new) if hidden_by_noise(new) else new
 
 
 def _or_by(way: Callable[[], Fit], fit: Fit) -> Fit:
@@ -71,7 +71,7 @@ def hidden_by_noise(fit: Fit) -> bool:
     return taken_for_noise(fit) >= TAKEN
 
 
-def as_told(model: Model, start: Point) -> Fit:
+def start_fit(model: Model, start: Point) -> Fit:
     """Return the start beside the recordings; nothing but the noise is fitted."""
     predicted = predict(model, start)
     slopes = sensitivities(model, start)
@@ -90,28 +90,28 @@ def taken_for_noise(fit: Fit) -> float:
     return float(max(shares))
 
 
-def strayed(fit: Fit, far: float = STRAYED) -> bool:
+def beyond_prior(fit: Fit, far: float = STRAYED) -> bool:
     """Tell whether calibration went farther from what the file believes than it errs.
 
     It then makes up for something that is missing, and with that in place stays where it went:
     between there and the truth lies what fits neither with it nor without.
     """
-    return bool(far_from_the_file(fit, far))
+    return bool(parameters_far_from_prior(fit, far))
 
 
-def far_from_the_file(fit: Fit, far: float = ASTRAY) -> list[tuple[Coordinate, float]]:
+def parameters_far_from_prior(fit: Fit, far: float = ASTRAY) -> list[tuple[Coordinate, float]]:
     """Return the numbers that calibration moved by more than so many prior deviations, and by how many."""
     known = zip(fit.model.known, fit.point.x, strict=True)
     end = min(far, AT_THE_END * fit.model.system.farthest)
     return [(k, float(x)) for k, x in known if abs(x) > end and not k.of_clock]
 
 
-def astray(fit: Fit) -> bool:
+def far_from_prior(fit: Fit) -> bool:
     """Tell whether calibration went so far that it must have made up for something missing."""
-    return strayed(fit, ASTRAY)
+    return beyond_prior(fit, ASTRAY)
 
 
-def as_believed(fit: Fit) -> Fit:
+def at_prior_mean(fit: Fit) -> Fit:
     """Return the fit with the system's numbers as its file tells them; clocks and road are kept.
 
     Raises PlantError where it cannot run.
@@ -126,7 +126,7 @@ def _first_noise(model: Model, predicted: Series, slopes: Series) -> list[Whiten
     """Fit noise models to what plain least squares leaves, so that calibration is not noise."""
     rest = residuals(model, predicted)
     white = [even(scale_of(r)) for r in rest]
-    columns, aim = flat(model, white, slopes), flat(model, white, rest)
+    columns, aim = whiten_and_stack(model, white, slopes), whiten_and_stack(model, white, rest)
     normal = columns.T @ columns + np.eye(columns.shape[1])
     left = aim - columns @ np.linalg.solve(normal, columns.T @ aim)
     return whiteners(model, _unflat(model, white, left))

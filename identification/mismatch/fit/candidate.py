@@ -28,7 +28,7 @@ from slipbench.identification.mismatch.simulation.system import System
 from slipbench.plant.effects.effect import Effect
 from slipbench.plant.signals import Floats
 
-NUDGE = 0.05  # of a size, or of a shape's prior deviation
+DIFFERENCE_STEP = 0.05  # of a size, or of a shape's prior deviation
 WEAK = 1e3  # prior deviation of a size, in typical sizes: none to speak of
 FAR = 4.0  # prior deviations that no shape goes beyond
 ABSENT = (0.0, 0.0)
@@ -44,7 +44,7 @@ class Candidate(Dialled):
 
     pattern: the effect on its subject, at its typical size, where it is looked for. dials: size in
     typical sizes, shapes as unit normals. whole: values of whole parameters. elsewhere: how its
-    size scatters over other places at which it is looked for, if it has any. read_off: its size is
+    size scatters over other places at which it is looked for, if it has any. fixed_from_data: its size is
     read off the recordings, and no fit of what is left tells it better. stated: size at which the
     file has the effect already, and how far it may be off there (95 %), both in typical sizes.
     """
@@ -53,7 +53,7 @@ class Candidate(Dialled):
     dials: tuple[float, ...]
     whole: tuple[float, ...] = ()
     elsewhere: Scatter | None = None
-    read_off: bool = False
+    fixed_from_data: bool = False
     stated: tuple[float, float] = ABSENT
 
     @property
@@ -72,9 +72,9 @@ class Candidate(Dialled):
         return (WEAK, *([1.0] * (len(self.dials) - 1)))
 
     @property
-    def nudges(self) -> tuple[float, ...]:
+    def difference_steps(self) -> tuple[float, ...]:
         """In proportion to the size; backwards where a parameter is at the end of its range."""
-        steps = (NUDGE * self.size, *([NUDGE] * (len(self.dials) - 1)))
+        steps = (DIFFERENCE_STEP * self.size, *([DIFFERENCE_STEP] * (len(self.dials) - 1)))
         return tuple(-s if self._ends_within(i, s) else s for i, s in enumerate(steps))
 
     def _ends_within(self, dial: int, step: float) -> bool:
@@ -121,7 +121,7 @@ class Candidate(Dialled):
     def moved(self, step: Floats) -> Self:
         """Return it with its dials turned; a size does not pass through nothing."""
         dials = np.array(self.dials) + step
-        if self.read_off and abs(step[0]) < 0.5 * NUDGE * abs(self.size):
+        if self.fixed_from_data and abs(step[0]) < 0.5 * DIFFERENCE_STEP * abs(self.size):
             dials[0] = self.size
         if dials[0] * self.size <= 0.0:
             dials[0] = 0.2 * self.size
@@ -138,7 +138,7 @@ class Candidate(Dialled):
 
     def resized(self, size: float) -> "Candidate":
         """Return it at another share of its typical size."""
-        if self.read_off:
+        if self.fixed_from_data:
             return self
         return replace(self, dials=(size, *self.dials[1:])).within()
 
@@ -159,7 +159,7 @@ def beside_the_file(candidate: Candidate, system: System) -> Candidate:
     return replace(candidate, stated=(size, abs(as_size(p, value + half) - size)))
 
 
-def read_off(candidate: Candidate, value: float) -> Candidate:
+def fixed_from_data(candidate: Candidate, value: float) -> Candidate:
     """Return the candidate with its size as recordings show it, in its parameter's unit."""
     size = as_size(sizes(candidate.kind)[0], value)
-    return replace(candidate.resized(size), read_off=True)
+    return replace(candidate.resized(size), fixed_from_data=True)

@@ -32,7 +32,7 @@ class Dialled(ABC):
 
     @property
     @abstractmethod
-    def nudges(self) -> tuple[float, ...]:
+    def difference_steps(self) -> tuple[float, ...]:
         """Small steps by which the dials' effect is measured."""
 
     @abstractmethod

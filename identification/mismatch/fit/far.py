@@ -6,8 +6,12 @@ from dataclasses import replace
 import numpy as np
 
 from slipbench.identification.mismatch.fit.fitting import Fit, renoised
-from slipbench.identification.mismatch.fit.following import ROUGHLY, followed, refreshed
-from slipbench.identification.mismatch.fit.settling import at_fixed_noise
+from slipbench.identification.mismatch.fit.following import (
+    ROUGHLY,
+    refit_with_updated_jacobian,
+    relinearized,
+)
+from slipbench.identification.mismatch.fit.optimize import at_fixed_noise
 from slipbench.identification.mismatch.fit.whitening import even, scale_of
 from slipbench.identification.mismatch.simulation.model import Series
 from slipbench.plant.signals import Floats
@@ -21,13 +25,13 @@ BETTER = 0.02
 """Share of the mean square by which a round of plain least squares must lower it."""
 
 
-def from_far(fit: Fit) -> Fit:
+def least_squares_start(fit: Fit) -> Fit:
     """Return the fit by plain least squares, taken up from there with a noise model.
 
     A noise model takes a wrong simulation's errors for noise, and fits then stay where they begin;
     plain errors lead from far.
     """
-    return followed(renoised(_plainly(fit, ROUNDS, _least(fit))), ROUGHLY)
+    return refit_with_updated_jacobian(renoised(_plainly(fit, ROUNDS, _least(fit))), ROUGHLY)
 
 
 def from_its_beginning(start: Fit) -> Fit:
@@ -52,7 +56,7 @@ def _plainly(fit: Fit, rounds: int, least: Sequence[Floats]) -> Fit:
     error = np.inf
     for _ in range(rounds):
         noise = [even(np.maximum(scale_of(r), s)) for r, s in zip(fit.rest, least, strict=True)]
-        fit = at_fixed_noise(refreshed(replace(fit, noise=noise)))
+        fit = at_fixed_noise(relinearized(replace(fit, noise=noise)))
         before, error = error, _mean_square(fit.rest)
         if error > (1.0 - BETTER) * before:
             break

@@ -18,9 +18,9 @@ from slipbench.identification.mismatch.fit.stack import (
     Integers,
     Nuisances,
     clusters,
-    flat,
     log_likelihood,
     residuals,
+    whiten_and_stack,
     whiteners,
 )
 from slipbench.identification.mismatch.fit.whitening import Whitener
@@ -54,12 +54,12 @@ class Fit:
     @once
     def aim(self) -> Floats:
         """Whitened residuals."""
-        return flat(self.model, self.noise, self.rest)
+        return whiten_and_stack(self.model, self.noise, self.rest)
 
     @once
     def whitened(self) -> Floats:
         """Whitened sensitivities at `slopes_at`, (rows, p)."""
-        return flat(self.model, self.noise, self.slopes)
+        return whiten_and_stack(self.model, self.noise, self.slopes)
 
     @property
     def taken_at(self) -> Floats:
@@ -121,7 +121,7 @@ class Fit:
     @once
     def columns(self) -> Floats:
         """Whitened sensitivities to the dials of all effects, (rows, dials)."""
-        return flat(self.model, self.noise, _dial_columns(self))
+        return whiten_and_stack(self.model, self.noise, _dial_columns(self))
 
 
 def renoised(fit: Fit) -> Fit:
@@ -163,7 +163,7 @@ def _dial_columns(fit: Fit) -> Series:
                 column += 1
                 continue
             strength = fit.strengths[column] if fit.strengths else 0.0
-            for there, share in _nudged(fit, candidate, d, strength):
+            for there, share in _difference_step(fit, candidate, d, strength):
                 effects = (*fit.point.effects[:i], there.effect(), *fit.point.effects[i + 1 :])
                 series = change(model, fit.point, effects, base)
                 for into, changed in zip(found, series, strict=True):
@@ -174,7 +174,7 @@ def _dial_columns(fit: Fit) -> Series:
     return found
 
 
-def _nudged(
+def _difference_step(
     fit: Fit, candidate: Dialled, dial: int, strength: float
 ) -> list[tuple[Dialled, float]]:
     """Return the candidate with one dial nudged, and the share of each change in the slope.
@@ -182,8 +182,8 @@ def _nudged(
     An effect is nudged to both sides: a difference to one side is the slope half a nudge away. What is
     read off the recordings, and what is no effect of the library, keeps its own nudge.
     """
-    usual, way = candidate.nudges[dial], np.eye(len(candidate.dials))[dial]
-    fitted = isinstance(candidate, Candidate) and not candidate.read_off
+    usual, way = candidate.difference_steps[dial], np.eye(len(candidate.dials))[dial]
+    fitted = isinstance(candidate, Candidate) and not candidate.fixed_from_data
     nudge = step_of(usual, strength) if fitted or fit.model.system.smooth else usual
     there = candidate.moved(nudge * way)
     if not fitted:

@@ -8,10 +8,18 @@ from dataclasses import replace
 
 import numpy as np
 
-from slipbench.identification.mismatch.fit.calibrate import as_told, far_from_the_file, settled
+from slipbench.identification.mismatch.fit.calibrate import (
+    map_fit,
+    parameters_far_from_prior,
+    start_fit,
+)
 from slipbench.identification.mismatch.fit.fitting import Fit
-from slipbench.identification.mismatch.fit.following import ROUGHLY, followed, refreshed
-from slipbench.identification.mismatch.fit.settling import settle
+from slipbench.identification.mismatch.fit.following import (
+    ROUGHLY,
+    refit_with_updated_jacobian,
+    relinearized,
+)
+from slipbench.identification.mismatch.fit.optimize import optimize
 from slipbench.identification.mismatch.simulation.model import Model, Point, predict
 
 
@@ -20,13 +28,13 @@ def far_numbers_fixed(fit: Fit) -> Fit:
 
     Raises PlantError where it cannot run.
     """
-    far = {known for known, _ in far_from_the_file(fit)}
+    far = {known for known, _ in parameters_far_from_prior(fit)}
     left = [k for k in fit.model.known if k not in far]
     clocks = {k: x for k, x in zip(fit.model.known, fit.point.x, strict=True) if k.of_clock}
     model = fit.model.uncertain_of(left)
     x = np.array([clocks.get(k, 0.0) for k in left])
-    uncalibrated = replace(as_told(model, replace(fit.point, x=x)), candidates=fit.candidates)
-    return followed(settle(uncalibrated), ROUGHLY)
+    uncalibrated = replace(start_fit(model, replace(fit.point, x=x)), candidates=fit.candidates)
+    return refit_with_updated_jacobian(optimize(uncalibrated), ROUGHLY)
 
 
 def freed(fit: Fit, model: Model) -> Fit:
@@ -38,4 +46,4 @@ def freed(fit: Fit, model: Model) -> Fit:
     x = np.array([there.get(k, 0.0) for k in model.known])
     point: Point = replace(fit.point, x=x)
     start = Fit(model, point, predict(model, point), fit.noise, [], fit.candidates)
-    return settled(refreshed(start))
+    return map_fit(relinearized(start))

@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 
 from slipbench.identification.mismatch.fit.fitting import Fit, dials, renoised
+from slipbench.identification.mismatch.fit.optimize import limits_of, optimize, there
 from slipbench.identification.mismatch.fit.resolution import strengths_of
 from slipbench.identification.mismatch.fit.sensitivity import coordinates_of, sensitivities
-from slipbench.identification.mismatch.fit.settling import limits_of, settle, there
 from slipbench.plant.signals import Floats
 
 FARTHEST = 64.0
@@ -17,22 +17,22 @@ ROUGHLY = 10.0  # nats; enough for what is only compared with other tries
 BENDS = 20  # times that sensitivities are taken anew at most
 
 
-def followed(fit: Fit, worth: float = WORTH_AGAIN) -> Fit:
+def refit_with_updated_jacobian(fit: Fit, worth: float = WORTH_AGAIN) -> Fit:
     """Return the fit settled with sensitivities taken anew, again as long as that is worth it.
 
     Numbers known to a few per cent bend nothing; others move by factors, along curved valleys.
     worth: nats that a round must bring for another one.
     """
-    fit = refreshed(fit)
+    fit = relinearized(fit)
     for _ in range(BENDS):
-        new = farther_along(fit, settle(fit))
+        new = farther_along(fit, optimize(fit))
         if new.score - fit.score < worth:
             return max(new, fit, key=lambda f: f.score)
-        fit = refreshed(new)
+        fit = relinearized(new)
     return fit
 
 
-def refreshed(fit: Fit) -> Fit:
+def relinearized(fit: Fit) -> Fit:
     """Return the same with sensitivities at its own point."""
     known = bool(fit.slopes) and fit.model.system.smooth
     strengths = strengths_of(fit.nuisances.columns) if known else ()

@@ -9,10 +9,10 @@ import numpy as np
 
 from slipbench.identification.mismatch.fit.fitting import Fit, renoised
 from slipbench.identification.mismatch.fit.floor import floors
-from slipbench.identification.mismatch.fit.following import followed
+from slipbench.identification.mismatch.fit.following import refit_with_updated_jacobian
+from slipbench.identification.mismatch.fit.optimize import at_fixed_noise, optimize
 from slipbench.identification.mismatch.fit.sensitivity import change, sensitivities
-from slipbench.identification.mismatch.fit.settling import at_fixed_noise, settle
-from slipbench.identification.mismatch.fit.stack import flat
+from slipbench.identification.mismatch.fit.stack import whiten_and_stack
 from slipbench.identification.mismatch.fit.turned import scanned
 from slipbench.identification.mismatch.simulation.model import Model, Point, predict
 from slipbench.identification.mismatch.simulation.system import System
@@ -52,13 +52,13 @@ class Error:
 
 
 @lru_cache(maxsize=4)
-def carried_over(fit: Fit, model: Model) -> Fit:
+def refit_on(fit: Fit, model: Model) -> Fit:
     """Let a fitted system meet other recordings; everything uncertain may move again."""
     begun = replace(model.origin(), x=fit.point.x, effects=fit.point.effects)
     system = fit.model.at(fit.point)
     if system.turns_unseen():
         begun = replace(begun, q=_begun(system, model, fit).point.q)
-    there = followed(settle(_there(fit, begun, model)))
+    there = refit_with_updated_jacobian(optimize(_there(fit, begun, model)))
     return replace(there, candidates=fit.candidates)
 
 
@@ -114,9 +114,9 @@ def contradicted(before: Fit, after: Fit, model: Model) -> Veto | None:
     """
     known = {e.key for e in before.point.effects}
     name = " + ".join(e.key for e in after.point.effects if e.key not in known)
-    bare = carried_over(before, model)
+    bare = refit_on(before, model)
     try:
-        there = carried_over(after, model)
+        there = refit_on(after, model)
     except PlantError as fault:
         return Veto(name, -math.inf, CONFIRMED, f"they cannot be simulated with it: {fault}")
     least = _asked(bare, there)
@@ -139,7 +139,7 @@ def _asked(bare: Fit, there: Fit) -> float:
         trace = change(model, without, there.point.effects, predict(model, without))
     except PlantError:
         return CONFIRMED
-    course = there.nuisances.off(flat(model, there.noise, trace))
+    course = there.nuisances.off(whiten_and_stack(model, there.noise, trace))
     worth = 0.5 * float(course @ course)
     chance = 2.0 * math.sqrt(2.0 * worth)  # 2 sigma of what a right effect of that worth gains
     return min(CONFIRMED, worth - chance)
@@ -148,14 +148,14 @@ def _asked(bare: Fit, there: Fit) -> float:
 def _added(bare: Fit, effects: tuple[Effect, ...]) -> Fit:
     """Let effects act where a fit stands without them: the other way may have ended farther off."""
     point = replace(bare.point, effects=effects)
-    return settle(replace(bare, point=point, predicted=predict(bare.model, point), candidates=()))
+    return optimize(replace(bare, point=point, predicted=predict(bare.model, point), candidates=()))
 
 
-def driven(model: Model, system: System, noise_of: Fit) -> Fit:
+def simulated_only(model: Model, system: System, noise_of: Fit) -> Fit:
     """Let one system, unchanged, meet recordings; the slow unknown and clocks are estimated."""
     if system.turns_unseen():
         begun = _begun(system, model, noise_of)
-        return followed(_there(noise_of, begun.point, begun.model))
+        return refit_with_updated_jacobian(_there(noise_of, begun.point, begun.model))
     fixed = _unchanged(system, model)
     return renoised(at_fixed_noise(_there(noise_of, fixed.origin(), fixed)))
 
@@ -165,8 +165,8 @@ def predicted_gain(model: Model, base: Fit, fit: Fit, improved: Model) -> float:
 
     improved: the held-out model in which what was found acts.
     """
-    before = driven(model, base.model.at(base.point), fit)
-    return driven(improved, fit.model.at(fit.point), fit).score - before.score
+    before = simulated_only(model, base.model.at(base.point), fit)
+    return simulated_only(improved, fit.model.at(fit.point), fit).score - before.score
 
 
 def mispredicted(model: Model, base: Fit, fit: Fit, most: float) -> Veto | None:
@@ -192,9 +192,9 @@ def proof(model: Model, base: Fit, fit: Fit, improved: Model | None = None) -> l
     improved: the held-out model in which what was found acts, where that is more than its system.
     """
     return [
-        driven(model, model.system, fit),
-        driven(model, base.model.at(base.point), fit),
-        driven(improved or model, fit.model.at(fit.point), fit),
+        simulated_only(model, model.system, fit),
+        simulated_only(model, base.model.at(base.point), fit),
+        simulated_only(improved or model, fit.model.at(fit.point), fit),
     ]
 
 

@@ -23,7 +23,7 @@ from slipbench.plant.effects.effect import Effect
 from slipbench.plant.errors import PlantError
 from slipbench.plant.signals import Floats
 
-NUDGE = 0.02  # of a coordinate's prior deviation
+DIFFERENCE_STEP = 0.02  # of a coordinate's prior deviation
 SLOW_NUDGE = 0.2
 
 
@@ -75,9 +75,14 @@ def _compare(model: Model, point: Point, found: Series, strengths: Sequence[floa
     drives = frozenset(model.chain.drives)
     base = predict(model, point)
     total, own = coordinates_of(point).size, len(point.x)
-    usual = [NUDGE] * own + [SLOW_NUDGE] * (total - own)
-    nudges = [step_of(*pair) for pair in zip(usual, strengths or [0.0] * total, strict=True)]
-    jobs = [*_own(model, point, drives, nudges), *_slow(model, point, drives, nudges)]
+    usual = [DIFFERENCE_STEP] * own + [SLOW_NUDGE] * (total - own)
+    difference_steps = [
+        step_of(*pair) for pair in zip(usual, strengths or [0.0] * total, strict=True)
+    ]
+    jobs = [
+        *_own(model, point, drives, difference_steps),
+        *_slow(model, point, drives, difference_steps),
+    ]
     for job, (there, nudge) in zip(jobs, in_threads(lambda job: job.run(model), jobs), strict=True):
         put(model, found, job.column, there, base, nudge)
 
@@ -110,19 +115,19 @@ class _Nudged:
 
 
 def _own(
-    model: Model, point: Point, drives: frozenset[str], nudges: Sequence[float]
+    model: Model, point: Point, drives: frozenset[str], difference_steps: Sequence[float]
 ) -> Iterator[_Nudged]:
     """Yield a point beside another for every number of the system."""
     for i in range(len(point.x)):
         touched = drives.intersection(model.system.touched(model.chain, model.known[i]))
         if touched:
-            step = nudges[i] * (np.arange(len(point.x)) == i)
+            step = difference_steps[i] * (np.arange(len(point.x)) == i)
             forward, backward = (replace(point, x=point.x + s) for s in (step, -step))
-            yield _Nudged(i, forward, nudges[i], touched, backward=backward)
+            yield _Nudged(i, forward, difference_steps[i], touched, backward=backward)
 
 
 def _slow(
-    model: Model, point: Point, drives: frozenset[str], nudges: Sequence[float]
+    model: Model, point: Point, drives: frozenset[str], difference_steps: Sequence[float]
 ) -> Iterator[_Nudged]:
     """Yield a point beside another for every number of the slow unknown."""
     column = len(point.x)
@@ -130,9 +135,9 @@ def _slow(
     for r, q in enumerate(point.q if slow else ()):
         for k in range(len(q)):
             moved = q.copy()
-            moved[k] += nudges[column]
+            moved[k] += difference_steps[column]
             there = replace(point, q=(*point.q[:r], moved, *point.q[r + 1 :]))
-            yield _Nudged(column, there, nudges[column], slow, (r,))
+            yield _Nudged(column, there, difference_steps[column], slow, (r,))
             column += 1
 
 

@@ -32,7 +32,7 @@ def whiteners(model: Model, rest: Series) -> list[Whitener]:
     ]
 
 
-def flat(model: Model, noise: Sequence[Whitener], series: Series) -> Floats:
+def whiten_and_stack(model: Model, noise: Sequence[Whitener], series: Series) -> Floats:
     """Whiten everything and lay it end to end: (rows,), or (rows, p) for sensitivities (T, m, p).
 
     Empty arrays stand for zeros: blocks and records that a change does not touch.
@@ -72,7 +72,7 @@ def log_likelihood(model: Model, rest: Series, noise: Sequence[Whitener]) -> flo
         for white, ones in zip(noise, rest, strict=True)
         for one in ones
     )
-    return -0.5 * (float(np.sum(flat(model, noise, rest) ** 2)) + spread)
+    return -0.5 * (float(np.sum(whiten_and_stack(model, noise, rest) ** 2)) + spread)
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,9 +14,9 @@ import numpy as np
 import numpy.typing as npt
 
 from slipbench.identification.mismatch.fit.fitting import Fit, whitened_as
-from slipbench.identification.mismatch.fit.following import followed
-from slipbench.identification.mismatch.fit.judge import Judge
-from slipbench.identification.mismatch.fit.settling import settle
+from slipbench.identification.mismatch.fit.following import refit_with_updated_jacobian
+from slipbench.identification.mismatch.fit.linearization import Linearization
+from slipbench.identification.mismatch.fit.optimize import optimize
 from slipbench.identification.mismatch.fit.stack import recordings
 from slipbench.identification.mismatch.simulation.model import Point, predict
 from slipbench.identification.mismatch.simulation.turn import Turn
@@ -63,8 +63,8 @@ class Lines:
 def lines(fit: Fit) -> Lines:
     """Return what recordings show of every order of what turns unseen."""
     turns = fit.model.system.unseen_turns()
-    judge = Judge.of(_silent(fit)) if turns else None
-    read = [_read(judge, turn) for turn in turns if judge]
+    linear = Linearization.of(_silent(fit)) if turns else None
+    read = [_read(linear, turn) for turn in turns if linear]
     shape = (len(turns), len(fit.model.records))
     amplitude = np.array([[a for a, _ in one] for one in read], np.complex128).reshape(shape).T
     weight = np.array([[w for _, w in one] for one in read], np.float64).reshape(shape).T
@@ -85,7 +85,9 @@ def begun_at(fit: Fit, shown: Lines, like: Lines | None = None) -> tuple[Fit, Li
     there = replace(fit, model=replace(fit.model, records=records))
     whitened_as(fit, there)
     if _turning(fit):
-        there = followed(settle(replace(there, predicted=predict(there.model, there.point))))
+        there = refit_with_updated_jacobian(
+            optimize(replace(there, predicted=predict(there.model, there.point)))
+        )
     return there, shown.begun(angles)
 
 
@@ -149,14 +151,14 @@ def _angles(shown: Lines, like: Lines | None) -> Floats:
     return np.asarray(angles)
 
 
-def _read(judge: Judge, turn: Turn) -> list[tuple[complex, float]]:
+def _read(linear: Linearization, turn: Turn) -> list[tuple[complex, float]]:
     """Return of each recording the amplitude of a line, and its weight."""
-    both = judge.signatures((turn.sine, turn.cosine))
-    recording = recordings(judge.fit.model)
+    both = linear.signatures((turn.sine, turn.cosine))
+    recording = recordings(linear.fit.model)
     found = []
-    for number in range(len(judge.fit.model.records)):
+    for number in range(len(linear.fit.model.records)):
         own = np.where((recording == number)[:, None], both, 0.0)
-        off, push = judge.nuisances.off(own), own.T @ judge.left[: len(own)]
+        off, push = linear.nuisances.off(own), own.T @ linear.left[: len(own)]
         normal = off.T @ off
         share = np.linalg.solve(normal + ROUNDING * (1.0 + np.trace(normal)) * np.eye(2), push)
         nats, square = 0.5 * float(push @ share), float(share @ share)

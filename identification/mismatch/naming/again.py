@@ -10,7 +10,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from slipbench.identification.mismatch.fit.candidate import Candidate
-from slipbench.identification.mismatch.fit.judge import Changes, Judge
+from slipbench.identification.mismatch.fit.linearization import Changes, Linearization
 from slipbench.identification.mismatch.naming.signatures import (
     BATCH,
     batches,
@@ -35,24 +35,24 @@ of two drives whose time constant is wrong of one in two at most."""
 Try = tuple[Candidate, Changes]
 
 
-def promising_again(judge: Judge, traces: Traces, most: int = AGAIN) -> set[str] | None:
+def promising_again(linear: Linearization, traces: Traces, most: int = AGAIN) -> set[str] | None:
     """Return names by what their changes, as they were in another fit, explain here.
 
     None where those changes no longer hold.
     """
-    best = _best_of_each(judge, traces)
-    if not _hold(judge, best):
+    best = _best_of_each(linear, traces)
+    if not _hold(linear, best):
         return None
-    then = directions(judge, judge.whitened([change for _, change in best[:BATCH]]))
+    then = directions(linear, linear.whitened([change for _, change in best[:BATCH]]))
     return {best[i][0].name for i in {*range(min(most, len(best))), *different(then, APART)}}
 
 
-def _best_of_each(judge: Judge, traces: Traces) -> list[Try]:
+def _best_of_each(linear: Linearization, traces: Traces) -> list[Try]:
     """Return the try of each effect that explains most here, greatest first."""
-    there = {c.name for c in judge.fit.effects}
+    there = {c.name for c in linear.fit.effects}
     gains: dict[str, tuple[float, Try]] = {}
-    for some in batches(judge, [t for t in traces.tries() if t[0].name not in there]):
-        found = pushed(judge, judge.whitened([change for _, change in some])).gain
+    for some in batches(linear, [t for t in traces.tries() if t[0].name not in there]):
+        found = pushed(linear, linear.whitened([change for _, change in some])).gain
         for one, gain in zip(some, found, strict=True):
             name = one[0].name
             if name not in gains or gain > gains[name][0]:
@@ -60,11 +60,11 @@ def _best_of_each(judge: Judge, traces: Traces) -> list[Try]:
     return [one for _, one in sorted(gains.values(), key=lambda t: -t[0])]
 
 
-def _hold(judge: Judge, tries: Sequence[Try]) -> bool:
+def _hold(linear: Linearization, tries: Sequence[Try]) -> bool:
     """Tell whether most of these change now what they changed then, by a sample of them."""
     some = [tries[i] for i in sorted({len(tries) * k // SAMPLE for k in range(SAMPLE)}) if tries]
     if not some:
         return True
-    then = directions(judge, judge.whitened([change for _, change in some]))
-    now = directions(judge, judge.signatures([candidate for candidate, _ in some]))
+    then = directions(linear, linear.whitened([change for _, change in some]))
+    now = directions(linear, linear.signatures([candidate for candidate, _ in some]))
     return float(np.mean(np.einsum("ij,ij->j", then, now) > HOLDS)) >= MOST_HOLD

@@ -13,10 +13,10 @@ from functools import lru_cache
 
 from slipbench.identification.mismatch.fit.candidate import Candidate
 from slipbench.identification.mismatch.fit.fitting import Fit
-from slipbench.identification.mismatch.fit.held_out import CONFIRMED, carried_over
+from slipbench.identification.mismatch.fit.held_out import CONFIRMED, refit_on
 from slipbench.identification.mismatch.fit.scatter import Scatter, amplitude_p
 from slipbench.identification.mismatch.fit.sensitivity import change, coordinates_of
-from slipbench.identification.mismatch.fit.stack import flat
+from slipbench.identification.mismatch.fit.stack import whiten_and_stack
 from slipbench.identification.mismatch.naming.interval import significance
 from slipbench.identification.mismatch.simulation.model import Model
 from slipbench.plant.errors import PlantError
@@ -69,13 +69,13 @@ def foretold(fit: Fit, number: int, held_out: Model) -> float:
     assert isinstance(found, Candidate)
     if found.kind.unseen_turn:
         return 1.0
-    bare = carried_over(_without(fit, number), held_out)
+    bare = refit_on(_without(fit, number), held_out)
     with_it = (*bare.point.effects, fit.point.effects[number])
     try:
         trace = change(bare.model, bare.point, with_it, bare.predicted)
     except PlantError:
         return 1.0
-    course = bare.nuisances.off(flat(bare.model, bare.noise, trace))
+    course = bare.nuisances.off(whiten_and_stack(bare.model, bare.noise, trace))
     if 0.5 * float(course @ course) < CONFIRMED:
         return 1.0
     left = bare.nuisances.left(bare.aim, coordinates_of(bare.point))

@@ -5,18 +5,18 @@ from collections.abc import Callable, Iterable, Sequence
 from functools import lru_cache
 
 from slipbench.identification.mismatch.fit.calibrate import (
-    as_believed,
-    astray,
+    at_prior_mean,
+    far_from_prior,
     hidden_by_noise,
+    map_fit,
     refined,
-    settled,
 )
 from slipbench.identification.mismatch.fit.candidate import Candidate
 from slipbench.identification.mismatch.fit.fitting import Fit, with_effects
-from slipbench.identification.mismatch.fit.settling import settle
+from slipbench.identification.mismatch.fit.optimize import optimize
 from slipbench.identification.mismatch.fit.sizing import limits, tried_sizes
 from slipbench.identification.mismatch.naming.in_place import in_place
-from slipbench.identification.mismatch.naming.score import Score, Survey
+from slipbench.identification.mismatch.naming.score import Score, Screening
 from slipbench.identification.mismatch.simulation.threads import in_threads
 from slipbench.plant.effects.effect import Effect
 from slipbench.plant.errors import PlantError
@@ -105,14 +105,14 @@ def _of_different_traces(scores: Sequence[Score]) -> list[float]:
 
 
 def fits_from_the_file(
-    fit: Fit, library: Sequence[type[Effect]], say: Say, before: Survey | None = None
+    fit: Fit, library: Sequence[type[Effect]], say: Say, before: Screening | None = None
 ) -> list[Fit]:
     """Full fits of promising effects in the place of numbers that calibration moved far, best first.
 
     The other numbers make up for a part of an effect: of a backlash worth 210 nats a score was 2.3.
-    before: a survey of another fit of the same recordings.
+    before: a screening of another fit of the same recordings.
     """
-    if not astray(fit):
+    if not far_from_prior(fit):
         return []
     say(f"Screening {len(library)} effects beside the numbers of the file")
     begun = in_place(fit, tuple(library), before)
@@ -147,17 +147,17 @@ def _better(one: Fit | None, other: Fit | None) -> Fit | None:
 
 def roughly(fit: Fit, *new: Candidate) -> Fit | None:
     """Return the fit with more effects, settled with its sensitivities; None where they cannot run."""
-    return _unless_it_cannot_run(lambda: settle(with_effects(fit, (*fit.candidates, *new))))
+    return _unless_it_cannot_run(lambda: optimize(with_effects(fit, (*fit.candidates, *new))))
 
 
 def fitted(fit: Fit, *new: Candidate) -> Fit | None:
     """Return the fit with more effects; None where they cannot run."""
-    return _unless_it_cannot_run(lambda: settled(with_effects(fit, (*fit.candidates, *new))))
+    return _unless_it_cannot_run(lambda: map_fit(with_effects(fit, (*fit.candidates, *new))))
 
 
 def beside_the_file(fit: Fit) -> Fit | None:
     """Return the fit of the same effects from the numbers of the file; None where they cannot run."""
-    return _unless_it_cannot_run(lambda: settled(as_believed(fit)))
+    return _unless_it_cannot_run(lambda: map_fit(at_prior_mean(fit)))
 
 
 def moved(base: Fit, fit: Fit, i: int, there: Candidate) -> Fit | None:
@@ -167,7 +167,7 @@ def moved(base: Fit, fit: Fit, i: int, there: Candidate) -> Fit | None:
     base: the fit without effects.
     """
     rest = (*fit.candidates[:i], *fit.candidates[i + 1 :])
-    rough = _unless_it_cannot_run(lambda: settle(with_effects(fit, (*rest, there))))
+    rough = _unless_it_cannot_run(lambda: optimize(with_effects(fit, (*rest, there))))
     if rough is None or rough.score < base.score + NEAR * (fit.score - base.score):
         return None
     new = _refined(rough)
@@ -178,7 +178,7 @@ def moved(base: Fit, fit: Fit, i: int, there: Candidate) -> Fit | None:
 def fitted_without(fit: Fit, i: int) -> Fit | None:
     """Return the fit without one of its effects; None where the others cannot run alone."""
     rest = (*fit.candidates[:i], *fit.candidates[i + 1 :])
-    return _unless_it_cannot_run(lambda: settled(with_effects(fit, rest)))
+    return _unless_it_cannot_run(lambda: map_fit(with_effects(fit, rest)))
 
 
 def _unless_it_cannot_run(way: Callable[[], Fit]) -> Fit | None:

@@ -10,10 +10,10 @@ from functools import lru_cache
 
 from slipbench.identification.mismatch.fit.fitting import Fit, with_effects
 from slipbench.identification.mismatch.fit.fixed import far_numbers_fixed, freed
-from slipbench.identification.mismatch.fit.following import refreshed
-from slipbench.identification.mismatch.fit.judge import Judge
-from slipbench.identification.mismatch.fit.settling import settle
-from slipbench.identification.mismatch.naming.score import Score, Survey, survey
+from slipbench.identification.mismatch.fit.following import relinearized
+from slipbench.identification.mismatch.fit.linearization import Linearization
+from slipbench.identification.mismatch.fit.optimize import optimize
+from slipbench.identification.mismatch.naming.score import Score, Screening, screen
 from slipbench.plant.effects.effect import Effect
 from slipbench.plant.errors import PlantError
 
@@ -51,24 +51,24 @@ class InPlace:
     def _fitted(self, score: Score) -> Fit | None:
         """Fit beside the fixed numbers only until it is known to take their place."""
         effects = (*self.fixed.candidates, score.as_large_as_scored())
-        beside = settle(with_effects(self.fixed, effects))
+        beside = optimize(with_effects(self.fixed, effects))
         for _ in range(2):
             if beside.score > self.fixed.score + self.least:
                 return freed(beside, self.fit.model)
-            beside = settle(refreshed(beside))
+            beside = optimize(relinearized(beside))
         return None
 
 
 @lru_cache(maxsize=1)
 def in_place(
-    fit: Fit, library: tuple[type[Effect], ...], before: Survey | None = None
+    fit: Fit, library: tuple[type[Effect], ...], before: Screening | None = None
 ) -> InPlace | None:
     """Screen a library with the far numbers of a fit fixed; None where that cannot run.
 
-    before: a survey of another fit of the same recordings.
+    before: a screening of another fit of the same recordings.
     """
     try:
         fixed = far_numbers_fixed(fit)
     except PlantError:
         return None
-    return InPlace(fit, fixed, survey(Judge.of(fixed), library, before).scores)
+    return InPlace(fit, fixed, screen(Linearization.of(fixed), library, before).scores)

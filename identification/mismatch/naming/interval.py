@@ -13,7 +13,7 @@ from slipbench.identification.mismatch.fit.fitting import Fit
 from slipbench.identification.mismatch.fit.scatter import amplitude_p, stretches
 from slipbench.identification.mismatch.fit.sensitivity import change, coordinates_of
 from slipbench.identification.mismatch.fit.sizing import SHAPE, by_factors, limits, shapes, sizes
-from slipbench.identification.mismatch.fit.stack import Integers, flat, recordings
+from slipbench.identification.mismatch.fit.stack import Integers, recordings, whiten_and_stack
 from slipbench.identification.mismatch.simulation.model import predict
 from slipbench.plant.parameters import Parameter
 from slipbench.plant.signals import Floats
@@ -158,7 +158,7 @@ def _of_what_it_does(fit: Fit, number: int) -> float:
     del others[number]
     bare = replace(fit.point, effects=tuple(others))
     trace = change(fit.model, bare, (*others, it), predict(fit.model, bare))
-    course = fit.nuisances.off(flat(fit.model, fit.noise, trace))
+    course = fit.nuisances.off(whiten_and_stack(fit.model, fit.noise, trace))
     left = fit.nuisances.left(fit.aim, coordinates_of(fit.point)) + course
     return amplitude_p(course, left, fit.nuisances.grouped(fit.groups), fit.scatter)
 
@@ -184,7 +184,7 @@ def estimates(fit: Fit, number: int) -> list[Estimate]:
 def _ideal(candidate: Candidate, dial: int, p: Parameter) -> float:
     """How far a dial goes within what formulas leave; nothing where it is a place or an angle."""
     if dial == 0:
-        return 0.0 if candidate.read_off else IDEAL * abs(candidate.size)
+        return 0.0 if candidate.fixed_from_data else IDEAL * abs(candidate.size)
     return IDEAL / SHAPE if by_factors(p, getattr(candidate.pattern, p.name)) else 0.0
 
 

@@ -10,17 +10,21 @@ from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 
-from slipbench.identification.mismatch.fit.calibrate import as_told, astray, hidden_by_noise
+from slipbench.identification.mismatch.fit.calibrate import (
+    far_from_prior,
+    hidden_by_noise,
+    start_fit,
+)
 from slipbench.identification.mismatch.fit.candidate import Candidate
-from slipbench.identification.mismatch.fit.far import from_far
+from slipbench.identification.mismatch.fit.far import least_squares_start
 from slipbench.identification.mismatch.fit.fitting import Fit, with_effects
-from slipbench.identification.mismatch.fit.judge import Judge
-from slipbench.identification.mismatch.fit.settling import settle
+from slipbench.identification.mismatch.fit.linearization import Linearization
+from slipbench.identification.mismatch.fit.optimize import optimize
 from slipbench.identification.mismatch.naming.acceptance import ENOUGH
 from slipbench.identification.mismatch.naming.fits import near_ones_refined
 from slipbench.identification.mismatch.naming.in_place import in_place
 from slipbench.identification.mismatch.naming.named import Named
-from slipbench.identification.mismatch.naming.score import Score, as_known, survey
+from slipbench.identification.mismatch.naming.score import Score, as_known, screen
 from slipbench.identification.mismatch.naming.signatures import different, directions
 from slipbench.identification.mismatch.naming.tried import candidates, place_on_the_road
 from slipbench.identification.mismatch.simulation.model import Model
@@ -61,7 +65,7 @@ def halves(named: Named, library: Sequence[type[Effect]], least: float, say: Say
     most = max((s.gain for s in begun.scores), default=0.0)
     hint = max(begun.needed / PROMISED, SHARE * most)
     hopeful = [s for s in begun.scores if s.gain > hint]
-    apart = _apart(Judge.of(begun.there), hopeful, APART)
+    apart = _apart(Linearization.of(begun.there), hopeful, APART)
     first = _in_order(hopeful, [*_one_of_each_kind(hopeful), *apart])
     for score in first:
         say(f"Look-ahead from {score.candidate.name.replace('_', ' ')}")
@@ -84,19 +88,21 @@ def _beginning(fit: Fit, named: Named, library: Sequence[type[Effect]]) -> _Begi
     if hidden_by_noise(fit):
         starts = [fit]
         with suppress(PlantError):
-            starts = [as_told(fit.model, fit.model.origin()), fit]
+            starts = [start_fit(fit.model, fit.model.origin()), fit]
         return _Beginning(
             starts[0],
-            survey(Judge.of(starts[0]), library, named.first).scores,
+            screen(Linearization.of(starts[0]), library, named.first).scores,
             ENOUGH,
-            lambda s: _best(*(partial(_fitted, from_far, start, s.candidate) for start in starts)),
+            lambda s: _best(
+                *(partial(_fitted, least_squares_start, start, s.candidate) for start in starts)
+            ),
         )
-    begun = in_place(fit, tuple(library), named.first) if astray(fit) else None
+    begun = in_place(fit, tuple(library), named.first) if far_from_prior(fit) else None
     if begun is not None:
         needed = max(ENOUGH, begun.least)
         return _Beginning(begun.fixed, begun.scores, needed, begun.fitted)
     return _Beginning(
-        fit, named.scores, ENOUGH, lambda s: _best(partial(_fitted, settle, fit, s.candidate))
+        fit, named.scores, ENOUGH, lambda s: _best(partial(_fitted, optimize, fit, s.candidate))
     )
 
 
@@ -104,7 +110,7 @@ def pairs(
     named: Named, begun: Sequence[Fit], library: Sequence[type[Effect]], enough: float
 ) -> list[Fit]:
     """Fit what promises most beside each single effect. enough: score that a pair must reach."""
-    ways = (settle, from_far) if hidden_by_noise(named.base) else (settle,)
+    ways = (optimize, least_squares_start) if hidden_by_noise(named.base) else (optimize,)
     several = in_threads(lambda single: list(_pairs(named, single, library, enough, ways)), begun)
     done = near_ones_refined(named.base, [pair for found in several for pair in found])
     return [pair for pair in done if pair.score > enough]
@@ -138,9 +144,9 @@ def _pairs(
     ways: Sequence[Callable[[Fit], Fit]],
 ) -> Iterator[Fit]:
     """Yield the pairs that a single begins, those that promise enough."""
-    judge = Judge.of(single)
-    found = survey(judge, library, named.first, SECONDS)
-    for score in _seconds(judge, found.scores):
+    linear = Linearization.of(single)
+    found = screen(linear, library, named.first, SECONDS)
+    for score in _seconds(linear, found.scores):
         if single.score + PROMISED * score.gain > enough:
             for second in (score.candidate, *_other_variants(score, library, single.model)):
                 pair = (*single.effects, second)
@@ -149,19 +155,19 @@ def _pairs(
                     yield done
 
 
-def _seconds(judge: Judge, scores: Sequence[Score]) -> list[Score]:
+def _seconds(linear: Linearization, scores: Sequence[Score]) -> list[Score]:
     """Return the first scores, and the first of different directions.
 
     Many effects of one direction are one thing to these recordings. Which of them fits best is not
     told by their scores.
     """
-    return _in_order(scores, [*scores[:SECONDS], *_apart(judge, scores, SECONDS)])
+    return _in_order(scores, [*scores[:SECONDS], *_apart(linear, scores, SECONDS)])
 
 
-def _apart(judge: Judge, scores: Sequence[Score], most: int) -> list[Score]:
+def _apart(linear: Linearization, scores: Sequence[Score], most: int) -> list[Score]:
     """Return the first scores that push in different directions."""
     first = scores[:POOL]
-    found = directions(judge, judge.signatures([s.candidate for s in first]))
+    found = directions(linear, linear.signatures([s.candidate for s in first]))
     return [first[i] for i in different(found, most)]
 
 

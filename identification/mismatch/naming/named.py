@@ -4,7 +4,7 @@ from dataclasses import dataclass, field, replace
 
 from slipbench.identification.mismatch.fit.fitting import Fit
 from slipbench.identification.mismatch.fit.held_out import Veto
-from slipbench.identification.mismatch.naming.score import Score, Survey
+from slipbench.identification.mismatch.naming.score import Score, Screening
 
 ALIKE = 10.0  # nats within which two names are one class
 
@@ -22,7 +22,7 @@ class Named:
 
     base: Fit
     fit: Fit
-    first: Survey
+    first: Screening
     screenings: int = 1
     p: float = 1.0
     rivals: dict[str, dict[str, float]] = field(default_factory=dict)

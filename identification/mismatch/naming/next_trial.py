@@ -8,7 +8,7 @@ import numpy as np
 
 from slipbench.identification.mismatch.fit.candidate import Candidate
 from slipbench.identification.mismatch.fit.fitting import Fit
-from slipbench.identification.mismatch.fit.judge import Judge
+from slipbench.identification.mismatch.fit.linearization import Linearization
 from slipbench.identification.mismatch.fit.sensitivity import none, sensitivities
 from slipbench.identification.mismatch.naming.score import SHOWN
 from slipbench.identification.mismatch.naming.tried import candidates
@@ -48,22 +48,22 @@ def _loudness(
     fit: Fit, choice: Any, asked: Sequence[Sequence[type[Effect]]]
 ) -> list[tuple[float, Any, Sequence[type[Effect]]]]:
     """Nats by which a trial shows or separates effects, were the system known exactly."""
-    judge = _rehearsed(fit, choice, exact=True)
-    return [] if judge is None else [(_told(judge, fit, kinds), choice, kinds) for kinds in asked]
+    linear = _rehearsed(fit, choice, exact=True)
+    return [] if linear is None else [(_told(linear, fit, kinds), choice, kinds) for kinds in asked]
 
 
 def _worth(fit: Fit, choice: Any, kinds: Sequence[type[Effect]]) -> float:
     """Nats by which a trial shows one effect or separates two."""
-    judge = _rehearsed(fit, choice, exact=False)
-    return 0.0 if judge is None else _told(judge, fit, kinds)
+    linear = _rehearsed(fit, choice, exact=False)
+    return 0.0 if linear is None else _told(linear, fit, kinds)
 
 
-def _told(judge: Judge, fit: Fit, kinds: Sequence[type[Effect]]) -> float:
-    signatures = [_signature(judge, fit, kind) for kind in kinds]
-    return _apart(judge, *signatures) if len(signatures) > 1 else _energy(judge, signatures[0])
+def _told(linear: Linearization, fit: Fit, kinds: Sequence[type[Effect]]) -> float:
+    signatures = [_signature(linear, fit, kind) for kind in kinds]
+    return _apart(linear, *signatures) if len(signatures) > 1 else _energy(linear, signatures[0])
 
 
-def _rehearsed(fit: Fit, choice: Any, exact: bool) -> Judge | None:
+def _rehearsed(fit: Fit, choice: Any, exact: bool) -> Linearization | None:
     """Return what a trial would tell; exact: of a system of which nothing is uncertain."""
     try:
         record = fit.model.at(fit.point).rehearse(fit.model.records[0], choice)
@@ -72,26 +72,26 @@ def _rehearsed(fit: Fit, choice: Any, exact: bool) -> Judge | None:
     model = replace(fit.model, records=(record,), injected=()).coarse
     point = replace(model.origin(), x=fit.point.x, effects=fit.point.effects)
     slopes = none(model, point) if exact else sensitivities(model, point)
-    return Judge.of(Fit(model, point, predict(model, point), fit.noise, slopes))
+    return Linearization.of(Fit(model, point, predict(model, point), fit.noise, slopes))
 
 
-def _signature(judge: Judge, fit: Fit, kind: type[Effect]) -> Floats:
+def _signature(linear: Linearization, fit: Fit, kind: type[Effect]) -> Floats:
     """Signature of an effect at its fitted size, else at its typical one."""
     fitted = next((c for c in fit.effects if c.kind is kind), None)
-    return judge.signature(fitted or _typical(kind))
+    return linear.signature(fitted or _typical(kind))
 
 
 def _typical(kind: type[Effect]) -> Candidate:
     return next(candidates(kind))
 
 
-def _energy(judge: Judge, signature: Floats) -> float:
-    off = judge.nuisances.off(signature)
+def _energy(linear: Linearization, signature: Floats) -> float:
+    off = linear.nuisances.off(signature)
     return 0.5 * float(off @ off)
 
 
-def _apart(judge: Judge, a: Floats, b: Floats) -> float:
-    off = judge.nuisances.off(b)
+def _apart(linear: Linearization, a: Floats, b: Floats) -> float:
+    off = linear.nuisances.off(b)
     energy = float(off @ off)
     share = float(off[: len(a)] @ a) / energy if energy > 0.0 else 0.0
-    return _energy(judge, np.asarray(a - share * b))
+    return _energy(linear, np.asarray(a - share * b))

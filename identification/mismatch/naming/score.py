@@ -7,8 +7,12 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from slipbench.identification.mismatch.curves.tooth_curve import discs
-from slipbench.identification.mismatch.fit.candidate import Candidate, beside_the_file, read_off
-from slipbench.identification.mismatch.fit.judge import Judge
+from slipbench.identification.mismatch.fit.candidate import (
+    Candidate,
+    beside_the_file,
+    fixed_from_data,
+)
+from slipbench.identification.mismatch.fit.linearization import Linearization
 from slipbench.identification.mismatch.fit.scatter import amplitude_p
 from slipbench.identification.mismatch.fit.sizing import limits
 from slipbench.identification.mismatch.fit.stack import LARGEST, recordings
@@ -79,20 +83,20 @@ Columns = dict[Candidate, Floats]
 
 
 def scores(
-    judge: Judge,
+    linear: Linearization,
     tried: Sequence[Candidate],
     kept: Columns | None = None,
     traces: Traces | None = None,
 ) -> list[Score]:
-    """Judge candidates at their sizes.
+    """Score candidates at their sizes.
 
     kept: takes the signatures of those along the road; traces: take what the best ones change.
     """
     found: list[Score] = []
-    for some in batches(judge, tried):
-        changes = judge.changes(some)
-        columns = judge.whitened(changes)
-        judged = _judged(judge, some, columns)
+    for some in batches(linear, tried):
+        changes = linear.changes(some)
+        columns = linear.whitened(changes)
+        judged = _judged(linear, some, columns)
         found += judged
         for score, column, changed in zip(judged, columns.T, changes, strict=True):
             if kept is not None and place_on_the_road(score.candidate.pattern) is not None:
@@ -102,15 +106,15 @@ def scores(
     return found
 
 
-def _judged(judge: Judge, tried: Sequence[Candidate], columns: Floats) -> list[Score]:
-    """Judge candidates by their signatures, (rows, candidates), which are taken off all at once."""
-    found = pushed(judge, columns)
+def _judged(linear: Linearization, tried: Sequence[Candidate], columns: Floats) -> list[Score]:
+    """Score candidates by their signatures, (rows, candidates), which are taken off all at once."""
+    found = pushed(linear, columns)
     p = np.ones(len(tried))
     hints = np.flatnonzero(found.seen & (found.gain > HINT))
-    off = judge.nuisances.less(columns[:, hints], found.hidden[:, hints])
+    off = linear.nuisances.less(columns[:, hints], found.hidden[:, hints])
     for i, course in zip(hints, np.ascontiguousarray(off.T), strict=True):
         least = tried[int(i)].does_not_count / max(abs(tried[int(i)].added), NEXT_TO_NOTHING)
-        p[i] = amplitude_p(course, judge.left, judge.groups, judge.fit.scatter, least)
+        p[i] = amplitude_p(course, linear.left, linear.groups, linear.fit.scatter, least)
     return [
         Score(c, float(a), float(g), 0.5 * float(e), float(e / w), float(at))
         if shown
@@ -129,7 +133,7 @@ def _judged(judge: Judge, tried: Sequence[Candidate], columns: Floats) -> list[S
 
 
 def tried_along(
-    judge: Judge, places: Sequence[Candidate], kept: Columns | None = None
+    linear: Linearization, places: Sequence[Candidate], kept: Columns | None = None
 ) -> list[Tried]:
     """Return what each trial alone says of one effect at several places.
 
@@ -137,10 +141,10 @@ def tried_along(
     """
     known = {} if kept is None else kept
     missing = [p for p in places if p not in known]
-    made = dict(zip(missing, judge.signatures(missing).T, strict=True)) if missing else {}
+    made = dict(zip(missing, linear.signatures(missing).T, strict=True)) if missing else {}
     columns = np.stack([known[p] if p in known else made[p] for p in places], axis=1)
-    trial = recordings(judge.fit.model)
-    told = [judge.pushes(columns, trial == r) for r in np.unique(trial)]
+    trial = recordings(linear.fit.model)
+    told = [linear.pushes(columns, trial == r) for r in np.unique(trial)]
     length = np.sqrt(np.sum(columns**2, axis=0)) + 1e-300
     at = [place_on_the_road(p.pattern) or 0.0 for p in places]
     energy, push = (np.stack(x) for x in zip(*told, strict=True))
@@ -150,7 +154,7 @@ def tried_along(
 
 
 @dataclass(frozen=True, eq=False)
-class Survey:
+class Screening:
     """scores: the best try of every effect, by what it explains, greatest first.
 
     tests: how many could have been found by chance. traces: what the best tries of each change.
@@ -161,36 +165,39 @@ class Survey:
     traces: Traces = field(default_factory=Traces)
 
 
-def survey(
-    judge: Judge, library: Iterable[type[Effect]], before: Survey | None = None, most: int = AGAIN
-) -> Survey:
+def screen(
+    linear: Linearization,
+    library: Iterable[type[Effect]],
+    before: Screening | None = None,
+    most: int = AGAIN,
+) -> Screening:
     """Score every effect on every subject that it is not found on yet.
 
     An effect that the file has already is scored by what another size would explain.
     All are tried at their typical size. Those of which there is a hint are tried at other sizes and
     shapes as well; those that would not show at their typical size, at a large one; those that would
     show far more than plainly, at a small one, since a signature holds near its own size only.
-    before: a survey of another fit of the same recordings. Where what effects changed there holds
+    before: a screening of another fit of the same recordings. Where what effects changed there holds
     here, it tells which are promising, and only these are screened, and what did not show there.
     most: how many of them.
     """
-    there = {c.name for c in judge.fit.effects}
-    teeth = {disc.block: angles.size for disc, angles in discs(judge.fit)}
-    known = (as_known(c, judge.fit.model) for kind in library for c in candidates(kind, teeth))
+    there = {c.name for c in linear.fit.effects}
+    teeth = {disc.block: angles.size for disc, angles in discs(linear.fit)}
+    known = (as_known(c, linear.fit.model) for kind in library for c in candidates(kind, teeth))
     kinds = [c for c in known if c.name not in there]
-    again = promising_again(judge, before.traces, most) if before is not None else None
+    again = promising_again(linear, before.traces, most) if before is not None else None
     if before is not None and again is not None:
         traced = before.traces.names()
         kinds = [c for c in kinds if c.name in again or c.name not in traced]
     kept: Columns = {}
-    traces = Traces(LARGEST // len(judge.groups))
-    first = scores(judge, kinds, kept, traces)
-    first = _with_elsewhere(judge, first, kept)
-    tried = scores(judge, [c for s in _first_of_each(first) for c in _more(s)], traces=traces)
+    traces = Traces(LARGEST // len(linear.groups))
+    first = scores(linear, kinds, kept, traces)
+    first = _with_elsewhere(linear, first, kept)
+    tried = scores(linear, [c for s in _first_of_each(first) for c in _more(s)], traces=traces)
     best = _best([*first, *tried])
     hints = [s.candidate for s in best[:RESHAPED] if s.gain > HINT]
-    shaped = scores(judge, [c for hint in hints for c in reshaped(hint)], traces=traces)
-    return Survey(_with_typical(first, [*best, *shaped]), _tests(first, tried, before), traces)
+    shaped = scores(linear, [c for hint in hints for c in reshaped(hint)], traces=traces)
+    return Screening(_with_typical(first, [*best, *shaped]), _tests(first, tried, before), traces)
 
 
 def _with_typical(first: Sequence[Score], best: Sequence[Score]) -> list[Score]:
@@ -201,7 +208,7 @@ def _with_typical(first: Sequence[Score], best: Sequence[Score]) -> list[Score]:
     return [replace(s, typical=typical[s.candidate.name]) for s in _best(best)]
 
 
-def _tests(first: Sequence[Score], tried: Sequence[Score], before: Survey | None) -> int:
+def _tests(first: Sequence[Score], tried: Sequence[Score], before: Screening | None) -> int:
     """Count the effects that could have been found by chance, in the whole library."""
     told_of = [s.candidate for s in (*first, *tried) if s.seen > CHANCE]
     chances = {_start(c) for c in told_of} & {_start(s.candidate) for s in first}
@@ -228,7 +235,7 @@ def as_known(candidate: Candidate, model: Model) -> Candidate:
         if candidate.pattern.subject in r.sensors
     ]
     steps = [s.lattice.step for s in sensors if s.coarse]
-    return read_off(candidate, float(np.median(steps))) if steps else candidate
+    return fixed_from_data(candidate, float(np.median(steps))) if steps else candidate
 
 
 def at_other_places(
@@ -242,13 +249,13 @@ def at_other_places(
             yield as_known(replace(other, dials=found.dials).within(), model)
 
 
-def _with_elsewhere(judge: Judge, found: Sequence[Score], kept: Columns) -> list[Score]:
+def _with_elsewhere(linear: Linearization, found: Sequence[Score], kept: Columns) -> list[Score]:
     """Tell what is looked for along the road how its size scatters where it cannot be true."""
     along: dict[str, list[Candidate]] = {}
     for score in found:
         if place_on_the_road(score.candidate.pattern) is not None:
             along.setdefault(score.candidate.name, []).append(score.candidate)
-    tried = {name: tried_along(judge, places, kept) for name, places in along.items()}
+    tried = {name: tried_along(linear, places, kept) for name, places in along.items()}
     return [_held_to(score, tried) for score in found]
 
 

@@ -1,22 +1,22 @@
 """Name what is missing: a stepwise search over sets of up to three effects.
 
 Forward: the library is screened on what the accepted effects leave, and the best of the promising
-effects that passes the rule of acceptance is added; where calibration went astray, those that lead
-from the numbers of the file are among them. Exchange: one after the other, the best
-next step need not be on the best way, so where there are several, each is taken out in turn, the
-library is screened again, and the effect is tried at its other places. What an exchange leaves over
-is looked for again. Backward: what is not missed goes again. Where that leaves something
-unexplained, `ahead` tries pairs as one step.
+effects that passes the rule of acceptance is added; where parameters are far from their priors,
+those that lead from the numbers of the file are among them. Exchange: the best next step need not
+be on the best way, so where there are several, each is taken out in turn, the library is screened
+again, and the effect is tried at its other places. What an exchange leaves over is looked for
+again. Backward: what is not missed goes again. Where that leaves something unexplained, `ahead`
+tries pairs as one step.
 """
 
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
-from slipbench.identification.mismatch.fit.calibrate import far_from_the_file, strayed
+from slipbench.identification.mismatch.fit.calibrate import beyond_prior, parameters_far_from_prior
 from slipbench.identification.mismatch.fit.fitting import Fit
-from slipbench.identification.mismatch.fit.following import followed
-from slipbench.identification.mismatch.fit.judge import Judge
+from slipbench.identification.mismatch.fit.following import refit_with_updated_jacobian
+from slipbench.identification.mismatch.fit.linearization import Linearization
 from slipbench.identification.mismatch.naming.acceptance import ENOUGH, Acceptance
 from slipbench.identification.mismatch.naming.fits import (
     beside_the_file,
@@ -36,7 +36,7 @@ from slipbench.identification.mismatch.naming.score import (
     at_other_places,
     by_gain,
     scores,
-    survey,
+    screen,
 )
 from slipbench.identification.mismatch.simulation.model import Model
 from slipbench.identification.mismatch.simulation.threads import in_threads
@@ -59,7 +59,9 @@ class Search:
 
     def named(self, base: Fit) -> Named:
         """Find up to three effects that pass the rule of acceptance."""
-        return self._refined(self._forward(Named(base, base, survey(Judge.of(base), self.library))))
+        return self._refined(
+            self._forward(Named(base, base, screen(Linearization.of(base), self.library)))
+        )
 
     def ahead(self, named: Named, least: float = ENOUGH) -> Named:
         """Return names to which a step of two effects leads, where they explain more.
@@ -187,7 +189,7 @@ class Search:
             if new is not None:
                 yield new
         places = list(at_other_places(gone, self.library, fit.model))
-        for score in by_gain(scores(Judge.of(rest), places))[:SECONDS]:
+        for score in by_gain(scores(Linearization.of(rest), places))[:SECONDS]:
             new = moved(named.base, fit, i, score.candidate)
             if new is not None:
                 yield new
@@ -204,7 +206,7 @@ class Search:
         return replace(named, fit=new, rivals={**kept, come: {gone: nats}}, found=found)
 
     def _screened(self, named: Named, fit: Fit) -> list[Score]:
-        return survey(Judge.of(fit), self.library, named.first).scores
+        return screen(Linearization.of(fit), self.library, named.first).scores
 
     def _from_the_file(self, named: Named) -> list[Fit]:
         return fits_from_the_file(named.fit.coarse, self.library, self.say, named.first)
@@ -222,9 +224,11 @@ def _finer(named: Named, new: Fit, passed: Sequence[Fit]) -> Fit:
     names = {c.name for c in new.candidates}
     same = [f for f in passed if {c.name for c in f.candidates} == names]
     near = [f for f in same if abs(f.score - new.score) < ALIKE]
-    if strayed(named.base):
+    if beyond_prior(named.base):
         near += [f for f in (beside_the_file(new),) if f is not None]
-    return max((followed(f.fine(named.fit.model)) for f in near), key=lambda f: f.score)
+    return max(
+        (refit_with_updated_jacobian(f.fine(named.fit.model)) for f in near), key=lambda f: f.score
+    )
 
 
 def _newly_far(named: Named) -> bool:
@@ -232,7 +236,7 @@ def _newly_far(named: Named) -> bool:
 
     What takes the place of those that were far already has been fitted in the first step.
     """
-    first, now = ({k for k, _ in far_from_the_file(f)} for f in (named.base, named.fit))
+    first, now = ({k for k, _ in parameters_far_from_prior(f)} for f in (named.base, named.fit))
     return not named.names or not now <= first
 
 

@@ -7,7 +7,7 @@ from typing import TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from slipbench.identification.mismatch.fit.judge import Judge
+from slipbench.identification.mismatch.fit.linearization import Linearization
 from slipbench.identification.mismatch.fit.stack import LARGEST
 from slipbench.plant.signals import Floats
 
@@ -33,21 +33,21 @@ class Pushed:
     seen: npt.NDArray[np.bool_]
 
 
-def pushed(judge: Judge, columns: Floats) -> Pushed:
+def pushed(linear: Linearization, columns: Floats) -> Pushed:
     """Tell how signatures, (rows, k), push what is left."""
     whole = np.einsum("ij,ij->j", columns, columns)
-    inside, hidden = judge.nuisances.inside(columns)
+    inside, hidden = linear.nuisances.inside(columns)
     energy = whole - np.einsum("ij,ij->j", inside, hidden)
-    push = columns.T @ judge.left[: len(columns)]
+    push = columns.T @ linear.left[: len(columns)]
     seen = (energy > 1e-9 * np.maximum(whole, 1.0)) & (energy >= 1e-6)
     amplitude = np.where(seen, push, 0.0) / np.where(seen, energy, 1.0)
     gain = 0.5 * energy * np.maximum(amplitude, 0.0) ** 2
     return Pushed(hidden, whole, energy, amplitude, gain, seen)
 
 
-def directions(judge: Judge, columns: Floats) -> Floats:
+def directions(linear: Linearization, columns: Floats) -> Floats:
     """Return signatures, (rows, k), off the nuisances, each of length one or zero."""
-    off = judge.nuisances.off(columns)
+    off = linear.nuisances.off(columns)
     length = np.sqrt(np.einsum("ij,ij->j", off, off))
     return np.asarray(off / np.where(length > 0.0, length, 1.0))
 
@@ -61,8 +61,8 @@ def different(directions: Floats, most: int) -> list[int]:
     return found
 
 
-def batches(judge: Judge, tried: Sequence[Tries]) -> Iterator[Sequence[Tries]]:
+def batches(linear: Linearization, tried: Sequence[Tries]) -> Iterator[Sequence[Tries]]:
     """Yield as many at a time as have room, signatures of all recordings each."""
-    count = min(BATCH, max(LARGEST // len(judge.groups), 1))
+    count = min(BATCH, max(LARGEST // len(linear.groups), 1))
     for first in range(0, len(tried), count):
         yield tried[first : first + count]

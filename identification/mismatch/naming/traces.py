@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from slipbench.identification.mismatch.fit.candidate import Candidate
-from slipbench.identification.mismatch.fit.judge import Changes
+from slipbench.identification.mismatch.fit.linearization import Changes
 from slipbench.identification.mismatch.simulation.model import Series
 
 OF_EACH = 8

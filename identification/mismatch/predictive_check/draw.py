@@ -7,8 +7,8 @@ from scipy import linalg
 
 from slipbench.identification.mismatch.analysis import Analysis, accepted
 from slipbench.identification.mismatch.fit.fitting import Fit, deviations
+from slipbench.identification.mismatch.fit.optimize import limits_of, there
 from slipbench.identification.mismatch.fit.sensitivity import coordinates_of
-from slipbench.identification.mismatch.fit.settling import limits_of, there
 from slipbench.plant.signals import Floats
 
 SHARES = (1.0, 0.5, 0.0)

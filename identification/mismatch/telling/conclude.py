@@ -13,11 +13,11 @@ from slipbench.identification.mismatch.analysis import (
     unexplained,
     where_found,
 )
-from slipbench.identification.mismatch.curves.circumstance import Circumstance
 from slipbench.identification.mismatch.curves.curve import Curve
 from slipbench.identification.mismatch.curves.free_curve import FreeCurve
+from slipbench.identification.mismatch.curves.operating_region import OperatingRegion
 from slipbench.identification.mismatch.curves.words import shape_in_words
-from slipbench.identification.mismatch.fit.calibrate import far_from_the_file
+from slipbench.identification.mismatch.fit.calibrate import parameters_far_from_prior
 from slipbench.identification.mismatch.fit.candidate import Candidate
 from slipbench.identification.mismatch.fit.fitting import Fit
 from slipbench.identification.mismatch.fit.floor import lack_of_fit
@@ -141,7 +141,7 @@ def _least(curves: Sequence[Curve]) -> float:
     return min((c.p for c in curves), default=1.0)
 
 
-def _location(a: Analysis, c: Curve | None, when: Circumstance | None = None) -> Location | None:
+def _location(a: Analysis, c: Curve | None, when: OperatingRegion | None = None) -> Location | None:
     if c is None:
         return None
     where = Location(c.block, c.place, c.regressor, _shape(a, c), c.gain, c.confirmed)
@@ -249,7 +249,7 @@ def _far(fit: Fit) -> tuple[FarParameter, ...]:
 
     Of the re-calibrated file where no names stand: a free curve may stand for a wrong number.
     """
-    found = sorted(far_from_the_file(fit), key=lambda each: -abs(each[1]))
+    found = sorted(parameters_far_from_prior(fit), key=lambda each: -abs(each[1]))
     return tuple(FarParameter(k.key, k.value, k.at(x), x) for k, x in found)
 
 

@@ -18,7 +18,7 @@ from slipbench.identification.mismatch.fit.candidate import Candidate
 from slipbench.identification.mismatch.fit.fitting import Fit
 from slipbench.identification.mismatch.fit.sensitivity import change
 from slipbench.identification.mismatch.fit.sizing import limits
-from slipbench.identification.mismatch.fit.stack import flat
+from slipbench.identification.mismatch.fit.stack import whiten_and_stack
 from slipbench.identification.mismatch.simulation.along import (
     ANGLE,
     DETAIL,
@@ -80,7 +80,7 @@ def _trace(bare: Fit, effect: Candidate, size: float) -> Floats:
         series = change(bare.model, bare.point, (*bare.point.effects, added), bare.predicted)
     except PlantError:
         return np.zeros(len(bare.aim))
-    return np.nan_to_num(flat(bare.model, bare.noise, series), posinf=0.0, neginf=0.0)
+    return np.nan_to_num(whiten_and_stack(bare.model, bare.noise, series), posinf=0.0, neginf=0.0)
 
 
 def _shares(fit: Fit, place: Injection, traces: Floats) -> Iterator[tuple[str, float]]:

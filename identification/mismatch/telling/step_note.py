@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from slipbench.identification.mismatch.fit.fitting import Fit
-from slipbench.identification.mismatch.fit.stack import flat
+from slipbench.identification.mismatch.fit.stack import whiten_and_stack
 from slipbench.identification.mismatch.naming.acceptance import ENOUGH
 from slipbench.identification.mismatch.simulation.model import predict
 from slipbench.plant.errors import PlantError
@@ -38,4 +38,4 @@ def nats_of_half_a_step(fit: Fit) -> float:
         [(a - b) * k for a, b, k in zip(new, old, known, strict=True)]
         for new, old, known in zip(there, fit.predicted, fit.model.known_bins, strict=True)
     ]
-    return 0.5 * float(np.sum(flat(fit.model, fit.noise, change) ** 2))
+    return 0.5 * float(np.sum(whiten_and_stack(fit.model, fit.noise, change) ** 2))

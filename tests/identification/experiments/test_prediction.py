@@ -10,7 +10,7 @@ from slipbench.identification.experiments import prediction
 from slipbench.identification.experiments.hypothesis import NOTHING, hypotheses_of
 from slipbench.identification.experiments.prediction import FREEDOM, log_t_density, run_evidence
 from slipbench.identification.experiments.sequential_test import rejected, standing
-from slipbench.identification.mismatch.fit.calibrate import astray, calibrate
+from slipbench.identification.mismatch.fit.calibrate import calibrate, far_from_prior
 from slipbench.identification.mismatch.simulation.model import models
 from slipbench.plant.vehicle_file import load_vehicle
 from slipbench.plant.vehicles import DEMONSTRATION
@@ -85,6 +85,6 @@ def test_what_calibration_made_up_for_stands_where_a_new_run_shows_it() -> None:
     records = [system().prepare(ride(true, r)) for r in rides]
     question = hypotheses_of((NOTHING, "backlash"), system().library, "test")
     (earlier,) = models(system(), records[:2])
-    assert astray(calibrate(earlier, earlier.origin()))
+    assert far_from_prior(calibrate(earlier, earlier.origin()))
     (found,) = run_evidence(system(), records[:2], records[2], [question])
     assert standing((NOTHING, "backlash"), [found]) == ("backlash",)

@@ -89,7 +89,7 @@ def test_a_step_by_which_sensitivity_is_taken_is_done_in_full_even_where_a_range
     """Half of a step, or none, would say that recordings tell little of the dial, or nothing."""
     first = next(candidates(kind, DISCS))
     there = first.moved(far * np.ones(len(first.dials)))
-    for dial, nudge in enumerate(there.nudges):
+    for dial, nudge in enumerate(there.difference_steps):
         step = nudge * np.eye(len(there.dials))[dial]
         stepped = there.moved(step)
         assert np.subtract(stepped.dials, there.dials) == pytest.approx(step, rel=1e-2, abs=1e-12)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from slipbench.identification.mismatch.curves.circumstance import _lines
+from slipbench.identification.mismatch.curves.operating_region import _lines
 
 
 @pytest.mark.parametrize("next_to_nothing", [0.0, 1e-200, 1e-150, 1e-20])

@@ -9,11 +9,11 @@ import pytest
 from slipbench.identification.mismatch.analysis import begin
 from slipbench.identification.mismatch.fit.calibrate import calibrate
 from slipbench.identification.mismatch.fit.fitting import Fit, with_effects
-from slipbench.identification.mismatch.fit.following import refreshed
-from slipbench.identification.mismatch.fit.judge import Judge
-from slipbench.identification.mismatch.fit.settling import settle
+from slipbench.identification.mismatch.fit.following import relinearized
+from slipbench.identification.mismatch.fit.linearization import Linearization
+from slipbench.identification.mismatch.fit.optimize import optimize
 from slipbench.identification.mismatch.naming.fits import promising_fits
-from slipbench.identification.mismatch.naming.score import survey
+from slipbench.identification.mismatch.naming.score import screen
 from tests.identification.mismatch.laws.spring import DAMPING, FREQUENCY, GAIN, cubic, spring, swung
 
 TRUTH = {"gain": GAIN, "frequency": FREQUENCY, "damping": DAMPING}
@@ -24,7 +24,7 @@ AS_GOOD = 10.0  # nats
 def begun_at_the_truth(base: Fit, fitted: Fit, cube: float) -> Fit:
     x = np.array([log(TRUTH[k.name] / k.value) / k.scale for k in base.model.known])
     there = replace(base, point=replace(base.point, x=x))
-    return settle(refreshed(with_effects(there, (fitted.effects[0].resized(cube / TYPICAL),))))
+    return optimize(relinearized(with_effects(there, (fitted.effects[0].resized(cube / TYPICAL),))))
 
 
 @pytest.mark.parametrize("seed", [10, 11])
@@ -35,7 +35,7 @@ def test_a_hardening_spring_is_fitted_as_well_as_from_the_truth(tmp_path, seed, 
     analysis = begin(system, [system.prepare(swung(seed, cubic(cube), 100.0))], [])
     base = calibrate(analysis.training, analysis.training.origin())
     kinds = [k for k in system.library if k().key == "cubic.deflection"]
-    (found,) = promising_fits(base, survey(Judge.of(base), kinds).scores, lambda _: None)
+    (found,) = promising_fits(base, screen(Linearization.of(base), kinds).scores, lambda _: None)
     best = begun_at_the_truth(base, found, cube)
     print(found.score - base.score, best.score - base.score)
     assert found.score > best.score - AS_GOOD

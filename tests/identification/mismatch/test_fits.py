@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 from slipbench.identification.mismatch.analysis import begin
-from slipbench.identification.mismatch.fit.calibrate import astray, calibrate
+from slipbench.identification.mismatch.fit.calibrate import calibrate, far_from_prior
 from slipbench.identification.mismatch.fit.fitting import Fit, with_effects
-from slipbench.identification.mismatch.fit.judge import Judge
-from slipbench.identification.mismatch.fit.settling import settle
+from slipbench.identification.mismatch.fit.linearization import Linearization
+from slipbench.identification.mismatch.fit.optimize import optimize
 from slipbench.identification.mismatch.naming.fits import fits_from_the_file, fitted, promising
-from slipbench.identification.mismatch.naming.score import Score, survey
+from slipbench.identification.mismatch.naming.score import Score, screen
 from slipbench.identification.mismatch.naming.tried import candidates
 from slipbench.plant.effects.air_box_delay import AirBoxDelay
 from slipbench.plant.effects.backlash import Backlash
@@ -74,8 +74,8 @@ def calibrated(seed: int, late: float) -> Fit:
 @pytest.mark.parametrize("seed", [1, 2])
 def test_a_late_sensor_that_calibration_took_for_a_slow_actuator_is_found(seed):
     base = calibrated(seed, LATE)
-    assert astray(base)
-    left = {s.candidate.name: s.gain for s in survey(Judge.of(base), KINDS).scores}
+    assert far_from_prior(base)
+    left = {s.candidate.name: s.gain for s in screen(Linearization.of(base), KINDS).scores}
     best = fits_from_the_file(base, KINDS, lambda _: None)[0]
     (found,) = best.effects
     assert found.name == "channel_latency.throttle_position"
@@ -86,7 +86,7 @@ def test_a_late_sensor_that_calibration_took_for_a_slow_actuator_is_found(seed):
 @pytest.mark.parametrize("seed", [1, 2])
 def test_what_calibrates_as_believed_is_not_begun_again(seed):
     base = calibrated(seed, 0.0)
-    assert not astray(base)
+    assert not far_from_prior(base)
     assert fits_from_the_file(base, KINDS, lambda _: pytest.fail("nothing is to be fitted")) == []
 
 
@@ -94,8 +94,8 @@ def test_a_backlash_that_calibration_made_up_for_is_found_from_the_numbers_of_th
     """Beside the calibrated numbers its signature shows next to nothing."""
     model = begin(system(), [system().prepare(ride(loose(), STEADY))], []).training
     base = calibrate(model, model.origin()).coarse
-    assert astray(base)
-    left = {s.candidate.name: s.gain for s in survey(Judge.of(base), MOVING).scores}
+    assert far_from_prior(base)
+    left = {s.candidate.name: s.gain for s in screen(Linearization.of(base), MOVING).scores}
     best = fits_from_the_file(base, MOVING, lambda _: None)[0]
     (found,) = best.effects
     assert found.name == "backlash"
@@ -118,7 +118,7 @@ def grown(seed: int) -> Fit:
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_what_calibration_absorbs_is_followed_along_its_bend(seed):
     base = grown(seed)
-    (score,) = survey(Judge.of(base), [RadiusGrowth]).scores
+    (score,) = screen(Linearization.of(base), [RadiusGrowth]).scores
     whole = fitted(base, score.candidate)
     assert score.kept < 0.01
     (found,) = whole.effects
@@ -127,8 +127,8 @@ def test_what_calibration_absorbs_is_followed_along_its_bend(seed):
 
 def test_sensitivities_of_where_a_fit_began_do_not_lead_it_to_its_end():
     base = grown(1)
-    (score,) = survey(Judge.of(base), [RadiusGrowth]).scores
-    once = settle(with_effects(base, (score.candidate,)))
+    (score,) = screen(Linearization.of(base), [RadiusGrowth]).scores
+    once = optimize(with_effects(base, (score.candidate,)))
     assert fitted(base, score.candidate).score > once.score + 20.0
 
 

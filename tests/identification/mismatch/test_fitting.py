@@ -8,21 +8,26 @@ import pytest
 
 from slipbench.identification.mismatch.analysis import begin
 from slipbench.identification.mismatch.fit import held_out as held_out_module
-from slipbench.identification.mismatch.fit.calibrate import as_believed, as_told, calibrate, strayed
-from slipbench.identification.mismatch.fit.far import from_far
+from slipbench.identification.mismatch.fit.calibrate import (
+    at_prior_mean,
+    beyond_prior,
+    calibrate,
+    start_fit,
+)
+from slipbench.identification.mismatch.fit.far import least_squares_start
 from slipbench.identification.mismatch.fit.fitting import Fit, with_effects
-from slipbench.identification.mismatch.fit.following import WORTH_AGAIN, refreshed
+from slipbench.identification.mismatch.fit.following import WORTH_AGAIN, relinearized
 from slipbench.identification.mismatch.fit.held_out import CONFIRMED, contradicted
-from slipbench.identification.mismatch.fit.judge import Judge
+from slipbench.identification.mismatch.fit.linearization import Linearization
+from slipbench.identification.mismatch.fit.optimize import optimize, there
 from slipbench.identification.mismatch.fit.sensitivity import coordinates_of
-from slipbench.identification.mismatch.fit.settling import settle, there
 from slipbench.identification.mismatch.fit.stack import Nuisances, bounded
 from slipbench.identification.mismatch.naming.fits import (
     by_score,
     fits_from_the_file,
     promising_fits,
 )
-from slipbench.identification.mismatch.naming.score import survey
+from slipbench.identification.mismatch.naming.score import screen
 from slipbench.identification.mismatch.naming.tried import candidates
 from slipbench.plant.effects.backlash import Backlash
 from slipbench.plant.effects.driveline_loss import DrivelineLoss
@@ -94,7 +99,7 @@ def test_what_calibration_hides_only_by_leaving_its_priors_is_seen(seed):
 
 def test_a_settled_fit_stays_where_it_is():
     fit = base()
-    again = settle(fit)
+    again = optimize(fit)
     assert abs(again.score - fit.score) < 1.0
     assert np.allclose(again.point.x, fit.point.x, atol=0.3)
 
@@ -107,7 +112,7 @@ def test_slopes_taken_elsewhere_are_those_by_values():
     step[place] = 0.35 / fit.model.known[place].scale
     away = there(fit, step, np.zeros(0))
     assert away is not None
-    measured = refreshed(away).nuisances.columns[:, place]
+    measured = relinearized(away).nuisances.columns[:, place]
     here, scaled = (f.nuisances.columns[:, place] for f in (fit, away))
     assert np.linalg.norm(scaled - measured) < 0.05 * np.linalg.norm(measured)
     assert np.linalg.norm(here - measured) > 0.15 * np.linalg.norm(measured)
@@ -121,7 +126,7 @@ def test_no_number_is_led_farther_off_than_any_file_errs():
 def test_held_out_recordings_contradict_what_they_would_show_and_do_not():
     bare = base(Backlash(slack=8e-3))
     held_out = ready(Backlash(slack=8e-3)).held_out
-    right = settle(_with(bare, Backlash(slack=8e-3)))
+    right = optimize(_with(bare, Backlash(slack=8e-3)))
     wrong = _with(bare, DrivelineLoss(loss=0.2))
     assert not contradicted(bare, right, held_out)
     against = contradicted(bare, wrong, held_out)
@@ -133,7 +138,7 @@ def test_held_out_recordings_contradict_what_they_would_show_and_do_not():
 def test_held_out_recordings_that_need_an_effect_to_be_simulated_confirm_it(monkeypatch):
     """Without it the improved numbers lead nowhere: it would show plainly, and it does."""
     bare, held_out = base(Backlash(slack=8e-3)), ready(Backlash(slack=8e-3)).held_out
-    right = settle(_with(bare, Backlash(slack=8e-3)))
+    right = optimize(_with(bare, Backlash(slack=8e-3)))
 
     def grows(*_, **__):
         raise PlantError("it grows without bound", "here", "numbers", "none", "smaller steps")
@@ -170,7 +175,9 @@ def test_an_effect_is_found_although_calibration_has_made_up_for_it(seed):
     base = calibrated_without(seed, height)
     assert np.abs(base.point.x).max() > 1.5
     (kind,) = candidates(LoadTransfer)
-    here = promising_fits(base, survey(Judge.of(base), [LoadTransfer]).scores, lambda _: None)
+    here = promising_fits(
+        base, screen(Linearization.of(base), [LoadTransfer]).scores, lambda _: None
+    )
     found = by_score([*here, *fits_from_the_file(base, [LoadTransfer], lambda _: None)])[0]
     (named,) = found.effects
     assert named.effect().height == pytest.approx(height, rel=0.2)
@@ -178,13 +185,13 @@ def test_an_effect_is_found_although_calibration_has_made_up_for_it(seed):
 
 
 def nats_from_here(base: Fit, kind) -> float:
-    return settle(with_effects(base, (kind,))).score - base.score
+    return optimize(with_effects(base, (kind,))).score - base.score
 
 
 def test_a_start_from_the_file_keeps_what_the_file_does_not_tell():
     base = calibrated_without(1, 0.6)
-    begun = as_believed(base)
-    assert not strayed(begun)
+    begun = at_prior_mean(base)
+    assert not beyond_prior(begun)
     assert begun.point.q is base.point.q
     for x, was, known in zip(begun.point.x, base.point.x, begun.model.known, strict=True):
         assert x == (was if known.of_clock else 0.0)
@@ -193,5 +200,5 @@ def test_a_start_from_the_file_keeps_what_the_file_does_not_tell():
 def test_calibration_ends_no_lower_than_where_plain_least_squares_lead():
     """Fitted with its noise alone it ends here at 4 deviations, and lower."""
     base = calibrated_without(1, 0.6)
-    plain = from_far(as_told(base.model, base.model.origin()))
+    plain = least_squares_start(start_fit(base.model, base.model.origin()))
     assert base.score >= plain.score - 2.0 * WORTH_AGAIN

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from slipbench.identification.mismatch.analysis import begin
 from slipbench.identification.mismatch.fit.calibrate import calibrate
-from slipbench.identification.mismatch.fit.following import followed
+from slipbench.identification.mismatch.fit.following import refit_with_updated_jacobian
 from slipbench.identification.mismatch.motorcycle.system import MotorcycleSystem
 from slipbench.identification.mismatch.telling.memo import sentence
 from slipbench.plant.effects.channel_lag import ChannelLag
@@ -73,6 +73,6 @@ def test_calibration_leaves_nothing_that_an_effect_could_take() -> None:
     base = calibrate(training, training.origin())
     again = base
     for _ in range(4):
-        again = followed(again, 0.0)
+        again = refit_with_updated_jacobian(again, 0.0)
     print(f"{again.score - base.score:.2f} nats are left")
     assert again.score - base.score < 2.0

@@ -9,10 +9,10 @@ import pytest
 from slipbench.identification.mismatch.curves.injection import places
 from slipbench.identification.mismatch.curves.pushed import Pushed
 from slipbench.identification.mismatch.curves.trace import regressors
-from slipbench.identification.mismatch.fit.calibrate import as_told
+from slipbench.identification.mismatch.fit.calibrate import start_fit
 from slipbench.identification.mismatch.fit.fitting import Fit, with_effects
-from slipbench.identification.mismatch.fit.following import refreshed
-from slipbench.identification.mismatch.fit.settling import settle
+from slipbench.identification.mismatch.fit.following import relinearized
+from slipbench.identification.mismatch.fit.optimize import optimize
 from slipbench.identification.mismatch.simulation.along import (
     HYSTERESIS,
     PAST,
@@ -32,7 +32,7 @@ FELT = {"servo": "throttle", "motion": "rear_speed"}
 @cache
 def fitted() -> Fit:
     model = started().training.coarse
-    return as_told(model, model.origin())
+    return start_fit(model, model.origin())
 
 
 def pushed(regressor: str, place_name: str, size: float, beside: Fit | None = None) -> Pushed:
@@ -108,7 +108,7 @@ def test_most_of_what_was_pushed_is_found_from_nothing(regressor):
     ]
     model.__dict__["coarse"] = model
     start = replace(fit, model=model, candidates=())
-    bare = settle(start)
+    bare = optimize(start)
     found, known = (
         _settled(with_effects(start, (pushed(regressor, "engine torque", size, start),))).score
         - bare.score
@@ -120,4 +120,4 @@ def test_most_of_what_was_pushed_is_found_from_nothing(regressor):
 
 def _settled(fit: Fit) -> Fit:
     """Settle as free curves do: slopes at nothing, of pushes in bins, hold only roughly."""
-    return settle(refreshed(settle(fit)))
+    return optimize(relinearized(optimize(fit)))

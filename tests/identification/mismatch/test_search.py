@@ -9,14 +9,14 @@ from hypothesis import strategies as st
 
 from slipbench.identification.mismatch.analysis import begin
 from slipbench.identification.mismatch.fit.calibrate import calibrate
-from slipbench.identification.mismatch.fit.far import from_far
+from slipbench.identification.mismatch.fit.far import least_squares_start
 from slipbench.identification.mismatch.fit.fitting import Fit, with_effects
 from slipbench.identification.mismatch.fit.held_out import Veto
-from slipbench.identification.mismatch.fit.judge import Judge
+from slipbench.identification.mismatch.fit.linearization import Linearization
 from slipbench.identification.mismatch.naming import acceptance, search
 from slipbench.identification.mismatch.naming.acceptance import ENOUGH, Acceptance
 from slipbench.identification.mismatch.naming.named import Named
-from slipbench.identification.mismatch.naming.score import Survey, survey
+from slipbench.identification.mismatch.naming.score import Screening, screen
 from slipbench.identification.mismatch.naming.search import Search
 from slipbench.identification.mismatch.naming.tried import candidates
 from tests.identification.mismatch.spring import recorded, system
@@ -37,8 +37,8 @@ def after_exchange(bare: Fit, key: str) -> tuple[Named, Named]:
         k for k in bare.model.system.library if k.name in BENT and k.place.name == "deflection"
     ]
     kind = next(k for k in library if k().key == key)
-    fit = from_far(with_effects(bare, (next(candidates(kind)),)))
-    first = survey(Judge.of(bare), library)
+    fit = least_squares_start(with_effects(bare, (next(candidates(kind)),)))
+    first = screen(Linearization.of(bare), library)
     named = Named(bare, fit, first, rivals={key: {"dead_zone.deflection": 3.0}})
     return named, Search(library).exchanged(named)
 
@@ -60,10 +60,10 @@ def test_screenings_in_vain_and_vetoes_of_an_exchange_count(monkeypatch) -> None
     """What was tried costs certainty, whether or not it led to a name."""
     stand = Stand(("a", "b"), {("a", "b"): 0.0}, {})
     veto = Veto("c", -9.0, 5.0)
-    tried = replace(Named(stand, stand, Survey([], 1)), screenings=3, vetoes=(veto,))
+    tried = replace(Named(stand, stand, Screening([], 1)), screenings=3, vetoes=(veto,))
     monkeypatch.setattr(Search, "exchanged", lambda *_: tried)
     monkeypatch.setattr(search, "pruned", lambda named, rule, _: (named, rule))
-    named, rule = Search(())._refined(Named(stand, stand, Survey([], 1)))
+    named, rule = Search(())._refined(Named(stand, stand, Screening([], 1)))
     assert named.vetoes == (veto,)
     assert rule.screenings == 3
 
@@ -71,7 +71,7 @@ def test_screenings_in_vain_and_vetoes_of_an_exchange_count(monkeypatch) -> None
 def test_an_effect_keeps_the_level_of_the_screening_that_found_it() -> None:
     worth = {(): 0.0, ("a",): 40.0, ("b",): 30.0, ("a", "b"): 70.0}
     base, one, both = (Stand(names, worth, {}) for names in ((), ("a",), ("a", "b")))
-    begun = Named(base, base, Survey([], 1))
+    begun = Named(base, base, Screening([], 1))
     named = Search(())._with(begun, one, one, [])
     named = Search(())._with(replace(named, screenings=5), both, both, [])
     assert named.found == {"a": 1, "b": 5}
@@ -139,7 +139,7 @@ def _stands(monkeypatch):
 
 def pruned(worth, certain):
     base = Stand((), worth, certain)
-    named = Named(base, Stand(("a", "b", "c"), worth, certain), Survey([], 1))
+    named = Named(base, Stand(("a", "b", "c"), worth, certain), Screening([], 1))
     return search.pruned(named, Told(1, None), lambda _: None).fit
 
 

@@ -8,12 +8,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from slipbench.identification.mismatch.analysis import begin
-from slipbench.identification.mismatch.fit.calibrate import as_told, calibrate
+from slipbench.identification.mismatch.fit.calibrate import calibrate, start_fit
 from slipbench.identification.mismatch.fit.fitting import Fit
-from slipbench.identification.mismatch.fit.judge import Judge
+from slipbench.identification.mismatch.fit.linearization import Linearization
 from slipbench.identification.mismatch.naming.again import promising_again
 from slipbench.identification.mismatch.naming.fits import fitted, moved
-from slipbench.identification.mismatch.naming.score import at_other_places, survey
+from slipbench.identification.mismatch.naming.score import at_other_places, screen
 from slipbench.identification.mismatch.naming.signatures import ALIKE, different, directions, pushed
 from slipbench.identification.mismatch.naming.tried import candidates
 from slipbench.identification.mismatch.systems.system import ModelSystem
@@ -54,12 +54,12 @@ def test_different_signatures_are_unlike_each_other_and_all_others_like_one_befo
 
 
 def test_directions_have_length_one_and_are_off_the_nuisances(strayed) -> None:
-    judge = Judge.of(strayed)
-    hidden = judge.nuisances.columns[:, :1]
-    changes = judge.signatures(
-        [c for kind in judge.fit.model.system.library[:8] for c in candidates(kind)]
+    linear = Linearization.of(strayed)
+    hidden = linear.nuisances.columns[:, :1]
+    changes = linear.signatures(
+        [c for kind in linear.fit.model.system.library[:8] for c in candidates(kind)]
     )
-    found = directions(judge, np.concatenate((changes, 0.0 * hidden), axis=1))
+    found = directions(linear, np.concatenate((changes, 0.0 * hidden), axis=1))
     length = np.linalg.norm(found, axis=0)
     assert length[-1] == 0.0
     assert all(n == 0.0 or n == pytest.approx(1.0) for n in length)
@@ -67,26 +67,26 @@ def test_directions_have_length_one_and_are_off_the_nuisances(strayed) -> None:
 
 def test_an_amplitude_is_that_of_least_squares(strayed) -> None:
     """What is left after a push is no longer pushed."""
-    judge = Judge.of(strayed)
-    column = judge.signatures([next(candidates(k)) for k in judge.fit.model.system.library[:4]])
-    told = pushed(judge, column)
-    off = judge.nuisances.off(column)
+    linear = Linearization.of(strayed)
+    column = linear.signatures([next(candidates(k)) for k in linear.fit.model.system.library[:4]])
+    told = pushed(linear, column)
+    off = linear.nuisances.off(column)
     for i in np.flatnonzero(told.seen):
-        rest = judge.left - told.amplitude[i] * off[:, i]
+        rest = linear.left - told.amplitude[i] * off[:, i]
         assert off[:, i] @ rest == pytest.approx(0.0, abs=1e-6 * np.sqrt(told.energy[i]))
 
 
 def test_changes_hold_beside_the_same_fit_and_not_where_parameters_were_far_away(strayed) -> None:
     """A blind counter shows where the speed changes its sign: not with a time constant of 10 s."""
     library = strayed.model.system.library
-    first = survey(Judge.of(strayed), library)
-    same = promising_again(Judge.of(strayed), first.traces)
+    first = screen(Linearization.of(strayed), library)
+    same = promising_again(Linearization.of(strayed), first.traces)
     assert same is not None
     best = {s.candidate.name for s in first.scores[:3]}
     assert best & first.traces.names() <= same
-    there = Judge.of(as_told(strayed.model, strayed.model.origin()))
+    there = Linearization.of(start_fit(strayed.model, strayed.model.origin()))
     assert promising_again(there, first.traces) is None
-    whole, again = (survey(there, library, before) for before in (None, first))
+    whole, again = (screen(there, library, before) for before in (None, first))
     assert [s.candidate.name for s in whole.scores] == [s.candidate.name for s in again.scores]
 
 

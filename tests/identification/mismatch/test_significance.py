@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from slipbench.identification.mismatch.fit.calibrate import as_told
+from slipbench.identification.mismatch.fit.calibrate import start_fit
 from slipbench.identification.mismatch.fit.candidate import Candidate
 from slipbench.identification.mismatch.fit.fitting import Fit, with_effects
-from slipbench.identification.mismatch.fit.settling import settle
+from slipbench.identification.mismatch.fit.optimize import optimize
 from slipbench.identification.mismatch.naming.interval import significance
 from slipbench.identification.mismatch.naming.tried import candidates
 from slipbench.identification.mismatch.simulation.model import simulate
@@ -17,7 +17,7 @@ from tests.identification.mismatch.test_small import started
 
 def fitted(*effects) -> Fit:
     model = started(*effects).training.coarse
-    return as_told(model, model.origin())
+    return start_fit(model, model.origin())
 
 
 def limited(fit: Fit, limit: float) -> Fit:
@@ -45,7 +45,7 @@ def test_a_limit_that_the_recordings_do_not_show_is_not_certain_however_sure_its
 
 def test_a_limit_that_acts_is_certain_and_found_beside_where_it_was_looked_for():
     true = 0.7 * fastest(fitted())
-    found = settle(limited(fitted(RateLimit(limit=true)), 1.07 * true))
+    found = optimize(limited(fitted(RateLimit(limit=true)), 1.07 * true))
     assert significance(found, 0) < 1e-6
     (candidate,) = found.effects
     assert candidate.effect().limit == pytest.approx(true, rel=0.02)
@@ -55,7 +55,7 @@ def test_what_ends_at_the_end_of_its_range_is_as_certain_as_what_it_explains():
     end = LoadTransfer.parameters()[0].high
     (kind,) = candidates(LoadTransfer)
     bare = fitted(LoadTransfer(height=end))
-    found = settle(with_effects(bare, (kind.resized(1e3),)))
+    found = optimize(with_effects(bare, (kind.resized(1e3),)))
     (candidate,) = found.effects
     assert candidate.effect().height > 0.9 * end
     assert found.score - bare.score > 20.0

@@ -7,9 +7,9 @@ from slipbench.identification.mismatch.curves.locate import locate
 from slipbench.identification.mismatch.curves.sufficiency import LEFT, Remainder, remainder
 from slipbench.identification.mismatch.fit.calibrate import calibrate
 from slipbench.identification.mismatch.fit.candidate import Candidate
-from slipbench.identification.mismatch.fit.far import from_far
+from slipbench.identification.mismatch.fit.far import least_squares_start
 from slipbench.identification.mismatch.fit.fitting import Fit, with_effects
-from slipbench.identification.mismatch.fit.judge import Judge
+from slipbench.identification.mismatch.fit.linearization import Linearization
 from slipbench.identification.mismatch.naming.tried import candidates
 from tests.identification.mismatch.spring import recorded, system
 
@@ -29,12 +29,12 @@ def bare(tmp_path_factory) -> Fit:
 def named(bare: Fit, key: str) -> Fit:
     kind = next(k for k in bare.model.system.library if k().key == key)
     first: Candidate = next(candidates(kind))
-    return from_far(with_effects(bare, (first,)))
+    return least_squares_start(with_effects(bare, (first,)))
 
 
 def left_by(bare: Fit, key: str) -> Remainder | None:
     fit = named(bare, key)
-    return remainder(bare, fit, locate(Judge.of(fit), None))
+    return remainder(bare, fit, locate(Linearization.of(fit), None))
 
 
 def test_a_right_name_stands_beside_something_small_that_is_certain(bare) -> None:

@@ -12,7 +12,7 @@ from slipbench.identification.mismatch.analysis import begin
 from slipbench.identification.mismatch.fit.calibrate import calibrate
 from slipbench.identification.mismatch.fit.candidate import Candidate
 from slipbench.identification.mismatch.fit.fitting import Fit
-from slipbench.identification.mismatch.fit.judge import Judge
+from slipbench.identification.mismatch.fit.linearization import Linearization
 from slipbench.identification.mismatch.naming import fits
 from slipbench.identification.mismatch.naming.fits import (
     fitted,
@@ -20,7 +20,7 @@ from slipbench.identification.mismatch.naming.fits import (
     others_refined,
     roughly,
 )
-from slipbench.identification.mismatch.naming.score import Survey, survey
+from slipbench.identification.mismatch.naming.score import Screening, screen
 from slipbench.identification.mismatch.naming.traces import OF_EACH, Traces
 from slipbench.identification.mismatch.naming.tried import candidates
 from slipbench.identification.mismatch.simulation.model import predict
@@ -39,8 +39,8 @@ def bare(tmp_path_factory) -> Fit:
 
 
 @pytest.fixture(scope="module")
-def first(bare) -> Survey:
-    return survey(Judge.of(bare), bare.model.system.library)
+def first(bare) -> Screening:
+    return screen(Linearization.of(bare), bare.model.system.library)
 
 
 def some(library, count: int) -> list[Candidate]:
@@ -52,8 +52,8 @@ def test_the_most_promising_beside_another_fit_is_that_of_a_whole_survey(bare, f
     for score in first.scores[:3]:
         fit = fitted(bare, score.as_large_as_scored())
         assert fit is not None
-        whole = survey(Judge.of(fit), library)
-        quick = survey(Judge.of(fit), library, first)
+        whole = screen(Linearization.of(fit), library)
+        quick = screen(Linearization.of(fit), library, first)
         assert quick.scores[0].candidate.name == whole.scores[0].candidate.name
         assert quick.scores[0].gain == pytest.approx(whole.scores[0].gain, rel=1e-9)
         assert quick.tests >= first.tests
@@ -63,7 +63,7 @@ def test_fewer_are_screened_where_what_effects_changed_still_holds(bare, first) 
     near = replace(bare.point, x=bare.point.x + 0.05)
     fit = replace(bare, point=near, predicted=predict(bare.model, near))
     library = bare.model.system.library
-    whole, quick = (survey(Judge.of(fit), library, before) for before in (None, first))
+    whole, quick = (screen(Linearization.of(fit), library, before) for before in (None, first))
     assert len(quick.scores) < len(whole.scores)
     assert quick.scores[0].candidate.name == whole.scores[0].candidate.name
 
@@ -71,20 +71,20 @@ def test_fewer_are_screened_where_what_effects_changed_still_holds(bare, first) 
 def test_what_left_no_trace_is_screened_anew(bare, first) -> None:
     """Room for nothing: each effect might show now."""
     library = bare.model.system.library
-    blank = Survey(first.scores, first.tests)
-    again = survey(Judge.of(bare), library, blank)
+    blank = Screening(first.scores, first.tests)
+    again = screen(Linearization.of(bare), library, blank)
     assert [s.candidate.name for s in again.scores] == [s.candidate.name for s in first.scores]
     assert [s.gain for s in again.scores] == [s.gain for s in first.scores]
 
 
 def test_signatures_are_whitened_changes(bare) -> None:
-    judge = Judge.of(bare)
+    linear = Linearization.of(bare)
     tried = some(bare.model.system.library, 6)
-    changes = judge.changes(tried)
-    assert np.array_equal(judge.signatures(tried), judge.whitened(changes))
+    changes = linear.changes(tried)
+    assert np.array_equal(linear.signatures(tried), linear.whitened(changes))
     single = [[[np.float32(one) for one in block] for block in change] for change in changes]
-    largest = np.max(np.abs(judge.signatures(tried)))
-    assert judge.whitened(single) == pytest.approx(judge.signatures(tried), abs=1e-4 * largest)
+    largest = np.max(np.abs(linear.signatures(tried)))
+    assert linear.whitened(single) == pytest.approx(linear.signatures(tried), abs=1e-4 * largest)
 
 
 @given(

@@ -12,7 +12,7 @@ from scipy import stats
 from slipbench.identification.mismatch.fit.calibrate import calibrate
 from slipbench.identification.mismatch.fit.candidate import Candidate
 from slipbench.identification.mismatch.fit.fitting import Fit, with_effects
-from slipbench.identification.mismatch.fit.settling import settle
+from slipbench.identification.mismatch.fit.optimize import optimize
 from slipbench.identification.mismatch.fit.turned import Lines, _angles, begun_at, lines
 from slipbench.identification.mismatch.naming.interval import _over_angles, estimates, significance
 from slipbench.plant.effects.compression_torque import CompressionTorque
@@ -38,7 +38,7 @@ def test_a_ripple_is_found_at_its_order_and_told_with_its_size():
     assert shown.orders[np.argmax(shown.nats)] == 1.5
     begun, _ = begun_at(bare, shown)
     candidate = Candidate(CompressionTorque(cylinders=3), (0.5, 0.0), (3.0,))
-    found = settle(with_effects(begun, (candidate,)))
+    found = optimize(with_effects(begun, (candidate,)))
     swing = estimates(found, 0)[0]
     assert swing.low < THREE.swing < swing.high
     assert swing.value == pytest.approx(THREE.swing, rel=0.04)

@@ -19,10 +19,10 @@ from slipbench.identification.mismatch.curves.trace import (
 )
 from slipbench.identification.mismatch.curves.tries import RIDGE, along_quantities
 from slipbench.identification.mismatch.curves.whitened import SHORT, Courses, Whitened
-from slipbench.identification.mismatch.fit.calibrate import as_told
-from slipbench.identification.mismatch.fit.judge import Judge
+from slipbench.identification.mismatch.fit.calibrate import start_fit
+from slipbench.identification.mismatch.fit.linearization import Linearization
 from slipbench.identification.mismatch.fit.scatter import amplitude_p
-from slipbench.identification.mismatch.fit.stack import flat
+from slipbench.identification.mismatch.fit.stack import whiten_and_stack
 from slipbench.identification.mismatch.fit.whitening import DOUBTED, Whitener, whitener
 from slipbench.identification.mismatch.naming.score import HINT, scores, tried_along
 from slipbench.identification.mismatch.naming.tried import candidates
@@ -42,10 +42,10 @@ NEAR = 1e-8
 
 
 @cache
-def judge() -> Judge:
+def linear() -> Linearization:
     true = replace(erring(5), effects=(Backlash(slack=20e-3),))
     model = begin(system(), [system().prepare(ride(true, r)) for r in RIDES], ()).training
-    return Judge.of(as_told(model, model.origin()))
+    return Linearization.of(start_fit(model, model.origin()))
 
 
 @given(st.integers(0, 2**32 - 1), st.integers(1, 2 * SHORT), st.integers(0, 30))
@@ -117,21 +117,21 @@ def test_shares_of_knots_in_bins_are_the_means_of_the_broken_lines(seed, count, 
 
 def test_whitened_answers_are_the_answers_whitened():
     """For every place of the motion and a sensor, of all curves side by side."""
-    fit, hats = judge().fit, {}
+    fit, hats = linear().fit, {}
     whitened = Whitened(fit)
     rng = np.random.default_rng(6)
     for drive in fit.model.chain.drives:
         hats[drive] = [rng.standard_normal((r.grid.bins, 5)) for r in fit.model.records]
     for place in (*places(fit), *sensors_as_places(fit)):
         pushes = hats[place.drive]
-        one = flat(fit.model, fit.noise, answers_to(replies(fit, place), pushes))
+        one = whiten_and_stack(fit.model, fit.noise, answers_to(replies(fit, place), pushes))
         many = whitened.columns(place, Courses(pushes))
         assert np.abs(one).max() > 0.0, place
         assert np.abs(many - one).max() <= NEAR * np.abs(one).max(), place
 
 
 def test_a_curve_fitted_among_many_is_the_curve_fitted_alone():
-    told, whitened = judge(), Whitened(judge().fit)
+    told, whitened = linear(), Whitened(linear().fit)
     fit, foretold = told.fit, 0
     for tries in along_quantities(told, Whitened(fit)):
         place = tries[0].place
@@ -139,7 +139,7 @@ def test_a_curve_fitted_among_many_is_the_curve_fitted_alone():
         for found in tries[::10]:
             hats = whitened.along(place.drive, {found.regressor: found.knots}).pushes
             courses = [place.size * h for h in hats]
-            columns = flat(fit.model, fit.noise, answers_to(reply, courses))
+            columns = whiten_and_stack(fit.model, fit.noise, answers_to(reply, courses))
             off = told.nuisances.off(columns)
             normal = off.T @ off + RIDGE * np.eye(found.knots.size)
             values = np.linalg.solve(normal, off.T @ told.left)
@@ -151,7 +151,7 @@ def test_a_curve_fitted_among_many_is_the_curve_fitted_alone():
 
 
 def test_an_effect_scored_among_many_is_the_effect_scored_alone():
-    told = judge()
+    told = linear()
     tried = [c for kind in (Backlash, DrivelineLoss, WetPatch) for c in candidates(kind, {})]
     hinted = 0
     for c, found in zip(tried, scores(told, tried), strict=True):
@@ -175,9 +175,9 @@ def test_an_effect_scored_among_many_is_the_effect_scored_alone():
 def test_signatures_along_the_road_that_are_kept_tell_what_new_ones_tell():
     tried = list(candidates(WetPatch, {}))[:4]
     kept = {}
-    scores(judge(), tried, kept)
+    scores(linear(), tried, kept)
     assert kept.keys() == set(tried)
-    anew, again = tried_along(judge(), tried), tried_along(judge(), tried, kept)
+    anew, again = tried_along(linear(), tried), tried_along(linear(), tried, kept)
     for one, other in zip(anew, again, strict=True):
         assert one.at == other.at
         assert np.allclose(one.energy, other.energy, rtol=1e-9)
@@ -188,7 +188,7 @@ def test_signatures_along_the_road_that_are_kept_tell_what_new_ones_tell():
 @pytest.mark.parametrize("seed", range(3))
 def test_a_push_on_some_rows_is_that_of_columns_which_are_zero_elsewhere(seed):
     print(f"seed {seed}")
-    told, rng = judge(), np.random.default_rng(seed)
+    told, rng = linear(), np.random.default_rng(seed)
     columns = rng.standard_normal((len(told.fit.aim), 3))
     rows = rng.random(len(columns)) < 0.3
     for some, whole in zip(

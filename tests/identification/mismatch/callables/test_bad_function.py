@@ -18,7 +18,7 @@ from slipbench.identification.mismatch.callables.worker import (
     IsolatedCaller,
 )
 from slipbench.identification.mismatch.curves.injection import answers, places
-from slipbench.identification.mismatch.fit.calibrate import as_told
+from slipbench.identification.mismatch.fit.calibrate import start_fit
 from slipbench.identification.mismatch.simulation.coordinates import Coordinate
 from tests.identification.mismatch.callables import springs
 from tests.identification.mismatch.laws.explained import explained, names, reported
@@ -174,7 +174,7 @@ def test_an_input_at_its_bound_is_pushed_the_other_way(recording):
     def response(simulate):
         system = springs.system([recording], simulate)
         model = begin(system, [system.prepare(recording)], []).training.coarse
-        fit = as_told(model, model.origin())
+        fit = start_fit(model, model.origin())
         return answers(fit, places(fit)[0], {})[0][0]
 
     expected = response(springs.spring)

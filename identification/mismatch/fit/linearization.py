@@ -10,7 +10,7 @@ import numpy.typing as npt
 from slipbench.identification.mismatch.fit.candidate import Candidate
 from slipbench.identification.mismatch.fit.fitting import Fit
 from slipbench.identification.mismatch.fit.sensitivity import change, coordinates_of
-from slipbench.identification.mismatch.fit.stack import Integers, Nuisances, flat
+from slipbench.identification.mismatch.fit.stack import Integers, Nuisances, whiten_and_stack
 from slipbench.identification.mismatch.simulation.model import Runs, Series, predict
 from slipbench.identification.mismatch.simulation.once import once
 from slipbench.identification.mismatch.simulation.threads import in_threads
@@ -23,7 +23,7 @@ Changes = Sequence[Sequence[npt.NDArray[np.floating[Any]]]]
 
 
 @dataclass(frozen=True, eq=False)
-class Judge:
+class Linearization:
     """Everything that scoring needs, made once for a fit.
 
     left: what the nuisances leave of residuals and beliefs (see `Nuisances.off`), and groups: the
@@ -37,7 +37,7 @@ class Judge:
     runs: Runs = field(default_factory=dict)
 
     @classmethod
-    def of(cls, fit: Fit) -> "Judge":
+    def of(cls, fit: Fit) -> "Linearization":
         """Prepare to judge what a fit leaves; the dials of its effects may vary as well."""
         nuisances, z = fit.nuisances, coordinates_of(fit.point)
         if fit.candidates:
@@ -72,7 +72,7 @@ class Judge:
                 for r, one in enumerate(changed):
                     if one.size:
                         into[r][:, :, i] = one
-        return np.nan_to_num(flat(model, self.fit.noise, found), posinf=0.0, neginf=0.0)
+        return np.nan_to_num(whiten_and_stack(model, self.fit.noise, found), posinf=0.0, neginf=0.0)
 
     def _change(self, one: Candidate | Effect, base: Series) -> Series:
         fit = self.fit

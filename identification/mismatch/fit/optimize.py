@@ -29,7 +29,7 @@ STEPS = 5  # under one noise model
 STEPS_ALONG = 8
 
 
-def settle(start: Fit) -> Fit:
+def optimize(start: Fit) -> Fit:
     """Fit until nothing moves: under the noise model of the start, then with it fitted along."""
     return _climbed(renoised(at_fixed_noise(start)), STEPS_ALONG, along=True)
 

@@ -7,7 +7,7 @@ import numpy as np
 from slipbench.identification.mismatch.curves.curve import Curve
 from slipbench.identification.mismatch.curves.trace import effect_of, regressors
 from slipbench.identification.mismatch.fit.fitting import Fit
-from slipbench.identification.mismatch.fit.judge import Judge
+from slipbench.identification.mismatch.fit.linearization import Linearization
 from slipbench.identification.mismatch.simulation.along import TURN
 from slipbench.identification.mismatch.simulation.model import Series
 from slipbench.plant.signals import Floats
@@ -18,7 +18,7 @@ MOST = 0.75
 
 
 @dataclass(frozen=True)
-class Circumstance:
+class OperatingRegion:
     """band: Hz, that holds 80 % of the trace; region: SI, of what `along` names, that holds 80 %.
 
     direction: opening, closing or both.
@@ -31,27 +31,27 @@ class Circumstance:
     along_unit: str
 
 
-def circumstance(judge: Judge, curve: Curve) -> Circumstance | None:
+def operating_region(linear: Linearization, curve: Curve) -> OperatingRegion | None:
     """Weigh the trace of a curve over frequency, operating region and direction.
 
     What repeats with every turn is always there; then there is nothing to weigh.
     """
-    system = judge.fit.model.system
-    drive = _drive(judge, system.operating)
+    system = linear.fit.model.system
+    drive = _drive(linear, system.operating)
     if curve.kind == TURN or drive is None:
         return None
-    trace = effect_of(judge, curve)
+    trace = effect_of(linear, curve)
     power, speed, rate = [], [], []
     spectrum: Floats = np.zeros(0)
     grid: Floats = np.zeros(0)
-    for r in range(len(judge.fit.model.records)):
+    for r in range(len(linear.fit.model.records)):
         one = sum(
-            (t[r] ** 2 / np.mean(judge.fit.rest[b][r] ** 2, axis=0)).sum(axis=1)
+            (t[r] ** 2 / np.mean(linear.fit.rest[b][r] ** 2, axis=0)).sum(axis=1)
             for b, t in enumerate(trace)
             if t[r].size
         )
-        seen = regressors(judge.fit, drive, r)
-        recorded = judge.fit.model.records[r].grid
+        seen = regressors(linear.fit, drive, r)
+        recorded = linear.fit.model.records[r].grid
         width = recorded.width
         power.append(np.asarray(one))
         speed.append(recorded.binned(seen[system.operating]))
@@ -65,7 +65,7 @@ def circumstance(judge: Judge, curve: Curve) -> Circumstance | None:
     direction = "opening" if opening > MOST else "closing" if opening < 1 - MOST else "both"
     region = _middle(np.concatenate(speed), weight)
     unit = system.units.get(system.operating, "")
-    return Circumstance(_middle(grid, spectrum), region, direction, system.operating, unit)
+    return OperatingRegion(_middle(grid, spectrum), region, direction, system.operating, unit)
 
 
 def plainest(fit: Fit, trace: Series) -> str:
@@ -79,10 +79,10 @@ def plainest(fit: Fit, trace: Series) -> str:
     return max(told, key=lambda output: told[output])
 
 
-def _drive(judge: Judge, name: str) -> str | None:
+def _drive(linear: Linearization, name: str) -> str | None:
     """Last drive that tells a quantity."""
-    drives = reversed(tuple(judge.fit.model.chain.drives))
-    return next((d for d in drives if name and name in regressors(judge.fit, d, 0)), None)
+    drives = reversed(tuple(linear.fit.model.chain.drives))
+    return next((d for d in drives if name and name in regressors(linear.fit, d, 0)), None)
 
 
 def _lines(traces: list[Floats], width: float) -> Floats:
