@@ -29,7 +29,7 @@ from slipbench.identification.mismatch.naming.fits import (
     promising_fits,
 )
 from slipbench.identification.mismatch.naming.look_ahead import PROMISED, SECONDS, halves, pairs
-from slipbench.identification.mismatch.naming.named import ALIKE, Named, left
+from slipbench.identification.mismatch.naming.named import ALIKE, Named
 from slipbench.identification.mismatch.naming.plausibility import doubts, plausible_first
 from slipbench.identification.mismatch.naming.score import (
     Score,
@@ -112,30 +112,8 @@ class Search:
             if against is None:
                 return self._with(replace(named, vetoes=tuple(vetoes)), new, finer, done)
             vetoes.append(against)
-            there = self._elsewhere(named, finer)
-            if there is not None:
-                before = replace(left(named, there), fit=named.fit, vetoes=tuple(vetoes))
-                return self._with(before, there, there, [])
         p = named.p if passed else min((rule.p(rough, t) for t in done), default=1.0)
         return replace(named, vetoes=tuple(vetoes), p=p)
-
-    def _elsewhere(self, named: Named, fit: Fit) -> Fit | None:
-        """Return a fit that held-out recordings contradict with one of its effects at another place.
-
-        None where they contradict it there as well: it may be the place that is wrong.
-        """
-        rule, places = self._rule(named), []
-        for i, effect in enumerate(fit.effects):
-            places += [(i, c) for c in at_other_places(effect, self.library, fit.model)]
-        tried = in_threads(lambda place: moved(named.base, fit, *place), places)
-        done = [(i, f) for (i, _), f in zip(places, tried, strict=True) if f is not None]
-        for i, new in sorted(done, key=lambda t: -t[1].score):
-            # What is new comes last, or last but one before what was named already and moved.
-            bare = named.fit if i >= len(named.names) else fitted_without(new, len(named.names) - 1)
-            if bare is None or not rule.all_certain(new) or rule.veto(bare, new) is not None:
-                continue
-            return new
-        return None
 
     def _with(self, named: Named, new: Fit, finer: Fit, tried: Sequence[Fit]) -> Named:
         """Return the names with those of a fit, and what comes near to it as it was tried."""
