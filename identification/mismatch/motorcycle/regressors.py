@@ -50,8 +50,8 @@ REMEMBERED = (
 """Quantities along whose past something may act; of the spark it is what it moves of the torque."""
 TURNING = ("throttle", "command", "air", "twist", "slip")
 """Quantities whose turning back something may follow late, as play and dry friction do."""
-DETAILED = ("throttle", "command", "air", "engine speed")
-"""Quantities over which a map may be wrong in detail."""
+DETAILED = ("throttle", "command", "air", "engine speed", "distance")
+"""Quantities over which a map may be wrong in detail, or the road be another for a short stretch."""
 SCALED = (
     ("command less position", "throttle"),
     ("throttle rate", "throttle"),

@@ -2,7 +2,9 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
+from scipy import integrate
 
 from slipbench.identification.mismatch.telling.verdict import Verdict
 from slipbench.plant.effects.compression_torque import CompressionTorque
@@ -10,7 +12,7 @@ from slipbench.plant.effects.eccentricity import Eccentricity
 from slipbench.plant.effects.torque_dip import TorqueDip
 from slipbench.plant.effects.wet_patch import WetPatch
 from tests.identification.mismatch.laws.explained import effect, holds, names, reported
-from tests.identification.mismatch.laws.motorcycle import LEARN, PROVE, ridden
+from tests.identification.mismatch.laws.motorcycle import LEARN, PROVE, ridden, values
 from tests.identification.motorcycle_recording import Ride
 
 ROAD = ("wet_patch", "grade", "driveline_loss")
@@ -82,3 +84,26 @@ def test_a_wet_patch_is_named_where_it_lies(wet):
 @pytest.mark.parametrize(("parameter", "truth"), [("place", PLACE), ("length", LENGTH)])
 def test_the_intervals_of_its_ends_hold_the_truth(wet, parameter, truth):
     assert holds(wet, "wet_patch", parameter, truth)
+
+
+def other_texture(time: np.ndarray, speed: np.ndarray) -> np.ndarray:
+    """An optical sensor that reads 1 % too much over 80 m of the road."""
+    distance = integrate.cumulative_trapezoid(speed, time, initial=0.0)
+    return np.where((distance > 70.0) & (distance < 150.0), 1.01 * speed, speed)
+
+
+def test_a_stretch_of_road_on_which_a_sensor_errs_is_located():
+    """It is short beside the ride: of a curve with few knots over the distance nothing was left."""
+    rides = (
+        *LEARN,
+        Ride("sweep", 3, 1150.0, 0.04, 0.5, 9.0, seed=34),
+        Ride("multisine", 2, 1250.0, 0.035, 0.6, 14.0, seed=35),
+    )
+    training, held_out = (tuple(replace(r, seconds=9.0) for r in rs) for rs in (rides, PROVE))
+    change = values("optical_speed", other_texture)
+    found = ridden(library=ROAD, change=change, training=training, held_out=held_out)
+    assert found.mismatch, reported(found)
+    assert not found.effects
+    assert found.location is not None
+    assert found.location.injection == "sensor of optical speed", reported(found)
+    assert "distance" in found.location.regressor, reported(found)
