@@ -49,7 +49,7 @@ def foretold(monkeypatch):
         found = SimpleNamespace(confirmed=curve, curve=where, fit=None, proven=SimpleNamespace())
         monkeypatch.setattr(explain, "inside", lambda *_: found)
         monkeypatch.setattr(explain, "predicted_gain", lambda *_: unchanged)
-        monkeypatch.setattr(explain, "_foretell_more", lambda *_: names > curve)
+        monkeypatch.setattr(explain, "_predict_better", lambda *_: names > curve)
 
     return held_out
 
