@@ -1,7 +1,7 @@
 """Which effects to screen beside another fit, by what they changed beside the first one.
 
 What an effect changes depends on the motion. Where parameters moved far between the two fits, the
-changes differ, and the whole library is screened again: with a time constant of 20 s in the place
+changes differ, and the whole library is screened again: with a time constant of 1.7 s in the place
 of 0.5 s, what an elastic belt changed was unlike what it changes.
 """
 
