@@ -160,10 +160,10 @@ class Search:
         gone, rest = fit.effects[i], fitted_without(fit, i)
         if rest is None:
             return
-        for score in self._screened(named, rest)[:SECONDS]:
+        others = [s for s in self._screened(named, rest) if s.candidate.name != gone.name]
+        for score in others[:SECONDS]:
             enough = rest.score + PROMISED * score.gain > fit.score + ENOUGH
-            other = enough and score.candidate.name != gone.name
-            new = fitted(rest, score.candidate) if other else None
+            new = fitted(rest, score.candidate) if enough else None
             if new is not None:
                 yield new
         places = list(at_other_places(gone, self.library, fit.model))
