@@ -30,7 +30,6 @@ from slipbench.identification.mismatch.fit.fitting import Fit
 from slipbench.identification.mismatch.fit.held_out import (
     CONFIRMED,
     errors,
-    mispredicted,
     predicted_gain,
     proof,
     refit_on,
@@ -40,8 +39,6 @@ from slipbench.identification.mismatch.fit.linearization import Linearization
 from slipbench.identification.mismatch.fit.sensitivity import change
 from slipbench.identification.mismatch.fit.turned import begun_at, lines
 from slipbench.identification.mismatch.naming.acceptance import ENOUGH
-from slipbench.identification.mismatch.naming.fits import fitted_without
-from slipbench.identification.mismatch.naming.named import left
 from slipbench.identification.mismatch.naming.next_trial import next_trial
 from slipbench.identification.mismatch.naming.search import MOST, Say, Search
 from slipbench.identification.mismatch.simulation.model import predict
@@ -159,29 +156,12 @@ def _doubt(a: Analysis, library: Sequence[type[Effect]], say: Say) -> None:
         if changed:
             a.headline = _headline(a)
             _look_after(a, say)
-    _drop_what_mispredicts(a, say)
-    a.vetoes = [v for v in a.named.vetoes if v.name not in a.named.names]
-
-
-def _drop_what_mispredicts(a: Analysis, say: Say) -> None:
-    """Drop names, the last one first, with which the simulation predicts held-out recordings worse.
-
-    While names are searched for, all parameters may move again on the held-out recordings. The
-    simulation that is written has those of the training recordings.
-    """
-    assert a.base is not None
-    assert a.named is not None
-    before = a.named
-    while a.held_out is not None and a.named.names:
-        last, fit = len(a.named.names) - 1, a.named.fit
-        lost = mispredicted(a.held_out, a.base, fit, ENOUGH)
-        if lost is None:
-            break
-        rest = fitted_without(fit, last) if last else a.base
-        a.named = replace(left(a.named, rest or a.base), vetoes=(*a.named.vetoes, lost))
-    if a.named is not before:
+    predicting = Search(library, say, a.held_out).predicting(a.named)
+    if predicting is not a.named:
+        a.named = predicting
         a.headline = _headline(a)
         _look_after(a, say)
+    a.vetoes = [v for v in a.named.vetoes if v.name not in a.named.names]
 
 
 def _asked_of_pairs(a: Analysis) -> float:

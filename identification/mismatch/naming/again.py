@@ -1,4 +1,4 @@
-"""Which effects to screen beside another fit, by what they changed beside the first one.
+"""Select effects to screen at another fit, by what they changed in the outputs at the first one.
 
 What an effect changes depends on the motion. Where parameters moved far between the two fits, the
 changes differ, and the whole library is screened again: with a time constant of 1.7 s in the place
@@ -16,29 +16,29 @@ from slipbench.identification.mismatch.naming.signatures import (
     batches,
     different,
     directions,
-    pushed,
+    score_tests,
 )
 from slipbench.identification.mismatch.naming.traces import Traces
 
 AGAIN = 8
 """Effects that are screened again, the most promising; no more are fitted."""
 APART = 3
-"""Effects that are screened again because they push in different directions."""
+"""Effects of different directions that are screened again."""
 HOLDS = 0.9
-"""Cosine of what an effect changed and what it changes, above which the one tells of the other."""
+"""Cosine of the old and the new change of an effect, above which the old one is still valid."""
 SAMPLE = 16
-"""Effects that are simulated to see whether this holds."""
+"""Effects that are simulated at the new fit to test that."""
 MOST_HOLD = 0.75
-"""Share of them of which it must. Beside fits of a motorcycle it held of nine in ten, beside those
-of two drives whose time constant is wrong of one in two at most."""
+"""Least share of valid changes. It was nine in ten at fits of motorcycles, and one in two at most at
+fits of two drives whose time constant is wrong."""
 
 Try = tuple[Candidate, Changes]
 
 
 def promising_again(linear: Linearization, traces: Traces, most: int = AGAIN) -> set[str] | None:
-    """Return names by what their changes, as they were in another fit, explain here.
+    """Return the names of effects whose changes at another fit explain most of this residual.
 
-    None where those changes no longer hold.
+    None where those changes are no longer valid.
     """
     best = _best_of_each(linear, traces)
     if not _hold(linear, best):
@@ -52,7 +52,7 @@ def _best_of_each(linear: Linearization, traces: Traces) -> list[Try]:
     there = {c.name for c in linear.fit.effects}
     gains: dict[str, tuple[float, Try]] = {}
     for some in batches(linear, [t for t in traces.tries() if t[0].name not in there]):
-        found = pushed(linear, linear.whitened([change for _, change in some])).gain
+        found = score_tests(linear, linear.whitened([change for _, change in some])).gain
         for one, gain in zip(some, found, strict=True):
             name = one[0].name
             if name not in gains or gain > gains[name][0]:
@@ -61,7 +61,7 @@ def _best_of_each(linear: Linearization, traces: Traces) -> list[Try]:
 
 
 def _hold(linear: Linearization, tries: Sequence[Try]) -> bool:
-    """Tell whether most of these change now what they changed then, by a sample of them."""
+    """Return whether most of these change the outputs as they did, by a sample of them."""
     some = [tries[i] for i in sorted({len(tries) * k // SAMPLE for k in range(SAMPLE)}) if tries]
     if not some:
         return True

@@ -1,8 +1,8 @@
 """Pairs of effects where single ones do not suffice: one missing effect can hide another.
 
 A belt that swings and a counter that is blind to direction are worth less alone than some effect
-that is not there, and more together than any. So each of the most promising kinds is judged by the
-best pair that it begins.
+that is not there, and more together than any. So the most promising effects, of different kinds and
+of different directions, are judged by the best pair that each begins.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -24,9 +24,9 @@ from slipbench.identification.mismatch.naming.acceptance import ENOUGH
 from slipbench.identification.mismatch.naming.fits import near_ones_refined
 from slipbench.identification.mismatch.naming.in_place import in_place
 from slipbench.identification.mismatch.naming.named import Named
-from slipbench.identification.mismatch.naming.score import Score, as_known, screen
+from slipbench.identification.mismatch.naming.score import Score, as_known, of_one_kind, screen
 from slipbench.identification.mismatch.naming.signatures import different, directions
-from slipbench.identification.mismatch.naming.tried import candidates, place_on_the_road
+from slipbench.identification.mismatch.naming.tried import place_on_the_road
 from slipbench.identification.mismatch.simulation.model import Model
 from slipbench.identification.mismatch.simulation.threads import in_threads
 from slipbench.plant.effects.effect import Effect
@@ -52,7 +52,7 @@ Way = Callable[[Score], Fit | None]
 
 
 def halves(named: Named, library: Sequence[type[Effect]], least: float, say: Say) -> list[Fit]:
-    """Fit the most promising effect of each kind alone, and keep those that bring enough.
+    """Fit the most promising effects of each kind and direction alone, keep those that bring enough.
 
     Calibration can run away from a motion without which what is missing has nothing to act on: a
     time constant of 0.5 s ran to 20 s, and with the changes of direction went the trace of a
@@ -158,14 +158,14 @@ def _pairs(
 def _seconds(linear: Linearization, scores: Sequence[Score]) -> list[Score]:
     """Return the first scores, and the first of different directions.
 
-    Many effects of one direction are one thing to these recordings. Which of them fits best is not
-    told by their scores.
+    The recordings hardly tell effects of one direction apart, and scores do not show which of them
+    fits best.
     """
     return _in_order(scores, [*scores[:SECONDS], *_apart(linear, scores, SECONDS)])
 
 
 def _apart(linear: Linearization, scores: Sequence[Score], most: int) -> list[Score]:
-    """Return the first scores that push in different directions."""
+    """Return the first scores whose signatures have different directions."""
     first = scores[:POOL]
     found = directions(linear, linear.signatures([s.candidate for s in first]))
     return [first[i] for i in different(found, most)]
@@ -186,8 +186,7 @@ def _other_variants(
     20 rad/s scored best at 2 rad/s.
     """
     here = score.candidate
-    alike = (kind for kind in library if kind.name == here.kind.name)
-    for other in (as_known(c, model) for kind in alike for c in candidates(kind)):
+    for other in (as_known(c, model) for c in of_one_kind(here, library)):
         on_the_road = place_on_the_road(other.pattern) is not None
         if other.name == here.name and other.pattern != here.pattern and not on_the_road:
             yield other

@@ -18,7 +18,7 @@ from slipbench.identification.mismatch.fit.sizing import limits
 from slipbench.identification.mismatch.fit.stack import LARGEST, recordings
 from slipbench.identification.mismatch.naming.again import AGAIN, promising_again
 from slipbench.identification.mismatch.naming.elsewhere import CHANCE, Tried, at_places, usual
-from slipbench.identification.mismatch.naming.signatures import batches, pushed
+from slipbench.identification.mismatch.naming.signatures import batches, score_tests
 from slipbench.identification.mismatch.naming.traces import Traces
 from slipbench.identification.mismatch.naming.tried import (
     TRIES,
@@ -108,7 +108,7 @@ def scores(
 
 def _judged(linear: Linearization, tried: Sequence[Candidate], columns: Floats) -> list[Score]:
     """Score candidates by their signatures, (rows, candidates), which are taken off all at once."""
-    found = pushed(linear, columns)
+    found = score_tests(linear, columns)
     p = np.ones(len(tried))
     hints = np.flatnonzero(found.seen & (found.gain > HINT))
     off = linear.nuisances.less(columns[:, hints], found.hidden[:, hints])
@@ -177,8 +177,8 @@ def screen(
     All are tried at their typical size. Those of which there is a hint are tried at other sizes and
     shapes as well; those that would not show at their typical size, at a large one; those that would
     show far more than plainly, at a small one, since a signature holds near its own size only.
-    before: a screening of another fit of the same recordings. Where what effects changed there holds
-    here, it tells which are promising, and only these are screened, and what did not show there.
+    before: a screening of another fit of the same recordings. Where the changes of effects there are
+    still valid, they select what is screened here; effects that showed nothing there are screened too.
     most: how many of them.
     """
     there = {c.name for c in linear.fit.effects}
@@ -242,11 +242,17 @@ def at_other_places(
     found: Candidate, library: Iterable[type[Effect]], model: Model
 ) -> Iterator[Candidate]:
     """Yield the same effect, with the same dials, at every other place where it may act."""
-    alike = (kind for kind in library if kind.name == found.kind.name)
-    there = {c.name: c for kind in alike for c in candidates(kind) if same_try(c, found)}
+    there = {c.name: c for c in of_one_kind(found, library) if same_try(c, found)}
     for other in there.values():
         if other.name != found.name:
             yield as_known(replace(other, dials=found.dials).within(), model)
+
+
+def of_one_kind(found: Candidate, library: Iterable[type[Effect]]) -> Iterator[Candidate]:
+    """Yield all tries of effects of the same name, at every place where it may act."""
+    for kind in library:
+        if kind.name == found.kind.name:
+            yield from candidates(kind)
 
 
 def _with_elsewhere(linear: Linearization, found: Sequence[Score], kept: Columns) -> list[Score]:

@@ -6,7 +6,7 @@ those that lead from the numbers of the file are among them. Exchange: the best 
 be on the best way, so where there are several, each is taken out in turn, the library is screened
 again, and the effect is tried at its other places. What an exchange leaves over is looked for
 again. Backward: what is not missed goes again. Where that leaves something unexplained, `ahead`
-tries pairs as one step.
+tries pairs as one step. Last, `predicting` drops names with which the simulation predicts worse.
 """
 
 import math
@@ -16,6 +16,7 @@ from dataclasses import dataclass, replace
 from slipbench.identification.mismatch.fit.calibrate import beyond_prior, parameters_far_from_prior
 from slipbench.identification.mismatch.fit.fitting import Fit
 from slipbench.identification.mismatch.fit.following import refit_with_updated_jacobian
+from slipbench.identification.mismatch.fit.held_out import mispredicted
 from slipbench.identification.mismatch.fit.linearization import Linearization
 from slipbench.identification.mismatch.naming.acceptance import ENOUGH, Acceptance
 from slipbench.identification.mismatch.naming.fits import (
@@ -29,7 +30,7 @@ from slipbench.identification.mismatch.naming.fits import (
     promising_fits,
 )
 from slipbench.identification.mismatch.naming.look_ahead import PROMISED, SECONDS, halves, pairs
-from slipbench.identification.mismatch.naming.named import ALIKE, Named
+from slipbench.identification.mismatch.naming.named import ALIKE, Named, left
 from slipbench.identification.mismatch.naming.plausibility import doubts, plausible_first
 from slipbench.identification.mismatch.naming.score import (
     Score,
@@ -79,6 +80,22 @@ class Search:
         if found.names and found.fit.score > named.fit.score + ENOUGH:
             return found
         return replace(named, vetoes=found.vetoes)
+
+    def predicting(self, named: Named) -> Named:
+        """Drop names, the last one first, with which held-out recordings are predicted worse.
+
+        While names are searched for, all parameters may move again on the held-out recordings. The
+        simulation that is written has those of the training recordings. What stays is certain.
+        """
+        while self.held_out is not None and named.names:
+            last = len(named.names) - 1
+            lost = mispredicted(self.held_out, named.base, named.fit, ENOUGH)
+            if lost is None:
+                break
+            rest = fitted_without(named.fit, last) if last else None
+            fewer = replace(left(named, rest or named.base), vetoes=(*named.vetoes, lost))
+            named = pruned(fewer, self._rule(fewer), self.say)
+        return named
 
     def _forward(self, named: Named) -> Named:
         """Add one effect after the other, as long as one passes."""

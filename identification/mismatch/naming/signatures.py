@@ -1,4 +1,7 @@
-"""How signatures push what a fit leaves, and which of them push in different directions."""
+"""Score tests of effects by their signatures, and signatures of different directions.
+
+A signature is the whitened change of all outputs that an effect brings.
+"""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -13,16 +16,17 @@ from slipbench.plant.signals import Floats
 
 BATCH = 32
 ALIKE = 0.8
-"""Cosine of two signatures above which they push what is left in the same direction."""
+"""Cosine above which two signatures count as one direction: the residual hardly tells them apart."""
 
 Tries = TypeVar("Tries")
 
 
 @dataclass(frozen=True)
-class Pushed:
-    """Of several signatures, (k,) each, off the nuisances.
+class ScoreTests:
+    """Of several signatures, (k,) each, with the nuisances projected out.
 
-    hidden: what hides them, (p, k). seen: whether anything is left of them.
+    hidden: nuisance coordinates that imitate them best, (p, k). whole, energy: sum of squares before
+    and after the projection. amplitude: of least squares. gain: nats. seen: whether anything remains.
     """
 
     hidden: Floats
@@ -33,8 +37,8 @@ class Pushed:
     seen: npt.NDArray[np.bool_]
 
 
-def pushed(linear: Linearization, columns: Floats) -> Pushed:
-    """Tell how signatures, (rows, k), push what is left."""
+def score_tests(linear: Linearization, columns: Floats) -> ScoreTests:
+    """Test signatures, (rows, k), against the residual."""
     whole = np.einsum("ij,ij->j", columns, columns)
     inside, hidden = linear.nuisances.inside(columns)
     energy = whole - np.einsum("ij,ij->j", inside, hidden)
@@ -42,11 +46,11 @@ def pushed(linear: Linearization, columns: Floats) -> Pushed:
     seen = (energy > 1e-9 * np.maximum(whole, 1.0)) & (energy >= 1e-6)
     amplitude = np.where(seen, push, 0.0) / np.where(seen, energy, 1.0)
     gain = 0.5 * energy * np.maximum(amplitude, 0.0) ** 2
-    return Pushed(hidden, whole, energy, amplitude, gain, seen)
+    return ScoreTests(hidden, whole, energy, amplitude, gain, seen)
 
 
 def directions(linear: Linearization, columns: Floats) -> Floats:
-    """Return signatures, (rows, k), off the nuisances, each of length one or zero."""
+    """Return signatures, (rows, k), with the nuisances projected out, each of length one or zero."""
     off = linear.nuisances.off(columns)
     length = np.sqrt(np.einsum("ij,ij->j", off, off))
     return np.asarray(off / np.where(length > 0.0, length, 1.0))

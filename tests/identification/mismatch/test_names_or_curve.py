@@ -5,6 +5,7 @@ import pytest
 
 from slipbench.identification.mismatch import explain
 from slipbench.identification.mismatch.fit.held_out import Veto
+from slipbench.identification.mismatch.naming import search
 from slipbench.plant.errors import PlantError
 from tests.identification.mismatch.laws.explained import explained, names, reported
 from tests.identification.mismatch.laws.spring import PERIOD, cubic, spring, swung
@@ -96,7 +97,7 @@ def test_of_names_that_predict_worse_only_the_last_one_goes(nominal, monkeypatch
         lost = Veto(" + ".join(asked[-1]), -50.0, -most, "worse")
         return lost if len(asked) == 1 else None
 
-    monkeypatch.setattr(explain, "mispredicted", loses_once)
+    monkeypatch.setattr(search, "mispredicted", loses_once)
     rides = [swung(seed, cubic(LARGE), felt=lagging, seconds=8.0) for seed in (1, 2, 3)]
     found = explained(nominal, rides[:2], rides[2:], ("cubic.deflection", "lag.force"))
     first, second = asked

@@ -163,3 +163,22 @@ def test_what_would_take_the_certainty_of_the_others_does_not_go_first():
 def test_what_all_miss_stays():
     worth = {s: 100.0 * len(s) for s in SETS}
     assert pruned(worth, {s: (True,) * len(s) for s in SETS if s}).names == ("a", "b", "c")
+
+
+def test_what_stays_after_worse_predictions_is_certain(monkeypatch):
+    """The name that is left was certain beside the other one only."""
+    worth = {(): 0.0, ("a",): 40.0, ("b",): 40.0, ("a", "b"): 90.0}
+    certain = {("a",): (False,), ("a", "b"): (True, True)}
+    base, both = Stand((), worth, certain), Stand(("a", "b"), worth, certain)
+
+    def mispredicted(model, base, fit, most):
+        return Veto("a + b", -50.0, -most) if len(fit.names) > 1 else None
+
+    monkeypatch.setattr(search, "mispredicted", mispredicted)
+    monkeypatch.setattr(search, "fitted_without", lambda fit, i: fit.without(i))
+    monkeypatch.setattr(Search, "_rule", lambda *_: Told(1, None))
+    found = Search((), held_out=object()).predicting(Named(base, both, Screening([], 1)))
+    assert found.names == []
+    assert [v.name for v in found.vetoes] == ["a + b"]
+    silent = Search(()).predicting(Named(base, both, Screening([], 1)))
+    assert silent.names == ["a", "b"], "nothing was held out"

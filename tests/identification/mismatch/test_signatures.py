@@ -1,4 +1,4 @@
-"""Which signatures push in different directions, and when what effects changed still tells."""
+"""Score tests, directions of signatures, and when changes at one fit are valid at another."""
 
 from dataclasses import replace
 
@@ -14,7 +14,12 @@ from slipbench.identification.mismatch.fit.linearization import Linearization
 from slipbench.identification.mismatch.naming.again import promising_again
 from slipbench.identification.mismatch.naming.fits import fitted, moved
 from slipbench.identification.mismatch.naming.score import at_other_places, screen
-from slipbench.identification.mismatch.naming.signatures import ALIKE, different, directions, pushed
+from slipbench.identification.mismatch.naming.signatures import (
+    ALIKE,
+    different,
+    directions,
+    score_tests,
+)
 from slipbench.identification.mismatch.naming.tried import candidates
 from slipbench.identification.mismatch.systems.system import ModelSystem
 from tests.identification.mismatch.drives import recorded
@@ -27,7 +32,7 @@ def drives() -> ModelSystem:
 
 
 @pytest.fixture(scope="module")
-def strayed(drives) -> Fit:
+def far_fit(drives) -> Fit:
     """Two drives whose time constant runs away, since belt and blindness are missing."""
     model = begin(drives, [drives.prepare(recorded(82, seconds=8.0))], []).training
     return calibrate(model, model.origin())
@@ -53,8 +58,8 @@ def test_different_signatures_are_unlike_each_other_and_all_others_like_one_befo
         assert all(any(cosine[i, j] >= ALIKE for j in found if j < i) for i in left)
 
 
-def test_directions_have_length_one_and_are_off_the_nuisances(strayed) -> None:
-    linear = Linearization.of(strayed)
+def test_directions_have_length_one_and_are_off_the_nuisances(far_fit) -> None:
+    linear = Linearization.of(far_fit)
     hidden = linear.nuisances.columns[:, :1]
     changes = linear.signatures(
         [c for kind in linear.fit.model.system.library[:8] for c in candidates(kind)]
@@ -65,33 +70,33 @@ def test_directions_have_length_one_and_are_off_the_nuisances(strayed) -> None:
     assert all(n == 0.0 or n == pytest.approx(1.0) for n in length)
 
 
-def test_an_amplitude_is_that_of_least_squares(strayed) -> None:
-    """What is left after a push is no longer pushed."""
-    linear = Linearization.of(strayed)
+def test_an_amplitude_is_that_of_least_squares(far_fit) -> None:
+    """The residual of the least-squares amplitude is orthogonal to the signature."""
+    linear = Linearization.of(far_fit)
     column = linear.signatures([next(candidates(k)) for k in linear.fit.model.system.library[:4]])
-    told = pushed(linear, column)
+    tests = score_tests(linear, column)
     off = linear.nuisances.off(column)
-    for i in np.flatnonzero(told.seen):
-        rest = linear.left - told.amplitude[i] * off[:, i]
-        assert off[:, i] @ rest == pytest.approx(0.0, abs=1e-6 * np.sqrt(told.energy[i]))
+    for i in np.flatnonzero(tests.seen):
+        rest = linear.left - tests.amplitude[i] * off[:, i]
+        assert off[:, i] @ rest == pytest.approx(0.0, abs=1e-6 * np.sqrt(tests.energy[i]))
 
 
-def test_changes_hold_beside_the_same_fit_and_not_where_parameters_were_far_away(strayed) -> None:
+def test_changes_hold_beside_the_same_fit_and_not_where_parameters_were_far_away(far_fit) -> None:
     """A blind counter shows where the speed changes its sign: not with a time constant of 10 s."""
-    library = strayed.model.system.library
-    first = screen(Linearization.of(strayed), library)
-    same = promising_again(Linearization.of(strayed), first.traces)
+    library = far_fit.model.system.library
+    first = screen(Linearization.of(far_fit), library)
+    same = promising_again(Linearization.of(far_fit), first.traces)
     assert same is not None
     best = {s.candidate.name for s in first.scores[:3]}
     assert best & first.traces.names() <= same
-    there = Linearization.of(start_fit(strayed.model, strayed.model.origin()))
+    there = Linearization.of(start_fit(far_fit.model, far_fit.model.origin()))
     assert promising_again(there, first.traces) is None
     whole, again = (screen(there, library, before) for before in (None, first))
     assert [s.candidate.name for s in whole.scores] == [s.candidate.name for s in again.scores]
 
 
-def test_an_effect_keeps_its_values_at_another_place_and_explains_no_less(strayed) -> None:
-    model = strayed.model
+def test_an_effect_keeps_its_values_at_another_place_and_explains_no_less(far_fit) -> None:
+    model = far_fit.model
     library = model.system.library
     kind = next(k for k in library if k().key == "elastic_transmission.voltage")
     belt = replace(next(candidates(kind)), dials=(0.9, 0.3, -0.2))
@@ -99,9 +104,9 @@ def test_an_effect_keeps_its_values_at_another_place_and_explains_no_less(straye
     assert [c.name for c in others] == ["elastic_transmission.torque"]
     assert others[0].dials == belt.dials
     fit = fitted(
-        strayed, next(candidates(next(k for k in library if k.name == "direction_blind"))), belt
+        far_fit, next(candidates(next(k for k in library if k.name == "direction_blind"))), belt
     )
     assert fit is not None
-    there = moved(strayed, fit, 1, others[0])
+    there = moved(far_fit, fit, 1, others[0])
     assert there is None or there.score > fit.score
     assert there is None or there.candidates[1].name == "elastic_transmission.torque"

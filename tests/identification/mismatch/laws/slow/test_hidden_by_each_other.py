@@ -20,6 +20,6 @@ def test_a_blind_counter_behind_an_elastic_belt_is_found_among_all_effects(seed)
     assert {e.name for e in found.effects} == {"direction_blind", "elastic_transmission"}, reported(
         found
     )
-    told = {p.name: p.value for p in effect(found, "elastic_transmission").parameters}
-    assert told["frequency"] == pytest.approx(FREQUENCY, rel=0.1)
+    values = {p.name: p.value for p in effect(found, "elastic_transmission").parameters}
+    assert values["frequency"] == pytest.approx(FREQUENCY, rel=0.1)
     assert found.held_out[0].improved < 0.1 * found.held_out[0].nominal
